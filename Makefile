@@ -1,0 +1,49 @@
+# Everything runs in a virtual environment of the project's own; only Python >= 3.11, pip, venv
+# and make are needed. `make demo` and `make test` set it up by themselves.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+OUT ?= out
+
+.PHONY: setup demo test lint types docs figures benchmarks clean help
+
+help:
+	@echo "make demo        set up, then run the whole study on a simulated subject -> $(OUT)/demo"
+	@echo "make test        set up, then run the tests"
+	@echo "make figures     the source's figures from simulated subjects -> $(OUT)/figures"
+	@echo "make lint types docs   what continuous integration checks beside the tests"
+	@echo "make benchmarks  accuracy and speed studies, measured against what is asked (slow)"
+
+setup: $(VENV)/.ready
+
+$(VENV)/.ready: requirements.lock pyproject.toml
+	@$(PYTHON) -c 'import sys; sys.exit(0 if sys.version_info >= (3, 11) else "armimpedance needs Python 3.11 or newer; try: make PYTHON=python3.12 ...")'
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r requirements.lock
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
+	@touch $@
+
+demo: setup
+	$(BIN)/python -m armimpedance demo --out $(OUT)/demo $(if $(QUICK),--quick)
+
+test: setup
+	$(BIN)/python -m pytest -q -n 2
+
+lint: setup
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+types: setup
+	$(BIN)/mypy
+
+docs: setup
+	$(BIN)/python docs/check.py
+
+figures: setup
+	$(BIN)/python -m armimpedance figures --out $(OUT)/figures
+
+benchmarks: setup
+	for script in benchmarks/[a-z]*.py; do $(BIN)/python $$script || exit 1; done
+
+clean:
+	rm -rf $(VENV) $(OUT) build *.egg-info

@@ -1,0 +1,83 @@
+"""Signs, frames, units and names that every room shares. Standard library only.
+
+Inside: m, rad, s, kg, N, Nm. Degrees, % MVC and mm appear only at the edges (files, figures,
+command line) and their names say so (``_deg``, ``_percent``, ``_mm``).
+
+Planar frame for a right arm: origin at the shoulder, x to the subject's right, y forward; angles
+counter-clockwise from +x. Joint 1 is the shoulder, joint 2 the elbow relative to the upper arm
+(0 = straight). Forces are those that the *limb exerts on the device*; a reader turns the sign of
+a sensor that measures the other one, once.
+
+Muscle length is positive in lengthening, tension positive in pulling, ``tau = -G^T f`` with
+``G = dL/dtheta``: flexors have negative rows in G, extensors positive ones.
+"""
+
+from __future__ import annotations
+
+from typing import Final, Literal
+
+Level = Literal["hand", "joint", "muscle"]
+Kind = Literal["hand", "joint"]
+
+#: Nominal posture of Tsuji (1997), section 3.2: shoulder, elbow (rad).
+NOMINAL_POSTURE_RAD: Final = (1.04, 1.57)
+
+#: Mass of the cast between force sensor and hand in Tsuji (1997), section 3.2 (kg).
+CAST_MASS_KG: Final = 0.164
+
+#: The unit of hand force in the experiments of Tsuji (1997), "x 9.8 N".
+FORCE_UNIT_N: Final = 9.8
+
+#: Muscles in the order of Tsuji (1997), Fig. 4 and eq. (30).
+MUSCLES: Final = (
+    "pectoralis_major",
+    "infraspinatus",
+    "brachialis",
+    "triceps_lateral",
+    "biceps_long",
+    "triceps_long",
+)
+
+#: Sign of the rows of G at shoulder and elbow, eq. (30): flexor -1, extensor +1, not spanned 0.
+MUSCLE_SIGNS: Final = ((-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (1, 1))
+
+#: The three matrices: field name -> (symbol, order of the derivative that it multiplies).
+MATRICES: Final = {"inertia": ("M", 2), "viscosity": ("B", 1), "stiffness": ("K", 0)}
+
+#: Units of M, B, K at each level.
+UNITS: Final = {
+    "hand": {"M": "kg", "B": "N s/m", "K": "N/m"},
+    "joint": {"M": "kg m^2", "B": "Nm s/rad", "K": "Nm/rad"},
+    "muscle": {"M": "kg", "B": "N s/m", "K": "N/m"},
+}
+
+#: Units of position and force at each level.
+POSITION_UNIT: Final = {"hand": "m", "joint": "rad", "muscle": "m"}
+FORCE_UNIT: Final = {"hand": "N", "joint": "Nm", "muscle": "N"}
+
+#: Names of the hand's axes, and the columns of a recording on disk for each kind.
+AXES: Final = ("x", "y", "z")
+
+
+def position_columns(kind: str, axes: int) -> tuple[str, ...]:
+    """Names of the position columns in a recording on disk: ``x_m, y_m`` or ``q1_rad``."""
+    if kind == "hand":
+        return tuple(f"{axis}_m" for axis in AXES[:axes])
+    return tuple(f"q{i}_rad" for i in range(1, axes + 1))
+
+
+def force_columns(kind: str, axes: int) -> tuple[str, ...]:
+    """Names of the force columns in a recording on disk: ``fx_N, fy_N`` or ``tau1_Nm``."""
+    if kind == "hand":
+        return tuple(f"f{axis}_N" for axis in AXES[:axes])
+    return tuple(f"tau{i}_Nm" for i in range(1, axes + 1))
+
+
+def element_names(symbol: str, k: int) -> tuple[str, ...]:
+    """Names of a matrix' elements, row by row, axes counted from 1: ``K_11, K_12, K_21, K_22``."""
+    return tuple(f"{symbol}_{i}{j}" for i in range(1, k + 1) for j in range(1, k + 1))
+
+
+def parameter_names(k: int) -> tuple[str, ...]:
+    """Names of all 3 k^2 impedance parameters in the order of the covariance: M, then B, then K."""
+    return tuple(name for symbol in "MBK" for name in element_names(symbol, k))
