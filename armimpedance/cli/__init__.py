@@ -1,1 +1,1 @@
-"""TODO"""
+"""The commands: the only place that wires all stages."""

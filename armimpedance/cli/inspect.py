@@ -1,0 +1,98 @@
+"""Say what a recording holds, whether it can be used, and what is missing.
+
+Examples:
+  armimpedance inspect session
+  armimpedance inspect exam.zip --force-by device
+
+Exit status 0 also where a check warns; 2 where the recording cannot be used.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from armimpedance.cli.estimate import add_force_by, open_checked
+
+if TYPE_CHECKING:
+    from armimpedance.records import Recording
+
+MARKS = {"ok": "ok  ", "warning": "WARN", "unusable": "STOP"}
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the command."""
+    parser.add_argument("recording", metavar="RECORDING", type=Path)
+    add_force_by(parser)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Print contents, checks and a verdict."""
+    from armimpedance.errors import InputError
+    from armimpedance.impedance.delay import check_delay
+    from armimpedance.signals.validity import check_recording
+
+    recording = open_checked(arguments.recording, arguments.force_by)
+    print(describe(recording, str(arguments.recording)))
+    checks = [*check_recording(recording), *check_delay(recording)]
+    print("\nChecks")
+    for check in checks:
+        print(f"  {MARKS[check.verdict]}  {check.name}: {check.message}")
+    for missing in _missing(recording):
+        print(f"  --    not known: {missing}")
+    stops = [check for check in checks if check.verdict == "unusable"]
+    if stops:
+        raise InputError(
+            f"cannot be used: {stops[0].name}: {stops[0].message}", file=arguments.recording
+        )
+    warnings = sum(check.verdict == "warning" for check in checks)
+    print("\nUsable" + (f", with {warnings} warnings" if warnings else ""))
+    return 0
+
+
+def describe(recording: Recording, title: str) -> str:
+    """What is in a recording, as lines of text."""
+    trials = recording.trials
+    seconds = len(recording.time_s) / recording.sample_rate_hz
+    lines = [
+        title,
+        f"  {recording.kind}, {recording.axes} axes, {recording.perturbation} perturbation",
+        f"  {recording.n_trials} trials, {trials['condition'].nunique()} conditions, "
+        f"{seconds:.1f} s at {recording.sample_rate_hz:g} Hz",
+        f"  subject {recording.subject.id}; mass between sensor and hand "
+        f"{recording.handle_mass_kg:g} kg",
+        f"  trial columns: {', '.join(map(str, trials.columns))}",
+    ]
+    if recording.emg is not None:
+        lines.append(f"  EMG ({recording.emg_unit}): {', '.join(recording.muscles)}")
+    if recording.joint_angles is not None:
+        lines.append(f"  joint angles: {recording.joint_angles.shape[1]}")
+    lines += [f"  {step}" for step in recording.provenance]
+    lines.append("\nConditions")
+    for condition, group in trials.groupby("condition", sort=False):
+        lines.append(f"  {condition}: {len(group)} trials{_directions(group)}")
+    return "\n".join(lines)
+
+
+def _directions(group: object) -> str:
+    if "direction_deg" not in group:  # type: ignore[operator]
+        return ""
+    directions = sorted(group["direction_deg"].dropna().unique())  # type: ignore[index]
+    shown = ", ".join(f"{d:g}" for d in directions[:12])
+    return f", directions {shown}{' …' if len(directions) > 12 else ''} deg"
+
+
+def _missing(recording: Recording) -> list[str]:
+    """What later stages will ask for and this recording does not have."""
+    subject, missing = recording.subject, []
+    if recording.kind == "hand":
+        if recording.shoulder_m is None:
+            missing.append("shoulder_m (orientation of ellipses assumes the origin)")
+        if recording.handle_mass_kg == 0:
+            missing.append("handle_mass_kg (M will include whatever is held)")
+        if subject.upper_arm_m is None or subject.forearm_hand_m is None:
+            missing.append("subject.upper_arm_m, forearm_hand_m (needed by 'map --to joint')")
+    if recording.emg is None:
+        missing.append("EMG (needed by activation models only)")
+    return missing

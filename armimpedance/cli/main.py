@@ -1,0 +1,88 @@
+"""Parse the call, run one command, turn errors into one line and an exit status.
+
+Standard library only at import: a command imports what it needs when it runs.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from importlib import import_module
+from typing import NoReturn
+
+from armimpedance.errors import ArmImpedanceError
+
+#: Command -> its line in the overview; the module armimpedance.cli.<name> holds the rest.
+COMMANDS = {
+    "demo": "the whole study on a simulated subject: recordings, estimates, figures",
+    "simulate": "write a simulated experiment and its truth",
+    "inspect": "say what a recording holds and whether it can be used",
+    "estimate": "inertia, viscosity and stiffness with 95 % intervals",
+    "map": "from the hand to the joints",
+    "convert": "turn a lab's files into a recording",
+    "figures": "draw the sources' figures from simulated subjects",
+}
+
+OVERVIEW = """\
+Inertia, viscosity and stiffness of the human arm from small disturbances.
+
+A first session:
+  armimpedance demo --quick                       see everything work, in seconds
+  armimpedance convert exam.zip session --force-by device
+  armimpedance inspect session                    can it be used?
+  armimpedance estimate session --out hand.csv    one row per condition
+  armimpedance map hand.csv --recording session --to joint --out joint.csv
+"""
+
+
+class OneLineParser(argparse.ArgumentParser):
+    """An argument parser whose errors are one line."""
+
+    def error(self, message: str) -> NoReturn:
+        """Print one line on stderr and exit 2."""
+        self.exit(2, f"{self.prog}: {message} (see {self.prog} --help)\n")
+
+
+def _parser() -> argparse.ArgumentParser:
+    from armimpedance import __version__
+
+    plain = argparse.RawDescriptionHelpFormatter
+    parser = OneLineParser(prog="armimpedance", description=OVERVIEW, formatter_class=plain)
+    parser.add_argument("--version", action="version", version=f"armimpedance {__version__}")
+    commands = parser.add_subparsers(
+        dest="command", metavar="COMMAND", required=True, parser_class=OneLineParser
+    )
+    for name, line in COMMANDS.items():
+        module = import_module(f"armimpedance.cli.{name}")
+        sub = commands.add_parser(
+            name, help=line, description=module.__doc__, formatter_class=plain
+        )
+        module.configure(sub)
+        sub.set_defaults(run=module.run)
+    return parser
+
+
+def _one_line(error: BaseException) -> str:
+    return " ".join(str(error).split())
+
+
+def run(argv: list[str]) -> int:
+    """Run one call; the exit status is 0 done, 2 the input or the call is wrong, 1 anything else."""
+    parser = _parser()
+    arguments = parser.parse_args(argv)
+    prefix = f"armimpedance {arguments.command}"
+    try:
+        return int(arguments.run(arguments) or 0)
+    except ArmImpedanceError as error:
+        print(f"{prefix}: {_one_line(error)}", file=sys.stderr)
+        return 2
+    except (FileNotFoundError, NotADirectoryError, IsADirectoryError, PermissionError) as error:
+        where = f"{error.filename}: " if error.filename else ""
+        print(f"{prefix}: {where}{error.strerror or error}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print(f"{prefix}: interrupted; nothing half-written is left", file=sys.stderr)
+        return 1
+    except BrokenPipeError:
+        sys.stderr.close()
+        return 0

@@ -1,0 +1,22 @@
+"""Progress bars on what takes longer than a second; silent where nobody watches."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+DELAY_S = 1.0
+
+
+@contextmanager
+def bar(title: str) -> Iterator[Callable[[int, int], None]]:
+    """A bar that appears after a second, fed by ``progress(done, all)``; none without a terminal."""
+    from tqdm import tqdm
+
+    with tqdm(desc=title, disable=None, delay=DELAY_S, leave=False) as shown:
+
+        def progress(done: int, total: int) -> None:
+            shown.total = total
+            shown.update(done - shown.n)
+
+        yield progress

@@ -1,0 +1,140 @@
+"""The estimate: a recording, split into groups, each to inertia, viscosity and stiffness."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from armimpedance.errors import ArmImpedanceError, InputError, NotIdentifiableError
+from armimpedance.impedance.methods import DEFAULT_METHOD, method_named
+from armimpedance.impedance.result import Group, to_estimate
+from armimpedance.impedance.stochastic import DEFAULT_BAND_HZ, estimate_stochastic
+from armimpedance.records import ImpedanceEstimate, Recording, Window
+from armimpedance.signals.windows import cut_windows
+
+#: The columns that name a group where the caller names none.
+DEFAULT_BY = ("condition",)
+
+
+@dataclass(frozen=True)
+class Options:
+    """How to estimate.
+
+    Attributes
+    ----------
+    method : str
+        Name of an estimator in `methods.METHODS`; not used for stochastic perturbations.
+    covariance : {"cr3", "cr1"}
+        Clustered by trial; CR3 is the jackknife over trials.
+    band_hz : (low, high)
+        Fitted band of stochastic perturbations.
+    """
+
+    method: str = DEFAULT_METHOD
+    covariance: str = "cr3"
+    band_hz: tuple[float, float] = DEFAULT_BAND_HZ
+
+
+def estimate(
+    recording: Recording,
+    *,
+    by: Sequence[str] = DEFAULT_BY,
+    options: Options = Options(),  # noqa: B008 - frozen
+    progress: Callable[[int, int], None] | None = None,
+) -> list[ImpedanceEstimate]:
+    """Hand (or joint) inertia, viscosity and stiffness of every group of trials.
+
+    Solves ``M x'' + B x' + K x = -f`` (22)-(28) by least squares with offset and ramp removed per
+    trial; intervals are clustered by trial. Groups appear in the order of the trial table.
+
+    Parameters
+    ----------
+    recording : Recording
+    by : sequence of str
+        Columns of the trial table; trials alike in all of them form a group.
+    options : Options
+    progress : function (done, all), optional
+        Called after each group.
+
+    Returns
+    -------
+    list of ImpedanceEstimate
+        One per group, at level "hand" or "joint".
+
+    Raises
+    ------
+    InputError
+        If a column is missing or the windows cannot be cut.
+    NotIdentifiableError
+        If a group's motion does not determine its parameters; names group and parameters.
+    """
+    groups = list(_groups(recording, by))
+    single = _stochastic if recording.perturbation == "stochastic" else _returning
+    results = []
+    for done, (keys, rows) in enumerate(groups, start=1):
+        try:
+            results.append(single(recording, rows, keys, options))
+        except ArmImpedanceError as error:
+            raise _in_group(error, keys) from error
+        if progress is not None:
+            progress(done, len(groups))
+    return results
+
+
+def _groups(
+    recording: Recording, by: Sequence[str]
+) -> Iterator[tuple[Mapping[str, Any], np.ndarray]]:
+    trials = recording.trials
+    for column in by:
+        if column not in trials:
+            raise InputError(
+                f"no column {column!r} in the trial table",
+                column=column,
+                expected=f"one of {', '.join(map(str, trials.columns))}",
+            )
+    grouped = trials.groupby(list(by), sort=False, dropna=False)
+    for key, rows in grouped.indices.items():
+        values = key if isinstance(key, tuple) else (key,)
+        yield dict(zip(by, values, strict=True)), np.sort(rows)
+
+
+def _in_group(error: ArmImpedanceError, keys: Mapping[str, Any]) -> ArmImpedanceError:
+    where = ", ".join(f"{name} {value}" for name, value in keys.items())
+    if isinstance(error, NotIdentifiableError):
+        return NotIdentifiableError(f"{where}: {error}", error.parameters)
+    return InputError(f"{where}: {error}")
+
+
+def _returning(
+    recording: Recording, rows: np.ndarray, keys: Mapping[str, Any], options: Options
+) -> ImpedanceEstimate:
+    window = cut_windows(recording.select(rows))
+    return estimate_window(window, Group.of(recording, keys), options)
+
+
+def estimate_window(window: Window, group: Group, options: Options) -> ImpedanceEstimate:
+    """The estimate of one group from its raw windows (what simulations call)."""
+    method = method_named(options.method)
+    factors, notes = method.prepare(window, group.kind)
+    made = to_estimate(factors, group, method=method.name, covariance=options.covariance)
+    used = window.usable
+    angles = window.joint_angles_at_onset
+    return replace(
+        made,
+        position=window.position_at_onset[used].mean(axis=0),
+        force=window.force_at_onset[used].mean(axis=0),
+        joint_angles=None if angles is None else angles[used].mean(axis=0),
+        provenance=(*made.provenance, *window.notes, *notes),
+    )
+
+
+def _stochastic(
+    recording: Recording, rows: np.ndarray, keys: Mapping[str, Any], options: Options
+) -> ImpedanceEstimate:
+    selected = recording.select(rows)
+    return estimate_stochastic(
+        selected, Group.of(recording, keys), options.band_hz, options.covariance
+    )

@@ -1,0 +1,20 @@
+"""Method `exact`: one linear operator on position and force alike; the default.
+
+Smoothing with a spline kernel, its derivatives on the kernel, offset and ramp projected out of
+both sides per trial (`signals.response`), least squares. Right for any motion left at the end of
+the disturbance and any virtual position that drifts at constant velocity.
+"""
+
+from __future__ import annotations
+
+from armimpedance.conventions import Kind
+from armimpedance.impedance.regressors import impedance_factors
+from armimpedance.records import Window
+from armimpedance.regression.factors import TrialFactors
+from armimpedance.signals.response import choose_span, respond
+
+
+def prepare(window: Window, kind: Kind) -> tuple[TrialFactors, tuple[str, ...]]:
+    """Factors of the impedance equation for one group of trials, and notes on how."""
+    span = choose_span(window)
+    return impedance_factors(respond(window, span), kind), span.notes

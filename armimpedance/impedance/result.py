@@ -1,0 +1,135 @@
+"""From a solved regression to an `ImpedanceEstimate`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from armimpedance.conventions import Kind
+from armimpedance.errors import NotIdentifiableError
+from armimpedance.impedance.regressors import fit_names, to_matrix_order
+from armimpedance.records import FloatArray, ImpedanceEstimate, Quality, Recording
+from armimpedance.regression.factors import TrialFactors
+from armimpedance.regression.fit import Fit
+from armimpedance.regression.solve import fit
+
+CovarianceKind = Literal["cr1", "cr3"]
+
+#: With fewer clusters than this, clustered intervals are rough and say so.
+FEW_CLUSTERS = 10
+
+
+@dataclass(frozen=True)
+class Group:
+    """What is known of a group of trials beside its samples."""
+
+    kind: Kind
+    keys: Mapping[str, Any]
+    handle_mass_kg: float = 0.0
+    shoulder_m: FloatArray | None = None
+
+    @classmethod
+    def of(cls, recording: Recording, keys: Mapping[str, Any]) -> Group:
+        """The group `keys` of a recording."""
+        return cls(recording.kind, keys, recording.handle_mass_kg, recording.shoulder_m)
+
+
+def to_estimate(
+    factors: TrialFactors,
+    group: Group,
+    *,
+    method: str,
+    covariance: CovarianceKind,
+    coherence: float | None = None,
+) -> ImpedanceEstimate:
+    """Solve one group and subtract the handle.
+
+    Parameters
+    ----------
+    factors : TrialFactors
+        Of the impedance equation, clusters = trials (or blocks of one).
+    group : Group
+    method : str
+        What is written into the result.
+    covariance : {"cr3", "cr1"}
+    coherence : float, optional
+
+    Raises
+    ------
+    NotIdentifiableError
+        If the motion does not determine all parameters.
+    """
+    d = len(factors.outputs)
+    names, units = fit_names(group.kind, d)
+    try:
+        solved = fit(factors, covariance=covariance, parameter_names=names, parameter_units=units)
+    except NotIdentifiableError as error:
+        raise _directions_missing(error, factors) from error
+    ordered = to_matrix_order(solved.parameters, solved.covariance, d)
+    with_handle, viscosity, stiffness = ordered[0].reshape(3, d, d)
+    # Between sensor and hand the handle's mass moves with the hand: M_measured = M_limb + m I.
+    own = with_handle - group.handle_mass_kg * np.eye(d) if group.kind == "hand" else with_handle
+    return ImpedanceEstimate(
+        level=group.kind,
+        method=method,
+        inertia=own,
+        inertia_with_handle=with_handle,
+        viscosity=viscosity,
+        stiffness=stiffness,
+        covariance=ordered[1:],
+        dof=solved.dof,
+        quality=_quality(solved, coherence),
+        keys=group.keys,
+        shoulder_m=group.shoulder_m,
+        warnings=(*solved.warnings, *_plausibility(own, stiffness, solved)),
+        provenance=(f"method {method}, covariance {solved.covariance_kind}",),
+    )
+
+
+def _quality(solved: Fit, coherence: float | None) -> Quality:
+    return Quality(
+        n_trials=solved.n_trials,
+        n_rows=solved.n_rows,
+        multiple_correlation=solved.correlation,
+        vaf=solved.vaf,
+        cond_raw=solved.cond_raw,
+        cond_scaled=solved.cond_scaled,
+        rank=solved.rank,
+        residual_sd=solved.residual_sd,
+        coherence=coherence,
+    )
+
+
+def _directions_missing(error: NotIdentifiableError, factors: TrialFactors) -> NotIdentifiableError:
+    """Say it in the words of the experiment where the motion keeps to one direction."""
+    d = len(factors.outputs)
+    displacement = factors.r[:, :, 2 * d : 3 * d]
+    stacked = displacement.reshape(-1, d)
+    values, vectors = np.linalg.svd(stacked, full_matrices=False)[1:]
+    if values[0] == 0.0:
+        return NotIdentifiableError("no movement: nothing can be identified", error.parameters)
+    if d > 1 and values[-1] < 1e-6 * values[0]:
+        axis = ", ".join(f"{v:.2f}" for v in vectors[0])
+        return NotIdentifiableError(
+            f"the hand moved along one direction only ({axis}): what the other directions do "
+            f"cannot be identified; {error}",
+            error.parameters,
+        )
+    return error
+
+
+def _plausibility(inertia: FloatArray, stiffness: FloatArray, solved: Fit) -> tuple[str, ...]:
+    warnings = []
+    if solved.n_trials < FEW_CLUSTERS:
+        warnings.append(
+            f"only {solved.n_trials} trials: the intervals rest on t with {solved.dof:g} degrees "
+            "of freedom"
+        )
+    for name, matrix in (("inertia", inertia), ("stiffness", stiffness)):
+        lowest = float(np.linalg.eigvalsh((matrix + matrix.T) / 2)[0])
+        if lowest <= 0:
+            warnings.append(f"{name} is not positive definite (smallest eigenvalue {lowest:.3g})")
+    return tuple(warnings)

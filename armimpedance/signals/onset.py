@@ -1,0 +1,65 @@
+"""When a returning disturbance starts and is back, from the position alone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from armimpedance.errors import InputError
+from armimpedance.records import FloatArray
+
+#: Noise at rest is judged from this much of a trial's start (s).
+REST_S = 0.05
+#: A disturbance is movement beyond this many times the noise at rest ...
+NOISE_FACTOR = 6.0
+#: ... and beyond this part of the peak displacement.
+PEAK_FRACTION = 0.01
+
+
+@dataclass(frozen=True)
+class Movement:
+    """Onset and end of one disturbance on the trial's own clock (s)."""
+
+    onset_s: float
+    end_s: float
+
+
+def detect_movement(position: FloatArray, time_s: FloatArray) -> Movement:
+    """Find onset and end of a disturbance in one trial.
+
+    The distance from rest crosses a level at t1 and eight times that level at t2. Smooth
+    disturbances leave rest with the cube of time (bounded jerk), so that the onset is at
+    ``2 t1 - t2``; the end likewise, backwards.
+
+    Parameters
+    ----------
+    position : (S, d)
+    time_s : (S,)
+
+    Raises
+    ------
+    InputError
+        If the trial is too short, does not rest at its start, or nothing moves.
+    """
+    rest = int(np.searchsorted(time_s, time_s[0] + REST_S))
+    if rest < 5 or len(time_s) < 3 * rest:
+        raise InputError(
+            f"trial of {len(time_s)} samples is too short to find its onset",
+            expected=f"{REST_S * 1e3:.0f} ms of rest, then the disturbance",
+        )
+    start = position[:rest].mean(axis=0)
+    distance = np.linalg.norm(position - start, axis=1)
+    noise = float(distance[:rest].max())
+    peak = float(distance.max())
+    level = max(PEAK_FRACTION * peak, NOISE_FACTOR * noise / 4)
+    if peak < NOISE_FACTOR * noise or peak == 0.0:
+        raise InputError(
+            f"nothing moves: peak {peak * 1e3:.3f} mm, rest {noise * 1e3:.3f} mm",
+            expected="a disturbance well above the noise at rest",
+        )
+    beyond = np.flatnonzero(distance > level)
+    far = np.flatnonzero(distance > min(8 * level, 0.9 * peak))
+    onset = 2 * time_s[beyond[0]] - time_s[far[0]]
+    end = 2 * time_s[beyond[-1]] - time_s[far[-1]]
+    return Movement(float(max(onset, time_s[0])), float(min(end, time_s[-1])))

@@ -1,0 +1,110 @@
+"""From raw windows to what is fitted: smoothed, differentiated, offset and ramp removed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from armimpedance.errors import InputError
+from armimpedance.records import FloatArray, Response, Window
+from armimpedance.signals.differentiate import (
+    Kernels,
+    apply_operator,
+    operator,
+    spline_kernels,
+)
+from armimpedance.signals.drift import ramp_projector
+
+#: Support of the smoothing kernel (s). Measured in simulation (docs/estimate.md): at 20 um encoder
+#: steps narrower kernels bias M and K, wider ones gain nothing.
+KERNEL_S = 0.16
+#: The fit runs from this long before the onset to this long after the end (s).
+PAD_S = 0.06
+#: Shorter supports than this are refused: encoder steps would be all that is left (s).
+SHORTEST_KERNEL_S = 0.03
+#: Rows of a fit per second: the smoothed signals hold nothing above some 15 Hz.
+ROWS_PER_S = 250.0
+
+
+@dataclass(frozen=True)
+class Span:
+    """Which kernel is used and which samples of the window are its centres."""
+
+    kernels: Kernels
+    centres: np.ndarray
+    notes: tuple[str, ...] = ()
+
+
+def choose_span(window: Window, *, kernel_s: float = KERNEL_S, pad_s: float = PAD_S) -> Span:
+    """Kernel and centres for a window: the defaults, narrowed where the records are short.
+
+    Raises
+    ------
+    InputError
+        If the window is too short for any kernel.
+    """
+    rate, lag = window.sample_rate_hz, window.lag_s
+    duration = float(window.duration_s[window.usable].max())
+    room = min(-lag[0], lag[-1] - duration) + 0.5 / rate
+    notes: tuple[str, ...] = ()
+    wanted = kernel_s / 2 + pad_s
+    if room < wanted:
+        kernel_s *= max(room / wanted, 0.25)
+        pad_s = room - kernel_s / 2
+        notes = (
+            f"only {max(room, 0) * 1e3:.0f} ms recorded at rest before and after the disturbance: "
+            f"smoothing over {kernel_s * 1e3:.0f} ms instead of {KERNEL_S * 1e3:.0f} ms",
+        )
+    kernels = spline_kernels(kernel_s, rate)
+    stride = max(1, round(rate / ROWS_PER_S))
+    low = max(np.searchsorted(lag, -pad_s - 0.25 / rate), kernels.half)
+    high = min(np.searchsorted(lag, duration + pad_s + 0.25 / rate), len(lag) - kernels.half)
+    centres = np.arange(low, high, stride, dtype=np.int64)
+    if kernel_s < SHORTEST_KERNEL_S or len(centres) < 8:
+        raise InputError(
+            f"the records hold {len(lag) / rate:.3f} s around each disturbance",
+            expected=f"at least {wanted * 1e3:.0f} ms of rest before and after it",
+        )
+    return Span(kernels, centres, notes)
+
+
+def respond(window: Window, span: Span | None = None) -> Response:
+    """Apply one linear operator to position and force, its derivatives to position.
+
+    ``x = P (phi * X)``, ``x' = P (phi' * X)``, ``x'' = P (phi'' * X)``, ``f = P (phi * F)``:
+    phi the smoothing kernel, P the projection that removes an offset and a ramp per trial
+    (24)-(26). The impedance equation holds between them exactly as between X and F, for any
+    motion that is left at the window's end and any constant-velocity drift.
+
+    Parameters
+    ----------
+    window : Window
+    span : Span, optional
+        Default: `choose_span`.
+
+    Returns
+    -------
+    Response
+    """
+    span = span or choose_span(window)
+    lag, size = window.lag_s[span.centres], len(window.lag_s)
+    project = ramp_projector(lag)
+
+    # (C, S) = (C, C) (C, S): projection after smoothing, one matrix per derivative
+    smooth, first, second = (
+        project @ operator(weights, span.centres, size)
+        for weights in (span.kernels.smooth, span.kernels.first, span.kernels.second)
+    )
+    # Positions are referenced first: the sums lose no digits to the distance from the shoulder.
+    position = window.position - window.position[:, :1]
+    return Response(
+        sample_rate_hz=window.sample_rate_hz / max(1, int(np.diff(span.centres[:2])[0])),
+        lag_s=lag,
+        displacement=apply_operator(smooth, position),
+        velocity=apply_operator(first, position),
+        acceleration=apply_operator(second, position),
+        force=apply_operator(smooth, window.force),
+        trial=window.trial,
+        usable=window.usable,
+    )

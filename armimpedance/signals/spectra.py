@@ -1,0 +1,87 @@
+"""Coherence: how much of the force a linear system driven by the motion can explain."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from armimpedance.errors import InputError
+from armimpedance.records import FloatArray
+
+#: Length of the segments that spectra are averaged over (s).
+SEGMENT_S = 1.0
+
+
+@dataclass(frozen=True)
+class Coherence:
+    """Multiple coherence between all motion axes and each force axis.
+
+    Attributes
+    ----------
+    frequency_hz : (f,)
+    coherence : (f, d)
+        0..1; 1 = everything is explained.
+    segments : int
+        How many segments were averaged; with few, coherence is biased towards 1.
+    """
+
+    frequency_hz: FloatArray
+    coherence: FloatArray
+    segments: int
+
+    def mean(self, low_hz: float, high_hz: float) -> float:
+        """Mean over axes and a frequency band."""
+        band = (self.frequency_hz >= low_hz) & (self.frequency_hz <= high_hz)
+        return float(self.coherence[band].mean())
+
+
+def multiple_coherence(
+    motion: FloatArray, force: FloatArray, sample_rate_hz: float, *, segment_s: float = SEGMENT_S
+) -> Coherence:
+    """Multiple coherence from averaged, half-overlapping Hann segments.
+
+    ``gamma^2_i = S_xi^H S_xx^-1 S_xi / S_ii`` at each frequency.
+
+    Parameters
+    ----------
+    motion, force : (S, d)
+        One long trial.
+
+    Raises
+    ------
+    InputError
+        If the trial holds fewer than four segments.
+    """
+    length = round(segment_s * sample_rate_hz)
+    if len(motion) < 2.5 * length:
+        raise InputError(
+            f"a trial of {len(motion) / sample_rate_hz:.2f} s",
+            expected=f"at least {2.5 * segment_s:.1f} s for a coherence",
+        )
+    starts = np.arange(0, len(motion) - length + 1, length // 2)
+    index = starts[:, None] + np.arange(length)
+    window = np.hanning(length)[:, None]
+
+    def transform(signal: FloatArray) -> np.ndarray:
+        segments = signal[index]
+        return np.fft.rfft((segments - segments.mean(axis=1, keepdims=True)) * window, axis=1)
+
+    x, f = transform(motion), transform(force)
+    s_xx = np.einsum("nfi,nfj->fij", x.conj(), x)
+    s_xf = np.einsum("nfi,nfj->fij", x.conj(), f)
+    s_ff = np.einsum("nfj,nfj->fj", f.conj(), f).real
+    # (f, d, d) (f, d, d): S_xx H = S_xf, the best linear system at each frequency
+    response = np.linalg.solve(s_xx + _tiny(s_xx), s_xf)
+    explained = np.einsum("fij,fij->fj", s_xf.conj(), response).real
+    with np.errstate(invalid="ignore", divide="ignore"):
+        gamma = np.where(s_ff > 0, explained / s_ff, 0.0)
+    frequency = np.fft.rfftfreq(length, 1 / sample_rate_hz)
+    return Coherence(frequency, np.clip(gamma, 0.0, 1.0), len(starts))
+
+
+def _tiny(s_xx: np.ndarray) -> np.ndarray:
+    """A ridge at rounding level: frequencies without any motion must not divide by zero."""
+    trace = np.trace(s_xx, axis1=1, axis2=2).real
+    floor = np.finfo(float).eps * max(float(trace.max()), np.finfo(float).tiny)
+    return floor * np.eye(s_xx.shape[1])[None]

@@ -1,0 +1,224 @@
+"""Can this recording be used? Checks before any fit, each with a verdict and its evidence."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from armimpedance.conventions import FORCE_UNIT, POSITION_UNIT
+from armimpedance.errors import InputError
+from armimpedance.records import FloatArray, Recording, Window
+from armimpedance.signals.differentiate import derivatives
+from armimpedance.signals.drift import end_operator
+from armimpedance.signals.windows import cut_windows
+
+Verdict = Literal["ok", "warning", "unusable"]
+
+LOWEST_RATE_HZ = 200.0
+#: Residual displacement at the end, as a part of the peak, above which the source's one-sided
+#: drift correction goes wrong by more than its own standard error.
+RETURN_FRACTION = 0.02
+#: Smallest over largest singular value of the peak displacements: 1 = all directions alike.
+COVERAGE = 0.2
+#: A force that stays exactly at its extreme for longer than this is clipped (s).
+CLIPPED_S = 0.01
+#: A quantisation step above this part of the peak-to-peak signal leaves too few levels.
+STEP_FRACTION = 0.1
+#: Noise at rest above this part of the force's response drowns it.
+NOISE_FRACTION = 0.5
+
+
+@dataclass(frozen=True)
+class Check:
+    """One validity check: its name, verdict, and what was found, in one line."""
+
+    name: str
+    verdict: Verdict
+    message: str
+
+
+def check_recording(recording: Recording) -> tuple[Check, ...]:
+    """All checks that apply to a recording; never raises for what a check can say.
+
+    Parameters
+    ----------
+    recording : Recording
+
+    Returns
+    -------
+    tuple of Check
+        In a fixed order; `unusable` means that an estimate would be refused or meaningless.
+    """
+    checks = [_rate(recording), _gaps(recording), _clipping(recording)]
+    checks += [_step("force", recording.force, FORCE_UNIT[recording.kind])]
+    checks += [_step("position", recording.position, POSITION_UNIT[recording.kind])]
+    if recording.perturbation == "returning":
+        checks += _disturbance_checks(recording)
+    return tuple(checks)
+
+
+def _disturbance_checks(recording: Recording) -> Iterator[Check]:
+    try:
+        window = cut_windows(recording)
+    except InputError as error:
+        yield Check("disturbance", "unusable", str(error))
+        return
+    unit = POSITION_UNIT[recording.kind]
+    peak = _peak_displacement(window)
+    size = np.linalg.norm(peak, axis=1)
+    used = f"{int(window.usable.sum())} of {len(window.usable)} trials"
+    source = "; ".join(window.notes) or "onset and end as stated in the trial table"
+    verdict: Verdict = "ok" if window.usable.all() else "warning"
+    text = f"{used}, median peak {_milli(float(np.median(size)), unit)}; {source}"
+    yield Check("disturbance", verdict, text)
+    yield _returns(window, size, unit)
+    groups = recording.trials.groupby("condition", sort=False).indices.items()
+    uneven = [
+        check for name, rows in groups for check in _coverage(str(name), peak[rows], window, rows)
+    ]
+    yield from uneven or [Check("directions", "ok", "every condition covers its axes")]
+    yield _rest_noise(window, FORCE_UNIT[recording.kind])
+    yield _dissipation(window)
+
+
+def _milli(value: float, unit: str) -> str:
+    return f"{value * 1e3:.2f} m{unit}" if unit == "m" else f"{value * 1e3:.1f} m{unit}"
+
+
+def _peak_displacement(window: Window) -> FloatArray:
+    """Displacement from the onset where it is largest, (T, d)."""
+    moved = window.position - window.position_at_onset[:, None]
+    moved = np.where(window.usable[:, None, None], moved, 0.0)
+    farthest = np.linalg.norm(moved, axis=2).argmax(axis=1)
+    return np.asarray(moved[np.arange(len(moved)), farthest])
+
+
+def _rate(recording: Recording) -> Check:
+    rate = recording.sample_rate_hz
+    verdict: Verdict = "ok" if rate >= LOWEST_RATE_HZ else "warning"
+    hint = "" if verdict == "ok" else f"; inertia needs at least {LOWEST_RATE_HZ:g} Hz"
+    return Check("rate", verdict, f"{rate:g} Hz{hint}")
+
+
+def _gaps(recording: Recording) -> Check:
+    steps = np.diff(recording.time_s)
+    inside = np.ones(len(steps), dtype=bool)
+    inside[recording.offsets[1:-1] - 1] = False
+    gaps = int((steps[inside] > 1.5 / recording.sample_rate_hz).sum())
+    if gaps:
+        return Check("gaps", "unusable", f"{gaps} gaps in the samples")
+    return Check("gaps", "ok", "none")
+
+
+def _longest_run(equal: np.ndarray) -> int:
+    """Length of the longest run of True."""
+    padded = np.concatenate([[False], equal, [False]])
+    edges = np.flatnonzero(np.diff(padded.astype(np.int8)))
+    return int((edges[1::2] - edges[::2]).max()) if len(edges) else 0
+
+
+def _clipping(recording: Recording) -> Check:
+    limit = max(3, round(CLIPPED_S * recording.sample_rate_hz))
+    for axis, force in enumerate(recording.force.T):
+        centre = np.median(force)
+        for extreme in (force.max(), force.min()):
+            # A sensor at rest repeats one value; clipping repeats a value far from rest.
+            far = abs(extreme - centre) > 10 * np.median(abs(force - centre)) + 1e-12
+            run = _longest_run(force == extreme)
+            if far and run > limit:
+                text = f"force axis {axis + 1} stays at {extreme:g} for {run} samples"
+                return Check("clipping", "warning", text)
+    return Check("clipping", "ok", "force never stays at its extreme")
+
+
+def _step(name: str, values: FloatArray, unit: str) -> Check:
+    worst, step_text = 0.0, "none seen"
+    for axis in values.T:
+        levels = np.unique(axis)
+        span = float(levels[-1] - levels[0]) if len(levels) else 0.0
+        if span == 0.0:
+            text = f"{name} never changes on one axis"
+            return Check(f"{name} steps", "warning", text)
+        # Rounded values repeat; unrounded ones do not.
+        if len(levels) < 0.2 * len(axis):
+            step = float(np.median(np.diff(levels)))
+            if step / span > worst:
+                worst, step_text = step / span, f"{step:.3g} {unit}"
+    verdict: Verdict = "warning" if worst > STEP_FRACTION else "ok"
+    return Check(f"{name} steps", verdict, f"{step_text}, {100 * worst:.2g} % of the range")
+
+
+def _returns(window: Window, size: FloatArray, unit: str) -> Check:
+    end = np.searchsorted(window.lag_s, window.duration_s)
+    end = np.minimum(end, len(window.lag_s) - 1)
+    left = window.position[np.arange(len(end)), end] - window.position_at_onset
+    residual = np.linalg.norm(left, axis=1)[window.usable]
+    part = residual / np.maximum(size[window.usable], np.finfo(float).tiny)
+    text = (
+        f"residual at the end {_milli(float(np.median(residual)), unit)} (median), "
+        f"{100 * float(np.median(part)):.1f} % of the peak"
+    )
+    if np.median(part) <= RETURN_FRACTION:
+        return Check("returns to start", "ok", text)
+    return Check("returns to start", "warning", f"{text}; do not use method 'paper' here")
+
+
+def _coverage(
+    condition: str, peak: FloatArray, window: Window, rows: np.ndarray
+) -> Iterator[Check]:
+    """Are the directions of one condition spread enough to tell the axes apart?"""
+    peak = peak[window.usable[rows]]
+    if not len(peak) or not np.abs(peak).max() > 0:
+        yield Check("directions", "unusable", f"condition {condition}: no movement")
+        return
+    values = np.linalg.svd(peak, compute_uv=False)
+    ratio = float(values[-1] / values[0]) if len(values) == peak.shape[1] else 0.0
+    if ratio < 0.02:
+        text = f"condition {condition}: one direction only, the others cannot be identified"
+        yield Check("directions", "unusable", text)
+    elif ratio < COVERAGE:
+        text = f"condition {condition}: uneven, smallest to largest {ratio:.2f}"
+        yield Check("directions", "warning", text)
+
+
+def _rest_noise(window: Window, unit: str) -> Check:
+    rest = window.lag_s <= 0
+    if rest.sum() < 10:
+        return Check("noise at rest", "warning", "no rest recorded before the onset")
+    force = window.force[window.usable]
+    before = force[:, rest]
+    noise = float((before - before.mean(axis=1, keepdims=True)).std())
+    swing = force - force[:, rest].mean(axis=1, keepdims=True)
+    response = float(np.median(np.abs(swing).max(axis=(1, 2))))
+    part = noise / response if response > 0 else np.inf
+    verdict: Verdict = "ok" if part < NOISE_FRACTION else "warning"
+    text = f"force sd {noise:.3g} {unit}, {100 * part:.0f} % of the median response"
+    return Check("noise at rest", verdict, text)
+
+
+def _dissipation(window: Window) -> Check:
+    """Sign of the force: over a returning disturbance a limb takes energy, it gives none.
+
+    ``W = integral F . X' dt < 0`` for a force by the limb, whatever inertia and stiffness.
+    """
+    end = int(np.searchsorted(window.lag_s, window.duration_s[window.usable].max()))
+    start = int(np.searchsorted(window.lag_s, 0.0))
+    end = min(end, len(window.lag_s) - 1)
+    operator = end_operator(window.lag_s, start, end)
+    used = window.usable
+    velocity = derivatives(np.matmul(operator, window.position[used]), window.sample_rate_hz)[0]
+    force = np.matmul(operator, window.force[used])
+    inside = slice(start, end + 1)
+    work = (velocity[:, inside] * force[:, inside]).sum(axis=(1, 2)) / window.sample_rate_hz
+    mean = float(work.mean())
+    error = float(work.std(ddof=1) / np.sqrt(len(work))) if len(work) > 1 else abs(mean)
+    text = f"work by the limb {mean * 1e3:.3g} mJ per disturbance"
+    if mean > 3 * error:
+        text += ": a limb cannot give energy; is the force that of the device (force_by)?"
+        return Check("force sign", "unusable", text)
+    if mean > -2 * error:
+        return Check("force sign", "warning", text + ": too small to tell the sign")
+    return Check("force sign", "ok", text)
