@@ -1,1 +1,1 @@
-"""TODO"""
+"""Geometry and inertia of the arm: what maps hand, joints and muscles onto one another."""

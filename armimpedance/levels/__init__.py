@@ -1,1 +1,1 @@
-"""TODO"""
+"""Hand -> joint -> muscle: impedance from one level to another, with its covariance."""

@@ -1,0 +1,96 @@
+"""The symmetric and the antisymmetric part of an impedance, with their covariance.
+
+The symmetric part goes into eigenvectors, ellipses and mappings; the antisymmetric part (a force
+field that rotates, which no passive spring can make) is reported with its standard error.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy import stats
+
+from armimpedance.conventions import MATRICES
+from armimpedance.records import FloatArray, ImpedanceEstimate
+
+
+def transposition(k: int) -> FloatArray:
+    """The (k^2, k^2) permutation that takes a matrix, row by row, to its transpose."""
+    return np.eye(k * k)[np.arange(k * k).reshape(k, k).T.ravel()]
+
+
+def symmetric_part(estimate: ImpedanceEstimate) -> ImpedanceEstimate:
+    """``(A + A^T)/2`` of M, B and K, with the covariance of that linear map.
+
+    The covariance becomes singular: the two off-diagonal elements are one number.
+    """
+    k = estimate.k
+    # vec(A_s) (k^2,) = (I + P)/2 (k^2, k^2) vec(A) (k^2,)
+    average = np.kron(np.eye(3), (np.eye(k * k) + transposition(k)) / 2)
+
+    def part(matrix: FloatArray | None) -> FloatArray:
+        matrix = np.asarray(matrix)
+        return (matrix + matrix.T) / 2
+
+    return replace(
+        estimate,
+        inertia=part(estimate.inertia),
+        inertia_with_handle=part(estimate.inertia_with_handle),
+        viscosity=part(estimate.viscosity),
+        stiffness=part(estimate.stiffness),
+        covariance=average @ estimate.covariance @ average.T,
+        provenance=(*estimate.provenance, "symmetric part taken"),
+    )
+
+
+@dataclass(frozen=True)
+class AntisymmetricPart:
+    """``(A_ij - A_ji)/2`` for i < j, of M, B and K (rows), in the units of the estimate.
+
+    Attributes
+    ----------
+    names : (3, c) tuple of tuples of str
+        ``M_12`` stands for ``(M_12 - M_21)/2``.
+    value, sd : (3, c)
+    dof : float
+    """
+
+    names: tuple[tuple[str, ...], ...]
+    value: FloatArray
+    sd: FloatArray
+    dof: float
+
+    @property
+    def t(self) -> FloatArray:
+        """Value over standard error, (3, c); nan where the standard error is zero."""
+        undefined = np.full_like(self.value, np.nan)
+        return np.divide(self.value, self.sd, out=undefined, where=self.sd > 0)
+
+    @property
+    def p(self) -> FloatArray:
+        """Two-sided probability of so large a t in a symmetric arm, (3, c)."""
+        return np.asarray(2 * stats.t.sf(np.abs(self.t), self.dof))
+
+    def interval(self, level: float = 0.95) -> FloatArray:
+        """Confidence limits, (3, c, 2)."""
+        reach = stats.t.ppf((1 + level) / 2, self.dof) * self.sd
+        return np.stack([self.value - reach, self.value + reach], axis=-1)
+
+
+def antisymmetric_part(estimate: ImpedanceEstimate) -> AntisymmetricPart:
+    """The antisymmetric coefficients of M, B and K: one each for two axes, three for three."""
+    k = estimate.k
+    rows, columns = np.triu_indices(k, 1)
+    # coefficients (c,) = (A_ij - A_ji)/2 = D (c, k^2) vec(A) (k^2,)
+    difference = (np.eye(k * k) - transposition(k))[rows * k + columns] / 2
+    every = np.kron(np.eye(3), difference)
+    variance = np.diag(every @ estimate.covariance @ every.T)
+    symbols = [symbol for symbol, _ in MATRICES.values()]
+    pairs = list(zip(rows + 1, columns + 1, strict=True))
+    return AntisymmetricPart(
+        names=tuple(tuple(f"{symbol}_{i}{j}" for i, j in pairs) for symbol in symbols),
+        value=(every @ estimate.parameters).reshape(3, -1),
+        sd=np.sqrt(np.maximum(variance, 0)).reshape(3, -1),
+        dof=estimate.dof,
+    )
