@@ -67,7 +67,7 @@ def _one_line(error: BaseException) -> str:
 
 
 def run(argv: list[str]) -> int:
-    """Run one call; the exit status is 0 done, 2 the input or the call is wrong, 1 anything else."""
+    """Run one call. Exit status: 0 done, 2 the input or the call is wrong, 1 anything else."""
     parser = _parser()
     arguments = parser.parse_args(argv)
     prefix = f"armimpedance {arguments.command}"

@@ -10,7 +10,7 @@ DELAY_S = 1.0
 
 @contextmanager
 def bar(title: str) -> Iterator[Callable[[int, int], None]]:
-    """A bar that appears after a second, fed by ``progress(done, all)``; none without a terminal."""
+    """A bar fed by ``progress(done, all)``; it shows after a second, and only on a terminal."""
     from tqdm import tqdm
 
     with tqdm(desc=title, disable=None, delay=DELAY_S, leave=False) as shown:

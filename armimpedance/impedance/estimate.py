@@ -10,7 +10,8 @@ import numpy as np
 
 from armimpedance.errors import ArmImpedanceError, InputError, NotIdentifiableError
 from armimpedance.impedance.methods import DEFAULT_METHOD, method_named
-from armimpedance.impedance.result import Group, to_estimate
+from armimpedance.impedance.regressors import BLOCKS_OF_ONE_TRIAL
+from armimpedance.impedance.result import CovarianceKind, Group, to_estimate
 from armimpedance.impedance.stochastic import DEFAULT_BAND_HZ, estimate_stochastic
 from armimpedance.records import ImpedanceEstimate, Recording, Window
 from armimpedance.signals.windows import cut_windows
@@ -34,7 +35,7 @@ class Options:
     """
 
     method: str = DEFAULT_METHOD
-    covariance: str = "cr3"
+    covariance: CovarianceKind = "cr3"
     band_hz: tuple[float, float] = DEFAULT_BAND_HZ
 
 
@@ -121,12 +122,20 @@ def estimate_window(window: Window, group: Group, options: Options) -> Impedance
     factors, notes = method.prepare(window, group.kind)
     made = to_estimate(factors, group, method=method.name, covariance=options.covariance)
     used = window.usable
+    warnings = made.warnings
+    if used.sum() == 1:
+        warnings += (
+            f"one trial only: intervals from {BLOCKS_OF_ONE_TRIAL} blocks of the same record are "
+            "rough and do not see what differs between trials",
+        )
     angles = window.joint_angles_at_onset
     return replace(
         made,
         position=window.position_at_onset[used].mean(axis=0),
         force=window.force_at_onset[used].mean(axis=0),
         joint_angles=None if angles is None else angles[used].mean(axis=0),
+        quality=replace(made.quality, n_trials=int(used.sum())),
+        warnings=warnings,
         provenance=(*made.provenance, *window.notes, *notes),
     )
 

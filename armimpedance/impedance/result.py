@@ -125,8 +125,8 @@ def _plausibility(inertia: FloatArray, stiffness: FloatArray, solved: Fit) -> tu
     warnings = []
     if solved.n_trials < FEW_CLUSTERS:
         warnings.append(
-            f"only {solved.n_trials} trials: the intervals rest on t with {solved.dof:g} degrees "
-            "of freedom"
+            f"only {solved.n_trials} clusters (trials, or blocks of one): intervals rest on t with "
+            f"{solved.dof:g} degrees of freedom"
         )
     for name, matrix in (("inertia", inertia), ("stiffness", stiffness)):
         lowest = float(np.linalg.eigvalsh((matrix + matrix.T) / 2)[0])

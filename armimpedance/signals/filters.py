@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 
 from armimpedance.errors import InputError
@@ -10,21 +12,24 @@ from armimpedance.records import FloatArray
 
 def _zero_phase(
     signal: FloatArray,
-    cutoff_hz: float | list[float],
+    edges_hz: tuple[float, ...],
     sample_rate_hz: float,
     order: int,
-    kind: str,
     axis: int,
 ) -> FloatArray:
+    """One edge: low-pass; two: band-pass."""
     from scipy.signal import butter, sosfiltfilt
 
-    edges = np.atleast_1d(cutoff_hz)
     nyquist = sample_rate_hz / 2
-    if not ((edges > 0).all() and (edges < nyquist).all() and (np.diff(edges) > 0).all()):
+    rising = all(a < b for a, b in zip((0.0, *edges_hz), (*edges_hz, nyquist), strict=True))
+    if not rising:
+        shown = " to ".join(f"{edge:g}" for edge in edges_hz)
         raise InputError(
-            f"cut-off {cutoff_hz} Hz at {sample_rate_hz:g} Hz", expected=f"0 < … < {nyquist:g} Hz"
+            f"cut-off {shown} Hz at {sample_rate_hz:g} Hz", expected=f"0 < … < {nyquist:g} Hz"
         )
-    sos = butter(order, cutoff_hz, btype=kind, fs=sample_rate_hz, output="sos")
+    kind: Literal["low", "band"] = "low" if len(edges_hz) == 1 else "band"
+    edges = edges_hz[0] if len(edges_hz) == 1 else np.asarray(edges_hz)
+    sos = butter(order, edges, btype=kind, fs=sample_rate_hz, output="sos")
     # The default padding assumes long records; a short one is padded by what it has.
     pad = min(3 * (2 * len(sos) + 1), signal.shape[axis] - 1)
     return np.asarray(sosfiltfilt(sos, signal, axis=axis, padlen=pad))
@@ -40,7 +45,7 @@ def lowpass(
     InputError
         If the cut-off is not between 0 and the Nyquist frequency.
     """
-    return _zero_phase(signal, cutoff_hz, sample_rate_hz, order, "low", axis)
+    return _zero_phase(signal, (cutoff_hz,), sample_rate_hz, order, axis)
 
 
 def bandpass(
@@ -59,4 +64,4 @@ def bandpass(
     InputError
         If the band is empty or reaches beyond the Nyquist frequency.
     """
-    return _zero_phase(signal, [low_hz, high_hz], sample_rate_hz, order, "band", axis)
+    return _zero_phase(signal, (low_hz, high_hz), sample_rate_hz, order, axis)

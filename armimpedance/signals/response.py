@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from armimpedance.errors import InputError
-from armimpedance.records import FloatArray, Response, Window
+from armimpedance.records import Response, Window
 from armimpedance.signals.differentiate import (
     Kernels,
     apply_operator,
@@ -58,8 +58,8 @@ def choose_span(window: Window, *, kernel_s: float = KERNEL_S, pad_s: float = PA
         )
     kernels = spline_kernels(kernel_s, rate)
     stride = max(1, round(rate / ROWS_PER_S))
-    low = max(np.searchsorted(lag, -pad_s - 0.25 / rate), kernels.half)
-    high = min(np.searchsorted(lag, duration + pad_s + 0.25 / rate), len(lag) - kernels.half)
+    low = max(int(np.searchsorted(lag, -pad_s - 0.25 / rate)), kernels.half)
+    high = min(int(np.searchsorted(lag, duration + pad_s + 0.25 / rate)), len(lag) - kernels.half)
     centres = np.arange(low, high, stride, dtype=np.int64)
     if kernel_s < SHORTEST_KERNEL_S or len(centres) < 8:
         raise InputError(

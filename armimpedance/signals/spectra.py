@@ -76,8 +76,8 @@ def multiple_coherence(
     explained = np.einsum("fij,fij->fj", s_xf.conj(), response).real
     with np.errstate(invalid="ignore", divide="ignore"):
         gamma = np.where(s_ff > 0, explained / s_ff, 0.0)
-    frequency = np.fft.rfftfreq(length, 1 / sample_rate_hz)
-    return Coherence(frequency, np.clip(gamma, 0.0, 1.0), len(starts))
+    frequency = np.arange(len(gamma)) * (sample_rate_hz / length)
+    return Coherence(frequency, np.asarray(np.clip(gamma, 0.0, 1.0), float), len(starts))
 
 
 def _tiny(s_xx: np.ndarray) -> np.ndarray:

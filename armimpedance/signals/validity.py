@@ -10,7 +10,7 @@ import numpy as np
 
 from armimpedance.conventions import FORCE_UNIT, POSITION_UNIT
 from armimpedance.errors import InputError
-from armimpedance.records import FloatArray, Recording, Window
+from armimpedance.records import BoolArray, FloatArray, Recording, Window
 from armimpedance.signals.differentiate import derivatives
 from armimpedance.signals.drift import end_operator
 from armimpedance.signals.windows import cut_windows
@@ -75,9 +75,12 @@ def _disturbance_checks(recording: Recording) -> Iterator[Check]:
     text = f"{used}, median peak {_milli(float(np.median(size)), unit)}; {source}"
     yield Check("disturbance", verdict, text)
     yield _returns(window, size, unit)
+    every = np.arange(recording.n_trials)
     groups = recording.trials.groupby("condition", sort=False).indices.items()
     uneven = [
-        check for name, rows in groups for check in _coverage(str(name), peak[rows], window, rows)
+        check
+        for name, rows in groups
+        for check in _coverage(str(name), peak, window.usable & np.isin(every, rows))
     ]
     yield from uneven or [Check("directions", "ok", "every condition covers its axes")]
     yield _rest_noise(window, FORCE_UNIT[recording.kind])
@@ -166,11 +169,9 @@ def _returns(window: Window, size: FloatArray, unit: str) -> Check:
     return Check("returns to start", "warning", f"{text}; do not use method 'paper' here")
 
 
-def _coverage(
-    condition: str, peak: FloatArray, window: Window, rows: np.ndarray
-) -> Iterator[Check]:
+def _coverage(condition: str, peaks: FloatArray, chosen: BoolArray) -> Iterator[Check]:
     """Are the directions of one condition spread enough to tell the axes apart?"""
-    peak = peak[window.usable[rows]]
+    peak = peaks[chosen]
     if not len(peak) or not np.abs(peak).max() > 0:
         yield Check("directions", "unusable", f"condition {condition}: no movement")
         return
@@ -191,11 +192,12 @@ def _rest_noise(window: Window, unit: str) -> Check:
     force = window.force[window.usable]
     before = force[:, rest]
     noise = float((before - before.mean(axis=1, keepdims=True)).std())
-    swing = force - force[:, rest].mean(axis=1, keepdims=True)
-    response = float(np.median(np.abs(swing).max(axis=(1, 2))))
+    during = (window.lag_s > 0) & (window.lag_s <= window.duration_s[window.usable].max())
+    swing = force[:, during] - before.mean(axis=1, keepdims=True)
+    response = float(np.sqrt((swing**2).mean()))
     part = noise / response if response > 0 else np.inf
     verdict: Verdict = "ok" if part < NOISE_FRACTION else "warning"
-    text = f"force sd {noise:.3g} {unit}, {100 * part:.0f} % of the median response"
+    text = f"force sd {noise:.3g} {unit}, {100 * part:.0f} % of the response's rms"
     return Check("noise at rest", verdict, text)
 
 

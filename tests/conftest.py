@@ -1,0 +1,92 @@
+"""A linear limb with known M, B, K: the smallest recording that the estimators must invert."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from armimpedance.records import Recording
+
+RATE = 1000.0
+M = np.array([[1.731, -0.655], [-0.655, 1.001]])
+B = np.array([[8.63, -6.40], [-6.40, 13.86]])
+K = np.array([[104.8, -74.4], [-74.4, 179.3]])
+
+
+def bump(t, duration, amplitude):
+    """Minimum-jerk bump 64 s^3 (1 - s)^3 and its first two derivatives."""
+    s = np.clip(t / duration, 0, 1)
+    p = np.polynomial.Polynomial([0, 0, 0, 64, -192, 192, -64])
+    inside = (t >= 0) & (t <= duration)
+    return [
+        amplitude * inside * p.deriv(k)(s) / duration**k if k else amplitude * inside * p(s)
+        for k in range(3)
+    ]
+
+
+def linear_recording(
+    *,
+    inertia=M,
+    viscosity=B,
+    stiffness=K,
+    sets=5,
+    duration=0.3,
+    before=0.25,
+    after=0.25,
+    amplitude=0.005,
+    force_noise=0.0,
+    drift=0.0,
+    directions=8,
+    seed=0,
+    rate=RATE,
+    kind="hand",
+    **fields,
+):
+    """F = -(M X'' + B X' + K (X - X_v)) on prescribed bumps; X_v drifts at constant velocity."""
+    rng = np.random.default_rng(seed)
+    d = len(inertia)
+    t = np.arange(round((before + duration + after) * rate) + 1) / rate
+    x, v, a = bump(t - before, duration, amplitude)
+    trials, positions, forces = [], [], []
+    for number in range(sets * directions):
+        angle = 2 * np.pi * (number % directions) / directions
+        u = np.array([np.cos(angle), np.sin(angle), np.cos(2 * angle + 1)])[:d]
+        u = np.array([1.0 if number % 2 else -1.0]) if d == 1 else u
+        virtual = rng.normal(0, drift, d) * t[:, None] if drift else np.zeros((len(t), d))
+        force = -(
+            np.outer(a, inertia @ u)
+            + np.outer(v, viscosity @ u)
+            + (np.outer(x, u) - virtual) @ stiffness.T
+        )
+        positions.append(0.3 + np.outer(x, u))
+        forces.append(force + rng.normal(0, force_noise, force.shape) if force_noise else force)
+        trials.append(
+            {
+                "trial": number + 1,
+                "condition": "c",
+                "set": number // directions + 1,
+                "direction_deg": np.rad2deg(angle),
+                "onset_s": before,
+                "end_s": before + duration,
+            }
+        )
+    n = len(trials)
+    return Recording(
+        kind=kind,
+        sample_rate_hz=rate,
+        trials=pd.DataFrame(trials),
+        offsets=np.arange(n + 1) * len(t),
+        time_s=np.tile(t, n),
+        position=np.concatenate(positions),
+        force=np.concatenate(forces),
+        **fields,
+    )
+
+
+@pytest.fixture(scope="session")
+def limb():
+    """Truth and a maker of recordings of it."""
+    return SimpleNamespace(M=M, B=B, K=K, record=linear_recording, bump=bump, rate=RATE)
