@@ -1,0 +1,157 @@
+"""What the drawings of ellipses are put together from: bands, arms, scale bars, legends."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from armimpedance.conventions import MATRICES, UNITS
+from armimpedance.ellipses import Which
+from armimpedance.errors import InputError
+from armimpedance.plots.outline import confidence_band
+from armimpedance.records import FloatArray, ImpedanceEstimate
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+def default_scale(matrices: Sequence[FloatArray], centres: FloatArray) -> float:
+    """The scale at which the largest ellipse reaches 0.45 of the usual distance between centres.
+
+    With all centres in one place a tenth of the axes' unit stands for the distance.
+    """
+    apart = np.linalg.norm(centres[:, None] - centres[None], axis=-1)
+    # Places closer than a tenth of the whole spread are one place measured twice.
+    apart[apart <= 0.1 * apart.max()] = np.inf
+    nearest = apart.min(axis=1)
+    known = nearest[np.isfinite(nearest)]
+    return 0.45 * float(np.median(known) if known.size else 0.1) / _largest(matrices)
+
+
+def matrix_of(item: ArrayLike | ImpedanceEstimate, which: Which) -> FloatArray:
+    """The (2, 2) matrix to draw; InputError where there is none."""
+    if which not in MATRICES:
+        raise InputError(f"unknown matrix {which!r}", expected=" or ".join(MATRICES))
+    matrix = getattr(item, which) if isinstance(item, ImpedanceEstimate) else item
+    array = np.asarray(matrix, dtype=float)
+    if array.shape != (2, 2):
+        raise InputError(f"no ellipse of a matrix of shape {array.shape}", expected="(2, 2)")
+    return array
+
+
+def unit_of(item: ArrayLike | ImpedanceEstimate, which: Which) -> str:
+    """Unit of the matrix; a bare one is taken to be of the hand."""
+    level = item.level if isinstance(item, ImpedanceEstimate) else "hand"
+    return UNITS[level][MATRICES[which][0]]
+
+
+def hand_of(estimate: ImpedanceEstimate) -> FloatArray:
+    """Hand position (2,) of an estimate of the hand; InputError where there is none."""
+    if estimate.level != "hand":
+        raise InputError(f"an estimate of level {estimate.level}", expected="level hand")
+    if estimate.position is None:
+        raise InputError("an estimate without a hand position", expected="position_i_m")
+    return estimate.position
+
+
+def is_positive_definite(matrix: FloatArray) -> bool:
+    """Whether the symmetric part has an ellipse."""
+    return bool(np.linalg.eigvalsh((matrix + matrix.T) / 2).min() > 0)
+
+
+def draw_band(
+    ax: Axes,
+    estimate: ImpedanceEstimate,
+    which: Which,
+    centre: FloatArray,
+    scale: float,
+    color: str,
+) -> None:
+    """Shade the 95 % band of the outline, where there is an outline."""
+    if not is_positive_definite(getattr(estimate, which)):
+        return
+    inner, outer = confidence_band(estimate, which)
+    x, y = (centre + scale * np.concatenate([outer, inner[::-1]])).T
+    ax.fill(x, y, color=color, alpha=0.25, linewidth=0)
+
+
+def draw_arms(
+    ax: Axes, estimates: Sequence[ImpedanceEstimate], upper_arm_m: float, chosen: Sequence[int]
+) -> None:
+    """Arms as sticks from shoulder over elbow to hand, where the posture is known."""
+    for i in chosen:
+        estimate = estimates[i]
+        if estimate.joint_angles is None or estimate.shoulder_m is None:
+            continue
+        angle = estimate.joint_angles[0]
+        elbow = estimate.shoulder_m + upper_arm_m * np.array([np.cos(angle), np.sin(angle)])
+        x, y = np.array([estimate.shoulder_m, elbow, hand_of(estimate)]).T
+        ax.plot(x, y, "-o", color="0.7", linewidth=2.5, markersize=4, zorder=0)
+
+
+def middle_of(places: FloatArray) -> list[int]:
+    """The number of the place nearest to the mean of all."""
+    return [int(np.linalg.norm(places - places.mean(axis=0), axis=1).argmin())]
+
+
+def draw_shoulders(ax: Axes, estimates: Sequence[ImpedanceEstimate]) -> None:
+    """Mark each place of a shoulder once."""
+    known = [tuple(e.shoulder_m.tolist()) for e in estimates if e.shoulder_m is not None]
+    for place in dict.fromkeys(known):
+        ax.plot(*place, "s", color="black", markersize=6)
+        ax.annotate("shoulder", place, (6, 0), textcoords="offset points", va="center")
+
+
+def draw_scale_bar(ax: Axes, matrices: Sequence[FloatArray], scale: float, unit: str) -> None:
+    """A bar of a round number near the largest principal value, in a strip below the drawing."""
+    from mpl_toolkits.axes_grid1.anchored_artists import (  # type: ignore[import-untyped]
+        AnchoredSizeBar,
+    )
+
+    value = _round_number(_largest(matrices))
+    low, high = ax.get_ylim()
+    ax.set_ylim(low - 0.13 * (high - low), high)
+    ax.add_artist(
+        AnchoredSizeBar(
+            *(ax.transData, scale * value, f"{value:g} {unit}", "lower right"),
+            frameon=False,
+            pad=0.4,
+            sep=3,
+            size_vertical=0,
+        )
+    )
+
+
+def _largest(matrices: Sequence[FloatArray]) -> float:
+    """The largest principal value of all; 1 where all are zero."""
+    if not len(matrices):
+        raise InputError("nothing to draw", expected="at least one estimate")
+    return float(max(np.abs(np.linalg.eigvalsh((m + m.T) / 2)).max() for m in matrices)) or 1.0
+
+
+def _round_number(value: float) -> float:
+    """The largest of 1, 2, 5 times a power of ten that is not above the value."""
+    power = 10.0 ** np.floor(np.log10(value))
+    return float(power * max(step for step in (1, 2, 5) if step * power <= value * (1 + 1e-9)))
+
+
+def square_limits(ax: Axes) -> None:
+    """The same limits for x and y about the origin, so that panels compare."""
+    reach = float(np.abs([*ax.get_xlim(), *ax.get_ylim()]).max())
+    ax.set(xlim=(-reach, reach), ylim=(-reach, reach))
+
+
+def legend_above(ax: Axes, columns: int = 3) -> None:
+    """A legend above the axes with each label once."""
+    handles, labels = ax.get_legend_handles_labels()
+    once = dict(zip(labels, handles, strict=True))
+    ax.legend(
+        *(list(once.values()), list(once)),
+        loc="lower left",
+        bbox_to_anchor=(0.0, 1.0),
+        ncols=columns,
+        borderaxespad=0.2,
+    )

@@ -1,0 +1,247 @@
+"""Force ellipses: one, over the workspace, over levels of co-contraction, over directions of force.
+
+An ellipse is the locus of the force that answers a unit of displacement (1 m), velocity (1 m/s) or
+acceleration (1 m/s^2) in all directions, Tsuji (1997), section 4.2: N per m is N/m and so on.
+What is not positive definite has no ellipse; a cross stands in its place.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from armimpedance.conventions import MATRICES, UNITS
+from armimpedance.ellipses import Which, locus
+from armimpedance.errors import InputError
+from armimpedance.plots.ellipse_parts import (
+    default_scale,
+    draw_arms,
+    draw_band,
+    draw_scale_bar,
+    draw_shoulders,
+    hand_of,
+    is_positive_definite,
+    legend_above,
+    matrix_of,
+    middle_of,
+    square_limits,
+    unit_of,
+)
+from armimpedance.plots.style import (
+    LINE_STYLES,
+    MODEL_LINE_STYLE,
+    OKABE_ITO,
+    TWO_COLUMNS_IN,
+    label_axes,
+    new_axes,
+    print_style,
+)
+from armimpedance.records import FloatArray, ImpedanceEstimate
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_NOT_DEFINITE = "not positive definite"
+
+
+def plot_ellipse(
+    matrix_or_estimate: ArrayLike | ImpedanceEstimate,
+    ax: Axes | None = None,
+    centre: ArrayLike = (0.0, 0.0),
+    scale: float = 1.0,
+    which: Which = "stiffness",
+    show_confidence: bool = False,
+    color: str = OKABE_ITO["blue"],
+    linestyle: Any = "-",
+    linewidth: float = 1.2,
+    label: str | None = None,
+) -> Axes:
+    """Draw the force ellipse of a (2, 2) matrix or of an estimate.
+
+    Parameters
+    ----------
+    matrix_or_estimate : (2, 2) or ImpedanceEstimate
+    centre : (2,)
+        Where it stands, in the axes' units.
+    scale : float
+        Axes' units per unit of the matrix; 1 draws the ellipse in its own units.
+    which : {"stiffness", "viscosity", "inertia"}
+    show_confidence : bool
+        Shade the 95 % band of the outline (estimates only).
+
+    Raises
+    ------
+    InputError
+        When there are not two axes, or `which` is none of the three.
+    """
+    matrix = matrix_of(matrix_or_estimate, which)
+    with print_style():
+        ax = new_axes() if ax is None else ax
+        c = np.asarray(centre, dtype=float)
+        if show_confidence and isinstance(matrix_or_estimate, ImpedanceEstimate):
+            draw_band(ax, matrix_or_estimate, which, c, scale, color)
+        if is_positive_definite(matrix):
+            x, y = (c + scale * locus(matrix)).T
+            ax.plot(x, y, color=color, linestyle=linestyle, linewidth=linewidth, label=label)
+        else:
+            ax.plot(*c, "x", color=color, markersize=5, label=_NOT_DEFINITE)
+        ax.set_aspect("equal")
+        if scale == 1.0:
+            symbol, unit = MATRICES[which][0], unit_of(matrix_or_estimate, which)
+            label_axes(ax, f"{symbol} along x ({unit})", f"{symbol} along y ({unit})")
+        else:
+            label_axes(ax, "x (m)", "y (m)")
+    return ax
+
+
+def plot_ellipses_in_workspace(
+    estimates: Sequence[ImpedanceEstimate],
+    which: Which = "stiffness",
+    ax: Axes | None = None,
+    reference: Sequence[ArrayLike | ImpedanceEstimate] | None = None,
+    reference_label: str = "model",
+    upper_arm_m: float | None = None,
+    arms_of: Sequence[int] | None = None,
+    scale: float | None = None,
+    show_confidence: bool = True,
+) -> Axes:
+    """Draw each ellipse where the hand was, as in Tsuji (1997), Fig. 7.
+
+    Parameters
+    ----------
+    estimates : sequence of ImpedanceEstimate
+        Of the hand, with two axes and a position.
+    which : {"stiffness", "viscosity", "inertia"}
+    reference : sequence of (2, 2) or ImpedanceEstimate, optional
+        One for each estimate, drawn dashed at the same place, for example a model's inertia.
+    upper_arm_m : float, optional
+        Length of the upper arm: draw the arm as sticks, where joint angles are known.
+    arms_of : sequence of int, optional
+        Which estimates' arms (numbers from 0); without it the one in the middle.
+    scale : float, optional
+        Metres on paper per unit of the matrix; by default neighbours just do not touch.
+    show_confidence : bool
+        Shade the 95 % band of each outline.
+
+    Raises
+    ------
+    InputError
+        For an estimate of another level, without a position, or not of two axes.
+    """
+    matrices = [matrix_of(estimate, which) for estimate in estimates]
+    hands = np.array([hand_of(estimate) for estimate in estimates])
+    scale = default_scale(matrices, hands) if scale is None else scale
+    with print_style():
+        ax = new_axes(TWO_COLUMNS_IN * 0.6, TWO_COLUMNS_IN * 0.6) if ax is None else ax
+        if upper_arm_m is not None:
+            draw_arms(ax, estimates, upper_arm_m, middle_of(hands) if arms_of is None else arms_of)
+        for estimate, hand in zip(estimates, hands, strict=True):
+            plot_ellipse(estimate, ax, hand, scale, which, show_confidence, label="estimate")
+        if show_confidence:
+            ax.fill([], [], color=OKABE_ITO["blue"], alpha=0.25, lw=0, label="95 % band")
+        if reference is not None:
+            _draw_models(ax, reference, hands, scale, which, LINE_STYLES[1], reference_label)
+        draw_shoulders(ax, estimates)
+        label_axes(ax, "x (m)", "y (m)")
+        draw_scale_bar(ax, matrices, scale, UNITS["hand"][MATRICES[which][0]])
+        legend_above(ax)
+    return ax
+
+
+def plot_ellipses_over_levels(
+    estimates: Sequence[ImpedanceEstimate],
+    which: Which = "stiffness",
+    labels: Sequence[str] | None = None,
+    ax: Axes | None = None,
+    reference: ArrayLike | ImpedanceEstimate | None = None,
+    reference_label: str = "model",
+    show_confidence: bool = False,
+) -> Axes:
+    """Draw the ellipses of one posture over one another, as in Tsuji (1997), Fig. 8.
+
+    Parameters
+    ----------
+    estimates : sequence of ImpedanceEstimate
+        For example of rising co-contraction: solid, dashed, alternate long and short dashes, …
+    labels : sequence of str, optional
+        For the legend; without it the conditions.
+    reference : (2, 2) or ImpedanceEstimate, optional
+        Drawn dotted.
+    """
+    names = [str(e.keys.get("condition", "")) for e in estimates] if labels is None else labels
+    colors = [OKABE_ITO[name] for name in ("blue", "vermillion", "green", "purple", "orange")]
+    with print_style():
+        ax = new_axes() if ax is None else ax
+        for i, (estimate, name) in enumerate(zip(estimates, names, strict=True)):
+            plot_ellipse(
+                *(estimate, ax, (0.0, 0.0), 1.0, which, show_confidence),
+                color=colors[i % len(colors)],
+                linestyle=LINE_STYLES[i % len(LINE_STYLES)],
+                label=name,
+            )
+        if reference is not None:
+            place = np.zeros((1, 2))
+            _draw_models(ax, [reference], place, 1.0, which, MODEL_LINE_STYLE, reference_label)
+        square_limits(ax)
+        legend_above(ax, columns=2)
+    return ax
+
+
+def plot_ellipse_rose(
+    estimates: Sequence[ImpedanceEstimate],
+    which: Which = "stiffness",
+    ax: Axes | None = None,
+    forces_N: ArrayLike | None = None,
+    scale: float | None = None,
+    show_confidence: bool = True,
+) -> Axes:
+    """Arrange the ellipses by the force of the hand, as in Tsuji (1997), Fig. 9.
+
+    Parameters
+    ----------
+    estimates : sequence of ImpedanceEstimate
+    forces_N : (n, 2), optional
+        Where each stands, for example the target forces; without it the measured mean force.
+    scale : float, optional
+        N on the axes per unit of the matrix; by default neighbours just do not touch.
+
+    Raises
+    ------
+    InputError
+        When a force is not known.
+    """
+    matrices = [matrix_of(estimate, which) for estimate in estimates]
+    measured = [estimate.force for estimate in estimates]
+    if forces_N is None and any(force is None for force in measured):
+        raise InputError("an estimate without a force", expected="forces_N for each estimate")
+    forces = np.array(measured if forces_N is None else forces_N, dtype=float)
+    scale = default_scale(matrices, forces) if scale is None else scale
+    with print_style():
+        ax = new_axes() if ax is None else ax
+        label_axes(ax, "hand force x (N)", "hand force y (N)")
+        for estimate, force in zip(estimates, forces, strict=True):
+            ax.plot(*np.array([[0, 0], force]).T, color="0.8", linewidth=0.8, zorder=0)
+            plot_ellipse(estimate, ax, force, scale, which, show_confidence)
+        draw_scale_bar(ax, matrices, scale, unit_of(estimates[0], which))
+    return ax
+
+
+def _draw_models(
+    ax: Axes,
+    reference: Sequence[ArrayLike | ImpedanceEstimate],
+    centres: FloatArray,
+    scale: float,
+    which: Which,
+    linestyle: Any,
+    label: str,
+) -> None:
+    for item, centre in zip(reference, centres, strict=True):
+        plot_ellipse(
+            *(matrix_of(item, which), ax, centre, scale, which),
+            color=OKABE_ITO["black"],
+            linestyle=linestyle,
+            label=label,
+        )

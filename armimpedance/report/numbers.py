@@ -1,0 +1,63 @@
+"""How a number with its uncertainty is printed, and tables of such cells."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import floor, isfinite, log10
+
+#: More digits than these are never shown: no arm is known better.
+_MOST_DIGITS = 6
+
+
+def decimals_for(half_width: float, value: float) -> int:
+    """Decimals that show two digits of the half-width (negative: round to tens, hundreds).
+
+    An exact value (half-width 0 or unknown) gets four digits.
+    """
+    largest = floor(log10(abs(value))) if value else 0
+    if not (isfinite(half_width) and half_width > 0):
+        return 3 - largest
+    # Through "e" format, so that 0.0996 counts as 0.10.
+    exponent = int(f"{half_width:.1e}".partition("e")[2])
+    return min(1 - exponent, _MOST_DIGITS - 1 - max(largest, exponent))
+
+
+def fixed(value: float, decimals: int) -> str:
+    """The value rounded to these decimals, without a sign on zero."""
+    text = f"{round(value, decimals):.{max(decimals, 0)}f}"
+    return text.removeprefix("-") if not any(c in text for c in "123456789") else text
+
+
+def with_half_width(value: float, half_width: float) -> str:
+    """``104.8 ± 9.1``: both with the same decimals, two digits of the half-width."""
+    if not isfinite(value):
+        return "-"
+    decimals = decimals_for(half_width, value)
+    if not isfinite(half_width):
+        return f"{fixed(value, decimals)} ± ?"
+    shown = fixed(half_width, decimals)
+    if half_width > 0 and float(shown) == 0:
+        shown = f"{half_width:.0e}"
+    return f"{fixed(value, decimals)} ± {shown}"
+
+
+def with_interval(value: float, low: float, high: float) -> str:
+    """``42100 (39000 to 45300)``: all three with the same decimals."""
+    decimals = decimals_for((high - low) / 2, value)
+    return f"{fixed(value, decimals)} ({fixed(low, decimals)} to {fixed(high, decimals)})"
+
+
+def short(text: str, width: int) -> str:
+    """The text, cut with an ellipsis where it is longer than the width."""
+    return text if len(text) <= width else text[: width - 1] + "…"
+
+
+def aligned_table(header: Sequence[str], rows: Sequence[Sequence[str]], gap: str = "  ") -> str:
+    """Columns as wide as they must be; the first to the left, the others to the right."""
+    table = [list(header), *map(list, rows)]
+    widths = [max(map(len, column)) for column in zip(*table, strict=True)]
+    lines = []
+    for first, *others in table:
+        cells = [text.rjust(width) for text, width in zip(others, widths[1:], strict=True)]
+        lines.append(gap.join([first.ljust(widths[0]), *cells]).rstrip())
+    return "\n".join(lines)

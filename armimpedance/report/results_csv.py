@@ -1,0 +1,255 @@
+"""RESULTS.csv: one row per estimate, written whole or not at all, and read back without loss."""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, get_args
+
+import numpy as np
+import pandas as pd
+
+from armimpedance.conventions import AXES, Level, element_names, parameter_names
+from armimpedance.errors import InputError, RecordError
+from armimpedance.outputs import staged_file
+from armimpedance.records import FloatArray, ImpedanceEstimate, Quality
+from armimpedance.report.result_row import is_result_column, row_blocks
+
+_LINE_BREAKS = re.compile(r"[\r\n\x00]+")
+_NUMBER = re.compile(r"-?(0|[1-9]\d*)(\.\d+)?([eE][+-]?\d+)?")
+
+
+def write_results(estimates: Sequence[ImpedanceEstimate], path: str | Path) -> None:
+    """Write RESULTS.csv through a temporary name.
+
+    Estimates of one, two and three axes may stand in one file: the columns are those of all, the
+    cells that a row has no value for stay empty. Numbers are written with all their digits.
+    `position_i_rad` and `force_i_Nm` stand for a recording of joints, `position_i_m` and
+    `force_i_N` for all others (`quantities.is_recording_of_joints`). Line breaks inside a text
+    become spaces: a row is a line.
+
+    Raises
+    ------
+    InputError
+        Without estimates, or when a group's column is named like a column of the results.
+    """
+    if not estimates:
+        raise InputError("no results to write", file=path, expected="at least one estimate")
+    rows = [row_blocks(e) for e in estimates]
+    # Most axes first: its columns hold those of all others in the right order.
+    ordered = sorted(rows, key=lambda blocks: -len(blocks["matrices"]))
+    columns = list(
+        dict.fromkeys(
+            (block, name) for block in rows[0] for blocks in ordered for name in blocks[block]
+        )
+    )
+    with staged_file(path) as staged, open(staged, "w", newline="", encoding="utf-8") as stream:
+        table = csv.writer(stream, lineterminator="\n")
+        table.writerow([name for _, name in columns])
+        for blocks in rows:
+            table.writerow([_as_cell(blocks[block].get(name)) for block, name in columns])
+
+
+def _as_cell(value: Any) -> Any:
+    return _LINE_BREAKS.sub(" ", value) if isinstance(value, str) else value
+
+
+def read_results(path: str | Path) -> list[ImpedanceEstimate]:
+    """Read RESULTS.csv, ours or one that a script wrote to the same contract.
+
+    Needed are `n_trials`, `method`, `level`, all of `M_ij, B_ij, K_ij`, and either `covariance`
+    or all of `sd_M_ij, sd_B_ij, sd_K_ij`: with the latter alone the covariance is diagonal and the
+    estimate says so in a warning. Without `dof` it is taken as `n_trials - 1`. Intervals, ellipses
+    and antisymmetric parts are not read: they follow from the rest. Columns that are not the
+    results' own are the group's; there, what looks like a number is one (`condition` stays text).
+
+    Raises
+    ------
+    InputError
+        With file, row and column of what is missing or is not what it should be.
+    """
+    return [_estimate(row) for row in _rows(Path(path))]
+
+
+@dataclass(frozen=True)
+class _Row:
+    """The cells of one line, with what an error message needs."""
+
+    file: Path
+    line: int
+    cells: dict[str, str]
+
+    def error(self, problem: str, column: str, expected: str) -> InputError:
+        if column not in self.cells:
+            return InputError("no such column", file=self.file, column=column, expected=expected)
+        return InputError(problem, file=self.file, row=self.line, column=column, expected=expected)
+
+    def text(self, column: str, among: Sequence[str] = ()) -> str:
+        value = self.cells.get(column, "")
+        if not value or (among and value not in among):
+            expected = " or ".join(among) if among else "text"
+            raise self.error(f"{value!r}" if value else "empty", column, expected)
+        return value
+
+    def number(self, column: str, finite: bool = True, low: float = -np.inf) -> float:
+        value = self.cells.get(column, "")
+        expected = "a finite number" if finite else "a number"
+        expected += f" of at least {low:g}" if low > -np.inf else ""
+        try:
+            number = float(value)
+        except ValueError:
+            problem = f"not a number: {value!r}" if value else "empty"
+            raise self.error(problem, column, expected) from None
+        if np.isnan(number) or number < low or (finite and np.isinf(number)):
+            raise self.error(f"{value}", column, expected)
+        return number
+
+    def optional(self, column: str, missing: Any = float("nan")) -> Any:
+        return self.number(column, finite=False) if self.cells.get(column) else missing
+
+    def count(self, column: str, low: int = 1) -> int:
+        number = self.number(column, low=low)
+        if number != int(number):
+            raise self.error(f"{number}", column, "a whole number")
+        return int(number)
+
+    def vector(self, template: str, names: Sequence[Any]) -> FloatArray | None:
+        """The columns of a template up to the last that is filled; None: none is."""
+        columns = [template.format(name) for name in names]
+        filled = [i for i, column in enumerate(columns) if self.cells.get(column)]
+        if not filled:
+            return None
+        return np.array([self.number(column) for column in columns[: filled[-1] + 1]])
+
+    def matrix(self, symbol: str, k: int, low: float = -np.inf) -> FloatArray:
+        values = [self.number(name, low=low) for name in element_names(symbol, k)]
+        return np.array(values).reshape(k, k)
+
+
+def _rows(path: Path) -> list[_Row]:
+    try:
+        table = pd.read_csv(
+            path,
+            header=None,
+            dtype=str,
+            na_filter=False,
+            skip_blank_lines=False,
+            encoding="utf-8-sig",
+        )
+    except (OSError, UnicodeDecodeError, pd.errors.EmptyDataError, pd.errors.ParserError) as error:
+        raise InputError(
+            f"cannot be read: {str(error).splitlines()[-1]}", file=path, expected="a RESULTS.csv"
+        ) from error
+    header = [str(name) for name in table.iloc[0]]
+    for name in header:
+        if header.count(name) > 1:
+            raise InputError("stands twice in the header", file=path, row=1, column=name or "''")
+    rows = [
+        _Row(path, line, dict(zip(header, map(str, cells), strict=True)))
+        for line, cells in enumerate(table.iloc[1:].itertuples(index=False), start=2)
+        if any(cells)
+    ]
+    if not rows:
+        raise InputError("no results", file=path, expected="a header and one row per estimate")
+    return rows
+
+
+def _estimate(row: _Row) -> ImpedanceEstimate:
+    k = _axes(row)
+    quality = _quality(row)
+    covariance, warnings = _covariance(row, k)
+    handle = row.cells.get("M_with_handle_11")
+    joints = row.cells.get("position_1_rad") or row.cells.get("force_1_Nm")
+    digits = range(1, 10)
+    try:
+        return ImpedanceEstimate(
+            level=row.text("level", get_args(Level)),  # type: ignore[arg-type]
+            method=row.text("method"),
+            inertia=row.matrix("M", k),
+            viscosity=row.matrix("B", k),
+            stiffness=row.matrix("K", k),
+            covariance=covariance,
+            dof=row.optional("dof", missing=max(quality.n_trials - 1, 1)),
+            quality=quality,
+            inertia_with_handle=row.matrix("M_with_handle", k) if handle else None,
+            keys=_group(row),
+            position=row.vector("position_{}_rad" if joints else "position_{}_m", digits),
+            force=row.vector("force_{}_Nm" if joints else "force_{}_N", digits),
+            joint_angles=_joint_angles(row),
+            shoulder_m=row.vector("shoulder_{}_m", AXES),
+            warnings=(*_sentences(row, "warnings"), *warnings),
+            provenance=_sentences(row, "provenance"),
+        )
+    except RecordError as error:
+        raise InputError(
+            error.problem, file=row.file, row=row.line, expected=error.expected
+        ) from error
+
+
+def _axes(row: _Row) -> int:
+    filled = [name for name, text in row.cells.items() if text and re.fullmatch(r"K_\d\d", name)]
+    return max((int(digit) for name in filled for digit in name[2:]), default=1)
+
+
+def _joint_angles(row: _Row) -> FloatArray | None:
+    named = row.vector("q_{}_rad", ("shoulder", "elbow"))
+    return row.vector("q_{}_rad", range(1, 10)) if named is None else named
+
+
+def _quality(row: _Row) -> Quality:
+    return Quality(
+        n_trials=row.count("n_trials", low=0),
+        n_rows=row.count("n_rows") if row.cells.get("n_rows") else 0,
+        multiple_correlation=row.optional("multiple_correlation"),
+        vaf=row.optional("vaf"),
+        cond_raw=row.optional("cond_raw"),
+        cond_scaled=row.optional("cond_scaled"),
+        rank=row.count("rank") if row.cells.get("rank") else 0,
+        residual_sd=row.optional("residual_sd"),
+        coherence=row.optional("coherence", missing=None),
+    )
+
+
+def _covariance(row: _Row, k: int) -> tuple[FloatArray, tuple[str, ...]]:
+    """The covariance of M, B, K, and what to warn of."""
+    if not row.cells.get("covariance"):
+        sd = [row.number(f"sd_{name}", low=0) for name in parameter_names(k)]
+        sentence = "no covariance in the file: the errors of the elements taken as independent"
+        return np.diag(np.square(sd)), (sentence,)
+    p = 3 * k * k
+    count = p * (p + 1) // 2
+    try:
+        values = np.array(json.loads(row.cells["covariance"]), dtype=float)
+    except (ValueError, TypeError):
+        values = np.array([])
+    if values.shape != (count,) or not np.isfinite(values).all():
+        expected = f"a JSON list of {count} finite numbers (lower triangle)"
+        raise row.error("not a covariance", "covariance", expected)
+    covariance = np.zeros((p, p))
+    covariance[np.tril_indices(p)] = values
+    covariance += np.tril(covariance, -1).T
+    if (np.diag(covariance) < 0).any():
+        raise row.error("a variance is negative", "covariance", "variances of at least 0")
+    return covariance, ()
+
+
+def _sentences(row: _Row, column: str) -> tuple[str, ...]:
+    text = row.cells.get(column, "")
+    return tuple(text.split("; ")) if text else ()
+
+
+def _group(row: _Row) -> dict[str, Any]:
+    cells = {name: text for name, text in row.cells.items() if text and not is_result_column(name)}
+    return {name: text if name == "condition" else _plain(text) for name, text in cells.items()}
+
+
+def _plain(text: str) -> int | float | str:
+    """A number where the text is one in its plain form (``007`` is not)."""
+    match = _NUMBER.fullmatch(text)
+    if not match:
+        return text
+    return float(text) if match[2] or match[3] else int(text)

@@ -1,0 +1,123 @@
+"""Results as text for a terminal of 100 columns."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Sequence
+
+import numpy as np
+
+from armimpedance.conventions import FORCE_UNIT, POSITION_UNIT, UNITS
+from armimpedance.ellipses import Which
+from armimpedance.records import FloatArray, ImpedanceEstimate
+from armimpedance.report.numbers import aligned_table, fixed, short, with_half_width
+from armimpedance.report.quantities import (
+    FIELDS,
+    condition_of,
+    ellipse_values,
+    is_recording_of_joints,
+    principal_values,
+)
+
+_WIDTH = 100
+_LEGEND = (
+    "± is the half-width of the 95 % interval (t distribution). R is the multiple correlation of "
+    "measured and predicted force; it cannot see a reflex or a wrong model. VAF is the variance "
+    "accounted for."
+)
+_ELLIPSE_LEGEND = (
+    "Ellipses are of the symmetric part: largest and smallest are its principal values, size = pi "
+    "largest smallest, shape = smallest / largest, orientation is counter-clockwise from the line "
+    "shoulder to hand to the major axis."
+)
+_PRINCIPAL_LEGEND = "Principal values are those of the symmetric part, the largest first."
+
+
+def summary_table(estimates: Sequence[ImpedanceEstimate]) -> str:
+    """All estimates at a glance: quality first, then a table for each of M, B and K.
+
+    Estimates of different levels or numbers of axes come in parts of their own. Warnings are
+    numbered and stand at the end.
+    """
+    warnings = list(dict.fromkeys(w for e in estimates for w in e.warnings))
+    parts: dict[tuple[str, int], list[ImpedanceEstimate]] = {}
+    for estimate in estimates:
+        parts.setdefault((estimate.level, estimate.k), []).append(estimate)
+    blocks = [_part(level, k, members, warnings) for (level, k), members in parts.items()]
+    legend = [_LEGEND]
+    legend += [_ELLIPSE_LEGEND] if any(k == 2 for _, k in parts) else []
+    legend += [_PRINCIPAL_LEGEND] if any(k > 2 for _, k in parts) else []
+    notes = [
+        textwrap.fill(f"[{i}] {text}", _WIDTH, subsequent_indent="    ")
+        for i, text in enumerate(warnings, start=1)
+    ]
+    return "\n\n".join([*blocks, textwrap.fill(" ".join(legend), _WIDTH), *notes])
+
+
+def _part(level: str, k: int, estimates: Sequence[ImpedanceEstimate], warnings: list[str]) -> str:
+    names = [short(condition_of(e), 34 if k <= 2 else 24) for e in estimates]
+    quality = aligned_table(
+        ["condition", "trials", "R", "VAF", *_place_header(estimates), "notes"],
+        [
+            [name, *_quality(e), _notes(e, warnings)]
+            for name, e in zip(names, estimates, strict=True)
+        ],
+    )
+    blocks = [f"{level.capitalize()} impedance\n{quality}"]
+    for field, symbol in zip(FIELDS, "MBK", strict=True):
+        title = f"{field.capitalize()} {symbol} ({UNITS[level][symbol]})"
+        rows = [[name, *_values(e, field)] for name, e in zip(names, estimates, strict=True)]
+        blocks.append(f"{title}\n{aligned_table(['condition', *_headings(k)], rows)}")
+    return "\n\n".join(blocks)
+
+
+def _place_header(estimates: Sequence[ImpedanceEstimate]) -> list[str]:
+    joints = is_recording_of_joints(estimates[0])
+    level = "joint" if joints else "hand"
+    return [f"position ({POSITION_UNIT[level]})", f"force ({FORCE_UNIT[level]})"]
+
+
+def _quality(estimate: ImpedanceEstimate) -> list[str]:
+    q = estimate.quality
+    return [
+        str(q.n_trials),
+        _or_dash(q.multiple_correlation, 3),
+        _or_dash(q.vaf, 3),
+        _vector(estimate.position, 3),
+        _vector(estimate.force, 2),
+    ]
+
+
+def _or_dash(value: float, decimals: int) -> str:
+    return fixed(value, decimals) if np.isfinite(value) else "-"
+
+
+def _vector(values: FloatArray | None, decimals: int) -> str:
+    return "-" if values is None else ", ".join(fixed(v, decimals) for v in values)
+
+
+def _notes(estimate: ImpedanceEstimate, warnings: list[str]) -> str:
+    numbers = sorted({warnings.index(w) + 1 for w in estimate.warnings})
+    return "[" + ",".join(map(str, numbers)) + "]" if numbers else ""
+
+
+def _headings(k: int) -> list[str]:
+    if k == 1:
+        return ["value"]
+    if k == 2:
+        return ["largest", "smallest", "orientation (deg)", "shape", "size"]
+    return [f"principal {i}" for i in range(1, k + 1)]
+
+
+def _values(estimate: ImpedanceEstimate, field: Which) -> list[str]:
+    values, half = principal_values(estimate, field)
+    cells = [with_half_width(v, h) for v, h in zip(values, half, strict=True)]
+    if estimate.k == 2:
+        ellipse = ellipse_values(estimate, field)
+        for name in ("orientation_deg", "shape", "size"):
+            cells.append(_ellipse_cell(*ellipse[name]) if ellipse else "-")
+    return cells
+
+
+def _ellipse_cell(value: float, low: float, high: float) -> str:
+    return with_half_width(value, (high - low) / 2)
