@@ -1,0 +1,168 @@
+"""Covariance of the parameters: classical, clustered (CR1, CR3), and HAC.
+
+All in the order of `Fit.parameters` (every regressor of output 1, then of output 2, ...), with
+the blocks between outputs. Residuals at 1 kHz are autocorrelated; the classical covariance, which
+takes them as independent, is far too small there and serves comparison with the sources only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.linalg import solve_triangular
+
+from armimpedance.errors import InputError
+from armimpedance.records import FloatArray
+from armimpedance.regression.factors import TrialFactors
+from armimpedance.regression.pooled import Pooled, leave_out_scores
+
+CovarianceKind = Literal["cr1", "cr3", "classical"]
+
+
+def parameter_covariance(factors: TrialFactors, pooled: Pooled, kind: CovarianceKind) -> FloatArray:
+    """Covariance (p q, p q) of one kind.
+
+    Raises
+    ------
+    InputError
+        Unknown kind, a single cluster for a clustered one, or no more rows than parameters.
+    NotIdentifiableError
+        CR3 where one cluster alone informs a parameter.
+    """
+    if kind not in get_args(CovarianceKind):
+        raise InputError(
+            f"no covariance {kind!r}",
+            expected="cr1, cr3 or classical; hac needs the samples: hac_covariance",
+        )
+    if residual_dof(factors) <= 0:
+        raise InputError(
+            f"{factors.effective_rows} rows for {factors.n_regressors} parameters per output",
+            expected="more rows than parameters",
+        )
+    if kind == "classical":
+        return classical_covariance(factors, pooled)
+    if factors.n_clusters < 2:
+        raise InputError(
+            "one cluster only: its spread cannot be seen",
+            expected="two trials or more, or a long trial split into blocks (split_blocks)",
+        )
+    return cr1_covariance(factors, pooled) if kind == "cr1" else cr3_covariance(pooled)
+
+
+def residual_dof(factors: TrialFactors) -> int:
+    """Rows less regressors less nuisance parameters already projected out."""
+    return factors.effective_rows - factors.n_regressors
+
+
+def residual_covariance(factors: TrialFactors, pooled: Pooled) -> FloatArray:
+    """``E^T E / dof`` (q, q)."""
+    R_E = pooled.residual_triangle
+    return np.asarray(R_E.T @ R_E / max(residual_dof(factors), 1))
+
+
+def classical_covariance(factors: TrialFactors, pooled: Pooled) -> FloatArray:
+    """Independent residuals: ``Sigma (x) (W^T W)^-1``, Sigma (q, q) the residuals' covariance."""
+    inverse = pooled.to_si(np.eye(factors.n_regressors))
+    # C (q p, q p) = Sigma (q, q) (x) R^-1 R^-T (p, p)
+    return np.asarray(np.kron(residual_covariance(factors, pooled), inverse @ inverse.T))
+
+
+def cr1_covariance(factors: TrialFactors, pooled: Pooled) -> FloatArray:
+    """Clustered: outer products of the clusters' scores times ``G/(G-1) (N-1)/(N-p)``.
+
+    N counts the rows less the nuisance parameters, G the clusters.
+    """
+    N, G = factors.effective_rows, factors.n_clusters
+    small_sample = G / (G - 1) * (N - 1) / (N - factors.n_regressors)
+    return small_sample * _outer(_influence(pooled, pooled.score))
+
+
+def cr3_covariance(pooled: Pooled) -> FloatArray:
+    """Clustered, jackknife: ``(G-1)/G sum_t (Theta_(t) - Theta)(Theta_(t) - Theta)^T``.
+
+    Theta_(t) is the fit without cluster t.
+    """
+    G = len(pooled.gram)
+    return (G - 1) / G * _outer(_influence(pooled, leave_out_scores(pooled)))
+
+
+def hac_covariance(
+    W: Sequence[ArrayLike] | ArrayLike,
+    E: Sequence[ArrayLike] | ArrayLike,
+    triangle: ArrayLike,
+    lag: int,
+) -> FloatArray:
+    """Newey-West covariance (p q, p q) with Bartlett weights, within trials, never across.
+
+    ``(W^T W)^-1 [sum_t sum_|l|<=lag (1 - |l|/(lag+1)) sum_i u_i u_(i+l)^T] (W^T W)^-1`` with the
+    scores ``u_i = vec(w_i e_i^T)``; no small-sample factor; ``lag = 0`` is White's covariance.
+
+    Parameters
+    ----------
+    W : (T, S, p), or a sequence of (S_t, p)
+    E : (T, S, q), or a sequence of (S_t, q)
+        Residuals ``Y - fit.predict(W)``.
+    triangle : (p, p)
+        `Fit.triangle`.
+    lag : int
+        Samples.
+
+    Raises
+    ------
+    InputError
+        Shapes that do not belong together, or a negative lag.
+    """
+    R = np.asarray(triangle, dtype=np.float64)
+    blocks_w = [np.asarray(w, dtype=np.float64) for w in W]  # type: ignore[union-attr]
+    blocks_e = [np.asarray(e, dtype=np.float64) for e in E]  # type: ignore[union-attr]
+    fits = len(blocks_w) == len(blocks_e) and all(
+        w.ndim == e.ndim == 2 and len(w) == len(e) and w.shape[1] == len(R)
+        for w, e in zip(blocks_w, blocks_e, strict=False)
+    )
+    if lag < 0 or not fits:
+        raise InputError(
+            f"HAC with lag {lag} on {len(blocks_w)} and {len(blocks_e)} trials",
+            expected=f"lag >= 0, (samples, {len(R)}) and (samples, outputs) per trial",
+        )
+    scale = np.linalg.norm(R, axis=0)
+    meat = sum(
+        _bartlett_sum(_row_scores(w / scale, e, R / scale), lag)
+        for w, e in zip(blocks_w, blocks_e, strict=True)
+    )
+    p, q = len(R), blocks_e[0].shape[1]
+    inverse = np.kron(np.eye(q), solve_triangular(R / scale, np.eye(p)) / scale[:, None])
+    # C (q p, q p) = (I (x) R^-1) meat (I (x) R^-T), the meat in the orthonormal basis
+    return np.asarray(inverse @ meat @ inverse.T)
+
+
+def _row_scores(w: FloatArray, e: FloatArray, triangle: FloatArray) -> FloatArray:
+    """Scores of single rows in the orthonormal basis, (S, q p)."""
+    z = solve_triangular(triangle, w.T, trans="T").T
+    return np.asarray((e[:, :, None] * z[:, None, :]).reshape(len(w), -1))
+
+
+def _bartlett_sum(u: FloatArray, lag: int) -> FloatArray:
+    """Bartlett-weighted autocovariance sum of scores u (S, n).
+
+    The triangle is a box convolved with itself, so the weighted sum over lags is the plain cross
+    product of moving sums over lag + 1 rows: positive semidefinite by construction.
+    """
+    padded = np.pad(u, ((lag + 1, lag), (0, 0)))
+    running = np.cumsum(padded, axis=0)
+    moving = running[lag + 1 :] - running[: -(lag + 1)]
+    return np.asarray(moving.T @ moving / (lag + 1))
+
+
+def _influence(pooled: Pooled, scores: FloatArray) -> FloatArray:
+    """Change of the parameters (T, q p) that belongs to scores (T, p, q)."""
+    T, p, q = scores.shape
+    side_by_side = scores.transpose(1, 0, 2).reshape(p, T * q)
+    moved = pooled.to_si(side_by_side).reshape(p, T, q)
+    return moved.transpose(1, 2, 0).reshape(T, q * p)
+
+
+def _outer(influence: FloatArray) -> FloatArray:
+    return np.asarray(influence.T @ influence)

@@ -1,0 +1,92 @@
+"""Solve the linear model on per-trial factors."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from armimpedance.errors import InputError
+from armimpedance.regression.covariance import (
+    CovarianceKind,
+    parameter_covariance,
+    residual_covariance,
+    residual_dof,
+)
+from armimpedance.regression.diagnose import conditioning_warnings
+from armimpedance.regression.factors import TrialFactors
+from armimpedance.regression.fit import Fit
+from armimpedance.regression.pooled import Pooled, pool
+
+
+def fit(
+    factors: TrialFactors,
+    *,
+    covariance: CovarianceKind = "cr1",
+    parameter_names: Sequence[str] | None = None,
+    parameter_units: Sequence[str] | None = None,
+    warn_cond: float = 1e6,
+) -> Fit:
+    """Least squares ``Y = W Theta + E`` over all clusters.
+
+    Parameters
+    ----------
+    factors : TrialFactors
+    covariance : {"cr1", "cr3", "classical"}
+        Clustered by trial (t with clusters - 1 degrees of freedom), or the textbook one.
+    parameter_names, parameter_units : sequences of p q str, optional
+        In the order of `Fit.parameters`; by default ``output:regressor`` (the plain regressor
+        if there is one output) and the output's unit over the regressor's.
+    warn_cond : float
+        Scaled condition number above which the fit warns and names the columns.
+
+    Raises
+    ------
+    NotIdentifiableError
+        W loses rank; names the regressors.
+    InputError
+        One cluster only, no more rows than parameters, or names that do not fit.
+    """
+    pooled = pool(factors)
+    clustered = covariance != "classical"
+    C = parameter_covariance(factors, pooled, covariance)
+    state = pooled.state
+    return Fit(
+        regressors=factors.regressors,
+        outputs=factors.outputs,
+        names=tuple(parameter_names or _default_names(factors)),
+        units=tuple(parameter_units or _default_units(factors)),
+        coefficients=pooled.coefficients,
+        covariance=C,
+        covariance_kind=covariance,
+        dof=float(factors.n_clusters - 1 if clustered else residual_dof(factors)),
+        cond_raw=state.cond_raw,
+        cond_scaled=state.cond_scaled,
+        rank=state.rank,
+        n_trials=factors.n_clusters,
+        n_rows=int(factors.rows.sum()),
+        residual_covariance=residual_covariance(factors, pooled),
+        r2=_r2(pooled),
+        centred=factors.intercept is not None,
+        triangle=pooled.triangle,
+        warnings=conditioning_warnings(state, factors.regressors, warn_cond),
+    )
+
+
+def _r2(pooled: Pooled) -> float:
+    total = float(pooled.total_squares.sum())
+    if total == 0:
+        raise InputError("the outputs do not vary: there is nothing to explain")
+    return 1.0 - float((pooled.residual_triangle**2).sum()) / total
+
+
+def _default_names(factors: TrialFactors) -> tuple[str, ...]:
+    if factors.n_outputs == 1:
+        return factors.regressors
+    return tuple(f"{o}:{r}" for o in factors.outputs for r in factors.regressors)
+
+
+def _default_units(factors: TrialFactors) -> tuple[str, ...]:
+    return tuple(
+        f"{o}/({r})" if o and r else o
+        for o in factors.output_units
+        for r in factors.regressor_units
+    )
