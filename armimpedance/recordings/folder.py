@@ -120,7 +120,8 @@ def _rows_of_samples(table: TrialTable, samples: Samples) -> IntArray:
         if trial not in run_of:
             file = samples.table.file.name
             raise table.error(f"trial {trial} has no samples", row, "trial", f"some in {file}")
-    unknown = [run for trial, run in run_of.items() if trial not in set(trials)]
+    listed = set(trials)
+    unknown = [run for trial, run in run_of.items() if trial not in listed]
     if unknown:
         raise InputError(
             f"trial {samples.trials[unknown[0]]} is not in {TRIALS_FILE}",

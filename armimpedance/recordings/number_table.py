@@ -115,7 +115,9 @@ def _as_floats(column: pa.ChunkedArray, from_text: bool) -> FloatArray | None:
             return None
     if not (pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_decimal(kind)):
         return None
-    return np.asarray(column.cast(pa.float64(), safe=False).to_numpy(), dtype=np.float64)
+    if kind != pa.float64():
+        column = column.cast(pa.float64(), safe=False)
+    return np.asarray(column.to_numpy())
 
 
 def _read_parquet(file: Path) -> pa.Table:

@@ -88,6 +88,14 @@ def read_samples(file: Path, metadata: Metadata) -> Samples:
     table = read_numbers(file, columns.named)
     trials, offsets = _runs(table)
     samples = Samples(table, columns, trials, offsets)
+    axes = len(columns.position)
+    if metadata.shoulder_m is not None and len(metadata.shoulder_m) != axes:
+        raise InputError(
+            f"{len(metadata.shoulder_m)} numbers",
+            file=file.with_name("recording.json"),
+            column="shoulder_m",
+            expected=f"one per axis: {axes}",
+        )
     _check_time(samples, metadata.sample_rate_hz)
     if metadata.kind == "hand":
         _check_metres(samples, metadata)
@@ -238,47 +246,32 @@ def _rounding(time: FloatArray, dt: float) -> float:
 
 def _check_metres(samples: Samples, metadata: Metadata) -> None:
     """Refuse positions that no hand can reach: millimetres, mostly."""
-    position = samples.stack(samples.columns.position)
-    axes = position.shape[1]
-    if metadata.shoulder_m is not None and len(metadata.shoulder_m) != axes:
-        raise InputError(
-            f"shoulder_m has {len(metadata.shoulder_m)} numbers for {axes} axes",
-            file=samples.table.file.with_name("recording.json"),
-            column="shoulder_m",
-            expected="one number per axis",
-        )
-    known = metadata.shoulder_m is not None
-    reference = np.array(metadata.shoulder_m if known else np.zeros(axes))
-    limit = LARGEST_REACH_M if known else LARGEST_COORDINATE_M
-    far = np.abs(position - reference) > limit
-    if not far.any():
-        centre = (position.max(axis=0) + position.min(axis=0)) / 2.0
-        far = np.abs(position - centre) > LARGEST_SPAN_M / 2.0
-    _refuse_values(samples, samples.columns.position, position, far, "metres", "millimetres")
+    columns, shoulder = samples.columns.position, metadata.shoulder_m
+    limit = LARGEST_COORDINATE_M if shoulder is None else LARGEST_REACH_M
+    for name, origin in zip(columns, shoulder or (0.0,) * len(columns), strict=True):
+        _refuse_beyond(samples, name, origin, limit, "metres", "millimetres")
+        values = samples.table.columns[name]
+        middle = float(values.max() + values.min()) / 2.0
+        _refuse_beyond(samples, name, middle, LARGEST_SPAN_M / 2.0, "metres", "millimetres")
 
 
 def _check_radians(samples: Samples, columns: tuple[str, ...]) -> None:
-    if columns:
-        angles = samples.stack(columns)
-        too_far = np.abs(angles) > LARGEST_ANGLE_RAD
-        _refuse_values(samples, columns, angles, too_far, "radians", "degrees")
+    for name in columns:
+        _refuse_beyond(samples, name, 0.0, LARGEST_ANGLE_RAD, "radians", "degrees")
 
 
-def _refuse_values(
-    samples: Samples,
-    columns: tuple[str, ...],
-    values: FloatArray,
-    wrong: np.ndarray,
-    wanted: str,
-    looks_like: str,
+def _refuse_beyond(
+    samples: Samples, column: str, middle: float, limit: float, wanted: str, looks_like: str
 ) -> None:
-    if not wrong.any():
+    """Refuse a column with a value further than `limit` from `middle`."""
+    values = samples.table.columns[column]
+    if values.max() <= middle + limit and values.min() >= middle - limit:
         return
-    sample, column = (int(i[0]) for i in np.nonzero(wrong))
+    sample = int(np.argmax((values > middle + limit) | (values < middle - limit)))
     raise InputError(
-        f"{values[sample, column]:.6g} looks like {looks_like}",
+        f"{values[sample]:.6g} looks like {looks_like}",
         file=samples.table.file,
         row=samples.table.row(sample),
-        column=columns[column],
+        column=column,
         expected=wanted,
     )

@@ -1,0 +1,374 @@
+"""Reading C3D files byte by byte, those included that other readers refuse.
+
+After the C3D user guide (Motion Lab Systems): blocks of 512 bytes; a header, a section of
+parameters in groups, then per frame the points (x, y, z, residual) and the analog samples, as
+float32 or as scaled int16. Little-endian files only (processor 84, nearly all there are). Kinarm's
+Dexterit-E departs from the guide: `ANALOG:OFFSET` is float32, `POINT:DATA_START` is 0, texts stand
+without a count dimension, and longer trials overflow 16 bits of frames.
+"""
+
+from __future__ import annotations
+
+import os
+import struct
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armimpedance.errors import InputError
+from armimpedance.records import FloatArray
+
+BLOCK: Final = 512
+_KEY: Final = 0x50
+_LITTLE_ENDIAN: Final = 84
+
+#: Types of parameters in a C3D file: code -> numpy type.
+_TYPES: Final = {-1: "S1", 1: "u1", 2: "<i2", 4: "<f4"}
+
+#: A parameter: a text, texts, or numbers in the order of the file.
+Parameter = str | tuple[str, ...] | NDArray[np.generic]
+
+
+@dataclass(frozen=True)
+class C3DFile:
+    """The content of one C3D file.
+
+    Attributes
+    ----------
+    name : str
+        For messages.
+    parameters : mapping of mapping
+        Group -> name -> parameter, all names in capitals.
+    rate_hz : float
+        Frames per second.
+    points : (F, P, 3)
+        In the file's own unit; where `residual` is negative, the point was not seen.
+    residual : (F, P)
+        The fourth word of each point.
+    analog : (F * samples_per_frame, A)
+        In the file's own units: offset and scale are applied.
+    """
+
+    name: str
+    parameters: Mapping[str, Mapping[str, Parameter]]
+    rate_hz: float
+    samples_per_frame: int
+    point_labels: tuple[str, ...]
+    points: FloatArray
+    residual: FloatArray
+    analog_labels: tuple[str, ...]
+    analog: FloatArray
+
+    @property
+    def frames(self) -> int:
+        """Number of frames F."""
+        return len(self.points)
+
+    def text(self, group: str, name: str) -> str | None:
+        """A parameter that is one text, or None."""
+        texts = self.texts(group, name)
+        return texts[0] if texts else None
+
+    def texts(self, group: str, name: str) -> tuple[str, ...]:
+        """A parameter that holds texts; empty where there is none."""
+        return _texts(self.parameters, group, name)
+
+    def numbers(self, group: str, name: str) -> FloatArray | None:
+        """A parameter that holds numbers, as a flat array; None where there is none."""
+        return _numbers(self.parameters, group, name)
+
+    def number(self, group: str, name: str) -> float | None:
+        """A parameter's first number, or None."""
+        values = self.numbers(group, name)
+        return None if values is None or not len(values) else float(values[0])
+
+
+def read_c3d(path: str | os.PathLike[str]) -> C3DFile:
+    """Read a C3D file from the disk; see `parse_c3d`."""
+    try:
+        data = Path(path).read_bytes()
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror}", file=path) from None
+    return parse_c3d(data, str(path))
+
+
+def parse_c3d(data: bytes, name: str) -> C3DFile:
+    """The content of a C3D file from its bytes.
+
+    Parameters
+    ----------
+    data : bytes
+    name : str
+        The file's name, for messages.
+
+    Raises
+    ------
+    InputError
+        It is no C3D file, is cut off, or its header claims what it does not hold.
+    """
+    if len(data) < BLOCK:
+        problem = "is empty" if not data else f"is cut off after {len(data)} bytes"
+        raise InputError(problem, file=name, expected="a C3D file with a header of 512 bytes")
+    if data[1] != _KEY or data[0] < 2:
+        raise InputError("is not a C3D file", file=name, expected="80 as the second byte")
+    header = _Header.parse(data)
+    parameters = _ParameterSection(data, name, (data[0] - 1) * BLOCK).parse()
+    layout = _Layout.of(data, name, header, parameters)
+    words = np.frombuffer(
+        data, layout.word, layout.frames * layout.words_per_frame, layout.start
+    ).reshape(layout.frames, layout.words_per_frame)
+    points = words[:, : 4 * header.points].reshape(layout.frames, header.points, 4)
+    per_frame = header.analog_samples_per_frame
+    channels = header.analog_per_frame // per_frame if per_frame else 0
+    raw = words[:, 4 * header.points :].reshape(layout.frames * max(per_frame, 1), channels)
+    return C3DFile(
+        name=name,
+        parameters=parameters,
+        rate_hz=_rate(name, header, parameters, layout.frames),
+        samples_per_frame=per_frame,
+        point_labels=_labels(parameters, "POINT", header.points),
+        points=points[:, :, :3] * layout.point_scale,
+        residual=points[:, :, 3].astype(np.float64),
+        analog_labels=_labels(parameters, "ANALOG", channels),
+        analog=_scaled_analog(name, raw, parameters),
+    )
+
+
+@dataclass(frozen=True)
+class _Header:
+    """The first block. Numbers of words are those of the guide, from 1."""
+
+    points: int
+    analog_per_frame: int
+    first_frame: int
+    last_frame: int
+    scale: float
+    data_start_block: int
+    analog_samples_per_frame: int
+    rate_hz: float
+
+    @staticmethod
+    def parse(data: bytes) -> _Header:
+        # Words 2-12; word 6, the longest gap that was filled, is not needed.
+        points, analog, first, last, _, scale, start, per_frame, rate = struct.unpack_from(
+            "<5HfHHf", data, 2
+        )
+        return _Header(points, analog, first, last, scale, start, per_frame, rate)
+
+    @property
+    def frames(self) -> int:
+        """Frames that the header claims."""
+        return max(self.last_frame - self.first_frame + 1, 0) if self.last_frame else 0
+
+
+class _ParameterSection:
+    """The parameter section; every read is checked against the end of the file."""
+
+    def __init__(self, data: bytes, name: str, start: int) -> None:
+        self.data, self.name, self.at = data, name, start
+
+    def parse(self) -> dict[str, dict[str, Parameter]]:
+        processor = self._take(4)[3]
+        if processor != _LITTLE_ENDIAN:
+            expected = f"{_LITTLE_ENDIAN}, little-endian"
+            raise InputError(f"processor type {processor}", file=self.name, expected=expected)
+        groups: dict[int, str] = {}
+        found: list[tuple[int, str, Parameter]] = []
+        while self.at + 2 <= len(self.data):
+            length, group = struct.unpack("<bb", self._take(2))
+            if length == 0:
+                break
+            # A negative length locks the entry against editing: of no meaning to a reader.
+            label = _decode(self._take(abs(length))).upper()
+            next_entry = self.at + struct.unpack("<H", self._peek(2))[0]
+            is_last = next_entry == self.at
+            self.at += 2
+            if group < 0:
+                groups[-group] = label
+                self._take(self._take(1)[0])
+            else:
+                found.append((group, label, self._value()))
+            if is_last:
+                break
+            if next_entry < self.at:
+                raise self._broken(f"the entry {label} points back into itself")
+            self.at = next_entry
+        parameters: dict[str, dict[str, Parameter]] = {label: {} for label in groups.values()}
+        for group, label, value in found:
+            parameters.setdefault(groups.get(group, f"GROUP{group}"), {})[label] = value
+        return parameters
+
+    def _value(self) -> Parameter:
+        code, dimensions = struct.unpack("<bB", self._take(2))
+        if code not in _TYPES:
+            raise self._broken(f"a parameter of unknown type {code}")
+        sizes = tuple(self._take(dimensions))
+        kind = np.dtype(_TYPES[code])
+        count = int(np.prod(sizes, dtype=np.int64))
+        raw = self._take(count * kind.itemsize)
+        if code != -1:
+            return np.frombuffer(raw, kind).copy()
+        if len(sizes) < 2:
+            return _decode(raw)
+        width = sizes[0]
+        return tuple(
+            _decode(raw[i * width : (i + 1) * width]) for i in range(count // (width or 1))
+        )
+
+    def _peek(self, size: int) -> bytes:
+        if self.at + size > len(self.data):
+            raise self._broken("the parameters run past the end of the file")
+        return self.data[self.at : self.at + size]
+
+    def _take(self, size: int) -> bytes:
+        taken = self._peek(size)
+        self.at += size
+        return taken
+
+    def _broken(self, problem: str) -> InputError:
+        return InputError(f"broken parameter section: {problem}", file=self.name)
+
+
+@dataclass(frozen=True)
+class _Layout:
+    """Where the data lie and in which form."""
+
+    start: int
+    frames: int
+    words_per_frame: int
+    word: np.dtype
+    point_scale: float
+
+    @staticmethod
+    def of(
+        data: bytes, name: str, header: _Header, parameters: Mapping[str, Mapping[str, Parameter]]
+    ) -> _Layout:
+        words = 4 * header.points + header.analog_per_frame
+        per_frame = header.analog_samples_per_frame
+        if header.analog_per_frame % (per_frame or 1) or (
+            header.analog_per_frame and not per_frame
+        ):
+            problem = f"{header.analog_per_frame} analog values in {per_frame} samples per frame"
+            raise InputError(problem, file=name, expected="a multiple")
+        scale = _first(parameters, "POINT", "SCALE", header.scale)
+        word = np.dtype("<f4" if scale < 0 else "<i2")
+        if not words or not header.frames:
+            return _Layout(0, 0, words, word, 1.0)
+        block = header.data_start_block or int(_first(parameters, "POINT", "DATA_START", 0.0))
+        start = (block - 1) * BLOCK
+        if not 0 < start <= len(data):
+            problem = f"the data are said to start at block {block}"
+            raise InputError(problem, file=name, expected="a block of the file, after the header")
+        frames = _frames(name, header.frames, data[start:], words * word.itemsize)
+        return _Layout(start, frames, words, word, 1.0 if scale < 0 else scale)
+
+
+def _frames(name: str, claimed: int, frame_data: bytes, frame_bytes: int) -> int:
+    """How many frames there are, where 16 bits may not have sufficed to say so.
+
+    A longer recording wraps round at 65536 frames or stays at 65535: the length of the file tells.
+    It is filled to a whole block, with fewer than `BLOCK` bytes.
+    """
+    held = len(frame_data) // frame_bytes
+    if claimed > held:
+        raise InputError(
+            f"the header claims {claimed} frames, the file holds {held}",
+            file=name,
+            expected="a file that is not cut off",
+        )
+    filling = (BLOCK - 1) // frame_bytes
+    if held - claimed <= filling:
+        return claimed
+    wrapped = claimed + (held - claimed) // 65536 * 65536
+    if wrapped > claimed and held - wrapped <= filling:
+        return wrapped
+    if claimed < 65535:
+        return claimed
+    while not any(frame_data[(held - 1) * frame_bytes : held * frame_bytes]):
+        held -= 1
+    return max(held, claimed)
+
+
+def _rate(
+    name: str, header: _Header, parameters: Mapping[str, Mapping[str, Parameter]], frames: int
+) -> float:
+    rate = header.rate_hz
+    if not (np.isfinite(rate) and rate > 0):
+        rate = _first(parameters, "POINT", "RATE", 0.0)
+    if frames and not (np.isfinite(rate) and rate > 0):
+        raise InputError(f"a rate of {rate} frames/s", file=name, expected="a positive number")
+    return float(rate)
+
+
+def _scaled_analog(
+    name: str, raw: NDArray[np.generic], parameters: Mapping[str, Mapping[str, Parameter]]
+) -> FloatArray:
+    """Analog samples in their units: (raw - offset) * scale * general scale."""
+    channels = raw.shape[1]
+    unsigned = _texts(parameters, "ANALOG", "FORMAT")[:1] == ("UNSIGNED",)
+    if unsigned and raw.dtype.kind == "i":
+        raw = raw.view("<u2")
+
+    def per_channel(parameter: str, default: float) -> FloatArray:
+        parts = [_numbers(parameters, "ANALOG", p) for p in (parameter, parameter + "2")]
+        values = np.concatenate([p for p in parts if p is not None] or [np.zeros(0)])
+        if unsigned and parameter == "OFFSET":
+            values = np.mod(values, 65536.0)
+        if len(values) == 0:
+            return np.full(channels, default)
+        if len(values) < channels:
+            raise InputError(
+                f"ANALOG:{parameter} has {len(values)} values",
+                file=name,
+                expected=f"one per channel: {channels}",
+            )
+        return values[:channels]
+
+    if channels == 0 or len(raw) == 0:
+        return np.zeros((len(raw), channels))
+    scale = per_channel("SCALE", 1.0) * _first(parameters, "ANALOG", "GEN_SCALE", 1.0)
+    return (raw.astype(np.float64) - per_channel("OFFSET", 0.0)) * scale
+
+
+def _labels(
+    parameters: Mapping[str, Mapping[str, Parameter]], group: str, count: int
+) -> tuple[str, ...]:
+    """Labels of points or channels; those beyond 255 are in LABELS2, unnamed ones get a number."""
+    given = [
+        label
+        for parameter in ("LABELS", "LABELS2", "LABELS3")
+        for label in _texts(parameters, group, parameter)
+    ]
+    unnamed = [f"{group}_{i}" for i in range(len(given) + 1, count + 1)]
+    return tuple((given + unnamed)[:count])
+
+
+def _texts(
+    parameters: Mapping[str, Mapping[str, Parameter]], group: str, name: str
+) -> tuple[str, ...]:
+    value = parameters.get(group, {}).get(name)
+    if isinstance(value, str):
+        return (value,)
+    return value if isinstance(value, tuple) else ()
+
+
+def _numbers(
+    parameters: Mapping[str, Mapping[str, Parameter]], group: str, name: str
+) -> FloatArray | None:
+    value = parameters.get(group, {}).get(name)
+    return value.astype(np.float64) if isinstance(value, np.ndarray) else None
+
+
+def _first(
+    parameters: Mapping[str, Mapping[str, Parameter]], group: str, name: str, default: float
+) -> float:
+    values = _numbers(parameters, group, name)
+    return default if values is None or not len(values) else float(values[0])
+
+
+def _decode(raw: bytes) -> str:
+    return raw.decode("utf-8", errors="replace").rstrip("\x00 ").lstrip()
