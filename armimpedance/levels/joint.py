@@ -166,7 +166,7 @@ def _compliances_added(J: FloatArray, A: FloatArray, name: str) -> tuple[FloatAr
     hand = np.linalg.inv(J @ moved)
     # dA_e = L (d, n) dA (n, n) R (n, d): vec(dA_e) = (L kron R^T) vec(dA)
     left, right = hand @ np.linalg.solve(A.T, J.T).T, moved @ hand
-    return np.asarray(hand), np.kron(left, right.T)
+    return hand, np.kron(left, right.T).astype(float)
 
 
 def _hand_jacobian(estimate: ImpedanceEstimate, posture: ArmPosture, level: str) -> FloatArray:
