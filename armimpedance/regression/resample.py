@@ -45,7 +45,7 @@ def bootstrap(
     """Coefficients (repeats, p, q) of fits to clusters drawn with replacement.
 
     A resample that loses rank is drawn again from a stream of its own; the first n of N repeats
-    do not depend on N, and the same seed gives the same bits.
+    do not depend on N (up to rounding), and the same call gives the same bits.
 
     Parameters
     ----------

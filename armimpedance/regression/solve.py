@@ -85,8 +85,8 @@ def _default_names(factors: TrialFactors) -> tuple[str, ...]:
 
 
 def _default_units(factors: TrialFactors) -> tuple[str, ...]:
+    per = {r: f"/({r})" if set("/ *") & set(r) else f"/{r}" for r in factors.regressor_units}
+    # An unknown unit on either side leaves the parameter's unknown.
     return tuple(
-        f"{o}/({r})" if o and r else o
-        for o in factors.output_units
-        for r in factors.regressor_units
+        o + per[r] if o and r else "" for o in factors.output_units for r in factors.regressor_units
     )
