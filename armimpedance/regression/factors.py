@@ -25,7 +25,7 @@ _CONSTANT_TOLERANCE = 1e-12
 _BATCH_NUMBERS = 60_000
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class TrialFactors:
     """Triangular factors of ``[W_t Y_t]``, one per cluster.
 

@@ -61,11 +61,22 @@ class Pooled:
 def pool(factors: TrialFactors) -> Pooled:
     """Solve over all clusters and express each in the pooled orthonormal basis.
 
+    The solution stays with the factors, which cannot change: fit, leave-one-out and bootstrap of
+    the same clusters share it.
+
     Raises
     ------
     NotIdentifiableError
         The columns of W lose rank; names the regressors.
     """
+    known: Pooled | None = getattr(factors, "_pooled", None)
+    if known is None:
+        known = _pool(factors)
+        object.__setattr__(factors, "_pooled", known)
+    return known
+
+
+def _pool(factors: TrialFactors) -> Pooled:
     p, k = factors.n_regressors, factors.r.shape[1]
     stack = factors.r.reshape(-1, k)
     # [W Y] (T k, p + q) = [Z U] (T k, p + q) [[R, Z^T Y], [0, R_E]]
