@@ -79,7 +79,7 @@ class PinocchioArm:
 
         def one(data: Any, q: FloatArray) -> FloatArray:
             J = pin.computeFrameJacobian(self.model, data, q, self._frame, _WORLD)
-            return J[list(self.hand_axes)]
+            return self._matrix(J, 6)[list(self.hand_axes)]
 
         return self._each(one, (self.axes, self.joints), q)
 
@@ -89,7 +89,7 @@ class PinocchioArm:
         def one(data: Any, q: FloatArray, qd: FloatArray) -> FloatArray:
             pin.computeJointJacobiansTimeVariation(self.model, data, q, qd)
             rate = pin.getFrameJacobianTimeVariation(self.model, data, self._frame, _WORLD)
-            return rate[list(self.hand_axes)]
+            return self._matrix(rate, 6)[list(self.hand_axes)]
 
         return self._each(one, (self.axes, self.joints), q, qd)
 
@@ -103,7 +103,7 @@ class PinocchioArm:
         """Joint-space inertia M(q), kg m^2, (..., n, n)."""
 
         def one(data: Any, q: FloatArray) -> FloatArray:
-            upper = np.triu(pin.crba(self.model, data, q))
+            upper = np.triu(self._matrix(pin.crba(self.model, data, q), self.joints))
             return upper + np.triu(upper, 1).T
 
         return self._each(one, (self.joints, self.joints), q)
@@ -112,7 +112,8 @@ class PinocchioArm:
         """Coriolis and centrifugal torque h(q, qd) without gravity, Nm, (..., n)."""
 
         def one(data: Any, q: FloatArray, qd: FloatArray) -> FloatArray:
-            return pin.computeCoriolisMatrix(self.model, data, q, qd) @ qd
+            C = pin.computeCoriolisMatrix(self.model, data, q, qd)
+            return self._matrix(C, self.joints) @ qd
 
         return self._each(one, (self.joints,), q, qd)
 
@@ -137,6 +138,10 @@ class PinocchioArm:
     @property
     def _frame(self) -> int:
         return int(self.model.getFrameId(self.frame))
+
+    def _matrix(self, result: FloatArray, rows: int) -> FloatArray:
+        """Pinocchio returns a single column as a vector."""
+        return result.reshape(rows, self.joints)
 
     def _each(
         self, function: Callable[..., FloatArray], shape: tuple[int, ...], *states: ArrayLike

@@ -96,6 +96,16 @@ def test_seven_joint_arm_hangs_with_its_weight():
     np.testing.assert_allclose(reaching[1], -9.81 * moment, rtol=1e-12)
 
 
+def test_a_single_joint_is_a_pendulum():
+    arm = planar_chain([0.3], [1.2], [0.15], [0.01], gravity_m_s2=(0.0, -9.81, 0.0))
+    q, qd = states(1)
+    turned = np.stack([-np.sin(q), np.cos(q)], axis=1)
+    np.testing.assert_allclose(arm.jacobian(q), 0.3 * turned, atol=1e-15)
+    np.testing.assert_allclose(arm.inertia(q), np.full((40, 1, 1), 0.01 + 1.2 * 0.15**2))
+    np.testing.assert_allclose(arm.bias(q, qd), 0, atol=1e-12)
+    np.testing.assert_allclose(arm.gravity(q), 1.2 * 9.81 * 0.15 * np.cos(q), atol=1e-12)
+
+
 def test_results_do_not_change_with_the_next_call():
     first = THREE.jacobian([0.1, 0.2, 0.3])
     kept = first.copy()
