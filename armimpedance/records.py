@@ -30,8 +30,12 @@ IntArray = NDArray[np.int64]
 def frozen_array(
     values: ArrayLike, name: str, shape: tuple[int | None, ...], dtype: Any = np.float64
 ) -> Any:
-    """Copy into a read-only array and check its shape (None = any length) and finiteness."""
-    array = np.array(values, dtype=dtype)
+    """Copy into a read-only array and check its shape (None = any length) and finiteness.
+
+    An array that nobody can write to any more (see `frozen`) is taken as it is.
+    """
+    taken = isinstance(values, np.ndarray) and values.dtype == dtype and _is_frozen(values)
+    array = np.asarray(values) if taken else np.array(values, dtype=dtype)
     fits = array.ndim == len(shape) and all(
         want is None or have == want for have, want in zip(array.shape, shape, strict=True)
     )
@@ -42,6 +46,22 @@ def frozen_array(
         raise RecordError(f"{name} holds a value that is not finite", expected="finite numbers")
     array.flags.writeable = False
     return array
+
+
+def frozen(array: FloatArray) -> FloatArray:
+    """Give up the right to write to a fresh array, so that a type can take it without a copy."""
+    array.flags.writeable = False
+    return array
+
+
+def _is_frozen(array: np.ndarray) -> bool:
+    """Whether neither this array nor any that it is a view of can be written to."""
+    seen: Any = array
+    while isinstance(seen, np.ndarray):
+        if seen.flags.writeable:
+            return False
+        seen = seen.base
+    return seen is None
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,13 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
+from hypothesis import settings
 
 from armimpedance.records import Recording
+
+# No test depends on time, and every run tries the same examples.
+settings.register_profile("armimpedance", deadline=None, derandomize=True)
+settings.load_profile("armimpedance")
 
 RATE = 1000.0
 M = np.array([[1.731, -0.655], [-0.655, 1.001]])

@@ -17,7 +17,7 @@ COMMANDS = {
     "demo": "the whole study on a simulated subject: recordings, estimates, figures",
     "simulate": "write a simulated experiment and its truth",
     "inspect": "say what a recording holds and whether it can be used",
-    "estimate": "inertia, viscosity and stiffness with 95 % intervals",
+    "estimate": "inertia, viscosity and stiffness with 95 %% intervals",
     "map": "from the hand to the joints",
     "convert": "turn a lab's files into a recording",
     "figures": "draw the sources' figures from simulated subjects",

@@ -14,7 +14,7 @@ from armimpedance.impedance.regressors import BLOCKS_OF_ONE_TRIAL
 from armimpedance.impedance.result import CovarianceKind, Group, to_estimate
 from armimpedance.impedance.stochastic import DEFAULT_BAND_HZ, estimate_stochastic
 from armimpedance.records import ImpedanceEstimate, Recording, Window
-from armimpedance.signals.windows import cut_windows
+from armimpedance.signals.windows import cut_windows, disturbance_times
 
 #: The columns that name a group where the caller names none.
 DEFAULT_BY = ("condition",)
@@ -73,11 +73,19 @@ def estimate(
         If a group's motion does not determine its parameters; names group and parameters.
     """
     groups = list(_groups(recording, by))
-    single = _stochastic if recording.perturbation == "stochastic" else _returning
+    stochastic = recording.perturbation == "stochastic"
+    timing = None if stochastic else disturbance_times(recording)
     results = []
     for done, (keys, rows) in enumerate(groups, start=1):
         try:
-            results.append(single(recording, rows, keys, options))
+            group = Group.of(recording, keys)
+            if timing is None:
+                found = estimate_stochastic(
+                    recording.select(rows), group, options.band_hz, options.covariance
+                )
+            else:
+                found = estimate_window(cut_windows(recording, rows, timing), group, options)
+            results.append(found)
         except ArmImpedanceError as error:
             raise _in_group(error, keys) from error
         if progress is not None:
@@ -109,13 +117,6 @@ def _in_group(error: ArmImpedanceError, keys: Mapping[str, Any]) -> ArmImpedance
     return InputError(f"{where}: {error}")
 
 
-def _returning(
-    recording: Recording, rows: np.ndarray, keys: Mapping[str, Any], options: Options
-) -> ImpedanceEstimate:
-    window = cut_windows(recording.select(rows))
-    return estimate_window(window, Group.of(recording, keys), options)
-
-
 def estimate_window(window: Window, group: Group, options: Options) -> ImpedanceEstimate:
     """The estimate of one group from its raw windows (what simulations call)."""
     method = method_named(options.method)
@@ -137,13 +138,4 @@ def estimate_window(window: Window, group: Group, options: Options) -> Impedance
         quality=replace(made.quality, n_trials=int(used.sum())),
         warnings=warnings,
         provenance=(*made.provenance, *window.notes, *notes),
-    )
-
-
-def _stochastic(
-    recording: Recording, rows: np.ndarray, keys: Mapping[str, Any], options: Options
-) -> ImpedanceEstimate:
-    selected = recording.select(rows)
-    return estimate_stochastic(
-        selected, Group.of(recording, keys), options.band_hz, options.covariance
     )

@@ -94,11 +94,6 @@ def operator(weights: NDArray[np.float64], centres: NDArray[np.int64], samples: 
     return matrix
 
 
-def apply_operator(matrix: FloatArray, signal: FloatArray) -> FloatArray:
-    """Apply a (C, S) matrix to signals (T, S, d) along time: (T, C, d)."""
-    return np.matmul(matrix, signal)
-
-
 def derivatives(signal: FloatArray, sample_rate_hz: float) -> tuple[FloatArray, FloatArray]:
     """First and second central differences of signals (T, S, d) along time, as the source does.
 

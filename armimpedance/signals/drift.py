@@ -6,7 +6,8 @@ acceleration **and** force. Two such operators:
 
 - `end_operator`, ``P s = s - s(t0) - r (s(tf) - s(t0))``, ``r = (t - t0)/(tf - t0)``: exact for
   whatever motion remains at tf, but it hangs on the noise of two samples;
-- `ramp_projector`, the least-squares projection, which uses the whole window.
+- ``P s = s - Q Q^T s`` with `ramp_basis` Q, the least-squares projection, which uses the whole
+  window.
 
 The source corrects the force alone (29), `correct_force_only`: exact only where displacement,
 velocity and acceleration are all zero again at tf.
@@ -20,17 +21,19 @@ from armimpedance.errors import InputError
 from armimpedance.records import FloatArray
 
 
-def ramp_projector(lag_s: FloatArray) -> FloatArray:
-    """Matrix (S, S) that removes the least-squares offset and ramp over `lag_s`.
+def ramp_basis(lag_s: FloatArray) -> FloatArray:
+    """Orthonormal basis Q (S, 2) of an offset and a ramp; ``P s = s - Q Q^T s`` removes both.
 
-    ``P = I - Q Q^T`` with Q an orthonormal basis of {1, t}.
+    Raises
+    ------
+    InputError
+        If there are fewer than three lags: nothing would be left.
     """
     if len(lag_s) < 3:
         raise InputError(f"a window of {len(lag_s)} samples", expected="at least 3")
     centred = lag_s - lag_s.mean()
     basis = np.column_stack([np.ones_like(centred), centred])
-    q = basis / np.linalg.norm(basis, axis=0)
-    return np.eye(len(lag_s)) - q @ q.T
+    return np.asarray(basis / np.linalg.norm(basis, axis=0))
 
 
 def end_operator(lag_s: FloatArray, start: int, end: int) -> FloatArray:

@@ -7,24 +7,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from armimpedance.errors import InputError
-from armimpedance.records import Response, Window
-from armimpedance.signals.differentiate import (
-    Kernels,
-    apply_operator,
-    operator,
-    spline_kernels,
-)
-from armimpedance.signals.drift import ramp_projector
+from armimpedance.records import FloatArray, Response, Window
+from armimpedance.signals.differentiate import Kernels, operator, spline_kernels
+from armimpedance.signals.drift import ramp_basis
 
 #: Support of the smoothing kernel (s). Measured in simulation (docs/estimate.md): at 20 um encoder
 #: steps narrower kernels bias M and K, wider ones gain nothing.
 KERNEL_S = 0.16
 #: The fit runs from this long before the onset to this long after the end (s).
-PAD_S = 0.06
+PAD_S = 0.07
 #: Shorter supports than this are refused: encoder steps would be all that is left (s).
 SHORTEST_KERNEL_S = 0.03
 #: Rows of a fit per second: the smoothed signals hold nothing above some 15 Hz.
-ROWS_PER_S = 250.0
+ROWS_PER_S = 125.0
 
 
 @dataclass(frozen=True)
@@ -33,6 +28,7 @@ class Span:
 
     kernels: Kernels
     centres: np.ndarray
+    stride: int
     notes: tuple[str, ...] = ()
 
 
@@ -66,7 +62,7 @@ def choose_span(window: Window, *, kernel_s: float = KERNEL_S, pad_s: float = PA
             f"the records hold {len(lag) / rate:.3f} s around each disturbance",
             expected=f"at least {wanted * 1e3:.0f} ms of rest before and after it",
         )
-    return Span(kernels, centres, notes)
+    return Span(kernels, centres, stride, notes)
 
 
 def respond(window: Window, span: Span | None = None) -> Response:
@@ -88,23 +84,33 @@ def respond(window: Window, span: Span | None = None) -> Response:
     Response
     """
     span = span or choose_span(window)
-    lag, size = window.lag_s[span.centres], len(window.lag_s)
-    project = ramp_projector(lag)
+    lag, d = window.lag_s[span.centres], window.axes
+    basis = ramp_basis(lag)
 
-    # (C, S) = (C, C) (C, S): projection after smoothing, one matrix per derivative
-    smooth, first, second = (
-        project @ operator(weights, span.centres, size)
-        for weights in (span.kernels.smooth, span.kernels.first, span.kernels.second)
-    )
+    def apply(weights: tuple[FloatArray, ...], signal: FloatArray) -> list[FloatArray]:
+        stacked = np.concatenate(
+            [operator(each, span.centres, len(window.lag_s)) for each in weights]
+        )
+        # One product for all kernels, trials and axes: (w C, S) (S, T d)
+        flat = signal.transpose(1, 0, 2).reshape(len(window.lag_s), -1)
+        smoothed = (stacked @ flat).reshape(len(weights), len(lag), -1)
+        # P s = s - Q (Q^T s): (C, T d) = (C, 2) (2, T d)
+        free = smoothed - basis @ (basis.T @ smoothed)
+        return [each.reshape(len(lag), -1, d).transpose(1, 0, 2) for each in free]
+
+    kernels = span.kernels
     # Positions are referenced first: the sums lose no digits to the distance from the shoulder.
-    position = window.position - window.position[:, :1]
+    displacement, velocity, acceleration = apply(
+        (kernels.smooth, kernels.first, kernels.second), window.position - window.position[:, :1]
+    )
+    (force,) = apply((kernels.smooth,), window.force)
     return Response(
-        sample_rate_hz=window.sample_rate_hz / max(1, int(np.diff(span.centres[:2])[0])),
+        sample_rate_hz=window.sample_rate_hz / span.stride,
         lag_s=lag,
-        displacement=apply_operator(smooth, position),
-        velocity=apply_operator(first, position),
-        acceleration=apply_operator(second, position),
-        force=apply_operator(smooth, window.force),
+        displacement=displacement,
+        velocity=velocity,
+        acceleration=acceleration,
+        force=force,
         trial=window.trial,
         usable=window.usable,
     )

@@ -76,7 +76,7 @@ def multiple_coherence(
     explained = np.einsum("fij,fij->fj", s_xf.conj(), response).real
     with np.errstate(invalid="ignore", divide="ignore"):
         gamma = np.where(s_ff > 0, explained / s_ff, 0.0)
-    frequency = np.arange(len(gamma)) * (sample_rate_hz / length)
+    frequency = np.arange(len(gamma), dtype=np.float64) * (sample_rate_hz / length)
     return Coherence(frequency, np.asarray(np.clip(gamma, 0.0, 1.0), float), len(starts))
 
 

@@ -5,15 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from armimpedance.errors import InputError
-from armimpedance.records import FloatArray, IntArray, Recording, Window
+from armimpedance.records import FloatArray, IntArray, Recording, Window, frozen
 from armimpedance.signals.onset import detect_movement
 
 #: State at the onset (position, force, joint angles) is a mean over this much rest before it (s).
 REST_BEFORE_ONSET_S = 0.1
-#: Ends that were detected rather than given are late by up to this much (s).
-MARGIN_S = 0.2
+#: Room before the onset and after the end for smoothing kernels and rest (s).
+MARGIN_S = 0.16
 
 
 @dataclass(frozen=True)
@@ -70,8 +71,10 @@ def _onset_samples(recording: Recording, timing: Timing) -> IntArray:
     return np.floor((timing.onset_s - start) * recording.sample_rate_hz + 1e-6).astype(np.int64)
 
 
-def cut_windows(recording: Recording, timing: Timing | None = None) -> Window:
-    """Equal windows from 0.2 s before the onset to 0.2 s after the longest disturbance's end.
+def cut_windows(
+    recording: Recording, rows: ArrayLike | None = None, timing: Timing | None = None
+) -> Window:
+    """Equal windows from 0.16 s before the onset to 0.16 s after the longest disturbance's end.
 
     Where trials hold less, the window shrinks to what 90 % of them hold; the others are marked
     unusable.
@@ -80,8 +83,10 @@ def cut_windows(recording: Recording, timing: Timing | None = None) -> Window:
     ----------
     recording : Recording
         Of returning disturbances.
+    rows : array of int, optional
+        Rows of the trial table, from 0; default all.
     timing : Timing, optional
-        Default: `disturbance_times`.
+        Of all trials of the recording; default: `disturbance_times`.
 
     Returns
     -------
@@ -93,42 +98,57 @@ def cut_windows(recording: Recording, timing: Timing | None = None) -> Window:
         If no trial holds its own disturbance.
     """
     timing = timing or disturbance_times(recording)
+    rows = np.arange(recording.n_trials) if rows is None else np.asarray(rows)
     rate = recording.sample_rate_hz
-    first = _onset_samples(recording, timing)
-    lengths = np.diff(recording.offsets)
-    duration = timing.end_s - timing.onset_s
+    first, lengths = _onset_samples(recording, timing)[rows], np.diff(recording.offsets)[rows]
+    duration = (timing.end_s - timing.onset_s)[rows]
+    trial = recording.trials["trial"].to_numpy(dtype=np.int64)[rows]
     needed = int(np.ceil(duration.max() * rate - 1e-6))
-    margin = round(MARGIN_S * rate)
-    before = min(margin, int(np.quantile(first, 0.1, method="lower")))
-    room = lengths - 1 - first
-    after = min(needed + margin, int(np.quantile(room, 0.1, method="lower")))
-    usable = (first >= before) & (room >= after)
+    before, after = _common_extent(first, lengths - 1 - first, needed, rate)
+    usable = (first >= before) & (lengths - 1 - first >= after)
     if after < needed or not usable.any():
-        row = int(np.argmin(room))
-        trial = recording.trials["trial"].iloc[row]
+        shortest = int(np.argmin(lengths - 1 - first))
+        held = (lengths - 1 - first)[shortest] / rate
         raise InputError(
-            f"trial {trial} ends {room[row] / rate:.3f} s after its onset",
+            f"trial {trial[shortest]} ends {held:.3f} s after its onset",
             expected=f"at least the disturbance of {needed / rate:.3f} s",
         )
     lag = np.arange(-before, after + 1)
-    index = (recording.offsets[:-1] + np.where(usable, first, before))[:, None] + lag
-    index = np.where(usable[:, None], index, 0)
-    keep = usable[:, None, None]
-    rest = _means_before(recording, first, usable)
+    index = (recording.offsets[rows] + np.where(usable, first, before))[:, None] + lag
+    index[~usable] = 0
+
+    def gather(samples: FloatArray) -> FloatArray:
+        cut = samples[index]
+        if not usable.all():
+            cut[~usable] = 0.0
+        return frozen(cut)
+
+    position, force = gather(recording.position), gather(recording.force)
+    rest = slice(max(0, before + 1 - round(REST_BEFORE_ONSET_S * rate)), before + 1)
+    angles = recording.joint_angles
     return Window(
         sample_rate_hz=rate,
         lag_s=lag / rate,
-        position=np.where(keep, recording.position[index], 0.0),
-        force=np.where(keep, recording.force[index], 0.0),
+        position=position,
+        force=force,
         duration_s=duration,
-        trial=recording.trials["trial"].to_numpy(dtype=np.int64),
+        trial=trial,
         usable=usable,
-        position_at_onset=rest(recording.position),
-        force_at_onset=rest(recording.force),
-        joint_angles_at_onset=(
-            None if recording.joint_angles is None else rest(recording.joint_angles)
-        ),
+        position_at_onset=position[:, rest].mean(axis=1),
+        force_at_onset=force[:, rest].mean(axis=1),
+        joint_angles_at_onset=None if angles is None else angles[index[:, rest]].mean(axis=1),
         notes=timing.notes + _left_out(usable),
+    )
+
+
+def _common_extent(
+    before: IntArray, after: IntArray, needed: int, sample_rate_hz: float
+) -> tuple[int, int]:
+    """Samples before and after the onset that 90 % of the trials hold, at most what is wanted."""
+    margin = round(MARGIN_S * sample_rate_hz)
+    return (
+        min(margin, int(np.quantile(before, 0.1, method="lower"))),
+        min(needed + margin, int(np.quantile(after, 0.1, method="lower"))),
     )
 
 
@@ -137,16 +157,3 @@ def _left_out(usable: np.ndarray) -> tuple[str, ...]:
     if not missing:
         return ()
     return (f"{missing} of {len(usable)} trials left out: too short around the disturbance",)
-
-
-def _means_before(recording: Recording, first: IntArray, usable: np.ndarray):  # type: ignore[no-untyped-def]
-    """A function that averages a sample array over the rest before each usable trial's onset."""
-    width = round(REST_BEFORE_ONSET_S * recording.sample_rate_hz)
-    stop = recording.offsets[:-1] + np.where(usable, first, 0) + 1
-    start = np.maximum(stop - width, recording.offsets[:-1])
-
-    def means(samples: FloatArray) -> FloatArray:
-        sums = np.vstack([np.zeros(samples.shape[1]), np.cumsum(samples, axis=0)])
-        return (sums[stop] - sums[start]) / (stop - start)[:, None]
-
-    return means

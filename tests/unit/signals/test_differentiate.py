@@ -6,12 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from armimpedance.errors import InputError
-from armimpedance.signals.differentiate import (
-    apply_operator,
-    derivatives,
-    operator,
-    spline_kernels,
-)
+from armimpedance.signals.differentiate import derivatives, operator, spline_kernels
 
 RATE = 1000.0
 
@@ -19,7 +14,7 @@ RATE = 1000.0
 def _apply(signal, weights):
     half = len(weights) // 2
     centres = np.arange(half, len(signal) - half)
-    return apply_operator(operator(weights, centres, len(signal)), signal[None, :, None])[0, :, 0]
+    return operator(weights, centres, len(signal)) @ signal
 
 
 @given(

@@ -51,5 +51,5 @@ def test_short_records_narrow_the_kernel_and_say_so(limb):
 
 def test_records_without_any_room_are_refused(limb):
     window = cut_windows(limb.record(sets=1, before=0.0, after=0.0, duration=0.05))
-    with pytest.raises(InputError, match="at least 140 ms of rest"):
+    with pytest.raises(InputError, match="at least 150 ms of rest"):
         choose_span(window)

@@ -1,0 +1,3 @@
+"""x"""
+def configure(p): ...
+def run(a): return 0
