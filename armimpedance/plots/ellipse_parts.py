@@ -23,12 +23,13 @@ def default_scale(matrices: Sequence[FloatArray], centres: FloatArray) -> float:
 
     With all centres in one place a tenth of the axes' unit stands for the distance.
     """
+    largest = _largest(matrices)
     apart = np.linalg.norm(centres[:, None] - centres[None], axis=-1)
     # Places closer than a tenth of the whole spread are one place measured twice.
     apart[apart <= 0.1 * apart.max()] = np.inf
     nearest = apart.min(axis=1)
     known = nearest[np.isfinite(nearest)]
-    return 0.45 * float(np.median(known) if known.size else 0.1) / _largest(matrices)
+    return 0.45 * float(np.median(known) if known.size else 0.1) / largest
 
 
 def matrix_of(item: ArrayLike | ImpedanceEstimate, which: Which) -> FloatArray:
@@ -116,7 +117,10 @@ def draw_scale_bar(ax: Axes, matrices: Sequence[FloatArray], scale: float, unit:
     ax.set_ylim(low - 0.13 * (high - low), high)
     ax.add_artist(
         AnchoredSizeBar(
-            *(ax.transData, scale * value, f"{value:g} {unit}", "lower right"),
+            ax.transData,
+            scale * value,
+            f"{value:g} {unit}",
+            "lower right",
             frameon=False,
             pad=0.4,
             sep=3,
@@ -149,7 +153,8 @@ def legend_above(ax: Axes, columns: int = 3) -> None:
     handles, labels = ax.get_legend_handles_labels()
     once = dict(zip(labels, handles, strict=True))
     ax.legend(
-        *(list(once.values()), list(once)),
+        list(once.values()),
+        list(once),
         loc="lower left",
         bbox_to_anchor=(0.0, 1.0),
         ncols=columns,

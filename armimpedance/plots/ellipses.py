@@ -136,6 +136,7 @@ def plot_ellipses_in_workspace(
     scale = default_scale(matrices, hands) if scale is None else scale
     with print_style():
         ax = new_axes(TWO_COLUMNS_IN * 0.6, TWO_COLUMNS_IN * 0.6) if ax is None else ax
+        label_axes(ax, "x (m)", "y (m)")
         if upper_arm_m is not None:
             draw_arms(ax, estimates, upper_arm_m, middle_of(hands) if arms_of is None else arms_of)
         for estimate, hand in zip(estimates, hands, strict=True):
@@ -145,7 +146,6 @@ def plot_ellipses_in_workspace(
         if reference is not None:
             _draw_models(ax, reference, hands, scale, which, LINE_STYLES[1], reference_label)
         draw_shoulders(ax, estimates)
-        label_axes(ax, "x (m)", "y (m)")
         draw_scale_bar(ax, matrices, scale, UNITS["hand"][MATRICES[which][0]])
         legend_above(ax)
     return ax
@@ -177,7 +177,10 @@ def plot_ellipses_over_levels(
         ax = new_axes() if ax is None else ax
         for i, (estimate, name) in enumerate(zip(estimates, names, strict=True)):
             plot_ellipse(
-                *(estimate, ax, (0.0, 0.0), 1.0, which, show_confidence),
+                estimate,
+                ax,
+                which=which,
+                show_confidence=show_confidence,
                 color=colors[i % len(colors)],
                 linestyle=LINE_STYLES[i % len(LINE_STYLES)],
                 label=name,
@@ -240,7 +243,11 @@ def _draw_models(
 ) -> None:
     for item, centre in zip(reference, centres, strict=True):
         plot_ellipse(
-            *(matrix_of(item, which), ax, centre, scale, which),
+            matrix_of(item, which),
+            ax,
+            centre,
+            scale,
+            which,
             color=OKABE_ITO["black"],
             linestyle=linestyle,
             label=label,

@@ -40,8 +40,10 @@ def plot_intervals(
     Raises
     ------
     InputError
-        When an estimate has no such element.
+        When an estimate has no such element, or there is no estimate.
     """
+    if not estimates:
+        raise InputError("nothing to draw", expected="at least one estimate")
     values, half = np.array([_value(e, parameter) for e in estimates]).T
     names = [str(e.keys.get("condition", "")) for e in estimates] if labels is None else labels
     rows = np.arange(len(values))

@@ -48,8 +48,11 @@ def with_interval(value: float, low: float, high: float) -> str:
 
 
 def short(text: str, width: int) -> str:
-    """The text, cut with an ellipsis where it is longer than the width."""
-    return text if len(text) <= width else text[: width - 1] + "…"
+    """The text, its middle left out where it is longer than the width: names differ at the end."""
+    if len(text) <= width:
+        return text
+    tail = width // 2
+    return text[: width - 1 - tail] + "…" + text[len(text) - tail :]
 
 
 def aligned_table(header: Sequence[str], rows: Sequence[Sequence[str]], gap: str = "  ") -> str:

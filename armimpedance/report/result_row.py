@@ -27,10 +27,24 @@ from armimpedance.report.quantities import (
 Cells = dict[str, Any]
 
 #: Columns that are neither numbered nor named after a matrix.
-PLAIN_COLUMNS = (
-    *("n_trials", "method", "level", "multiple_correlation", "vaf", "cond_scaled", "cond_raw"),
-    *("rank", "residual_sd", "coherence", "n_rows", "dof"),
-    *("covariance", "warnings", "provenance"),
+PLAIN_COLUMNS = frozenset(
+    (
+        "n_trials",
+        "method",
+        "level",
+        "multiple_correlation",
+        "vaf",
+        "cond_scaled",
+        "cond_raw",
+        "rank",
+        "residual_sd",
+        "coherence",
+        "n_rows",
+        "dof",
+        "covariance",
+        "warnings",
+        "provenance",
+    )
 )
 
 _RESULT_COLUMN = re.compile(
@@ -159,9 +173,12 @@ def _elements(symbols: Iterable[str], matrices: FloatArray | None) -> Cells:
 def _ellipse_cells(estimate: ImpedanceEstimate) -> Cells:
     cells: Cells = {}
     for field, symbol in zip(FIELDS, "MBK", strict=True):
-        for name, (value, low, high) in ellipse_values(estimate, field).items():
+        found = ellipse_values(estimate, field)
+        # The columns stand in every file, so that a script finds them where no ellipse exists.
+        for name in ("size", "orientation_deg", "shape"):
             column = f"{symbol}_{name}"
-            cells |= {column: value, f"ci_low_{column}": low, f"ci_high_{column}": high}
+            columns = (column, f"ci_low_{column}", f"ci_high_{column}")
+            cells |= dict(zip(columns, found.get(name, (None, None, None)), strict=True))
     return cells
 
 

@@ -18,6 +18,9 @@ from armimpedance.errors import InputError, RecordError
 from armimpedance.outputs import staged_file
 from armimpedance.records import FloatArray, ImpedanceEstimate, Quality
 from armimpedance.report.result_row import is_result_column, row_blocks
+from armimpedance.report.results_json import write_results_json
+
+__all__ = ["read_results", "write_results", "write_results_json"]
 
 _LINE_BREAKS = re.compile(r"[\r\n\x00]+")
 _NUMBER = re.compile(r"-?(0|[1-9]\d*)(\.\d+)?([eE][+-]?\d+)?")
@@ -162,9 +165,8 @@ def _estimate(row: _Row) -> ImpedanceEstimate:
     k = _axes(row)
     quality = _quality(row)
     covariance, warnings = _covariance(row, k)
+    places = _places(row, k)
     handle = row.cells.get("M_with_handle_11")
-    joints = row.cells.get("position_1_rad") or row.cells.get("force_1_Nm")
-    digits = range(1, 10)
     try:
         return ImpedanceEstimate(
             level=row.text("level", get_args(Level)),  # type: ignore[arg-type]
@@ -177,10 +179,8 @@ def _estimate(row: _Row) -> ImpedanceEstimate:
             quality=quality,
             inertia_with_handle=row.matrix("M_with_handle", k) if handle else None,
             keys=_group(row),
-            position=row.vector("position_{}_rad" if joints else "position_{}_m", digits),
-            force=row.vector("force_{}_Nm" if joints else "force_{}_N", digits),
             joint_angles=_joint_angles(row),
-            shoulder_m=row.vector("shoulder_{}_m", AXES),
+            **places,
             warnings=(*_sentences(row, "warnings"), *warnings),
             provenance=_sentences(row, "provenance"),
         )
@@ -193,6 +193,28 @@ def _estimate(row: _Row) -> ImpedanceEstimate:
 def _axes(row: _Row) -> int:
     filled = [name for name, text in row.cells.items() if text and re.fullmatch(r"K_\d\d", name)]
     return max((int(digit) for name in filled for digit in name[2:]), default=1)
+
+
+def _places(row: _Row, k: int) -> dict[str, FloatArray | None]:
+    """Position, force and shoulder: where known, of the same number of axes."""
+    joints = row.cells.get("position_1_rad") or row.cells.get("force_1_Nm")
+    templates = {
+        "position": "position_{}_rad" if joints else "position_{}_m",
+        "force": "force_{}_Nm" if joints else "force_{}_N",
+        "shoulder_m": "shoulder_{}_m",
+    }
+    axes = k if row.cells.get("level") == "hand" else None
+    places: dict[str, FloatArray | None] = {}
+    for field, template in templates.items():
+        names = AXES if field == "shoulder_m" else range(1, 10)
+        places[field] = values = row.vector(template, names)
+        if values is None:
+            continue
+        axes = len(values) if axes is None else axes
+        if len(values) != axes:
+            column = template.format(names[min(len(values), axes, len(names) - 1)])
+            raise row.error(f"{len(values)} values", column, f"as many as axes: {axes}")
+    return places
 
 
 def _joint_angles(row: _Row) -> FloatArray | None:

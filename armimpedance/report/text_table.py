@@ -28,7 +28,8 @@ _LEGEND = (
 _ELLIPSE_LEGEND = (
     "Ellipses are of the symmetric part: largest and smallest are its principal values, size = pi "
     "largest smallest, shape = smallest / largest, orientation is counter-clockwise from the line "
-    "shoulder to hand to the major axis."
+    "shoulder to hand (of joint matrices: from the first axis) to the major axis. Intervals of the "
+    "ellipse need not be symmetric: ± is half their length."
 )
 _PRINCIPAL_LEGEND = "Principal values are those of the symmetric part, the largest first."
 
@@ -55,20 +56,22 @@ def summary_table(estimates: Sequence[ImpedanceEstimate]) -> str:
 
 
 def _part(level: str, k: int, estimates: Sequence[ImpedanceEstimate], warnings: list[str]) -> str:
-    names = [short(condition_of(e), 34 if k <= 2 else 24) for e in estimates]
-    quality = aligned_table(
-        ["condition", "trials", "R", "VAF", *_place_header(estimates), "notes"],
-        [
-            [name, *_quality(e), _notes(e, warnings)]
-            for name, e in zip(names, estimates, strict=True)
-        ],
-    )
-    blocks = [f"{level.capitalize()} impedance\n{quality}"]
+    header = ["trials", "R", "VAF", *_place_header(estimates), "notes"]
+    rows = [[*_quality(e), _notes(e, warnings)] for e in estimates]
+    blocks = [(f"{level.capitalize()} impedance", header, rows)]
     for field, symbol in zip(FIELDS, "MBK", strict=True):
         title = f"{field.capitalize()} {symbol} ({UNITS[level][symbol]})"
-        rows = [[name, *_values(e, field)] for name, e in zip(names, estimates, strict=True)]
-        blocks.append(f"{title}\n{aligned_table(['condition', *_headings(k)], rows)}")
-    return "\n\n".join(blocks)
+        blocks.append((title, _headings(k), [_values(e, field) for e in estimates]))
+    names = [condition_of(estimate) for estimate in estimates]
+    return "\n\n".join(f"{title}\n{_table(names, heads, cells)}" for title, heads, cells in blocks)
+
+
+def _table(names: Sequence[str], header: list[str], rows: list[list[str]]) -> str:
+    """A table that starts with the condition, whose name gets the room that is left."""
+    numbers = aligned_table(["", *header], [["", *row] for row in rows])
+    room = max(_WIDTH - max(map(len, numbers.splitlines())), len("condition"))
+    named = [[short(name, room), *row] for name, row in zip(names, rows, strict=True)]
+    return aligned_table(["condition", *header], named)
 
 
 def _place_header(estimates: Sequence[ImpedanceEstimate]) -> list[str]:
