@@ -144,6 +144,12 @@ def test_a_constant_per_trial_is_not_the_constant():
     assert ragged_factors(list(W), list(Y), **NAMES).intercept is None
 
 
+def test_a_column_that_returns_to_where_it_was_is_not_the_constant():
+    W, Y = problem(15)
+    W[0, 0, 2] = W[-1, -1, 2] = 3.0
+    assert trial_factors(W, Y, **NAMES).intercept is None
+
+
 def test_blocks_cover_every_row_once():
     for n, size in ((100, 10), (109, 10), (20, 10), (7, 3)):
         blocks = split_blocks(n, size)

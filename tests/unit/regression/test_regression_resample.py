@@ -6,6 +6,7 @@ import regression_oracle as oracle
 
 from armimpedance.errors import EstimationError, InputError, NotIdentifiableError
 from armimpedance.regression.factors import ragged_factors, trial_factors
+from armimpedance.regression.pooled import solve_positive
 from armimpedance.regression.resample import (
     bootstrap,
     bootstrap_covariance,
@@ -127,6 +128,19 @@ def test_resamples_that_lose_rank_are_drawn_again():
     for i in (*np.flatnonzero(whole)[:5], *np.flatnonzero(~lost)[:5]):
         counts = again[i] if lost[i] else first[i]
         np.testing.assert_allclose(draws[i], oracle.weighted_refit(W, Y, counts), rtol=1e-8)
+
+
+@pytest.mark.parametrize("dead", [0, 1, 3])
+def test_elimination_sees_rank_loss_wherever_it_is(dead):
+    rng = np.random.default_rng(9)
+    A = rng.standard_normal((3, 6, 4))
+    A[1, :, dead] = 0
+    gram, b = A.transpose(0, 2, 1) @ A, rng.standard_normal((3, 4, 2))
+    x, pivot = solve_positive(np.moveaxis(gram, 0, -1), np.moveaxis(b, 0, -1))
+    np.testing.assert_array_equal(pivot < 1e-10, [False, True, False])
+    assert np.isfinite(x).all()
+    for n in (0, 2):
+        np.testing.assert_allclose(x[..., n], np.linalg.solve(gram[n], b[n]), rtol=1e-9)
 
 
 def test_too_many_lost_resamples_are_an_error():
