@@ -1,11 +1,35 @@
 """Published tables and what follows from them."""
 
+from pathlib import Path
+
 import numpy as np
+import pandas as pd
 import pytest
 
 from armimpedance.arm.anthropometry import DE_LEVA, WINTER, arm_of, arm_ratios, two_link_arm
 from armimpedance.errors import InputError
 from armimpedance.records import Subject
+
+PUBLISHED = Path(__file__).parents[2] / "reference_data" / "arm_segments.csv"
+
+
+@pytest.mark.parametrize(
+    "row",
+    list(pd.read_csv(PUBLISHED, comment="#").itertuples()),
+    ids=lambda r: f"{r.table}-{r.sex}-{r.segment}",
+)
+def test_published_rows(row):
+    winter = row.table == "winter"
+    ratios = WINTER if winter else arm_ratios("de_leva", row.sex)
+    unit = 1.0 if winter else 0.01
+    height = 1.0 if winter else {"male": 1741, "female": 1735}[row.sex]
+    found = getattr(ratios, row.segment)
+    assert found.length * height == pytest.approx(row.length)
+    assert (found.mass, found.com) == pytest.approx((unit * row.mass, unit * row.com))
+    assert found.gyration == pytest.approx(unit * row.gyration_transverse)
+    if not winter:
+        other = (found.gyration_sagittal, found.gyration_long)
+        assert other == pytest.approx((unit * row.gyration_sagittal, unit * row.gyration_long))
 
 
 def test_winter_agrees_with_his_own_row_for_forearm_and_hand():
