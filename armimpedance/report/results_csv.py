@@ -69,6 +69,7 @@ def read_results(path: str | Path) -> list[ImpedanceEstimate]:
     estimate says so in a warning. Without `dof` it is taken as `n_trials - 1`. Intervals, ellipses
     and antisymmetric parts are not read: they follow from the rest. Columns that are not the
     results' own are the group's; there, what looks like a number is one (`condition` stays text).
+    A column without a name, such as a data frame's row numbers, is passed over.
 
     Raises
     ------
@@ -128,8 +129,8 @@ class _Row:
             return None
         return np.array([self.number(column) for column in columns[: filled[-1] + 1]])
 
-    def matrix(self, symbol: str, k: int, low: float = -np.inf) -> FloatArray:
-        values = [self.number(name, low=low) for name in element_names(symbol, k)]
+    def matrix(self, symbol: str, k: int) -> FloatArray:
+        values = [self.number(name) for name in element_names(symbol, k)]
         return np.array(values).reshape(k, k)
 
 
@@ -149,8 +150,8 @@ def _rows(path: Path) -> list[_Row]:
         ) from error
     header = [str(name) for name in table.iloc[0]]
     for name in header:
-        if header.count(name) > 1:
-            raise InputError("stands twice in the header", file=path, row=1, column=name or "''")
+        if name and header.count(name) > 1:
+            raise InputError("stands twice in the header", file=path, row=1, column=name)
     rows = [
         _Row(path, line, dict(zip(header, map(str, cells), strict=True)))
         for line, cells in enumerate(table.iloc[1:].itertuples(index=False), start=2)
@@ -265,8 +266,11 @@ def _sentences(row: _Row, column: str) -> tuple[str, ...]:
 
 
 def _group(row: _Row) -> dict[str, Any]:
-    cells = {name: text for name, text in row.cells.items() if text and not is_result_column(name)}
-    return {name: text if name == "condition" else _plain(text) for name, text in cells.items()}
+    return {
+        name: text if name == "condition" else _plain(text)
+        for name, text in row.cells.items()
+        if name and text and not is_result_column(name)
+    }
 
 
 def _plain(text: str) -> int | float | str:

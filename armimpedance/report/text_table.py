@@ -118,9 +118,6 @@ def _values(estimate: ImpedanceEstimate, field: Which) -> list[str]:
     if estimate.k == 2:
         ellipse = ellipse_values(estimate, field)
         for name in ("orientation_deg", "shape", "size"):
-            cells.append(_ellipse_cell(*ellipse[name]) if ellipse else "-")
+            value, low, high = ellipse.get(name, (np.nan,) * 3)
+            cells.append(with_half_width(value, (high - low) / 2))
     return cells
-
-
-def _ellipse_cell(value: float, low: float, high: float) -> str:
-    return with_half_width(value, (high - low) / 2)

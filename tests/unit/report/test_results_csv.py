@@ -5,6 +5,7 @@ import dataclasses
 import json
 
 import numpy as np
+import pandas as pd
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -236,6 +237,15 @@ def test_a_file_that_is_no_table_is_refused(tmp_path, content):
     path.write_bytes(content)
     with pytest.raises(InputError, match=r"r\.csv"):
         read_results(path)
+
+
+def test_a_file_that_went_through_a_data_frame_is_read(tmp_path, make_estimate):
+    path = tmp_path / "r.csv"
+    written = [make_estimate(seed=1), make_estimate(k=1)]
+    write_results(written, path)
+    pd.read_csv(path, dtype=str).to_csv(path)
+    for a, b in zip(written, read_results(path), strict=True):
+        same(a, b)
 
 
 def test_a_missing_file_is_refused(tmp_path):
