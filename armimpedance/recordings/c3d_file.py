@@ -162,7 +162,7 @@ class _Header:
     @property
     def frames(self) -> int:
         """Frames that the header claims."""
-        return max(self.last_frame - self.first_frame + 1, 0) if self.last_frame else 0
+        return max(self.last_frame - self.first_frame + 1, 0)
 
 
 class _ParameterSection:
@@ -256,7 +256,7 @@ class _Layout:
             raise InputError(problem, file=name, expected="a multiple")
         scale = _first(parameters, "POINT", "SCALE", header.scale)
         word = np.dtype("<f4" if scale < 0 else "<i2")
-        if not words or not header.frames:
+        if not words:
             return _Layout(0, 0, words, word, 1.0)
         block = header.data_start_block or int(_first(parameters, "POINT", "DATA_START", 0.0))
         start = (block - 1) * BLOCK
@@ -280,17 +280,13 @@ def _frames(name: str, claimed: int, frame_data: bytes, frame_bytes: int) -> int
             file=name,
             expected="a file that is not cut off",
         )
+    if claimed == 65535:
+        while held > claimed and not any(frame_data[(held - 1) * frame_bytes : held * frame_bytes]):
+            held -= 1
+        return held
     filling = (BLOCK - 1) // frame_bytes
-    if held - claimed <= filling:
-        return claimed
     wrapped = claimed + (held - claimed) // 65536 * 65536
-    if wrapped > claimed and held - wrapped <= filling:
-        return wrapped
-    if claimed < 65535:
-        return claimed
-    while not any(frame_data[(held - 1) * frame_bytes : held * frame_bytes]):
-        held -= 1
-    return max(held, claimed)
+    return wrapped if held - wrapped <= filling else claimed
 
 
 def _rate(

@@ -1,0 +1,155 @@
+"""Outputs appear whole or not at all."""
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from armimpedance.errors import InputError
+from armimpedance.outputs import staged_file, staged_folder
+
+
+def test_file_appears_with_its_content_and_suffix(tmp_path):
+    final = tmp_path / "a.csv"
+    with staged_file(final) as temporary:
+        assert temporary.suffix == ".csv"
+        assert temporary.parent == tmp_path
+        temporary.write_text("whole")
+        assert not final.exists()
+    assert final.read_text() == "whole"
+    assert os.listdir(tmp_path) == ["a.csv"]
+
+
+def test_failure_leaves_the_old_file(tmp_path):
+    final = tmp_path / "a.csv"
+    final.write_text("old")
+
+    def fail_half_way() -> None:
+        with staged_file(final) as temporary:
+            temporary.write_text("half")
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        fail_half_way()
+    assert final.read_text() == "old"
+    assert os.listdir(tmp_path) == ["a.csv"]
+
+
+@pytest.mark.parametrize("stage", [staged_file, staged_folder])
+def test_missing_parent_is_refused(tmp_path, stage):
+    with pytest.raises(InputError, match="no such folder"), stage(tmp_path / "no" / "a"):
+        pass
+    assert os.listdir(tmp_path) == []
+
+
+def test_folder_in_place_of_a_file_is_refused(tmp_path):
+    with pytest.raises(InputError, match="regular file"), staged_file(tmp_path):
+        pass
+
+
+def test_folder_failure_leaves_nothing(tmp_path):
+    def fail_half_way() -> None:
+        with staged_folder(tmp_path / "out") as temporary:
+            (temporary / "recording.json").write_text("{")
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        fail_half_way()
+    assert os.listdir(tmp_path) == []
+
+
+def test_earlier_output_is_replaced_whole(tmp_path):
+    final = tmp_path / "out"
+    final.mkdir()
+    (final / "recording.json").write_text("old")
+    (final / "samples.csv").write_text("old")
+    with staged_folder(final) as temporary:
+        (temporary / "recording.json").write_text("new")
+    assert [p.name for p in final.iterdir()] == ["recording.json"]
+    assert (final / "recording.json").read_text() == "new"
+    assert os.listdir(tmp_path) == ["out"]
+
+
+def test_empty_folder_is_replaced(tmp_path):
+    (tmp_path / "out").mkdir()
+    with staged_folder(tmp_path / "out") as temporary:
+        (temporary / "a").write_text("")
+    assert os.listdir(tmp_path / "out") == ["a"]
+
+
+@pytest.mark.parametrize("held", [["thesis.tex"], ["recording.json", "notes.txt"], ["trials.csv"]])
+def test_folder_with_other_things_is_not_touched(tmp_path, held):
+    for name in held:
+        (tmp_path / name).write_text("mine")
+    with pytest.raises(InputError, match="not an earlier output"), staged_folder(tmp_path):
+        pass
+    assert sorted(os.listdir(tmp_path)) == sorted(held)
+
+
+def test_other_marks_of_an_earlier_output(tmp_path):
+    (tmp_path / "out" / "figures").mkdir(parents=True)
+    (tmp_path / "out" / "report.html").write_text("old")
+    with staged_folder(tmp_path / "out", mark="report.html", known=("figures",)) as temporary:
+        (temporary / "report.html").write_text("new")
+    assert os.listdir(tmp_path / "out") == ["report.html"]
+
+
+def test_link_to_a_file_is_written_through(tmp_path):
+    (tmp_path / "real").write_text("old")
+    (tmp_path / "link").symlink_to(tmp_path / "real")
+    with staged_file(tmp_path / "link") as temporary:
+        temporary.write_text("new")
+    assert (tmp_path / "link").is_symlink()
+    assert (tmp_path / "real").read_text() == "new"
+
+
+WRITERS = {
+    "file": """
+with staged_file(sys.argv[1]) as path, path.open("w") as stream:
+    while True:
+        stream.write("x" * 100_000)
+        stream.flush()
+        print("writing", flush=True)
+""",
+    "folder": """
+with staged_folder(sys.argv[1]) as path:
+    (path / "recording.json").write_text("{")
+    with (path / "samples.csv").open("w") as stream:
+        while True:
+            stream.write("x" * 100_000)
+            stream.flush()
+            print("writing", flush=True)
+""",
+}
+
+
+@pytest.mark.parametrize("kind", WRITERS)
+@pytest.mark.parametrize("existing", [False, True])
+def test_kill_leaves_no_half_output(tmp_path: Path, kind: str, existing: bool):
+    final = tmp_path / "out"
+    if existing and kind == "folder":
+        final.mkdir()
+        (final / "recording.json").write_text("old")
+    elif existing:
+        final.write_text("old")
+    code = "import sys\nfrom armimpedance.outputs import *\n" + WRITERS[kind]
+    writer = subprocess.Popen([sys.executable, "-c", code, final], stdout=subprocess.PIPE)
+    assert writer.stdout is not None
+    assert writer.stdout.readline() == b"writing\n"
+    writer.send_signal(signal.SIGKILL)
+    writer.wait()
+    writer.stdout.close()
+    if not existing:
+        assert not final.exists()
+    elif kind == "folder":
+        assert [(p.name, p.read_text()) for p in final.iterdir()] == [("recording.json", "old")]
+    else:
+        assert final.read_text() == "old"
+
+
+def test_import_is_light():
+    code = "import sys, armimpedance.outputs; assert 'numpy' not in sys.modules"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
