@@ -42,7 +42,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Read, write, say what was done."""
     from armimpedance.cli.inspect import describe
     from armimpedance.errors import InputError
-    from armimpedance.recordings.convert import open_recording
+    from armimpedance.recordings.convert import ReadOptions, open_recording
     from armimpedance.recordings.folder import write_folder
 
     channels = {}
@@ -51,15 +51,15 @@ def run(arguments: argparse.Namespace) -> int:
         if not (channel and equals and muscle):
             raise InputError(f"--emg {pair}", expected="CHANNEL=MUSCLE, as ACH0=biceps_long")
         channels[channel] = muscle
-    recording = open_recording(
-        arguments.input,
+    options = ReadOptions(
         force_by=arguments.force_by,
         side=arguments.side,
-        keep_personal=arguments.keep_personal,
         onset_event=arguments.onset_event,
         end_event=arguments.end_event,
         emg_channels=channels,
+        keep_personal=arguments.keep_personal,
     )
+    recording = open_recording(arguments.input, options)
     write_folder(recording, arguments.output, table=arguments.table)
     print(describe(recording, f"{arguments.input} -> {arguments.output}"))
     return 0

@@ -94,9 +94,9 @@ def _estimate_one(path: Path, arguments: argparse.Namespace) -> list[ImpedanceEs
 
 def open_checked(path: Path, force_by: str | None) -> Recording:
     """Open any recording; errors name the file."""
-    from armimpedance.recordings.convert import open_recording
+    from armimpedance.recordings.convert import ReadOptions, open_recording
 
-    return open_recording(path, force_by=force_by)
+    return open_recording(path, ReadOptions(force_by=force_by))  # type: ignore[arg-type]
 
 
 def _write(estimates: list[ImpedanceEstimate], arguments: argparse.Namespace) -> None:

@@ -145,13 +145,21 @@ def _step(name: str, values: FloatArray, unit: str) -> Check:
         if span == 0.0:
             text = f"{name} never changes on one axis"
             return Check(f"{name} steps", "warning", text)
-        # Rounded values repeat; unrounded ones do not.
-        if len(levels) < 0.2 * len(axis):
-            step = float(np.median(np.diff(levels)))
-            if step / span > worst:
-                worst, step_text = step / span, f"{step:.3g} {unit}"
+        step = _quantum(levels)
+        if step / span > worst:
+            worst, step_text = step / span, f"{step:.3g} {unit}"
     verdict: Verdict = "warning" if worst > STEP_FRACTION else "ok"
     return Check(f"{name} steps", verdict, f"{step_text}, {100 * worst:.2g} % of the range")
+
+
+def _quantum(levels: FloatArray) -> float:
+    """The step of which all differences between levels are multiples; 0 if there is none."""
+    differences = np.diff(levels)
+    differences = differences[differences > 1e-9 * (levels[-1] - levels[0])]
+    step = float(np.median(differences[differences < 1.5 * differences.min()]))
+    multiples = differences / step
+    off_grid = np.abs(multiples - np.round(multiples)) > 0.05 * np.maximum(1.0, multiples / 20)
+    return 0.0 if off_grid.mean() > 0.01 else step
 
 
 def _returns(window: Window, size: FloatArray, unit: str) -> Check:

@@ -125,7 +125,6 @@ def cut_windows(
 
     position, force = gather(recording.position), gather(recording.force)
     rest = slice(max(0, before + 1 - round(REST_BEFORE_ONSET_S * rate)), before + 1)
-    angles = recording.joint_angles
     return Window(
         sample_rate_hz=rate,
         lag_s=lag / rate,
@@ -136,9 +135,18 @@ def cut_windows(
         usable=usable,
         position_at_onset=position[:, rest].mean(axis=1),
         force_at_onset=force[:, rest].mean(axis=1),
-        joint_angles_at_onset=None if angles is None else angles[index[:, rest]].mean(axis=1),
+        joint_angles_at_onset=_joint_angles(recording, rows, index[:, rest]),
         notes=timing.notes + _left_out(usable),
     )
+
+
+def _joint_angles(recording: Recording, rows: np.ndarray, at_rest: IntArray) -> FloatArray | None:
+    """Arm posture before the onset: measured along with the samples, or from the trial table."""
+    if recording.joint_angles is not None:
+        return np.asarray(recording.joint_angles[at_rest].mean(axis=1))
+    columns = [_column(recording, name)[rows] for name in ("q_shoulder_rad", "q_elbow_rad")]
+    angles = np.column_stack(columns)
+    return angles if np.isfinite(angles).all() else None
 
 
 def _common_extent(
