@@ -1,1 +1,1 @@
-"""Simulated subjects and rigs -> (Recording, Truth). Own dynamics: nothing of the analysis is used."""
+"""Simulated subjects and rigs -> (Recording, Truth). Own dynamics: nothing of the analysis."""

@@ -1,0 +1,48 @@
+"""Raw surface EMG: band-limited noise whose rectified mean is activation times MVC."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from armimpedance.records import FloatArray
+
+from .muscles import N_MUSCLES
+
+BAND_HZ: Final = (20.0, 450.0)
+ORDER: Final = 2
+#: Noise of electrodes and amplifier, sd (V).
+BASELINE_V: Final = 2e-6
+#: Rectified mean of each muscle in its maximum voluntary contraction (V).
+MVC_V: Final = np.array([0.40e-3, 0.25e-3, 0.60e-3, 0.45e-3, 0.70e-3, 0.35e-3])
+#: Samples that the filter runs in on.
+RUN_IN: Final = 200
+
+
+def raw_emg(
+    seed: int,
+    keys: list[tuple[int, ...]],
+    activation: FloatArray,
+    samples: int,
+    rate_hz: float = 1000.0,
+) -> FloatArray:
+    """EMG (T, S, 6) in V at constant activations (T, 6).
+
+    The mean of the rectified noise is ``activation MVC_V``, baseline noise comes on top; a trial's
+    samples depend on the seed and its key alone.
+    """
+    from scipy.signal import butter, sosfilt
+
+    white = np.empty((len(keys), N_MUSCLES, RUN_IN + samples))
+    for t, key in enumerate(keys):
+        sequence = np.random.SeedSequence(seed, spawn_key=(*key, 1))
+        np.random.default_rng(sequence).standard_normal(out=white[t])
+    sos = butter(ORDER, BAND_HZ, "bandpass", fs=rate_hz, output="sos")
+    impulse = np.zeros(4 * RUN_IN)
+    impulse[0] = 1.0
+    gain = np.sqrt((sosfilt(sos, impulse) ** 2).sum())
+    noise = sosfilt(sos, white, axis=-1)[..., RUN_IN:] / gain
+    # mean |N(0, sd)| = sd sqrt(2 / pi)
+    sd = np.hypot(activation * MVC_V * np.sqrt(np.pi / 2), BASELINE_V)
+    return np.ascontiguousarray((noise * sd[..., None]).transpose(0, 2, 1))
