@@ -1,3 +1,96 @@
-"""x"""
-def configure(p): ...
-def run(a): return 0
+"""The whole study on a simulated subject: three experiments, estimates, joint level, figures.
+
+Examples:
+  armimpedance demo --quick
+  armimpedance demo --out study --subject C
+
+Writes recordings (with their truth), hand.csv, joint.csv, summary.txt and Figs 6-9 of
+Tsuji (1997) to the folder, and compares the estimates with the truth on the screen. --quick takes
+two sets of disturbances instead of five and a part of the conditions.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from armimpedance_figures.experiment import StudiedExperiment
+
+EXPERIMENTS = ("postures", "cocontraction", "force")
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the command."""
+    parser.add_argument("--out", type=Path, default=Path("armimpedance_demo"), metavar="DIR")
+    parser.add_argument("--quick", action="store_true", help="fewer disturbances and conditions")
+    parser.add_argument("--subject", default="A", help="simulated subject, A (default) to D")
+    parser.add_argument("--seed", type=int, default=1997)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Simulate, estimate, map, draw, and compare with the truth."""
+    from armimpedance.cli.demo_summary import summary
+
+    print(f"Simulated subject {arguments.subject}: three experiments of Tsuji (1997)")
+    studied = _study_all(arguments)
+    arguments.out.mkdir(parents=True, exist_ok=True)
+    text = summary(studied)
+    print(text)
+    for line in _write_all(studied, arguments.out, text):
+        print(line)
+    return 0
+
+
+def _study_all(arguments: argparse.Namespace) -> dict[str, StudiedExperiment]:
+    from armimpedance.cli.progress import bar
+    from armimpedance_figures.experiment import study
+
+    studied = {}
+    for name in EXPERIMENTS:
+        with bar(f"{name}: estimating") as progress:
+            studied[name] = study(
+                name,
+                subject=arguments.subject,
+                seed=arguments.seed,
+                sets=2 if arguments.quick else 5,
+                conditions=_quick_conditions(name, arguments.subject) if arguments.quick else None,
+                progress=progress,
+            )
+        print(f"  {name}: {studied[name].recording.n_trials} disturbances", flush=True)
+    return studied
+
+
+def _quick_conditions(experiment: str, subject: str) -> list[str]:
+    """What the figures need, and little more."""
+    from manipulandum_sim.experiments import find_experiment
+    from manipulandum_sim.subjects import find_subject
+
+    names = [c.name for c in find_experiment(experiment).conditions(find_subject(subject))]
+    every = {"postures": 3, "cocontraction": 2, "force": 1}[experiment]
+    return names[::every]
+
+
+def _write_all(studied: Mapping[str, StudiedExperiment], out: Path, text: str) -> list[str]:
+    """Write everything; one line per thing written."""
+    from armimpedance.cli.simulate import write_simulated
+    from armimpedance.outputs import staged_file
+    from armimpedance.report.results_csv import write_results
+    from armimpedance_figures.build_all import draw_from
+
+    lines = []
+    for name, each in studied.items():
+        write_simulated(each.recording, each.truth, out / "recordings" / name)
+        lines.append(f"{out / 'recordings' / name}: a recording and its truth")
+    for level in ("hand", "joint"):
+        rows = [e for each in studied.values() for e in getattr(each, level)]
+        write_results(rows, out / f"{level}.csv")
+        lines.append(f"{out / f'{level}.csv'}: {len(rows)} rows")
+    with staged_file(out / "summary.txt") as path:
+        path.write_text(text + "\n", encoding="utf-8")
+    (out / "figures").mkdir(exist_ok=True)
+    figures = draw_from(studied, out / "figures")
+    lines.append(f"{out / 'figures'}: {len(figures)} files, Figs 6-9 of Tsuji (1997)")
+    return lines

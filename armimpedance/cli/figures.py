@@ -1,3 +1,40 @@
-"""x"""
-def configure(p): ...
-def run(a): return 0
+"""Draw the sources' figures from simulated subjects, as PNG, SVG and PDF.
+
+Examples:
+  armimpedance figures --out figures
+  armimpedance figures --only fig07 --out figures
+
+Each figure's caption says what is simulated and what differs from the source.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the command."""
+    parser.add_argument("--out", type=Path, required=True, metavar="DIR")
+    parser.add_argument(
+        "--only",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="draw figures whose name contains this; may be given again",
+    )
+    parser.add_argument("--seed", type=int, help="seed of the simulated subjects")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Simulate, analyse, draw."""
+    from armimpedance.cli.progress import bar
+    from armimpedance_figures.build_all import build, chosen
+    from armimpedance_figures.source_figure import SEED
+
+    figures = chosen(arguments.only)
+    seed = SEED if arguments.seed is None else arguments.seed
+    with bar("drawing figures") as progress:
+        for path in build(figures, arguments.out, seed=seed, progress=progress):
+            print(path)
+    return 0

@@ -1,3 +1,102 @@
-"""x"""
-def configure(p): ...
-def run(a): return 0
+"""Write a simulated experiment as a recording, with its truth.
+
+Examples:
+  armimpedance simulate cocontraction --out session
+  armimpedance simulate postures --subject B --noise sensor --seed 7 --out session
+  armimpedance simulate force --disturbance biphasic --servo 5000 --out session
+
+Experiments of Tsuji (1997): postures (relaxed, 20 hand locations for subject A, 11 for B to D),
+cocontraction (0 to 30 % MVC), force (0.5 to 3 x 9.8 N). The folder also gets truth.json: M, B and
+K of the simulated limb, found by differentiating the simulated plant.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+if TYPE_CHECKING:
+    from armimpedance.records import Recording
+    from manipulandum_sim.robot import Servo
+    from manipulandum_sim.truth import Truth
+
+TRUTH_FILE = "truth.json"
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the command."""
+    parser.add_argument("experiment", metavar="EXPERIMENT", help="postures, cocontraction, force")
+    parser.add_argument("--out", type=Path, required=True, metavar="FOLDER")
+    parser.add_argument("--subject", default="A", help="A (default), B, C or D")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--sets", type=int, default=5, help="sets of 8 disturbances (default: 5)")
+    parser.add_argument("--noise", default="nominal", help="nominal (default), sensor or none")
+    parser.add_argument("--disturbance", default="minimum_jerk", metavar="SHAPE")
+    parser.add_argument("--duration-s", type=float, default=0.3)
+    parser.add_argument("--amplitude-mm", type=float, default=5.0)
+    parser.add_argument(
+        "--servo",
+        metavar="STIFFNESS",
+        help="of the robot's servo in N/m, or 'ideal' (default: a servo of 20000 N/m)",
+    )
+    parser.add_argument(
+        "--reflex",
+        type=float,
+        metavar="SHARE",
+        help="a stretch reflex, delayed by 55 ms, of this share of the stiffness",
+    )
+    parser.add_argument("--table", choices=("parquet", "csv"), default="parquet")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Simulate and write recording and truth."""
+    from armimpedance.cli.inspect import describe
+    from armimpedance.cli.progress import bar
+    from manipulandum_sim.rig import Reflex
+    from manipulandum_sim.simulate import simulate
+
+    with bar("simulating") as progress:
+        recording, truth = simulate(
+            arguments.experiment,
+            subject=arguments.subject,
+            seed=arguments.seed,
+            sets=arguments.sets,
+            progress=progress,
+            disturbance=arguments.disturbance,
+            duration_s=arguments.duration_s,
+            amplitude_m=arguments.amplitude_mm / 1e3,
+            noise=arguments.noise,
+            servo=_servo(arguments.servo),
+            reflex=None if arguments.reflex is None else Reflex(arguments.reflex),
+        )
+    write_simulated(recording, truth, arguments.out, arguments.table)
+    print(describe(recording, str(arguments.out)))
+    return 0
+
+
+def write_simulated(
+    recording: Recording, truth: Truth, folder: Path, table: Literal["parquet", "csv"] = "parquet"
+) -> None:
+    """Write a recording with its truth beside it, both or neither."""
+    from armimpedance.outputs import RECORDING_FILES, staged_folder
+    from armimpedance.recordings.folder import write_folder
+
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    with staged_folder(folder, known=(*RECORDING_FILES, TRUTH_FILE)) as staged:
+        write_folder(recording, staged, table=table)
+        truth.write(staged / TRUTH_FILE)
+
+
+def _servo(asked: str | None) -> Servo:
+    from armimpedance.errors import InputError
+    from manipulandum_sim.robot import IDEAL, Servo
+
+    if asked is None:
+        return Servo()
+    if asked == "ideal":
+        return IDEAL
+    try:
+        return Servo(float(asked))
+    except ValueError as error:
+        raise InputError(f"--servo {asked}", expected="N/m, or ideal") from error

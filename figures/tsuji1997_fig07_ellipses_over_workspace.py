@@ -1,0 +1,58 @@
+"""Tsuji (1997), Fig. 7: ellipses of inertia, stiffness and viscosity over the workspace."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from armimpedance.plots.ellipses import plot_ellipses_in_workspace
+from armimpedance.plots.style import TWO_COLUMNS_IN, new_figure, print_style
+from armimpedance_figures.experiment import StudiedExperiment
+from armimpedance_figures.source_figure import SourceFigure, design, script
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+PANELS = (
+    ("(a) inertia", "inertia"),
+    ("(b) stiffness", "stiffness"),
+    ("(c) viscosity", "viscosity"),
+)
+
+
+def draw(studied: StudiedExperiment) -> Figure:
+    """Three panels; the two-link model's inertia dashed in the first."""
+    models = [studied.model_inertia(found) for found in studied.hand]
+    upper_arm = studied.recording.subject.upper_arm_m
+    with print_style():
+        figure = new_figure(TWO_COLUMNS_IN, 3.4)
+        axes = figure.subplots(1, 3, sharex=True, sharey=True)
+        for ax, (title, which) in zip(axes, PANELS, strict=True):
+            reference = models if which == "inertia" else None
+            plot_ellipses_in_workspace(
+                studied.hand,
+                which,
+                ax,
+                reference,
+                "two-link model",
+                upper_arm,  # type: ignore[arg-type]
+            )
+            ax.set_title(title, pad=22)
+            ax.label_outer()
+    return figure
+
+
+def caption(studied: StudiedExperiment) -> str:
+    """What is shown and what differs."""
+    return (
+        "After Tsuji (1997), Fig. 7: estimated inertia (a), stiffness (b) and viscosity (c) of the "
+        "relaxed arm, each ellipse at its hand location, shaded 95 % band; dashed in (a): inertia "
+        "of a two-link arm from body mass and segment lengths (Winter's table), eq. (17). "
+        f"{design(studied)}. Differs from the source: simulated; one estimate over all "
+        "disturbances where the source means the estimates of ten sets."
+    )
+
+
+FIGURE = SourceFigure("tsuji1997_fig07_ellipses_over_workspace", "postures", "A", draw, caption)
+
+if __name__ == "__main__":
+    script(FIGURE)

@@ -1,0 +1,58 @@
+"""Tsuji (1997), Fig. 8: ellipses at three levels of co-contraction."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from armimpedance.plots.ellipses import plot_ellipses_over_levels
+from armimpedance.plots.style import TWO_COLUMNS_IN, new_figure, print_style
+from armimpedance_figures.experiment import StudiedExperiment
+from armimpedance_figures.source_figure import SourceFigure, design, script
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+LEVELS_PERCENT = (0, 10, 20)
+PANELS = (
+    ("(a) stiffness", "stiffness"),
+    ("(b) viscosity", "viscosity"),
+    ("(c) inertia", "inertia"),
+)
+
+
+def draw(studied: StudiedExperiment) -> Figure:
+    """Three panels; levels by line style, the two-link model's inertia dotted."""
+    found = [studied.of(f"cocontraction_{level:02d}") for level in LEVELS_PERCENT]
+    labels = [f"{level} % MVC" for level in LEVELS_PERCENT]
+    with print_style():
+        figure = new_figure(TWO_COLUMNS_IN, 3.3)
+        for ax, (title, which) in zip(figure.subplots(1, 3), PANELS, strict=True):
+            model = studied.model_inertia(found[0]) if which == "inertia" else None
+            plot_ellipses_over_levels(
+                found,
+                which,
+                labels,
+                ax,
+                model,
+                "two-link model",
+                True,  # type: ignore[arg-type]
+            )
+            ax.set_title(title, pad=34)
+    return figure
+
+
+def caption(studied: StudiedExperiment) -> str:
+    """What is shown and what differs."""
+    return (
+        "After Tsuji (1997), Fig. 8: hand stiffness (a), viscosity (b) and inertia (c) in the "
+        "nominal posture at mean activations of the two-joint muscles of 0, 10 and 20 % MVC "
+        "(solid, dashed, alternate dashes), shaded 95 % band; dotted in (c): inertia of a two-link "
+        f"arm (Winter's table), eq. (17). {design(studied)}. Differs from the source: simulated; "
+        "one estimate over all disturbances where the source means the estimates of ten sets."
+    )
+
+
+FIGURE = SourceFigure("tsuji1997_fig08_cocontraction", "cocontraction", "C", draw, caption)
+
+if __name__ == "__main__":
+    script(FIGURE)
