@@ -29,8 +29,8 @@ _LITTLE_ENDIAN: Final = 84
 #: Types of parameters in a C3D file: code -> numpy type.
 _TYPES: Final = {-1: "S1", 1: "u1", 2: "<i2", 4: "<f4"}
 
-#: A parameter: a text, texts, or numbers in the order of the file.
-Parameter = str | tuple[str, ...] | NDArray[np.generic]
+#: A parameter: texts, or numbers in the order of the file.
+Parameter = tuple[str, ...] | NDArray[np.generic]
 
 
 @dataclass(frozen=True)
@@ -82,9 +82,11 @@ class C3DFile:
         return _numbers(self.parameters, group, name)
 
     def number(self, group: str, name: str) -> float | None:
-        """A parameter's first number, or None."""
+        """A parameter's first number; None where there is none, or it is not finite."""
         values = self.numbers(group, name)
-        return None if values is None or not len(values) else float(values[0])
+        if values is None or not len(values) or not np.isfinite(values[0]):
+            return None
+        return float(values[0])
 
 
 def read_c3d(path: str | os.PathLike[str]) -> C3DFile:
@@ -212,12 +214,10 @@ class _ParameterSection:
         raw = self._take(count * kind.itemsize)
         if code != -1:
             return np.frombuffer(raw, kind).copy()
-        if len(sizes) < 2:
-            return _decode(raw)
-        width = sizes[0]
-        return tuple(
-            _decode(raw[i * width : (i + 1) * width]) for i in range(count // (width or 1))
-        )
+        # The first dimension is a text's length; without a second one there is one text.
+        width = sizes[0] if sizes else 1
+        starts = range(0, count, width) if width else ()
+        return tuple(_decode(raw[i : i + width]) for i in starts)
 
     def _peek(self, size: int) -> bytes:
         if self.at + size > len(self.data):
@@ -249,20 +249,18 @@ class _Layout:
     ) -> _Layout:
         words = 4 * header.points + header.analog_per_frame
         per_frame = header.analog_samples_per_frame
-        if header.analog_per_frame % (per_frame or 1) or (
-            header.analog_per_frame and not per_frame
-        ):
+        if header.analog_per_frame and (not per_frame or header.analog_per_frame % per_frame):
             problem = f"{header.analog_per_frame} analog values in {per_frame} samples per frame"
             raise InputError(problem, file=name, expected="a multiple")
         scale = _first(parameters, "POINT", "SCALE", header.scale)
         word = np.dtype("<f4" if scale < 0 else "<i2")
         if not words:
             return _Layout(0, 0, words, word, 1.0)
-        block = header.data_start_block or int(_first(parameters, "POINT", "DATA_START", 0.0))
-        start = (block - 1) * BLOCK
-        if not 0 < start <= len(data):
-            problem = f"the data are said to start at block {block}"
+        block = header.data_start_block or _first(parameters, "POINT", "DATA_START", 0.0)
+        if not 1 < block <= len(data) / BLOCK + 1:
+            problem = f"the data are said to start at block {block:g}"
             raise InputError(problem, file=name, expected="a block of the file, after the header")
+        start = (int(block) - 1) * BLOCK
         frames = _frames(name, header.frames, data[start:], words * word.itemsize)
         return _Layout(start, frames, words, word, 1.0 if scale < 0 else scale)
 
@@ -347,8 +345,6 @@ def _texts(
     parameters: Mapping[str, Mapping[str, Parameter]], group: str, name: str
 ) -> tuple[str, ...]:
     value = parameters.get(group, {}).get(name)
-    if isinstance(value, str):
-        return (value,)
     return value if isinstance(value, tuple) else ()
 
 
@@ -367,4 +363,6 @@ def _first(
 
 
 def _decode(raw: bytes) -> str:
-    return raw.decode("utf-8", errors="replace").rstrip("\x00 ").lstrip()
+    text = raw.decode("utf-8", errors="replace").rstrip("\x00 ").lstrip()
+    # Labels stand in messages, which are one line.
+    return "".join(mark if mark.isprintable() else "?" for mark in text)

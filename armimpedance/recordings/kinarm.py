@@ -70,6 +70,9 @@ def read_kinarm(
     InputError
         The exam cannot be read, lacks what is needed, or holds both arms and no side was chosen.
     """
+    muscles = dict(emg_channels or {})
+    if len(set(muscles.values())) < len(muscles):
+        raise InputError("two EMG channels of one muscle", expected="a muscle for each channel")
     exam = read_exam(path)
     side = choose_side(exam, side, path)
     robot = robot_of(exam.common, side)
@@ -82,7 +85,7 @@ def read_kinarm(
     offsets = np.concatenate([[0], np.cumsum([c3d.frames for c3d in used])])
     position, source = _hand_position(used, robot)
     force = _channels(used, f"{side.title()}_FS_ForceX", f"{side.title()}_FS_ForceY")
-    muscles = dict(emg_channels or {})
+    personal = _personal(exam.common) if keep_personal else {}
     mirror = np.array([-1.0, 1.0]) if side == "left" else np.ones(2)
     exoskeleton = robot.kind == "exoskeleton"
     shoulder = robot.shoulder_m if exoskeleton else None
@@ -99,9 +102,13 @@ def read_kinarm(
         emg=_channels(used, *muscles) if muscles else None,
         muscles=tuple(muscles.values()),
         shoulder_m=None if shoulder is None else shoulder * mirror,
-        subject=_subject(exam.common) if keep_personal else Subject(),
+        subject=_subject(personal),
         extra=_further_channels(used, side, muscles),
-        provenance=(*_provenance(robot, source, force_by, len(used)), *remarks),
+        provenance=(
+            *_provenance(robot, source, force_by, len(used)),
+            *remarks,
+            *(f"{name}: {text}" for name, text in personal.items()),
+        ),
     )
 
 
@@ -213,13 +220,17 @@ def _further_channels(
     return kept
 
 
-def _subject(common: C3DFile) -> Subject:
-    """Whatever of the experiment's texts names the subject."""
-    for name in ("SUBJECT_ID", "SUBJECT", "SUBJECT_NAME"):
-        text = common.text("EXPERIMENT", name)
-        if text:
-            return Subject(id=text)
-    return Subject()
+def _personal(common: C3DFile) -> dict[str, str]:
+    """The texts of the group EXPERIMENT: subject, study, task."""
+    texts = {
+        name: common.text("EXPERIMENT", name) for name in common.parameters.get("EXPERIMENT", {})
+    }
+    return {name: text for name, text in texts.items() if text}
+
+
+def _subject(personal: Mapping[str, str]) -> Subject:
+    named = [personal[n] for n in ("SUBJECT_ID", "SUBJECT", "SUBJECT_NAME") if n in personal]
+    return Subject(id=named[0]) if named else Subject()
 
 
 def _provenance(robot: Robot, source: str, force_by: str, n_trials: int) -> list[str]:

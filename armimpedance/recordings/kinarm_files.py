@@ -143,7 +143,8 @@ def _zip_files(path: Path, archive: zipfile.ZipFile) -> _Files:
         # The name as stored: the library has cut it at a NUL and turned the system's separators.
         name = info.orig_filename.replace("\\", "/")
         parts = PurePosixPath(name).parts
-        if name.startswith("/") or ".." in parts or re.match(r"[A-Za-z]:", name) or "\0" in name:
+        outside = name.startswith("/") or ".." in parts or re.match(r"[A-Za-z]:", name)
+        if outside or not name.isprintable():
             raise InputError(
                 f"holds a path outside of its folder: {name[:80]!r}",
                 file=path,

@@ -129,6 +129,6 @@ def _has_force(exam: Exam, side: Side) -> bool:
 
 def _numbers(common: C3DFile, group: str, *names: str) -> FloatArray | None:
     values = [common.number(group, name) for name in names]
-    if any(value is None or not np.isfinite(value) for value in values):
+    if None in values:
         return None
     return np.array(values, dtype=np.float64)

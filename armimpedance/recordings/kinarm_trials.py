@@ -41,8 +41,7 @@ def _trial_row(trial: ExamTrial, keep_personal: bool) -> dict[str, object]:
         "repetition": trial.repetition,
         "is_error": bool(c3d.number("TRIAL", "IS_ERROR") or 0),
     }
-    for label, time_s in _events(c3d).items():
-        row[_event_column(label)] = time_s
+    row |= _events(c3d)
     if keep_personal:
         row["date"] = c3d.text("TRIAL", "DATE") or ""
         row["time_of_day"] = c3d.text("TRIAL", "TIME") or ""
@@ -54,7 +53,7 @@ def _whole(value: float | None) -> int | None:
 
 
 def _events(c3d: C3DFile) -> dict[str, float]:
-    """Events by label, the first occurrence of each, in s from the trial's start."""
+    """Events by column of the trial table, the first of each, in s from the trial's start."""
     labels, times = c3d.texts("EVENTS", "LABELS"), c3d.parameters.get("EVENTS", {}).get("TIMES")
     if not labels or not isinstance(times, np.ndarray):
         return {}
@@ -63,11 +62,12 @@ def _events(c3d: C3DFile) -> dict[str, float]:
         # The guide's form, pairs of minutes and seconds; Dexterit-E leaves the first number unused.
         seconds = seconds[1::2]
     used = c3d.number("EVENTS", "USED")
-    count = len(labels) if used is None else int(used)
+    count = len(labels) if used is None else max(int(used), 0)
     first: dict[str, float] = {}
     for label, time_s in list(zip(labels, seconds.tolist(), strict=False))[:count]:
         if label and np.isfinite(time_s):
-            first[label] = min(time_s, first.get(label, np.inf))
+            column = _event_column(label)
+            first[column] = min(time_s, first.get(column, np.inf))
     return first
 
 
@@ -115,11 +115,12 @@ def set_onsets(
             continue
         trials[column] = trials[_event_column(label)]
         for c3d, time_s in zip(files, trials[column], strict=True):
-            if not 0.0 <= time_s <= c3d.frames / c3d.rate_hz:
+            last_s = (c3d.frames - 1) / c3d.rate_hz
+            if not 0.0 <= time_s <= last_s + 0.5 / c3d.rate_hz:
                 raise InputError(
                     f"the event {label} at {time_s:g} s lies outside of the trial",
                     file=c3d.name,
-                    expected=f"a time from 0 to {c3d.frames / c3d.rate_hz:g} s",
+                    expected=f"a time from 0 to {last_s:g} s",
                 )
     if onset_event and end_event:
         for c3d, onset, end in zip(files, trials["onset_s"], trials["end_s"], strict=True):

@@ -214,7 +214,8 @@ def _load_json(file: Path) -> dict[str, Any]:
         names = [name for name, _ in pairs]
         for name in names:
             if names.count(name) > 1:
-                raise InputError("stands twice", file=file, column=name, expected="one value")
+                problem = f"{json.dumps(name)} stands twice"
+                raise InputError(problem, file=file, expected="one value")
         return dict(pairs)
 
     try:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -58,10 +58,23 @@ def column_names(file: Path) -> tuple[str, ...]:
     if file.stat().st_size == 0:
         raise InputError("is empty", file=file, expected="a header and one row per sample")
     names = _parquet_names(file) if file.suffix == ".parquet" else _csv_names(file)
-    for name in names:
-        if names.count(name) > 1:
-            raise InputError("stands twice in the header", file=file, column=name)
+    check_header(file, names)
     return names
+
+
+def check_header(file: Path, names: Sequence[str]) -> None:
+    """Names of columns must be different, and fit on the line of a message.
+
+    Raises
+    ------
+    InputError
+    """
+    for name in names:
+        if names.count(name) > 1 or not name.isprintable():
+            problem = "stands twice in the header" if name.isprintable() else "cannot be a name"
+            raise InputError(problem, file=file, row=1, column=ascii(name).strip("'"))
+    if len(names) == 1 and any(mark in names[0] for mark in ";\t"):
+        raise InputError("no commas in the header", file=file, row=1, expected="commas as in CSV")
 
 
 def read_numbers(file: Path, required: Collection[str]) -> NumberTable:
@@ -123,14 +136,14 @@ def _as_floats(column: pa.ChunkedArray, from_text: bool) -> FloatArray | None:
 def _read_parquet(file: Path) -> pa.Table:
     try:
         return pq.read_table(file)
-    except (pa.ArrowException, OSError) as error:
+    except (pa.ArrowException, OSError, ValueError) as error:
         raise _unreadable_parquet(file, error) from None
 
 
 def _parquet_names(file: Path) -> tuple[str, ...]:
     try:
         return tuple(pq.read_schema(file).names)
-    except (pa.ArrowException, OSError) as error:
+    except (pa.ArrowException, OSError, ValueError) as error:
         raise _unreadable_parquet(file, error) from None
 
 
@@ -204,8 +217,6 @@ def _csv_names(file: Path) -> tuple[str, ...]:
     names = tuple(cell.strip() for cell in first[1]) if first else ()
     if not any(names):
         raise InputError("has no header", file=file, expected="names of columns in the first line")
-    if len(names) == 1 and any(mark in names[0] for mark in ";\t"):
-        raise InputError("no commas in the header", file=file, row=1, expected="commas as in CSV")
     return names
 
 

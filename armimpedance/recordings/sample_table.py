@@ -143,7 +143,8 @@ def sample_columns(
         )
     ]
     axes = max(2 if kind == "hand" else 1, *(i for i, has in enumerate(there, start=1) if has), 0)
-    recorded = tuple(n.removeprefix(EMG_PREFIX) for n in names if n.startswith(EMG_PREFIX))
+    emg = [n for n in names if n.startswith(EMG_PREFIX) and n != EMG_PREFIX]
+    recorded = tuple(n.removeprefix(EMG_PREFIX) for n in emg)
     if muscles is None:
         muscles = recorded
     elif not set(muscles) & set(recorded):

@@ -6,7 +6,6 @@ import csv
 import io
 import math
 import re
-from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -15,6 +14,7 @@ import numpy as np
 import pandas as pd
 
 from armimpedance.errors import InputError
+from armimpedance.recordings.number_table import check_header
 from armimpedance.recordings.sample_table import LARGEST_ANGLE_RAD
 
 #: Columns that hold a number in every row, where they are there at all.
@@ -190,7 +190,7 @@ def _read_cells(file: Path) -> tuple[list[str], tuple[int, ...], list[list[str]]
     if not numbered:
         raise InputError("is empty", file=file, expected="a header and one row per trial")
     header = [name.strip() for name in numbered[0][1]]
-    _check_header(file, header)
+    check_header(file, header)
     if len(numbered) == 1:
         raise InputError("holds no trials", file=file, expected="one row per trial")
     for line, cells in numbered[1:]:
@@ -198,12 +198,3 @@ def _read_cells(file: Path) -> tuple[list[str], tuple[int, ...], list[list[str]]
             expected = f"{len(header)}, as in the header"
             raise InputError(f"{len(cells)} cells", file=file, row=line, expected=expected)
     return header, tuple(line for line, _ in numbered[1:]), [cells for _, cells in numbered[1:]]
-
-
-def _check_header(file: Path, header: Iterable[str]) -> None:
-    names = list(header)
-    for name in names:
-        if names.count(name) > 1:
-            raise InputError("stands twice in the header", file=file, row=1, column=name)
-    if len(names) == 1 and ";" in names[0]:
-        raise InputError("no commas in the header", file=file, row=1, expected="commas as in CSV")

@@ -31,7 +31,7 @@ def test_hand_from_link_angles(exams, tmp_path):
     # From the angles, which leave steps of double precision, not from the single-precision hand.
     assert not np.array_equal(recording.position, recording.position.astype(np.float32))
     np.testing.assert_array_equal(recording.time_s, np.arange(300) / 1000.0)
-    assert any("link angles" in s for s in recording.provenance)
+    assert any("position: from the link angles" in s for s in recording.provenance)
 
 
 def test_recorded_hand_where_the_links_disagree(exams, tmp_path):
@@ -73,7 +73,7 @@ def test_exoskeleton_gives_the_arm(exams, tmp_path, version):
     np.testing.assert_array_equal(recording.joint_angles, np.column_stack([first, second - first]))
     np.testing.assert_allclose(recording.shoulder_m, robot.shoulder, atol=1e-8)
     np.testing.assert_allclose(recording.position, robot.hand(trial), atol=SINGLE_M)
-    assert any("from the link angles" in s for s in recording.provenance)
+    assert any("position: from the link angles" in s for s in recording.provenance)
 
 
 def test_unknown_robot_keeps_the_recorded_hand(exams, tmp_path):
@@ -96,6 +96,7 @@ def test_left_arm_is_the_mirror_image_of_a_right_one(exams, tmp_path, version):
         np.testing.assert_allclose(as_left.joint_angles, as_right.joint_angles, atol=5e-7)
         np.testing.assert_allclose(as_left.shoulder_m, as_right.shoulder_m, atol=1e-8)
     assert any("mirrored" in s for s in as_left.provenance)
+    assert any("position: from the link angles" in s for s in as_left.provenance)
 
 
 def test_trials_are_in_the_order_they_were_run(exams, tmp_path):
@@ -132,7 +133,7 @@ def test_trials_without_numbers_are_counted(exams, tmp_path):
 
 
 def test_events(exams, tmp_path):
-    events = (("PERT ON", 0.15), ("OFF", 0.2), ("PERT ON", 0.05))
+    events = (("PERT ON", 0.15), ("OFF", 0.2), ("PERT_ON", 0.05), ("PERT ON", 0.25))
     trials = [
         exams.Trial("01_01_01.c3d", trial_num=1, events=events),
         exams.Trial("01_02_01.c3d", trial_num=2, events=(("PERT ON", 0.07),)),
@@ -193,6 +194,7 @@ def test_personal_fields_are_kept_on_demand(exams, tmp_path):
     assert recording.subject.id == "Jane Doe"
     assert recording.trials["date"].tolist() == ["03/04/2021"]
     assert recording.trials["time_of_day"].tolist() == ["11:12:13"]
+    assert "STUDY: Secret study" in recording.provenance
 
 
 @pytest.mark.parametrize("inside", ["", "raw/", "exam/raw/"])
@@ -313,6 +315,12 @@ def test_missing_emg_input(exams, tmp_path):
     assert error.column == "ACH7"
 
 
+def test_two_inputs_of_one_muscle(exams, tmp_path):
+    folder = exams.folder(tmp_path, exams.files())
+    with pytest.raises(InputError, match="one muscle"):
+        read_kinarm(folder, force_by="limb", emg_channels={"ACH0": "a", "ACH1": "a"})
+
+
 def test_different_rates(exams, tmp_path):
     trials = [exams.Trial(), exams.Trial("01_02_02.c3d", trial_num=2, rate=2000.0)]
     assert "2000 samples/s" in refused(exams.folder(tmp_path, exams.files(trials))).problem
@@ -323,7 +331,7 @@ def test_unknown_event_lists_those_there_are(exams, tmp_path):
     assert "PERT_ON" in str(error)
 
 
-@pytest.mark.parametrize("times", [(0.1, 0.5), (0.2, 0.1), (-0.1, 0.1)])
+@pytest.mark.parametrize("times", [(0.1, 0.5), (0.1, 0.3), (0.2, 0.1), (-0.1, 0.1)])
 def test_events_that_cannot_be(exams, tmp_path, times):
     trial = exams.Trial(events=(("ON", times[0]), ("OFF", times[1])))
     folder = exams.folder(tmp_path, exams.files([trial]))

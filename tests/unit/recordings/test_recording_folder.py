@@ -474,6 +474,13 @@ def test_millimetres(tables, shoulder, offset_mm):
     assert error.column in ("x_m", "y_m")
 
 
+@pytest.mark.parametrize("shoulder", [None, [0.0, 0.0]])
+def test_millimetres_of_a_hand_that_hardly_moves(tables, shoulder):
+    tables.metadata["shoulder_m"] = shoulder
+    tables.samples["y_m"] = 431.0 + 100.0 * (tables.samples["y_m"] - 0.4)
+    assert "millimetres" in refused(tables.write()).problem
+
+
 def test_degrees(tables):
     tables.metadata["kind"] = "joint"
     tables.samples = tables.samples[["trial", "time_s"]].assign(q1_rad=90.0, tau1_Nm=1.0)
