@@ -213,7 +213,7 @@ def integrate(
         at, part = divmod(n, substeps)
         push = _voluntary_over_substep(voluntary, at, part, substeps)
         start, middle, end = course.commands(n)
-        time: FloatArray = (n - course.onset) * h
+        time = np.multiply(n - course.onset, h, dtype=np.float64)
         now = plant.outcome(state, start, time, push[0], line.first() if line else 0.0)
         if part == 0:
             position[at] = state.x, state.y
