@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import textwrap
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,6 +13,8 @@ from armimpedance.plots.style import print_style, save
 from armimpedance_figures.experiment import StudiedExperiment, study
 
 if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 #: Sets of eight disturbances per condition; the source means ten sets' estimates.
@@ -56,6 +58,18 @@ def design(studied: StudiedExperiment) -> str:
     )
 
 
+def one_legend(figure: Figure, axes: Sequence[Axes], columns: int = 4) -> None:
+    """Replace the panels' legends by one above them all, each label once."""
+    once: dict[str, Artist] = {}
+    for ax in axes:
+        legend = ax.get_legend()
+        if legend is not None:
+            legend.remove()
+        handles, labels = ax.get_legend_handles_labels()
+        once |= dict(zip(labels, handles, strict=True))
+    figure.legend(list(once.values()), list(once), loc="outside upper center", ncols=columns)
+
+
 def write(figure_: SourceFigure, studied: StudiedExperiment, out: Path) -> list[Path]:
     """Draw, put the caption below, write PNG, SVG and PDF."""
     figure = figure_.draw(studied)
@@ -69,7 +83,7 @@ def add_caption(figure: Figure, caption: str) -> None:
     # A DejaVu Sans letter is about 0.56 of its size wide on average.
     letters = int(width * 72 / (0.53 * CAPTION_POINTS))
     lines = textwrap.wrap(caption, letters)
-    foot = (len(lines) + 1) * 1.3 * CAPTION_POINTS / 72
+    foot = (len(lines) + 1.6) * 1.3 * CAPTION_POINTS / 72
     with print_style():
         figure.set_size_inches(width, height + foot)
         figure.get_layout_engine().set(
@@ -77,7 +91,7 @@ def add_caption(figure: Figure, caption: str) -> None:
         )
         figure.text(
             0.01,
-            foot / (height + foot) * 0.95,
+            foot / (height + foot) * 0.93,
             "\n".join(lines),
             fontsize=CAPTION_POINTS,
             va="top",

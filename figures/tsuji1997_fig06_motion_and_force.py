@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from armimpedance.plots.responses import plot_response
+from armimpedance.records import FloatArray
+from armimpedance.signals.drift import ramp_basis
 from armimpedance.signals.response import respond
 from armimpedance.signals.windows import cut_windows
 from armimpedance_figures.experiment import StudiedExperiment
@@ -22,18 +25,30 @@ def draw(studied: StudiedExperiment) -> Figure:
     """The first trial of the condition that moves along both axes."""
     recording, found = studied.recording, studied.of(CONDITION)
     rows = np.flatnonzero(recording.trials["condition"] == CONDITION)
-    response = respond(cut_windows(recording, rows))
+    moved = respond(cut_windows(recording, rows), keep_drift=True)
     with_handle = np.asarray(found.inertia_with_handle)
-    # f = -(M x'' + B x' + K x), the handle's mass included as in the measurement: (S, 2)
+    displacement = moved.displacement - moved.displacement[:, :1]
+    # f = -(M x'' + B x' + K x), the handle's mass included as in the measurement: (T, S, 2)
     predicted = -(
-        response.acceleration @ with_handle.T
-        + response.velocity @ found.viscosity.T
-        + response.displacement @ found.stiffness.T
+        moved.acceleration @ with_handle.T
+        + moved.velocity @ found.viscosity.T
+        + displacement @ found.stiffness.T
+    )
+    shown = replace(
+        moved,
+        displacement=displacement,
+        force=predicted + without_ramp(moved.force - predicted, moved.lag_s),
     )
     oblique = (recording.trials["direction_deg"].to_numpy()[rows] % 90 == 45).argmax()
-    axes = plot_response(response, predicted, trial_index=int(oblique))
+    axes = plot_response(shown, predicted, trial_index=int(oblique))
     figure: Figure = axes[0, 0].figure
     return figure
+
+
+def without_ramp(signal: FloatArray, lag_s: FloatArray) -> FloatArray:
+    """A signal (T, S, 2) less its least-squares offset and ramp: what the limb did on its own."""
+    basis = ramp_basis(lag_s)
+    return signal - basis @ (basis.T @ signal)
 
 
 def caption(studied: StudiedExperiment) -> str:
@@ -44,9 +59,8 @@ def caption(studied: StudiedExperiment) -> str:
         "(solid) with the force predicted from the estimated M, B and K (dashed), co-contraction "
         f"at 10 % MVC. Multiple correlation over all trials of the condition "
         f"{found.quality.multiple_correlation:.3f} (source's example: 0.979). {design(studied)}. "
-        "Differs from the source: simulated; both sides smoothed by one kernel and freed of an "
-        "offset and a ramp, where the source corrects the force alone, so that curves swing about "
-        "zero."
+        "Differs from the source: simulated; motion and force smoothed by one kernel; drift "
+        "removed from both sides of the equation, where the source corrects the force alone."
     )
 
 

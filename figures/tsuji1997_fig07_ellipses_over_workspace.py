@@ -4,15 +4,21 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from armimpedance.ellipses import Which
+from armimpedance.plots.ellipse_parts import default_scale
 from armimpedance.plots.ellipses import plot_ellipses_in_workspace
 from armimpedance.plots.style import TWO_COLUMNS_IN, new_figure, print_style
 from armimpedance_figures.experiment import StudiedExperiment
-from armimpedance_figures.source_figure import SourceFigure, design, script
+from armimpedance_figures.source_figure import SourceFigure, design, one_legend, script
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-PANELS = (
+#: Ellipses may reach into their neighbours' cells by this factor: most are thin and alike.
+OVERLAP = 1.6
+PANELS: tuple[tuple[str, Which], ...] = (
     ("(a) inertia", "inertia"),
     ("(b) stiffness", "stiffness"),
     ("(c) viscosity", "viscosity"),
@@ -23,21 +29,24 @@ def draw(studied: StudiedExperiment) -> Figure:
     """Three panels; the two-link model's inertia dashed in the first."""
     models = [studied.model_inertia(found) for found in studied.hand]
     upper_arm = studied.recording.subject.upper_arm_m
+    hands = np.array([found.position for found in studied.hand])
     with print_style():
-        figure = new_figure(TWO_COLUMNS_IN, 3.4)
+        figure = new_figure(TWO_COLUMNS_IN, 3.6)
         axes = figure.subplots(1, 3, sharex=True, sharey=True)
         for ax, (title, which) in zip(axes, PANELS, strict=True):
-            reference = models if which == "inertia" else None
+            matrices = [getattr(found, which) for found in studied.hand]
             plot_ellipses_in_workspace(
                 studied.hand,
                 which,
                 ax,
-                reference,
+                models if which == "inertia" else None,
                 "two-link model",
-                upper_arm,  # type: ignore[arg-type]
+                upper_arm,
+                scale=OVERLAP * default_scale(matrices, hands),
             )
-            ax.set_title(title, pad=22)
+            ax.set(title=title, ylim=(-0.13, 0.6))
             ax.label_outer()
+        one_legend(figure, axes)
     return figure
 
 
@@ -46,7 +55,8 @@ def caption(studied: StudiedExperiment) -> str:
     return (
         "After Tsuji (1997), Fig. 7: estimated inertia (a), stiffness (b) and viscosity (c) of the "
         "relaxed arm, each ellipse at its hand location, shaded 95 % band; dashed in (a): inertia "
-        "of a two-link arm from body mass and segment lengths (Winter's table), eq. (17). "
+        "of a two-link arm from body mass and segment lengths (Winter's table), eq. (17); the "
+        "simulated limb has segments of the same table, so the model should agree. "
         f"{design(studied)}. Differs from the source: simulated; one estimate over all "
         "disturbances where the source means the estimates of ten sets."
     )

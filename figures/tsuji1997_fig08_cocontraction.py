@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from armimpedance.ellipses import Which
 from armimpedance.plots.ellipses import plot_ellipses_over_levels
 from armimpedance.plots.style import TWO_COLUMNS_IN, new_figure, print_style
 from armimpedance_figures.experiment import StudiedExperiment
-from armimpedance_figures.source_figure import SourceFigure, design, script
+from armimpedance_figures.source_figure import SourceFigure, design, one_legend, script
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 LEVELS_PERCENT = (0, 10, 20)
-PANELS = (
+PANELS: tuple[tuple[str, Which], ...] = (
     ("(a) stiffness", "stiffness"),
     ("(b) viscosity", "viscosity"),
     ("(c) inertia", "inertia"),
@@ -25,8 +26,9 @@ def draw(studied: StudiedExperiment) -> Figure:
     found = [studied.of(f"cocontraction_{level:02d}") for level in LEVELS_PERCENT]
     labels = [f"{level} % MVC" for level in LEVELS_PERCENT]
     with print_style():
-        figure = new_figure(TWO_COLUMNS_IN, 3.3)
-        for ax, (title, which) in zip(figure.subplots(1, 3), PANELS, strict=True):
+        figure = new_figure(TWO_COLUMNS_IN, 2.9)
+        axes = figure.subplots(1, 3)
+        for ax, (title, which) in zip(axes, PANELS, strict=True):
             model = studied.model_inertia(found[0]) if which == "inertia" else None
             plot_ellipses_over_levels(
                 found,
@@ -37,7 +39,8 @@ def draw(studied: StudiedExperiment) -> Figure:
                 "two-link model",
                 True,  # type: ignore[arg-type]
             )
-            ax.set_title(title, pad=34)
+            ax.set_title(title)
+        one_legend(figure, axes)
     return figure
 
 
@@ -47,8 +50,9 @@ def caption(studied: StudiedExperiment) -> str:
         "After Tsuji (1997), Fig. 8: hand stiffness (a), viscosity (b) and inertia (c) in the "
         "nominal posture at mean activations of the two-joint muscles of 0, 10 and 20 % MVC "
         "(solid, dashed, alternate dashes), shaded 95 % band; dotted in (c): inertia of a two-link "
-        f"arm (Winter's table), eq. (17). {design(studied)}. Differs from the source: simulated; "
-        "one estimate over all disturbances where the source means the estimates of ten sets."
+        "arm from Winter's table, eq. (17), as the simulated limb has it. "
+        f"{design(studied)}. Differs from the source: simulated; one estimate over all "
+        "disturbances where the source means the estimates of ten sets."
     )
 
 

@@ -38,6 +38,8 @@ def draw(studied: StudiedExperiment) -> Figure:
             found = _of_size(studied, size)
             forces = np.array([targets[e.keys["condition"]] for e in found])
             plot_ellipse_rose(found, "stiffness", ax, forces, _scale(studied, size))
+            reach = 1.5 * size * FORCE_UNIT_N
+            ax.set(xlim=(-reach, reach), ylim=(-1.15 * reach, reach))
             ax.set_title(f"{size:g} x {FORCE_UNIT_N} N")
     return figure
 
@@ -45,7 +47,7 @@ def draw(studied: StudiedExperiment) -> Figure:
 def _scale(studied: StudiedExperiment, size: float) -> float:
     """Axes' N per N/m such that ellipses keep their size on paper from panel to panel."""
     largest = max(np.linalg.eigvalsh(e.stiffness + e.stiffness.T)[-1] / 2 for e in studied.hand)
-    return 0.38 * size * FORCE_UNIT_N / float(largest)
+    return 0.5 * size * FORCE_UNIT_N / float(largest)
 
 
 def caption(studied: StudiedExperiment) -> str:

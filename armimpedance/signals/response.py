@@ -65,7 +65,7 @@ def choose_span(window: Window, *, kernel_s: float = KERNEL_S, pad_s: float = PA
     return Span(kernels, centres, stride, notes)
 
 
-def respond(window: Window, span: Span | None = None) -> Response:
+def respond(window: Window, span: Span | None = None, *, keep_drift: bool = False) -> Response:
     """Apply one linear operator to position and force, its derivatives to position.
 
     ``x = P (phi * X)``, ``x' = P (phi' * X)``, ``x'' = P (phi'' * X)``, ``f = P (phi * F)``:
@@ -78,6 +78,8 @@ def respond(window: Window, span: Span | None = None) -> Response:
     window : Window
     span : Span, optional
         Default: `choose_span`.
+    keep_drift : bool
+        Leave offset and ramp in: for drawing, not for a fit.
 
     Returns
     -------
@@ -94,6 +96,8 @@ def respond(window: Window, span: Span | None = None) -> Response:
         # One product for all kernels, trials and axes: (w C, S) (S, T d)
         flat = signal.transpose(1, 0, 2).reshape(len(window.lag_s), -1)
         smoothed = (stacked @ flat).reshape(len(weights), len(lag), -1)
+        if keep_drift:
+            return [each.reshape(len(lag), -1, d).transpose(1, 0, 2) for each in smoothed]
         # P s = s - Q (Q^T s): (C, T d) = (C, 2) (2, T d)
         free = smoothed - basis @ (basis.T @ smoothed)
         return [each.reshape(len(lag), -1, d).transpose(1, 0, 2) for each in free]
