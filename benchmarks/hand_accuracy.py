@@ -1,0 +1,220 @@
+"""Accuracy and coverage of the default estimate: measured against what is asked.
+
+Two limbs: the linear one of the table in docs/estimate.md (M, B, K known, perfect return) and the
+simulated subject behind a servo of finite stiffness. 40 disturbances an experiment.
+
+Coverage is asked at nominal noise. With sensor noise only, what is left between trials of the
+simulated subject is its own non-linearity over 5 mm, the same in every experiment; the clustered
+covariance takes it for chance, and the intervals are wider than they need be.
+"""
+
+from __future__ import annotations
+
+import os
+
+for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
+    os.environ.setdefault(variable, "1")
+
+import argparse
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from tqdm import tqdm
+
+from armimpedance.ellipses import ellipse, ellipse_of
+from armimpedance.impedance.estimate import Options, estimate, estimate_window
+from armimpedance.impedance.result import Group
+from armimpedance.records import ImpedanceEstimate, Window
+from armimpedance.regression.fit import t_interval
+from manipulandum_sim.robot import IDEAL, Servo
+from manipulandum_sim.simulate import simulate_condition
+
+RATE = 1000.0
+#: A relaxed arm of a 70 kg man in the nominal posture, perfectly linear.
+LINEAR = np.array(
+    [
+        [[1.731, -0.655], [-0.655, 1.001]],
+        [[8.63, -6.40], [-6.40, 13.86]],
+        [[104.8, -74.4], [-74.4, 179.3]],
+    ]
+)
+ASKED_RMSE = {"nominal": (1.8, 3.3, 8.5), "sensor": (0.12, 0.15, 0.30)}
+ASKED_BIAS = {"nominal": (0.2, 0.3, 1.0)}
+COVERAGE = (92.0, 98.0)
+
+
+@dataclass(frozen=True)
+class Study:
+    """Estimates of many experiments and the one truth behind them, (3, 2, 2)."""
+
+    name: str
+    noise: str
+    truth: np.ndarray
+    made: list[ImpedanceEstimate]
+
+
+def linear_window(noise: str, seed: int, trials: int = 40, duration: float = 0.3) -> Window:
+    """One experiment on the linear limb, with the same kinds of noise as the simulator."""
+    rng = np.random.default_rng(np.random.SeedSequence(7, spawn_key=(seed,)))
+    t = np.arange(-0.16, duration + 0.16 + 1e-9, 1 / RATE)
+    s = np.clip(t / duration, 0, 1)
+    shape = np.polynomial.Polynomial([0, 0, 0, 64, -192, 192, -64])
+    moved = [0.005 * shape.deriv(k)(s) / duration**k if k else 0.005 * shape(s) for k in range(3)]
+    angle = np.arange(trials) * np.pi / 4
+    u = np.column_stack([np.cos(angle), np.sin(angle)])[:, None, :]
+    force = -sum(x[None, :, None] * u @ m.T for x, m in zip(moved[::-1], LINEAR, strict=True))
+    force = np.asarray(force) + rng.normal(0, 0.03, (trials, len(t), 2))
+    if noise == "nominal":
+        force = force + _unsteadiness(rng, t, trials)
+    force = np.round(force / 0.05) * 0.05
+    position = moved[0][None, :, None] * u + rng.uniform(0, 2e-5, (trials, 1, 2))
+    return Window(
+        sample_rate_hz=RATE,
+        lag_s=t,
+        position=np.round(position / 2e-5) * 2e-5,
+        force=force,
+        duration_s=np.full(trials, duration),
+        trial=np.arange(trials),
+        usable=np.ones(trials, dtype=bool),
+        position_at_onset=np.tile([-0.14, 0.43], (trials, 1)),
+        force_at_onset=np.zeros((trials, 2)),
+    )
+
+
+def _unsteadiness(rng: np.random.Generator, t: np.ndarray, trials: int) -> np.ndarray:
+    """Tremor (0.08 N rms at 9 Hz), slow voluntary force, drift of the virtual position."""
+    phase = rng.uniform(0, 2 * np.pi, (trials, 1, 2))
+    force = 0.08 * np.sqrt(2) * np.sin(2 * np.pi * 9.0 * t[None, :, None] + phase)
+    keep = np.exp(-1 / (RATE * 0.4))
+    slow = rng.normal(0, 0.25, (trials, 2))
+    for n in range(len(t)):
+        force[:, n] += slow
+        slow = keep * slow + np.sqrt(1 - keep**2) * rng.normal(0, 0.25, (trials, 2))
+    drift = rng.normal(0, 0.003, (trials, 1, 2)) * t[None, :, None]
+    return force + drift @ LINEAR[2].T
+
+
+def studies(repeats: int) -> Iterator[Study]:
+    """Both limbs at both levels of noise."""
+    for noise in ("nominal", "sensor"):
+        group = Group("hand", {})
+        made = [
+            estimate_window(linear_window(noise, seed), group, Options())
+            for seed in tqdm(
+                range(repeats), desc=f"linear limb, {noise}", disable=None, leave=False
+            )
+        ]
+        yield Study("linear limb", noise, LINEAR, made)
+        recording, truth = simulate_condition(seed=1, repeats=repeats, noise=noise, emg=False)
+        true = np.stack([truth.M_e[0], truth.B_e[0], truth.K_e[0]])
+        yield Study("simulated subject", noise, true, estimate(recording))
+
+
+def symmetric(made: ImpedanceEstimate) -> np.ndarray:
+    """Symmetric parts of M, B, K, (3, 2, 2)."""
+    stacked = np.stack([made.inertia, made.viscosity, made.stiffness])
+    return (stacked + stacked.transpose(0, 2, 1)) / 2
+
+
+def accuracy_rows(study: Study) -> Iterator[tuple[str, str, str, bool]]:
+    """RMSE and bias of M, B, K in %."""
+    wrong = np.array([symmetric(one) - study.truth for one in study.made])
+    size = np.linalg.norm(study.truth, axis=(1, 2))
+    rmse = 100 * np.sqrt((wrong**2).sum(axis=(2, 3)).mean(axis=0)) / size
+    bias = 100 * np.linalg.norm(wrong.mean(axis=0), axis=(1, 2)) / size
+    for name, values, asked in (
+        ("RMSE", rmse, ASKED_RMSE[study.noise]),
+        ("bias", bias, ASKED_BIAS.get(study.noise)),
+    ):
+        shown = "/".join(f"{v:.2f}" for v in values)
+        wanted = "<= " + "/".join(f"{a:g}" for a in asked) if asked else ""
+        met = asked is None or bool((values <= np.array(asked)).all())
+        yield f"{study.name}, {study.noise}: {name} of M/B/K, %", shown, wanted, met
+
+
+def coverage_rows(study: Study) -> Iterator[tuple[str, str, str, bool]]:
+    """How often 95 % intervals hold the truth: elements, then K's ellipse."""
+    true = study.truth.ravel()
+    limits = np.array([t_interval(m.parameters, m.sd.ravel(), m.dof) for m in study.made])
+    held = 100 * ((limits[..., 0] <= true) & (true <= limits[..., 1])).mean(axis=0).reshape(3, 4)
+    for symbol, row in zip("MBK", held, strict=True):
+        asked = symbol == "K" and study.noise == "nominal"
+        met = not asked or bool((row >= COVERAGE[0]).all() and (row <= COVERAGE[1]).all())
+        wanted = "92-98" if asked else ""
+        shown = " ".join(f"{v:.1f}" for v in row)
+        yield (
+            f"{study.name}, {study.noise}: coverage of {symbol}_11 12 21 22, %",
+            shown,
+            wanted,
+            met,
+        )
+    size, angle, shape = 100 * _ellipse_coverage(study)
+    asked = study.noise == "nominal"
+    met = not asked or all(COVERAGE[0] <= v <= COVERAGE[1] for v in (size, angle))
+    name = f"{study.name}, {study.noise}: coverage of K's size, orientation; shape, %"
+    yield name, f"{size:.1f} {angle:.1f}; {shape:.1f}", "92-98" * asked, met
+
+
+def _ellipse_coverage(study: Study) -> np.ndarray:
+    held = np.zeros((len(study.made), 3), dtype=bool)
+    for row, one in enumerate(study.made):
+        found = ellipse_of(one, "stiffness")
+        if found is None:
+            continue
+        true = ellipse(study.truth[2], reference_angle_rad=found.reference_angle_rad)
+        limits = found.interval()
+        turns = true.orientation_rad + np.pi * np.arange(-1, 2)
+        inside = (limits[1, 0] <= turns) & (turns <= limits[1, 1])
+        held[row] = (
+            limits[0, 0] <= true.size <= limits[0, 1],
+            inside.any(),
+            limits[2, 0] <= true.shape <= limits[2, 1],
+        )
+    return np.asarray(held.mean(axis=0))
+
+
+def noise_free_rows() -> Iterator[tuple[str, str, str, bool]]:
+    """Both methods without noise behind three robots."""
+    rigs = {
+        "ideal servo": {"servo": IDEAL},
+        "0.3 mm left at the end": {"servo": IDEAL, "residual_m": 3e-4},
+        "servo of 20 kN/m": {"servo": Servo(20_000.0)},
+    }
+    for name, rig in rigs.items():
+        recording, truth = simulate_condition(seed=0, noise="none", sets=1, emg=False, **rig)
+        true = np.stack([truth.M_e[0], truth.B_e[0], truth.K_e[0]])
+        for method in ("exact", "paper"):
+            wrong = symmetric(estimate(recording, options=Options(method=method))[0]) - true
+            part = 100 * np.linalg.norm(wrong, axis=(1, 2)) / np.linalg.norm(true, axis=(1, 2))
+            exact = method == "exact"
+            shown = "/".join(f"{v:.3f}" for v in part)
+            met = not exact or bool(part.max() < 0.5)
+            yield f"noise-free, {name}: {method}, error of M/B/K, %", shown, "< 0.5" * exact, met
+
+
+def main() -> int:
+    """Print measured and asked; 1 if something asked is missed."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--repeats", type=int, default=500)
+    repeats = parser.parse_args().repeats
+    missed = False
+    print(f"{repeats} experiments of 40 disturbances each")
+    for row in noise_free_rows():
+        missed |= _print(row)
+    for study in studies(repeats):
+        for row in (*accuracy_rows(study), *coverage_rows(study)):
+            missed |= _print(row)
+    return int(missed)
+
+
+def _print(row: tuple[str, str, str, bool]) -> bool:
+    name, shown, wanted, met = row
+    verdict = ("met" if met else "MISSED") if wanted else ""
+    print(f"{name:72s} {shown:24s} {wanted:18s} {verdict}", flush=True)
+    return not met
+
+
+if __name__ == "__main__":
+    sys.exit(main())
