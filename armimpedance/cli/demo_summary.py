@@ -19,6 +19,12 @@ if TYPE_CHECKING:
 #: At most this many conditions of an experiment are printed; the files hold all.
 ROWS = 8
 
+HEAD = (
+    f"{'':24s} {'error in %':>15s}   {'stiffness K (N/m)':^26s} {'true K':^10s}"
+    f"{'orientation (deg)':>21s}\n"
+    f"{'condition':24s} {'M':>4s} {'B':>4s} {'K':>5s}   {'major':>12s} {'minor':>13s} "
+    f"{'':10s}{'estimate':>12s} {'true':>8s}"
+)
 LEGEND = """\
 Errors are |estimate - truth| / |truth| of the symmetric part (Frobenius); K along its major and
 minor axis, orientation from the line shoulder to hand, ± 95 %. The truth comes from the simulated
@@ -83,11 +89,7 @@ def _gamma(each: StudiedExperiment, joint: ImpedanceEstimate) -> FloatArray:
 
 def _table(experiment: str, compared: list[_Compared]) -> str:
     chosen = np.unique(np.linspace(0, len(compared) - 1, min(ROWS, len(compared))).astype(int))
-    head = (
-        f"{'':24s} error in %        {'stiffness (N/m)':27s} {'true':>9s}   {'orientation (deg)':14s}\n"
-        f"{'condition':24s}  M    B    K     {'major':>12s} {'minor':>13s} {'':>10s}   estimate     true"
-    )
-    lines = [f"\n{experiment}: {len(compared)} conditions, {len(chosen)} shown", head]
+    lines = [f"\n{experiment}: {len(compared)} conditions, {len(chosen)} shown", HEAD]
     lines += [_line(compared[i]) for i in chosen]
     return "\n".join(lines)
 
@@ -118,10 +120,8 @@ def _axes(estimate: ImpedanceEstimate) -> list[tuple[float, float]]:
 
 def _verdicts(everything: list[_Compared]) -> Iterator[str]:
     held = np.array([one.held for one in everything])
-    yield (
-        f"{100 * held.mean():.1f} % of {held.size} elements of M, B and K lie within their 95 % "
-        "intervals."
-    )
+    share = 100 * held.mean()
+    yield f"{share:.1f} % of {held.size} elements of M, B and K lie within their 95 % intervals."
     errors = np.array([one.errors_percent for one in everything])
     m, b, k = np.median(errors, axis=0)
     yield f"Median error of M {m:.1f} %, B {b:.1f} %, K {k:.1f} %."
@@ -129,7 +129,5 @@ def _verdicts(everything: list[_Compared]) -> Iterator[str]:
     if loaded:
         with_term = np.median([o.joint_error_percent for o in loaded])
         without = np.median([o.joint_error_without_force_percent for o in loaded])
-        yield (
-            f"Joint stiffness while the hand bears 20 N or more: median error {with_term:.0f} %; "
-            f"without the force term, as the source maps it, {without:.0f} %."
-        )
+        yield f"Joint stiffness, the hand bearing 20 N or more: median error {with_term:.0f} %;"
+        yield f"without the force term, as the source maps it, {without:.0f} %."
