@@ -22,7 +22,7 @@ from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy import stats
+from scipy.special import stdtrit
 
 from armimpedance.errors import EstimationError, InputError
 from armimpedance.records import FloatArray, ImpedanceEstimate, frozen_array
@@ -143,7 +143,7 @@ class Ellipse:
         """
         if not 0 < level < 1:
             raise InputError(f"confidence level {level}", expected="between 0 and 1")
-        t = float(stats.t.ppf((1 + level) / 2, self.dof))
+        t = float(stdtrit(self.dof, (1 + level) / 2))
         circular = self.may_be_circular(level)
         orientation = (-np.pi / 2, np.pi / 2) if circular else self._orientation_interval(t)
         return np.array([self._size_interval(t), orientation, self._shape_interval(t, circular)])

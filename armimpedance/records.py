@@ -42,10 +42,16 @@ def frozen_array(
     if not fits:
         wanted = "(" + ", ".join("any" if s is None else str(s) for s in shape) + ")"
         raise RecordError(f"{name} has shape {array.shape}", expected=f"shape {wanted}")
-    if np.issubdtype(array.dtype, np.floating) and not np.isfinite(array).all():
+    if np.issubdtype(array.dtype, np.floating) and not _all_finite(array):
         raise RecordError(f"{name} holds a value that is not finite", expected="finite numbers")
     array.flags.writeable = False
     return array
+
+
+def _all_finite(array: np.ndarray) -> bool:
+    """Whether no value is NaN or infinite; the sum tells in one pass unless it overflows."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        return bool(np.isfinite(array.sum()) or np.isfinite(array).all())
 
 
 def frozen(array: FloatArray) -> FloatArray:

@@ -28,7 +28,7 @@ HEAD = (
 LEGEND = """\
 Errors are |estimate - truth| / |truth| of the symmetric part (Frobenius); K along its major and
 minor axis, orientation from the line shoulder to hand, ± 95 %. The truth comes from the simulated
-plant itself, differentiated numerically; noise and servo are those of a real laboratory."""
+plant itself, differentiated numerically. Noise and servo are of the size met in laboratories."""
 
 
 @dataclass(frozen=True)

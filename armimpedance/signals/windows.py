@@ -118,7 +118,7 @@ def cut_windows(
     index[~usable] = 0
 
     def gather(samples: FloatArray) -> FloatArray:
-        cut = samples[index]
+        cut = samples.take(index, axis=0)
         if not usable.all():
             cut[~usable] = 0.0
         return frozen(cut)
