@@ -106,6 +106,9 @@ def cut_windows(
     needed = int(np.ceil(duration.max() * rate - 1e-6))
     before, after = _common_extent(first, lengths - 1 - first, needed, rate)
     usable = (first >= before) & (lengths - 1 - first >= after)
+    flawed = _flawed(recording)[rows]
+    notes = timing.notes + _left_out(usable | flawed, "too short around the disturbance")
+    usable &= ~flawed
     if after < needed or not usable.any():
         shortest = int(np.argmin(lengths - 1 - first))
         held = (lengths - 1 - first)[shortest] / rate
@@ -136,7 +139,7 @@ def cut_windows(
         position_at_onset=position[:, rest].mean(axis=1),
         force_at_onset=force[:, rest].mean(axis=1),
         joint_angles_at_onset=_joint_angles(recording, rows, index[:, rest]),
-        notes=timing.notes + _left_out(usable),
+        notes=notes + _left_out(~flawed, "marked as an error when recorded"),
     )
 
 
@@ -160,8 +163,12 @@ def _common_extent(
     )
 
 
-def _left_out(usable: np.ndarray) -> tuple[str, ...]:
-    missing = int((~usable).sum())
-    if not missing:
-        return ()
-    return (f"{missing} of {len(usable)} trials left out: too short around the disturbance",)
+def _flawed(recording: Recording) -> np.ndarray:
+    """Trials that the recording system itself marked as errors (column ``is_error``)."""
+    marks = _column(recording, "is_error")
+    return np.nan_to_num(marks) != 0
+
+
+def _left_out(kept: np.ndarray, reason: str) -> tuple[str, ...]:
+    missing = int((~kept).sum())
+    return (f"{missing} of {len(kept)} trials left out: {reason}",) if missing else ()

@@ -68,6 +68,14 @@ def test_a_trial_that_ends_early_is_left_out_and_said(limb):
     assert not window.position[5].any()
 
 
+def test_trials_marked_as_errors_are_left_out_and_said(limb):
+    recording = limb.record(sets=1)
+    marked = replace(recording, trials=recording.trials.assign(is_error=[0, 1, 0, 0, 0, 0, 1, 0]))
+    window = cut_windows(marked)
+    assert np.flatnonzero(~window.usable).tolist() == [1, 6]
+    assert window.notes == ("2 of 8 trials left out: marked as an error when recorded",)
+
+
 def test_state_at_onset_is_the_mean_of_the_rest_before(limb):
     recording = limb.record(sets=1, force_noise=0.1)
     window = cut_windows(recording)
