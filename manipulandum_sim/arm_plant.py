@@ -97,9 +97,8 @@ class Arm:
 
     def joint_torque(
         self,
-        angles: tuple[FloatArray, FloatArray],
+        basis: FloatArray,
         rates: tuple[FloatArray, FloatArray],
-        trig: tuple[FloatArray, ...],
         command: MuscleCommand,
         time: FloatArray | float,
         delayed: FloatArray | float = 0.0,
@@ -108,9 +107,10 @@ class Arm:
 
         Parameters
         ----------
-        angles, rates : pairs of (...,)
-            Shoulder and elbow, rad and rad/s.
-        trig : (sin q1, cos q1, sin q2, cos q2), each (...,)
+        basis : (6, ...)
+            Of `muscles.joint_basis` at the joint angles.
+        rates : pair of (...,)
+            Shoulder and elbow, rad/s.
         command : MuscleCommand
         time : (...,) or float
             Since the onset, s.
@@ -121,21 +121,25 @@ class Arm:
         -------
         (tau1, tau2), stretch
         """
-        q1, q2 = angles
         w1, w2 = rates
-        G1, G2 = self.paths.moment_arms(*trig)
-        rate = G1 * w1 + G2 * w2
-        length = self.paths.length(q1, q2, trig) - command.virtual_length
+        G1, G2 = self.paths.moment_arms(basis)
+        rate = G1 * w1
+        rate += G2 * w2
+        length = self.paths.length(basis)
+        length -= command.virtual_length
         length -= command.virtual_velocity * time
-        f = command.tension + command.stiffness * length + command.viscosity * rate
+        f = command.stiffness * length
+        f += command.tension
+        f += command.viscosity * rate
         if np.ndim(delayed):
             f += command.reflex * delayed
         np.maximum(f, 0.0, out=f)
-        tau1, tau2 = self.passive_torque(q1, q2, w1, w2)
+        tau1, tau2 = self.passive_torque(basis[0], basis[3], w1, w2)
         # tau = -G^T f, (2,) = (2, 6) (6,)
         tau1 -= np.add.reduce(G1 * f, axis=0)
         tau2 -= np.add.reduce(G2 * f, axis=0)
-        return (tau1, tau2), Stretch(length, rate - command.virtual_velocity)
+        rate -= command.virtual_velocity
+        return (tau1, tau2), Stretch(length, rate)
 
     def muscle_force_at_hand(
         self,
@@ -145,11 +149,16 @@ class Arm:
         delayed: FloatArray | float = 0.0,
     ) -> tuple[tuple[FloatArray, FloatArray], Stretch]:
         """Force at the hand that muscles and passive joints make, ``J^-T tau``, and the stretch."""
-        m = motion
-        angles = np.arctan2(m.s1, m.c1), np.arctan2(m.s2, m.c2)
-        trig = (m.s1, m.c1, m.s2, m.c2)
-        tau, stretch = self.joint_torque(angles, (m.w1, m.w2), trig, command, time, delayed)
-        return end_force(m, *tau), stretch
+        rates = motion.w1, motion.w2
+        tau, stretch = self.joint_torque(basis_at(motion), rates, command, time, delayed)
+        return end_force(motion, *tau), stretch
+
+
+def basis_at(motion: EndMotion) -> FloatArray:
+    """The basis (6, ...) of the muscles' paths where the hand is."""
+    m = motion
+    q1, q2 = np.arctan2(m.s1, m.c1), np.arctan2(m.s2, m.c2)
+    return np.stack([q1, m.s1, m.c1, q2, m.s2, m.c2])
 
 
 class Motion(NamedTuple):
@@ -186,7 +195,5 @@ def muscle_stretch(
 ) -> FloatArray:
     """Stretch (6, ...) of the muscles with the hand at (x, y)."""
     still = np.zeros_like(x)
-    m = arm.link.end_motion(x, y, still, still)
-    q1, q2 = np.arctan2(m.s1, m.c1), np.arctan2(m.s2, m.c2)
-    length = arm.paths.length(q1, q2, (m.s1, m.c1, m.s2, m.c2))
+    length = arm.paths.length(basis_at(arm.link.end_motion(x, y, still, still)))
     return length - command.virtual_length - command.virtual_velocity * time

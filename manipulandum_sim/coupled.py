@@ -13,6 +13,7 @@ m_cast a``, by limb and cast on the robot.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -21,38 +22,22 @@ from armimpedance.records import FloatArray, IntArray
 
 from .arm_plant import Arm, MuscleCommand, Stretch
 from .robot import Robot, ServoGains
+from .two_link import EndMotion, TwoLink, stacked
 
 
 class Command(NamedTuple):
-    """Commanded position, velocity, acceleration at one instant, each (T,)."""
+    """Commanded position, velocity and acceleration at one instant, each (2, T)."""
 
-    x: FloatArray
-    y: FloatArray
-    vx: FloatArray
-    vy: FloatArray
-    ax: FloatArray
-    ay: FloatArray
-
-
-class HandState(NamedTuple):
-    """Hand position and velocity, each (T,)."""
-
-    x: FloatArray
-    y: FloatArray
-    vx: FloatArray
-    vy: FloatArray
-
-    def moved(self, step: float, rate: HandState) -> HandState:
-        """``self + step rate``."""
-        return HandState(*(a + step * b for a, b in zip(self, rate, strict=True)))
+    position: FloatArray
+    velocity: FloatArray
+    acceleration: FloatArray
 
 
 class Outcome(NamedTuple):
-    """Rate of the state, force at the sensor (by limb and cast) and the muscles' stretch."""
+    """Rate of the state (4, T), force at the sensor (2, T) by limb and cast, muscles' stretch."""
 
-    rate: HandState
-    sensor_x: FloatArray
-    sensor_y: FloatArray
+    rate: FloatArray
+    sensor: FloatArray
     stretch: Stretch
 
 
@@ -66,40 +51,68 @@ class CoupledPlant:
     gains: ServoGains
     cast_kg: float
 
+    @cached_property
+    def chains(self) -> TwoLink:
+        """Arm and robot as one batch of two: half the calls in the inner loop."""
+        return stacked(self.arm.link, self.robot.link)
+
+    def servo_force(self, state: FloatArray, command: Command) -> FloatArray:
+        """Force (2, T) of the robot's motors at the hand."""
+        g = self.gains
+        push = g.stiffness * (command.position - state[:2])
+        push += g.damping * (command.velocity - state[2:])
+        ax, ay = command.acceleration
+        push[0] += g.Fxx * ax + g.Fxy * ay + g.hold_x
+        push[1] += g.Fxy * ax + g.Fyy * ay + g.hold_y
+        return push
+
     def outcome(
         self,
-        state: HandState,
+        state: FloatArray,
         command: Command,
         time: FloatArray,
         voluntary: FloatArray | None,
         delayed: FloatArray | float = 0.0,
     ) -> Outcome:
-        """Equations of motion at one instant; `time` (T,) since each trial's onset."""
-        arm = self.arm.link.end_motion(*state)
-        (fx, fy), stretch = self.arm.muscle_force_at_hand(arm, self.muscles, time, delayed)
-        fx -= arm.bx
-        fy -= arm.by
+        """Equations of motion at one instant.
+
+        Parameters
+        ----------
+        state : (4, T)
+            Hand position and velocity.
+        command : Command
+        time : (T,)
+            Since each trial's onset.
+        voluntary : (2, T) or None
+            Force of the hand's own.
+        delayed : (6, T) or 0
+            The stretch that the reflex answers to.
+        """
+        both = self.chains.end_motion(*state)
+        arm = EndMotion(*(part[0] for part in both))
+        pulled, stretch = self.arm.muscle_force_at_hand(arm, self.muscles, time, delayed)
+        force = np.stack(pulled)
+        force[0] -= arm.bx
+        force[1] -= arm.by
         if voluntary is not None:
-            fx += voluntary[0]
-            fy += voluntary[1]
-        robot = self.robot.link.end_motion(*state)
-        g = self.gains
-        px = g.stiffness * (command.x - state.x) + g.damping * (command.vx - state.vx)
-        py = g.stiffness * (command.y - state.y) + g.damping * (command.vy - state.vy)
-        px += g.Fxx * command.ax + g.Fxy * command.ay + g.hold_x - robot.bx
-        py += g.Fxy * command.ax + g.Fyy * command.ay + g.hold_y - robot.by
-        limb_xx, limb_yy = arm.Lxx + self.cast_kg, arm.Lyy + self.cast_kg
-        # (L_arm + L_robot + m) a = push + F, (2, 2) (2,) = (2,)
-        Axx = limb_xx + robot.Lxx + self.robot.handle_kg
-        Ayy = limb_yy + robot.Lyy + self.robot.handle_kg
-        Axy = arm.Lxy + robot.Lxy
-        rx, ry = px + fx, py + fy
-        det = Axx * Ayy - Axy * Axy
-        ax = (Ayy * rx - Axy * ry) / det
-        ay = (Axx * ry - Axy * rx) / det
-        fx -= limb_xx * ax + arm.Lxy * ay
-        fy -= arm.Lxy * ax + limb_yy * ay
-        return Outcome(HandState(state.vx, state.vy, ax, ay), fx, fy, stretch)
+            force += voluntary
+        push = self.servo_force(state, command)
+        push += force
+        push[0] -= both.bx[1]
+        push[1] -= both.by[1]
+        mass = self.cast_kg + self.robot.handle_kg
+        # (L_arm + L_robot + m) a = push, (2, 2) (2,) = (2,)
+        Axx = both.Lxx[0] + both.Lxx[1] + mass
+        Ayy = both.Lyy[0] + both.Lyy[1] + mass
+        Axy = both.Lxy[0] + both.Lxy[1]
+        px, py = push / (Axx * Ayy - Axy * Axy)
+        rate = np.empty_like(state)
+        rate[:2] = state[2:]
+        rate[2] = ax = Ayy * px - Axy * py
+        rate[3] = ay = Axx * py - Axy * px
+        force[0] -= (arm.Lxx + self.cast_kg) * ax + arm.Lxy * ay
+        force[1] -= arm.Lxy * ax + (arm.Lyy + self.cast_kg) * ay
+        return Outcome(rate, force, stretch)
 
 
 @dataclass(frozen=True)
@@ -113,7 +126,7 @@ class Course:
         The substep at which each disturbance starts.
     place, direction : (2, T)
         Where each trial starts and the unit vector along which it is disturbed.
-    table : (P, 9)
+    table : (9, P)
         Per substep since one before the onset: displacement, velocity, acceleration at its start,
         then at its middle, then at its end, as seen from inside the substep: a shape may jump at
         its ends.
@@ -127,17 +140,13 @@ class Course:
 
     def commands(self, step: int) -> tuple[Command, Command, Command]:
         """The command at the start, the middle and the end of a substep."""
-        row = np.clip(step - self.onset + 1, 0, len(self.table) - 1)
-        p = self.table[row].T
-        (dx, dy), (x, y) = self.direction, self.place
+        column = np.clip(step - self.onset + 1, 0, self.table.shape[1] - 1)
+        p = np.take(self.table, column, axis=1)
         start, middle, end = (
             Command(
-                x + dx * p[i],
-                y + dy * p[i],
-                dx * p[i + 1],
-                dy * p[i + 1],
-                dx * p[i + 2],
-                dy * p[i + 2],
+                self.place + self.direction * p[i],
+                self.direction * p[i + 1],
+                self.direction * p[i + 2],
             )
             for i in (0, 3, 6)
         )
@@ -206,8 +215,7 @@ def integrate(
     """
     h, trials = course.step_s, len(course.onset)
     position, velocity, force = (np.empty((samples, 2, trials)) for _ in range(3))
-    rest = np.zeros(trials)
-    state = HandState(course.place[0], course.place[1], rest, rest)
+    state = np.concatenate([course.place, np.zeros((2, trials))])
     line = _ReflexLine(max(1, round(reflex_delay_s / h))) if reflex_delay_s is not None else None
     for n in range((samples - 1) * substeps + 1):
         at, part = divmod(n, substeps)
@@ -216,17 +224,14 @@ def integrate(
         time = np.multiply(n - course.onset, h, dtype=np.float64)
         now = plant.outcome(state, start, time, push[0], line.first() if line else 0.0)
         if part == 0:
-            position[at] = state.x, state.y
-            velocity[at] = state.vx, state.vy
-            force[at] = now.sensor_x, now.sensor_y
+            position[at], velocity[at], force[at] = state[:2], state[2:], now.sensor
         heard = line.hear(now.stretch, h) if line else (0.0, 0.0)
-        k1 = now.rate
         half, whole = time + h / 2, time + h
-        k2 = plant.outcome(state.moved(h / 2, k1), middle, half, push[1], heard[0]).rate
-        k3 = plant.outcome(state.moved(h / 2, k2), middle, half, push[1], heard[0]).rate
-        k4 = plant.outcome(state.moved(h, k3), end, whole, push[2], heard[1]).rate
-        mean = (a + 2 * (b + c) + d for a, b, c, d in zip(k1, k2, k3, k4, strict=True))
-        state = state.moved(h / 6, HandState(*mean))
+        k1 = now.rate
+        k2 = plant.outcome(state + h / 2 * k1, middle, half, push[1], heard[0]).rate
+        k3 = plant.outcome(state + h / 2 * k2, middle, half, push[1], heard[0]).rate
+        k4 = plant.outcome(state + h * k3, end, whole, push[2], heard[1]).rate
+        state = state + h / 6 * (k1 + 2 * (k2 + k3) + k4)
     return Track(position, velocity, force)
 
 

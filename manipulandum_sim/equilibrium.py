@@ -11,7 +11,7 @@ from armimpedance.errors import InputError
 from armimpedance.records import FloatArray
 
 from .arm_plant import Arm, MuscleCommand
-from .muscles import N_MUSCLES
+from .muscles import N_MUSCLES, joint_basis
 
 #: Preferred share of the co-contraction in each muscle: the two-joint muscles, which the subject
 #: sees on the screen, lead, and the others join in.
@@ -27,9 +27,7 @@ def hand_jacobian(arm: Arm, posture: FloatArray) -> FloatArray:
 
 def muscle_jacobian(arm: Arm, posture: FloatArray) -> FloatArray:
     """``G = dL/dq``, (6, 2), at a posture (2,)."""
-    q1, q2 = np.atleast_2d(posture).T
-    arms = arm.paths.moment_arms(np.sin(q1), np.cos(q1), np.sin(q2), np.cos(q2))
-    return np.concatenate(arms, axis=1)
+    return np.stack(arm.paths.moment_arms(joint_basis(*posture)), axis=1)
 
 
 def _nearest_nonnegative(target: FloatArray, A: FloatArray, c: FloatArray) -> FloatArray | None:
@@ -115,18 +113,16 @@ def muscle_command(
     MuscleCommand of (6, T) arrays
     """
     q1, q2 = np.asarray(postures, dtype=float).T
-    length = arm.paths.length(q1, q2)
+    basis = joint_basis(q1, q2)
+    length = arm.paths.length(basis)
     velocity = np.zeros_like(length)
     if drift is not None:
         m = arm.link.end_motion(*arm.link.end_position(q1, q2), drift[:, 0], drift[:, 1])
-        G1, G2 = arm.paths.moment_arms(m.s1, m.c1, m.s2, m.c2)
+        G1, G2 = arm.paths.moment_arms(basis)
         velocity = G1 * m.w1 + G2 * m.w2
-    k = arm.mechanics.stiffness(activations).T
-    return MuscleCommand(
-        arm.mechanics.tension(activations).T,
-        k,
-        arm.mechanics.viscosity(activations).T,
-        length,
-        velocity,
-        reflex_gain * k,
+    mechanics = arm.mechanics
+    tension, k, viscosity = (
+        np.ascontiguousarray(part(activations).T)
+        for part in (mechanics.tension, mechanics.stiffness, mechanics.viscosity)
     )
+    return MuscleCommand(tension, k, viscosity, length, velocity, reflex_gain * k)

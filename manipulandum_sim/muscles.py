@@ -53,32 +53,36 @@ class MusclePaths:
             object.__setattr__(self, name, put)
 
     @cached_property
-    def _columns(self) -> dict[int, tuple[FloatArray, ...]]:
-        """Coefficients of both joints as (6, 1...) for batches of one to three dimensions."""
-        tables = (self.slope, self.sine, self.cosine)
-        return {
-            ndim: tuple(
-                table[:, joint].reshape(N_MUSCLES, *[1] * ndim)
-                for joint in (0, 1)
-                for table in tables
-            )
-            for ndim in (1, 2, 3)
-        }
+    def _weights(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Of the length over the basis (6, 6), and of both moment arms over sine, cosine (6, 2)."""
+        joints = [np.stack([self.slope[:, j], self.sine[:, j], self.cosine[:, j]]) for j in (0, 1)]
+        arms = [np.stack([-self.cosine[:, j], self.sine[:, j]], axis=1) for j in (0, 1)]
+        return np.ascontiguousarray(np.concatenate(joints).T), arms[0], arms[1]
 
-    def length(
-        self, q1: FloatArray, q2: FloatArray, trig: tuple[FloatArray, ...] | None = None
-    ) -> FloatArray:
-        """Lengths (6, ...) at joint angles (...,); `trig` is (sin q1, cos q1, sin q2, cos q2)."""
-        s1, c1, s2, c2 = trig or (np.sin(q1), np.cos(q1), np.sin(q2), np.cos(q2))
-        a1, b1, d1, a2, b2, d2 = self._columns[np.ndim(q1)]
-        return a1 * q1 + b1 * s1 + d1 * c1 + a2 * q2 + b2 * s2 + d2 * c2
+    def length(self, basis: FloatArray) -> FloatArray:
+        """Lengths (6, ...) at a basis (6, ...)."""
+        return _weighted(self._weights[0], basis)
 
-    def moment_arms(
-        self, s1: FloatArray, c1: FloatArray, s2: FloatArray, c2: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
-        """Both columns of ``G = dL/dq``, (6, ...) each, at sines and cosines of both angles."""
-        a1, b1, d1, a2, b2, d2 = self._columns[np.ndim(s1)]
-        return a1 + b1 * c1 - d1 * s1, a2 + b2 * c2 - d2 * s2
+    def moment_arms(self, basis: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Both columns of ``G = dL/dq``, (6, ...) each."""
+        arms = []
+        for joint in (0, 1):
+            arm = _weighted(self._weights[1 + joint], basis[3 * joint + 1 : 3 * joint + 3])
+            arm += self.slope[:, joint].reshape(N_MUSCLES, *[1] * (basis.ndim - 1))
+            arms.append(arm)
+        return arms[0], arms[1]
+
+
+def _weighted(weights: FloatArray, basis: FloatArray) -> FloatArray:
+    # Plain einsum adds element by element in one order; a matrix product of a linear-algebra
+    # library may add in another one for another batch, and the same trial would change its bits.
+    weighted: FloatArray = np.einsum("ij,j...->i...", weights, basis)
+    return weighted
+
+
+def joint_basis(q1: FloatArray, q2: FloatArray) -> FloatArray:
+    """What path lengths are linear in: ``q1, sin q1, cos q1, q2, sin q2, cos q2``, (6, ...)."""
+    return np.stack([q1, np.sin(q1), np.cos(q1), q2, np.sin(q2), np.cos(q2)])
 
 
 @dataclass(frozen=True)

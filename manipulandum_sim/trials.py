@@ -96,9 +96,9 @@ def make_course(batch: Batch) -> Course:
     count = round(rig.duration_s * RATE_HZ) * substeps
     lag = np.minimum((np.arange(count)[:, None] + [0.0, 0.5, 1.0]) * step, rig.duration_s)
     profile = rig.shape.profile(lag, rig.duration_s, rig.amplitude_m, rig.residual_m)
-    table = np.zeros((count + 2, 9))
-    table[1:-1] = profile.transpose(1, 2, 0).reshape(count, 9)
-    table[-1, [0, 3, 6]] = rig.residual_m
+    table = np.zeros((9, count + 2))
+    table[:, 1:-1] = profile.transpose(2, 0, 1).reshape(9, count)
+    table[[0, 3, 6], -1] = rig.residual_m
     return Course(
         step_s=step,
         onset=batch.onset * substeps,

@@ -21,6 +21,7 @@ from armimpedance.records import FloatArray, frozen_array
 from .arm_plant import Arm, Motion, MuscleCommand, force_on_handle, muscle_stretch
 from .equilibrium import muscle_command, solve_activation
 from .experiments import Condition
+from .muscles import joint_basis
 
 #: Steps of the differences: the error of the five-point formula is below 1e-9 of the result.
 STEP_M: Final = 5e-4
@@ -186,9 +187,8 @@ def _joint_field(arm: Arm, command: MuscleCommand, q: FloatArray, what: str) -> 
     def torque(values: FloatArray) -> FloatArray:
         angles = values if what == "angle" else q
         rates = values if what == "rate" else np.zeros_like(q)
-        q1, q2 = angles.T
-        trig = (np.sin(q1), np.cos(q1), np.sin(q2), np.cos(q2))
-        tau, _ = arm.joint_torque((q1, q2), (rates[:, 0], rates[:, 1]), trig, command, 0.0)
+        basis = joint_basis(angles[:, 0], angles[:, 1])
+        tau, _ = arm.joint_torque(basis, (rates[:, 0], rates[:, 1]), command, 0.0)
         return np.stack(tau, axis=-1)
 
     return torque
@@ -255,7 +255,9 @@ def find_truth(
         return -derivative(_hand_field(arm, command, hand, what), origin, step)
 
     def moment_arms(posture: FloatArray) -> FloatArray:
-        return derivative(lambda p: arm.paths.length(*p.T).T, posture, STEP_RAD)
+        return derivative(
+            lambda p: arm.paths.length(joint_basis(p[:, 0], p[:, 1])).T, posture, STEP_RAD
+        )
 
     inertia = at_hand("acceleration", STEP_RATE)
     return Truth(

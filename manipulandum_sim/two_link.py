@@ -6,7 +6,7 @@ small matrices nor calls of a linear-algebra library; 2 x 2 solves are written o
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +14,9 @@ import numpy as np
 from armimpedance.records import FloatArray
 
 from .subjects import Segment
+
+#: A number, or one per chain of a stack.
+Scalar = float | FloatArray
 
 
 class EndMotion(NamedTuple):
@@ -58,16 +61,18 @@ class TwoLink:
         Where the first hinge is (m).
     elbow : {1.0, -1.0}
         Sign of the second joint's angle.
+
+    A stack of chains (`stacked`) holds columns (C, 1); what it returns is (C, ...).
     """
 
-    l1: float
-    l2: float
-    inertia1: float
-    inertia2: float
-    coupling: float
-    base_x: float = 0.0
-    base_y: float = 0.0
-    elbow: float = 1.0
+    l1: Scalar
+    l2: Scalar
+    inertia1: Scalar
+    inertia2: Scalar
+    coupling: Scalar
+    base_x: Scalar = 0.0
+    base_y: Scalar = 0.0
+    elbow: Scalar = 1.0
 
     @classmethod
     def from_segments(
@@ -104,32 +109,41 @@ class TwoLink:
         s1 = (along * ry - across * rx) / rr
         ux, uy = rx - l1 * c1, ry - l1 * s1
         det = l1 * l2 * s2
-        # qdot = J^-1 v, (2,) = (2, 2) (2,)
-        w1 = (ux * vx + uy * vy) / det
-        w2 = -(rx * vx + ry * vy) / det
+        # J^-1 = [[ux, uy], [-rx, -ry]] / det; qdot = J^-1 v, (2,) = (2, 2) (2,)
+        inverse = 1 / det
+        i11, i12, i21, i22 = ux * inverse, uy * inverse, -rx * inverse, -ry * inverse
+        w1, w2 = i11 * vx + i12 * vy, i21 * vx + i22 * vy
         m12 = self.inertia2 + self.coupling * c2
         m11 = self.inertia1 + self.coupling * c2 + m12
         m22 = self.inertia2
-        # L = J^-T M J^-1, (2, 2)
-        dd = det * det
-        Lxx = (m11 * ux * ux - 2 * m12 * ux * rx + m22 * rx * rx) / dd
-        Lxy = (m11 * ux * uy - m12 * (ux * ry + uy * rx) + m22 * rx * ry) / dd
-        Lyy = (m11 * uy * uy - 2 * m12 * uy * ry + m22 * ry * ry) / dd
-        # Jdot qdot: each link turns its part of r about its own hinge.
+        # M J^-1 with rows (i11, i12), (i21, i22) of J^-1; L = J^-T (M J^-1), (2, 2)
+        p11, p12 = m11 * i11 + m12 * i21, m11 * i12 + m12 * i22
+        p21, p22 = m12 * i11 + m22 * i21, m12 * i12 + m22 * i22
+        Lxx, Lyy = i11 * p11 + i21 * p21, i12 * p12 + i22 * p22
+        Lxy = i11 * p12 + i21 * p22
+        # -Jdot qdot: each link turns its part of r about its own hinge.
         squared1, squared12 = w1 * w1, (w1 + w2) ** 2
-        ax = -squared1 * (rx - ux) - squared12 * ux
-        ay = -squared1 * (ry - uy) - squared12 * uy
-        h1 = -self.coupling * s2 * (2 * w1 + w2) * w2
-        h2 = self.coupling * s2 * squared1
+        turn = squared12 - squared1
+        cx, cy = squared1 * rx + turn * ux, squared1 * ry + turn * uy
         # b = J^-T h - L Jdot qdot, (2,)
-        bx = (ux * h1 - rx * h2) / det - Lxx * ax - Lxy * ay
-        by = (uy * h1 - ry * h2) / det - Lxy * ax - Lyy * ay
+        bend = self.coupling * s2
+        h1, h2 = bend * (squared1 - squared12), bend * squared1
+        bx = i11 * h1 + i21 * h2 + Lxx * cx + Lxy * cy
+        by = i12 * h1 + i22 * h2 + Lxy * cx + Lyy * cy
         return EndMotion(rx, ry, ux, uy, det, s1, c1, s2, c2, w1, w2, Lxx, Lxy, Lyy, bx, by)
 
     def reaches(self, x: FloatArray, y: FloatArray) -> bool:
         """Whether every point lies within reach, neither folded nor stretched."""
         r = np.hypot(x - self.base_x, y - self.base_y)
         return bool(np.all((r < self.l1 + self.l2) & (r > abs(self.l1 - self.l2))))
+
+
+def stacked(*chains: TwoLink) -> TwoLink:
+    """Several chains as one, each field a column (C, 1)."""
+    columns = {
+        f.name: np.array([[getattr(chain, f.name)] for chain in chains]) for f in fields(TwoLink)
+    }
+    return TwoLink(**columns)
 
 
 def end_force(
