@@ -149,16 +149,15 @@ class Arm:
         delayed: FloatArray | float = 0.0,
     ) -> tuple[tuple[FloatArray, FloatArray], Stretch]:
         """Force at the hand that muscles and passive joints make, ``J^-T tau``, and the stretch."""
-        rates = motion.w1, motion.w2
-        tau, stretch = self.joint_torque(basis_at(motion), rates, command, time, delayed)
+        basis, rates = basis_at(self.link, motion), (motion.w1, motion.w2)
+        tau, stretch = self.joint_torque(basis, rates, command, time, delayed)
         return end_force(motion, *tau), stretch
 
 
-def basis_at(motion: EndMotion) -> FloatArray:
+def basis_at(link: TwoLink, motion: EndMotion) -> FloatArray:
     """The basis (6, ...) of the muscles' paths where the hand is."""
-    m = motion
-    q1, q2 = np.arctan2(m.s1, m.c1), np.arctan2(m.s2, m.c2)
-    return np.stack([q1, m.s1, m.c1, q2, m.s2, m.c2])
+    s1, c1, s2, c2 = link.sines(motion)
+    return np.stack([np.arctan2(s1, c1), s1, c1, np.arctan2(s2, c2), s2, c2])
 
 
 class Motion(NamedTuple):
@@ -195,5 +194,5 @@ def muscle_stretch(
 ) -> FloatArray:
     """Stretch (6, ...) of the muscles with the hand at (x, y)."""
     still = np.zeros_like(x)
-    length = arm.paths.length(basis_at(arm.link.end_motion(x, y, still, still)))
+    length = arm.paths.length(basis_at(arm.link, arm.link.end_motion(x, y, still, still)))
     return length - command.virtual_length - command.virtual_velocity * time

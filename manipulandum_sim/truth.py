@@ -221,7 +221,7 @@ def joint_angles(arm: Arm, hand: FloatArray) -> FloatArray:
     if not arm.link.reaches(x, y):
         raise InputError("a hand location is out of the arm's reach")
     m = arm.link.end_motion(x, y, np.zeros_like(x), np.zeros_like(x))
-    return np.stack([np.arctan2(m.s1, m.c1), np.arctan2(m.s2, m.c2)], axis=-1)
+    return np.stack(arm.link.angles(m), axis=-1)
 
 
 def find_truth(

@@ -7,6 +7,7 @@ small matrices nor calls of a linear-algebra library; 2 x 2 solves are written o
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -22,10 +23,10 @@ Scalar = float | FloatArray
 class EndMotion(NamedTuple):
     """State of a chain and its dynamics at the end point, each (...,).
 
-    ``rx, ry`` end point from the base, ``ux, uy`` from the middle joint, ``det`` of the Jacobian
-    ``[[-ry, -uy], [rx, ux]]``; sines, cosines and rates of both joint angles;
-    ``Lxx, Lxy, Lyy`` inertia and ``bx, by`` centrifugal and Coriolis force at the end point:
-    the force that moves the chain is ``L a + b``.
+    ``rx, ry`` end point from the base, ``ux, uy`` from the middle joint; ``det`` of the Jacobian
+    ``[[-ry, -uy], [rx, ux]]``, which is l1 l2 sin q2, and ``dot`` l1 l2 cos q2; ``w1, w2`` rates
+    of the joint angles; ``Lxx, Lxy, Lyy`` inertia and ``bx, by`` centrifugal and Coriolis force at
+    the end point: the force that moves the chain is ``L a + b``.
     """
 
     rx: FloatArray
@@ -33,10 +34,7 @@ class EndMotion(NamedTuple):
     ux: FloatArray
     uy: FloatArray
     det: FloatArray
-    s1: FloatArray
-    c1: FloatArray
-    s2: FloatArray
-    c2: FloatArray
+    dot: FloatArray
     w1: FloatArray
     w2: FloatArray
     Lxx: FloatArray
@@ -99,38 +97,58 @@ class TwoLink:
 
         Out of reach gives NaN: callers check the reach once, before they integrate.
         """
-        l1, l2 = self.l1, self.l2
+        half, product, square, ratio = self._constants
         rx, ry = x - self.base_x, y - self.base_y
         rr = rx * rx + ry * ry
-        c2 = (rr - (l1 * l1 + l2 * l2)) / (2 * l1 * l2)
-        s2 = self.elbow * np.sqrt(1 - c2 * c2)
-        along, across = l1 + l2 * c2, l2 * s2
-        c1 = (along * rx + across * ry) / rr
-        s1 = (along * ry - across * rx) / rr
-        ux, uy = rx - l1 * c1, ry - l1 * s1
-        det = l1 * l2 * s2
-        # J^-1 = [[ux, uy], [-rx, -ry]] / det; qdot = J^-1 v, (2,) = (2, 2) (2,)
-        inverse = 1 / det
-        i11, i12, i21, i22 = ux * inverse, uy * inverse, -rx * inverse, -ry * inverse
-        w1, w2 = i11 * vx + i12 * vy, i21 * vx + i22 * vy
-        m12 = self.inertia2 + self.coupling * c2
-        m11 = self.inertia1 + self.coupling * c2 + m12
-        m22 = self.inertia2
-        # M J^-1 with rows (i11, i12), (i21, i22) of J^-1; L = J^-T (M J^-1), (2, 2)
-        p11, p12 = m11 * i11 + m12 * i21, m11 * i12 + m12 * i22
-        p21, p22 = m12 * i11 + m22 * i21, m12 * i12 + m22 * i22
-        Lxx, Lyy = i11 * p11 + i21 * p21, i12 * p12 + i22 * p22
-        Lxy = i11 * p12 + i21 * p22
-        # -Jdot qdot: each link turns its part of r about its own hinge.
-        squared1, squared12 = w1 * w1, (w1 + w2) ** 2
-        turn = squared12 - squared1
-        cx, cy = squared1 * rx + turn * ux, squared1 * ry + turn * uy
-        # b = J^-T h - L Jdot qdot, (2,)
-        bend = self.coupling * s2
-        h1, h2 = bend * (squared1 - squared12), bend * squared1
-        bx = i11 * h1 + i21 * h2 + Lxx * cx + Lxy * cy
-        by = i12 * h1 + i22 * h2 + Lxy * cx + Lyy * cy
-        return EndMotion(rx, ry, ux, uy, det, s1, c1, s2, c2, w1, w2, Lxx, Lxy, Lyy, bx, by)
+        # law of cosines: dot = l1 l2 cos q2, det = l1 l2 sin q2
+        dot = rr * 0.5 - half
+        det = np.sqrt(product - dot * dot)
+        det *= self.elbow
+        # e middle joint from the base, u end point from the middle joint, r = e + u
+        inverse = 1 / rr
+        along, across = (square + dot) * inverse, det * inverse
+        ex, ey = along * rx + across * ry, along * ry - across * rx
+        ux, uy = rx - ex, ry - ey
+        # rates of both links in space: [[ux, uy], [-ex, -ey]] v / det, (2,) = (2, 2) (2,)
+        scale = 1 / det
+        Ux, Uy, Ex, Ey = ux * scale, uy * scale, ex * scale, ey * scale
+        w1, w12 = Ux * vx + Uy * vy, -(Ex * vx + Ey * vy)
+        # L = inertia1 U U^T - coupling cos q2 (U E^T + E U^T) + inertia2 E E^T, (2, 2): by link
+        # rates the mass matrix is [[inertia1, coupling cos q2], [., inertia2]]
+        cosine = ratio * dot
+        ax, ay = self.inertia1 * Ux - cosine * Ex, self.inertia1 * Uy - cosine * Ey
+        bx, by = self.inertia2 * Ex - cosine * Ux, self.inertia2 * Ey - cosine * Uy
+        Lxx, Lxy, Lyy = ax * Ux + bx * Ex, ax * Uy + bx * Ey, ay * Uy + by * Ey
+        # -Jdot qdot = w1^2 e + w12^2 u: each link turns about its own hinge
+        square1, square12 = w1 * w1, w12 * w12
+        cx, cy = square1 * ex + square12 * ux, square1 * ey + square12 * uy
+        # b = J^-T h - L Jdot qdot, with h the links' centrifugal torques, (2,)
+        sine = ratio * det
+        b_U = ax * cx + ay * cy - sine * square12
+        b_E = bx * cx + by * cy - sine * square1
+        return EndMotion(
+            *(rx, ry, ux, uy, det, dot, w1, w12 - w1, Lxx, Lxy, Lyy),
+            Ux * b_U + Ex * b_E,
+            Uy * b_U + Ey * b_E,
+        )
+
+    def sines(self, motion: EndMotion) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """``sin q1, cos q1, sin q2, cos q2``, each (...,)."""
+        m, inverse = motion, 1 / (self.l1 * self.l2)
+        s1, c1 = (m.ry - m.uy) / self.l1, (m.rx - m.ux) / self.l1
+        return s1, c1, m.det * inverse, m.dot * inverse
+
+    def angles(self, motion: EndMotion) -> tuple[FloatArray, FloatArray]:
+        """Joint angles (rad), each (...,)."""
+        s1, c1, s2, c2 = self.sines(motion)
+        return np.arctan2(s1, c1), np.arctan2(s2, c2)
+
+    @cached_property
+    def _constants(self) -> tuple[Scalar, Scalar, Scalar, Scalar]:
+        """``(l1^2 + l2^2) / 2, (l1 l2)^2, l1^2, coupling / (l1 l2)``."""
+        product = self.l1 * self.l2
+        half = (self.l1**2 + self.l2**2) / 2
+        return half, product**2, self.l1**2, self.coupling / product
 
     def reaches(self, x: FloatArray, y: FloatArray) -> bool:
         """Whether every point lies within reach, neither folded nor stretched."""
