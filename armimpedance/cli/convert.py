@@ -8,15 +8,22 @@ Examples:
 
 Kinarm (Dexterit-E) exams: a folder or zip of BB_TT_RR.c3d and common.c3d. Which body's force the
 sensor's columns hold cannot be read from the files: --force-by states it. Personal fields
-(subject, operator, dates) stay out unless --keep-personal.
+(subject, operator, dates) stay out unless --keep-personal. What no file says can be given: the
+mass between sensor and hand, where the shoulder was (endpoint robots), the subject's size.
 """
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from armimpedance.cli.estimate import add_force_by
+
+if TYPE_CHECKING:
+    from armimpedance.records import Recording
+
+SUBJECT_FIELDS = ("mass_kg", "height_m", "upper_arm_m", "forearm_hand_m")
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -35,6 +42,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="an analog channel that holds EMG, for example ACH0=biceps_long; may be given again",
     )
     parser.add_argument("--keep-personal", action="store_true", help="keep subject and dates")
+    stated = parser.add_argument_group("what the files do not say")
+    stated.add_argument("--handle-mass-kg", type=float, metavar="KG")
+    stated.add_argument("--shoulder-m", type=float, nargs=2, metavar=("X", "Y"))
+    for field in SUBJECT_FIELDS:
+        unit = field.rsplit("_", 1)[1].upper()
+        stated.add_argument(f"--{field.replace('_', '-')}", type=float, metavar=unit)
     parser.add_argument("--table", choices=("parquet", "csv"), default="parquet")
 
 
@@ -59,7 +72,33 @@ def run(arguments: argparse.Namespace) -> int:
         emg_channels=channels,
         keep_personal=arguments.keep_personal,
     )
-    recording = open_recording(arguments.input, options)
+    recording = _with_statements(open_recording(arguments.input, options), arguments)
     write_folder(recording, arguments.output, table=arguments.table)
     print(describe(recording, f"{arguments.input} -> {arguments.output}"))
     return 0
+
+
+def _with_statements(recording: Recording, arguments: argparse.Namespace) -> Recording:
+    """The recording with what the user knows and the files do not."""
+    from dataclasses import replace
+
+    import numpy as np
+
+    from armimpedance.errors import InputError
+
+    changes: dict[str, object] = {}
+    if arguments.handle_mass_kg is not None:
+        changes["handle_mass_kg"] = arguments.handle_mass_kg
+    if arguments.shoulder_m is not None:
+        changes["shoulder_m"] = np.array(arguments.shoulder_m)
+    known = {name: getattr(arguments, name) for name in SUBJECT_FIELDS}
+    sizes = {name: value for name, value in known.items() if value is not None}
+    for name, value in sizes.items():
+        if not value > 0:
+            raise InputError(f"--{name.replace('_', '-')} {value:g}", expected="more than 0")
+    if sizes:
+        changes["subject"] = replace(recording.subject, **sizes)
+    if not changes:
+        return recording
+    stated = ", ".join(sorted(set(changes) - {"subject"} | set(sizes)))
+    return recording.with_step(f"Stated at conversion: {stated}.", **changes)

@@ -122,6 +122,21 @@ def test_convert_between_tables(session, tmp_path, capsys):
     assert pd.read_csv(first)["K_11"][0] == pd.read_csv(second)["K_11"][0]
 
 
+def test_convert_takes_what_the_files_do_not_say(session, tmp_path, capsys):
+    out = tmp_path / "stated"
+    call = ["convert", str(session), str(out), "--handle-mass-kg", "0.2", "--upper-arm-m", "0.31"]
+    assert main([*call, "--shoulder-m", "0.1", "-0.2"]) == 0
+    stated = json.loads((out / "recording.json").read_text())
+    assert stated["handle_mass_kg"] == 0.2
+    assert stated["shoulder_m"] == [0.1, -0.2]
+    assert stated["subject"]["upper_arm_m"] == 0.31
+    assert stated["subject"]["forearm_hand_m"] == 0.34
+    assert "mass between sensor and hand 0.2 kg" in capsys.readouterr().out
+    refused(capsys, "convert", session, tmp_path / "no", "--upper-arm-m", "-0.3")
+    refused(capsys, "convert", session, tmp_path / "no", "--handle-mass-kg", "-1")
+    assert not (tmp_path / "no").exists()
+
+
 def test_simulate_writes_recording_and_truth_and_may_replace_them(tmp_path, capsys):
     out = tmp_path / "new" / "session"
     call = ["simulate", "cocontraction", "--sets", "1", "--noise", "sensor", "--out", str(out)]
