@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -33,9 +33,6 @@ class PassiveJoints:
     rest: tuple[float, float] = (1.0, 1.4)
 
 
-NO_PASSIVE_JOINTS: Final = PassiveJoints((0.0, 0.0), (0.0, 0.0))
-
-
 class MuscleCommand(NamedTuple):
     """What the nervous system sets, each (6, ...) to broadcast over the batch.
 
@@ -49,10 +46,6 @@ class MuscleCommand(NamedTuple):
     virtual_length: FloatArray
     virtual_velocity: FloatArray
     reflex: FloatArray
-
-    def select(self, index: FloatArray) -> MuscleCommand:
-        """The columns of a subset of trials or conditions."""
-        return MuscleCommand(*(part[:, index] for part in self))
 
     def over_time(self) -> MuscleCommand:
         """With a last axis for time."""

@@ -7,7 +7,7 @@ from armimpedance.conventions import MUSCLES
 from armimpedance.errors import InputError
 from manipulandum_sim import simulate as simulate_module
 from manipulandum_sim.disturbances import find_disturbance
-from manipulandum_sim.noise import NOMINAL, Draws, draw, quantised, voluntary_force
+from manipulandum_sim.noise import NOMINAL, draw, quantised, voluntary_force
 from manipulandum_sim.rig import Reflex
 from manipulandum_sim.robot import IDEAL, Servo
 from manipulandum_sim.simulate import simulate, simulate_condition
@@ -120,8 +120,7 @@ def test_quantised_rounds_to_the_nearest_step():
 def test_voluntary_force_has_its_sd_and_its_time_constant():
     keys = [(7, t) for t in range(400)]
     draws = draw(0, keys, 1000)
-    still = Draws(*draws)
-    force = voluntary_force(NOMINAL, still, 1000.0)
+    force = voluntary_force(NOMINAL, draws, 1000.0)
     assert force is not None
     tremor = NOMINAL.tremor**2 / 2
     # 800 independent series: the sd of a variance is sqrt(2/800) of it; 4 standard errors
