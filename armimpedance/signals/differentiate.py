@@ -10,6 +10,7 @@ as an integral over each support it is the weak form of the equation with ``phi`
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,8 +47,11 @@ class Kernels:
         return len(self.smooth) // 2
 
 
+@lru_cache(maxsize=32)
 def spline_kernels(width_s: float, sample_rate_hz: float) -> Kernels:
     """Kernels from a B-spline of degree 5 whose support is about `width_s`.
+
+    Every group of a recording asks for the same ones; they cannot change, so they are remembered.
 
     The knots fall on samples: then sampled sums reproduce what the integrals promise, and
     polynomials up to degree 3 are differentiated without error.
