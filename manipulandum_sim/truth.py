@@ -16,6 +16,7 @@ from typing import Any, Final
 import numpy as np
 
 from armimpedance.errors import InputError
+from armimpedance.outputs import staged_file
 from armimpedance.records import FloatArray, frozen_array
 
 from .arm_plant import Arm, Motion, MuscleCommand, force_on_handle, muscle_stretch
@@ -106,13 +107,8 @@ class Truth:
         """
         values = {f.name: getattr(self, f.name) for f in fields(self)}
         plain = {k: v.tolist() if isinstance(v, np.ndarray) else v for k, v in values.items()}
-        target = Path(path)
-        partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
-        try:
-            partial.write_text(json.dumps(plain, indent=1) + "\n", encoding="utf-8")
-            partial.replace(target)
-        finally:
-            partial.unlink(missing_ok=True)
+        with staged_file(path) as staged:
+            staged.write_text(json.dumps(plain, indent=1) + "\n", encoding="utf-8")
 
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> Truth:
