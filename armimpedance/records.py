@@ -235,6 +235,8 @@ class Window:
     position_at_onset, force_at_onset : (T, d)
         Means over the rest just before the onset.
     joint_angles_at_onset : (T, n) or None
+    disturbance : (T,) int or None
+        Trials with the same number saw the same disturbance; None where that is not known.
     notes : tuple of str
         What a reader of the result must know, for example that onsets were detected.
     """
@@ -249,6 +251,7 @@ class Window:
     position_at_onset: FloatArray
     force_at_onset: FloatArray
     joint_angles_at_onset: FloatArray | None = None
+    disturbance: IntArray | None = None
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -266,6 +269,8 @@ class Window:
         if self.joint_angles_at_onset is not None:
             angles = frozen_array(self.joint_angles_at_onset, "joint_angles_at_onset", (t, None))
             put(self, "joint_angles_at_onset", angles)
+        if self.disturbance is not None:
+            put(self, "disturbance", frozen_array(self.disturbance, "disturbance", (t,), np.int64))
 
     @property
     def axes(self) -> int:

@@ -37,9 +37,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--format", choices=("csv", "json"), default="csv")
     parser.add_argument(
         "--covariance",
-        choices=("cr3", "cr1"),
+        choices=("cr3", "replicates", "cr1"),
         default="cr3",
-        help="clustered by trial: cr3 = jackknife (default), cr1 = sandwich",
+        help="clustered by trial: cr3 = jackknife (default), replicates = within each direction, "
+        "cr1 = sandwich",
     )
     parser.add_argument(
         "--band",

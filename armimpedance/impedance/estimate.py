@@ -11,7 +11,7 @@ import numpy as np
 from armimpedance.errors import ArmImpedanceError, InputError, NotIdentifiableError
 from armimpedance.impedance.methods import DEFAULT_METHOD, method_named
 from armimpedance.impedance.regressors import BLOCKS_OF_ONE_TRIAL
-from armimpedance.impedance.result import CovarianceKind, Group, to_estimate
+from armimpedance.impedance.result import ClusteredKind, Group, to_estimate
 from armimpedance.impedance.stochastic import DEFAULT_BAND_HZ, estimate_stochastic
 from armimpedance.records import ImpedanceEstimate, Recording, Window
 from armimpedance.signals.windows import cut_windows, disturbance_times
@@ -28,14 +28,15 @@ class Options:
     ----------
     method : str
         Name of an estimator in `methods.METHODS`; not used for stochastic perturbations.
-    covariance : {"cr3", "cr1"}
-        Clustered by trial; CR3 is the jackknife over trials.
+    covariance : {"cr3", "replicates", "cr1"}
+        Clustered by trial. CR3, the jackknife over trials, also sees what a linear model leaves
+        unexplained between directions; "replicates" compares trials of the same direction only.
     band_hz : (low, high)
         Fitted band of stochastic perturbations.
     """
 
     method: str = DEFAULT_METHOD
-    covariance: CovarianceKind = "cr3"
+    covariance: ClusteredKind = "cr3"
     band_hz: tuple[float, float] = DEFAULT_BAND_HZ
 
 
@@ -121,8 +122,14 @@ def estimate_window(window: Window, group: Group, options: Options) -> Impedance
     """The estimate of one group from its raw windows (what simulations call)."""
     method = method_named(options.method)
     factors, notes = method.prepare(window, group.kind)
-    made = to_estimate(factors, group, method=method.name, covariance=options.covariance)
     used = window.usable
+    made = to_estimate(
+        factors,
+        group,
+        method=method.name,
+        covariance=options.covariance,
+        strata=None if window.disturbance is None else window.disturbance[used],
+    )
     warnings = made.warnings
     if used.sum() == 1:
         warnings += (

@@ -9,14 +9,20 @@ from typing import Any, Literal
 import numpy as np
 
 from armimpedance.conventions import Kind
-from armimpedance.errors import NotIdentifiableError
+from armimpedance.errors import InputError, NotIdentifiableError
 from armimpedance.impedance.regressors import fit_names, to_matrix_order
-from armimpedance.records import FloatArray, ImpedanceEstimate, Quality, Recording
+from armimpedance.records import (
+    FloatArray,
+    ImpedanceEstimate,
+    IntArray,
+    Quality,
+    Recording,
+)
 from armimpedance.regression.factors import TrialFactors
 from armimpedance.regression.fit import Fit
 from armimpedance.regression.solve import fit
 
-CovarianceKind = Literal["cr1", "cr3"]
+ClusteredKind = Literal["cr3", "replicates", "cr1"]
 
 #: With fewer clusters than this, clustered intervals are rough and say so.
 FEW_CLUSTERS = 10
@@ -42,7 +48,8 @@ def to_estimate(
     group: Group,
     *,
     method: str,
-    covariance: CovarianceKind,
+    covariance: ClusteredKind,
+    strata: IntArray | None = None,
     coherence: float | None = None,
 ) -> ImpedanceEstimate:
     """Solve one group and subtract the handle.
@@ -54,7 +61,9 @@ def to_estimate(
     group : Group
     method : str
         What is written into the result.
-    covariance : {"cr3", "cr1"}
+    covariance : {"cr3", "replicates", "cr1"}
+    strata : (T,) int, optional
+        Disturbance of each cluster; "replicates" needs it.
     coherence : float, optional
 
     Raises
@@ -64,8 +73,20 @@ def to_estimate(
     """
     d = len(factors.outputs)
     names, units = fit_names(group.kind, d)
+    if covariance == "replicates" and (strata is None or len(strata) != factors.n_clusters):
+        raise InputError(
+            "replicates need to know which trials had the same disturbance",
+            column="direction_deg",
+            expected="it in trials.csv for every trial, or --covariance cr3",
+        )
     try:
-        solved = fit(factors, covariance=covariance, parameter_names=names, parameter_units=units)
+        solved = fit(
+            factors,
+            covariance=covariance,
+            strata=strata,
+            parameter_names=names,
+            parameter_units=units,
+        )
     except NotIdentifiableError as error:
         raise _directions_missing(error, factors) from error
     ordered = to_matrix_order(solved.parameters, solved.covariance, d)

@@ -8,7 +8,7 @@ import numpy as np
 
 from armimpedance.errors import InputError
 from armimpedance.impedance.regressors import impedance_factors
-from armimpedance.impedance.result import CovarianceKind, Group, to_estimate
+from armimpedance.impedance.result import ClusteredKind, Group, to_estimate
 from armimpedance.records import FloatArray, ImpedanceEstimate, Recording, Response
 from armimpedance.signals.differentiate import spline_kernels
 from armimpedance.signals.filters import bandpass
@@ -37,7 +37,7 @@ def estimate_stochastic(
     recording: Recording,
     group: Group,
     band_hz: tuple[float, float] = DEFAULT_BAND_HZ,
-    covariance: CovarianceKind = "cr3",
+    covariance: ClusteredKind = "cr3",
 ) -> ImpedanceEstimate:
     """``M x'' + B x' + K x = -f`` after the same band-pass on all columns and on the force.
 

@@ -1,4 +1,4 @@
-"""Covariance of the parameters: classical, clustered (CR1, CR3), and HAC.
+"""Covariance of the parameters: classical, clustered (CR1, CR3, replicates), and HAC.
 
 All in the order of `Fit.parameters` (every regressor of output 1, then of output 2, ...), with
 the blocks between outputs. Residuals at 1 kHz are autocorrelated; the classical covariance, which
@@ -15,27 +15,33 @@ from numpy.typing import ArrayLike
 from scipy.linalg import solve_triangular
 
 from armimpedance.errors import InputError
-from armimpedance.records import FloatArray
+from armimpedance.records import FloatArray, IntArray
 from armimpedance.regression.factors import TrialFactors
 from armimpedance.regression.pooled import Pooled, leave_out_scores
 
-CovarianceKind = Literal["cr1", "cr3", "classical"]
+CovarianceKind = Literal["cr1", "cr3", "replicates", "classical"]
 
 
-def parameter_covariance(factors: TrialFactors, pooled: Pooled, kind: CovarianceKind) -> FloatArray:
+def parameter_covariance(
+    factors: TrialFactors,
+    pooled: Pooled,
+    kind: CovarianceKind,
+    strata: ArrayLike | None = None,
+) -> FloatArray:
     """Covariance (p q, p q) of one kind.
 
     Raises
     ------
     InputError
-        Unknown kind, a single cluster for a clustered one, or no more rows than parameters.
+        Unknown kind, a single cluster for a clustered one, no more rows than parameters, or
+        replicates without strata of two clusters or more.
     NotIdentifiableError
         CR3 where one cluster alone informs a parameter.
     """
     if kind not in get_args(CovarianceKind):
         raise InputError(
             f"no covariance {kind!r}",
-            expected="cr1, cr3 or classical; hac needs the samples: hac_covariance",
+            expected="cr1, cr3, replicates or classical; hac needs the samples: hac_covariance",
         )
     if residual_dof(factors) <= 0:
         raise InputError(
@@ -49,7 +55,34 @@ def parameter_covariance(factors: TrialFactors, pooled: Pooled, kind: Covariance
             "one cluster only: its spread cannot be seen",
             expected="two trials or more, or a long trial split into blocks (split_blocks)",
         )
+    if kind == "replicates":
+        return replicate_covariance(pooled, check_strata(factors.n_clusters, strata))
     return cr1_covariance(factors, pooled) if kind == "cr1" else cr3_covariance(pooled)
+
+
+def clustered_dof(factors: TrialFactors, kind: CovarianceKind, strata: ArrayLike | None) -> int:
+    """Degrees of freedom of a clustered covariance: clusters less means taken off them."""
+    means = len(np.unique(np.asarray(strata))) if kind == "replicates" else 1
+    return factors.n_clusters - means
+
+
+def check_strata(n_clusters: int, strata: ArrayLike | None) -> IntArray:
+    """Number of the stratum of each cluster, (T,).
+
+    Raises
+    ------
+    InputError
+        No labels, not one per cluster, or a stratum of a single cluster.
+    """
+    labels = np.asarray([] if strata is None else strata)
+    if labels.shape != (n_clusters,):
+        raise InputError(
+            f"{labels.size} labels of strata", expected=f"one for each of {n_clusters} clusters"
+        )
+    _, numbers, counts = np.unique(labels, return_inverse=True, return_counts=True)
+    if counts.min() < 2:
+        raise InputError("a stratum of a single cluster", expected="two replicates or more of each")
+    return np.asarray(numbers, dtype=np.int64)
 
 
 def residual_dof(factors: TrialFactors) -> int:
@@ -87,6 +120,22 @@ def cr3_covariance(pooled: Pooled) -> FloatArray:
     """
     G = len(pooled.gram)
     return (G - 1) / G * _outer(_influence(pooled, leave_out_scores(pooled)))
+
+
+def replicate_covariance(pooled: Pooled, strata: IntArray) -> FloatArray:
+    """Clustered, from replicates: scores about the mean of their stratum, ``n_s/(n_s - 1)`` each.
+
+    ``C = sum_s n_s/(n_s - 1) sum_(t in s) (d_t - mean_s d)(d_t - mean_s d)^T``, d_t what cluster t
+    moves the solution by. What is the same in every replicate of a stratum, such as a limb's
+    non-linearity along one direction, repeats in every experiment: it is no chance and adds
+    nothing, where CR1 and CR3 count it. Replicates share their regressors, so that the residuals'
+    shrinkage by the fit is common to a stratum and needs no correction.
+    """
+    moved = _influence(pooled, pooled.score)
+    counts = np.bincount(strata)
+    means = np.stack([np.bincount(strata, column) for column in moved.T], axis=1) / counts[:, None]
+    weight = np.sqrt(counts / (counts - 1))[strata]
+    return _outer(weight[:, None] * (moved - means[strata]))
 
 
 def hac_covariance(

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from numpy.typing import ArrayLike
+
 from armimpedance.errors import InputError
 from armimpedance.regression.covariance import (
     CovarianceKind,
+    clustered_dof,
     parameter_covariance,
     residual_covariance,
     residual_dof,
@@ -21,6 +24,7 @@ def fit(
     factors: TrialFactors,
     *,
     covariance: CovarianceKind = "cr1",
+    strata: ArrayLike | None = None,
     parameter_names: Sequence[str] | None = None,
     parameter_units: Sequence[str] | None = None,
     warn_cond: float = 1e6,
@@ -30,8 +34,11 @@ def fit(
     Parameters
     ----------
     factors : TrialFactors
-    covariance : {"cr1", "cr3", "classical"}
-        Clustered by trial (t with clusters - 1 degrees of freedom), or the textbook one.
+    covariance : {"cr1", "cr3", "replicates", "classical"}
+        Clustered by trial (t with clusters - 1 degrees of freedom; replicates: clusters - strata),
+        or the textbook one.
+    strata : (T,), optional
+        For replicates: clusters with the same label saw the same disturbance.
     parameter_names, parameter_units : sequences of p q str, optional
         In the order of `Fit.parameters`; by default ``output:regressor`` (the plain regressor
         if there is one output) and the output's unit over the regressor's.
@@ -47,7 +54,7 @@ def fit(
     """
     pooled = pool(factors)
     clustered = covariance != "classical"
-    C = parameter_covariance(factors, pooled, covariance)
+    C = parameter_covariance(factors, pooled, covariance, strata)
     state = pooled.state
     return Fit(
         regressors=factors.regressors,
@@ -57,7 +64,9 @@ def fit(
         coefficients=pooled.coefficients,
         covariance=C,
         covariance_kind=covariance,
-        dof=float(factors.n_clusters - 1 if clustered else residual_dof(factors)),
+        dof=float(
+            clustered_dof(factors, covariance, strata) if clustered else residual_dof(factors)
+        ),
         cond_raw=state.cond_raw,
         cond_scaled=state.cond_scaled,
         rank=state.rank,

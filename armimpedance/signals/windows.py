@@ -139,6 +139,7 @@ def cut_windows(
         position_at_onset=position[:, rest].mean(axis=1),
         force_at_onset=force[:, rest].mean(axis=1),
         joint_angles_at_onset=_joint_angles(recording, rows, index[:, rest]),
+        disturbance=_disturbance(recording, rows),
         notes=notes + _left_out(~flawed, "marked as an error when recorded"),
     )
 
@@ -150,6 +151,15 @@ def _joint_angles(recording: Recording, rows: np.ndarray, at_rest: IntArray) -> 
     columns = [_column(recording, name)[rows] for name in ("q_shoulder_rad", "q_elbow_rad")]
     angles = np.column_stack(columns)
     return angles if np.isfinite(angles).all() else None
+
+
+def _disturbance(recording: Recording, rows: np.ndarray) -> IntArray | None:
+    """Number of each trial's disturbance, by its direction in the trial table."""
+    direction = _column(recording, "direction_deg")[rows]
+    if not np.isfinite(direction).all():
+        return None
+    around = np.round(direction % 360.0, 3) % 360.0
+    return np.unique(around, return_inverse=True)[1].astype(np.int64)
 
 
 def _common_extent(

@@ -62,6 +62,18 @@ def cluster_cr3(W, Y):
     return (G - 1) / G * sum(np.outer(c, c) for c in changes)
 
 
+def replicates(W, Y, strata):
+    """Within-stratum covariance of each trial's score, scaled by its number, between the breads."""
+    q = Y[0].shape[1]
+    bread, E = _bread(W, q), residuals(W, Y)
+    scores = [np.concatenate([w.T @ e[:, j] for j in range(q)]) for w, e in zip(W, E, strict=True)]
+    meat = 0.0
+    for label in set(strata):
+        mine = np.array([s for s, known in zip(scores, strata, strict=True) if known == label])
+        meat = meat + len(mine) * np.atleast_2d(np.cov(mine, rowvar=False))
+    return bread @ meat @ bread
+
+
 def hac(W, Y, lag):
     """Bartlett-weighted products of scores at all pairs of rows of a trial, by a double loop."""
     p, q = W[0].shape[1], Y[0].shape[1]

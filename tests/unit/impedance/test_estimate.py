@@ -129,6 +129,27 @@ def test_trial_interval_is_wider_than_the_white_noise_of_the_residuals(limb):
     assert (sd[0] > 3 * sd[1]).all()
 
 
+def test_covariances_agree_where_the_limb_is_linear_and_are_named(limb):
+    """White force noise: all kinds estimate one covariance. 40 trials know a standard error to
+    1/sqrt(2 32) = 12.5 %; four of those are granted, for a mean over three independent ones."""
+    recording = limb.record(sets=5, force_noise=0.3)
+    sds = {}
+    for kind in ("cr3", "replicates", "cr1"):
+        made = estimate(recording, options=Options(covariance=kind))[0]
+        sds[kind] = made.sd
+        assert f"covariance {kind}" in made.provenance[0]
+    assert made.dof == 39
+    for kind in ("replicates", "cr1"):
+        assert abs(np.mean(sds[kind] / sds["cr3"]) - 1) < 4 * 0.125 / np.sqrt(3)
+
+
+def test_replicates_without_directions_are_refused(limb):
+    recording = limb.record(sets=2)
+    blind = replace(recording, trials=recording.trials.drop(columns="direction_deg"))
+    with pytest.raises(InputError, match="condition c: .*direction_deg"):
+        estimate(blind, options=Options(covariance="replicates"))
+
+
 def test_one_direction_is_refused_with_the_direction(limb):
     with pytest.raises(NotIdentifiableError, match=r"one direction only \(1.00, 0.00\)|\(-1.00"):
         estimate(limb.record(directions=1, sets=8))

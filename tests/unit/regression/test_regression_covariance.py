@@ -52,6 +52,38 @@ def test_covariance_is_its_definition(kind, slow, seed):
     np.testing.assert_allclose(result.sd, sd, rtol=1e-9)
 
 
+def test_replicate_covariance_is_its_definition():
+    W, Y = problem(6, trials=11)
+    strata = [0, 1, 2, 0, 1, 2, 0, 1, 2, 0, 1]
+    factors = ragged_factors(W, Y, regressors=REGRESSORS, outputs=OUTPUTS)
+    result = fit(factors, covariance="replicates", strata=strata)
+    expected = oracle.replicates(W, Y, strata)
+    sd = np.sqrt(np.diag(expected))
+    np.testing.assert_allclose(result.sd, sd, rtol=1e-9)
+    np.testing.assert_allclose(result.covariance, expected, atol=1e-9 * np.outer(sd, sd).max())
+    assert result.dof == 8
+
+
+def test_what_all_replicates_share_is_no_chance_to_replicates_and_is_to_cr3():
+    """Equal trials within a stratum, a misfit that differs between strata: no variance at all."""
+    rng = np.random.default_rng(7)
+    w = rng.standard_normal((3, 40, 3))
+    y = w @ rng.standard_normal((3, 2)) + rng.standard_normal((3, 40, 2))
+    strata = np.tile([0, 1, 2], 4)
+    factors = trial_factors(w[strata], y[strata], regressors=REGRESSORS, outputs=OUTPUTS)
+    within = fit(factors, covariance="replicates", strata=strata)
+    across = fit(factors, covariance="cr3")
+    assert within.sd.max() < 1e-9 * across.sd.min()
+
+
+@pytest.mark.parametrize("strata", [None, [0, 0, 1], [0] * 8 + [1]])
+def test_replicates_need_a_label_for_each_cluster_and_two_of_each(strata):
+    W, Y = problem(8)
+    factors = ragged_factors(W, Y, regressors=REGRESSORS, outputs=OUTPUTS)
+    with pytest.raises(InputError, match="strat"):
+        fit(factors, covariance="replicates", strata=strata)
+
+
 @pytest.mark.parametrize("lag", [0, 1, 7, 60])
 def test_hac_is_its_definition_and_stays_inside_trials(lag):
     W, Y = problem(3)

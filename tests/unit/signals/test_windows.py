@@ -68,6 +68,16 @@ def test_a_trial_that_ends_early_is_left_out_and_said(limb):
     assert not window.position[5].any()
 
 
+def test_trials_of_one_direction_are_the_same_disturbance(limb):
+    recording = limb.record(sets=2)
+    assert cut_windows(recording).disturbance.tolist() == [*range(8), *range(8)]
+    turned = recording.trials.assign(direction_deg=recording.trials["direction_deg"] - 360.0)
+    again = cut_windows(replace(recording, trials=turned)).disturbance
+    assert again.tolist() == [*range(8), *range(8)]
+    unknown = recording.trials.drop(columns="direction_deg")
+    assert cut_windows(replace(recording, trials=unknown)).disturbance is None
+
+
 def test_trials_marked_as_errors_are_left_out_and_said(limb):
     recording = limb.record(sets=1)
     marked = replace(recording, trials=recording.trials.assign(is_error=[0, 1, 0, 0, 0, 0, 1, 0]))
