@@ -103,9 +103,13 @@ class Trial:
     rate: float = 1000.0
     hand_offset: float = 0.0
     tp: str = ""
+    links: np.ndarray | None = None
+    forces: np.ndarray | None = None
 
     def angles(self) -> np.ndarray:
         """Link angles from the x axis, (samples, 2), in single precision as in the file."""
+        if self.links is not None:
+            return self.links.astype(np.float32)
         t = np.arange(self.samples) / self.rate
         first = 0.9 + 0.02 * np.sin(20 * t)
         second = 2.3 + 0.03 * np.cos(15 * t)
@@ -141,11 +145,12 @@ def trial_c3d(trial: Trial, robot: Robot) -> bytes:
     side, n = trial.side, trial.samples
     other = "Left" if side == "Right" else "Right"
     ramp = 1.0 + 0.1 * np.sin(np.arange(n) / 30.0)
+    force = np.outer(ramp, trial.force) if trial.forces is None else trial.forces
     channels = {
         f"{side}_L1Ang": trial.angles()[:, 0],
         f"{side}_L2Ang": trial.angles()[:, 1],
-        f"{side}_FS_ForceX": trial.force[0] * ramp,
-        f"{side}_FS_ForceY": trial.force[1] * ramp,
+        f"{side}_FS_ForceX": force[:, 0],
+        f"{side}_FS_ForceY": force[:, 1],
         f"{side}_FS_ForceZ": np.zeros(n),
         f"{other}_FS_ForceX": np.zeros(n),
         f"{other}_FS_ForceY": np.zeros(n),
