@@ -78,16 +78,21 @@ def _estimate_one(path: Path, arguments: argparse.Namespace) -> list[ImpedanceEs
     from dataclasses import replace
 
     from armimpedance.cli.progress import bar
+    from armimpedance.errors import ArmImpedanceError, InputError
     from armimpedance.impedance.estimate import DEFAULT_BY, Options, estimate
+    from armimpedance.report.result_row import check_group_columns
 
     recording = open_checked(path, arguments.force_by)
     options = Options(method=arguments.method, covariance=arguments.covariance)
     if arguments.band is not None:
         options = replace(options, band_hz=tuple(arguments.band))
+    by = arguments.by or DEFAULT_BY
+    check_group_columns(by)
     with bar(f"estimating {path.name}") as progress:
-        estimates = estimate(
-            recording, by=arguments.by or DEFAULT_BY, options=options, progress=progress
-        )
+        try:
+            estimates = estimate(recording, by=by, options=options, progress=progress)
+        except ArmImpedanceError as error:
+            raise InputError(str(error), file=path) from error
     if len(arguments.recordings) == 1:
         return estimates
     return [replace(e, keys={"recording": path.name, **e.keys}) for e in estimates]

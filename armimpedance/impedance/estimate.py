@@ -76,6 +76,7 @@ def estimate(
     groups = list(_groups(recording, by))
     stochastic = recording.perturbation == "stochastic"
     timing = None if stochastic else disturbance_times(recording)
+    method_named(options.method)
     results = []
     for done, (keys, rows) in enumerate(groups, start=1):
         try:
