@@ -20,10 +20,13 @@ import numpy as np
 from tqdm import tqdm
 
 from armimpedance.ellipses import ellipse, ellipse_of
+from armimpedance.impedance import paper
 from armimpedance.impedance.estimate import Options, estimate, estimate_window
+from armimpedance.impedance.regressors import to_matrix_order
 from armimpedance.impedance.result import Group
 from armimpedance.records import ImpedanceEstimate, Window
 from armimpedance.regression.fit import t_interval
+from armimpedance.regression.solve import fit
 from manipulandum_sim.robot import IDEAL, Servo
 from manipulandum_sim.simulate import simulate_condition
 
@@ -177,6 +180,18 @@ def _ellipse_coverage(made: list[ImpedanceEstimate], stiffness: np.ndarray) -> n
     return np.asarray(held.mean(axis=0))
 
 
+def textbook_row(repeats: int) -> tuple[str, str, str, bool]:
+    """What a textbook interval of a fit to every sample covers, for comparison; asked of nobody."""
+    true, held = LINEAR.ravel(), []
+    for seed in range(repeats):
+        factors, _ = paper.prepare(linear_window("nominal", seed), "hand")
+        solved = fit(factors, covariance="classical")
+        ordered = to_matrix_order(solved.parameters, solved.covariance, 2)
+        held.append(np.abs(ordered[0] - true) < 1.96 * np.sqrt(np.diag(ordered[1:])))
+    shown = " ".join(f"{v:.1f}" for v in 100 * np.mean(held, axis=0)[8:])
+    return "linear limb, nominal, paper, textbook: coverage of K_11 12 21 22, %", shown, "", True
+
+
 def noise_free_rows() -> Iterator[tuple[str, str, str, bool]]:
     """Both methods without noise behind three robots."""
     rigs = {
@@ -205,6 +220,7 @@ def main() -> int:
     print(f"{repeats} experiments of 40 disturbances each")
     for row in noise_free_rows():
         missed |= _print(row)
+    _print(textbook_row(repeats))
     for study in studies(repeats):
         for row in (*accuracy_rows(study), *coverage_rows(study)):
             missed |= _print(row)
