@@ -29,7 +29,7 @@ def broken_links(page: Path, text: str) -> Iterator[str]:
 
 def wrong_commands(page: Path, text: str) -> Iterator[str]:
     """`armimpedance …` lines that its parser refuses."""
-    from armimpedance.cli.main import _parser
+    from armimpedance.cli.main import make_parser
 
     for _, block in FENCE.findall(text):
         for line in block.splitlines():
@@ -38,7 +38,7 @@ def wrong_commands(page: Path, text: str) -> Iterator[str]:
                 continue
             try:
                 with contextlib.redirect_stderr(io.StringIO()) as message:
-                    _parser().parse_args(words[1:])
+                    make_parser(words).parse_args(words[1:])
             except SystemExit:
                 yield f"{page.name}: {line!r}: {message.getvalue().strip()}"
 

@@ -10,7 +10,7 @@ import numpy as np
 from armimpedance.plots.responses import plot_response
 from armimpedance.records import FloatArray
 from armimpedance.signals.drift import ramp_basis
-from armimpedance.signals.response import respond
+from armimpedance.signals.response import choose_span, respond
 from armimpedance.signals.windows import cut_windows
 from armimpedance_figures.experiment import StudiedExperiment
 from armimpedance_figures.source_figure import SourceFigure, design, script
@@ -25,7 +25,9 @@ def draw(studied: StudiedExperiment) -> Figure:
     """The first trial of the condition that moves along both axes."""
     recording, found = studied.recording, studied.of(CONDITION)
     rows = np.flatnonzero(recording.trials["condition"] == CONDITION)
-    moved = respond(cut_windows(recording, rows), keep_drift=True)
+    window = cut_windows(recording, rows)
+    # More rows than a fit needs: smooth curves.
+    moved = respond(window, choose_span(window, rows_per_kernel=80), keep_drift=True)
     with_handle = np.asarray(found.inertia_with_handle)
     displacement = moved.displacement - moved.displacement[:, :1]
     # f = -(M x'' + B x' + K x), the handle's mass included as in the measurement: (T, S, 2)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Sequence
 from importlib import import_module
 from typing import NoReturn
 
@@ -43,7 +44,8 @@ class OneLineParser(argparse.ArgumentParser):
         self.exit(2, f"{self.prog}: {message} (see {self.prog} --help)\n")
 
 
-def _parser() -> argparse.ArgumentParser:
+def make_parser(argv: Sequence[str]) -> argparse.ArgumentParser:
+    """The parser for this call; only the modules of the commands that it names are imported."""
     from armimpedance import __version__
 
     plain = argparse.RawDescriptionHelpFormatter
@@ -53,6 +55,9 @@ def _parser() -> argparse.ArgumentParser:
         dest="command", metavar="COMMAND", required=True, parser_class=OneLineParser
     )
     for name, line in COMMANDS.items():
+        if name not in argv:
+            commands.add_parser(name, help=line)
+            continue
         module = import_module(f"armimpedance.cli.{name}")
         sub = commands.add_parser(
             name, help=line, description=module.__doc__, formatter_class=plain
@@ -68,7 +73,7 @@ def _one_line(error: BaseException) -> str:
 
 def run(argv: list[str]) -> int:
     """Run one call. Exit status: 0 done, 2 the input or the call is wrong, 1 anything else."""
-    parser = _parser()
+    parser = make_parser(argv)
     arguments = parser.parse_args(argv)
     prefix = f"armimpedance {arguments.command}"
     try:
