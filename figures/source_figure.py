@@ -17,7 +17,12 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-#: Sets of eight disturbances per condition; the source means ten sets' estimates.
+#: What all figures of estimates do otherwise than the source.
+POOLED = (
+    "Differs from the source: simulated; one estimate over all disturbances, where the source "
+    "averages the estimates of ten sets."
+)
+#: Sets of eight disturbances per condition, as many as the source averages.
 SETS = 10
 SEED = 1997
 CAPTION_POINTS = 7.5

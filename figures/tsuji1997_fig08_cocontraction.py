@@ -8,7 +8,7 @@ from armimpedance.ellipses import Which
 from armimpedance.plots.ellipses import plot_ellipses_over_levels
 from armimpedance.plots.style import TWO_COLUMNS_IN, new_figure, print_style
 from armimpedance_figures.experiment import StudiedExperiment
-from armimpedance_figures.source_figure import SourceFigure, design, one_legend, script
+from armimpedance_figures.source_figure import POOLED, SourceFigure, design, one_legend, script
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -51,8 +51,7 @@ def caption(studied: StudiedExperiment) -> str:
         "nominal posture at mean activations of the two-joint muscles of 0, 10 and 20 % MVC "
         "(solid, dashed, alternate dashes), shaded 95 % band; dotted in (c): inertia of a two-link "
         "arm from Winter's table, eq. (17), as the simulated limb has it. "
-        f"{design(studied)}. Differs from the source: simulated; one estimate over all "
-        "disturbances where the source means the estimates of ten sets."
+        f"{design(studied)}. {POOLED}"
     )
 
 

@@ -11,7 +11,7 @@ from armimpedance.plots.ellipses import plot_ellipse_rose
 from armimpedance.plots.style import TWO_COLUMNS_IN, new_figure, print_style
 from armimpedance.records import ImpedanceEstimate
 from armimpedance_figures.experiment import StudiedExperiment
-from armimpedance_figures.source_figure import SourceFigure, design, script
+from armimpedance_figures.source_figure import POOLED, SourceFigure, design, script
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -47,17 +47,16 @@ def draw(studied: StudiedExperiment) -> Figure:
 def _scale(studied: StudiedExperiment, size: float) -> float:
     """Axes' N per N/m such that ellipses keep their size on paper from panel to panel."""
     largest = max(np.linalg.eigvalsh(e.stiffness + e.stiffness.T)[-1] / 2 for e in studied.hand)
-    return 0.5 * size * FORCE_UNIT_N / float(largest)
+    return 0.52 * size * FORCE_UNIT_N / float(largest)
 
 
 def caption(studied: StudiedExperiment) -> str:
     """What is shown and what differs."""
     return (
         "After Tsuji (1997), Fig. 9: hand stiffness in the nominal posture while the hand holds a "
-        "force; each ellipse stands at its target force, shaded 95 % band. 0.5, 1 and 2 x 9.8 N in "
-        f"eight directions, 3 x 9.8 N along y only. {design(studied)}. Differs from the source: "
-        "simulated; one estimate over all disturbances where the source means the estimates of ten "
-        "sets."
+        "force; each ellipse stands at its target force, shaded 95 % band (hardly wider than the "
+        "line). 0.5, 1 and 2 x 9.8 N in eight directions, 3 x 9.8 N along y only. "
+        f"{design(studied)}. {POOLED}"
     )
 
 

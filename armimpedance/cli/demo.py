@@ -38,7 +38,7 @@ def run(arguments: argparse.Namespace) -> int:
     studied = _study_all(arguments)
     arguments.out.mkdir(parents=True, exist_ok=True)
     text = summary(studied)
-    print(text)
+    print(f"\n{text}")
     for line in _write_all(studied, arguments.out, text):
         print(line)
     return 0

@@ -51,7 +51,7 @@ def summary(studied: Mapping[str, StudiedExperiment]) -> str:
         compared = list(_compare(each))
         everything += compared
         parts.append(_table(name, compared))
-    return "\n".join([*parts, "", LEGEND, "", *_verdicts(everything)])
+    return "\n".join([*parts, "", LEGEND, "", *_verdicts(everything)]).lstrip("\n")
 
 
 def _compare(each: StudiedExperiment) -> Iterator[_Compared]:

@@ -70,15 +70,13 @@ def to_estimate(
     ------
     NotIdentifiableError
         If the motion does not determine all parameters.
+    InputError
+        "replicates" without the disturbance of every trial.
     """
     d = len(factors.outputs)
     names, units = fit_names(group.kind, d)
-    if covariance == "replicates" and (strata is None or len(strata) != factors.n_clusters):
-        raise InputError(
-            "replicates need to know which trials had the same disturbance",
-            column="direction_deg",
-            expected="it in trials.csv for every trial, or --covariance cr3",
-        )
+    if covariance == "replicates":
+        _require_strata(factors, strata)
     try:
         solved = fit(
             factors,
@@ -108,6 +106,15 @@ def to_estimate(
         warnings=(*solved.warnings, *_plausibility(own, stiffness, solved)),
         provenance=(f"method {method}, covariance {solved.covariance_kind}",),
     )
+
+
+def _require_strata(factors: TrialFactors, strata: IntArray | None) -> None:
+    if strata is None or len(strata) != factors.n_clusters:
+        raise InputError(
+            "replicates need to know which trials had the same disturbance",
+            column="direction_deg",
+            expected="it in trials.csv for every trial, or --covariance cr3",
+        )
 
 
 def _quality(solved: Fit, coherence: float | None) -> Quality:

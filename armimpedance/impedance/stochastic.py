@@ -46,7 +46,7 @@ def estimate_stochastic(
     Parameters
     ----------
     recording : Recording
-        One group's trials, each at least 4 s long.
+        One group's trials, each at least 4 s and two periods of the band's lower edge long.
     group : Group
     band_hz : (low, high)
     covariance : {"cr3", "cr1"}
@@ -84,19 +84,23 @@ def estimate_stochastic(
 
 
 def _blocks(recording: Recording, band_hz: tuple[float, float]) -> _Blocks:
+    if not 0 < band_hz[0] < band_hz[1]:
+        raise InputError(f"band {band_hz[0]:g} to {band_hz[1]:g} Hz", expected="0 < low < high")
+    # Four blocks, and what is cut off at both ends where the filter rings.
+    needed_s = 4 * BLOCK_S + 2 / band_hz[0]
     parts, coherence = [], []
     for row in range(recording.n_trials):
         samples = recording.samples_of(row)
         motion, force = recording.position[samples], recording.force[samples]
         trial = recording.trials["trial"].iloc[row]
-        if len(motion) < 4 * BLOCK_S * recording.sample_rate_hz:
+        if len(motion) < needed_s * recording.sample_rate_hz:
             raise InputError(
                 f"trial {trial} lasts {len(motion) / recording.sample_rate_hz:.2f} s",
-                expected=f"at least {4 * BLOCK_S:g} s of a stochastic perturbation",
+                expected=f"at least {needed_s:.1f} s from {band_hz[0]:g} Hz on",
             )
+        parts.append(_band_limited(motion, force, recording.sample_rate_hz, band_hz))
         found = multiple_coherence(motion, force, recording.sample_rate_hz)
         coherence.append(found.mean(*band_hz))
-        parts.append(_band_limited(motion, force, recording.sample_rate_hz, band_hz))
     blocks = np.concatenate([_cut(part, recording.sample_rate_hz) for part in parts])
     d = recording.axes
     response = Response(

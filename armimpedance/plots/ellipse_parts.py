@@ -17,6 +17,9 @@ from armimpedance.records import FloatArray, ImpedanceEstimate
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+#: Shading of a 95 % band.
+BAND_ALPHA = 0.35
+
 
 def default_scale(matrices: Sequence[FloatArray], centres: FloatArray) -> float:
     """The scale at which the largest ellipse reaches 0.45 of the usual distance between centres.
@@ -76,7 +79,7 @@ def draw_band(
         return
     inner, outer = confidence_band(estimate, which)
     x, y = (centre + scale * np.concatenate([outer, inner[::-1]])).T
-    ax.fill(x, y, color=color, alpha=0.25, linewidth=0)
+    ax.fill(x, y, color=color, alpha=BAND_ALPHA, linewidth=0)
 
 
 def draw_arms(

@@ -17,6 +17,7 @@ from armimpedance.conventions import MATRICES, UNITS
 from armimpedance.ellipses import Which, locus
 from armimpedance.errors import InputError
 from armimpedance.plots.ellipse_parts import (
+    BAND_ALPHA,
     default_scale,
     draw_arms,
     draw_band,
@@ -44,6 +45,8 @@ from armimpedance.records import FloatArray, ImpedanceEstimate
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+#: Where ellipses are small, a line of the usual width would hide the band of its own outline.
+_FINE_LINE = 0.6
 _NOT_DEFINITE = "not positive definite"
 
 
@@ -140,9 +143,18 @@ def plot_ellipses_in_workspace(
         if upper_arm_m is not None:
             draw_arms(ax, estimates, upper_arm_m, middle_of(hands) if arms_of is None else arms_of)
         for estimate, hand in zip(estimates, hands, strict=True):
-            plot_ellipse(estimate, ax, hand, scale, which, show_confidence, label="estimate")
+            plot_ellipse(
+                estimate,
+                ax,
+                hand,
+                scale,
+                which,
+                show_confidence,
+                linewidth=_FINE_LINE,
+                label="estimate",
+            )
         if show_confidence:
-            ax.fill([], [], color=OKABE_ITO["blue"], alpha=0.25, lw=0, label="95 % band")
+            ax.fill([], [], color=OKABE_ITO["blue"], alpha=BAND_ALPHA, lw=0, label="95 % band")
         if reference is not None:
             _draw_models(ax, reference, hands, scale, which, LINE_STYLES[1], reference_label)
         draw_shoulders(ax, estimates)
@@ -227,7 +239,7 @@ def plot_ellipse_rose(
         label_axes(ax, "hand force x (N)", "hand force y (N)")
         for estimate, force in zip(estimates, forces, strict=True):
             ax.plot(*np.array([[0, 0], force]).T, color="0.8", linewidth=0.8, zorder=0)
-            plot_ellipse(estimate, ax, force, scale, which, show_confidence)
+            plot_ellipse(estimate, ax, force, scale, which, show_confidence, linewidth=_FINE_LINE)
         draw_scale_bar(ax, matrices, scale, unit_of(estimates[0], which))
     return ax
 

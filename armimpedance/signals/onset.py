@@ -11,9 +11,11 @@ from armimpedance.records import FloatArray
 
 #: Noise at rest is judged from this much of a trial's start (s).
 REST_S = 0.05
-#: A disturbance is movement beyond this many times the noise at rest ...
-NOISE_FACTOR = 6.0
-#: ... and beyond this part of the peak displacement.
+#: A trial moves if its peak is beyond this many times the largest excursion at rest.
+MOVEMENT_FACTOR = 6.0
+#: The disturbance has begun beyond this many times that excursion ...
+LEVEL_FACTOR = 1.5
+#: ... and beyond this part of the peak.
 PEAK_FRACTION = 0.01
 
 
@@ -52,10 +54,10 @@ def detect_movement(position: FloatArray, time_s: FloatArray) -> Movement:
     distance = np.linalg.norm(position - start, axis=1)
     noise = float(distance[:rest].max())
     peak = float(distance.max())
-    level = max(PEAK_FRACTION * peak, NOISE_FACTOR * noise / 4)
-    if peak < NOISE_FACTOR * noise or peak == 0.0:
+    level = max(PEAK_FRACTION * peak, LEVEL_FACTOR * noise)
+    if peak < MOVEMENT_FACTOR * noise or peak == 0.0:
         raise InputError(
-            f"nothing moves: peak {peak * 1e3:.3f} mm, rest {noise * 1e3:.3f} mm",
+            f"nothing moves: peak {peak:.3g}, at rest {noise:.3g} (SI)",
             expected="a disturbance well above the noise at rest",
         )
     beyond = np.flatnonzero(distance > level)

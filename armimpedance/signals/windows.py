@@ -107,6 +107,12 @@ def cut_windows(
     before, after = _common_extent(first, lengths - 1 - first, needed, rate)
     usable = (first >= before) & (lengths - 1 - first >= after)
     flawed = _flawed(recording)[rows]
+    if flawed.all():
+        raise InputError(
+            f"all {len(flawed)} trials are marked as errors",
+            column="is_error",
+            expected="one that is not",
+        )
     notes = timing.notes + _left_out(usable | flawed, "too short around the disturbance")
     usable &= ~flawed
     if after < needed or not usable.any():

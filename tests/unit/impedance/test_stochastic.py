@@ -75,6 +75,17 @@ def test_a_band_beyond_nyquist_is_refused():
         estimate(_joint(), options=Options(band_hz=(5.0, 700.0)))
 
 
+def test_a_trial_must_outlast_the_ringing_of_a_low_band():
+    with pytest.raises(InputError, match=r"trial 1 lasts 30.00 s.*at least 44.0 s"):
+        estimate(_joint(), options=Options(band_hz=(0.05, 45.0)))
+
+
+@pytest.mark.parametrize("band", [(0.0, 45.0), (45.0, 5.0)])
+def test_an_empty_band_is_refused(band):
+    with pytest.raises(InputError, match="0 < low < high"):
+        estimate(_joint(), options=Options(band_hz=band))
+
+
 def test_the_sign_convention_is_that_of_the_limb():
     recording = _joint()
     made = estimate(replace(recording, force=-recording.force))[0]

@@ -86,6 +86,13 @@ def test_trials_marked_as_errors_are_left_out_and_said(limb):
     assert window.notes == ("2 of 8 trials left out: marked as an error when recorded",)
 
 
+def test_nothing_but_errors_is_said_as_such(limb):
+    recording = limb.record(sets=1)
+    marked = replace(recording, trials=recording.trials.assign(is_error=True))
+    with pytest.raises(InputError, match="all 8 trials are marked as errors"):
+        cut_windows(marked)
+
+
 def test_state_at_onset_is_the_mean_of_the_rest_before(limb):
     recording = limb.record(sets=1, force_noise=0.1)
     window = cut_windows(recording)
