@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import stats
+from scipy.special import stdtr, stdtrit
 
 from armimpedance.conventions import MATRICES
 from armimpedance.records import FloatArray, ImpedanceEstimate
@@ -70,11 +70,11 @@ class AntisymmetricPart:
     @property
     def p(self) -> FloatArray:
         """Two-sided probability of so large a t in a symmetric arm, (3, c)."""
-        return np.asarray(2 * stats.t.sf(np.abs(self.t), self.dof))
+        return np.asarray(2 * stdtr(self.dof, -np.abs(self.t)))
 
     def interval(self, level: float = 0.95) -> FloatArray:
         """Confidence limits, (3, c, 2)."""
-        reach = stats.t.ppf((1 + level) / 2, self.dof) * self.sd
+        reach = stdtrit(self.dof, (1 + level) / 2) * self.sd
         return np.stack([self.value - reach, self.value + reach], axis=-1)
 
 

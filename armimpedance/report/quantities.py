@@ -8,6 +8,7 @@ import numpy as np
 from scipy.special import stdtrit
 
 from armimpedance.ellipses import Which, ellipse_of
+from armimpedance.levels.symmetry import antisymmetric_part
 from armimpedance.records import FloatArray, ImpedanceEstimate
 
 #: The three matrices in the order of the covariance.
@@ -44,12 +45,8 @@ def half_widths(estimate: ImpedanceEstimate) -> FloatArray:
 
 def antisymmetric(estimate: ImpedanceEstimate, symbol: str) -> tuple[float, float]:
     """Antisymmetric part ``(A_12 - A_21) / 2`` of a 2 x 2 matrix and its standard error."""
-    names = estimate.parameter_names
-    weights = np.zeros(len(names))
-    weights[names.index(f"{symbol}_12")] = 0.5
-    weights[names.index(f"{symbol}_21")] = -0.5
-    variance = weights @ estimate.covariance @ weights
-    return float(weights @ estimate.parameters), float(np.sqrt(np.maximum(variance, 0.0)))
+    part, row = antisymmetric_part(estimate), "MBK".index(symbol)
+    return float(part.value[row, 0]), float(part.sd[row, 0])
 
 
 def principal_values(estimate: ImpedanceEstimate, field: Which) -> tuple[FloatArray, FloatArray]:
