@@ -122,16 +122,17 @@ def _in_group(error: ArmImpedanceError, keys: Mapping[str, Any]) -> ArmImpedance
 def estimate_window(window: Window, group: Group, options: Options) -> ImpedanceEstimate:
     """The estimate of one group from its raw windows (what simulations call)."""
     method = method_named(options.method)
-    factors, notes = method.prepare(window, group.kind)
+    prepared = method.prepare(window, group.kind)
     used = window.usable
     made = to_estimate(
-        factors,
+        prepared.factors,
         group,
+        equations=prepared.equations,
         method=method.name,
         covariance=options.covariance,
         strata=None if window.disturbance is None else window.disturbance[used],
     )
-    warnings = made.warnings
+    warnings = (*made.warnings, *prepared.warnings)
     if used.sum() == 1:
         warnings += (
             f"one trial only: intervals from {BLOCKS_OF_ONE_TRIAL} blocks of the same record are "
@@ -145,5 +146,5 @@ def estimate_window(window: Window, group: Group, options: Options) -> Impedance
         joint_angles=None if angles is None else angles[used].mean(axis=0),
         quality=replace(made.quality, n_trials=int(used.sum())),
         warnings=warnings,
-        provenance=(*made.provenance, *window.notes, *notes),
+        provenance=(*made.provenance, *window.notes, *prepared.notes),
     )

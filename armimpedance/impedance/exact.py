@@ -8,13 +8,13 @@ the disturbance and any virtual position that drifts at constant velocity.
 from __future__ import annotations
 
 from armimpedance.conventions import Kind
+from armimpedance.impedance.prepared import Prepared
 from armimpedance.impedance.regressors import impedance_factors
 from armimpedance.records import Window
-from armimpedance.regression.factors import TrialFactors
 from armimpedance.signals.response import choose_span, respond
 
 
-def prepare(window: Window, kind: Kind) -> tuple[TrialFactors, tuple[str, ...]]:
+def prepare(window: Window, kind: Kind) -> Prepared:
     """Factors of the impedance equation for one group of trials, and notes on how."""
     span = choose_span(window)
-    return impedance_factors(respond(window, span), kind), span.notes
+    return Prepared(impedance_factors(respond(window, span), kind), notes=span.notes)

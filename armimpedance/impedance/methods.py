@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from armimpedance.conventions import Kind
 from armimpedance.errors import InputError
 from armimpedance.impedance import exact, paper
+from armimpedance.impedance.prepared import Prepared
 from armimpedance.records import Window
-from armimpedance.regression.factors import TrialFactors
 
 
 @dataclass(frozen=True)
@@ -23,13 +23,13 @@ class Method:
         What must hold for the estimate to be right, in one sentence.
     reference : str
     prepare : function
-        From the raw windows of one group to factors of the impedance equation and notes.
+        From the raw windows of one group to what is solved.
     """
 
     name: str
     assumes: str
     reference: str
-    prepare: Callable[[Window, Kind], tuple[TrialFactors, tuple[str, ...]]]
+    prepare: Callable[[Window, Kind], Prepared]
 
 
 METHODS = {

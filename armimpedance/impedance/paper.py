@@ -12,9 +12,9 @@ import numpy as np
 
 from armimpedance.conventions import Kind
 from armimpedance.errors import InputError
+from armimpedance.impedance.prepared import Prepared
 from armimpedance.impedance.regressors import impedance_factors
 from armimpedance.records import FloatArray, Response, Window
-from armimpedance.regression.factors import TrialFactors
 from armimpedance.signals.differentiate import derivatives
 from armimpedance.signals.drift import correct_force_only
 from armimpedance.signals.filters import lowpass
@@ -22,11 +22,11 @@ from armimpedance.signals.filters import lowpass
 CUTOFF_HZ = 15.0
 
 
-def prepare(window: Window, kind: Kind) -> tuple[TrialFactors, tuple[str, ...]]:
+def prepare(window: Window, kind: Kind) -> Prepared:
     """Factors of (28) for one group of trials."""
     note = f"drift correction (29) on the force alone; Butterworth {CUTOFF_HZ:g} Hz on both sides"
     # An offset per trial is fixed by the sample at t0, a ramp by the one at tf.
-    return impedance_factors(source_response(window), kind), (note,)
+    return Prepared(impedance_factors(source_response(window), kind), notes=(note,))
 
 
 def source_response(window: Window) -> Response:

@@ -90,3 +90,9 @@ def to_matrix_order(parameters: FloatArray, covariance: FloatArray, d: int) -> n
     result[0, order] = parameters
     result[1:][np.ix_(order, order)] = covariance
     return result
+
+
+def to_fit_order(parameters: FloatArray, d: int) -> FloatArray:
+    """Coefficients Theta (3 d, d) of a fit from M, B, K row by row (3 d^2,)."""
+    # Theta = [M B K]^T: column i predicts output i
+    return np.asarray(parameters.reshape(3, d, d).transpose(0, 2, 1).reshape(3 * d, d))

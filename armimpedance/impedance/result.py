@@ -10,7 +10,7 @@ import numpy as np
 
 from armimpedance.conventions import Kind
 from armimpedance.errors import InputError, NotIdentifiableError
-from armimpedance.impedance.regressors import fit_names, to_matrix_order
+from armimpedance.impedance.regressors import fit_names, to_fit_order, to_matrix_order
 from armimpedance.records import (
     FloatArray,
     ImpedanceEstimate,
@@ -18,7 +18,8 @@ from armimpedance.records import (
     Quality,
     Recording,
 )
-from armimpedance.regression.factors import TrialFactors
+from armimpedance.regression.equations import TrialEquations, solve_equations
+from armimpedance.regression.factors import TrialFactors, prediction_quality
 from armimpedance.regression.fit import Fit
 from armimpedance.regression.solve import fit
 
@@ -51,6 +52,7 @@ def to_estimate(
     covariance: ClusteredKind,
     strata: IntArray | None = None,
     coherence: float | None = None,
+    equations: TrialEquations | None = None,
 ) -> ImpedanceEstimate:
     """Solve one group and subtract the handle.
 
@@ -65,6 +67,8 @@ def to_estimate(
     strata : (T,) int, optional
         Disturbance of each cluster; "replicates" needs it.
     coherence : float, optional
+    equations : TrialEquations, optional
+        Solved instead of least squares on the factors, which then only judge.
 
     Raises
     ------
@@ -87,7 +91,11 @@ def to_estimate(
         )
     except NotIdentifiableError as error:
         raise _directions_missing(error, factors) from error
-    ordered = to_matrix_order(solved.parameters, solved.covariance, d)
+    if equations is None:
+        ordered, dof = to_matrix_order(solved.parameters, solved.covariance, d), solved.dof
+    else:
+        other = solve_equations(equations, covariance=covariance, strata=strata)
+        ordered, dof = np.vstack([other.parameters, other.covariance]), other.dof
     with_handle, viscosity, stiffness = ordered[0].reshape(3, d, d)
     # Between sensor and hand the handle's mass moves with the hand: M_measured = M_limb + m I.
     own = with_handle - group.handle_mass_kg * np.eye(d) if group.kind == "hand" else with_handle
@@ -99,8 +107,8 @@ def to_estimate(
         viscosity=viscosity,
         stiffness=stiffness,
         covariance=ordered[1:],
-        dof=solved.dof,
-        quality=_quality(solved, coherence),
+        dof=dof,
+        quality=_quality(solved, factors, to_fit_order(ordered[0], d), coherence),
         keys=group.keys,
         shoulder_m=group.shoulder_m,
         warnings=(*solved.warnings, *_plausibility(own, stiffness, solved)),
@@ -117,12 +125,16 @@ def _require_strata(factors: TrialFactors, strata: IntArray | None) -> None:
         )
 
 
-def _quality(solved: Fit, coherence: float | None) -> Quality:
+def _quality(
+    solved: Fit, factors: TrialFactors, coefficients: FloatArray, coherence: float | None
+) -> Quality:
+    """How well coefficients (p, q) predict the rows of the factors."""
+    vaf, correlation = prediction_quality(factors, coefficients)
     return Quality(
         n_trials=solved.n_trials,
         n_rows=solved.n_rows,
-        multiple_correlation=solved.correlation,
-        vaf=solved.vaf,
+        multiple_correlation=correlation,
+        vaf=vaf,
         cond_raw=solved.cond_raw,
         cond_scaled=solved.cond_scaled,
         rank=solved.rank,

@@ -131,7 +131,11 @@ def replicate_covariance(pooled: Pooled, strata: IntArray) -> FloatArray:
     nothing, where CR1 and CR3 count it. Replicates share their regressors, so that the residuals'
     shrinkage by the fit is common to a stratum and needs no correction.
     """
-    moved = _influence(pooled, pooled.score)
+    return replicate_sum(_influence(pooled, pooled.score), strata)
+
+
+def replicate_sum(moved: FloatArray, strata: IntArray) -> FloatArray:
+    """``sum_s n_s/(n_s - 1) sum_(t in s) (d_t - mean_s d)(d_t - mean_s d)^T`` of d (T, n)."""
     counts = np.bincount(strata)
     means = np.stack([np.bincount(strata, column) for column in moved.T], axis=1) / counts[:, None]
     weight = np.sqrt(counts / (counts - 1))[strata]

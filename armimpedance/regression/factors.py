@@ -193,6 +193,23 @@ def ragged_factors(
     )
 
 
+def prediction_quality(factors: TrialFactors, coefficients: FloatArray) -> tuple[float, float]:
+    """Variance accounted for and correlation of the prediction ``W Theta`` with Y, (p, q) Theta.
+
+    ``1 - |Y - W Theta|^2 / |Y|^2`` and ``sum Y Yhat / sqrt(sum Y^2 sum Yhat^2)``, about zero, for
+    any Theta; for the least-squares one they are `Fit.vaf` and `Fit.correlation` of a model
+    without intercept.
+    """
+    p = factors.n_regressors
+    predicted = factors.r[:, :, :p] @ coefficients
+    measured = factors.r[:, :, p:]
+    y2, yhat2 = float((measured**2).sum()), float((predicted**2).sum())
+    if y2 == 0 or yhat2 == 0:
+        return 0.0, 0.0
+    left = float(((measured - predicted) ** 2).sum())
+    return 1 - left / y2, float((measured * predicted).sum()) / float(np.sqrt(y2 * yhat2))
+
+
 def split_blocks(n_rows: int, block_rows: int) -> tuple[slice, ...]:
     """Split a long trial into blocks that serve as its clusters.
 

@@ -1,0 +1,49 @@
+"""What an estimator hands to the solver."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from armimpedance.conventions import UNITS, Kind, parameter_names
+from armimpedance.impedance.regressors import output_major_order
+from armimpedance.regression.equations import TrialEquations, equations_of
+from armimpedance.regression.factors import TrialFactors
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """The impedance equation of one group of trials, ready to solve.
+
+    Attributes
+    ----------
+    factors : TrialFactors
+        Of ``[W y]`` per trial: condition, rank and multiple correlation are judged on them, and
+        least squares is solved on them where there are no `equations`.
+    equations : TrialEquations, optional
+        Of an estimator that is not plain least squares, same clusters; parameters are M, B, K row
+        by row (`conventions.parameter_names`).
+    notes : tuple of str
+        For the provenance: how it was done.
+    warnings : tuple of str
+        For the user.
+    """
+
+    factors: TrialFactors
+    equations: TrialEquations | None = None
+    notes: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+
+    def trial_equations(self, kind: Kind) -> TrialEquations:
+        """The equations of every trial for M, B, K row by row, also of a least-squares method."""
+        if self.equations is not None:
+            return self.equations
+        d = self.factors.n_outputs
+        names = parameter_names(d)
+        units = tuple(UNITS[kind][name[0]] for name in names)
+        plain = equations_of(self.factors, names, units)
+        # position in the fit's order of each parameter in matrix order
+        order = np.argsort(output_major_order(d))
+        A = plain.A[:, order][:, :, order]
+        return TrialEquations(A, plain.b[:, order], names, units)
