@@ -71,16 +71,18 @@ def linear_window(noise: str, seed: int, trials: int = 40, duration: float = 0.3
         force = force + _unsteadiness(rng, t, trials)
     force = np.round(force / 0.05) * 0.05
     position = moved[0][None, :, None] * u + rng.uniform(0, 2e-5, (trials, 1, 2))
+    position = np.round(position / 2e-5) * 2e-5 + [-0.14, 0.43]
+    rest = t <= 0
     return Window(
         sample_rate_hz=RATE,
         lag_s=t,
-        position=np.round(position / 2e-5) * 2e-5,
+        position=position,
         force=force,
         duration_s=np.full(trials, duration),
         trial=np.arange(trials),
         usable=np.ones(trials, dtype=bool),
-        position_at_onset=np.tile([-0.14, 0.43], (trials, 1)),
-        force_at_onset=np.zeros((trials, 2)),
+        position_at_onset=position[:, rest].mean(axis=1),
+        force_at_onset=force[:, rest].mean(axis=1),
         disturbance=np.arange(trials) % 8,
     )
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from armimpedance.conventions import Kind
 from armimpedance.errors import InputError
-from armimpedance.impedance import exact, paper
+from armimpedance.impedance import exact, paper, weighted
 from armimpedance.impedance.prepared import Prepared
 from armimpedance.records import Window
 
@@ -48,6 +48,13 @@ METHODS = {
             "finite stiffness breaks this and K with it",
             "Tsuji (1997), eqs. (27)-(29)",
             paper.prepare,
+        ),
+        Method(
+            "weighted",
+            "noise is alike in all trials of a group; otherwise as exact",
+            "feasible generalised least squares, compensated for the position's noise as in "
+            "W. A. Fuller, Measurement Error Models (1987); docs/estimate.md",
+            weighted.prepare,
         ),
     )
 }

@@ -1,0 +1,115 @@
+"""Method `weighted`: feasible generalised least squares, free of the position's noise.
+
+Rows are modes of the window (`modal`); their covariance is estimated from the residuals of a first
+fit (`noise`), so that tremor, slow force and drift weigh what they weigh in this very recording:
+
+    sum_t Z_t^T V W_t theta = sum_t Z_t^T V y_t,   V = (Sigma_e + A Sigma_n A^T)^-1
+
+Noise of the position in W on both sides would shrink the estimate as any noisy regressor does; in
+Z stands the motion that the other trials lead to expect (`expected_motion`) instead. Where they do
+not tell, the expectation of the noise is taken off the normal equations, see W. A. Fuller,
+*Measurement Error Models* (Wiley, 1987), section 3.1.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from armimpedance.conventions import Kind
+from armimpedance.impedance import exact
+from armimpedance.impedance.expected_motion import expected_motion
+from armimpedance.impedance.modal import ModalEquation, modal_equation, weighted_equations
+from armimpedance.impedance.noise import NoiseModel, refit_noise, regressor_excess, start_noise
+from armimpedance.impedance.prepared import Prepared
+from armimpedance.records import FloatArray, Window
+from armimpedance.regression.equations import TrialEquations, solve_total
+
+#: Fits of the noise model, and their steps: the second starts where the first ended.
+NOISE_STEPS = (16, 8)
+#: With fewer trials the noise cannot be told from the fit.
+FEWEST_TRIALS = 4
+
+
+@dataclass(frozen=True, eq=False)
+class WeightedFit:
+    """Equations, noise and solution of one group.
+
+    Attributes
+    ----------
+    equation : ModalEquation
+    noise : NoiseModel
+    equations : TrialEquations
+        Compensated for the position's noise.
+    parameters : (3 d^2,)
+        M (with handle), B, K row by row.
+    """
+
+    equation: ModalEquation
+    noise: NoiseModel
+    equations: TrialEquations
+    parameters: FloatArray
+
+
+def prepare(window: Window, kind: Kind) -> Prepared:
+    """Equations of one group of trials; with very few trials, those of `exact`."""
+    plain = exact.prepare(window, kind)
+    trials = int(window.usable.sum())
+    if trials < FEWEST_TRIALS:
+        note = f"{trials} trials are too few to weigh: unweighted, as method exact"
+        return Prepared(plain.factors, notes=(*plain.notes, note))
+    found = weighted_fit(window, kind)
+    note = f"weighted by the noise of {trials} trials in {found.equation.modes.count} modes"
+    return Prepared(plain.factors, found.equations, notes=(note,))
+
+
+def weighted_fit(window: Window, kind: Kind, *, delay_s: float | None = None) -> WeightedFit:
+    """Alternate between noise and parameters, starting from unweighted rows.
+
+    Parameters
+    ----------
+    window : Window
+    kind : {"hand", "joint"}
+    delay_s : float, optional
+        Fits the answer R to the displacement of that much earlier too.
+
+    Raises
+    ------
+    NotIdentifiableError
+        If the motion does not determine the parameters.
+    """
+    equation = modal_equation(window, delay_s=delay_s)
+    noise = start_noise(window, equation)
+    equations = weighted_equations(equation, _without_drift(equation), kind)
+    parameters = solve_total(equations)
+    for steps in NOISE_STEPS:
+        noise = refit_noise(noise, equation, parameters, steps)
+        equations = compensated_equations(equation, noise, parameters, kind)
+        parameters = solve_total(equations)
+    return WeightedFit(equation, noise, equations, parameters)
+
+
+def compensated_equations(
+    equation: ModalEquation, noise: NoiseModel, parameters: FloatArray, kind: Kind
+) -> TrialEquations:
+    """``A_t = Z_t^T V W_t``, ``b_t = Z_t^T V y_t`` with V at these parameters.
+
+    Z is the motion expected from the other trials; where they do not tell, W itself, and the
+    excess of its noise is taken off: ``A_t = W_t^T V W_t - E[N^T V N]``.
+    """
+    V = np.linalg.inv(noise.covariance(parameters))
+    V = (V + V.T) / 2
+    instruments = expected_motion(equation)
+    if instruments is not None:
+        return weighted_equations(equation, V, kind, instruments=instruments)
+    excess = regressor_excess(V, noise.position.covariance)
+    return weighted_equations(equation, V, kind, excess=excess)
+
+
+def _without_drift(equation: ModalEquation) -> FloatArray:
+    """Weight (d n, d n) that is blind to an offset and a ramp of each axis."""
+    smooth = equation.modes.smooth
+    drift = smooth @ np.column_stack([np.ones_like(equation.lag_s), equation.lag_s])
+    Q = np.linalg.qr(drift)[0]
+    return np.kron(np.eye(equation.axes), np.eye(len(smooth)) - Q @ Q.T)

@@ -1,0 +1,104 @@
+"""Smooth test functions over a window: a few dozen numbers per trial hold all that a fit can use.
+
+B-splines of degree 5 with uniform knots, each inside the window, so that they and their first four
+derivatives vanish at its ends. Sums of a signal against them need no derivative of the signal:
+``sum phi x'' = sum phi'' x`` and ``sum phi x' = -sum phi' x``, whatever the signal does at the
+window's ends. What passes is below about one over twice the spacing of the knots (25 Hz at 20 ms);
+the arm's inertia, encoder noise and force noise leave nothing to gain above.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from scipy.linalg import solve_triangular
+
+from armimpedance.errors import InputError
+from armimpedance.records import FloatArray, frozen_array
+
+DEGREE = 5
+#: Distance of the knots (s); docs/estimate.md says how it was chosen.
+SPACING_S = 0.020
+#: A window is covered by at least this many test functions, with narrower spacing if need be.
+FEWEST = 10
+
+
+@dataclass(frozen=True, eq=False)
+class Modes:
+    """Orthonormal combinations of test functions and what replaces derivatives of the signal.
+
+    Attributes
+    ----------
+    smooth : (n, S)
+        ``smooth @ smooth.T = I``: white noise of the samples stays white.
+    first, second : (n, S)
+        ``first @ x`` is what `smooth` makes of x', ``second @ x`` of x''.
+    """
+
+    smooth: FloatArray
+    first: FloatArray
+    second: FloatArray
+
+    def __post_init__(self) -> None:
+        for name in ("smooth", "first", "second"):
+            weights = frozen_array(getattr(self, name), name, (None, None))
+            object.__setattr__(self, name, weights)
+
+    @property
+    def count(self) -> int:
+        """Number of modes n."""
+        return len(self.smooth)
+
+    @property
+    def stacked(self) -> FloatArray:
+        """Operators for x'', x', x on top of each other, (3 n, S)."""
+        return np.concatenate([self.second, self.first, self.smooth])
+
+    @property
+    def gaps(self) -> FloatArray:
+        """What `smooth` makes of a constant of one, (n,)."""
+        return np.asarray(self.smooth.sum(axis=1))
+
+
+@lru_cache(maxsize=64)
+def spline_modes(samples: int, sample_rate_hz: float, spacing_s: float = SPACING_S) -> Modes:
+    """Modes of a window of that many samples.
+
+    Parameters
+    ----------
+    samples : int
+    sample_rate_hz : float
+    spacing_s : float
+        Distance of the knots; narrowed where the window holds fewer than ten splines.
+
+    Raises
+    ------
+    InputError
+        If the window has too few samples for ten splines with knots two samples apart.
+    """
+    from scipy.interpolate import BSpline
+
+    widest = (samples - 1) // (FEWEST + DEGREE)
+    if widest < 2:
+        raise InputError(
+            f"a window of {samples} samples at {sample_rate_hz:g} Hz",
+            expected=f"at least {2 * (FEWEST + DEGREE) + 1} samples",
+        )
+    spacing = min(max(2, round(spacing_s * sample_rate_hz)), widest)
+    count = (samples - 1) // spacing - DEGREE
+    first_knot = ((samples - 1) - (count + DEGREE) * spacing) // 2
+    at = np.arange(samples)
+    rows = np.zeros((3, count, samples))
+    spline = BSpline.basis_element(spacing * np.arange(DEGREE + 2), extrapolate=False)
+    for k in range(count):
+        lag = at - first_knot - spacing * k
+        for order in range(3):
+            values = spline.derivative(order)(lag) if order else spline(lag)
+            # integration by parts: (-1)^order
+            rows[order, k] = (-sample_rate_hz) ** order * np.nan_to_num(values)
+    # P (n, S) = L Q: L^-1 P has orthonormal rows
+    L = np.linalg.cholesky(rows[0] @ rows[0].T)
+    smooth, first, second = (solve_triangular(L, each, lower=True) for each in rows)
+    return Modes(smooth, first, second)
