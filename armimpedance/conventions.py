@@ -73,6 +73,15 @@ def force_columns(kind: str, axes: int) -> tuple[str, ...]:
     return tuple(f"tau{i}_Nm" for i in range(1, axes + 1))
 
 
+def command_columns(kind: str, axes: int) -> tuple[str, ...]:
+    """Names of the commanded motion's columns: ``x_command_m, y_command_m``, ``q1_command_rad``.
+
+    Optional in a recording; what the robot was told to do, on the clock of the samples.
+    """
+    places = [name.rpartition("_") for name in position_columns(kind, axes)]
+    return tuple(f"{axis}_command_{unit}" for axis, _, unit in places)
+
+
 def element_names(symbol: str, k: int) -> tuple[str, ...]:
     """Names of a matrix' elements, row by row, axes counted from 1: ``K_11, K_12, K_21, K_22``."""
     return tuple(f"{symbol}_{i}{j}" for i in range(1, k + 1) for j in range(1, k + 1))

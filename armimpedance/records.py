@@ -114,7 +114,8 @@ class Recording:
     shoulder_m : (d,) or None
         Where the shoulder is in the frame of `position` (kind "hand").
     extra : mapping str -> (N,)
-        Further numeric sample columns, kept for round trips; no analysis reads them.
+        Further numeric sample columns, kept for round trips. Analyses read the commanded motion
+        only (`conventions.command_columns`).
     provenance : tuple of str
         What was done so far, one sentence each.
     """
@@ -237,6 +238,8 @@ class Window:
     joint_angles_at_onset : (T, n) or None
     disturbance : (T,) int or None
         Trials with the same number saw the same disturbance; None where that is not known.
+    commanded : (T, S, d) or None
+        The motion that the robot was told to make; None where it was not recorded.
     notes : tuple of str
         What a reader of the result must know, for example that onsets were detected.
     """
@@ -253,6 +256,7 @@ class Window:
     joint_angles_at_onset: FloatArray | None = None
     disturbance: IntArray | None = None
     notes: tuple[str, ...] = ()
+    commanded: FloatArray | None = None
 
     def __post_init__(self) -> None:
         put = object.__setattr__
@@ -271,6 +275,8 @@ class Window:
             put(self, "joint_angles_at_onset", angles)
         if self.disturbance is not None:
             put(self, "disturbance", frozen_array(self.disturbance, "disturbance", (t,), np.int64))
+        if self.commanded is not None:
+            put(self, "commanded", frozen_array(self.commanded, "commanded", (t, s, d)))
 
     @property
     def axes(self) -> int:

@@ -60,6 +60,8 @@ class Rig:
     reflex : Reflex or None
     emg : bool
         Whether raw EMG is recorded.
+    command : bool
+        Whether the commanded position is recorded beside the measured one.
     handle_mass_kg : float
         Cast between the force sensor and the hand.
     robot : Robot
@@ -75,6 +77,7 @@ class Rig:
     noise: str | NoiseLevel = "nominal"
     reflex: Reflex | None = None
     emg: bool = True
+    command: bool = False
     handle_mass_kg: float = CAST_MASS_KG
     robot: Robot = field(default_factory=Robot)
     substeps: int | None = None

@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 
-from armimpedance.conventions import MUSCLES
+from armimpedance.conventions import MUSCLES, command_columns
 from armimpedance.errors import InputError
 from armimpedance.records import Recording
 
@@ -56,7 +56,7 @@ def simulate(
         Told ``(trials done, trials in all)``.
     **rig
         Fields of `rig.Rig`: disturbance, amplitude_m, duration_s, residual_m, servo, noise, reflex,
-        emg, handle_mass_kg, robot, substeps.
+        emg, command, handle_mass_kg, robot, substeps.
 
     Returns
     -------
@@ -157,6 +157,8 @@ def _session(
             progress(int(rows[-1]) + 1, len(lengths))
     table = _trial_table(schedule, conditions, rig, experiment, np.concatenate(angles))
     emg = np.concatenate([p.emg for p in parts if p.emg is not None]) if rig.emg else None
+    told = [p.commanded for p in parts if p.commanded is not None]
+    names = command_columns("hand", 2)
     recording = Recording(
         kind="hand",
         sample_rate_hz=RATE_HZ,
@@ -170,6 +172,7 @@ def _session(
         muscles=MUSCLES if rig.emg else (),
         handle_mass_kg=rig.handle_mass_kg,
         shoulder_m=np.zeros(2),
+        extra=dict(zip(names, np.concatenate(told).T, strict=True)) if told else {},
         subject=person.record,
         provenance=(*rig.sentences, f"seed {seed}"),
     )
@@ -191,6 +194,7 @@ def _cut(sensed: Sensed, lengths: np.ndarray) -> Sensed:
         sensed.force[keep],
         sensed.joint_angles[keep],
         None if sensed.emg is None else sensed.emg[keep],
+        None if sensed.commanded is None else sensed.commanded[keep],
     )
 
 

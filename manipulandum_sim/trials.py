@@ -51,12 +51,16 @@ class Batch:
 
 @dataclass(frozen=True)
 class Sensed:
-    """What is recorded of a batch: position, force, joint angles (B, S, 2), EMG (B, S, 6)."""
+    """What is recorded of a batch: position, force, joint angles (B, S, 2), EMG (B, S, 6).
+
+    The commanded position (B, S, 2) goes beside them where the rig records it.
+    """
 
     position: FloatArray
     force: FloatArray
     joint_angles: FloatArray
     emg: FloatArray | None
+    commanded: FloatArray | None = None
 
 
 def run_batch(batch: Batch, seed: int) -> Sensed:
@@ -159,4 +163,15 @@ def _sense(batch: Batch, track: Track, draws: Draws, emg: FloatArray | None) -> 
     held = np.repeat(angles, LED_EVERY, axis=1)[:, : position.shape[1]]
     # No hand stands twice at the same place of the encoders' grid: each trial has its own.
     grid = draws.grid[:, None]
-    return Sensed(quantised(position, level.encoder_step, grid), force, held, emg)
+    measured = quantised(position, level.encoder_step, grid)
+    commanded = _commanded(batch) if batch.rig.command else None
+    return Sensed(measured, force, held, emg, commanded)
+
+
+def _commanded(batch: Batch) -> FloatArray:
+    """Where the robot was told to be at every sample (B, S, 2)."""
+    rig = batch.rig
+    lag = (np.arange(rig.samples) - batch.onset[:, None]) / RATE_HZ
+    along = rig.shape.profile(lag, rig.duration_s, rig.amplitude_m, rig.residual_m)[0]
+    unit = batch.schedule.unit[batch.rows]
+    return np.asarray(batch.truth.hand[batch.condition][:, None] + unit[:, None] * along[..., None])

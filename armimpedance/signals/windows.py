@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from armimpedance.conventions import command_columns
 from armimpedance.errors import InputError
 from armimpedance.records import FloatArray, IntArray, Recording, Window, frozen
 from armimpedance.signals.onset import detect_movement
@@ -133,6 +134,7 @@ def cut_windows(
         return frozen(cut)
 
     position, force = gather(recording.position), gather(recording.force)
+    commanded = _commanded(recording)
     rest = slice(max(0, before + 1 - round(REST_BEFORE_ONSET_S * rate)), before + 1)
     return Window(
         sample_rate_hz=rate,
@@ -147,6 +149,7 @@ def cut_windows(
         joint_angles_at_onset=_joint_angles(recording, rows, index[:, rest]),
         disturbance=_disturbance(recording, rows),
         notes=notes + _left_out(~flawed, "marked as an error when recorded"),
+        commanded=None if commanded is None else gather(commanded),
     )
 
 
@@ -157,6 +160,14 @@ def _joint_angles(recording: Recording, rows: np.ndarray, at_rest: IntArray) -> 
     columns = [_column(recording, name)[rows] for name in ("q_shoulder_rad", "q_elbow_rad")]
     angles = np.column_stack(columns)
     return angles if np.isfinite(angles).all() else None
+
+
+def _commanded(recording: Recording) -> FloatArray | None:
+    """The commanded motion (N, d), where every axis has its column."""
+    names = command_columns(recording.kind, recording.axes)
+    if not all(name in recording.extra for name in names):
+        return None
+    return np.column_stack([recording.extra[name] for name in names])
 
 
 def _disturbance(recording: Recording, rows: np.ndarray) -> IntArray | None:
