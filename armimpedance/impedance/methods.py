@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from armimpedance.conventions import Kind
 from armimpedance.errors import InputError
-from armimpedance.impedance import exact, paper, weighted
+from armimpedance.impedance import exact, likelihood, paper, weighted
 from armimpedance.impedance.prepared import Prepared
 from armimpedance.records import Window
 
@@ -55,6 +55,14 @@ METHODS = {
             "feasible generalised least squares, compensated for the position's noise as in "
             "W. A. Fuller, Measurement Error Models (1987); docs/estimate.md",
             weighted.prepare,
+        ),
+        Method(
+            "likelihood",
+            "motions of a group differ only by the position sensor's noise: a robot much stiffer "
+            "than the limb is unsteady",
+            "errors-in-variables likelihood, R. Pintelon & J. Schoukens, System Identification: A "
+            "Frequency Domain Approach (Wiley)",
+            likelihood.prepare,
         ),
     )
 }
