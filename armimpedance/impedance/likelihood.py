@@ -23,6 +23,7 @@ import numpy as np
 from armimpedance.conventions import Kind
 from armimpedance.impedance import exact, weighted
 from armimpedance.impedance.expected_motion import expected_motion
+from armimpedance.impedance.identifiable import require_identifiable
 from armimpedance.impedance.modal import ModalEquation, weighted_equations
 from armimpedance.impedance.noise import refit_noise, through_impedance
 from armimpedance.impedance.prepared import Prepared
@@ -40,6 +41,7 @@ def prepare(window: Window, kind: Kind) -> Prepared:
     if int(window.usable.sum()) < weighted.FEWEST_TRIALS:
         return weighted.prepare(window, kind)
     plain = exact.prepare(window, kind)
+    require_identifiable(plain.factors)
     start = weighted_fit(window, kind)
     position = motion_scatter(start.equation)
     if position is None:

@@ -67,7 +67,7 @@ METHODS = {
     )
 }
 
-DEFAULT_METHOD = "exact"
+DEFAULT_METHOD = "weighted"
 
 
 def method_named(name: str) -> Method:

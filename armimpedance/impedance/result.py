@@ -9,7 +9,8 @@ from typing import Any, Literal
 import numpy as np
 
 from armimpedance.conventions import Kind
-from armimpedance.errors import InputError, NotIdentifiableError
+from armimpedance.errors import InputError
+from armimpedance.impedance.identifiable import require_identifiable
 from armimpedance.impedance.regressors import fit_names, to_fit_order, to_matrix_order
 from armimpedance.records import (
     FloatArray,
@@ -81,16 +82,14 @@ def to_estimate(
     names, units = fit_names(group.kind, d)
     if covariance == "replicates":
         _require_strata(factors, strata)
-    try:
-        solved = fit(
-            factors,
-            covariance=covariance,
-            strata=strata,
-            parameter_names=names,
-            parameter_units=units,
-        )
-    except NotIdentifiableError as error:
-        raise _directions_missing(error, factors) from error
+    require_identifiable(factors)
+    solved = fit(
+        factors,
+        covariance=covariance,
+        strata=strata,
+        parameter_names=names,
+        parameter_units=units,
+    )
     if equations is None:
         ordered, dof = to_matrix_order(solved.parameters, solved.covariance, d), solved.dof
     else:
@@ -141,24 +140,6 @@ def _quality(
         residual_sd=solved.residual_sd,
         coherence=coherence,
     )
-
-
-def _directions_missing(error: NotIdentifiableError, factors: TrialFactors) -> NotIdentifiableError:
-    """Say it in the words of the experiment where the motion keeps to one direction."""
-    d = len(factors.outputs)
-    displacement = factors.r[:, :, 2 * d : 3 * d]
-    stacked = displacement.reshape(-1, d)
-    values, vectors = np.linalg.svd(stacked, full_matrices=False)[1:]
-    if values[0] == 0.0:
-        return NotIdentifiableError("no movement: nothing can be identified", error.parameters)
-    if d > 1 and values[-1] < 1e-6 * values[0]:
-        axis = ", ".join(f"{v:.2f}" for v in vectors[0])
-        return NotIdentifiableError(
-            f"the hand moved along one direction only ({axis}): what the other directions do "
-            f"cannot be identified; {error}",
-            error.parameters,
-        )
-    return error
 
 
 def _plausibility(inertia: FloatArray, stiffness: FloatArray, solved: Fit) -> tuple[str, ...]:

@@ -20,6 +20,7 @@ import numpy as np
 from armimpedance.conventions import Kind
 from armimpedance.impedance import exact
 from armimpedance.impedance.expected_motion import expected_motion
+from armimpedance.impedance.identifiable import require_identifiable
 from armimpedance.impedance.modal import ModalEquation, modal_equation, weighted_equations
 from armimpedance.impedance.noise import NoiseModel, refit_noise, regressor_excess, start_noise
 from armimpedance.impedance.prepared import Prepared
@@ -55,6 +56,7 @@ class WeightedFit:
 def prepare(window: Window, kind: Kind) -> Prepared:
     """Equations of one group of trials; with very few trials, those of `exact`."""
     plain = exact.prepare(window, kind)
+    require_identifiable(plain.factors)
     trials = int(window.usable.sum())
     if trials < FEWEST_TRIALS:
         note = f"{trials} trials are too few to weigh: unweighted, as method exact"
