@@ -95,7 +95,7 @@ def regressor_excess(weight: FloatArray, position: FloatArray) -> FloatArray:
 
 
 @lru_cache(maxsize=32)
-def _shapes(modes: Modes, samples: int, sample_rate_hz: float) -> FloatArray:
+def component_shapes(modes: Modes, samples: int, sample_rate_hz: float) -> FloatArray:
     """Components over modes (J, n, n), in the order of `NAMES`."""
     lag = np.arange(samples) / sample_rate_hz
     apart = lag[:, None] - lag
@@ -115,7 +115,7 @@ def _shapes(modes: Modes, samples: int, sample_rate_hz: float) -> FloatArray:
 def start_noise(window: Window, equation: ModalEquation) -> NoiseModel:
     """A model that knows the position's noise but not yet the force's."""
     modes, d = equation.modes, equation.axes
-    shapes = _shapes(modes, len(equation.lag_s), window.sample_rate_hz)
+    shapes = component_shapes(modes, len(equation.lag_s), window.sample_rate_hz)
     white = (LEAST_WHITE**2) * float((equation.force**2).mean())
     return NoiseModel(
         shapes=shapes,
