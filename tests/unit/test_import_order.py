@@ -18,6 +18,7 @@ RANKS = [
     {"plots", "report"},
     {"contribution"},
     {"muscles", "passive"},
+    {"comparison", "planning"},
     {"levels", "ellipses"},
     {"impedance"},
     {"regression", "recordings"},

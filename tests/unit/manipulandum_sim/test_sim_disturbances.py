@@ -12,12 +12,12 @@ from manipulandum_sim.robot import IDEAL
 from manipulandum_sim.simulate import simulate_condition
 
 
-def designed():
+def sampled():
     s = np.linspace(0, 1, 41)
-    return custom("designed", s**4 * (1 - s) ** 5)
+    return custom("sampled", s**4 * (1 - s) ** 5)
 
 
-ALL = [*DISTURBANCES.values(), designed()]
+ALL = [*DISTURBANCES.values(), sampled()]
 
 
 @pytest.mark.parametrize("shape", ALL, ids=lambda s: s.name)
@@ -42,7 +42,7 @@ def test_it_reaches_its_amplitude_and_returns(shape):
     assert not a[outside].any()
 
 
-@pytest.mark.parametrize("name", ["minimum_jerk", "biphasic"])
+@pytest.mark.parametrize("name", ["minimum_jerk", "biphasic", "designed", "reflex_separating"])
 def test_smooth_shapes_start_and_end_at_rest(name):
     x = find_disturbance(name).profile(np.array([0.0, 0.3]), 0.3, 0.005)
     np.testing.assert_allclose(x, 0, atol=1e-9)

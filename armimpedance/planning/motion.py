@@ -1,0 +1,87 @@
+"""A planned motion in the modes of its window: the rows of the impedance equation before any data.
+
+The hand follows a command along u as ``u_1 x^(1) + u_2 x^(2)``, x^(a) being its motion for a
+command along axis a. Over equally spaced directions ``sum_u u u^T = (directions / 2) I``: the mean
+information of a trial is half of that of one trial along each axis.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from armimpedance.planning.servo import follow
+from armimpedance.planning.setting import Setting
+from armimpedance.planning.shapes import Profile
+from armimpedance.records import FloatArray
+from armimpedance.signals.modes import Modes
+
+
+def actual_displacement(setting: Setting, profile: Profile) -> FloatArray:
+    """Of the hand for a command along each axis, (d, d, S)."""
+    course = profile.at(setting.lags(profile.duration_s))
+    return follow(setting.servo, setting.arm.parameters, course, setting.sample_rate_hz)
+
+
+def modal_motion(
+    displacement: FloatArray, modes: Modes, sample_rate_hz: float, delays_s: Sequence[float] = ()
+) -> FloatArray:
+    """x'', x', x, then x at each delay, in modes.
+
+    Parameters
+    ----------
+    displacement : (..., S)
+        At rest before the window.
+
+    Returns
+    -------
+    (3 + len(delays_s), ..., n)
+    """
+    derivatives = [displacement @ part.T for part in (modes.second, modes.first, modes.smooth)]
+    late = [_later(displacement, delay * sample_rate_hz) @ modes.smooth.T for delay in delays_s]
+    return np.stack([*derivatives, *late])
+
+
+def _later(signal: FloatArray, samples: float) -> FloatArray:
+    """The signal (..., S) as it was `samples` earlier, linear between samples, 0 before."""
+    whole = int(np.floor(samples))
+    part = samples - whole
+    padded = np.concatenate([np.zeros((*signal.shape[:-1], whole + 1)), signal], axis=-1)
+    count = signal.shape[-1]
+    return np.asarray((1 - part) * padded[..., 1 : count + 1] + part * padded[..., :count])
+
+
+def equation_rows(motion: FloatArray) -> FloatArray:
+    """Rows of ``G theta``, theta = M, B, K, ... row by row.
+
+    Parameters
+    ----------
+    motion : (r, ..., d, n)
+
+    Returns
+    -------
+    (..., d n, r d^2)
+    """
+    r, *others, d, n = motion.shape
+    moved = np.moveaxis(motion, 0, -3)
+    rows = np.zeros((*others, d, n, r, d, d))
+    for i in range(d):
+        # row (i, n), column (m, i, k)
+        rows[..., i, :, :, i, :] = np.moveaxis(moved, -1, -3)
+    return rows.reshape(*others, d * n, r * d * d)
+
+
+def information(rows: FloatArray, weight: FloatArray) -> FloatArray:
+    """Mean information of a trial (p, p) about p parameters.
+
+    Parameters
+    ----------
+    rows : (d, d n, p)
+        For a command along each axis.
+    weight : (d n, d n)
+        Inverse covariance of the noise.
+    """
+    # I (p, p) = 1/2 sum_a G_a^T (p, dn) V (dn, dn) G_a (dn, p)
+    total = (rows.transpose(0, 2, 1) @ weight @ rows).sum(axis=0) / len(rows)
+    return np.asarray((total + total.T) / 2)

@@ -1,0 +1,149 @@
+"""Where and on whom a disturbance is planned: arm, noise, servo, recording."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Final
+
+import numpy as np
+
+from armimpedance.conventions import CAST_MASS_KG
+from armimpedance.errors import InputError
+from armimpedance.impedance.noise import through_impedance
+from armimpedance.planning.noise_level import NOMINAL, Noise
+from armimpedance.planning.servo import IDEAL, Servo
+from armimpedance.records import FloatArray, ImpedanceEstimate, frozen_array
+from armimpedance.signals.encoder import position_noise
+from armimpedance.signals.modes import Modes, spline_modes
+from armimpedance.signals.windows import MARGIN_S
+
+#: Disturbances of a set, in equally spaced directions.
+DIRECTIONS: Final = 8
+#: Places of the encoder's grid that are tried for its mean error.
+_GRIDS: Final = (0.1, 0.35, 0.6, 0.85)
+
+#: Hand of a relaxed 70 kg man's arm in the nominal posture: M, B, K.
+RELAXED: Final = (
+    ((1.731, -0.655), (-0.655, 1.001)),
+    ((8.63, -6.40), (-6.40, 13.86)),
+    ((104.8, -74.4), (-74.4, 179.3)),
+)
+
+
+@dataclass(frozen=True, eq=False)
+class PlannedArm:
+    """What is expected to be measured.
+
+    Attributes
+    ----------
+    parameters : (3, 2, 2)
+        M (with the handle), B, K of the hand.
+    name : str
+        For tables.
+    """
+
+    parameters: FloatArray
+    name: str = "relaxed arm"
+
+    def __post_init__(self) -> None:
+        values = frozen_array(self.parameters, "M, B, K", (3, 2, 2))
+        object.__setattr__(self, "parameters", values)
+        for symbol, matrix in zip("MBK", values, strict=True):
+            if np.linalg.eigvalsh((matrix + matrix.T) / 2)[0] <= 0:
+                raise InputError(
+                    f"{self.name}: {symbol} is not positive definite", expected="an arm's"
+                )
+
+    @property
+    def stiffness(self) -> FloatArray:
+        """K, (2, 2)."""
+        return np.asarray(self.parameters[2])
+
+    @classmethod
+    def of(cls, estimate: ImpedanceEstimate, name: str) -> PlannedArm:
+        """What an earlier experiment found.
+
+        Raises
+        ------
+        InputError
+            If it is not of the hand in two axes, or a matrix is not positive definite.
+        """
+        if estimate.level != "hand" or estimate.k != 2:
+            raise InputError(
+                f"{name}: {estimate.level} impedance of {estimate.k} axes",
+                expected="hand impedance in two axes",
+            )
+        inertia = estimate.inertia_with_handle
+        if inertia is None:
+            inertia = estimate.inertia
+        return cls(np.stack([inertia, estimate.viscosity, estimate.stiffness]), name)
+
+
+def relaxed_arm(handle_mass_kg: float = CAST_MASS_KG) -> PlannedArm:
+    """A relaxed arm of 70 kg body mass with a handle on it."""
+    values = np.array(RELAXED)
+    values[0] += handle_mass_kg * np.eye(2)
+    return PlannedArm(values)
+
+
+@dataclass(frozen=True)
+class Setting:
+    """All that precision depends on, the disturbance aside.
+
+    Attributes
+    ----------
+    arm : PlannedArm
+    noise : Noise
+    servo : Servo
+    sample_rate_hz : float
+    """
+
+    arm: PlannedArm = field(default_factory=relaxed_arm)
+    noise: Noise = NOMINAL
+    servo: Servo = IDEAL
+    sample_rate_hz: float = 1000.0
+
+    def lags(self, duration_s: float) -> FloatArray:
+        """Sample times (S,) of the window that an estimate of this duration uses."""
+        rate = self.sample_rate_hz
+        margin, end = round(MARGIN_S * rate), int(np.ceil(duration_s * rate - 1e-6))
+        return np.arange(-margin, end + margin + 1) / rate
+
+    def modes(self, duration_s: float) -> Modes:
+        """Modes of that window."""
+        return spline_modes(len(self.lags(duration_s)), self.sample_rate_hz)
+
+    def covariance(self, displacement: FloatArray, duration_s: float) -> FloatArray:
+        """Of ``e - A n`` in modes (d n, d n), for a hand that moves like this.
+
+        Parameters
+        ----------
+        displacement : (d, d, S)
+            For a unit command along each axis, m.
+        """
+        modes, lag = self.modes(duration_s), self.lags(duration_s)
+        force = self.noise.force(modes, lag, self.arm.stiffness)
+        position = self.position_covariance(displacement, modes)
+        total = force + through_impedance(self.arm.parameters.ravel(), position)
+        return np.asarray((total + total.T) / 2)
+
+    def position_covariance(self, displacement: FloatArray, modes: Modes) -> FloatArray:
+        """What sensors add to x'', x', x in modes, (d, 3 n, 3 n), mean over the directions."""
+        d = len(displacement)
+        white = self.noise.position_sd**2 * modes.stacked @ modes.stacked.T
+        total = np.repeat(white[None], d, axis=0)
+        step = self.noise.encoder_step
+        if step > 0:
+            # (8, d, S) readings on grids of their own, as an estimate would meet them
+            moved = np.einsum("ta,ais->tis", unit_directions(), displacement)
+            grid = np.array(_GRIDS)[:, None, None, None] * (1 + 0.3 * np.arange(d)[:, None])
+            readings = step * np.round(moved / step + grid)
+            trials = readings.reshape(-1, d, moved.shape[-1]).transpose(0, 2, 1)
+            total = total + position_noise(trials, self.sample_rate_hz, modes).covariance
+        return np.asarray(total)
+
+
+def unit_directions() -> FloatArray:
+    """Of a set, (8, 2)."""
+    angle = 2 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
+    return np.column_stack([np.cos(angle), np.sin(angle)])
