@@ -20,6 +20,7 @@ COMMANDS = {
     "inspect": "say what a recording holds and whether it can be used",
     "estimate": "inertia, viscosity and stiffness with 95 %% intervals",
     "map": "from the hand to the joints",
+    "compare": "what differs between groups of trials, and whether chance could do it",
     "convert": "turn a lab's files into a recording",
     "figures": "draw the sources' figures from simulated subjects",
 }

@@ -1,0 +1,1 @@
+"""Differences between groups of trials: intervals, permutation tests, several subjects."""

@@ -1,0 +1,168 @@
+"""Groups compared: their ellipses where the hand was, with bands, and which pairs differ."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from armimpedance.comparison.compare import Pair
+from armimpedance.comparison.groups import ComparedGroup
+from armimpedance.conventions import MATRICES, UNITS
+from armimpedance.ellipses import Which
+from armimpedance.plots.ellipse_parts import (
+    BAND_ALPHA,
+    default_scale,
+    draw_scale_bar,
+    draw_shoulders,
+    hand_of,
+    legend_above,
+    matrix_of,
+)
+from armimpedance.plots.ellipses import plot_ellipse
+from armimpedance.plots.style import (
+    LINE_STYLES,
+    OKABE_ITO,
+    TWO_COLUMNS_IN,
+    label_axes,
+    new_axes,
+    print_style,
+)
+from armimpedance.records import FloatArray
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+#: Pairs whose adjusted p is at most this are joined by a line.
+LEVEL = 0.05
+#: With more groups than this they are told apart by number, not by line.
+_MOST_STYLED = 10
+_COLORS = tuple(OKABE_ITO[name] for name in ("blue", "vermillion", "green", "purple", "orange"))
+#: With more lines between pairs nobody sees the ellipses.
+_MOST_JOINED = 12
+#: Places closer than this fraction of the spread of all are one place.
+_SAME_PLACE = 0.02
+
+
+def plot_comparison(
+    groups: Sequence[ComparedGroup],
+    pairs: Sequence[Pair] = (),
+    which: Which = "stiffness",
+    ax: Axes | None = None,
+    scale: float | None = None,
+) -> Axes:
+    """Draw each group's ellipse at the hand's place, with its 95 % band.
+
+    Up to ten groups are told apart by line and colour, more by a number beside each. Where few
+    enough pairs differ (adjusted p of T2 at most .05), a grey line joins them. Groups that all
+    stand in one place are drawn over one another, without the shoulder.
+
+    Parameters
+    ----------
+    groups : sequence of ComparedGroup
+        Of the hand, with two axes and a position.
+    pairs : sequence of Pair
+    which : {"stiffness", "viscosity", "inertia"}
+    scale : float, optional
+        Metres on paper per unit of the matrix; by default neighbours just do not touch.
+
+    Raises
+    ------
+    InputError
+        For an estimate of another level, without a position, or not of two axes.
+    """
+    matrices = [matrix_of(group.estimate, which) for group in groups]
+    hands = np.array([hand_of(group.estimate) for group in groups])
+    places = _joined_places(hands)
+    scale = default_scale(matrices, places) if scale is None else scale
+    names = list(dict.fromkeys(group.name for group in groups))
+    styled = len(names) <= _MOST_STYLED
+    with print_style():
+        ax = new_axes(TWO_COLUMNS_IN * 0.65, TWO_COLUMNS_IN * 0.65) if ax is None else ax
+        label_axes(ax, "x (m)", "y (m)")
+        _join(ax, places, names, groups, pairs, which)
+        for group, hand in zip(groups, places, strict=True):
+            number = names.index(group.name)
+            plot_ellipse(
+                group.estimate,
+                ax,
+                hand,
+                scale,
+                which,
+                show_confidence=True,
+                color=_COLORS[number % len(_COLORS) if styled else 0],
+                # the second round of colours has other lines than the first
+                linestyle=LINE_STYLES[(number + number // 5) % 5] if styled else "-",
+                linewidth=1.0 if styled else 0.6,
+                label=group.name if styled else None,
+            )
+            if not styled:
+                _number(ax, number + 1, matrix_of(group.estimate, which), hand, scale)
+        ax.fill([], [], color="0.5", alpha=BAND_ALPHA, lw=0, label="95 % band")
+        if len(np.unique(places, axis=0)) > 1:
+            draw_shoulders(ax, [group.estimate for group in groups])
+        draw_scale_bar(ax, matrices, scale, UNITS["hand"][MATRICES[which][0]])
+        legend_above(ax, columns=2)
+        if not styled:
+            _list_names(ax, names)
+    return ax
+
+
+def _joined_places(hands: FloatArray) -> FloatArray:
+    """Hand positions; those that differ by the hand's unsteadiness alone become one."""
+    spread = max(float(np.ptp(hands, axis=0).max()), 0.1)
+    places = hands.copy()
+    for i in range(len(places)):
+        near = np.linalg.norm(places[:i] - places[i], axis=1) < _SAME_PLACE * spread
+        if near.any():
+            places[i] = places[int(np.argmax(near))]
+    return places
+
+
+def _join(
+    ax: Axes,
+    places: FloatArray,
+    names: Sequence[str],
+    groups: Sequence[ComparedGroup],
+    pairs: Sequence[Pair],
+    which: Which,
+) -> None:
+    """Join groups that differ, where they stand apart and are few enough to read."""
+    where = {group.name: place for group, place in zip(groups, places, strict=True)}
+    row = list(MATRICES).index(which)
+    differing = [pair for pair in pairs if pair.tests[row].p_t2_adjusted <= LEVEL]
+    apart = [pair for pair in differing if (where[pair.first] != where[pair.second]).any()]
+    if not apart or len(apart) > _MOST_JOINED or len(names) != len(groups):
+        return
+    symbol = MATRICES[which][0]
+    for pair in apart:
+        x, y = np.array([where[pair.first], where[pair.second]]).T
+        label = f"{symbol} differs (adjusted p ≤ {LEVEL:g})"
+        ax.plot(x, y, color="0.6", linewidth=0.8, linestyle="--", zorder=0, label=label)
+
+
+def _number(ax: Axes, number: int, matrix: FloatArray, hand: FloatArray, scale: float) -> None:
+    """A group's number beyond the upper end of its ellipse's major axis."""
+    values, vectors = np.linalg.eigh((matrix + matrix.T) / 2)
+    axis = vectors[:, 1] * (1 if vectors[1, 1] >= 0 else -1)
+    ax.annotate(
+        str(number),
+        tuple(hand + scale * values[1] * axis),
+        (7 * axis[0], 7 * axis[1]),
+        textcoords="offset points",
+        ha="center",
+        va="center",
+    )
+
+
+def _list_names(ax: Axes, names: Sequence[str]) -> None:
+    """Numbers and names of the groups, right of the axes."""
+    lines = [f"{number}  {name}" for number, name in enumerate(names, start=1)]
+    ax.annotate(
+        "\n".join(lines),
+        (1.02, 1.0),
+        xycoords="axes fraction",
+        va="top",
+        fontsize=6 if len(lines) > 12 else 7,
+    )

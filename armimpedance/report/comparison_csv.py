@@ -1,0 +1,143 @@
+"""DIFFERENCES.csv: one row per pair of groups and quantity or test, or per quantity over subjects.
+
+Angles in degrees, sd of a ratio as that of its logarithm; what does not exist stays empty.
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Final, TypeVar
+
+import numpy as np
+
+from armimpedance.comparison.compare import Pair
+from armimpedance.comparison.differences import Change
+from armimpedance.comparison.matrix_test import MatrixTest
+from armimpedance.comparison.subjects import SubjectsChange
+from armimpedance.outputs import staged_file
+
+Row = dict[str, Any]
+AnyChange = TypeVar("AnyChange", Change, SubjectsChange)
+
+PAIR_COLUMNS: Final = (
+    *("group_1", "group_2", "matrix", "quantity", "unit", "kind", "value_1", "value_2"),
+    *("change", "ci_low", "ci_high", "sd", "dof", "p", "p_adjusted", "basis", "notes"),
+)
+SUBJECTS_COLUMNS: Final = (
+    *("group_1", "group_2", "matrix", "quantity", "unit", "kind", "change", "ci_low", "ci_high"),
+    *("between_sd", "ci_low_between_sd", "ci_high_between_sd", "n_subjects", "p", "p_adjusted"),
+)
+_ANGLES: Final = (
+    *("first", "second", "value", "low", "high", "sd"),
+    *("between_sd", "between_low", "between_high"),
+)
+
+
+def write_differences(pairs: Sequence[Pair], path: str | Path) -> None:
+    """Write every change and test of pairs of groups.
+
+    Tests are rows of kind "test": quantity "distance" (`change` is the affine-invariant distance)
+    or "t2" (`change` is Hotelling's T2), with `p` and `p_adjusted`.
+
+    Raises
+    ------
+    InputError
+        The file cannot be written.
+    """
+    rows = []
+    for pair in pairs:
+        head = {"group_1": pair.first, "group_2": pair.second, "basis": pair.basis}
+        head["notes"] = "; ".join(pair.notes)
+        rows += [{**head, **_change_cells(change)} for change in pair.changes]
+        rows += [{**head, **cells} for test in pair.tests for cells in _test_cells(test)]
+    _write(rows, PAIR_COLUMNS, path)
+
+
+def write_subjects(found: Sequence[SubjectsChange], path: str | Path) -> None:
+    """Write mean changes over subjects and the sd between them."""
+    _write([_subjects_cells(in_degrees(change)) for change in found], SUBJECTS_COLUMNS, path)
+
+
+def in_degrees(change: AnyChange) -> AnyChange:
+    """An orientation in degrees; anything else as it is."""
+    if change.unit != "rad" or change.quantity != "orientation":
+        return change
+    turned: dict[str, Any] = {
+        name: float(np.degrees(getattr(change, name)))
+        for name in _ANGLES
+        if isinstance(getattr(change, name, None), float)
+    }
+    return replace(change, unit="deg", **turned)
+
+
+def _change_cells(given: Change) -> Row:
+    change = in_degrees(given)
+    return {
+        "matrix": change.matrix,
+        "quantity": change.quantity,
+        "unit": change.unit,
+        "kind": change.kind,
+        "value_1": change.first,
+        "value_2": change.second,
+        "change": change.value,
+        "ci_low": change.low,
+        "ci_high": change.high,
+        "sd": change.sd,
+        "dof": change.dof,
+    }
+
+
+def _test_cells(test: MatrixTest) -> tuple[Row, Row]:
+    head = {"matrix": test.matrix, "kind": "test"}
+    return (
+        {
+            **head,
+            "quantity": "distance",
+            "change": test.distance,
+            "p": test.p_distance,
+            "p_adjusted": test.p_distance_adjusted,
+        },
+        {
+            **head,
+            "quantity": "t2",
+            "change": test.t2,
+            "p": test.p_t2,
+            "p_adjusted": test.p_t2_adjusted,
+        },
+    )
+
+
+def _subjects_cells(change: SubjectsChange) -> Row:
+    return {
+        "group_1": change.first,
+        "group_2": change.second,
+        "matrix": change.matrix,
+        "quantity": change.quantity,
+        "unit": change.unit,
+        "kind": change.kind,
+        "change": change.value,
+        "ci_low": change.low,
+        "ci_high": change.high,
+        "between_sd": change.between_sd,
+        "ci_low_between_sd": change.between_low,
+        "ci_high_between_sd": change.between_high,
+        "n_subjects": change.n,
+        "p": change.p,
+        "p_adjusted": change.p_adjusted,
+    }
+
+
+def _write(rows: Sequence[Mapping[str, Any]], columns: Sequence[str], path: str | Path) -> None:
+    with staged_file(path) as staged, open(staged, "w", newline="", encoding="utf-8") as stream:
+        table = csv.writer(stream, lineterminator="\n")
+        table.writerow(columns)
+        for row in rows:
+            table.writerow([_cell(row.get(column)) for column in columns])
+
+
+def _cell(value: Any) -> Any:
+    missing = value is None or (isinstance(value, float) and np.isnan(value))
+    return "" if missing else value

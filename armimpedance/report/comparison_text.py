@@ -1,0 +1,153 @@
+"""Comparisons of groups as text for a terminal of 100 columns."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Sequence
+
+import numpy as np
+
+from armimpedance.comparison.compare import Pair
+from armimpedance.comparison.differences import Change
+from armimpedance.comparison.subjects import SubjectsChange
+from armimpedance.report.comparison_csv import in_degrees
+from armimpedance.report.numbers import aligned_table, short, with_interval
+from armimpedance.report.quantities import FIELDS
+
+_WIDTH = 100
+_NAME = 30
+#: With more pairs than this one line each has to do.
+_MOST_IN_FULL = 10
+_QUANTITIES = ("size", "shape", "orientation")
+_LEGEND = (
+    "Size and shape of the ellipse as ratios second/first, its orientation as a turn, elements of "
+    "the symmetric part as differences second - first, all with 95 % intervals (independent "
+    "groups; Welch). -90 to 90 deg: an ellipse may be a circle."
+)
+_BASIS = {
+    "permutation": "p: trials exchanged between the groups within each direction",
+    "covariance": "p: no trials at hand, from the estimates' covariances (T2 against F, the "
+    "distance by simulation)",
+}
+_TESTS = (
+    ", for the same M, B, K and for all three at once. T2 (Hotelling's, each group with its own "
+    "errors) finds the most; distance is affine-invariant. Adjusted: Holm, over all pairs."
+)
+_SHORT = " Many pairs: single elements and unadjusted p values stand in --out only."
+_SUBJECTS = (
+    "Mean change over subjects with its 95 % interval (t, subjects - 1 degrees of freedom) and the "
+    "standard deviation between subjects with its own (of a ratio: that of its logarithm). "
+    "Adjusted p: Holm, over the pairs of groups."
+)
+
+
+def comparison_text(pairs: Sequence[Pair]) -> str:
+    """Ellipses, elements and tests of all pairs, then notes."""
+    many = len(pairs) > _MOST_IN_FULL
+    blocks = [
+        f"{field.capitalize()} {symbol}\n{_changes_table(pairs, field, many)}"
+        for field, symbol in zip(FIELDS, "MBK", strict=True)
+    ]
+    blocks.append("Tests\n" + (_short_tests_table(pairs) if many else _tests_table(pairs)))
+    bases = list(dict.fromkeys(pair.basis for pair in pairs))
+    tests = "; ".join(_BASIS[basis] for basis in bases) + _TESTS
+    legend = _LEGEND + (_SHORT if many else "")
+    notes = [f"{pair.first} | {pair.second}: {note}" for pair in pairs for note in pair.notes]
+    filled = [textwrap.fill(note, _WIDTH, subsequent_indent="  ") for note in notes]
+    return "\n\n".join(
+        [*blocks, textwrap.fill(legend, _WIDTH), textwrap.fill(tests, _WIDTH), *filled]
+    )
+
+
+def subjects_text(found: Sequence[SubjectsChange]) -> str:
+    """Mean changes of each pair of groups, a table per pair."""
+    blocks = []
+    for first, second in dict.fromkeys((c.first, c.second) for c in found):
+        rows = [_subjects_row(c) for c in found if (c.first, c.second) == (first, second)]
+        header = ["", "mean change", "sd between subjects", "subjects", "p", "adjusted"]
+        blocks.append(f"{first} | {second}\n{aligned_table(header, rows)}")
+    return "\n\n".join([*blocks, textwrap.fill(_SUBJECTS, _WIDTH)])
+
+
+def pair_name(pair: Pair) -> str:
+    """``first | second``, cut to the room that tables have."""
+    half = _NAME // 2 - 1
+    return f"{short(pair.first, half)} | {short(pair.second, half)}"
+
+
+def shown_p(p: float) -> str:
+    """Three digits; ``-`` where there is none."""
+    return "-" if np.isnan(p) else f"{p:.3f}" if p >= 0.001 else f"{p:.0e}"
+
+
+def _changes_table(pairs: Sequence[Pair], field: str, many: bool) -> str:
+    quantities = [c.quantity for c in pairs[0].changes if c.matrix == field]
+    order = [q for q in _QUANTITIES if q in quantities]
+    elements = [q for q in quantities if q not in _QUANTITIES and not (many and order)]
+    tables = []
+    for columns in (order, elements):
+        if columns:
+            header = ["", *(_heading(pairs[0], field, q) for q in columns)]
+            rows = [[pair_name(p), *(_shown(_of(p, field, q)) for q in columns)] for p in pairs]
+            tables.append(aligned_table(header, rows))
+    return "\n".join(tables)
+
+
+def _heading(pair: Pair, field: str, quantity: str) -> str:
+    if quantity in ("size", "shape"):
+        return f"{quantity} ratio"
+    return f"{quantity} ({in_degrees(_of(pair, field, quantity)).unit})"
+
+
+def _of(pair: Pair, field: str, quantity: str) -> Change:
+    return next(c for c in pair.changes if (c.matrix, c.quantity) == (field, quantity))
+
+
+def _shown(given: Change) -> str:
+    change = in_degrees(given)
+    return _interval(change.value, change.low, change.high)
+
+
+def _interval(value: float, low: float, high: float) -> str:
+    if not np.isfinite([value, low, high]).all():
+        return "-"
+    return with_interval(value, low, high) if high > low else f"{value:.4g}"
+
+
+def _tests_table(pairs: Sequence[Pair]) -> str:
+    header = ["", "matrix", "distance", "p", "adjusted", "T2", "p", "adjusted"]
+    rows = []
+    for pair in pairs:
+        for test in pair.tests:
+            name = pair_name(pair) if test is pair.tests[0] else ""
+            cells = [test.matrix, "-" if np.isnan(test.distance) else f"{test.distance:.3f}"]
+            cells += [shown_p(test.p_distance), shown_p(test.p_distance_adjusted)]
+            cells += ["-" if np.isnan(test.t2) else f"{test.t2:.1f}"]
+            rows.append([name, *cells, shown_p(test.p_t2), shown_p(test.p_t2_adjusted)])
+    return aligned_table(header, rows)
+
+
+def _short_tests_table(pairs: Sequence[Pair]) -> str:
+    """One line for each pair: distances, then adjusted p of T2."""
+    header = ["", *(f"distance {s}" for s in "MBK"), *(f"adjusted p {s}" for s in "MBK"), "all"]
+    rows = []
+    for pair in pairs:
+        apart = ["-" if np.isnan(t.distance) else f"{t.distance:.3f}" for t in pair.tests[:3]]
+        rows.append([pair_name(pair), *apart, *(shown_p(t.p_t2_adjusted) for t in pair.tests)])
+    return aligned_table(header, rows)
+
+
+def _subjects_row(given: SubjectsChange) -> list[str]:
+    change = in_degrees(given)
+    symbol = change.matrix[0].upper() if change.quantity in _QUANTITIES else ""
+    symbol = {"I": "M ", "V": "B ", "S": "K "}.get(symbol, "")
+    what = "ratio" if change.kind == "ratio" else change.unit
+    between = _interval(change.between_sd, change.between_low, change.between_high)
+    return [
+        f"{symbol}{change.quantity} ({what})",
+        _interval(change.value, change.low, change.high),
+        between,
+        str(change.n),
+        shown_p(change.p),
+        shown_p(change.p_adjusted),
+    ]
