@@ -407,6 +407,9 @@ class ImpedanceEstimate:
         Of M, B, K, each row by row (the order of `conventions.parameter_names`).
     dof : float
         Degrees of freedom of the t distribution for intervals; inf = normal.
+    bound : (3 k^2, 3 k^2) or None
+        The least covariance that any unbiased estimator could have on this motion and noise
+        (Cramer-Rao), in the same order; `efficiency` compares.
     keys : mapping
         The group's columns, for example ``{"condition": "relaxed"}``.
     position, force : (k_hand,) or None
@@ -429,6 +432,7 @@ class ImpedanceEstimate:
     dof: float
     quality: Quality
     inertia_with_handle: FloatArray | None = None
+    bound: FloatArray | None = None
     keys: Mapping[str, Any] = field(default_factory=dict)
     position: FloatArray | None = None
     force: FloatArray | None = None
@@ -447,6 +451,8 @@ class ImpedanceEstimate:
             put(self, name, frozen_array(getattr(self, name), name, (k, k)))
         shape = (3 * k * k, 3 * k * k)
         put(self, "covariance", frozen_array(self.covariance, "covariance", shape))
+        if self.bound is not None:
+            put(self, "bound", frozen_array(self.bound, "bound", shape))
         for name in ("position", "force", "joint_angles", "shoulder_m"):
             if getattr(self, name) is not None:
                 put(self, name, frozen_array(getattr(self, name), name, (None,)))
@@ -475,6 +481,18 @@ class ImpedanceEstimate:
     def sd(self) -> FloatArray:
         """Standard errors of M, B, K, (3, k, k)."""
         return np.sqrt(np.diag(self.covariance)).reshape(3, self.k, self.k)
+
+    @property
+    def efficiency(self) -> FloatArray | None:
+        """Variance of the bound over the estimate's own, of each element, (3, k, k).
+
+        As uncertain as the estimated variances: with n degrees of freedom by sqrt(2/n) of itself.
+        """
+        if self.bound is None:
+            return None
+        own = np.diag(self.covariance)
+        ratio = np.diag(self.bound) / np.where(own > 0, own, np.inf)
+        return np.asarray(ratio.reshape(3, self.k, self.k))
 
     def with_warning(self, *sentences: str) -> ImpedanceEstimate:
         """A copy that carries these warnings too."""

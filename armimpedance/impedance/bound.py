@@ -14,8 +14,8 @@ from __future__ import annotations
 import numpy as np
 
 from armimpedance.impedance.modal import ModalEquation, weighted_equations
-from armimpedance.impedance.weighted import WeightedFit
 from armimpedance.records import FloatArray
+from armimpedance.regression.equations import TrialEquations
 
 
 def bound(equation: ModalEquation, covariance: FloatArray) -> FloatArray:
@@ -38,13 +38,17 @@ def bound(equation: ModalEquation, covariance: FloatArray) -> FloatArray:
     return inverse_information(information)
 
 
-def bound_of(fit: WeightedFit) -> FloatArray:
+def bound_of(equations: TrialEquations) -> FloatArray | None:
     """The bound (r d^2, r d^2) for a recording's own motion and estimated noise.
 
-    ``sum_t A_t`` of the fit is the information, its expectation free of the position's noise.
+    ``sum_t A_t`` of the method `weighted` is the information, its expectation free of the
+    position's noise. None where noise has swamped it.
     """
-    total = fit.equations.A.sum(axis=0)
-    return inverse_information((total + total.T) / 2)
+    total = equations.A.sum(axis=0)
+    symmetric = (total + total.T) / 2
+    if not np.linalg.eigvalsh(symmetric)[0] > 0:
+        return None
+    return inverse_information(symmetric)
 
 
 def inverse_information(information: FloatArray) -> FloatArray:

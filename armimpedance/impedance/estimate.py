@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 
 from armimpedance.errors import ArmImpedanceError, InputError, NotIdentifiableError
+from armimpedance.impedance import weighted
 from armimpedance.impedance.methods import DEFAULT_METHOD, method_named
 from armimpedance.impedance.regressors import BLOCKS_OF_ONE_TRIAL
 from armimpedance.impedance.result import ClusteredKind, Group, to_estimate
 from armimpedance.impedance.stochastic import DEFAULT_BAND_HZ, estimate_stochastic
-from armimpedance.records import ImpedanceEstimate, Recording, Window
+from armimpedance.records import FloatArray, ImpedanceEstimate, Recording, Window
 from armimpedance.signals.windows import cut_windows, disturbance_times
 
 #: The columns that name a group where the caller names none.
@@ -124,10 +125,12 @@ def estimate_window(window: Window, group: Group, options: Options) -> Impedance
     method = method_named(options.method)
     prepared = method.prepare(window, group.kind)
     used = window.usable
+    bound = prepared.bound if prepared.bound is not None else _bound(window, group, method.name)
     made = to_estimate(
         prepared.factors,
         group,
         equations=prepared.equations,
+        chart=prepared.chart,
         method=method.name,
         covariance=options.covariance,
         strata=None if window.disturbance is None else window.disturbance[used],
@@ -141,6 +144,7 @@ def estimate_window(window: Window, group: Group, options: Options) -> Impedance
     angles = window.joint_angles_at_onset
     return replace(
         made,
+        bound=bound,
         position=window.position_at_onset[used].mean(axis=0),
         force=window.force_at_onset[used].mean(axis=0),
         joint_angles=None if angles is None else angles[used].mean(axis=0),
@@ -148,3 +152,14 @@ def estimate_window(window: Window, group: Group, options: Options) -> Impedance
         warnings=warnings,
         provenance=(*made.provenance, *window.notes, *prepared.notes),
     )
+
+
+def _bound(window: Window, group: Group, method: str) -> FloatArray | None:
+    """The bound of these windows for a method that does not know it; None with few trials."""
+    if method == weighted.NAME or int(window.usable.sum()) < weighted.FEWEST_TRIALS:
+        return None
+    try:
+        return weighted.prepare(window, group.kind).bound
+    except ArmImpedanceError:
+        # The method itself worked; windows too short for modes leave it without a bound.
+        return None

@@ -18,9 +18,9 @@ from armimpedance.regression.components import fit_components, total_covariance
 from armimpedance.signals.encoder import PositionNoise, position_noise
 from armimpedance.signals.modes import Modes
 
-#: Tremor is looked for at these frequencies (Hz), each as wide as half the distance to the next.
-TREMOR_HZ = (6.0, 8.0, 10.0, 12.0)
-TREMOR_WIDTH_HZ = 0.8
+#: Tremor is looked for at these frequencies (Hz), with this standard deviation.
+TREMOR_HZ = (5.5, 7.0, 8.5, 10.0, 11.5)
+TREMOR_WIDTH_HZ = 0.5
 #: Correlation time of slow voluntary force (s); offset and ramp stand for what is slower still.
 SLOW_S = 0.2
 #: White force noise is at least this part of the force's rms: without noise nothing is weighted.
@@ -126,16 +126,22 @@ def start_noise(window: Window, equation: ModalEquation) -> NoiseModel:
 
 
 def refit_noise(
-    model: NoiseModel, equation: ModalEquation, parameters: FloatArray, steps: int
+    model: NoiseModel,
+    equation: ModalEquation,
+    parameters: FloatArray,
+    steps: int,
+    uncertainty: FloatArray | None = None,
 ) -> NoiseModel:
     """The model with sizes from the residuals that `parameters` leave.
 
-    Starts from the sizes that are known, if they are.
+    Starts from the sizes that are known, if they are. `uncertainty`, the parameters' covariance
+    (r d^2, r d^2), gives back what the fit has taken off the residuals: with it the sizes are those
+    of restricted maximum likelihood. Without it a fit to few trials would seem too good.
     """
     residual = equation.residual(parameters)
-    rows = residual.size
-    # the fit has taken 3 d^2 degrees of freedom off the residuals
-    moment = residual.T @ residual / equation.trials * rows / max(rows - len(parameters), 1)
+    moment = residual.T @ residual / equation.trials
+    if uncertainty is not None:
+        moment = moment + _fitted_away(equation, uncertainty)
     sizes = fit_components(
         moment,
         model.shapes,
@@ -145,3 +151,18 @@ def refit_noise(
         steps=steps,
     )
     return NoiseModel(model.shapes, sizes, model.floor, model.position)
+
+
+def _fitted_away(equation: ModalEquation, uncertainty: FloatArray) -> FloatArray:
+    """Mean over trials of ``W_t C W_t^T`` (d n, d n)."""
+    d, n, r = equation.axes, equation.modes.count, equation.matrices
+    X = equation.regressors
+    C = uncertainty.reshape(r, d, d, r, d, d).transpose(1, 4, 0, 2, 3, 5)
+    C = C.reshape(d, d, r * d, r * d)
+    taken = np.empty((d, n, d, n))
+    for i in range(d):
+        for j in range(d):
+            # X_t^T (n, r d) C_ij (r d, r d) X_t (r d, n), summed over trials
+            right = (C[i, j] @ X).reshape(-1, n)
+            taken[i, :, j] = X.reshape(-1, n).T @ right
+    return taken.reshape(d * n, d * n) / equation.trials

@@ -8,6 +8,8 @@ import numpy as np
 
 from armimpedance.conventions import UNITS, Kind, parameter_names
 from armimpedance.impedance.regressors import output_major_order
+from armimpedance.records import FloatArray
+from armimpedance.regression.chart import Chart
 from armimpedance.regression.equations import TrialEquations, equations_of
 from armimpedance.regression.factors import TrialFactors
 
@@ -28,12 +30,18 @@ class Prepared:
         For the provenance: how it was done.
     warnings : tuple of str
         For the user.
+    bound : (3 d^2, 3 d^2) array, optional
+        Cramer-Rao bound of M, B, K row by row, where the method finds it on its way.
+    chart : Chart, optional
+        Of the equations' parameters, where a constraint ties them.
     """
 
     factors: TrialFactors
     equations: TrialEquations | None = None
     notes: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
+    bound: FloatArray | None = None
+    chart: Chart | None = None
 
     def trial_equations(self, kind: Kind) -> TrialEquations:
         """The equations of every trial for M, B, K row by row, also of a least-squares method."""

@@ -19,6 +19,7 @@ import numpy as np
 
 from armimpedance.conventions import Kind
 from armimpedance.impedance import exact
+from armimpedance.impedance.bound import bound_of
 from armimpedance.impedance.expected_motion import expected_motion
 from armimpedance.impedance.identifiable import require_identifiable
 from armimpedance.impedance.modal import ModalEquation, modal_equation, weighted_equations
@@ -27,6 +28,7 @@ from armimpedance.impedance.prepared import Prepared
 from armimpedance.records import FloatArray, Window
 from armimpedance.regression.equations import TrialEquations, solve_total
 
+NAME = "weighted"
 #: Fits of the noise model, and their steps: the second starts where the first ended.
 NOISE_STEPS = (16, 8)
 #: With fewer trials the noise cannot be told from the fit.
@@ -63,7 +65,7 @@ def prepare(window: Window, kind: Kind) -> Prepared:
         return Prepared(plain.factors, notes=(*plain.notes, note))
     found = weighted_fit(window, kind)
     note = f"weighted by the noise of {trials} trials in {found.equation.modes.count} modes"
-    return Prepared(plain.factors, found.equations, notes=(note,))
+    return Prepared(plain.factors, found.equations, notes=(note,), bound=bound_of(found.equations))
 
 
 def weighted_fit(window: Window, kind: Kind, *, delay_s: float | None = None) -> WeightedFit:
@@ -85,10 +87,11 @@ def weighted_fit(window: Window, kind: Kind, *, delay_s: float | None = None) ->
     noise = start_noise(window, equation)
     equations = weighted_equations(equation, _without_drift(equation), kind)
     parameters = solve_total(equations)
+    uncertainty = None
     for steps in NOISE_STEPS:
-        noise = refit_noise(noise, equation, parameters, steps)
+        noise = refit_noise(noise, equation, parameters, steps, uncertainty)
         equations = compensated_equations(equation, noise, parameters, kind)
-        parameters = solve_total(equations)
+        parameters, uncertainty = solve_total(equations), bound_of(equations)
     return WeightedFit(equation, noise, equations, parameters)
 
 

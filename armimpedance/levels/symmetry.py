@@ -40,6 +40,7 @@ def symmetric_part(estimate: ImpedanceEstimate) -> ImpedanceEstimate:
         viscosity=part(estimate.viscosity),
         stiffness=part(estimate.stiffness),
         covariance=average @ estimate.covariance @ average.T,
+        bound=None if estimate.bound is None else average @ estimate.bound @ average.T,
         provenance=(*estimate.provenance, "symmetric part taken"),
     )
 

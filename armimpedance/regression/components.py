@@ -87,11 +87,19 @@ def _traces(flat: FloatArray, matrix: FloatArray, d: int, isotropic: BoolArray) 
 
 
 def _step(sizes: FloatArray, expected: FloatArray, observed: FloatArray) -> FloatArray:
-    """``E^-1/2 (E^1/2 S O S E^1/2)^1/2 E^-1/2``: the symmetric S' with ``S' E S' = S O S``."""
+    """Twice the step of the iteration along the geodesic: ``S' S^-1 S'``.
+
+    The plain step is the symmetric S' with ``S' E S' = S O S``; for a single component the doubled
+    one is the solution itself.
+    """
     root = _root(expected)
     back = np.linalg.inv(root)
     moved = back @ _root(root @ sizes @ observed @ sizes @ root) @ back
-    return np.asarray((moved + moved.transpose(0, 2, 1)) / 2)
+    moved = (moved + moved.transpose(0, 2, 1)) / 2
+    traces = np.trace(sizes, axis1=1, axis2=2)[:, None, None]
+    regular = sizes + (1e-9 * traces + 1e-300) * np.eye(sizes.shape[1])
+    doubled = moved @ np.linalg.solve(regular, moved)
+    return np.asarray((doubled + doubled.transpose(0, 2, 1)) / 2)
 
 
 def _root(stack: FloatArray) -> FloatArray:

@@ -49,7 +49,7 @@ PLAIN_COLUMNS = frozenset(
 
 _RESULT_COLUMN = re.compile(
     r"(position_\d_(m|rad)|force_\d_(N|Nm)|q_(shoulder|elbow|\d)_rad|shoulder_[xyz]_m"
-    r"|((sd|ci_low|ci_high)_)?[MBK]_\d\d|M_with_handle_\d\d"
+    r"|((sd|ci_low|ci_high|efficiency)_)?[MBK]_\d\d|M_with_handle_\d\d"
     r"|((ci_low|ci_high)_)?[MBK]_(size|orientation_deg|shape)|(sd_)?[MBK]_antisymmetric)"
 )
 
@@ -161,6 +161,8 @@ def _matrix_cells(estimate: ImpedanceEstimate) -> Cells:
     tables = {"sd_": estimate.sd, "ci_low_": values - half, "ci_high_": values + half}
     for prefix, table in tables.items():
         cells |= _elements([prefix + symbol for symbol in "MBK"], table)
+    if estimate.efficiency is not None:
+        cells |= _elements([f"efficiency_{symbol}" for symbol in "MBK"], estimate.efficiency)
     return cells
 
 

@@ -71,6 +71,8 @@ def _matrices(estimate: ImpedanceEstimate) -> dict[str, Any]:
         out[f"sd_{symbol}"] = _list(estimate.sd[i])
         out[f"ci_low_{symbol}"] = _list(matrix - half[i])
         out[f"ci_high_{symbol}"] = _list(matrix + half[i])
+        efficiency = estimate.efficiency
+        out[f"efficiency_{symbol}"] = None if efficiency is None else _list(efficiency[i])
         ellipse = ellipse_values(estimate, field)
         out[f"{symbol}_ellipse"] = _named(ellipse) if ellipse else None
         if estimate.k == 2:

@@ -23,7 +23,8 @@ _WIDTH = 100
 _LEGEND = (
     "± is the half-width of the 95 % interval (t distribution). R is the multiple correlation of "
     "measured and predicted force; it cannot see a reflex or a wrong model. VAF is the variance "
-    "accounted for."
+    "accounted for. eff. is the Cramer-Rao bound for this motion and noise over the variance, "
+    "itself uncertain by some 20 % at 40 trials."
 )
 _ELLIPSE_LEGEND = (
     "Ellipses are of the symmetric part: largest and smallest are its principal values, size = pi "
@@ -56,7 +57,7 @@ def summary_table(estimates: Sequence[ImpedanceEstimate]) -> str:
 
 
 def _part(level: str, k: int, estimates: Sequence[ImpedanceEstimate], warnings: list[str]) -> str:
-    header = ["trials", "R", "VAF", *_place_header(estimates), "notes"]
+    header = ["trials", "R", "VAF", "eff. M/B/K", *_place_header(estimates), "notes"]
     rows = [[*_quality(e), _notes(e, warnings)] for e in estimates]
     blocks = [(f"{level.capitalize()} impedance", header, rows)]
     for field, symbol in zip(FIELDS, "MBK", strict=True):
@@ -86,9 +87,20 @@ def _quality(estimate: ImpedanceEstimate) -> list[str]:
         str(q.n_trials),
         _or_dash(q.multiple_correlation, 3),
         _or_dash(q.vaf, 3),
+        _efficiency(estimate),
         _vector(estimate.position, 3),
         _vector(estimate.force, 2),
     ]
+
+
+def _efficiency(estimate: ImpedanceEstimate) -> str:
+    """Variance of the bound over the estimate's, summed over the elements of M, B and K."""
+    if estimate.bound is None:
+        return "-"
+    p = estimate.k**2
+    least = np.diag(estimate.bound).reshape(3, p).sum(axis=1)
+    own = np.diag(estimate.covariance).reshape(3, p).sum(axis=1)
+    return "/".join(fixed(v, 1) if np.isfinite(v) else "-" for v in least / np.maximum(own, 1e-300))
 
 
 def _or_dash(value: float, decimals: int) -> str:
