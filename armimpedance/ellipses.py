@@ -211,7 +211,8 @@ def ellipse(
     A = frozen_array(matrix, "matrix", (2, 2))
     a, c, b = _ELEMENTS @ A.ravel()
     mean, radius = (a + b) / 2, np.hypot((a - b) / 2, c)
-    if not mean - radius > 0:
+    # to rounding: a matrix that a constraint holds singular has no ellipse
+    if not mean - radius > 1e-13 * mean:
         raise NotPositiveDefiniteError(
             f"no ellipse: eigenvalues {mean - radius:.4g} and {mean + radius:.4g} are not both "
             "positive"

@@ -7,7 +7,16 @@ from dataclasses import dataclass
 
 from armimpedance.conventions import Kind
 from armimpedance.errors import InputError
-from armimpedance.impedance import exact, likelihood, paper, weighted
+from armimpedance.impedance import (
+    definite,
+    exact,
+    frequency,
+    instruments,
+    likelihood,
+    paper,
+    weak_form,
+    weighted,
+)
 from armimpedance.impedance.prepared import Prepared
 from armimpedance.records import Window
 
@@ -24,12 +33,15 @@ class Method:
     reference : str
     prepare : function
         From the raw windows of one group to what is solved.
+    differs : str
+        What it points to if this method alone disagrees with the default, in one clause.
     """
 
     name: str
     assumes: str
     reference: str
     prepare: Callable[[Window, Kind], Prepared]
+    differs: str = ""
 
 
 METHODS = {
@@ -48,6 +60,7 @@ METHODS = {
             "finite stiffness breaks this and K with it",
             "Tsuji (1997), eqs. (27)-(29)",
             paper.prepare,
+            "the hand is not at rest where it started when the disturbance ends",
         ),
         Method(
             "weighted",
@@ -63,6 +76,36 @@ METHODS = {
             "errors-in-variables likelihood, R. Pintelon & J. Schoukens, System Identification: A "
             "Frequency Domain Approach (Wiley)",
             likelihood.prepare,
+            "trials of a direction do not repeat the same motion",
+        ),
+        Method(
+            "instruments",
+            "the commanded motion, or the other trials of a direction, tell how the hand moves; "
+            "the position's noise may be of any size",
+            "instrumental variables, T. Soederstroem and P. Stoica (Springer, 1983)",
+            instruments.prepare,
+            "noise of the position is large, or the hand does not follow what was commanded",
+        ),
+        Method(
+            "weak_form",
+            "as exact; noise of the position is small against the motion over 0.16 s",
+            "test functions orthogonal to offset and ramp; docs/estimate.md",
+            weak_form.prepare,
+            "noise of the position is large, or slow force is not a ramp",
+        ),
+        Method(
+            "frequency",
+            "several trials of each direction, alike but for noise; nothing needed above 15 Hz",
+            "E. J. Perreault, R. F. Kirsch and A. M. Acosta, Biol. Cybern. 80 (1999), 327-337",
+            frequency.prepare,
+            "the limb is not linear up to 15 Hz, or noise is not alike in all directions",
+        ),
+        Method(
+            "definite",
+            "the limb is passive: M, B and K are symmetric without negative eigenvalues",
+            "second-order cones, S. Boyd and L. Vandenberghe, Convex Optimization (2004)",
+            definite.within(weighted.prepare),
+            "the limb is not passive, for example because of a reflex, or trials are too few",
         ),
     )
 }

@@ -19,7 +19,8 @@ from armimpedance.records import (
     Quality,
     Recording,
 )
-from armimpedance.regression.equations import TrialEquations, solve_equations
+from armimpedance.regression.chart import Chart
+from armimpedance.regression.equations import Solution, TrialEquations, solve_equations
 from armimpedance.regression.factors import TrialFactors, prediction_quality
 from armimpedance.regression.fit import Fit
 from armimpedance.regression.solve import fit
@@ -54,6 +55,7 @@ def to_estimate(
     strata: IntArray | None = None,
     coherence: float | None = None,
     equations: TrialEquations | None = None,
+    chart: Chart | None = None,
 ) -> ImpedanceEstimate:
     """Solve one group and subtract the handle.
 
@@ -70,6 +72,8 @@ def to_estimate(
     coherence : float, optional
     equations : TrialEquations, optional
         Solved instead of least squares on the factors, which then only judge.
+    chart : Chart, optional
+        Of the equations' parameters: what a constraint leaves free.
 
     Raises
     ------
@@ -93,7 +97,7 @@ def to_estimate(
     if equations is None:
         ordered, dof = to_matrix_order(solved.parameters, solved.covariance, d), solved.dof
     else:
-        other = solve_equations(equations, covariance=covariance, strata=strata)
+        other = _solved(equations, chart, covariance, strata)
         ordered, dof = np.vstack([other.parameters, other.covariance]), other.dof
     with_handle, viscosity, stiffness = ordered[0].reshape(3, d, d)
     # Between sensor and hand the handle's mass moves with the hand: M_measured = M_limb + m I.
@@ -113,6 +117,19 @@ def to_estimate(
         warnings=(*solved.warnings, *_plausibility(own, stiffness, solved)),
         provenance=(f"method {method}, covariance {solved.covariance_kind}",),
     )
+
+
+def _solved(
+    equations: TrialEquations,
+    chart: Chart | None,
+    covariance: ClusteredKind,
+    strata: IntArray | None,
+) -> Solution:
+    if chart is None:
+        return solve_equations(equations, covariance=covariance, strata=strata)
+    free = solve_equations(chart.restrict(equations), covariance=covariance, strata=strata)
+    T = chart.basis
+    return Solution(chart.expand(free.parameters), T @ free.covariance @ T.T, free.dof)
 
 
 def _require_strata(factors: TrialFactors, strata: IntArray | None) -> None:
@@ -150,7 +167,8 @@ def _plausibility(inertia: FloatArray, stiffness: FloatArray, solved: Fit) -> tu
             f"{solved.dof:g} degrees of freedom"
         )
     for name, matrix in (("inertia", inertia), ("stiffness", stiffness)):
-        lowest = float(np.linalg.eigvalsh((matrix + matrix.T) / 2)[0])
-        if lowest <= 0:
+        values = np.linalg.eigvalsh((matrix + matrix.T) / 2)
+        lowest = float(values[0])
+        if lowest <= 1e-13 * abs(values[-1]):
             warnings.append(f"{name} is not positive definite (smallest eigenvalue {lowest:.3g})")
     return tuple(warnings)
