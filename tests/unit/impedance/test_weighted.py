@@ -1,0 +1,168 @@
+"""Weighted estimates: the truth without noise, no attenuation with it, and the ways back."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from armimpedance.errors import NotIdentifiableError
+from armimpedance.impedance import exact, weighted
+from armimpedance.impedance.estimate import Options, estimate
+from armimpedance.impedance.expected_motion import expected_motion
+from armimpedance.impedance.modal import modal_equation
+from armimpedance.impedance.noise import NAMES
+from armimpedance.regression.equations import solve_total
+from armimpedance.signals.windows import cut_windows
+
+WEIGHTED = Options(method="weighted")
+
+
+def truth(limb):
+    return np.stack([limb.M, limb.B, limb.K])
+
+
+def encoder(recording, step, seed=0):
+    """The recording read by an encoder whose grid lies elsewhere in every trial."""
+    rng = np.random.default_rng(seed)
+    phase = rng.uniform(0, step, (recording.n_trials, recording.axes))
+    phase = np.repeat(phase, np.diff(recording.offsets), axis=0)
+    return replace(recording, position=np.round((recording.position + phase) / step) * step - phase)
+
+
+@pytest.mark.parametrize("duration", [0.15, 0.3, 0.4])
+def test_noise_free_truth_comes_back(limb, duration):
+    made = estimate(limb.record(duration=duration, drift=0.003), options=WEIGHTED)[0]
+    found = np.stack([made.inertia, made.viscosity, made.stiffness])
+    for matrix, true in zip(found, truth(limb), strict=True):
+        assert np.linalg.norm(matrix - true) < 2e-3 * np.linalg.norm(true)
+
+
+def test_joints_of_one_axis_and_hands_of_three(limb):
+    one = {"inertia": np.array([[0.1]]), "viscosity": np.array([[1.2]]), "kind": "joint"}
+    made = estimate(limb.record(stiffness=np.array([[30.0]]), **one), options=WEIGHTED)[0]
+    assert abs(made.stiffness[0, 0] - 30) < 0.1
+    three = {name: np.diag([1.0, 2.0, 3.0]) for name in ("inertia", "viscosity")}
+    three["stiffness"] = 50 * np.eye(3) + 10
+    recording = limb.record(**three, directions=12, force_noise=0.01)
+    made = estimate(recording, options=WEIGHTED)[0]
+    apart = np.abs(made.stiffness - three["stiffness"])
+    assert (apart < 4.5 * made.sd[2]).all()
+
+
+def test_encoder_steps_do_not_shrink_inertia_as_they_shrink_least_squares(limb):
+    """Steps of 0.1 mm: plain least squares on the same rows loses inertia, instruments do not."""
+    biased, free = [], []
+    for seed in range(12):
+        recording = encoder(limb.record(seed=seed, force_noise=0.05), 1e-4, seed)
+        found = weighted.weighted_fit(cut_windows(recording), "hand")
+        unweighted = np.eye(2 * found.equation.modes.count)
+        plain = weighted.weighted_equations(found.equation, unweighted, "hand")
+        biased.append(solve_total(plain)[[0, 3]].sum())
+        free.append(found.parameters[[0, 3]].sum())
+    true = np.trace(limb.M)
+    error = np.std(free) / np.sqrt(12)
+    assert abs(np.mean(free) - true) < 3.5 * error
+    assert np.mean(biased) - true < -6 * np.std(biased) / np.sqrt(12)
+
+
+def test_without_a_shared_course_the_noise_is_taken_off(limb):
+    """Disturbances of two durations in one group share no course: compensation takes over."""
+    short = limb.record(duration=0.1, after=0.45, seed=1)
+    long = limb.record(duration=0.3, seed=2)
+    trials = np.concatenate([short.trials.to_dict("records"), long.trials.to_dict("records")])
+    import pandas as pd
+
+    table = pd.DataFrame(list(trials))
+    table["trial"] = np.arange(1, len(table) + 1)
+    both = replace(
+        long,
+        trials=table,
+        offsets=np.concatenate([short.offsets, short.offsets[-1] + long.offsets[1:]]),
+        time_s=np.concatenate([short.time_s, long.time_s]),
+        position=np.concatenate([short.position, long.position]),
+        force=np.concatenate([short.force, long.force]),
+    )
+    both = encoder(both, 2e-5)
+    window = cut_windows(both)
+    assert expected_motion(modal_equation(window)) is None
+    made = estimate(both, options=WEIGHTED)[0]
+    found = np.stack([made.inertia, made.viscosity, made.stiffness])
+    for matrix, true in zip(found, truth(limb), strict=True):
+        assert np.linalg.norm(matrix - true) < 0.02 * np.linalg.norm(true)
+
+
+def test_expected_motion_does_not_hear_a_trials_own_noise(limb):
+    window = cut_windows(limb.record())
+    equation = modal_equation(window)
+    rng = np.random.default_rng(0)
+    noisy = np.array(equation.motion)
+    jitter = 1e-5 * rng.normal(size=noisy[0].shape)
+    # leave the displacement alone: it alone tells the trial's direction
+    jitter[2] = 0
+    noisy[0] += jitter
+    before, after = expected_motion(equation), expected_motion(replace(equation, motion=noisy))
+    scale = np.abs(before).max()
+    np.testing.assert_allclose(before[0], after[0], atol=1e-12 * scale)
+    assert np.abs(before[1] - after[1]).max() > 1e-9 * scale
+
+
+def test_noise_is_told_apart(limb):
+    """White force noise of known size and nothing else: the model says so."""
+    recording = limb.record(force_noise=0.05, sets=10)
+    found = weighted.weighted_fit(cut_windows(recording), "hand")
+    white = np.diag(found.noise.sizes[NAMES.index("white")])
+    # 80 trials of 26 modes and 2 axes: the variance to some 3 %, less what others take of it
+    assert (np.abs(white / 0.05**2 - 1) < 0.2).all()
+
+
+def test_efficiency_is_near_one_where_the_model_holds(limb):
+    made = estimate(limb.record(force_noise=0.05, sets=20), options=WEIGHTED)[0]
+    ratio = np.array(made.efficiency)
+    # variances from 160 trials: each ratio within some 11 %, one standard error
+    assert (np.abs(ratio - 1) < 0.45).all()
+    assert abs(ratio.mean() - 1) < 0.2
+
+
+def test_other_methods_get_the_bound_too_and_do_not_beat_it(limb):
+    recording = limb.record(force_noise=0.05, sets=10)
+    plain = estimate(recording, options=Options(method="exact"))[0]
+    assert np.array(plain.efficiency).mean() < 0.95
+
+
+def test_few_trials_are_not_weighed_and_the_result_says_so(limb):
+    recording = limb.record(force_noise=0.01, directions=3, sets=1)
+    made = estimate(recording, options=WEIGHTED)[0]
+    assert "too few to weigh" in " ".join(made.provenance)
+    plain = estimate(recording, options=Options(method="exact"))[0]
+    np.testing.assert_array_equal(made.stiffness, plain.stiffness)
+    assert made.bound is None
+
+
+def test_one_direction_is_refused(limb):
+    recording = limb.record()
+    rows = (recording.trials["direction_deg"].to_numpy() % 180) == 0
+    with pytest.raises(NotIdentifiableError, match="one direction only"):
+        estimate(recording.select(rows), options=WEIGHTED)
+
+
+def test_scaling_force_scales_the_estimate(limb):
+    recording = limb.record(force_noise=0.05)
+    twice = replace(recording, force=2 * recording.force)
+    one, two = (estimate(r, options=WEIGHTED)[0] for r in (recording, twice))
+    np.testing.assert_allclose(two.stiffness, 2 * one.stiffness, rtol=1e-6)
+    np.testing.assert_allclose(two.sd, 2 * one.sd, rtol=1e-6)
+
+
+def test_the_order_of_trials_does_not_matter(limb):
+    recording = limb.record(force_noise=0.05)
+    order = np.random.default_rng(3).permutation(recording.n_trials)
+    one, two = (estimate(r, options=WEIGHTED)[0] for r in (recording, recording.select(order)))
+    np.testing.assert_allclose(two.stiffness, one.stiffness, rtol=1e-8)
+
+
+def test_exact_keeps_its_rows_for_judging(limb):
+    window = cut_windows(limb.record(force_noise=0.05))
+    plain, found = exact.prepare(window, "hand"), weighted.prepare(window, "hand")
+    np.testing.assert_array_equal(plain.factors.r, found.factors.r)

@@ -1,0 +1,85 @@
+"""Estimating equations: the same answers as the factors, as refits and as repeated trials."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from armimpedance.errors import InputError, NotIdentifiableError
+from armimpedance.regression.equations import (
+    TrialEquations,
+    equations_of,
+    leave_one_out_shift,
+    reweighted,
+    solve_equations,
+    solve_total,
+)
+from armimpedance.regression.factors import trial_factors
+from armimpedance.regression.solve import fit
+
+T, S, P, Q = 14, 30, 3, 2
+STRATA = np.arange(T) % 4
+
+
+@pytest.fixture
+def factors():
+    rng = np.random.default_rng(5)
+    W = rng.normal(size=(T, S, P)) * [1.0, 30.0, 1e-3]
+    noise = rng.normal(size=(T, 1, Q)) + rng.normal(size=(T, S, Q))
+    Y = W @ rng.normal(size=(P, Q)) * 10 + noise
+    return trial_factors(W, Y, regressors=("a", "b", "c"), outputs=("u", "v"))
+
+
+def as_equations(factors):
+    names = tuple(f"p{i}" for i in range(P * Q))
+    return equations_of(factors, names, ("",) * (P * Q))
+
+
+@pytest.mark.parametrize("kind", ["cr3", "replicates"])
+def test_least_squares_comes_out_as_from_the_factors(factors, kind):
+    plain = fit(factors, covariance=kind, strata=STRATA)
+    found = solve_equations(as_equations(factors), covariance=kind, strata=STRATA)
+    np.testing.assert_allclose(found.parameters, plain.parameters, rtol=1e-9)
+    scale = np.sqrt(np.outer(np.diag(plain.covariance), np.diag(plain.covariance)))
+    np.testing.assert_allclose(found.covariance / scale, plain.covariance / scale, atol=1e-8)
+    assert found.dof == plain.dof
+
+
+def test_leaving_out_is_solving_without(factors):
+    equations = as_equations(factors)
+    theta = solve_total(equations)
+    shift = leave_one_out_shift(equations, theta)
+    for t in (0, 5, T - 1):
+        without = solve_total(equations.subset(np.arange(T) != t))
+        np.testing.assert_allclose(theta - shift[t], without, rtol=1e-9)
+
+
+def test_counts_are_repeated_trials(factors):
+    equations = as_equations(factors)
+    rows = np.array([0, 0, 3, 4, 5, 6, 7, 7, 7, 9, 10, 11, 12, 13])
+    counts = np.bincount(rows, minlength=T)[None]
+    expected = solve_total(equations.subset(rows))
+    np.testing.assert_allclose(reweighted(equations, counts)[0], expected, rtol=1e-9)
+
+
+def test_instruments_need_no_symmetry():
+    rng = np.random.default_rng(9)
+    A = rng.normal(size=(T, 2, 2)) + 4 * np.eye(2)
+    theta = np.array([1.5, -2.0])
+    equations = TrialEquations(A, A @ theta, ("a", "b"), ("", ""))
+    np.testing.assert_allclose(solve_total(equations), theta, rtol=1e-12)
+    assert np.abs(solve_equations(equations).covariance).max() < 1e-25
+
+
+def test_what_cannot_be_solved_is_said():
+    A = np.ones((T, 2, 2))
+    equations = TrialEquations(A, np.ones((T, 2)), ("a", "b"), ("", ""))
+    with pytest.raises(NotIdentifiableError, match="do not determine"):
+        solve_total(equations)
+    with pytest.raises(InputError, match="one cluster"):
+        solve_equations(equations.subset([0]))
+    good = TrialEquations(np.tile(np.eye(2), (T, 1, 1)), np.ones((T, 2)), ("a", "b"), ("", ""))
+    with pytest.raises(InputError, match="no covariance"):
+        solve_equations(good, covariance="hac")
+    with pytest.raises(InputError, match="strata"):
+        solve_equations(good, covariance="replicates")
