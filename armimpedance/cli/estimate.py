@@ -4,21 +4,29 @@ Examples:
   armimpedance estimate session --out hand.csv
   armimpedance estimate session --by condition --by day --out hand_by_day.csv
   armimpedance estimate monday tuesday --method paper --out paper.csv
+  armimpedance estimate session --method all --out every_method.csv
   armimpedance estimate session --out hand.json --format json
 
 Each row holds M, B and K with standard errors and 95 % intervals clustered by trial, and size,
 orientation and shape of their ellipses. M is the limb's own: the mass between force sensor and
 hand (handle_mass_kg of the recording) is subtracted; M_with_handle is as measured.
+
+--method all runs every method, prints them side by side, says why a method cannot run on this
+recording, and which ones differ from the default by more than chance: an assumption that fails.
 """
 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 if TYPE_CHECKING:
     from armimpedance.records import ImpedanceEstimate, Recording
+
+
+Made = TypeVar("Made")
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -32,7 +40,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="group trials by this column of trials.csv; may be given again (default: condition)",
     )
     parser.add_argument(
-        "--method", default="exact", metavar="NAME", help="exact (default) or paper"
+        "--method",
+        metavar="NAME",
+        help="weighted (default), exact, paper, likelihood, instruments, weak_form, frequency, "
+        "definite; or all, side by side",
     )
     parser.add_argument("--format", choices=("csv", "json"), default="csv")
     parser.add_argument(
@@ -65,6 +76,8 @@ def run(arguments: argparse.Namespace) -> int:
     """Estimate, print a table, write the results."""
     from armimpedance.report.text_table import summary_table
 
+    if arguments.method == "all":
+        return _run_all(arguments)
     estimates = []
     for path in arguments.recordings:
         estimates += _estimate_one(path, arguments)
@@ -74,25 +87,62 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
+def _run_all(arguments: argparse.Namespace) -> int:
+    """Every method side by side."""
+    from armimpedance.impedance.methods import DEFAULT_METHOD
+    from armimpedance.impedance.side_by_side import side_by_side
+    from armimpedance.report.methods_table import methods_table
+
+    estimates: list[ImpedanceEstimate] = []
+    for path in arguments.recordings:
+        compared = _on_recording(side_by_side, path, arguments)
+        if len(arguments.recordings) > 1:
+            print(f"{path.name}\n")
+        print(methods_table(compared, DEFAULT_METHOD), end="\n\n")
+        estimates += _named([e for side in compared for e in side.estimates], path, arguments)
+    if arguments.out is not None:
+        _write(estimates, arguments)
+    return 0
+
+
 def _estimate_one(path: Path, arguments: argparse.Namespace) -> list[ImpedanceEstimate]:
+    from armimpedance.impedance.estimate import estimate
+
+    return _named(_on_recording(estimate, path, arguments), path, arguments)
+
+
+def _on_recording(
+    function: Callable[..., list[Made]], path: Path, arguments: argparse.Namespace
+) -> list[Made]:
+    """Apply `estimate` or `side_by_side`; errors name the recording."""
     from dataclasses import replace
 
     from armimpedance.cli.progress import bar
     from armimpedance.errors import ArmImpedanceError, InputError
-    from armimpedance.impedance.estimate import DEFAULT_BY, Options, estimate
+    from armimpedance.impedance.estimate import DEFAULT_BY, Options
     from armimpedance.report.result_row import check_group_columns
 
     recording = open_checked(path, arguments.force_by)
-    options = Options(method=arguments.method, covariance=arguments.covariance)
+    options = Options(covariance=arguments.covariance)
+    if arguments.method not in (None, "all"):
+        options = replace(options, method=arguments.method)
     if arguments.band is not None:
         options = replace(options, band_hz=tuple(arguments.band))
     by = arguments.by or DEFAULT_BY
     check_group_columns(by)
     with bar(f"estimating {path.name}") as progress:
         try:
-            estimates = estimate(recording, by=by, options=options, progress=progress)
+            return function(recording, by=by, options=options, progress=progress)
         except ArmImpedanceError as error:
             raise InputError(str(error), file=path) from error
+
+
+def _named(
+    estimates: list[ImpedanceEstimate], path: Path, arguments: argparse.Namespace
+) -> list[ImpedanceEstimate]:
+    """With the recording's name among the keys, where there are several."""
+    from dataclasses import replace
+
     if len(arguments.recordings) == 1:
         return estimates
     return [replace(e, keys={"recording": path.name, **e.keys}) for e in estimates]

@@ -104,7 +104,7 @@ def symmetric_basis(d: int) -> FloatArray:
     return np.column_stack(columns)
 
 
-def _require_semidefinite(matrices: FloatArray) -> None:
+def _require_semidefinite(matrices: np.ndarray) -> None:
     for name, matrix in zip(MATRICES, matrices, strict=True):
         values = np.linalg.eigvalsh(matrix)
         if values[0] < -_ROUNDING * abs(values[-1]):

@@ -47,6 +47,7 @@ def estimate(
     by: Sequence[str] = DEFAULT_BY,
     options: Options = Options(),  # noqa: B008 - frozen
     progress: Callable[[int, int], None] | None = None,
+    workers: int = 1,
 ) -> list[ImpedanceEstimate]:
     """Hand (or joint) inertia, viscosity and stiffness of every group of trials.
 
@@ -61,6 +62,8 @@ def estimate(
     options : Options
     progress : function (done, all), optional
         Called after each group.
+    workers : int
+        Processes; the result is the same, to the bit.
 
     Returns
     -------
@@ -74,7 +77,7 @@ def estimate(
     NotIdentifiableError
         If a group's motion does not determine its parameters; names group and parameters.
     """
-    groups = list(_groups(recording, by))
+    groups = list(groups_of(recording, by))
     stochastic = recording.perturbation == "stochastic"
     timing = None if stochastic else disturbance_times(recording)
     method_named(options.method)
@@ -90,15 +93,22 @@ def estimate(
                 found = estimate_window(cut_windows(recording, rows, timing), group, options)
             results.append(found)
         except ArmImpedanceError as error:
-            raise _in_group(error, keys) from error
+            raise error_in_group(error, keys) from error
         if progress is not None:
             progress(done, len(groups))
     return results
 
 
-def _groups(
+def groups_of(
     recording: Recording, by: Sequence[str]
 ) -> Iterator[tuple[Mapping[str, Any], np.ndarray]]:
+    """The columns' values and the rows (from 0) of every group, in the trial table's order.
+
+    Raises
+    ------
+    InputError
+        If a column is missing.
+    """
     trials = recording.trials
     for column in by:
         if column not in trials:
@@ -113,7 +123,8 @@ def _groups(
         yield dict(zip(by, values, strict=True)), np.sort(rows)
 
 
-def _in_group(error: ArmImpedanceError, keys: Mapping[str, Any]) -> ArmImpedanceError:
+def error_in_group(error: ArmImpedanceError, keys: Mapping[str, Any]) -> ArmImpedanceError:
+    """The same error that names its group."""
     where = ", ".join(f"{name} {value}" for name, value in keys.items())
     if isinstance(error, NotIdentifiableError):
         return NotIdentifiableError(f"{where}: {error}", error.parameters)

@@ -161,7 +161,7 @@ def _parts(rows: np.ndarray) -> FloatArray:
 def _free_of_drift(lines: Lines) -> FloatArray:
     """Projection (n, n) that removes an offset and a ramp."""
     Q = np.linalg.qr(lines.drift)[0]
-    return np.asarray(np.eye(len(Q)) - Q @ Q.T)
+    return np.asarray(np.eye(len(Q)) - Q @ Q.T, np.float64)
 
 
 def _unweighted(lines: Lines, d: int) -> FloatArray:
@@ -196,17 +196,17 @@ def replicate_noise(
         near = np.maximum(1 - np.abs(np.subtract.outer(np.arange(L), np.arange(L))) / 2, 0)
         noise = np.tensordot(near / near.sum(axis=1, keepdims=True), noise, axes=1)
     floor = LEAST_NOISE * float((equation.force**2).mean())
-    return np.asarray(noise + max(floor, np.finfo(float).tiny) * np.eye(d))
+    return np.asarray(noise + max(floor, float(np.finfo(float).tiny)) * np.eye(d), np.float64)
 
 
 def line_weight(noise: FloatArray, lines: Lines) -> FloatArray:
     """V (d n, d n): inverse noise of every line, blind to an offset and a ramp of each axis."""
     d, n = noise.shape[1], len(lines.line)
     inverse = np.linalg.inv(noise)[lines.line]
-    V = np.zeros((d, n, d, n))
+    blocks = np.zeros((d, n, d, n))
     at = np.arange(n)
-    V[:, at, :, at] = inverse
-    V = V.reshape(d * n, d * n)
+    blocks[:, at, :, at] = inverse
+    V = blocks.reshape(d * n, d * n)
     # V - V N (N^T V N)^-1 N^T V, N (d n, 2 d) the drift of all axes: as if it were fitted too
     N = np.kron(np.eye(d), lines.drift)
     VN = V @ N

@@ -103,9 +103,7 @@ def _instruments(window: Window, response: Response, span: Span) -> tuple[FloatA
         if not alone.all():
             note = "instruments: the mean motion of the other trials of the same direction"
             if alone.any():
-                note += (
-                    f"; {alone.sum()} trials without another of their direction count for nothing"
-                )
+                note += f"; without one, and so of no weight: {alone.sum()} of {len(alone)} trials"
             return mean_of_others(stack_columns(response)[used], labels), note
         reason = "and no direction has two trials"
     raise InputError(

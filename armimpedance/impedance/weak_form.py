@@ -141,10 +141,10 @@ def against(tests: TestFunctions, window: Window, spacing: int) -> Response:
 
     # the sums lose no digits to the distance from the shoulder
     position = window.position - window.position[:, :1]
-    middle = np.arange(len(tests.smooth)) * (spacing / window.sample_rate_hz)
+    middle = np.arange(len(tests.smooth), dtype=np.float64) * (spacing / window.sample_rate_hz)
     return Response(
         sample_rate_hz=window.sample_rate_hz / spacing,
-        lag_s=middle,
+        lag_s=np.asarray(middle, np.float64),
         displacement=sums(tests.smooth, position),
         velocity=sums(tests.first, position),
         acceleration=sums(tests.second, position),

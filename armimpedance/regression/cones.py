@@ -153,8 +153,9 @@ def _on_surface(mu: FloatArray, v: FloatArray) -> FloatArray:
         r = (low + high) / 2
         # ahead of the apex l = r in (0, 1); behind it l = 1/r in (1, inf)
         l_, axis = (r, 1 - r) if ahead else (1 / r, (1 - r) / r)
-        phi = v2[2] / axis**2 - a * v2[0] / (1 + a * l_) ** 2 - b * v2[1] / (1 + b * l_) ** 2
-        low, high = (low, r) if phi > 0 else (r, high)
+        across = a * v2[0] / (1 + a * l_) ** 2 + b * v2[1] / (1 + b * l_) ** 2
+        # sign of phi, without the pole at r = 1
+        low, high = (low, r) if v2[2] > axis**2 * across else (r, high)
     r = (low + high) / 2
     l_ = r if ahead else 1 / r
     w = np.array([v[0] / (1 + a * l_), v[1] / (1 + b * l_), 0.0])

@@ -1,0 +1,244 @@
+"""Every estimator on the same recording, and what their disagreement says.
+
+Estimators that see the same trials share most of their noise. How far two may lie apart by chance
+is therefore judged from their difference itself: leaving out one trial moves both, and the
+jackknife of theta_a - theta_b over the trials gives the covariance of the difference,
+
+    C = (T - 1) / T sum_t (d_a,t - d_b,t)(d_a,t - d_b,t)^T,   d_t = theta - theta_(t)
+
+in which what they share cancels. A difference of several of its standard errors is not chance:
+then an assumption that only one of them makes does not hold.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from armimpedance.conventions import MATRICES, Kind
+from armimpedance.errors import ArmImpedanceError, InputError
+from armimpedance.impedance.estimate import (
+    DEFAULT_BY,
+    Options,
+    error_in_group,
+    estimate_window,
+    groups_of,
+)
+from armimpedance.impedance.methods import METHODS, Method, method_named
+from armimpedance.impedance.prepared import Prepared
+from armimpedance.impedance.result import Group
+from armimpedance.records import FloatArray, ImpedanceEstimate, Recording, Window
+from armimpedance.regression.equations import leave_one_out_shift, solve_total
+from armimpedance.signals.windows import cut_windows, disturbance_times
+
+#: A difference beyond this many of its standard errors is not taken for chance ...
+FEWEST_STANDARD_ERRORS = 3.0
+#: ... and is worth a sentence if it is also larger than this (% of the default's matrix).
+LEAST_PERCENT = 5.0
+#: Differences below this part of the matrix are rounding.
+_ROUNDING = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class MethodResult:
+    """One method on one group.
+
+    Attributes
+    ----------
+    method : str
+    estimate : ImpedanceEstimate or None
+        None where the method cannot run on these trials.
+    reason : str
+        Why it cannot.
+    seconds : float
+        To prepare, solve and leave out every trial once.
+    shift : (T, 3 d^2) or None
+        How far each trial moves M, B, K row by row.
+    """
+
+    method: str
+    estimate: ImpedanceEstimate | None
+    reason: str = ""
+    seconds: float = 0.0
+    shift: FloatArray | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Disagreement:
+    """How far a method lies from the reference, symmetric parts of M, B and K.
+
+    Attributes
+    ----------
+    method, reference : str
+    percent : (3,)
+        Frobenius norm of the difference over that of the reference's matrix.
+    standard_errors : (3,)
+        The same norm over its root mean square by chance, from the covariance of the difference;
+        nan where the two do not share their clusters.
+    sentences : tuple of str
+        What is too large for chance, in words; empty: nothing.
+    """
+
+    method: str
+    reference: str
+    percent: FloatArray
+    standard_errors: FloatArray
+    sentences: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class SideBySide:
+    """All methods on one group of trials, in the order of the table of methods.
+
+    Attributes
+    ----------
+    keys : mapping
+        The group's columns.
+    results : tuple of MethodResult
+    disagreements : tuple of Disagreement
+        One for each method that ran, the reference aside.
+    """
+
+    keys: Mapping[str, Any]
+    results: tuple[MethodResult, ...]
+    disagreements: tuple[Disagreement, ...]
+
+    @property
+    def estimates(self) -> tuple[ImpedanceEstimate, ...]:
+        """Of the methods that ran."""
+        return tuple(r.estimate for r in self.results if r.estimate is not None)
+
+
+def side_by_side(
+    recording: Recording,
+    *,
+    by: Sequence[str] = DEFAULT_BY,
+    options: Options = Options(),  # noqa: B008 - frozen
+    progress: Callable[[int, int], None] | None = None,
+) -> list[SideBySide]:
+    """Every method of `methods.METHODS` on every group of trials.
+
+    Parameters
+    ----------
+    recording : Recording
+        Of returning disturbances.
+    by : sequence of str
+        Columns of the trial table; trials alike in all of them form a group.
+    options : Options
+        Its method is the reference of all differences.
+    progress : function (done, all), optional
+        Called after each group.
+
+    Raises
+    ------
+    InputError
+        For stochastic perturbations, a missing column, windows that cannot be cut.
+    ArmImpedanceError
+        If no method can run on a group: why the reference cannot.
+    """
+    if recording.perturbation == "stochastic":
+        raise InputError(
+            "stochastic perturbations have one estimator only",
+            column="perturbation",
+            expected="returning disturbances to compare methods",
+        )
+    method_named(options.method)
+    timing, groups = disturbance_times(recording), list(groups_of(recording, by))
+    compared = []
+    for done, (keys, rows) in enumerate(groups, start=1):
+        try:
+            window = cut_windows(recording, rows, timing)
+            compared.append(compare_methods(window, Group.of(recording, keys), options))
+        except ArmImpedanceError as error:
+            raise error_in_group(error, keys) from error
+        if progress is not None:
+            progress(done, len(groups))
+    return compared
+
+
+def compare_methods(window: Window, group: Group, options: Options) -> SideBySide:
+    """Every method on the raw windows of one group.
+
+    Raises
+    ------
+    ArmImpedanceError
+        If no method can run: why the reference cannot.
+    """
+    results = tuple(_run(method, window, group, options) for method in METHODS.values())
+    reference = next(r for r in results if r.method == options.method)
+    if all(r.estimate is None for r in results):
+        estimate_window(window, group, options)
+    others = (r for r in results if r.estimate is not None and r is not reference)
+    found = () if reference.estimate is None else (_disagreement(r, reference) for r in others)
+    return SideBySide(dict(group.keys), results, tuple(found))
+
+
+def _run(method: Method, window: Window, group: Group, options: Options) -> MethodResult:
+    try:
+        made = estimate_window(window, group, replace(options, method=method.name))
+        # timed the second time: the first one imports and fills what is remembered
+        start = perf_counter()
+        shift = _shift(method.prepare(window, group.kind), group.kind)
+        seconds = perf_counter() - start
+    except ArmImpedanceError as error:
+        return MethodResult(method.name, None, str(error))
+    return MethodResult(method.name, made, "", seconds, shift)
+
+
+def _shift(prepared: Prepared, kind: Kind) -> FloatArray:
+    equations, chart = prepared.trial_equations(kind), prepared.chart
+    if chart is None:
+        return leave_one_out_shift(equations, solve_total(equations))
+    free = chart.restrict(equations)
+    return chart.expand_change(leave_one_out_shift(free, solve_total(free)))
+
+
+def _disagreement(result: MethodResult, reference: MethodResult) -> Disagreement:
+    a, b = _symmetric(_matrices(result)), _symmetric(_matrices(reference))
+    apart, size = np.linalg.norm(a - b, axis=(1, 2)), np.linalg.norm(b, axis=(1, 2))
+    percent = 100 * apart / size
+    chance = _chance(result, reference)
+    errors = np.where(apart <= _ROUNDING * size, 0.0, apart / np.where(chance > 0, chance, np.nan))
+    sentences = _sentences(result.method, reference.method, percent, errors)
+    return Disagreement(result.method, reference.method, percent, errors, sentences)
+
+
+def _matrices(result: MethodResult) -> FloatArray:
+    made = result.estimate
+    assert made is not None  # noqa: S101 - callers have checked
+    return np.stack([getattr(made, name) for name in MATRICES])
+
+
+def _symmetric(matrices: FloatArray) -> FloatArray:
+    return (matrices + np.swapaxes(matrices, -1, -2)) / 2
+
+
+def _chance(result: MethodResult, reference: MethodResult) -> FloatArray:
+    """Root mean square (3,) of the norm of the difference by chance: the jackknife's."""
+    a, b = result.shift, reference.shift
+    if a is None or b is None or a.shape != b.shape:
+        return np.full(3, np.nan)
+    T, d = len(a), len(_matrices(result)[0])
+    moved = _symmetric((a - b).reshape(T, 3, d, d))
+    # trace of C over each matrix
+    return np.asarray(np.sqrt((T - 1) / T * (moved**2).sum(axis=(0, 2, 3))))
+
+
+def _sentences(
+    method: str, reference: str, percent: FloatArray, errors: FloatArray
+) -> tuple[str, ...]:
+    large = (errors > FEWEST_STANDARD_ERRORS) & (percent > LEAST_PERCENT)
+    if not large.any():
+        return ()
+    parts = [
+        f"{percent[i]:.0f} % in {symbol} ({errors[i]:.1f} standard errors of the difference)"
+        for i, (symbol, _) in enumerate(MATRICES.values())
+        if large[i]
+    ]
+    said = f"{method} differs from {reference} by {', '.join(parts)}"
+    cause = METHODS[method].differs
+    return (f"{said}: {cause}?" if cause else f"{said}: not by chance",)
