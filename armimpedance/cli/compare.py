@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from armimpedance.comparison.compare import Pair
     from armimpedance.comparison.groups import ComparedGroup
     from armimpedance.comparison.subjects import SubjectsChange
+    from armimpedance.records import ImpedanceEstimate
 
 Subjects = dict[str, "list[ComparedGroup]"]
 
@@ -158,12 +159,11 @@ def _of_results(arguments: argparse.Namespace) -> Subjects:
 
     from armimpedance.comparison.groups import groups_of_estimates, name_of
     from armimpedance.errors import InputError
-    from armimpedance.report.results_csv import read_results
 
     by, column = arguments.by or ["condition"], arguments.subjects
     sorted_out: dict[str, list[Any]] = {}
     for path in arguments.inputs:
-        for found in read_results(path):
+        for found in _with_errors(path):
             keys = {"recording": path.stem, **found.keys}
             if column is not None and column not in keys:
                 expected = f"one of {', '.join(keys)}"
@@ -171,6 +171,23 @@ def _of_results(arguments: argparse.Namespace) -> Subjects:
             who = "" if column is None else name_of(keys, [column])
             sorted_out.setdefault(who, []).append(replace(found, keys=keys))
     return {who: groups_of_estimates(rows, by) for who, rows in sorted_out.items()}
+
+
+def _with_errors(path: Path) -> list[ImpedanceEstimate]:
+    from armimpedance.errors import InputError
+    from armimpedance.report.results_csv import read_results
+
+    try:
+        return read_results(path)
+    except InputError as error:
+        if error.problem == "no such column" and str(error.column).startswith("sd_"):
+            raise InputError(
+                "results without covariance: nothing says what chance alone would do",
+                file=path,
+                expected="the column covariance as `armimpedance estimate --out` writes it, or all "
+                "of sd_M_ij, sd_B_ij, sd_K_ij",
+            ) from error
+        raise
 
 
 def _of_recordings(arguments: argparse.Namespace) -> Subjects:

@@ -1,0 +1,68 @@
+"""The figure of compared groups: one outline each, told apart, joined where they differ."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from armimpedance.comparison.compare import Pair
+from armimpedance.comparison.groups import ComparedGroup
+from armimpedance.comparison.matrix_test import MatrixTest
+from armimpedance.errors import InputError
+from armimpedance.plots.comparison import plot_comparison
+
+
+def groups_at(make_estimate, places, names=None):
+    names = [f"g{i}" for i in range(len(places))] if names is None else names
+    return [
+        ComparedGroup(name, make_estimate(x, y)) for name, (x, y) in zip(names, places, strict=True)
+    ]
+
+
+def pair(first, second, p):
+    names = ("inertia", "viscosity", "stiffness", "all")
+    tests = tuple(MatrixTest(name, 0.1, p, 5.0, p, p, p) for name in names)
+    return Pair(first, second, (), tests, "permutation")
+
+
+def test_groups_differ_in_line_and_colour(make_estimate):
+    places = [(0.1 * i, 0.4) for i in range(10)]
+    ax = plot_comparison(groups_at(make_estimate, places))
+    drawn = [line for line in ax.lines if str(line.get_label()).startswith("g")]
+    looks = {(line.get_color(), str(line._dash_pattern)) for line in drawn}
+    assert len(drawn) == 10
+    assert len(looks) == 10
+    # without colour five lines remain, and no two neighbours share one
+    dashes = [str(line._dash_pattern) for line in drawn]
+    assert all(a != b for a, b in zip(dashes, dashes[1:], strict=False))
+
+
+def test_many_groups_are_numbered(make_estimate):
+    ax = plot_comparison(groups_at(make_estimate, [(0.1 * i, 0.4) for i in range(12)]))
+    texts = [text.get_text() for text in ax.texts]
+    assert {str(i) for i in range(1, 13)} <= set(texts)
+    assert any("12  g11" in text for text in texts)
+
+
+def test_pairs_that_differ_are_joined(make_estimate):
+    groups = groups_at(make_estimate, [(0.0, 0.4), (0.2, 0.4), (0.1, 0.5)])
+    pairs = [pair("g0", "g1", 0.01), pair("g0", "g2", 0.2)]
+    ax = plot_comparison(groups, pairs)
+    joins = [line for line in ax.lines if "differs" in str(line.get_label())]
+    assert len(joins) == 1
+    assert np.array_equal(joins[0].get_xydata(), [[0.0, 0.4], [0.2, 0.4]])
+
+
+def test_groups_in_one_place_share_a_centre_and_have_no_shoulder(make_estimate):
+    groups = groups_at(make_estimate, [(0.0, 0.4), (0.0003, 0.4002)])
+    ax = plot_comparison(groups, [pair("g0", "g1", 0.01)])
+    centres = [line.get_xydata()[:-1].mean(axis=0) for line in ax.lines]
+    assert centres[0] == pytest.approx(centres[1])
+    assert "shoulder" not in [text.get_text() for text in ax.texts]
+    assert not [line for line in ax.lines if "differs" in str(line.get_label())]
+
+
+def test_a_group_without_a_place_is_refused(make_estimate):
+    group = ComparedGroup("g", replace(make_estimate(), position=None))
+    with pytest.raises(InputError, match="position"):
+        plot_comparison([group, group])
