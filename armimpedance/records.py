@@ -177,6 +177,13 @@ class Recording:
         put(self, "extra", MappingProxyType(extra))
         put(self, "provenance", tuple(self.provenance))
 
+    def __getstate__(self) -> dict[str, Any]:
+        # for another process; a read-only view of a mapping cannot go there
+        return {**self.__dict__, "extra": dict(self.extra)}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update({**state, "extra": MappingProxyType(state["extra"])})
+
     @property
     def axes(self) -> int:
         """Number of axes d of position and force."""
@@ -461,6 +468,13 @@ class ImpedanceEstimate:
         put(self, "keys", MappingProxyType(dict(self.keys)))
         put(self, "warnings", tuple(self.warnings))
         put(self, "provenance", tuple(self.provenance))
+
+    def __getstate__(self) -> dict[str, Any]:
+        # what goes to another process and back; a read-only view of a mapping cannot
+        return {**self.__dict__, "keys": dict(self.keys)}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update({**state, "keys": MappingProxyType(state["keys"])})
 
     @property
     def k(self) -> int:

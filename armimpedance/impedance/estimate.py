@@ -11,6 +11,7 @@ import numpy as np
 from armimpedance.errors import ArmImpedanceError, InputError, NotIdentifiableError
 from armimpedance.impedance import weighted
 from armimpedance.impedance.methods import DEFAULT_METHOD, method_named
+from armimpedance.impedance.parallel import in_order
 from armimpedance.impedance.regressors import BLOCKS_OF_ONE_TRIAL
 from armimpedance.impedance.result import ClusteredKind, Group, to_estimate
 from armimpedance.impedance.stochastic import DEFAULT_BAND_HZ, estimate_stochastic
@@ -78,25 +79,42 @@ def estimate(
         If a group's motion does not determine its parameters; names group and parameters.
     """
     groups = list(groups_of(recording, by))
-    stochastic = recording.perturbation == "stochastic"
-    timing = None if stochastic else disturbance_times(recording)
     method_named(options.method)
     results = []
-    for done, (keys, rows) in enumerate(groups, start=1):
+    for found in in_order(_one_group, _pieces(recording, groups, options), workers):
+        results.append(found)
+        if progress is not None:
+            progress(len(results), len(groups))
+    return results
+
+
+_Piece = tuple[Window | Recording, Group, Options]
+
+
+def _pieces(
+    recording: Recording, groups: Sequence[tuple[Mapping[str, Any], np.ndarray]], options: Options
+) -> Iterator[_Piece]:
+    """What is estimated of each group: its windows, or its trials of a stochastic perturbation."""
+    stochastic = recording.perturbation == "stochastic"
+    timing = None if stochastic else disturbance_times(recording)
+    for keys, rows in groups:
         try:
             group = Group.of(recording, keys)
             if timing is None:
-                found = estimate_stochastic(
-                    recording.select(rows), group, options.band_hz, options.covariance
-                )
+                yield recording.select(rows), group, options
             else:
-                found = estimate_window(cut_windows(recording, rows, timing), group, options)
-            results.append(found)
+                yield cut_windows(recording, rows, timing), group, options
         except ArmImpedanceError as error:
             raise error_in_group(error, keys) from error
-        if progress is not None:
-            progress(done, len(groups))
-    return results
+
+
+def _one_group(piece: Window | Recording, group: Group, options: Options) -> ImpedanceEstimate:
+    try:
+        if isinstance(piece, Recording):
+            return estimate_stochastic(piece, group, options.band_hz, options.covariance)
+        return estimate_window(piece, group, options)
+    except ArmImpedanceError as error:
+        raise error_in_group(error, group.keys) from error
 
 
 def groups_of(

@@ -1,0 +1,49 @@
+"""Several processes give what one gives, to the bit, and their errors arrive."""
+
+from __future__ import annotations
+
+import operator
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from armimpedance.errors import InputError, NotIdentifiableError
+from armimpedance.impedance.estimate import estimate
+from armimpedance.impedance.parallel import in_order
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_results_come_in_order(workers):
+    pieces = [(n, 2) for n in range(20)]
+    assert list(in_order(operator.mul, pieces, workers)) == [2 * n for n in range(20)]
+
+
+def test_no_workers_are_refused():
+    with pytest.raises(InputError, match="0 workers"):
+        list(in_order(operator.mul, [(1, 2)], 0))
+
+
+def in_conditions(recording, names):
+    trials = recording.trials.assign(condition=np.resize(names, recording.n_trials))
+    return replace(recording, trials=trials.sort_values("trial"))
+
+
+def test_estimates_do_not_depend_on_workers(limb):
+    recording = in_conditions(limb.record(force_noise=0.1, sets=6), ["a", "b", "c"])
+    one, two = (estimate(recording, workers=n) for n in (1, 2))
+    for a, b in zip(one, two, strict=True):
+        assert a.keys == b.keys
+        np.testing.assert_array_equal(a.parameters, b.parameters)
+        np.testing.assert_array_equal(a.covariance, b.covariance)
+
+
+def test_errors_of_a_group_name_it_from_any_process(limb):
+    recording = limb.record(sets=2)
+    along = np.where(recording.trials["direction_deg"] % 180 == 0, "x only", "others")
+    recording = replace(recording, trials=recording.trials.assign(condition=along))
+    for workers in (1, 2):
+        with pytest.raises(
+            NotIdentifiableError, match="condition x only: the hand moved along one"
+        ):
+            estimate(recording, workers=workers)
