@@ -30,16 +30,20 @@ class Options:
     ----------
     method : str
         Name of an estimator in `methods.METHODS`; not used for stochastic perturbations.
-    covariance : {"cr3", "replicates", "cr1"}
+    covariance : {"cr3", "replicates", "cr1", "bootstrap"}
         Clustered by trial. CR3, the jackknife over trials, also sees what a linear model leaves
-        unexplained between directions; "replicates" compares trials of the same direction only.
+        unexplained between directions; "replicates" compares trials of the same direction only;
+        "bootstrap" draws trials with replacement.
     band_hz : (low, high)
         Fitted band of stochastic perturbations.
+    seed : int
+        Of the bootstrap.
     """
 
     method: str = DEFAULT_METHOD
     covariance: ClusteredKind = "cr3"
     band_hz: tuple[float, float] = DEFAULT_BAND_HZ
+    seed: int = 0
 
 
 def estimate(
@@ -163,6 +167,7 @@ def estimate_window(window: Window, group: Group, options: Options) -> Impedance
         method=method.name,
         covariance=options.covariance,
         strata=None if window.disturbance is None else window.disturbance[used],
+        seed=options.seed,
     )
     warnings = (*made.warnings, *prepared.warnings)
     if used.sum() == 1:

@@ -11,6 +11,7 @@ import numpy as np
 from armimpedance.conventions import Kind
 from armimpedance.errors import InputError
 from armimpedance.impedance.identifiable import require_identifiable
+from armimpedance.impedance.prepared import Prepared
 from armimpedance.impedance.regressors import fit_names, to_fit_order, to_matrix_order
 from armimpedance.records import (
     FloatArray,
@@ -25,7 +26,7 @@ from armimpedance.regression.factors import TrialFactors, prediction_quality
 from armimpedance.regression.fit import Fit
 from armimpedance.regression.solve import fit
 
-ClusteredKind = Literal["cr3", "replicates", "cr1"]
+ClusteredKind = Literal["cr3", "replicates", "cr1", "bootstrap"]
 
 #: With fewer clusters than this, clustered intervals are rough and say so.
 FEW_CLUSTERS = 10
@@ -56,6 +57,7 @@ def to_estimate(
     coherence: float | None = None,
     equations: TrialEquations | None = None,
     chart: Chart | None = None,
+    seed: int = 0,
 ) -> ImpedanceEstimate:
     """Solve one group and subtract the handle.
 
@@ -66,7 +68,7 @@ def to_estimate(
     group : Group
     method : str
         What is written into the result.
-    covariance : {"cr3", "replicates", "cr1"}
+    covariance : {"cr3", "replicates", "cr1", "bootstrap"}
     strata : (T,) int, optional
         Disturbance of each cluster; "replicates" needs it.
     coherence : float, optional
@@ -74,6 +76,8 @@ def to_estimate(
         Solved instead of least squares on the factors, which then only judge.
     chart : Chart, optional
         Of the equations' parameters: what a constraint leaves free.
+    seed : int
+        Of the bootstrap.
 
     Raises
     ------
@@ -87,9 +91,11 @@ def to_estimate(
     if covariance == "replicates":
         _require_strata(factors, strata)
     require_identifiable(factors)
+    if covariance == "bootstrap" and equations is None:
+        equations = Prepared(factors).trial_equations(group.kind)
     solved = fit(
         factors,
-        covariance=covariance,
+        covariance="cr3" if covariance == "bootstrap" else covariance,
         strata=strata,
         parameter_names=names,
         parameter_units=units,
@@ -97,7 +103,7 @@ def to_estimate(
     if equations is None:
         ordered, dof = to_matrix_order(solved.parameters, solved.covariance, d), solved.dof
     else:
-        other = _solved(equations, chart, covariance, strata)
+        other = _solved(equations, chart, _Spread(covariance, strata, seed))
         ordered, dof = np.vstack([other.parameters, other.covariance]), other.dof
     with_handle, viscosity, stiffness = ordered[0].reshape(3, d, d)
     # Between sensor and hand the handle's mass moves with the hand: M_measured = M_limb + m I.
@@ -115,19 +121,28 @@ def to_estimate(
         keys=group.keys,
         shoulder_m=group.shoulder_m,
         warnings=(*solved.warnings, *_plausibility(own, stiffness, solved)),
-        provenance=(f"method {method}, covariance {solved.covariance_kind}",),
+        provenance=(f"method {method}, covariance {covariance}",),
     )
 
 
-def _solved(
-    equations: TrialEquations,
-    chart: Chart | None,
-    covariance: ClusteredKind,
-    strata: IntArray | None,
-) -> Solution:
+@dataclass(frozen=True)
+class _Spread:
+    """How the spread between trials becomes a covariance."""
+
+    covariance: ClusteredKind
+    strata: IntArray | None
+    seed: int
+
+    def solve(self, equations: TrialEquations) -> Solution:
+        return solve_equations(
+            equations, covariance=self.covariance, strata=self.strata, seed=self.seed
+        )
+
+
+def _solved(equations: TrialEquations, chart: Chart | None, spread: _Spread) -> Solution:
     if chart is None:
-        return solve_equations(equations, covariance=covariance, strata=strata)
-    free = solve_equations(chart.restrict(equations), covariance=covariance, strata=strata)
+        return spread.solve(equations)
+    free = spread.solve(chart.restrict(equations))
     T = chart.basis
     return Solution(chart.expand(free.parameters), T @ free.covariance @ T.T, free.dof)
 

@@ -14,13 +14,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from armimpedance.errors import InputError, NotIdentifiableError
+from armimpedance.errors import EstimationError, InputError, NotIdentifiableError
 from armimpedance.records import FloatArray, frozen_array
 from armimpedance.regression.covariance import check_strata, replicate_sum
 from armimpedance.regression.factors import TrialFactors
+from armimpedance.regression.resample import draw_counts
 
 #: Equations whose scaled condition number exceeds this have no solution worth the name.
 WORST_CONDITION = 1e12
+#: Draws of a bootstrap: its standard errors are then known to some 2 %.
+BOOTSTRAP_REPEATS = 1000
+#: More draws than this part lost: what is left no longer stands for the data.
+MOST_LOST = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,17 +108,24 @@ def equations_of(
 
 
 def solve_equations(
-    equations: TrialEquations, *, covariance: str = "cr3", strata: ArrayLike | None = None
+    equations: TrialEquations,
+    *,
+    covariance: str = "cr3",
+    strata: ArrayLike | None = None,
+    seed: int = 0,
 ) -> Solution:
     """Parameters and their covariance clustered by trial.
 
     Parameters
     ----------
     equations : TrialEquations
-    covariance : {"cr3", "cr1", "replicates"}
-        As in `solve.fit`; weights and instruments are taken as known.
+    covariance : {"cr3", "cr1", "replicates", "bootstrap"}
+        As in `solve.fit`; weights and instruments are taken as known. "bootstrap": the spread of
+        `BOOTSTRAP_REPEATS` draws of clusters with replacement.
     strata : (T,), optional
         For replicates: clusters with the same label saw the same disturbance.
+    seed : int
+        Of the bootstrap.
 
     Raises
     ------
@@ -133,12 +145,17 @@ def solve_equations(
         numbers = check_strata(T, strata)
         moved = _solve_scaled(total, score.T).T
         return Solution(theta, replicate_sum(moved, numbers), float(T - numbers.max() - 1))
+    if covariance == "bootstrap":
+        draws = bootstrap_equations(equations, BOOTSTRAP_REPEATS, seed)
+        return Solution(theta, np.atleast_2d(np.cov(draws, rowvar=False)), float(T - 1))
     if covariance == "cr1":
         moved = np.sqrt(T / (T - 1)) * _solve_scaled(total, score.T).T
     elif covariance == "cr3":
         moved = np.sqrt((T - 1) / T) * leave_one_out_shift(equations, theta)
     else:
-        raise InputError(f"no covariance {covariance!r}", expected="cr3, cr1 or replicates")
+        raise InputError(
+            f"no covariance {covariance!r}", expected="cr3, cr1, replicates or bootstrap"
+        )
     return Solution(theta, np.asarray(moved.T @ moved), float(T - 1))
 
 
@@ -181,6 +198,32 @@ def reweighted(equations: TrialEquations, weights: ArrayLike) -> FloatArray:
     w, n = np.asarray(weights, dtype=np.float64), len(equations.names)
     A = (w @ equations.A.reshape(-1, n * n)).reshape(-1, n, n)
     return _solve_scaled(A, (w @ equations.b)[..., None])[..., 0]
+
+
+def bootstrap_equations(
+    equations: TrialEquations, repeats: int, seed: int | np.random.SeedSequence
+) -> FloatArray:
+    """Parameters (repeats, n) of clusters drawn with replacement, as `resample.bootstrap` draws.
+
+    Draws that do not determine the parameters are left out.
+
+    Raises
+    ------
+    EstimationError
+        More than a tenth of the draws do not: too few clusters.
+    """
+    counts, n = draw_counts(equations.n_clusters, repeats, seed), len(equations.names)
+    A = (counts @ equations.A.reshape(-1, n * n)).reshape(-1, n, n)
+    scale = 1 / np.sqrt(np.maximum(np.abs(np.diagonal(A, axis1=1, axis2=2)), 1e-300))
+    scaled = A * scale[:, :, None] * scale[:, None, :]
+    sound = np.linalg.cond(scaled) < WORST_CONDITION
+    if sound.mean() < 1 - MOST_LOST:
+        raise EstimationError(
+            f"{(~sound).sum()} of {repeats} resamples of {equations.n_clusters} clusters lose "
+            "rank: too few clusters for a bootstrap"
+        )
+    right = (counts @ equations.b)[sound] * scale[sound]
+    return np.asarray(np.linalg.solve(scaled[sound], right[..., None])[..., 0] * scale[sound])
 
 
 def _solve_scaled(A: FloatArray, b: FloatArray) -> FloatArray:

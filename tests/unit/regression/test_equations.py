@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from armimpedance.errors import InputError, NotIdentifiableError
+from armimpedance.errors import EstimationError, InputError, NotIdentifiableError
 from armimpedance.regression.equations import (
     TrialEquations,
     equations_of,
@@ -83,3 +83,22 @@ def test_what_cannot_be_solved_is_said():
         solve_equations(good, covariance="hac")
     with pytest.raises(InputError, match="strata"):
         solve_equations(good, covariance="replicates")
+
+
+def test_bootstrap_spread_is_near_the_clustered_one(factors):
+    equations = as_equations(factors)
+    drawn = solve_equations(equations, covariance="bootstrap", seed=1)
+    jackknife = solve_equations(equations, covariance="cr3")
+    ratio = np.diag(drawn.covariance) / np.diag(jackknife.covariance)
+    # with 14 clusters the two differ by terms of order 1/14 and the draws by 5 %
+    assert (ratio > 0.6).all()
+    assert (ratio < 1.3).all()
+    again = solve_equations(equations, covariance="bootstrap", seed=1)
+    np.testing.assert_array_equal(again.covariance, drawn.covariance)
+
+
+def test_bootstrap_of_too_few_clusters_is_refused():
+    A = np.array([np.diag([1.0, 0.0]), np.diag([0.0, 1.0]), np.diag([1.0, 0.0])])
+    equations = TrialEquations(A, np.ones((3, 2)), ("a", "b"), ("", ""))
+    with pytest.raises(EstimationError, match="too few clusters"):
+        solve_equations(equations, covariance="bootstrap")
