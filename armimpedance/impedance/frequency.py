@@ -165,7 +165,7 @@ def _free_of_drift(lines: Lines) -> FloatArray:
 
 
 def _unweighted(lines: Lines, d: int) -> FloatArray:
-    return np.kron(np.eye(d), _free_of_drift(lines))
+    return np.asarray(np.kron(np.eye(d), _free_of_drift(lines)), np.float64)
 
 
 def replicate_noise(

@@ -15,6 +15,7 @@ from armimpedance.report.numbers import aligned_table, fixed, with_half_width
 from armimpedance.report.quantities import condition_of, half_widths, principal_values
 
 _WIDTH = 100
+_MOST = 1000.0
 _LEGEND = (
     "Symmetric parts; ± is the half-width of the 95 % interval. 'apart' is the distance from {0} "
     "(Frobenius norm) in % of {0}'s matrix; 'in se' the same in standard errors of the difference, "
@@ -72,7 +73,10 @@ def _table(ran: Sequence[MethodResult], apart: dict[str, Disagreement], i: int) 
 
 
 def _number(value: float) -> str:
-    return fixed(float(value), 1) if np.isfinite(value) else "?"
+    if not np.isfinite(value):
+        return "?"
+    # without noise any difference is many standard errors
+    return fixed(float(value), 1) if value < _MOST else f">{_MOST:g}"
 
 
 def _headings(k: int, i: int) -> list[str]:

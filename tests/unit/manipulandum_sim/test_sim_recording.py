@@ -265,3 +265,16 @@ def test_unknown_names_are_refused(settings, said):
         Servo(-1.0)
     with pytest.raises(InputError, match="reflex"):
         Reflex(delay_s=0.0)
+
+
+def test_the_command_is_what_an_ideal_servo_does_and_changes_nothing_else():
+    plain, _ = simulate_condition(seed=3, sets=1, servo=IDEAL, **QUIET)
+    told, _ = simulate_condition(seed=3, sets=1, servo=IDEAL, command=True, **QUIET)
+    assert plain.extra == {}
+    command = np.column_stack([told.extra["x_command_m"], told.extra["y_command_m"]])
+    np.testing.assert_allclose(command, told.position, atol=1e-12)
+    assert np.array_equal(plain.position, told.position)
+    assert np.array_equal(plain.force, told.force)
+    soft, _ = simulate_condition(seed=3, sets=1, servo=Servo(5_000.0), command=True, **QUIET)
+    np.testing.assert_array_equal(soft.extra["x_command_m"], told.extra["x_command_m"])
+    assert np.abs(soft.position - command).max() > 1e-4

@@ -98,3 +98,14 @@ def test_state_at_onset_is_the_mean_of_the_rest_before(limb):
     window = cut_windows(recording)
     first = recording.force[recording.samples_of(0)]
     assert window.force_at_onset[0] == pytest.approx(first[151:251].mean(axis=0))
+
+
+def test_commanded_motion_is_cut_like_the_measured_one(limb):
+    """Where every axis has its column; one alone is not a motion."""
+    recording = limb.record(sets=1)
+    told = {"x_command_m": recording.position[:, 0], "y_command_m": recording.position[:, 1]}
+    window = cut_windows(replace(recording, extra=told))
+    assert np.array_equal(window.commanded, window.position)
+    assert cut_windows(recording).commanded is None
+    half = {"x_command_m": told["x_command_m"]}
+    assert cut_windows(replace(recording, extra=half)).commanded is None
