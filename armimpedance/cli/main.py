@@ -16,6 +16,7 @@ from armimpedance.errors import ArmImpedanceError
 #: Command -> its line in the overview; the module armimpedance.cli.<name> holds the rest.
 COMMANDS = {
     "demo": "the whole study on a simulated subject: recordings, estimates, figures",
+    "plan": "before the experiment: trials needed, the best disturbance",
     "simulate": "write a simulated experiment and its truth",
     "inspect": "say what a recording holds and whether it can be used",
     "estimate": "inertia, viscosity and stiffness with 95 %% intervals",
@@ -30,6 +31,7 @@ Inertia, viscosity and stiffness of the human arm from small disturbances.
 
 A first session:
   armimpedance demo --quick                       see everything work, in seconds
+  armimpedance plan --k-percent 5                 how many trials, which disturbance?
   armimpedance convert exam.zip session --force-by device
   armimpedance inspect session                    can it be used?
   armimpedance estimate session --out hand.csv    one row per condition

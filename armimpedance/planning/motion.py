@@ -8,6 +8,8 @@ information of a trial is half of that of one trial along each axis.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -18,10 +20,37 @@ from armimpedance.records import FloatArray
 from armimpedance.signals.modes import Modes
 
 
-def actual_displacement(setting: Setting, profile: Profile) -> FloatArray:
-    """Of the hand for a command along each axis, (d, d, S)."""
-    course = profile.at(setting.lags(profile.duration_s))
-    return follow(setting.servo, setting.arm.parameters, course, setting.sample_rate_hz)
+@dataclass(frozen=True)
+class PlannedMotion:
+    """What the hand will do, and how noise will weigh on it.
+
+    Attributes
+    ----------
+    setting : Setting
+    profile : Profile
+    """
+
+    setting: Setting
+    profile: Profile
+
+    @cached_property
+    def displacement(self) -> FloatArray:
+        """Of the hand for a command along each axis, (d, d, S)."""
+        setting, profile = self.setting, self.profile
+        course = profile.at(setting.lags(profile.duration_s))
+        return follow(setting.servo, setting.arm.parameters, course, setting.sample_rate_hz)
+
+    @cached_property
+    def weight(self) -> FloatArray:
+        """Inverse covariance of the noise in the equation's rows, (d n, d n)."""
+        V = np.linalg.inv(self.setting.covariance(self.displacement, self.profile.duration_s))
+        return np.asarray((V + V.T) / 2)
+
+    def rows(self, delays_s: Sequence[float] = ()) -> FloatArray:
+        """Rows of the equation for a command along each axis, (d, d n, (3 + delays) d^2)."""
+        modes = self.setting.modes(self.profile.duration_s)
+        moved = modal_motion(self.displacement, modes, self.setting.sample_rate_hz, delays_s)
+        return equation_rows(moved)
 
 
 def modal_motion(

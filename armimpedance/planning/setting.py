@@ -10,17 +10,15 @@ import numpy as np
 from armimpedance.conventions import CAST_MASS_KG
 from armimpedance.errors import InputError
 from armimpedance.impedance.noise import through_impedance
+from armimpedance.planning.encoder_error import rounding_covariance
 from armimpedance.planning.noise_level import NOMINAL, Noise
 from armimpedance.planning.servo import IDEAL, Servo
 from armimpedance.records import FloatArray, ImpedanceEstimate, frozen_array
-from armimpedance.signals.encoder import position_noise
 from armimpedance.signals.modes import Modes, spline_modes
 from armimpedance.signals.windows import MARGIN_S
 
 #: Disturbances of a set, in equally spaced directions.
 DIRECTIONS: Final = 8
-#: Places of the encoder's grid that are tried for its mean error.
-_GRIDS: Final = (0.1, 0.35, 0.6, 0.85)
 
 #: Hand of a relaxed 70 kg man's arm in the nominal posture: M, B, K.
 RELAXED: Final = (
@@ -132,15 +130,24 @@ class Setting:
         d = len(displacement)
         white = self.noise.position_sd**2 * modes.stacked @ modes.stacked.T
         total = np.repeat(white[None], d, axis=0)
-        step = self.noise.encoder_step
-        if step > 0:
-            # (8, d, S) readings on grids of their own, as an estimate would meet them
-            moved = np.einsum("ta,ais->tis", unit_directions(), displacement)
-            grid = np.array(_GRIDS)[:, None, None, None] * (1 + 0.3 * np.arange(d)[:, None])
-            readings = step * np.round(moved / step + grid)
-            trials = readings.reshape(-1, d, moved.shape[-1]).transpose(0, 2, 1)
-            total = total + position_noise(trials, self.sample_rate_hz, modes).covariance
+        if self.noise.encoder_step > 0:
+            moved = np.einsum("ta,ais->its", unit_directions(), displacement)
+            for axis in range(d):
+                total[axis] += self._rounding(moved[axis], modes)
         return np.asarray(total)
+
+    def _rounding(self, displacement: FloatArray, modes: Modes) -> FloatArray:
+        """Mean over trials (T, S) of what an encoder adds, (3 n, 3 n)."""
+        # a course and its mirror image err alike: each kind once
+        sign = np.sign(displacement @ displacement[np.abs(displacement).max(axis=1).argmax()])
+        alike = np.round(displacement * sign[:, None], 12)
+        courses, counts = np.unique(alike, axis=0, return_counts=True)
+        total = np.zeros((3 * modes.count, 3 * modes.count))
+        for course, count in zip(courses, counts, strict=True):
+            if course.any():
+                error = rounding_covariance(course, self.noise.encoder_step)
+                total += count / len(displacement) * (modes.stacked @ error @ modes.stacked.T)
+        return total
 
 
 def unit_directions() -> FloatArray:

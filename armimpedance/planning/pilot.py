@@ -1,0 +1,69 @@
+"""Arm and noise from a pilot recording."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from armimpedance.errors import InputError
+from armimpedance.impedance.weighted import FEWEST_TRIALS, weighted_fit
+from armimpedance.planning.noise_level import PilotNoise
+from armimpedance.planning.precision import Precision, precision_of_pilot
+from armimpedance.planning.setting import PlannedArm, Setting
+from armimpedance.records import Recording
+from armimpedance.signals.windows import cut_windows, disturbance_times
+
+
+@dataclass(frozen=True)
+class Pilot:
+    """What a pilot says: a setting with its arm and noise, and the precision of its own trials."""
+
+    setting: Setting
+    found: Precision
+
+
+def pilot_of(recording: Recording, condition: str | None = None) -> Pilot:
+    """Fit one condition of a pilot.
+
+    Parameters
+    ----------
+    recording : Recording
+    condition : str, optional
+        Default: that of the first trial.
+
+    Raises
+    ------
+    InputError
+        If it is not of returning disturbances of the hand in two axes, has no such condition or
+        too few trials, or its arm is none.
+    NotIdentifiableError
+        If its motion does not determine M, B, K.
+    """
+    if recording.kind != "hand" or recording.axes != 2 or recording.perturbation != "returning":
+        raise InputError(
+            f"a pilot of {recording.perturbation} disturbances, {recording.kind}, "
+            f"{recording.axes} axes",
+            expected="returning disturbances of the hand in two axes",
+        )
+    names = recording.trials["condition"].astype(str)
+    wanted = names.iloc[0] if condition is None else condition
+    rows = np.flatnonzero(names == wanted)
+    if not len(rows):
+        known = ", ".join(names.unique()[:5])
+        raise InputError(
+            f"no condition {wanted!r}", column="condition", expected=f"such as {known}"
+        )
+    window = cut_windows(recording, rows, disturbance_times(recording))
+    if window.usable.sum() < FEWEST_TRIALS:
+        raise InputError(
+            f"{wanted}: {int(window.usable.sum())} usable trials",
+            expected=f"{FEWEST_TRIALS} or more, better a set of eight",
+        )
+    fit = weighted_fit(window, "hand")
+    d = recording.axes
+    arm = PlannedArm(fit.parameters.reshape(3, d, d), f"pilot, {wanted}")
+    setting = Setting(
+        arm, PilotNoise.of(fit, window), sample_rate_hz=float(recording.sample_rate_hz)
+    )
+    return Pilot(setting, precision_of_pilot(fit))

@@ -1,0 +1,198 @@
+"""How precise an experiment will be: from the bound to standard errors and the trials needed.
+
+The bound for a planned motion and noise, times what the estimator loses against it, is the
+covariance of M, B, K per trial; with n trials in sets of eight directions it is an n-th of that.
+Its intervals are those that an estimate will print: t with n - 1 degrees of freedom, standard
+errors clustered by trial.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Final
+
+import numpy as np
+from scipy.special import stdtrit
+
+from armimpedance.ellipses.ellipse import Ellipse, ellipse
+from armimpedance.errors import InputError, NotIdentifiableError
+from armimpedance.impedance.bound import bound_of, inverse_information
+from armimpedance.impedance.weighted import WeightedFit
+from armimpedance.planning.motion import PlannedMotion, information
+from armimpedance.planning.setting import DIRECTIONS, PlannedArm
+from armimpedance.records import FloatArray, frozen_array
+
+#: Standard errors of method `weighted` relative to the bound, for M, B and K: measured over the
+#: designs of benchmarks/plan_widths.py.
+INEFFICIENCY: Final = (1.08, 1.03, 1.03)
+#: Where the search for the number of trials ends.
+MOST_SETS: Final = 10**6
+#: Scaled condition of the information above which M, B and K cannot be told apart.
+WORST_CONDITION: Final = 1e9
+
+
+@dataclass(frozen=True, eq=False)
+class Precision:
+    """What a disturbance will tell about M, B, K (and a delayed answer R).
+
+    Attributes
+    ----------
+    parameters : (3, d, d)
+        M (with handle), B, K that are expected.
+    bound : (p, p)
+        Least covariance of the parameters of one trial, mean over the directions; p = 3 d^2, or
+        4 d^2 with R.
+    """
+
+    parameters: FloatArray
+    bound: FloatArray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "bound", frozen_array(self.bound, "bound", (None, None)))
+
+    @property
+    def axes(self) -> int:
+        """Number of axes d."""
+        return int(self.parameters.shape[1])
+
+    @cached_property
+    def covariance(self) -> FloatArray:
+        """Of one trial as estimated, (p, p): the bound times the estimator's inefficiency."""
+        each = self.axes**2
+        factor = np.repeat([*INEFFICIENCY, INEFFICIENCY[2]][: len(self.bound) // each], each)
+        return self.bound * factor[:, None] * factor
+
+    @cached_property
+    def relative_sd(self) -> FloatArray:
+        """On the bound, of one trial: M, B, K (and R, relative to K) as parts of their norm.
+
+        Frobenius norm of the symmetric part, (r,).
+        """
+        d = self.axes
+        found = []
+        for block in range(len(self.bound) // d**2):
+            truth = self.parameters[min(block, 2)]
+            part = self.bound[block * d * d : (block + 1) * d * d, block * d * d :][:, : d * d]
+            C = part.reshape(d, d, d, d)
+            # E |S|^2, S = (E + E^T)/2
+            total = (np.einsum("ijij", C) + np.einsum("ijji", C)) / 2
+            found.append(np.sqrt(total) / np.linalg.norm((truth + truth.T) / 2))
+        return np.array(found)
+
+    def half_widths(self, trials: int, level: float = 0.95) -> FloatArray:
+        """Expected half-widths of the intervals of all elements, (r, d, d)."""
+        sd = np.sqrt(np.diag(self.covariance) / trials)
+        return (_t(trials, level) * sd).reshape(-1, self.axes, self.axes)
+
+    def k_part(self, trials: int) -> float:
+        """Half-width of the 95 % interval of K's diagonal, the largest part of its element."""
+        half = np.diag(self.half_widths(trials)[2])
+        return float((half / np.diag(self.parameters[2])).max())
+
+    def ellipse(self, trials: int) -> Ellipse:
+        """K's ellipse with the covariance that is expected."""
+        d = self.axes
+        block = slice(2 * d * d, 3 * d * d)
+        C = self.covariance[block, block] / trials
+        return ellipse(self.parameters[2], covariance=C, dof=trials - 1)
+
+    def size_part(self, trials: int) -> float:
+        """Half the length of the 95 % interval of the ellipse's size, as a part of the size."""
+        found = self.ellipse(trials)
+        low, high = found.interval()[0]
+        return float((high - low) / 2 / found.size)
+
+    def orientation(self, trials: int) -> float:
+        """Half the length of the 95 % interval of the ellipse's orientation (rad)."""
+        low, high = self.ellipse(trials).interval()[1]
+        return float((high - low) / 2)
+
+    def trials_for_k(self, part: float) -> int | None:
+        """Trials, in whole sets, for `k_part` at most this; None: millions."""
+        return fewest_trials(lambda n: self.k_part(n) <= part)
+
+    def trials_for_orientation(self, angle_rad: float) -> int | None:
+        """Trials, in whole sets, for `orientation` at most this; None: millions."""
+        return fewest_trials(lambda n: self.orientation(n) <= angle_rad)
+
+
+def precision(motion: PlannedMotion, *, delay_s: float | None = None) -> Precision:
+    """The bound for a planned motion.
+
+    Parameters
+    ----------
+    motion : PlannedMotion
+    delay_s : float, optional
+        R, the answer to the displacement of that much earlier, is a further unknown.
+
+    Raises
+    ------
+    NotIdentifiableError
+        If the motion does not tell the parameters apart.
+    """
+    rows = motion.rows(() if delay_s is None else (delay_s,))
+    found = information(rows, motion.weight)
+    scale = 1 / np.sqrt(np.maximum(np.diag(found), 1e-300))
+    condition = np.linalg.cond(found * scale[:, None] * scale)
+    if not condition < WORST_CONDITION:
+        profile = motion.profile
+        raise NotIdentifiableError(
+            f"{profile.shape.name} of {profile.duration_s:g} s does not tell M, B and K apart "
+            f"(scaled condition {condition:.1e})"
+        )
+    return Precision(motion.setting.arm.parameters, inverse_information(found))
+
+
+def precision_of_pilot(fit: WeightedFit) -> Precision:
+    """What more trials like those of a pilot recording will tell.
+
+    Raises
+    ------
+    InputError
+        If the pilot is not of two axes.
+    """
+    d = fit.equation.axes
+    arm = PlannedArm(fit.parameters.reshape(3, d, d), "pilot")
+    found = bound_of(fit.equations)
+    if found is None:
+        raise NotIdentifiableError("the pilot's noise has swamped its motion")
+    return Precision(arm.parameters, found * fit.equation.trials)
+
+
+def reflex_bias(motion: PlannedMotion, delay_s: float, share: float = 0.25) -> FloatArray:
+    """How wrong M, B, K are where a reflex is ignored, as parts of themselves, (3,).
+
+    The projection of ``share K x(t - delay)`` on what a fit without it can explain; what of it
+    lies along the true matrix: 0.1 says 10 % too large.
+    """
+    truth, V = motion.setting.arm.parameters, motion.weight
+    rows = motion.rows((delay_s,))
+    G, late = rows[..., : truth.size], rows[..., truth.size :]
+    missed = late @ (share * truth[2]).ravel()
+    # delta (3 d^2,) = (sum_a G^T V G)^-1 sum_a G^T V missed (d n,)
+    right = np.einsum("anp,nm,am->p", G, V, missed) / len(G)
+    delta = inverse_information(information(G, V)) @ right
+    along = (delta.reshape(truth.shape) * truth).sum(axis=(1, 2))
+    return np.asarray(along / (truth**2).sum(axis=(1, 2)))
+
+
+def fewest_trials(enough: Callable[[int], bool]) -> int | None:
+    """Least number of trials in whole sets for which `enough` holds; None: beyond `MOST_SETS`.
+
+    `enough` must stay true once it is.
+    """
+    low, high = 0, MOST_SETS
+    if not enough(high * DIRECTIONS):
+        return None
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (low, middle) if enough(middle * DIRECTIONS) else (middle, high)
+    return high * DIRECTIONS
+
+
+def _t(trials: int, level: float) -> float:
+    if trials < 2:
+        raise InputError(f"{trials} trials", expected="2 or more")
+    return float(stdtrit(trials - 1, (1 + level) / 2))
