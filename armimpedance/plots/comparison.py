@@ -56,7 +56,8 @@ def plot_comparison(
 
     Up to ten groups are told apart by line and colour, more by a number beside each. Where few
     enough pairs differ (adjusted p of T2 at most .05), a grey line joins them. Groups that all
-    stand in one place are drawn over one another, without the shoulder.
+    stand in one place are drawn over one another, without the shoulder. Groups of one name are of
+    several subjects: drawn over one another at their mean place, without bands.
 
     Parameters
     ----------
@@ -73,11 +74,10 @@ def plot_comparison(
         For an estimate of another level, without a position, or not of two axes.
     """
     matrices = [matrix_of(group.estimate, which) for group in groups]
-    hands = np.array([hand_of(group.estimate) for group in groups])
-    places = _joined_places(hands)
+    places = _places(groups)
     scale = default_scale(matrices, places) if scale is None else scale
     names = list(dict.fromkeys(group.name for group in groups))
-    styled = len(names) <= _MOST_STYLED
+    styled, once = len(names) <= _MOST_STYLED, len(names) == len(groups)
     with print_style():
         ax = new_axes(TWO_COLUMNS_IN * 0.65, TWO_COLUMNS_IN * 0.65) if ax is None else ax
         label_axes(ax, "x (m)", "y (m)")
@@ -90,16 +90,17 @@ def plot_comparison(
                 hand,
                 scale,
                 which,
-                show_confidence=True,
+                show_confidence=once,
                 color=_COLORS[number % len(_COLORS) if styled else 0],
                 # the second round of colours has other lines than the first
                 linestyle=LINE_STYLES[(number + number // 5) % 5] if styled else "-",
-                linewidth=1.0 if styled else 0.6,
+                linewidth=1.0 if styled and once else 0.6,
                 label=group.name if styled else None,
             )
-            if not styled:
+            if not styled and (once or group is _last_of(groups, group.name)):
                 _number(ax, number + 1, matrix_of(group.estimate, which), hand, scale)
-        ax.fill([], [], color="0.5", alpha=BAND_ALPHA, lw=0, label="95 % band")
+        if once:
+            ax.fill([], [], color="0.5", alpha=BAND_ALPHA, lw=0, label="95 % band")
         if len(np.unique(places, axis=0)) > 1:
             draw_shoulders(ax, [group.estimate for group in groups])
         draw_scale_bar(ax, matrices, scale, UNITS["hand"][MATRICES[which][0]])
@@ -109,15 +110,26 @@ def plot_comparison(
     return ax
 
 
-def _joined_places(hands: FloatArray) -> FloatArray:
-    """Hand positions; those that differ by the hand's unsteadiness alone become one."""
-    spread = max(float(np.ptp(hands, axis=0).max()), 0.1)
-    places = hands.copy()
+def _places(groups: Sequence[ComparedGroup]) -> FloatArray:
+    """Where each ellipse stands, (n, 2).
+
+    A group stands at the mean of its subjects' hands; groups whose places differ by the hand's
+    unsteadiness alone share one.
+    """
+    hands = np.array([hand_of(group.estimate) for group in groups])
+    names = np.array([group.name for group in groups])
+    places = np.array([hands[names == name].mean(axis=0) for name in names])
+    spread = max(float(np.ptp(places, axis=0).max()), 0.1)
     for i in range(len(places)):
         near = np.linalg.norm(places[:i] - places[i], axis=1) < _SAME_PLACE * spread
         if near.any():
             places[i] = places[int(np.argmax(near))]
     return places
+
+
+def _last_of(groups: Sequence[ComparedGroup], name: str) -> ComparedGroup:
+    """The last group of a name, so that a name is written once."""
+    return [group for group in groups if group.name == name][-1]
 
 
 def _join(

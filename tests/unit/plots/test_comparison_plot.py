@@ -62,6 +62,16 @@ def test_groups_in_one_place_share_a_centre_and_have_no_shoulder(make_estimate):
     assert not [line for line in ax.lines if "differs" in str(line.get_label())]
 
 
+def test_subjects_of_one_group_stand_at_their_mean_place_without_bands(make_estimate):
+    places = [(0.0, 0.4), (0.2, 0.4), (0.02, 0.42), (0.22, 0.42)]
+    ax = plot_comparison(groups_at(make_estimate, places, ["a", "b", "a", "b"]))
+    drawn = [line for line in ax.lines if line.get_label() in "ab"]
+    centres = [line.get_xydata()[:-1].mean(axis=0) for line in drawn]
+    for centre, x in zip(centres, (0.01, 0.21, 0.01, 0.21), strict=True):
+        assert centre == pytest.approx([x, 0.41], abs=1e-6)
+    assert "95 % band" not in ax.get_legend_handles_labels()[1]
+
+
 def test_a_group_without_a_place_is_refused(make_estimate):
     group = ComparedGroup("g", replace(make_estimate(), position=None))
     with pytest.raises(InputError, match="position"):
