@@ -44,6 +44,9 @@ class Method:
     differs: str = ""
 
 
+#: Methods that weigh the same equation differently agree unless the equation is wrong.
+_NO_LINEAR_LIMB = "the response is not that of a linear second-order limb, as with a reflex"
+
 METHODS = {
     method.name: method
     for method in (
@@ -53,6 +56,7 @@ METHODS = {
             "end anywhere, still or moving",
             "both-sided correction of Tsuji (1997), eqs. (22)-(26); docs/estimate.md",
             exact.prepare,
+            _NO_LINEAR_LIMB,
         ),
         Method(
             "paper",
@@ -76,7 +80,7 @@ METHODS = {
             "errors-in-variables likelihood, R. Pintelon & J. Schoukens, System Identification: A "
             "Frequency Domain Approach (Wiley)",
             likelihood.prepare,
-            "trials of a direction do not repeat the same motion",
+            f"trials of a direction do not repeat the same motion, or {_NO_LINEAR_LIMB}",
         ),
         Method(
             "instruments",
@@ -84,21 +88,21 @@ METHODS = {
             "the position's noise may be of any size",
             "instrumental variables, T. Soederstroem and P. Stoica (Springer, 1983)",
             instruments.prepare,
-            "noise of the position is large, or the hand does not follow what was commanded",
+            f"{_NO_LINEAR_LIMB}, or noise of the position is large",
         ),
         Method(
             "weak_form",
             "as exact; noise of the position is small against the motion over 0.16 s",
             "test functions orthogonal to offset and ramp; docs/estimate.md",
             weak_form.prepare,
-            "noise of the position is large, or slow force is not a ramp",
+            f"{_NO_LINEAR_LIMB}, or noise of the position is large",
         ),
         Method(
             "frequency",
             "several trials of each direction, alike but for noise; nothing needed above 15 Hz",
             "E. J. Perreault, R. F. Kirsch and A. M. Acosta, Biol. Cybern. 80 (1999), 327-337",
             frequency.prepare,
-            "the limb is not linear up to 15 Hz, or noise is not alike in all directions",
+            _NO_LINEAR_LIMB,
         ),
         Method(
             "definite",
