@@ -7,6 +7,7 @@ together, since noise ties the axes to each other.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,8 +28,8 @@ class ModalEquation:
     lag_s : (S,)
         Of the window that the modes cover.
     motion : (T, r, d, n)
-        x'', x', x of each axis, measured from where the hand rested before the onset; r = 4 where
-        a delayed x follows.
+        x'', x', x of each axis, measured from where the hand rested before the onset; r > 3 where
+        delayed x follow.
     force : (T, d, n)
         -f, f being the force less its mean over all trials before the onset.
     disturbance : (T,) int or None
@@ -75,7 +76,7 @@ class ModalEquation:
 
 
 def modal_equation(
-    window: Window, modes: Modes | None = None, *, delay_s: float | None = None
+    window: Window, modes: Modes | None = None, *, delay_s: float | Sequence[float] | None = None
 ) -> ModalEquation:
     """The usable trials of a window against its modes (default: `spline_modes`).
 
@@ -83,9 +84,9 @@ def modal_equation(
     ----------
     window : Window
     modes : Modes, optional
-    delay_s : float, optional
-        Adds the displacement of that much earlier as a fourth regressor; what lies before the
-        window is taken as rest.
+    delay_s : float or sequence of float, optional
+        Adds the displacement of that much earlier as a further regressor, one for each delay; what
+        lies before the window is taken as rest.
 
     Raises
     ------
@@ -99,11 +100,9 @@ def modal_equation(
     samples, trials = position.shape[1], len(position)
     # all trials and axes at once: (3 n, S) (S, T d)
     flat = position.transpose(1, 0, 2).reshape(samples, -1)
-    moved = modes.stacked @ flat
-    if delay_s is not None:
-        moved = np.concatenate(
-            [moved, modes.smooth @ _later(flat, delay_s * window.sample_rate_hz)]
-        )
+    delays = () if delay_s is None else np.atleast_1d(delay_s)
+    late = [modes.smooth @ _later(flat, delay * window.sample_rate_hz) for delay in delays]
+    moved = np.concatenate([modes.stacked @ flat, *late])
     pushed = modes.smooth @ force.transpose(1, 0, 2).reshape(samples, -1)
     return ModalEquation(
         modes=modes,

@@ -27,6 +27,7 @@ from armimpedance.impedance.noise import NoiseModel, refit_noise, regressor_exce
 from armimpedance.impedance.prepared import Prepared
 from armimpedance.records import FloatArray, Window
 from armimpedance.regression.equations import TrialEquations, solve_total
+from armimpedance.signals.modes import Modes
 
 NAME = "weighted"
 #: Fits of the noise model, and their steps: the second starts where the first ended.
@@ -68,7 +69,9 @@ def prepare(window: Window, kind: Kind) -> Prepared:
     return Prepared(plain.factors, found.equations, notes=(note,), bound=bound_of(found.equations))
 
 
-def weighted_fit(window: Window, kind: Kind, *, delay_s: float | None = None) -> WeightedFit:
+def weighted_fit(
+    window: Window, kind: Kind, *, delay_s: float | None = None, modes: Modes | None = None
+) -> WeightedFit:
     """Alternate between noise and parameters, starting from unweighted rows.
 
     Parameters
@@ -77,13 +80,15 @@ def weighted_fit(window: Window, kind: Kind, *, delay_s: float | None = None) ->
     kind : {"hand", "joint"}
     delay_s : float, optional
         Fits the answer R to the displacement of that much earlier too.
+    modes : Modes, optional
+        Default: `spline_modes` of the window.
 
     Raises
     ------
     NotIdentifiableError
         If the motion does not determine the parameters.
     """
-    equation = modal_equation(window, delay_s=delay_s)
+    equation = modal_equation(window, modes, delay_s=delay_s)
     noise = start_noise(window, equation)
     equations = weighted_equations(equation, _without_drift(equation), kind)
     parameters = solve_total(equations)
@@ -108,7 +113,11 @@ def compensated_equations(
     instruments = expected_motion(equation)
     if instruments is not None:
         return weighted_equations(equation, V, kind, instruments=instruments)
-    excess = regressor_excess(V, noise.position.covariance)
+    # a delayed displacement is taken as free of noise: its share is far below that of x''
+    size = equation.matrices * equation.axes**2
+    excess = np.zeros((size, size))
+    noisy = regressor_excess(V, noise.position.covariance)
+    excess[: len(noisy), : len(noisy)] = noisy
     return weighted_equations(equation, V, kind, excess=excess)
 
 
