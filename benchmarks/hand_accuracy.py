@@ -17,6 +17,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from limbs import LINEAR, linear_window
 from tqdm import tqdm
 
 from armimpedance.ellipses import ellipse, ellipse_of
@@ -24,21 +25,12 @@ from armimpedance.impedance import paper
 from armimpedance.impedance.estimate import Options, estimate, estimate_window
 from armimpedance.impedance.regressors import to_matrix_order
 from armimpedance.impedance.result import Group
-from armimpedance.records import ImpedanceEstimate, Window
+from armimpedance.records import ImpedanceEstimate
 from armimpedance.regression.fit import t_interval
 from armimpedance.regression.solve import fit
 from manipulandum_sim.robot import IDEAL, Servo
 from manipulandum_sim.simulate import simulate_condition
 
-RATE = 1000.0
-#: A relaxed arm of a 70 kg man in the nominal posture, perfectly linear.
-LINEAR = np.array(
-    [
-        [[1.731, -0.655], [-0.655, 1.001]],
-        [[8.63, -6.40], [-6.40, 13.86]],
-        [[104.8, -74.4], [-74.4, 179.3]],
-    ]
-)
 REPLICATES = Options(covariance="replicates")
 ASKED_RMSE = {"nominal": (1.8, 3.3, 8.5), "sensor": (0.12, 0.15, 0.30)}
 ASKED_BIAS = {"nominal": (0.2, 0.3, 1.0)}
@@ -54,50 +46,6 @@ class Study:
     truth: np.ndarray
     made: list[ImpedanceEstimate]
     replicates: list[ImpedanceEstimate]
-
-
-def linear_window(noise: str, seed: int, trials: int = 40, duration: float = 0.3) -> Window:
-    """One experiment on the linear limb, with the same kinds of noise as the simulator."""
-    rng = np.random.default_rng(np.random.SeedSequence(7, spawn_key=(seed,)))
-    t = np.arange(-0.16, duration + 0.16 + 1e-9, 1 / RATE)
-    s = np.clip(t / duration, 0, 1)
-    shape = np.polynomial.Polynomial([0, 0, 0, 64, -192, 192, -64])
-    moved = [0.005 * shape.deriv(k)(s) / duration**k if k else 0.005 * shape(s) for k in range(3)]
-    angle = np.arange(trials) * np.pi / 4
-    u = np.column_stack([np.cos(angle), np.sin(angle)])[:, None, :]
-    force = -sum(x[None, :, None] * u @ m.T for x, m in zip(moved[::-1], LINEAR, strict=True))
-    force = np.asarray(force) + rng.normal(0, 0.03, (trials, len(t), 2))
-    if noise == "nominal":
-        force = force + _unsteadiness(rng, t, trials)
-    force = np.round(force / 0.05) * 0.05
-    position = moved[0][None, :, None] * u + rng.uniform(0, 2e-5, (trials, 1, 2))
-    position = np.round(position / 2e-5) * 2e-5 + [-0.14, 0.43]
-    rest = t <= 0
-    return Window(
-        sample_rate_hz=RATE,
-        lag_s=t,
-        position=position,
-        force=force,
-        duration_s=np.full(trials, duration),
-        trial=np.arange(trials),
-        usable=np.ones(trials, dtype=bool),
-        position_at_onset=position[:, rest].mean(axis=1),
-        force_at_onset=force[:, rest].mean(axis=1),
-        disturbance=np.arange(trials) % 8,
-    )
-
-
-def _unsteadiness(rng: np.random.Generator, t: np.ndarray, trials: int) -> np.ndarray:
-    """Tremor (0.08 N rms at 9 Hz), slow voluntary force, drift of the virtual position."""
-    phase = rng.uniform(0, 2 * np.pi, (trials, 1, 2))
-    force = 0.08 * np.sqrt(2) * np.sin(2 * np.pi * 9.0 * t[None, :, None] + phase)
-    keep = np.exp(-1 / (RATE * 0.4))
-    slow = rng.normal(0, 0.25, (trials, 2))
-    for n in range(len(t)):
-        force[:, n] += slow
-        slow = keep * slow + np.sqrt(1 - keep**2) * rng.normal(0, 0.25, (trials, 2))
-    drift = rng.normal(0, 0.003, (trials, 1, 2)) * t[None, :, None]
-    return force + drift @ LINEAR[2].T
 
 
 def studies(repeats: int) -> Iterator[Study]:

@@ -38,12 +38,15 @@ class Options:
         Fitted band of stochastic perturbations.
     seed : int
         Of the bootstrap.
+    bound : bool
+        Find the Cramer-Rao bound too, for the efficiency; `weighted` has it for nothing.
     """
 
     method: str = DEFAULT_METHOD
     covariance: ClusteredKind = "cr3"
     band_hz: tuple[float, float] = DEFAULT_BAND_HZ
     seed: int = 0
+    bound: bool = True
 
 
 def estimate(
@@ -158,7 +161,9 @@ def estimate_window(window: Window, group: Group, options: Options) -> Impedance
     method = method_named(options.method)
     prepared = method.prepare(window, group.kind)
     used = window.usable
-    bound = prepared.bound if prepared.bound is not None else _bound(window, group, method.name)
+    bound = prepared.bound
+    if bound is None and options.bound:
+        bound = _bound(window, group, method.name)
     made = to_estimate(
         prepared.factors,
         group,

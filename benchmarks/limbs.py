@@ -1,0 +1,154 @@
+"""The limbs of the studies: what was simulated, its truth, and the bound that its noise sets."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from armimpedance.impedance.bound import bound
+from armimpedance.impedance.modal import ModalEquation, modal_equation
+from armimpedance.impedance.noise import through_impedance
+from armimpedance.records import FloatArray, Window
+from armimpedance.signals.encoder import position_noise
+from armimpedance.signals.windows import cut_windows
+from manipulandum_sim.simulate import simulate_condition
+
+RATE = 1000.0
+HANDLE_KG = 0.164
+#: A relaxed arm of a 70 kg man in the nominal posture, perfectly linear.
+LINEAR = np.array(
+    [
+        [[1.731, -0.655], [-0.655, 1.001]],
+        [[8.63, -6.40], [-6.40, 13.86]],
+        [[104.8, -74.4], [-74.4, 179.3]],
+    ]
+)
+#: Variance of the tremor (N^2): the linear limb's is 0.08 N rms, the subject's 0.08 N high.
+TREMOR = {"linear": 0.08**2, "subject": 0.08**2 / 2}
+
+
+def linear_window(
+    noise: str, seed: int, trials: int = 40, duration: float = 0.3, rest: float = 0.16
+) -> Window:
+    """One experiment on the linear limb, with the same kinds of noise as the simulator."""
+    rng = np.random.default_rng(np.random.SeedSequence(7, spawn_key=(seed,)))
+    t = np.arange(-rest, duration + rest + 1e-9, 1 / RATE)
+    s = np.clip(t / duration, 0, 1)
+    shape = np.polynomial.Polynomial([0, 0, 0, 64, -192, 192, -64])
+    moved = [0.005 * shape.deriv(k)(s) / duration**k if k else 0.005 * shape(s) for k in range(3)]
+    angle = np.arange(trials) * np.pi / 4
+    u = np.column_stack([np.cos(angle), np.sin(angle)])[:, None, :]
+    force = -sum(x[None, :, None] * u @ m.T for x, m in zip(moved[::-1], LINEAR, strict=True))
+    force = np.asarray(force)
+    position = moved[0][None, :, None] * u
+    if noise != "none":
+        force = force + rng.normal(0, 0.03, (trials, len(t), 2))
+        position = position + rng.uniform(0, 2e-5, (trials, 1, 2))
+    if noise == "nominal":
+        force = force + _unsteadiness(rng, t, trials)
+    if noise != "none":
+        force = np.round(force / 0.05) * 0.05
+        position = np.round(position / 2e-5) * 2e-5
+    position = position + [-0.14, 0.43]
+    before = t <= 0
+    return Window(
+        sample_rate_hz=RATE,
+        lag_s=t,
+        position=position,
+        force=force,
+        duration_s=np.full(trials, duration),
+        trial=np.arange(trials),
+        usable=np.ones(trials, dtype=bool),
+        position_at_onset=position[:, before].mean(axis=1),
+        force_at_onset=force[:, before].mean(axis=1),
+        disturbance=np.arange(trials) % 8,
+    )
+
+
+def _unsteadiness(rng: np.random.Generator, t: np.ndarray, trials: int) -> np.ndarray:
+    """Tremor (0.08 N rms at 9 Hz), slow voluntary force, drift of the virtual position."""
+    phase = rng.uniform(0, 2 * np.pi, (trials, 1, 2))
+    force = 0.08 * np.sqrt(2) * np.sin(2 * np.pi * 9.0 * t[None, :, None] + phase)
+    keep = np.exp(-1 / (RATE * 0.4))
+    slow = rng.normal(0, 0.25, (trials, 2))
+    for n in range(len(t)):
+        force[:, n] += slow
+        slow = keep * slow + np.sqrt(1 - keep**2) * rng.normal(0, 0.25, (trials, 2))
+    drift = rng.normal(0, 0.003, (trials, 1, 2)) * t[None, :, None]
+    return force + drift @ LINEAR[2].T
+
+
+@dataclass(frozen=True)
+class Experiments:
+    """Windows of several experiments of one design, their truth and handle mass."""
+
+    windows: list[Window]
+    truth: FloatArray
+    handle_kg: float
+
+
+def experiments(
+    limb: str, noise: str, first: int, count: int, *, trials: int = 40, **design: object
+) -> Experiments:
+    """Experiments `first` ... of a limb ("linear" or "subject"); the same whoever asks."""
+    if limb == "linear":
+        windows = [linear_window(noise, n, trials, **design) for n in range(first, first + count)]
+        return Experiments(windows, LINEAR, 0.0)
+    windows, truth = [], LINEAR
+    for n in range(first, first + count):
+        recording, found = simulate_condition(
+            seed=n, noise=noise, sets=trials // 8, emg=False, **design
+        )
+        windows.append(cut_windows(recording))
+        truth = np.stack([found.M_e[0], found.B_e[0], found.K_e[0]])
+    return Experiments(windows, truth, HANDLE_KG)
+
+
+def true_bound(
+    limb: str, noise: str, *, trials: int = 40, known_motion: bool = False, **design: object
+) -> FloatArray:
+    """Cramer-Rao bound (12, 12) of M, B, K for the noise that the simulation has.
+
+    The force's noise is computed from its definition, nothing is estimated; the position's from
+    the record (`signals.encoder`), or left out for a motion that is known.
+    """
+    clean = experiments(limb, "none", 0, 1, trials=trials, **design)
+    noisy = experiments(limb, noise, 0, 1, trials=trials, **design).windows[0]
+    equation = modal_equation(clean.windows[0])
+    theta = clean.truth + clean.handle_kg * np.array(
+        [np.eye(2), np.zeros((2, 2)), np.zeros((2, 2))]
+    )
+    covariance = _force_noise(equation, noise, clean.truth[2], TREMOR[limb])
+    if not known_motion:
+        encoder = position_noise(noisy.position, RATE, equation.modes)
+        covariance = covariance + through_impedance(theta.ravel(), encoder.covariance)
+    return bound(equation, covariance)
+
+
+def _force_noise(
+    equation: ModalEquation, noise: str, stiffness: FloatArray, tremor: float
+) -> FloatArray:
+    smooth, lag = equation.modes.smooth, equation.lag_s
+    n = len(smooth)
+    covariance = np.kron(np.eye(2), (0.03**2 + 0.05**2 / 12) * np.eye(n))
+    if noise == "nominal":
+        apart = lag[:, None] - lag
+        slow = 0.25**2 * np.exp(-np.abs(apart) / 0.4)
+        kernel = slow + tremor * np.cos(2 * np.pi * 9.0 * apart)
+        ramp = smooth @ lag
+        covariance += np.kron(np.eye(2), smooth @ kernel @ smooth.T)
+        covariance += np.kron(0.003**2 * stiffness @ stiffness.T, np.outer(ramp, ramp))
+    return covariance
+
+
+def frobenius_percent(covariance: FloatArray, truth: FloatArray) -> FloatArray:
+    """Root of the mean squared Frobenius norm of the symmetric parts' errors, % of M, B, K."""
+    half = np.zeros((4, 4))
+    for i in range(2):
+        for j in range(2):
+            half[2 * i + j, 2 * i + j] += 0.5
+            half[2 * i + j, 2 * j + i] += 0.5
+    average = np.kron(np.eye(3), half)
+    variances = np.diag(average @ covariance @ average.T).reshape(3, 4).sum(axis=1)
+    return np.asarray(100 * np.sqrt(variances) / np.linalg.norm(truth, axis=(1, 2)))
