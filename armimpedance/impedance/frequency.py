@@ -11,7 +11,8 @@ the hand does not leave as it entered. An offset and a ramp per trial are free.
 
 Noise is what trials of one direction do not share. Its covariance over the axes at each line,
 from the scatter about the mean of the direction, weights the lines: tremor costs the lines at
-its frequency, slow force the lowest.
+its frequency, slow force the lowest. Noise of the position shrinks nothing: the mean motion of the
+other replicates is the instrument of each trial.
 
 The multiple-input multiple-output estimate of the frequency response literature, e.g. E. J.
 Perreault, R. F. Kirsch and A. M. Acosta, Biological Cybernetics 80 (1999), 327-337, with M, B and K
@@ -29,6 +30,7 @@ from numpy.polynomial import Polynomial
 from armimpedance.conventions import Kind
 from armimpedance.errors import InputError
 from armimpedance.impedance import exact
+from armimpedance.impedance.instruments import mean_of_others
 from armimpedance.impedance.modal import ModalEquation, modal_equation, weighted_equations
 from armimpedance.impedance.prepared import Prepared
 from armimpedance.records import FloatArray, IntArray, Window
@@ -84,7 +86,9 @@ def prepare(window: Window, kind: Kind) -> Prepared:
     equation = modal_equation(window, lines.modes)
     first = solve_total(weighted_equations(equation, _unweighted(lines, window.axes), kind))
     noise = replicate_noise(equation, lines, labels, first)
-    equations = weighted_equations(equation, line_weight(noise, lines), kind)
+    equations = weighted_equations(
+        equation, line_weight(noise, lines), kind, instruments=_shared_motion(equation, labels)
+    )
     count = int(lines.line.max()) + 1
     note = f"{count} lines up to {HIGHEST_HZ:g} Hz, weighted by the scatter within directions"
     return Prepared(plain.factors, equations, notes=(note,))
@@ -107,6 +111,16 @@ def _replicates(window: Window) -> IntArray:
             expected=f"at least {needed} trials more than directions",
         )
     return labels
+
+
+def _shared_motion(equation: ModalEquation, labels: IntArray) -> FloatArray:
+    """Regressors of every trial as the other replicates have them: free of its position noise.
+
+    A trial that is alone in its direction keeps its own.
+    """
+    own = equation.regressors
+    alone = np.bincount(labels)[labels] == 1
+    return np.where(alone[:, None, None], own, mean_of_others(own, labels))
 
 
 def _lines_for(window: Window) -> Lines:
