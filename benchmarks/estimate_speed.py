@@ -47,6 +47,7 @@ def make_recording(conditions: int, trials: int) -> Recording:
         {
             "trial": np.arange(1, n + 1),
             "condition": [f"c{i // trials:03d}" for i in range(n)],
+            "direction_deg": 45.0 * (np.arange(n) % 8),
             "onset_s": 0.25,
             "end_s": 0.55,
         }
