@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 
 #: Of the stiffness, where no wish is given.
 DEFAULT_K_PERCENT = 10.0
+#: Name of a disturbance designed here.
+NEW = "new design"
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -141,12 +143,12 @@ def _profiles(arguments: argparse.Namespace, setting: Setting, limits: Limits) -
     delay = arguments.reflex_delay_ms / 1e3
     profiles: list[Profile] = []
     if arguments.design or arguments.separate_reflex:
-        goal, name = Goal(), "new design"
+        goal = Goal()
         if arguments.separate_reflex:
             around = (delay - 0.015, delay, delay + 0.015)
-            goal, name = Goal(around, delay_known=False), "new, reflex"
+            goal = Goal(around, delay_known=False)
         degree = 9 if arguments.separate_reflex else 5
-        profiles.append(design(setting, limits, goal, degree=degree, name=name).profile)
+        profiles.append(design(setting, limits, goal, degree=degree, name=NEW).profile)
     asked = DURATIONS_S if arguments.duration_s is None else (limits.duration_s,)
     if arguments.shape == "all":
         return [*profiles, *candidates_of(COMPARED, asked, limits)]
@@ -220,7 +222,7 @@ def _from_pilot(
     from armimpedance.cli.estimate import open_checked
     from armimpedance.errors import ArmImpedanceError, InputError
     from armimpedance.planning.pilot import pilot_of
-    from armimpedance.planning.plan import judge_measured
+    from armimpedance.planning.plan import judge_pilot
 
     if arguments.noise is not None:
         raise InputError("--noise with --pilot", expected="one of them: a pilot brings its own")
@@ -230,21 +232,20 @@ def _from_pilot(
     except ArmImpedanceError as error:
         raise InputError(str(error), file=arguments.pilot) from error
     setting = replace(pilot.setting, servo=servo)
-    return setting, [judge_measured("pilot's own", pilot.found, wish)]
+    return setting, [judge_pilot(pilot, wish)]
 
 
 def _best_profile(plan: Plan) -> Profile:
     from armimpedance.errors import InputError
 
-    able = [c for c in plan.candidates if c.profile is not None and c.recommendable]
-    ranked = sorted(able, key=lambda c: c.found.k_part(40) if c.found else float("inf"))
-    designed = [c for c in able if c.name.startswith("new")]
-    if not ranked or ranked[0].profile is None:
+    able = [
+        (c.name != NEW, c.found.k_part(40), c.profile)
+        for c in plan.candidates
+        if c.profile is not None and c.found is not None and c.recommendable
+    ]
+    if not able:
         raise InputError("no profile to write: none of these can be recommended")
-    chosen = (designed or ranked)[0].profile
-    if chosen is None:
-        raise InputError("no profile to write: none of these can be recommended")
-    return chosen
+    return min(able, key=lambda ranked: ranked[:2])[2]
 
 
 def _draw(plan: Plan, path: Path) -> None:

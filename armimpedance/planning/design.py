@@ -158,7 +158,8 @@ def _finished(c: FloatArray, limits: Limits, name: str, relative_sd: float) -> D
     x = shape.at(_CHECKS)[0]
     if x[np.argmax(np.abs(x) > 0.5)] < 0:
         c, shape = -c, designed_shape(name, -c)
-    allowed = limits.acceleration * limits.duration_s**2 / shape.peak_curvature
+    # the peak lies between the points where it was looked for
+    allowed = (1 - 1e-5) * limits.acceleration * limits.duration_s**2 / shape.peak_curvature
     asked = float(np.abs(polynomial_shape("", rounded_ends(c)).at(_CHECKS)[0]).max())
     amplitude = min(limits.amplitude_m, allowed, asked * limits.amplitude_m * (1 + _SLACK))
     return Design(Profile(shape, amplitude, limits.duration_s), c, float(relative_sd))

@@ -17,10 +17,22 @@ from armimpedance.signals.windows import cut_windows, disturbance_times
 
 @dataclass(frozen=True)
 class Pilot:
-    """What a pilot says: a setting with its arm and noise, and the precision of its own trials."""
+    """What a pilot says.
+
+    Attributes
+    ----------
+    setting : Setting
+        With its arm and noise.
+    found : Precision
+        Of its own trials.
+    duration_s, amplitude_m : float
+        Of its disturbances, medians over trials.
+    """
 
     setting: Setting
     found: Precision
+    duration_s: float
+    amplitude_m: float
 
 
 def pilot_of(recording: Recording, condition: str | None = None) -> Pilot:
@@ -66,4 +78,11 @@ def pilot_of(recording: Recording, condition: str | None = None) -> Pilot:
     setting = Setting(
         arm, PilotNoise.of(fit, window), sample_rate_hz=float(recording.sample_rate_hz)
     )
-    return Pilot(setting, precision_of_pilot(fit))
+    moved = window.position - window.position_at_onset[:, None]
+    reached = np.linalg.norm(moved[window.usable], axis=2).max(axis=1)
+    return Pilot(
+        setting,
+        precision_of_pilot(fit),
+        duration_s=float(np.median(window.duration_s[window.usable])),
+        amplitude_m=float(np.median(reached)),
+    )

@@ -11,6 +11,7 @@ import numpy as np
 from armimpedance.errors import ArmImpedanceError, InputError
 from armimpedance.planning.design import Goal, Limits, design
 from armimpedance.planning.motion import PlannedMotion
+from armimpedance.planning.pilot import Pilot
 from armimpedance.planning.precision import Precision, precision, reflex_bias
 from armimpedance.planning.setting import Setting
 from armimpedance.planning.shapes import SHAPES, Profile, Shape, shape_named
@@ -19,6 +20,8 @@ from armimpedance.planning.shapes import SHAPES, Profile, Shape, shape_named
 DURATIONS_S: Final = (0.15, 0.2, 0.3)
 #: And these shapes; a half-sine no robot makes.
 COMPARED: Final = tuple(name for name in SHAPES if name != "half_sine")
+#: How well a reflex's delay is known beforehand (s).
+_DELAY_RANGE_S: Final = 0.005
 #: A hand that reaches less of the commanded peak than this is worth a word.
 _FOLLOWED: Final = 0.9
 
@@ -48,6 +51,17 @@ class Wish:
         if self.most_trials < 8:
             raise InputError(f"{self.most_trials} trials", expected="8 or more: one set")
 
+    @property
+    def text(self) -> str:
+        """In words."""
+        parts = []
+        if self.k_part is not None:
+            parts.append(f"K within {100 * self.k_part:g} %")
+        if self.orientation_rad is not None:
+            degrees = np.rad2deg(self.orientation_rad)
+            parts.append(f"K's orientation within {degrees:.3g} degrees")
+        return " and ".join(parts) or "one set"
+
     def trials(self, found: Precision) -> int | None:
         """Trials, in whole sets of eight, that fulfil it; None: millions."""
         needed = [8]
@@ -71,21 +85,27 @@ class Candidate:
         None where `problem` stands in the way.
     trials : int or None
         For the wish, in whole sets.
-    bias : float
-        How much too large K comes out with a reflex of 25 % of K that is ignored, as a part of it.
+    bias : (low, high)
+        How much too large K comes out with a reflex of 25 % of K that is ignored, as a part of it:
+        over delays from 5 ms before to 5 ms after the one asked about.
     apart : Precision or None
         Of K together with the reflex, its delay known.
-    problem, notes : str
+    problem : str
+    notes : tuple of str
+    duration_s, amplitude_m : float
+        Of the profile, or as a pilot recorded them.
     """
 
     name: str
     profile: Profile | None
     found: Precision | None = None
     trials: int | None = None
-    bias: float = np.nan
+    bias: tuple[float, float] = (np.nan, np.nan)
     apart: Precision | None = None
     problem: str = ""
     notes: tuple[str, ...] = ()
+    duration_s: float = np.nan
+    amplitude_m: float = np.nan
 
     @property
     def recommendable(self) -> bool:
@@ -143,8 +163,8 @@ def make_plan(
     measured : sequence of Candidate
         Put first, as they are.
     """
-    if not 0.005 <= delay_s <= 0.2:
-        raise InputError(f"a reflex {1e3 * delay_s:g} ms late", expected="5 to 200 ms")
+    if not 0.01 <= delay_s <= 0.2:
+        raise InputError(f"a reflex {1e3 * delay_s:g} ms late", expected="10 to 200 ms")
     judged = [_judge(setting, profile, wish, delay_s) for profile in profiles]
     plan = Plan(setting, wish, limits, delay_s, (*measured, *judged))
     return replace(plan, obstacle=_obstacle(plan))
@@ -189,13 +209,25 @@ def candidates_of(
     ]
 
 
-def judge_measured(name: str, found: Precision, wish: Wish) -> Candidate:
-    """A pilot's own disturbance."""
-    return Candidate(name, None, found, wish.trials(found))
+def judge_pilot(pilot: Pilot, wish: Wish) -> Candidate:
+    """A pilot's own disturbance, as it was recorded."""
+    return Candidate(
+        "pilot's own",
+        None,
+        pilot.found,
+        wish.trials(pilot.found),
+        duration_s=pilot.duration_s,
+        amplitude_m=pilot.amplitude_m,
+    )
 
 
 def _judge(setting: Setting, profile: Profile, wish: Wish, delay_s: float) -> Candidate:
-    made = Candidate(profile.shape.name, profile)
+    made = Candidate(
+        profile.shape.name,
+        profile,
+        duration_s=profile.duration_s,
+        amplitude_m=profile.amplitude_m,
+    )
     motion = PlannedMotion(setting, profile)
     try:
         found = precision(motion)
@@ -205,11 +237,13 @@ def _judge(setting: Setting, profile: Profile, wish: Wish, delay_s: float) -> Ca
         apart = precision(motion, delay_s=delay_s)
     except ArmImpedanceError:
         apart = None
+    around = (delay_s - _DELAY_RANGE_S, delay_s, delay_s + _DELAY_RANGE_S)
+    biases = [float(reflex_bias(motion, delay)[2]) for delay in around]
     return replace(
         made,
         found=found,
         trials=wish.trials(found),
-        bias=float(reflex_bias(motion, delay_s)[2]),
+        bias=(min(biases), max(biases)),
         apart=apart,
         notes=_notes(motion),
     )
@@ -243,7 +277,9 @@ def _obstacle(plan: Plan) -> str:
     if best is None and (problems or cautions):
         return (problems or cautions)[0]
     shown = "millions of" if best is None else f"{best.trials:,}"
-    return f"the wish needs {shown} trials, more than {wish.most_trials:,}; {_binding_limit(plan)}"
+    return (
+        f"{wish.text} needs {shown} trials, more than {wish.most_trials:,}; {_binding_limit(plan)}"
+    )
 
 
 def _binding_limit(plan: Plan) -> str:
@@ -256,7 +292,7 @@ def _binding_limit(plan: Plan) -> str:
         f"{1.5 * limits.duration_s:g} s instead of {limits.duration_s:g}": replace(
             limits, duration_s=1.5 * limits.duration_s
         ),
-        "the same limits, a disturbance designed for them (--design)": limits,
+        "the same limits": limits,
     }
     if np.isfinite(limits.acceleration):
         looser[f"{1.5 * limits.acceleration:g} m/s^2 instead of {limits.acceleration:g}"] = replace(
@@ -274,4 +310,4 @@ def _binding_limit(plan: Plan) -> str:
     if not needed:
         return "no change of amplitude, duration or acceleration helps: the noise is too large"
     name = min(needed, key=lambda key: needed[key])
-    return f"what binds most: with {name} it would be {needed[name]:,}"
+    return f"what binds most: {name} and a disturbance designed for it would need {needed[name]:,}"

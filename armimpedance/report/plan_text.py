@@ -18,6 +18,8 @@ _REFLEX_HEADER = ("shape", "s", "K too large, %", "K, %", "K and R apart: K, %",
 def plan_text(plan: Plan, trials: int = 40) -> str:
     """Expected precision with so many trials, trials needed, what a reflex does, advice.
 
+    Where the wish cannot be met, `plan.obstacle` says why.
+
     Parameters
     ----------
     plan : Plan
@@ -43,7 +45,7 @@ def _servo(plan: Plan) -> str:
     servo = plan.setting.servo
     if np.isinf(servo.stiffness):
         return "ideal servo"
-    return f"servo of {servo.stiffness:.4g} N/m ({servo.natural_hz:.3g} Hz)"
+    return f"servo of {servo.stiffness:,.0f} N/m ({servo.natural_hz:.3g} Hz)"
 
 
 def _row(candidate: Candidate, trials: int) -> list[str]:
@@ -69,13 +71,11 @@ def diagonal_part(found: Precision, trials: int, matrix: int) -> float:
 
 def _place(candidate: Candidate) -> list[str]:
     profile = candidate.profile
-    if profile is None:
-        return [candidate.name, "-", "-", "-"]
     return [
         candidate.name,
-        f"{profile.duration_s:g}",
-        f"{1e3 * profile.amplitude_m:.3g}",
-        f"{profile.peak_acceleration:.3g}",
+        f"{candidate.duration_s:.3g}",
+        f"{1e3 * candidate.amplitude_m:.3g}",
+        "-" if profile is None else f"{profile.peak_acceleration:.3g}",
     ]
 
 
@@ -88,14 +88,19 @@ def _reflex_table(plan: Plan, trials: int) -> str:
         if candidate.apart is not None:
             apart = [_percent(diagonal_part(candidate.apart, trials, m)) for m in (2, 3)]
         alone = _percent(diagonal_part(candidate.found, trials, 2))
-        rows.append([*_place(candidate)[:2], f"{100 * candidate.bias:+.0f}", alone, *apart])
+        rows.append([*_place(candidate)[:2], _range(candidate.bias), alone, *apart])
     if not rows:
         return ""
     title = (
-        f"With a reflex {1e3 * plan.delay_s:g} ms late of 25 % of K: ignored, and fitted as R "
-        "x(t - delay) beside K"
+        f"With a reflex of 25 % of K, {1e3 * plan.delay_s:g} ms late (+-5): ignored; or fitted as "
+        "R x(t - delay)"
     )
     return f"{title}\n{aligned_table(_REFLEX_HEADER, rows)}"
+
+
+def _range(bias: tuple[float, float]) -> str:
+    low, high = (f"{100 * value:+.0f}" for value in bias)
+    return low if low == high else f"{low} to {high}"
 
 
 def _percent(part: float) -> str:
@@ -103,16 +108,11 @@ def _percent(part: float) -> str:
 
 
 def _legend(plan: Plan) -> str:
-    wish, wishes = plan.wish, []
-    if wish.k_part is not None:
-        wishes.append(f"K within {100 * wish.k_part:g} %")
-    if wish.orientation_rad is not None:
-        wishes.append(f"the orientation within {np.rad2deg(wish.orientation_rad):.3g} degrees")
-    asked = f" for {' and '.join(wishes)}" if wishes else ""
     return textwrap.fill(
         "M, B, K: the larger of both diagonal elements' half-widths, in % of the element (M with "
         "the handle). size and angle: half the interval of the stiffness ellipse's area and "
-        f"orientation. trials: in whole sets of 8{asked}. m/s^2: peak acceleration of the command.",
+        f"orientation. trials: in whole sets of 8, for {plan.wish.text}. m/s^2: peak acceleration "
+        "of the command.",
         _WIDTH,
     )
 
@@ -124,10 +124,7 @@ def _notes(plan: Plan) -> list[str]:
 
 
 def _advice(plan: Plan) -> str:
-    best, wish = plan.best, plan.wish
-    if plan.obstacle:
-        return textwrap.fill(f"Cannot be met: {plan.obstacle}.", _WIDTH)
-    if best is None or (wish.k_part is None and wish.orientation_rad is None):
+    best = plan.best
+    if plan.obstacle or best is None:
         return ""
-    where = "" if best.profile is None else f" of {best.profile.duration_s:g} s"
-    return f"Fewest trials: {best.trials:,} with {best.name}{where}."
+    return f"Fewest trials: {best.trials:,} with {best.name} of {best.duration_s:.3g} s."
