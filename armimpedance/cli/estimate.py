@@ -48,10 +48,14 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--format", choices=("csv", "json"), default="csv")
     parser.add_argument(
         "--covariance",
-        choices=("cr3", "replicates", "cr1"),
+        choices=("cr3", "replicates", "cr1", "bootstrap"),
         default="cr3",
         help="clustered by trial: cr3 = jackknife (default), replicates = within each direction, "
-        "cr1 = sandwich",
+        "cr1 = sandwich, bootstrap = trials drawn with replacement",
+    )
+    parser.add_argument("--seed", type=int, default=0, help="of the bootstrap (default: 0)")
+    parser.add_argument(
+        "--workers", type=int, default=1, metavar="N", help="processes; same result (default: 1)"
     )
     parser.add_argument(
         "--band",
@@ -106,9 +110,12 @@ def _run_all(arguments: argparse.Namespace) -> int:
 
 
 def _estimate_one(path: Path, arguments: argparse.Namespace) -> list[ImpedanceEstimate]:
+    from functools import partial
+
     from armimpedance.impedance.estimate import estimate
 
-    return _named(_on_recording(estimate, path, arguments), path, arguments)
+    with_workers = partial(estimate, workers=arguments.workers)
+    return _named(_on_recording(with_workers, path, arguments), path, arguments)
 
 
 def _on_recording(
@@ -123,7 +130,7 @@ def _on_recording(
     from armimpedance.report.result_row import check_group_columns
 
     recording = open_checked(path, arguments.force_by)
-    options = Options(covariance=arguments.covariance)
+    options = Options(covariance=arguments.covariance, seed=arguments.seed)
     if arguments.method not in (None, "all"):
         options = replace(options, method=arguments.method)
     if arguments.band is not None:
