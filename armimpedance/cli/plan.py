@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from armimpedance.planning.design import Limits
     from armimpedance.planning.plan import Candidate, Plan, Wish
     from armimpedance.planning.servo import Servo
-    from armimpedance.planning.setting import Setting
+    from armimpedance.planning.setting import PlannedArm, Setting
     from armimpedance.planning.shapes import Profile
 
 #: Of the stiffness, where no wish is given.
@@ -195,7 +195,7 @@ def _servo(arguments: argparse.Namespace) -> Servo:
         raise InputError(f"--servo {arguments.servo}", expected="N/m, or ideal") from error
 
 
-def _arm_of_results(arguments: argparse.Namespace):  # type: ignore[no-untyped-def]
+def _arm_of_results(arguments: argparse.Namespace) -> PlannedArm:
     from armimpedance.errors import InputError
     from armimpedance.planning.setting import PlannedArm
     from armimpedance.report.quantities import condition_of

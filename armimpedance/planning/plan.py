@@ -263,8 +263,8 @@ def _notes(motion: PlannedMotion) -> tuple[str, ...]:
 
 
 def _cost(candidate: Candidate) -> tuple[int, float]:
-    assert candidate.found is not None  # noqa: S101 - best looks at recommendable ones only
-    return candidate.trials or 0, candidate.found.k_part(40)
+    half = np.inf if candidate.found is None else candidate.found.k_part(40)
+    return candidate.trials or 0, half
 
 
 def _obstacle(plan: Plan) -> str:
