@@ -188,7 +188,7 @@ def _servo(arguments: argparse.Namespace) -> Servo:
             raise InputError("--servo and --bandwidth-hz", expected="one of them")
         return Servo.of_bandwidth(arguments.bandwidth_hz, arguments.robot_kg)
     if arguments.servo in (None, "ideal"):
-        return Servo()
+        return Servo(mass_kg=arguments.robot_kg)
     try:
         return Servo(float(arguments.servo), arguments.robot_kg)
     except ValueError as error:

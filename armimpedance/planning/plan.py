@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 
 from armimpedance.errors import ArmImpedanceError, InputError
-from armimpedance.planning.design import Goal, Limits, design
+from armimpedance.planning.design import Goal, Limits, check_limits, design
 from armimpedance.planning.motion import PlannedMotion
 from armimpedance.planning.pilot import Pilot
 from armimpedance.planning.precision import Precision, precision, reflex_bias
@@ -285,6 +285,10 @@ def _obstacle(plan: Plan) -> str:
 def _binding_limit(plan: Plan) -> str:
     """The limit whose loosening saves most trials, tried on disturbances designed for each."""
     limits, wish = plan.limits, plan.wish
+    try:
+        check_limits(limits)
+    except InputError as error:
+        return str(error)
     looser = {
         f"{1.5e3 * limits.amplitude_m:g} mm instead of {1e3 * limits.amplitude_m:g}": replace(
             limits, amplitude_m=1.5 * limits.amplitude_m

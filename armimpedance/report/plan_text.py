@@ -11,6 +11,8 @@ from armimpedance.planning.precision import Precision
 from armimpedance.report.numbers import aligned_table
 
 _WIDTH = 100
+#: An interval wider than this many times its value says nothing.
+_LARGEST_PART = 10.0
 _HEADER = ("shape", "s", "mm", "m/s^2", "M, %", "B, %", "K, %", "size, %", "angle, deg", "trials")
 _REFLEX_HEADER = ("shape", "s", "K too large, %", "K, %", "K and R apart: K, %", "R, % of K")
 
@@ -104,6 +106,8 @@ def _range(bias: tuple[float, float]) -> str:
 
 
 def _percent(part: float) -> str:
+    if part > _LARGEST_PART:
+        return f"> {100 * _LARGEST_PART:g}"
     return f"{100 * part:.2f}" if part < 0.1 else f"{100 * part:.1f}"
 
 

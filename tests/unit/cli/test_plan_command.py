@@ -112,6 +112,8 @@ def test_a_raised_cosine_alone_is_not_recommended(capsys):
         (["--noise", "loud"], "no noise level 'loud'"),
         (["--servo", "soft"], "--servo soft"),
         (["--servo", "5000", "--bandwidth-hz", "10"], "one of them"),
+        (["--robot-kg", "-1"], "-1 kg"),
+        (["--k-percent", "5", "--duration-s", "0.05"], "no course of 5 mm in 0.05 s"),
         (["--k-percent", "-3"], "K within"),
         (["--trials", "1"], "--trials 1"),
         (["--reflex-delay-ms", "0"], "0 ms late"),
