@@ -1,9 +1,14 @@
 """Noise of the measured position, from the record itself.
 
-Two kinds of sensor: an analogue one is noisy at rest and in motion alike; an encoder stands still
-at rest and, once the hand crosses its steps, errs by up to half a step. Then the error at rest,
-which referencing removes from the rest, stays in the motion as a constant: each stretch of motion
-carries a pulse of the same variance beside white noise.
+Three kinds of sensor:
+
+- one whose readings lie on a grid, an encoder: its error depends on the motion, constant at rest
+  (where referencing removes it), a saw-tooth in slow motion, nearly white in fast motion. The
+  smoothed motion is read again with the grid elsewhere; the spread of what comes out is the noise;
+- one that stands still at rest and is noisy in motion without such a grid, an encoder of joint
+  angles behind kinematics: white noise in motion and a pulse of the same variance, the error at
+  rest that stays in the motion as a constant;
+- an analogue one, noisy at rest and in motion alike: white noise.
 """
 
 from __future__ import annotations
@@ -21,6 +26,10 @@ NEAR_S = 0.010
 _FOURTH_DIFFERENCE = 70.0
 #: Fourth differences below this part of their rms are none.
 _STILL = 0.05
+#: The smoothed motion of every trial is read again with the grid in this many places.
+_READINGS = 4
+#: Steps within this part of a whole number of the smallest one lie on a grid.
+_ON_GRID = 0.01
 
 
 @dataclass(frozen=True)
@@ -33,14 +42,65 @@ class PositionNoise:
         Of single samples while the reading changes, m^2 (rad^2).
     covariance : (d, 3 n, 3 n)
         Per axis, of what the modes make of the noise in x'', x', x; mean over trials.
+    step : float
+        Of the grid on which the readings lie; 0: there is none.
     """
 
     variance: float
     covariance: FloatArray
+    step: float = 0.0
 
 
 def position_noise(position: FloatArray, sample_rate_hz: float, modes: Modes) -> PositionNoise:
-    """Noise of positions (T, S, d), from differences that no limb can make.
+    """Noise of displacements from rest (T, S, d).
+
+    Parameters
+    ----------
+    position : (T, S, d)
+        As recorded; trials start at rest.
+    sample_rate_hz : float
+    modes : Modes
+        Of the window.
+    """
+    step = grid_step(position)
+    if step > 0:
+        return PositionNoise(step**2 / 12, _read_again(position, modes, step), step)
+    return _from_differences(position, sample_rate_hz, modes)
+
+
+def grid_step(position: FloatArray) -> float:
+    """Step of the grid on which positions (T, S, d) lie within each trial; 0 if on none."""
+    steps = np.abs(np.diff(position, axis=1))
+    # rounding of positions of a metre is 1e-16
+    steps = steps[steps > 1e-13 + 1e-9 * steps.max(initial=0.0)]
+    if not steps.size:
+        return 0.0
+    smallest = float(steps.min())
+    off = np.abs(steps / smallest - np.round(steps / smallest)).max()
+    # the largest whole number must still be told from its neighbours
+    return smallest if off < _ON_GRID else 0.0
+
+
+def _read_again(position: FloatArray, modes: Modes, step: float) -> FloatArray:
+    """Covariance (d, 3 n, 3 n) of the error of readings of the smoothed motion."""
+    T, S, d = position.shape
+    moved = position - position[:, :1]
+    # the modes' span holds the motion: (S, n) (n, S) (S, T d)
+    flat = moved.transpose(1, 0, 2).reshape(S, T * d)
+    smooth = (modes.smooth.T @ (modes.smooth @ flat)).T
+    # places of the grid spread evenly over a step, others in every trial
+    place = (np.arange(_READINGS)[:, None] + np.linspace(0, 1, T * d, endpoint=False)) / _READINGS
+    grid = smooth / step + place[:, :, None]
+    error = np.round(grid) - grid
+    error -= error[:, :, :1]
+    projected = (error.reshape(-1, S) @ modes.stacked.T).reshape(_READINGS, T, d, -1)
+    per_axis = projected.transpose(2, 0, 1, 3).reshape(d, _READINGS * T, -1)
+    spread = per_axis.transpose(0, 2, 1) @ per_axis
+    return np.asarray(step**2 * spread / (_READINGS * T))
+
+
+def _from_differences(position: FloatArray, sample_rate_hz: float, modes: Modes) -> PositionNoise:
+    """White noise and pulses, by differences that no limb can make.
 
     The fourth difference of a limb's motion at 1 kHz is nanometres; what it shows is noise.
     """
