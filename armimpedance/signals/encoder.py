@@ -64,7 +64,8 @@ def position_noise(position: FloatArray, sample_rate_hz: float, modes: Modes) ->
     """
     step = grid_step(position)
     if step > 0:
-        return PositionNoise(step**2 / 12, _read_again(position, modes, step), step)
+        reach = max(1, round(NEAR_S * sample_rate_hz))
+        return PositionNoise(step**2 / 12, _read_again(position, modes, step, reach), step)
     return _from_differences(position, sample_rate_hz, modes)
 
 
@@ -81,13 +82,13 @@ def grid_step(position: FloatArray) -> float:
     return smallest if off < _ON_GRID else 0.0
 
 
-def _read_again(position: FloatArray, modes: Modes, step: float) -> FloatArray:
+def _read_again(position: FloatArray, modes: Modes, step: float, reach: int) -> FloatArray:
     """Covariance (d, 3 n, 3 n) of the error of readings of the smoothed motion."""
     T, S, d = position.shape
-    moved = position - position[:, :1]
-    # the modes' span holds the motion: (S, n) (n, S) (S, T d)
-    flat = moved.transpose(1, 0, 2).reshape(S, T * d)
-    smooth = (modes.smooth.T @ (modes.smooth @ flat)).T
+    moved = (position - position[:, :1]).transpose(0, 2, 1).reshape(T * d, S)
+    # a mean over near samples: what stands still goes on to stand still
+    running = np.cumsum(np.pad(moved, ((0, 0), (reach + 1, reach)), mode="edge"), axis=1)
+    smooth = (running[:, 2 * reach + 1 :] - running[:, : -2 * reach - 1]) / (2 * reach + 1)
     # places of the grid spread evenly over a step, others in every trial
     place = (np.arange(_READINGS)[:, None] + np.linspace(0, 1, T * d, endpoint=False)) / _READINGS
     grid = smooth / step + place[:, :, None]
