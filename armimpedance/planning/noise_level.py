@@ -144,16 +144,20 @@ class PilotNoise:
     @classmethod
     def of(cls, fit: WeightedFit, window: Window) -> PilotNoise:
         """From the fit of a window."""
+        sensor = fit.noise.position
+        if sensor.step > 0:
+            floor = float(fit.noise.floor[0, 0])
+            return cls(fit.noise.sizes, floor, encoder_step=sensor.step, position_sd=0.0)
         at_rest = window.position[window.usable][:, window.lag_s <= 0]
         rest = 0.0
         if at_rest.shape[1] >= 32:
             modes = spline_modes(at_rest.shape[1], window.sample_rate_hz)
             rest = position_noise(at_rest, window.sample_rate_hz, modes).variance
-        rest = min(rest, fit.noise.position.variance)
+        rest = min(rest, sensor.variance)
         return cls(
             sizes=fit.noise.sizes,
             floor=float(fit.noise.floor[0, 0]),
-            encoder_step=float(np.sqrt(12 * (fit.noise.position.variance - rest))),
+            encoder_step=float(np.sqrt(12 * (sensor.variance - rest))),
             position_sd=float(np.sqrt(rest)),
         )
 
