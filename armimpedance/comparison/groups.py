@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from armimpedance.errors import ArmImpedanceError, InputError, NotIdentifiableError
-from armimpedance.impedance.estimate import Options, estimate, estimate_window
+from armimpedance.impedance.estimate import Options, estimate, estimate_window, groups_of
 from armimpedance.impedance.methods import method_named
 from armimpedance.impedance.result import Group
 from armimpedance.records import ImpedanceEstimate, IntArray, Recording, Window
@@ -141,22 +141,12 @@ def groups_of_estimates(
 
 def _parts(recording: Recording, columns: Sequence[str]) -> list[tuple[dict[str, Any], IntArray]]:
     """Keys and row numbers of each group of trials, in the order of the table."""
-    trials = recording.trials
-    for column in columns:
-        if column not in trials:
-            raise InputError(
-                f"no column {column!r} in the trial table",
-                column=column,
-                expected=f"one of {', '.join(map(str, trials.columns))}",
-            )
     if not columns:
         return [({}, np.arange(recording.n_trials))]
-    parts = []
-    for key, rows in trials.groupby(list(columns), sort=False, dropna=False).indices.items():
-        values = key if isinstance(key, tuple) else (key,)
-        plain = [v.item() if isinstance(v, np.generic) else v for v in values]
-        parts.append((dict(zip(columns, plain, strict=True)), np.sort(rows)))
-    return parts
+    return [
+        ({name: v.item() if isinstance(v, np.generic) else v for name, v in keys.items()}, rows)
+        for keys, rows in groups_of(recording, columns)
+    ]
 
 
 def _group(
