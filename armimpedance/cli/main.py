@@ -21,6 +21,7 @@ COMMANDS = {
     "inspect": "say what a recording holds and whether it can be used",
     "estimate": "inertia, viscosity and stiffness with 95 %% intervals",
     "map": "from the hand to the joints",
+    "reflex": "is the stiffness the limb's own, or does a reflex stand in it?",
     "compare": "what differs between groups of trials, and whether chance could do it",
     "convert": "turn a lab's files into a recording",
     "figures": "draw the sources' figures from simulated subjects",

@@ -1,0 +1,200 @@
+"""Verdicts of the reflex guard as text for a terminal of 100 columns, and as a table of rows."""
+
+from __future__ import annotations
+
+import csv
+import textwrap
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.special import stdtrit
+
+from armimpedance.conventions import UNITS, element_names
+from armimpedance.impedance.reflex_ends import WindowEnds
+from armimpedance.impedance.reflex_verdict import (
+    LEVEL,
+    NEGLIGIBLE_SHARE,
+    TELLING_S,
+    ReflexVerdict,
+    Share,
+)
+from armimpedance.outputs import staged_file
+from armimpedance.records import FloatArray
+from armimpedance.report.numbers import aligned_table, with_half_width
+
+_WIDTH = 100
+_REMEDY = (
+    "Shorter disturbances tell K and reflex apart, and so does the shape reflex_separating of the "
+    "simulator (armimpedance plan writes it for a robot)."
+)
+_LEGEND = (
+    "Overstated and reflex: along the intrinsic K, as part of it. ± and limits: 95 %; with the "
+    "delay scanned its uncertainty is in them. R answers a displacement one delay late; K + R is "
+    "what a slow displacement meets. p: how often trials without a reflex give as much evidence."
+)
+
+
+def verdict_text(verdicts: Sequence[ReflexVerdict]) -> str:
+    """Every group: the verdict in words, its evidence, the matrices; then what is meant."""
+    blocks = [f"{_title(v)}\n{_filled(sentences(v))}\n{_matrices(v)}" for v in verdicts]
+    return "\n\n".join([*blocks, textwrap.fill(_LEGEND, _WIDTH)])
+
+
+def headline(verdict: ReflexVerdict) -> str:
+    """The verdict in one sentence."""
+    p = _p(verdict.p_value)
+    if verdict.outcome == "none" and verdict.p_value <= LEVEL:
+        return f"No reflex that matters ({p}, but below {100 * NEGLIGIBLE_SHARE:g} % of K)."
+    if verdict.outcome == "none":
+        return f"No sign of a reflex ({p}); {_would_be_seen(verdict)}."
+    if verdict.outcome == "unknown":
+        return f"It cannot be told: no sign of a reflex ({p}), but {_would_hide(verdict)}."
+    return f"Contaminated by a reflex from {_delay(verdict)} after the onset ({p})."
+
+
+def sentences(verdict: ReflexVerdict) -> list[str]:
+    """The verdict and its evidence."""
+    found = [headline(verdict)]
+    if verdict.outcome == "contaminated":
+        share = f"The reflex is {_percent(verdict.share)} of the intrinsic K"
+        found.append(f"{share}. {_misstated(verdict.overstated)}")
+    elif verdict.scanned:
+        others = (f"{1e3 * d:.0f} ms: {_part(s)}" for d, s in verdict.visible if d != TELLING_S)
+        found.append(f"Smallest reflex that would be seen at other delays, {', '.join(others)}.")
+    if verdict.outcome == "unknown":
+        found.append(_REMEDY)
+    if verdict.ends is not None:
+        found.append(_ends(verdict, verdict.ends))
+    return found
+
+
+def write_verdicts(verdicts: Sequence[ReflexVerdict], path: str | Path) -> None:
+    """Write one row per group; what does not exist stays empty.
+
+    Raises
+    ------
+    InputError
+        The file cannot be written.
+    """
+    rows = [_row(verdict) for verdict in verdicts]
+    columns = list(dict.fromkeys(name for row in rows for name in row))
+    with staged_file(path) as staged, open(staged, "w", newline="", encoding="utf-8") as stream:
+        table = csv.DictWriter(stream, columns, restval="", lineterminator="\n")
+        table.writeheader()
+        table.writerows(rows)
+
+
+def group_name(verdict: ReflexVerdict) -> str:
+    """The group in words."""
+    return ", ".join(f"{name} {value}" for name, value in verdict.keys.items()) or "all trials"
+
+
+def _title(verdict: ReflexVerdict) -> str:
+    return f"{group_name(verdict)}, {verdict.n_trials} trials"
+
+
+def _filled(lines: Sequence[str]) -> str:
+    wrap = {"width": _WIDTH, "initial_indent": "  ", "subsequent_indent": "  "}
+    return "\n".join(textwrap.fill(line, **wrap) for line in lines)  # type: ignore[arg-type]
+
+
+def _p(value: float) -> str:
+    return f"p = {value:.4f}" if value < 0.01 else f"p = {value:.2f}"
+
+
+def _delay(verdict: ReflexVerdict) -> str:
+    if not verdict.scanned:
+        return f"{1e3 * verdict.delay_s:g} ms (as given)"
+    low, high = 1e3 * verdict.delay_low_s, 1e3 * verdict.delay_high_s
+    return f"about {1e3 * verdict.delay_s:.0f} ms ({low:.0f} to {high:.0f})"
+
+
+def _part(share: float) -> str:
+    return f"{100 * share:.0f} % of K" if np.isfinite(share) else "none"
+
+
+def _percent(share: Share, sign: float = 1.0) -> str:
+    low, high = sorted((sign * share.low, sign * share.high))
+    return f"{100 * sign * share.value:.0f} % ({100 * low:.0f} to {100 * high:.0f})"
+
+
+def _would_be_seen(verdict: ReflexVerdict) -> str:
+    delay = TELLING_S if verdict.scanned else verdict.delay_s
+    seen = _part(verdict.seen_from(delay))
+    return f"one of more than {seen}, {1e3 * delay:g} ms late, would have been seen"
+
+
+def _would_hide(verdict: ReflexVerdict) -> str:
+    delay = TELLING_S if verdict.scanned else verdict.delay_s
+    seen = verdict.seen_from(delay)
+    size = f"of {_part(seen)}" if np.isfinite(seen) else "of any size"
+    return f"one {size}, {1e3 * delay:g} ms late, could go unseen"
+
+
+def _misstated(overstated: Share) -> str:
+    if overstated.low > 0:
+        return f"Without it in the model K is overstated by {_percent(overstated)}."
+    if overstated.high < 0:
+        return f"Without it in the model K is understated by {_percent(overstated, -1.0)}."
+    return (
+        f"Whether K is misstated without it in the model cannot be told: by {_percent(overstated)}."
+    )
+
+
+def _ends(verdict: ReflexVerdict, ends: WindowEnds) -> str:
+    change, error = ends.along(verdict.without)
+    half = float(stdtrit(ends.dof, 0.975)) * error[-1]
+    first, last = 1e3 * ends.end_s[ends.early], 1e3 * ends.end_s[-1]
+    limits = f"{100 * (change[-1] - half):+.0f} to {100 * (change[-1] + half):+.0f}"
+    return (
+        f"Windows that end at {first:.0f} and at {last:.0f} ms: K changes by "
+        f"{100 * change[-1]:+.0f} % ({limits}; the same trials)."
+    )
+
+
+def _matrices(verdict: ReflexVerdict) -> str:
+    d, factor = len(verdict.intrinsic), float(stdtrit(verdict.dof, 0.975))
+    unit = UNITS[verdict.kind]["K"]
+    header = [f"  {unit}", *(name[1:].lstrip("_") for name in element_names("K", d))]
+    parts = zip(
+        ("K, no reflex in the model", "K intrinsic", "R reflex"),
+        (verdict.without, verdict.intrinsic, verdict.reflex),
+        verdict.sd,
+        strict=True,
+    )
+    rows = [[f"  {name}", *_elements(value, factor * sd)] for name, value, sd in parts]
+    rows.append(["  K + R", *_elements(verdict.total, factor * verdict.total_sd)])
+    return aligned_table(header, rows)
+
+
+def _elements(matrix: FloatArray, half: FloatArray) -> list[str]:
+    return [with_half_width(v, h) for v, h in zip(matrix.ravel(), half.ravel(), strict=True)]
+
+
+def _row(verdict: ReflexVerdict) -> dict[str, Any]:
+    seen = verdict.seen_from(TELLING_S) if verdict.visible else float("nan")
+    row: dict[str, Any] = {
+        **verdict.keys,
+        "n_trials": verdict.n_trials,
+        "outcome": verdict.outcome,
+        "verdict": headline(verdict),
+        "p": verdict.p_value,
+        "delay_ms": 1e3 * verdict.delay_s,
+        "ci_low_delay_ms": 1e3 * verdict.delay_low_s,
+        "ci_high_delay_ms": 1e3 * verdict.delay_high_s,
+        "delay_scanned": verdict.scanned,
+        "visible_percent": 100 * seen if np.isfinite(seen) else "",
+    }
+    for name, share in (("overstated", verdict.overstated), ("reflex", verdict.share)):
+        row[f"{name}_percent"] = 100 * share.value
+        row[f"ci_low_{name}_percent"] = 100 * share.low
+        row[f"ci_high_{name}_percent"] = 100 * share.high
+    d = len(verdict.intrinsic)
+    matrices = (verdict.without, verdict.intrinsic, verdict.reflex)
+    for symbol, matrix, sd in zip(("K_without", "K", "R"), matrices, verdict.sd, strict=True):
+        names = element_names(symbol, d)
+        row |= dict(zip(names, matrix.ravel().tolist(), strict=True))
+        row |= {f"sd_{n}": v for n, v in zip(names, sd.ravel().tolist(), strict=True)}
+    return row
