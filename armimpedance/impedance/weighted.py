@@ -92,25 +92,27 @@ def weighted_fit(
     noise = start_noise(window, equation)
     equations = weighted_equations(equation, _without_drift(equation), kind)
     parameters = solve_total(equations)
-    uncertainty = None
+    instruments, uncertainty = expected_motion(equation), None
     for steps in NOISE_STEPS:
         noise = refit_noise(noise, equation, parameters, steps, uncertainty)
-        equations = compensated_equations(equation, noise, parameters, kind)
+        V = np.linalg.inv(noise.covariance(parameters))
+        equations = compensated_equations(equation, noise, (V + V.T) / 2, instruments, kind)
         parameters, uncertainty = solve_total(equations), bound_of(equations)
     return WeightedFit(equation, noise, equations, parameters)
 
 
 def compensated_equations(
-    equation: ModalEquation, noise: NoiseModel, parameters: FloatArray, kind: Kind
+    equation: ModalEquation,
+    noise: NoiseModel,
+    V: FloatArray,
+    instruments: FloatArray | None,
+    kind: Kind,
 ) -> TrialEquations:
-    """``A_t = Z_t^T V W_t``, ``b_t = Z_t^T V y_t`` with V at these parameters.
+    """``A_t = Z_t^T V W_t``, ``b_t = Z_t^T V y_t``.
 
-    Z is the motion expected from the other trials; where they do not tell, W itself, and the
-    excess of its noise is taken off: ``A_t = W_t^T V W_t - E[N^T V N]``.
+    Z (T, r d, n) is the motion expected from the other trials; where they do not tell, W itself,
+    and the excess of its noise is taken off: ``A_t = W_t^T V W_t - E[N^T V N]``.
     """
-    V = np.linalg.inv(noise.covariance(parameters))
-    V = (V + V.T) / 2
-    instruments = expected_motion(equation)
     if instruments is not None:
         return weighted_equations(equation, V, kind, instruments=instruments)
     # a delayed displacement is taken as free of noise: its share is far below that of x''

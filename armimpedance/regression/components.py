@@ -104,7 +104,21 @@ def _step(sizes: FloatArray, expected: FloatArray, observed: FloatArray) -> Floa
 
 def _root(stack: FloatArray) -> FloatArray:
     """Symmetric square roots of positive semidefinite matrices (J, d, d)."""
+    if stack.shape[1] == 2:
+        return _root_of_two(stack)
     values, vectors = np.linalg.eigh((stack + stack.transpose(0, 2, 1)) / 2)
     floor = 1e-14 * np.abs(values).max(axis=1, keepdims=True) + 1e-300
     roots = np.sqrt(np.maximum(values, floor))
     return np.asarray((vectors * roots[:, None, :]) @ vectors.transpose(0, 2, 1))
+
+
+def _root_of_two(stack: FloatArray) -> FloatArray:
+    """The same for d = 2: ``(A + sqrt(det A) I) / sqrt(tr A + 2 sqrt(det A))``."""
+    trace = stack[:, 0, 0] + stack[:, 1, 1]
+    det = stack[:, 0, 0] * stack[:, 1, 1] - stack[:, 0, 1] * stack[:, 1, 0]
+    # rounding may leave a vanishing eigenvalue negative
+    inner = np.sqrt(np.maximum(det, 1e-28 * trace**2 + 1e-300))
+    result = (stack + stack.transpose(0, 2, 1)) / 2
+    result[:, 0, 0] += inner
+    result[:, 1, 1] += inner
+    return np.asarray(result / np.sqrt(trace + 2 * inner)[:, None, None])

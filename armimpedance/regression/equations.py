@@ -147,7 +147,9 @@ def solve_equations(
         return Solution(theta, replicate_sum(moved, numbers), float(T - numbers.max() - 1))
     if covariance == "bootstrap":
         draws = bootstrap_equations(equations, BOOTSTRAP_REPEATS, seed)
-        return Solution(theta, np.atleast_2d(np.cov(draws, rowvar=False)), float(T - 1))
+        # drawing from the T trials at hand leaves (T - 1)/T of the variance
+        spread = T / (T - 1) * np.cov(draws, rowvar=False)
+        return Solution(theta, np.atleast_2d(spread), float(T - 1))
     if covariance == "cr1":
         moved = np.sqrt(T / (T - 1)) * _solve_scaled(total, score.T).T
     elif covariance == "cr3":

@@ -26,8 +26,8 @@ NEAR_S = 0.010
 _FOURTH_DIFFERENCE = 70.0
 #: Fourth differences below this part of their rms are none.
 _STILL = 0.05
-#: The smoothed motion of every trial is read again with the grid in this many places.
-_READINGS = 4
+#: The smoothed motions are read again at least this often in all, with the grid elsewhere.
+_READINGS = 160
 #: Steps within this part of a whole number of the smallest one lie on a grid.
 _ON_GRID = 0.01
 
@@ -89,15 +89,16 @@ def _read_again(position: FloatArray, modes: Modes, step: float, reach: int) -> 
     # a mean over near samples: what stands still goes on to stand still
     running = np.cumsum(np.pad(moved, ((0, 0), (reach + 1, reach)), mode="edge"), axis=1)
     smooth = (running[:, 2 * reach + 1 :] - running[:, : -2 * reach - 1]) / (2 * reach + 1)
+    readings = -(-_READINGS // (T * d))
     # places of the grid spread evenly over a step, others in every trial
-    place = (np.arange(_READINGS)[:, None] + np.linspace(0, 1, T * d, endpoint=False)) / _READINGS
+    place = (np.arange(readings)[:, None] + np.linspace(0, 1, T * d, endpoint=False)) / readings
     grid = smooth / step + place[:, :, None]
     error = np.round(grid) - grid
     error -= error[:, :, :1]
-    projected = (error.reshape(-1, S) @ modes.stacked.T).reshape(_READINGS, T, d, -1)
-    per_axis = projected.transpose(2, 0, 1, 3).reshape(d, _READINGS * T, -1)
+    projected = (error.reshape(-1, S) @ modes.stacked.T).reshape(readings, T, d, -1)
+    per_axis = projected.transpose(2, 0, 1, 3).reshape(d, readings * T, -1)
     spread = per_axis.transpose(0, 2, 1) @ per_axis
-    return np.asarray(step**2 * spread / (_READINGS * T))
+    return np.asarray(step**2 * spread / (readings * T))
 
 
 def _from_differences(position: FloatArray, sample_rate_hz: float, modes: Modes) -> PositionNoise:

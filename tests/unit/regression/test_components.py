@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from armimpedance.errors import InputError
-from armimpedance.regression.components import fit_components, total_covariance
+from armimpedance.regression.components import _root_of_two, fit_components, total_covariance
 
 N = 12
 LAG = np.abs(np.subtract.outer(np.arange(N), np.arange(N)))
@@ -80,3 +80,14 @@ def test_a_component_that_is_not_there_vanishes():
 def test_shapes_that_do_not_belong_together_are_refused():
     with pytest.raises(InputError, match="moment"):
         fit_components(np.eye(5), SHAPES, NONE, isotropic=FREE)
+
+
+def test_roots_of_two_axes_are_those_of_any_number():
+    rng = np.random.default_rng(2)
+    factors = rng.normal(size=(50, 2, 2))
+    stack = factors @ factors.transpose(0, 2, 1)
+    roots = _root_of_two(stack)
+    np.testing.assert_allclose(roots @ roots, stack, atol=1e-10 * np.abs(stack).max())
+    np.testing.assert_allclose(roots, roots.transpose(0, 2, 1), atol=1e-14)
+    singular = np.outer([1.0, 2.0], [1.0, 2.0])[None]
+    np.testing.assert_allclose(_root_of_two(singular) @ _root_of_two(singular), singular, atol=1e-9)
