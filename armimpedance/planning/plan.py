@@ -45,9 +45,13 @@ class Wish:
     most_trials: int = 1000
 
     def __post_init__(self) -> None:
-        for name, value in (("K", self.k_part), ("the orientation", self.orientation_rad)):
+        asked = (
+            ("K", self.k_part, 100.0, "%"),
+            ("the orientation", self.orientation_rad, 180 / np.pi, "degrees"),
+        )
+        for name, value, factor, unit in asked:
             if value is not None and not (np.isfinite(value) and value > 0):
-                raise InputError(f"{name} within {value:g}", expected="more than 0")
+                raise InputError(f"{name} within {factor * value:g} {unit}", expected="more than 0")
         if self.most_trials < 8:
             raise InputError(f"{self.most_trials} trials", expected="8 or more: one set")
 
