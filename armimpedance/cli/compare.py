@@ -119,20 +119,15 @@ def _compare_subjects(subjects: Subjects, arguments: argparse.Namespace) -> int:
 
 def _check(arguments: argparse.Namespace) -> None:
     """Refuse before any work what cannot end well."""
+    from armimpedance.cli.checks import check_outputs, check_seed
     from armimpedance.errors import InputError
     from armimpedance.impedance.methods import DEFAULT_METHOD, method_named
 
     method_named(arguments.method or DEFAULT_METHOD)
     if arguments.permutations is not None and arguments.permutations < 1:
         raise InputError(f"{arguments.permutations} permutations", expected="1 or more")
-    if arguments.seed < 0:
-        raise InputError(f"seed {arguments.seed}", expected="0 or more")
-    figure = arguments.figure
-    if figure is not None and figure.suffix not in (".png", ".svg", ".pdf"):
-        raise InputError("a figure's name", file=figure, expected="one that ends in .png")
-    for path in (figure, arguments.out):
-        if path is not None and not path.absolute().parent.is_dir():
-            raise InputError("no such folder", file=path.parent, expected="an existing folder")
+    check_seed(arguments.seed)
+    check_outputs(figure=arguments.figure, out=arguments.out)
     for path in arguments.inputs:
         if not path.exists():
             raise InputError(

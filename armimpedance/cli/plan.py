@@ -81,11 +81,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Plan, print, write profile and figure; an unmet wish is an error after the table."""
+    from armimpedance.cli.checks import check_outputs
     from armimpedance.errors import InputError
     from armimpedance.planning.plan import make_plan
     from armimpedance.planning.profile_csv import write_profile
     from armimpedance.report.plan_text import plan_text
 
+    check_outputs(figure=arguments.figure, out=arguments.out_profile)
     if arguments.trials < 8:
         raise InputError(f"--trials {arguments.trials}", expected="8 or more: one set")
     wish = _wish(arguments)
@@ -249,12 +251,8 @@ def _best_profile(plan: Plan) -> Profile:
 
 
 def _draw(plan: Plan, path: Path) -> None:
-    from armimpedance.errors import InputError
     from armimpedance.plots.plan import plan_figure
     from armimpedance.plots.style import save
 
-    kind = path.suffix.removeprefix(".")
-    if kind not in ("png", "svg", "pdf"):
-        raise InputError(f"--figure {path.name}", expected="a name that ends in .png, .svg or .pdf")
-    save(plan_figure(plan), path.with_suffix(""), [kind])
+    save(plan_figure(plan), path.with_suffix(""), [path.suffix.removeprefix(".")])
     print(f"\nfigure written to {path}")

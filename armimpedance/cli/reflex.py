@@ -61,16 +61,10 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _check(arguments: argparse.Namespace) -> None:
     """Refuse before any work what cannot end well."""
-    from armimpedance.errors import InputError
+    from armimpedance.cli.checks import check_outputs, check_seed
 
-    if arguments.seed < 0:
-        raise InputError(f"seed {arguments.seed}", expected="0 or more")
-    figure = arguments.figure
-    if figure is not None and figure.suffix not in (".png", ".svg", ".pdf"):
-        raise InputError("a figure's name", file=figure, expected="one that ends in .png")
-    for path in (figure, arguments.out):
-        if path is not None and not path.absolute().parent.is_dir():
-            raise InputError("no such folder", file=path.parent, expected="an existing folder")
+    check_seed(arguments.seed)
+    check_outputs(figure=arguments.figure, out=arguments.out)
 
 
 def _verdicts(arguments: argparse.Namespace) -> list[ReflexVerdict]:
