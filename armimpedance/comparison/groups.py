@@ -163,8 +163,8 @@ def _group(
             "a group of one usable trial: what differs between its trials cannot be seen",
             expected="two trials or more in each group",
         )
-    made = estimate_window(window, Group.of(recording, keys), options)
     prepared = method_named(options.method).prepare(window, recording.kind)
+    made = estimate_window(window, Group.of(recording, keys), options, prepared)
     equations = prepared.trial_equations(recording.kind)
     if prepared.equations is not None:
         equations = _on_one_scale(equations)

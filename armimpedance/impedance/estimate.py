@@ -12,6 +12,7 @@ from armimpedance.errors import ArmImpedanceError, InputError, NotIdentifiableEr
 from armimpedance.impedance import weighted
 from armimpedance.impedance.methods import DEFAULT_METHOD, method_named
 from armimpedance.impedance.parallel import in_order
+from armimpedance.impedance.prepared import Prepared
 from armimpedance.impedance.regressors import BLOCKS_OF_ONE_TRIAL
 from armimpedance.impedance.result import ClusteredKind, Group, to_estimate
 from armimpedance.impedance.stochastic import DEFAULT_BAND_HZ, estimate_stochastic
@@ -156,10 +157,16 @@ def error_in_group(error: ArmImpedanceError, keys: Mapping[str, Any]) -> ArmImpe
     return InputError(f"{where}: {error}")
 
 
-def estimate_window(window: Window, group: Group, options: Options) -> ImpedanceEstimate:
-    """The estimate of one group from its raw windows (what simulations call)."""
+def estimate_window(
+    window: Window, group: Group, options: Options, prepared: Prepared | None = None
+) -> ImpedanceEstimate:
+    """The estimate of one group from its raw windows (what simulations call).
+
+    `prepared` is what the method's `prepare` made of the window, if the caller has it already.
+    """
     method = method_named(options.method)
-    prepared = method.prepare(window, group.kind)
+    if prepared is None:
+        prepared = method.prepare(window, group.kind)
     used = window.usable
     bound = prepared.bound
     if bound is None and options.bound:

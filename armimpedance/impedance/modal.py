@@ -15,7 +15,7 @@ import numpy as np
 from armimpedance.conventions import UNITS, Kind, element_names, parameter_names
 from armimpedance.records import FloatArray, IntArray, Window, frozen_array
 from armimpedance.regression.equations import TrialEquations
-from armimpedance.signals.modes import Modes, spline_modes
+from armimpedance.signals.modes import Modes, delayed, spline_modes
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,7 +101,8 @@ def modal_equation(
     # all trials and axes at once: (3 n, S) (S, T d)
     flat = position.transpose(1, 0, 2).reshape(samples, -1)
     delays = () if delay_s is None else np.atleast_1d(delay_s)
-    late = [modes.smooth @ _later(flat, delay * window.sample_rate_hz) for delay in delays]
+    rate = window.sample_rate_hz
+    late = [modes.smooth @ delayed(flat.T, delay * rate).T for delay in delays]
     moved = np.concatenate([modes.stacked @ flat, *late])
     pushed = modes.smooth @ force.transpose(1, 0, 2).reshape(samples, -1)
     return ModalEquation(
@@ -111,14 +112,6 @@ def modal_equation(
         force=-pushed.reshape(n, trials, d).transpose(1, 2, 0),
         disturbance=None if window.disturbance is None else window.disturbance[used],
     )
-
-
-def _later(signal: FloatArray, samples: float) -> FloatArray:
-    """The signal (S, c) as it was `samples` earlier (linear between samples), first row before."""
-    whole = int(np.floor(samples))
-    part = samples - whole
-    padded = np.concatenate([np.repeat(signal[:1], whole + 1, axis=0), signal])
-    return np.asarray((1 - part) * padded[1 : len(signal) + 1] + part * padded[: len(signal)])
 
 
 def weighted_equations(

@@ -17,7 +17,7 @@ from armimpedance.planning.servo import follow
 from armimpedance.planning.setting import Setting
 from armimpedance.planning.shapes import Profile
 from armimpedance.records import FloatArray
-from armimpedance.signals.modes import Modes
+from armimpedance.signals.modes import Modes, delayed
 
 
 @dataclass(frozen=True)
@@ -68,17 +68,8 @@ def modal_motion(
     (3 + len(delays_s), ..., n)
     """
     derivatives = [displacement @ part.T for part in (modes.second, modes.first, modes.smooth)]
-    late = [_later(displacement, delay * sample_rate_hz) @ modes.smooth.T for delay in delays_s]
+    late = [delayed(displacement, delay * sample_rate_hz) @ modes.smooth.T for delay in delays_s]
     return np.stack([*derivatives, *late])
-
-
-def _later(signal: FloatArray, samples: float) -> FloatArray:
-    """The signal (..., S) as it was `samples` earlier, linear between samples, 0 before."""
-    whole = int(np.floor(samples))
-    part = samples - whole
-    padded = np.concatenate([np.zeros((*signal.shape[:-1], whole + 1)), signal], axis=-1)
-    count = signal.shape[-1]
-    return np.asarray((1 - part) * padded[..., 1 : count + 1] + part * padded[..., :count])
 
 
 def equation_rows(motion: FloatArray) -> FloatArray:

@@ -62,6 +62,15 @@ class Modes:
         return np.asarray(self.smooth.sum(axis=1))
 
 
+def delayed(signal: FloatArray, samples: float) -> FloatArray:
+    """The signal (..., S) as it was `samples` earlier, linear between samples; at rest before."""
+    whole = int(np.floor(samples))
+    part = samples - whole
+    rest = np.repeat(signal[..., :1], whole + 1, axis=-1)
+    padded, count = np.concatenate([rest, signal], axis=-1), signal.shape[-1]
+    return np.asarray((1 - part) * padded[..., 1 : count + 1] + part * padded[..., :count])
+
+
 @lru_cache(maxsize=64)
 def spline_modes(samples: int, sample_rate_hz: float, spacing_s: float = SPACING_S) -> Modes:
     """Modes of a window of that many samples.
