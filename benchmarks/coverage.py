@@ -83,7 +83,6 @@ def run_block(cells: tuple[Cell, ...], first: int, count: int) -> dict[str, Floa
 def _errors_and_flags(one: ImpedanceEstimate, truth: FloatArray) -> FloatArray:
     true = truth.ravel()
     low, high = t_interval(one.parameters, one.sd.ravel(), one.dof).T
-    # a fit that is symmetric by construction says nothing of single off-diagonal elements' spread
     flags = (low <= true) & (true <= high)
     return np.concatenate([one.parameters - true, flags, _ellipse_flags(one, truth[2])])
 

@@ -23,8 +23,8 @@ def test_unknown_motion_oracle(limb):
     equation = equation_of(limb, stiffness=np.array([[120.0]]), sets=1, directions=3, **single)
     n, trials = equation.modes.count, equation.trials
     theta, rng = np.array([1.3, 9.0, 120.0]), np.random.default_rng(0)
-    roots = rng.normal(size=(2, 3 * n, 3 * n)) * [1e-6, 0.02][0]
-    position = (roots[0] @ roots[0].T)[None] + 1e-14 * np.eye(3 * n)
+    root = 1e-6 * rng.normal(size=(3 * n, 3 * n))
+    position = (root @ root.T)[None] + 1e-14 * np.eye(3 * n)
     force = 1e-3 * np.eye(n) + 1e-3 * np.ones((n, n))
     quick = bound(equation, force + through_impedance(theta, position))
     # unknown: theta and z_t = (x'', x', x) in modes of each trial, measured with noise; y = A z + e
