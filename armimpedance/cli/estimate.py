@@ -78,8 +78,10 @@ def add_force_by(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Estimate, print a table, write the results."""
+    from armimpedance.cli.checks import check_seed
     from armimpedance.report.text_table import summary_table
 
+    check_seed(arguments.seed)
     if arguments.method == "all":
         return _run_all(arguments)
     estimates = []

@@ -51,11 +51,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Simulate and write recording and truth."""
+    from armimpedance.cli.checks import check_seed
     from armimpedance.cli.inspect import describe
     from armimpedance.cli.progress import bar
     from manipulandum_sim.rig import Reflex
     from manipulandum_sim.simulate import simulate
 
+    check_seed(arguments.seed)
     with bar("simulating") as progress:
         recording, truth = simulate(
             arguments.experiment,

@@ -10,6 +10,8 @@ from contextlib import contextmanager
 from multiprocessing import get_context
 from typing import Any, TypeVar
 
+from threadpoolctl import ThreadpoolController
+
 from armimpedance.errors import InputError
 
 Result = TypeVar("Result")
@@ -41,7 +43,12 @@ def in_order(
     if workers < 1:
         raise InputError(f"{workers} workers", expected="1 or more")
     if workers == 1:
-        yield from (work(*piece) for piece in pieces)
+        # The last bits of a matrix product depend on its threads: one thread here as well.
+        libraries = ThreadpoolController()
+        for piece in pieces:
+            with libraries.limit(limits=1):
+                result = work(*piece)
+            yield result
         return
     # "spawn" everywhere: a fork of a process whose libraries have threads may hang.
     fresh = get_context("spawn")

@@ -8,9 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from armimpedance.__main__ import main
 from armimpedance.errors import InputError, NotIdentifiableError
 from armimpedance.impedance.estimate import estimate
 from armimpedance.impedance.parallel import in_order
+from armimpedance.recordings.folder import write_folder
 
 
 @pytest.mark.parametrize("workers", [1, 2])
@@ -47,3 +49,14 @@ def test_errors_of_a_group_name_it_from_any_process(limb):
             NotIdentifiableError, match="condition x only: the hand moved along one"
         ):
             estimate(recording, workers=workers)
+
+
+def test_negative_seeds_are_refused_in_words(limb, tmp_path, capsys):
+    write_folder(limb.record(sets=1), tmp_path / "session")
+    for call in (
+        ["estimate", str(tmp_path / "session"), "--covariance", "bootstrap", "--seed", "-1"],
+        ["simulate", "force", "--seed", "-1", "--out", str(tmp_path / "new")],
+    ):
+        assert main(call) == 2
+        assert "seed -1 (expected 0 or more)" in capsys.readouterr().err
+    assert not (tmp_path / "new").exists()
