@@ -18,7 +18,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
-from limbs import LINEAR, RATE, _unsteadiness
+from limbs import LINEAR, linear_window
 from tqdm import tqdm
 
 from armimpedance.impedance.estimate import Options, estimate, estimate_window
@@ -29,7 +29,6 @@ from armimpedance.planning.noise_level import NOMINAL
 from armimpedance.planning.precision import Precision, precision
 from armimpedance.planning.setting import PlannedArm, Setting
 from armimpedance.planning.shapes import Profile, shape_named
-from armimpedance.records import Window
 from manipulandum_sim.robot import Servo
 from manipulandum_sim.simulate import simulate_condition
 
@@ -51,37 +50,6 @@ WEIGHTED = Options(method="weighted")
 LIMB_NOISE = replace(NOMINAL, tremor=0.08 * np.sqrt(2))
 
 
-def linear_window(
-    shape: str, duration: float, seed: int, trials: int = TRIALS, unsteady: bool = True
-) -> Window:
-    """One experiment on the linear limb with the noise of limbs.py."""
-    rng = np.random.default_rng(np.random.SeedSequence(11, spawn_key=(seed,)))
-    t = np.arange(-0.16, duration + 0.16 + 1e-9, 1 / RATE)
-    moved = Profile(shape_named(shape), 0.005, duration).at(t)
-    angle = np.arange(trials) * np.pi / 4
-    u = np.column_stack([np.cos(angle), np.sin(angle)])[:, None, :]
-    force = -sum(x[None, :, None] * u @ m.T for x, m in zip(moved[::-1], LINEAR, strict=True))
-    force = np.asarray(force) + rng.normal(0, 0.03, (trials, len(t), 2))
-    if unsteady:
-        force = force + _unsteadiness(rng, t, trials)
-    force = np.round(force / 0.05) * 0.05
-    position = moved[0][None, :, None] * u + rng.uniform(0, 2e-5, (trials, 1, 2))
-    position = np.round(position / 2e-5) * 2e-5 + [-0.14, 0.43]
-    rest = t <= 0
-    return Window(
-        sample_rate_hz=RATE,
-        lag_s=t,
-        position=position,
-        force=force,
-        duration_s=np.full(trials, duration),
-        trial=np.arange(trials),
-        usable=np.ones(trials, dtype=bool),
-        position_at_onset=position[:, rest].mean(axis=1),
-        force_at_onset=force[:, rest].mean(axis=1),
-        disturbance=np.arange(trials) % 8,
-    )
-
-
 def rmse(made: list, truth: np.ndarray) -> np.ndarray:
     """Of M, B, K in %."""
     found = np.array([[one.inertia, one.viscosity, one.stiffness] for one in made])
@@ -94,7 +62,8 @@ def on_linear_limb(shape: str, duration: float, repeats: int) -> np.ndarray:
     """RMSE of M, B, K in %."""
     group, made = Group("hand", {}), []
     for seed in tqdm(range(repeats), desc=f"{shape} {duration:g} s", disable=None, leave=False):
-        made.append(estimate_window(linear_window(shape, duration, seed), group, WEIGHTED))
+        window = linear_window("nominal", seed, TRIALS, duration, shape=shape)
+        made.append(estimate_window(window, group, WEIGHTED))
     return rmse(made, LINEAR)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from armimpedance.impedance.bound import bound
 from armimpedance.impedance.modal import ModalEquation, modal_equation
 from armimpedance.impedance.noise import through_impedance
+from armimpedance.planning.shapes import Profile, shape_named
 from armimpedance.records import FloatArray, Window
 from armimpedance.signals.encoder import position_noise
 from armimpedance.signals.windows import cut_windows
@@ -29,14 +30,17 @@ TREMOR = {"linear": 0.08**2, "subject": 0.08**2 / 2}
 
 
 def linear_window(
-    noise: str, seed: int, trials: int = 40, duration: float = 0.3, rest: float = 0.16
+    noise: str,
+    seed: int,
+    trials: int = 40,
+    duration: float = 0.3,
+    rest: float = 0.16,
+    shape: str = "minimum_jerk",
 ) -> Window:
     """One experiment on the linear limb, with the same kinds of noise as the simulator."""
     rng = np.random.default_rng(np.random.SeedSequence(7, spawn_key=(seed,)))
     t = np.arange(-rest, duration + rest + 1e-9, 1 / RATE)
-    s = np.clip(t / duration, 0, 1)
-    shape = np.polynomial.Polynomial([0, 0, 0, 64, -192, 192, -64])
-    moved = [0.005 * shape.deriv(k)(s) / duration**k if k else 0.005 * shape(s) for k in range(3)]
+    moved = Profile(shape_named(shape), 0.005, duration).at(t)
     angle = np.arange(trials) * np.pi / 4
     u = np.column_stack([np.cos(angle), np.sin(angle)])[:, None, :]
     force = -sum(x[None, :, None] * u @ m.T for x, m in zip(moved[::-1], LINEAR, strict=True))

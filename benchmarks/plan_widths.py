@@ -20,8 +20,8 @@ import sys
 from dataclasses import dataclass
 
 import numpy as np
-from designed_disturbance import LIMB_NOISE, WEIGHTED, linear_window
-from limbs import LINEAR
+from designed_disturbance import LIMB_NOISE, WEIGHTED
+from limbs import LINEAR, linear_window
 
 from armimpedance.ellipses.ellipse import ellipse_of
 from armimpedance.impedance.estimate import estimate, estimate_window
@@ -82,9 +82,7 @@ def simulated(case: Case, repeats: int) -> tuple[np.ndarray, np.ndarray]:
     if case.limb == "linear":
         made = [
             estimate_window(
-                linear_window(
-                    case.shape, case.duration, seed, case.trials, case.noise == "nominal"
-                ),
+                linear_window(case.noise, seed, case.trials, case.duration, shape=case.shape),
                 Group("hand", {}),
                 WEIGHTED,
             )
