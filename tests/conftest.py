@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import os
 from types import SimpleNamespace
+
+# One thread for the matrix libraries, as the command line has it: the last bits depend on it.
+for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
+    os.environ.setdefault(_variable, "1")
 
 import numpy as np
 import pandas as pd

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import os
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
-from contextlib import contextmanager
 from multiprocessing import get_context
 from typing import Any, TypeVar
-
-from threadpoolctl import ThreadpoolController
 
 from armimpedance.errors import InputError
 
@@ -18,8 +14,6 @@ Result = TypeVar("Result")
 
 #: Pieces that wait per worker: enough to keep it busy, few enough to keep memory small.
 AHEAD = 3
-#: Matrices are small: threads inside a process would only get into each other's way.
-_ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 
 
 def in_order(
@@ -33,7 +27,8 @@ def in_order(
     pieces : iterable of tuples of arguments
         Taken as needed, a few ahead.
     workers : int
-        1 works in this process.
+        1 works in this process. With more, the matrix libraries should have one thread each
+        (OMP_NUM_THREADS=1), as the command line sets it.
 
     Raises
     ------
@@ -43,16 +38,11 @@ def in_order(
     if workers < 1:
         raise InputError(f"{workers} workers", expected="1 or more")
     if workers == 1:
-        # The last bits of a matrix product depend on its threads: one thread here as well.
-        libraries = ThreadpoolController()
-        for piece in pieces:
-            with libraries.limit(limits=1):
-                result = work(*piece)
-            yield result
+        yield from (work(*piece) for piece in pieces)
         return
-    # "spawn" everywhere: a fork of a process whose libraries have threads may hang.
-    fresh = get_context("spawn")
-    with _single_threaded_children(), ProcessPoolExecutor(workers, mp_context=fresh) as pool:
+    # "spawn" everywhere: a fork of a process whose libraries have threads may hang. The others
+    # have as many threads as this one: on their number the last bits of a matrix product depend.
+    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
         waiting: deque[Future[Result]] = deque()
         try:
             for piece in pieces:
@@ -63,17 +53,3 @@ def in_order(
                 yield waiting.popleft().result()
         finally:
             pool.shutdown(cancel_futures=True)
-
-
-@contextmanager
-def _single_threaded_children() -> Iterator[None]:
-    before = {name: os.environ.get(name) for name in _ONE_THREAD}
-    os.environ.update(_ONE_THREAD)
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                os.environ.pop(name, None)
-            else:
-                os.environ[name] = value
