@@ -1,0 +1,73 @@
+"""What muscles tell of a posture: moment arms and the curvature of their lengths.
+
+L is positive in lengthening, so that ``dL = G dtheta`` (Tsuji 1997, eq. (5)) and tensions give the
+torque ``tau = -G^T f`` (6): flexors have negative rows in G, extensors positive ones.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from armimpedance.errors import InputError
+from armimpedance.records import FloatArray, frozen_array
+
+
+class MusclePaths(Protocol):
+    """m muscles over n joints. All methods take leading batch axes: `q` is (..., n) in rad."""
+
+    @property
+    def muscles(self) -> tuple[str, ...]:
+        """Names of the m muscles."""
+
+    @property
+    def joints(self) -> int:
+        """Number of joints n."""
+
+    def moment_arms(self, q: ArrayLike) -> FloatArray:
+        """``G = dL/dq``, m, (..., m, n)."""
+
+    def curvature(self, q: ArrayLike) -> FloatArray:
+        """``d2L/dq2``, m, (..., m, n, n), symmetric in its last two axes."""
+
+
+@dataclass(frozen=True)
+class MuscularArm:
+    """The muscles of an arm: where they pull, how hard, how stiff they are when they do.
+
+    Attributes
+    ----------
+    name : str
+    paths : MusclePaths
+    max_tension : (m,)
+        N at full activation.
+    stiffness_per_tension : float
+        1/m: a muscle's stiffness over its tension.
+    angle_range : (n, 2)
+        Joint angles (rad) that `paths` hold for.
+    source : str
+        Whence the numbers come.
+    """
+
+    name: str
+    paths: MusclePaths
+    max_tension: FloatArray
+    stiffness_per_tension: float
+    angle_range: FloatArray
+    source: str
+
+    def __post_init__(self) -> None:
+        put = object.__setattr__
+        m, n = len(self.paths.muscles), self.paths.joints
+        put(self, "max_tension", frozen_array(self.max_tension, "max_tension", (m,)))
+        put(self, "angle_range", frozen_array(self.angle_range, "angle_range", (n, 2)))
+        if not (self.max_tension > 0).all():
+            raise InputError(f"arm {self.name}: a muscle without tension", expected="max > 0 N")
+        if not (np.isfinite(self.stiffness_per_tension) and self.stiffness_per_tension > 0):
+            raise InputError(
+                f"arm {self.name}: stiffness per tension {self.stiffness_per_tension}",
+                expected="a positive number, 1/m",
+            )

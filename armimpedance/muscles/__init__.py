@@ -1,0 +1,1 @@
+"""Models of joint impedance: moment arms over posture, muscle stiffness over activation."""

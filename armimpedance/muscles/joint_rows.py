@@ -1,0 +1,119 @@
+"""Joint stiffness and viscosity of several conditions: what muscle models are fitted to."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from armimpedance.errors import InputError
+from armimpedance.records import FloatArray, frozen_array
+
+#: The elements of a symmetric 2 x 2 matrix in the order in which models hold them.
+ELEMENTS = ("ss", "se", "ee")
+
+
+@dataclass(frozen=True)
+class JointRows:
+    """P conditions at the joint level, shoulder and elbow.
+
+    Attributes
+    ----------
+    joint_angles : (P, 2)
+        rad.
+    stiffness, viscosity : (P, 2, 2)
+        As measured, not necessarily symmetric; Nm/rad, Nms/rad.
+    stiffness_sd, viscosity_sd : (P, 2, 2) or None
+        Standard errors of the elements, positive.
+    activation, activation_sd : (P, m) or None
+        Of each muscle, 0..1, and its standard error.
+    torque : (P, 2) or None
+        Joint torque that the muscles bear, ``tau = J^T F``, Nm.
+    labels : (P,) tuple of str
+        Where each row comes from, for messages: a condition, or a file and its line.
+    """
+
+    joint_angles: FloatArray
+    stiffness: FloatArray
+    viscosity: FloatArray
+    stiffness_sd: FloatArray | None = None
+    viscosity_sd: FloatArray | None = None
+    activation: FloatArray | None = None
+    activation_sd: FloatArray | None = None
+    torque: FloatArray | None = None
+    labels: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        put = object.__setattr__
+        put(self, "joint_angles", frozen_array(self.joint_angles, "joint_angles", (None, 2)))
+        p = len(self.joint_angles)
+        for name in ("stiffness", "viscosity", "stiffness_sd", "viscosity_sd"):
+            if getattr(self, name) is not None:
+                put(self, name, frozen_array(getattr(self, name), name, (p, 2, 2)))
+        for name in ("activation", "activation_sd"):
+            if getattr(self, name) is not None:
+                put(self, name, frozen_array(getattr(self, name), name, (p, None)))
+        if self.torque is not None:
+            put(self, "torque", frozen_array(self.torque, "torque", (p, 2)))
+        put(self, "labels", tuple(self.labels) or tuple(f"row {i}" for i in range(1, p + 1)))
+        if len(self.labels) != p:
+            raise InputError(f"{len(self.labels)} labels for {p} rows")
+        self._check_values()
+
+    def _check_values(self) -> None:
+        for name in ("stiffness_sd", "viscosity_sd"):
+            sd = getattr(self, name)
+            if sd is not None and not (sd > 0).all():
+                row = int(np.argmax((sd <= 0).any(axis=(1, 2))))
+                raise InputError(f"{self.labels[row]}: a {name} of 0", expected="more than 0")
+        if self.activation is not None:
+            outside = (self.activation < 0) | (self.activation > 1)
+            if outside.any():
+                row, muscle = (int(i) for i in np.argwhere(outside)[0])
+                raise InputError(
+                    f"{self.labels[row]}: activation {self.activation[row, muscle]:.3g}",
+                    column=f"alpha_{muscle + 1}",
+                    expected="0 to 1 (1 is the maximum voluntary contraction)",
+                )
+
+    @property
+    def n_rows(self) -> int:
+        """Number of conditions P."""
+        return len(self.joint_angles)
+
+    def select(self, rows: ArrayLike) -> JointRows:
+        """These rows only (numbers from 0, or a mask)."""
+        chosen = np.arange(self.n_rows)[np.asarray(rows)]
+        taken: dict[str, Any] = {
+            name: None if value is None else value[chosen]
+            for name, value in self.__dict__.items()
+            if name != "labels"
+        }
+        return replace(self, **taken, labels=tuple(self.labels[i] for i in chosen))
+
+
+def triple(matrices: ArrayLike) -> FloatArray:
+    """``ss, se, ee`` (..., 3) of matrices (..., 2, 2), the cross term the mean of se and es."""
+    A = np.asarray(matrices, dtype=float)
+    return np.stack([A[..., 0, 0], (A[..., 0, 1] + A[..., 1, 0]) / 2, A[..., 1, 1]], axis=-1)
+
+
+def matrix(triples: ArrayLike) -> FloatArray:
+    """Symmetric matrices (..., 2, 2) of ``ss, se, ee`` (..., 3)."""
+    t = np.asarray(triples, dtype=float)
+    return t[..., [0, 1, 1, 2]].reshape(*t.shape[:-1], 2, 2)
+
+
+def triple_sd(measured: ArrayLike, sd: ArrayLike) -> FloatArray:
+    """Standard errors (P, 3) of `triple` from those of the elements (P, 2, 2).
+
+    Where se and es are one number (a symmetric part was taken before) so is their error; else they
+    count as independent.
+    """
+    A, s = np.asarray(measured, dtype=float), np.asarray(sd, dtype=float)
+    same = A[..., 0, 1] == A[..., 1, 0]
+    apart = np.hypot(s[..., 0, 1], s[..., 1, 0]) / 2
+    cross = np.where(same, (s[..., 0, 1] + s[..., 1, 0]) / 2, apart)
+    return np.stack([s[..., 0, 0], cross, s[..., 1, 1]], axis=-1)

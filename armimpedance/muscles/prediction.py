@@ -1,0 +1,80 @@
+"""What a model says of joint impedance at a posture and an activation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import ndtri, stdtrit
+
+from armimpedance.errors import InputError
+from armimpedance.muscles.joint_rows import matrix
+from armimpedance.records import BoolArray, FloatArray, frozen_array
+
+
+@dataclass(frozen=True)
+class JointPrediction:
+    """Predicted joint stiffness and viscosity, with what is known of their errors.
+
+    Attributes
+    ----------
+    joint_angles : (P, 2)
+        rad.
+    stiffness, viscosity : (P, 3)
+        ``ss, se, ee`` (`muscles.joint_rows.triple`); symmetric by construction.
+    stiffness_covariance, viscosity_covariance : (P, 3, 3)
+        Of those, of the model's mean (not of a new measurement).
+    dof : float
+        Of the t distribution for intervals; inf = normal.
+    extrapolated : (P,) bool
+        Outside of what was measured.
+    reasons : (P,) tuple of str
+        Why; empty where it is inside.
+    activation : (P, m) or None
+    """
+
+    joint_angles: FloatArray
+    stiffness: FloatArray
+    viscosity: FloatArray
+    stiffness_covariance: FloatArray
+    viscosity_covariance: FloatArray
+    dof: float
+    extrapolated: BoolArray
+    reasons: tuple[str, ...]
+    activation: FloatArray | None = None
+
+    def __post_init__(self) -> None:
+        put = object.__setattr__
+        put(self, "joint_angles", frozen_array(self.joint_angles, "joint_angles", (None, 2)))
+        p = len(self.joint_angles)
+        for name in ("stiffness", "viscosity"):
+            put(self, name, frozen_array(getattr(self, name), name, (p, 3)))
+            covariance = f"{name}_covariance"
+            put(self, covariance, frozen_array(getattr(self, covariance), covariance, (p, 3, 3)))
+        put(self, "extrapolated", frozen_array(self.extrapolated, "extrapolated", (p,), np.bool_))
+        put(self, "reasons", tuple(self.reasons))
+        if self.activation is not None:
+            put(self, "activation", frozen_array(self.activation, "activation", (p, None)))
+        if len(self.reasons) != p:
+            raise InputError(f"{len(self.reasons)} reasons for {p} predictions")
+
+    @property
+    def stiffness_matrices(self) -> FloatArray:
+        """(P, 2, 2), Nm/rad."""
+        return matrix(self.stiffness)
+
+    @property
+    def viscosity_matrices(self) -> FloatArray:
+        """(P, 2, 2), Nms/rad."""
+        return matrix(self.viscosity)
+
+    def sd(self, which: str) -> FloatArray:
+        """Standard errors (P, 3) of "stiffness" or "viscosity"."""
+        covariance = getattr(self, f"{which}_covariance")
+        return np.sqrt(np.maximum(np.einsum("pii->pi", covariance), 0.0))
+
+    def half_width(self, which: str, level: float = 0.95) -> FloatArray:
+        """Half the length (P, 3) of the confidence intervals."""
+        upper = 0.5 + level / 2
+        reach = ndtri(upper) if np.isinf(self.dof) else stdtrit(self.dof, upper)
+        return np.asarray(reach * self.sd(which))

@@ -1,0 +1,88 @@
+"""How well a model of joint impedance fits, element by element, and what that is worth.
+
+The source's R and E (Tsuji 1997, Tables 1 and 2) rise and fall with the number of coefficients
+whatever the data are: beside them stand the R that pure noise would give (null R) and the R of
+predictions of rows that the fit has not seen (leave-one-out R).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+#: Below this part of their size, predictions that differ are the same number rounded.
+_CONSTANT = 1e-9
+
+
+@dataclass(frozen=True)
+class ElementQuality:
+    """One element of K or B.
+
+    Attributes
+    ----------
+    element : str
+        ``K_ss``, ``K_se``, ``K_es``, ``K_ee``, or the same of B.
+    r : float
+        Correlation between measured and fitted values; 0 where the fit is a constant.
+    e : float
+        Sum of squared errors, in the element's unit squared.
+    adjusted_r2 : float
+        ``1 - (E/(P - p)) / (E_0/(P - 1))``; nan with no rows to spare.
+    leave_one_out_r : float
+        Correlation between measured values and predictions without their own row.
+    null_r : float
+        R that the same fit gives on rows whose order was shuffled, on average.
+    """
+
+    element: str
+    r: float
+    e: float
+    adjusted_r2: float
+    leave_one_out_r: float
+    null_r: float
+
+
+def correlation(measured: ArrayLike, predicted: ArrayLike) -> float:
+    """Correlation of two vectors (P,); 0 where one of them is constant."""
+    x, y = np.asarray(measured, dtype=float), np.asarray(predicted, dtype=float)
+    dx, dy = x - x.mean(), y - y.mean()
+    size_x, size_y = np.linalg.norm(dx), np.linalg.norm(dy)
+    if size_x <= _CONSTANT * np.linalg.norm(x) or size_y <= _CONSTANT * np.linalg.norm(y):
+        return 0.0
+    return float(dx @ dy / (size_x * size_y))
+
+
+def element_quality(
+    element: str,
+    measured: ArrayLike,
+    fitted: ArrayLike,
+    *,
+    held_out: ArrayLike | None,
+    null_r: float,
+    coefficients: float,
+) -> ElementQuality:
+    """Judge one element: measured, fitted, and predicted without the own row, each (P,).
+
+    Parameters
+    ----------
+    element : str
+    held_out : (P,) or None
+        None where rows cannot be left out.
+    null_r : float
+    coefficients : float
+        Coefficients p that the fit spent on this element.
+    """
+    y, fit = np.asarray(measured, dtype=float), np.asarray(fitted, dtype=float)
+    e, e0 = float(((y - fit) ** 2).sum()), float(((y - y.mean()) ** 2).sum())
+    spare = len(y) - coefficients
+    adjusted = 1 - (e / spare) / (e0 / (len(y) - 1)) if spare > 0 and e0 > 0 else float("nan")
+    return ElementQuality(
+        element=element,
+        r=correlation(y, fit),
+        e=e,
+        adjusted_r2=adjusted,
+        leave_one_out_r=float("nan") if held_out is None else correlation(y, held_out),
+        null_r=null_r,
+    )
