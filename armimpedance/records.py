@@ -398,6 +398,13 @@ class Quality:
     coherence: float | None = None
 
 
+#: Fields of an estimate that are vectors where they are known.
+_VECTORS = (
+    *("position", "force", "joint_angles", "torque"),
+    *("activation", "activation_sd", "shoulder_m"),
+)
+
+
 @dataclass(frozen=True)
 class ImpedanceEstimate:
     """Inertia, viscosity and stiffness at one level, with their covariance.
@@ -424,6 +431,10 @@ class ImpedanceEstimate:
         recording of joints.
     joint_angles : (n,) or None
         Mean joint angles at the onset, rad.
+    torque : (n,) or None
+        Joint torque that the muscles bear at the onset, ``tau = J^T F``, Nm; known once mapped.
+    activation, activation_sd : (m,) or None
+        Mean activation of each muscle before the onset, 0..1, and its standard error.
     shoulder_m : (k_hand,) or None
         Where the shoulder is in the frame of `position`.
     warnings : tuple of str
@@ -444,6 +455,9 @@ class ImpedanceEstimate:
     position: FloatArray | None = None
     force: FloatArray | None = None
     joint_angles: FloatArray | None = None
+    torque: FloatArray | None = None
+    activation: FloatArray | None = None
+    activation_sd: FloatArray | None = None
     shoulder_m: FloatArray | None = None
     warnings: tuple[str, ...] = ()
     provenance: tuple[str, ...] = ()
@@ -460,7 +474,7 @@ class ImpedanceEstimate:
         put(self, "covariance", frozen_array(self.covariance, "covariance", shape))
         if self.bound is not None:
             put(self, "bound", frozen_array(self.bound, "bound", shape))
-        for name in ("position", "force", "joint_angles", "shoulder_m"):
+        for name in _VECTORS:
             if getattr(self, name) is not None:
                 put(self, name, frozen_array(getattr(self, name), name, (None,)))
         if not self.dof > 0:

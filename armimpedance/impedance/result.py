@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -25,6 +25,8 @@ from armimpedance.regression.equations import Solution, TrialEquations, solve_eq
 from armimpedance.regression.factors import TrialFactors, prediction_quality
 from armimpedance.regression.fit import Fit
 from armimpedance.regression.solve import fit
+from armimpedance.signals.activation import MeanActivation, mean_activation
+from armimpedance.signals.windows import Timing
 
 ClusteredKind = Literal["cr3", "replicates", "cr1", "bootstrap"]
 
@@ -40,11 +42,24 @@ class Group:
     keys: Mapping[str, Any]
     handle_mass_kg: float = 0.0
     shoulder_m: FloatArray | None = None
+    activation: MeanActivation | None = None
+    notes: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, recording: Recording, keys: Mapping[str, Any]) -> Group:
         """The group `keys` of a recording."""
         return cls(recording.kind, keys, recording.handle_mass_kg, recording.shoulder_m)
+
+    def with_activation(self, recording: Recording, rows: IntArray, timing: Timing) -> Group:
+        """The same with its muscles' activity, where the recording has EMG and MVC.
+
+        An EMG that cannot be right is no reason to refuse the impedance: it becomes a note.
+        """
+        try:
+            found = mean_activation(recording, rows, timing.onset_s)
+        except InputError as error:
+            return replace(self, notes=(f"activation left out: {error}",))
+        return replace(self, activation=found)
 
 
 def to_estimate(

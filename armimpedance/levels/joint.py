@@ -99,6 +99,8 @@ def to_joint(
         covariance=T @ hand.covariance @ T.T,
         bound=None if hand.bound is None else T @ hand.bound @ T.T,
         joint_angles=posture.joint_angles,
+        # what the muscles bear, tau (n,) = J^T (n, d) F (d,), eq. (3)
+        torque=None if estimate.force is None else J.T @ estimate.force,
         warnings=(*hand.warnings, *warnings, *_missing_force(estimate, force_dependent)),
         provenance=(*hand.provenance, f"mapped from hand to joint {note}"),
     )

@@ -48,7 +48,7 @@ PLAIN_COLUMNS = frozenset(
 )
 
 _RESULT_COLUMN = re.compile(
-    r"(position_\d_(m|rad)|force_\d_(N|Nm)|q_(shoulder|elbow|\d)_rad|shoulder_[xyz]_m"
+    r"(position_\d_(m|rad)|force_\d_(N|Nm)|q_(shoulder|elbow|\d)_rad|torque_\d_Nm|(sd_)?alpha_\d+|shoulder_[xyz]_m"
     r"|((sd|ci_low|ci_high|efficiency)_)?[MBK]_\d\d|M_with_handle_\d\d"
     r"|((ci_low|ci_high)_)?[MBK]_(size|orientation_deg|shape)|(sd_)?[MBK]_antisymmetric)"
 )
@@ -145,6 +145,9 @@ def _place_cells(estimate: ImpedanceEstimate) -> Cells:
         **_numbered("position_{}_rad" if joints else "position_{}_m", estimate.position),
         **_numbered("force_{}_Nm" if joints else "force_{}_N", estimate.force),
         **angles,
+        **_numbered("torque_{}_Nm", estimate.torque),
+        **_numbered("alpha_{}", estimate.activation),
+        **_numbered("sd_alpha_{}", estimate.activation_sd),
     }
 
 

@@ -244,3 +244,12 @@ def test_one_joint_that_moves_the_hand_in_a_plane():
     joint = to_joint(estimate(), posture, force_dependent=False)
     np.testing.assert_allclose(joint.stiffness, J.T @ K @ J)
     assert joint.covariance.shape == (3, 3)
+
+
+def test_the_torque_that_the_muscles_bear_is_that_of_the_hand_force():
+    # virtual work: F . dX = tau . dq for any small dq
+    mapped = to_joint(estimate(), POSTURE)
+    dq = np.array([3e-6, -2e-6])
+    dX = ARM.hand_position(POSTURE.joint_angles + dq) - POSTURE.hand_position
+    assert mapped.torque @ dq == pytest.approx(FORCE @ dX, rel=1e-4)
+    assert to_joint(estimate(force=None), POSTURE).torque is None
