@@ -6,19 +6,18 @@ import csv
 import json
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, get_args
 
 import numpy as np
-import pandas as pd
 
-from armimpedance.conventions import AXES, Level, element_names, parameter_names
+from armimpedance.conventions import AXES, Level, parameter_names
 from armimpedance.errors import InputError, RecordError
 from armimpedance.outputs import staged_file
 from armimpedance.records import FloatArray, ImpedanceEstimate, Quality
 from armimpedance.report.result_row import is_result_column, row_blocks
 from armimpedance.report.results_json import write_results_json
+from armimpedance.report.table_row import TableRow, table_rows
 
 __all__ = ["read_results", "write_results", "write_results_json"]
 
@@ -76,93 +75,10 @@ def read_results(path: str | Path) -> list[ImpedanceEstimate]:
     InputError
         With file, row and column of what is missing or is not what it should be.
     """
-    return [_estimate(row) for row in _rows(Path(path))]
+    return [_estimate(row) for row in table_rows(Path(path))]
 
 
-@dataclass(frozen=True)
-class _Row:
-    """The cells of one line, with what an error message needs."""
-
-    file: Path
-    line: int
-    cells: dict[str, str]
-
-    def error(self, problem: str, column: str, expected: str) -> InputError:
-        if column not in self.cells:
-            return InputError("no such column", file=self.file, column=column, expected=expected)
-        return InputError(problem, file=self.file, row=self.line, column=column, expected=expected)
-
-    def text(self, column: str, among: Sequence[str] = ()) -> str:
-        value = self.cells.get(column, "")
-        if not value or (among and value not in among):
-            expected = " or ".join(among) if among else "text"
-            raise self.error(f"{value!r}" if value else "empty", column, expected)
-        return value
-
-    def number(self, column: str, finite: bool = True, low: float = -np.inf) -> float:
-        value = self.cells.get(column, "")
-        expected = "a finite number" if finite else "a number"
-        expected += f" of at least {low:g}" if low > -np.inf else ""
-        try:
-            number = float(value)
-        except ValueError:
-            problem = f"not a number: {value!r}" if value else "empty"
-            raise self.error(problem, column, expected) from None
-        if np.isnan(number) or number < low or (finite and np.isinf(number)):
-            raise self.error(f"{value}", column, expected)
-        return number
-
-    def optional(self, column: str, missing: Any = float("nan")) -> Any:
-        return self.number(column, finite=False) if self.cells.get(column) else missing
-
-    def count(self, column: str, low: int = 1) -> int:
-        number = self.number(column, low=low)
-        if number != int(number):
-            raise self.error(f"{number}", column, "a whole number")
-        return int(number)
-
-    def vector(self, template: str, names: Sequence[Any]) -> FloatArray | None:
-        """The columns of a template up to the last that is filled; None: none is."""
-        columns = [template.format(name) for name in names]
-        filled = [i for i, column in enumerate(columns) if self.cells.get(column)]
-        if not filled:
-            return None
-        return np.array([self.number(column) for column in columns[: filled[-1] + 1]])
-
-    def matrix(self, symbol: str, k: int) -> FloatArray:
-        values = [self.number(name) for name in element_names(symbol, k)]
-        return np.array(values).reshape(k, k)
-
-
-def _rows(path: Path) -> list[_Row]:
-    try:
-        table = pd.read_csv(
-            path,
-            header=None,
-            dtype=str,
-            na_filter=False,
-            skip_blank_lines=False,
-            encoding="utf-8-sig",
-        )
-    except (OSError, UnicodeDecodeError, pd.errors.EmptyDataError, pd.errors.ParserError) as error:
-        raise InputError(
-            f"cannot be read: {str(error).splitlines()[-1]}", file=path, expected="a RESULTS.csv"
-        ) from error
-    header = [str(name) for name in table.iloc[0]]
-    for name in header:
-        if name and header.count(name) > 1:
-            raise InputError("stands twice in the header", file=path, row=1, column=name)
-    rows = [
-        _Row(path, line, dict(zip(header, map(str, cells), strict=True)))
-        for line, cells in enumerate(table.iloc[1:].itertuples(index=False), start=2)
-        if any(cells)
-    ]
-    if not rows:
-        raise InputError("no results", file=path, expected="a header and one row per estimate")
-    return rows
-
-
-def _estimate(row: _Row) -> ImpedanceEstimate:
+def _estimate(row: TableRow) -> ImpedanceEstimate:
     k = _axes(row)
     quality = _quality(row)
     covariance, warnings = _covariance(row, k)
@@ -194,12 +110,12 @@ def _estimate(row: _Row) -> ImpedanceEstimate:
         ) from error
 
 
-def _axes(row: _Row) -> int:
+def _axes(row: TableRow) -> int:
     filled = [name for name, text in row.cells.items() if text and re.fullmatch(r"K_\d\d", name)]
     return max((int(digit) for name in filled for digit in name[2:]), default=1)
 
 
-def _places(row: _Row, k: int) -> dict[str, FloatArray | None]:
+def _places(row: TableRow, k: int) -> dict[str, FloatArray | None]:
     """Position, force and shoulder: where known, of the same number of axes."""
     joints = row.cells.get("position_1_rad") or row.cells.get("force_1_Nm")
     templates = {
@@ -221,12 +137,12 @@ def _places(row: _Row, k: int) -> dict[str, FloatArray | None]:
     return places
 
 
-def _joint_angles(row: _Row) -> FloatArray | None:
+def _joint_angles(row: TableRow) -> FloatArray | None:
     named = row.vector("q_{}_rad", ("shoulder", "elbow"))
     return row.vector("q_{}_rad", range(1, 10)) if named is None else named
 
 
-def _quality(row: _Row) -> Quality:
+def _quality(row: TableRow) -> Quality:
     return Quality(
         n_trials=row.count("n_trials", low=0),
         n_rows=row.count("n_rows") if row.cells.get("n_rows") else 0,
@@ -240,7 +156,7 @@ def _quality(row: _Row) -> Quality:
     )
 
 
-def _covariance(row: _Row, k: int) -> tuple[FloatArray, tuple[str, ...]]:
+def _covariance(row: TableRow, k: int) -> tuple[FloatArray, tuple[str, ...]]:
     """The covariance of M, B, K, and what to warn of."""
     if not row.cells.get("covariance"):
         sd = [row.number(f"sd_{name}", low=0) for name in parameter_names(k)]
@@ -263,12 +179,12 @@ def _covariance(row: _Row, k: int) -> tuple[FloatArray, tuple[str, ...]]:
     return covariance, ()
 
 
-def _sentences(row: _Row, column: str) -> tuple[str, ...]:
+def _sentences(row: TableRow, column: str) -> tuple[str, ...]:
     text = row.cells.get(column, "")
     return tuple(text.split("; ")) if text else ()
 
 
-def _group(row: _Row) -> dict[str, Any]:
+def _group(row: TableRow) -> dict[str, Any]:
     return {
         name: text if name == "condition" else _plain(text)
         for name, text in row.cells.items()

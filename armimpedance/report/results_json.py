@@ -7,11 +7,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from armimpedance.errors import InputError
 from armimpedance.outputs import staged_file
 from armimpedance.records import FloatArray, ImpedanceEstimate
+from armimpedance.report.fit_json import finite
 from armimpedance.report.quantities import (
     FIELDS,
     antisymmetric,
@@ -39,7 +38,7 @@ def write_results_json(estimates: Sequence[ImpedanceEstimate], path: str | Path)
 
 def results_json(estimates: Sequence[ImpedanceEstimate]) -> str:
     """A JSON list with one object per estimate; null where there is no finite value."""
-    objects = [_finite(_as_object(estimate)) for estimate in estimates]
+    objects = [finite(_as_object(estimate)) for estimate in estimates]
     return json.dumps(objects, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
 
 
@@ -93,11 +92,3 @@ def _named(values: dict[str, tuple[float, float, float]]) -> dict[str, float]:
 
 def _list(array: FloatArray | None) -> Any:
     return None if array is None else array.tolist()
-
-
-def _finite(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {name: _finite(v) for name, v in value.items()}
-    if isinstance(value, list):
-        return [_finite(v) for v in value]
-    return None if isinstance(value, float) and not np.isfinite(value) else value
