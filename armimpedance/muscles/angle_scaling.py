@@ -1,0 +1,129 @@
+"""Joint angles scaled to [-1, 1] over a workspace.
+
+Powers of angles in radians are nearly dependent; scaled, the condition of the regressor falls by
+orders of magnitude (docs/muscles.md), and a posture is inside of the box if both numbers are.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from armimpedance.errors import InputError, NotIdentifiableError
+from armimpedance.records import FloatArray, frozen_array
+
+#: Half ranges below this (rad, half a degree) are the measuring error of the angles themselves.
+LEAST_HALF_RANGE_RAD = 0.009
+
+#: A posture may be outside of a stated box by this much (rad): rounding of angles in files.
+_BOX_ROUNDING_RAD = 1e-3
+
+JOINTS = ("shoulder", "elbow")
+
+
+@dataclass(frozen=True)
+class AngleScaling:
+    """``u = (theta - centre) / half_range``, joint by joint.
+
+    Attributes
+    ----------
+    box : (2, 2)
+        rad; of shoulder and elbow the lowest and the highest angle.
+    """
+
+    box: FloatArray
+
+    def __post_init__(self) -> None:
+        box = frozen_array(self.box, "box", (2, 2))
+        object.__setattr__(self, "box", box)
+        for joint, (low, high) in zip(JOINTS, box, strict=True):
+            if not high > low:
+                raise InputError(
+                    f"a workspace with {joint} angles from {low:.4g} to {high:.4g} rad",
+                    expected="the lowest angle first, then a larger one",
+                )
+
+    @property
+    def centre(self) -> FloatArray:
+        """(2,), rad."""
+        return np.asarray(self.box.mean(axis=1))
+
+    @property
+    def half_range(self) -> FloatArray:
+        """(2,), rad."""
+        return np.asarray((self.box[:, 1] - self.box[:, 0]) / 2)
+
+    def scaled(self, joint_angles: ArrayLike) -> FloatArray:
+        """Scaled angles (..., 2) of joint angles (..., 2) in rad."""
+        return np.asarray((np.asarray(joint_angles, dtype=float) - self.centre) / self.half_range)
+
+    def angles(self, scaled: ArrayLike) -> FloatArray:
+        """Joint angles (..., 2) in rad of scaled ones (..., 2)."""
+        return np.asarray(self.centre + np.asarray(scaled, dtype=float) * self.half_range)
+
+    def grid(self, count: int) -> FloatArray:
+        """Joint angles (count^2, 2) in rad that cover the box, its edges included."""
+        u = np.linspace(-1.0, 1.0, count)
+        return self.angles(np.stack(np.meshgrid(u, u, indexing="ij"), axis=-1).reshape(-1, 2))
+
+
+def measured_scaling(joint_angles: FloatArray) -> AngleScaling:
+    """The scaling whose box just holds the measured postures (P, 2), rad.
+
+    A joint that did not move gets the least range, so that a constant can still be fitted.
+    """
+    low, high = joint_angles.min(axis=0), joint_angles.max(axis=0)
+    centre, half = (low + high) / 2, np.maximum((high - low) / 2, LEAST_HALF_RANGE_RAD)
+    return AngleScaling(np.stack([centre - half, centre + half], axis=1))
+
+
+def stated_scaling(
+    box: ArrayLike, joint_angles: FloatArray, labels: tuple[str, ...]
+) -> AngleScaling:
+    """The scaling of a stated workspace, which must hold all measured postures.
+
+    Parameters
+    ----------
+    box : (2, 2)
+        rad; of shoulder and elbow the lowest and the highest angle.
+    joint_angles : (P, 2)
+    labels : (P,) tuple of str
+
+    Raises
+    ------
+    InputError
+        Not such a box, or a measured posture is outside of it.
+    """
+    scaling = AngleScaling(np.asarray(box, dtype=float))
+    low, high = scaling.box.T
+    outside = (joint_angles < low - _BOX_ROUNDING_RAD) | (joint_angles > high + _BOX_ROUNDING_RAD)
+    if outside.any():
+        row, joint = (int(i) for i in np.argwhere(outside)[0])
+        raise InputError(
+            f"{labels[row]}: {JOINTS[joint]} angle {joint_angles[row, joint]:.4g} rad is outside "
+            "of the stated workspace",
+            expected=f"{low[joint]:.4g} to {high[joint]:.4g} rad",
+        )
+    return scaling
+
+
+def require_spread(joint_angles: FloatArray) -> None:
+    """Refuse postures (P, 2) that are one posture, or where one joint did not move.
+
+    Raises
+    ------
+    NotIdentifiableError
+        Naming the joints.
+    """
+    half = np.ptp(joint_angles, axis=0) / 2
+    still = [j for j, h in zip(JOINTS, half, strict=True) if h < LEAST_HALF_RANGE_RAD]
+    if not still:
+        return
+    deg = ", ".join(f"{j} {np.rad2deg(2 * h):.2g} deg" for j, h in zip(JOINTS, half, strict=True))
+    what = "all postures are the same" if len(still) == 2 else f"the {still[0]} did not move"
+    raise NotIdentifiableError(
+        f"{what} (range: {deg}): nothing is known of moment arms over posture; order 0 only",
+        tuple(still),
+    )

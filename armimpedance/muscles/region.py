@@ -1,0 +1,89 @@
+"""Where in a plane something was measured: the convex hull of points.
+
+Few points may lie on a line, or be one: the hull is then a segment or a point, and what is close
+to it counts as inside.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from armimpedance.errors import InputError
+from armimpedance.records import BoolArray, FloatArray, frozen_array
+
+#: How far outside of the hull still counts as inside, in scaled angles: one hundredth of the
+#: workspace's width, which for a width of 60 degrees is about the error of a measured angle.
+TOLERANCE = 0.02
+
+
+@dataclass(frozen=True)
+class Region:
+    """A convex polygon, which may be a segment or a point.
+
+    Attributes
+    ----------
+    vertices : (V, 2)
+        Counter-clockwise.
+    tolerance : float
+        How far outside still counts as inside, in the units of the vertices.
+    """
+
+    vertices: FloatArray
+    tolerance: float = TOLERANCE
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "vertices", frozen_array(self.vertices, "vertices", (None, 2)))
+        if len(self.vertices) == 0:
+            raise InputError("a region without points", expected="one point or more")
+        if not (np.isfinite(self.tolerance) and self.tolerance >= 0):
+            raise InputError(f"a tolerance of {self.tolerance}", expected="0 or more")
+
+    @classmethod
+    def of(cls, points: ArrayLike, *, tolerance: float = TOLERANCE) -> Region:
+        """The convex hull of points (P, 2)."""
+        return cls(_hull(frozen_array(points, "points", (None, 2))), tolerance)
+
+    def nearest(self, points: ArrayLike) -> FloatArray:
+        """The points (..., 2) of the region that are nearest to `points` (..., 2)."""
+        p = np.asarray(points, dtype=float)
+        start, end = self.vertices, np.roll(self.vertices, -1, axis=0)
+        edge, away = end - start, p[..., None, :] - start
+        # foot of the perpendicular on each edge (..., V, 2), held between the edge's ends
+        length2 = np.maximum((edge**2).sum(axis=-1), np.finfo(float).tiny)
+        along = np.clip((away * edge).sum(axis=-1) / length2, 0.0, 1.0)
+        feet = start + along[..., None] * edge
+        gap = ((p[..., None, :] - feet) ** 2).sum(axis=-1)
+        best = np.take_along_axis(feet, gap.argmin(axis=-1)[..., None, None], axis=-2)[..., 0, :]
+        left = edge[:, 0] * away[..., 1] - edge[:, 1] * away[..., 0] >= 0
+        inside = left.all(axis=-1) & (len(self.vertices) > 2)
+        return np.where(np.asarray(inside)[..., None], p, best)
+
+    def contains(self, points: ArrayLike) -> BoolArray:
+        """Whether points (..., 2) are inside, or outside by no more than the tolerance."""
+        p = np.asarray(points, dtype=float)
+        return np.asarray(np.linalg.norm(p - self.nearest(p), axis=-1) <= self.tolerance)
+
+
+def _hull(points: FloatArray) -> FloatArray:
+    """Vertices (V, 2) of the hull, counter-clockwise: lower and upper chain from left to right."""
+    ordered = np.unique(points, axis=0)
+    if len(ordered) < 3:
+        return ordered
+    lower, upper = _chain(ordered), _chain(ordered[::-1])
+    return np.array([*lower[:-1], *upper[:-1]])
+
+
+def _chain(ordered: FloatArray) -> list[FloatArray]:
+    chain: list[FloatArray] = []
+    for point in ordered:
+        while len(chain) >= 2 and not _turns_left(chain[-2], chain[-1], point):
+            chain.pop()
+        chain.append(point)
+    return chain
+
+
+def _turns_left(a: FloatArray, b: FloatArray, c: FloatArray) -> bool:
+    return bool((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) > 0)
