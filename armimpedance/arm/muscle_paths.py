@@ -7,13 +7,17 @@ torque ``tau = -G^T f`` (6): flexors have negative rows in G, extensors positive
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Final, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from armimpedance.errors import InputError
 from armimpedance.records import FloatArray, frozen_array
+
+#: Stiffness over tension (1/m) where nothing better is known: Selen, Franklin and Wolpert 2009 (J
+#: Neurosci 29:12606-12616), Table 1.
+STIFFNESS_PER_TENSION: Final = 75.0
 
 
 class MusclePaths(Protocol):
@@ -32,6 +36,21 @@ class MusclePaths(Protocol):
 
     def curvature(self, q: ArrayLike) -> FloatArray:
         """``d2L/dq2``, m, (..., m, n, n), symmetric in its last two axes."""
+
+
+def check_angles(q: ArrayLike, n: int) -> FloatArray:
+    """Joint angles (..., n) as finite numbers.
+
+    Raises
+    ------
+    InputError
+    """
+    angles = np.asarray(q, dtype=float)
+    if angles.ndim == 0 or angles.shape[-1] != n:
+        raise InputError(f"joint angles of shape {angles.shape}", expected=f"{n} on the last axis")
+    if not np.isfinite(angles).all():
+        raise InputError("a joint angle is not finite", expected="finite numbers, rad")
+    return angles
 
 
 @dataclass(frozen=True)
