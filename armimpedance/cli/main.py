@@ -20,7 +20,9 @@ COMMANDS = {
     "simulate": "write a simulated experiment and its truth",
     "inspect": "say what a recording holds and whether it can be used",
     "estimate": "inertia, viscosity and stiffness with 95 %% intervals",
-    "map": "from the hand to the joints",
+    "map": "from the hand to the joints, from the joints to the muscles",
+    "fit": "models over posture and muscle activation, from joint-level results",
+    "predict": "joint or hand impedance where nobody measured, from a fitted model",
     "reflex": "is the stiffness the limb's own, or does a reflex stand in it?",
     "compare": "what differs between groups of trials, and whether chance could do it",
     "convert": "turn a lab's files into a recording",
@@ -37,6 +39,7 @@ A first session:
   armimpedance inspect session                    can it be used?
   armimpedance estimate session --out hand.csv    one row per condition
   armimpedance map hand.csv --recording session --to joint --out joint.csv
+  armimpedance fit moment-arms joint.csv --out posture.json
 """
 
 

@@ -70,11 +70,19 @@ class JointPrediction:
 
     def sd(self, which: str) -> FloatArray:
         """Standard errors (P, 3) of "stiffness" or "viscosity"."""
-        covariance = getattr(self, f"{which}_covariance")
-        return np.sqrt(np.maximum(np.einsum("pii->pi", covariance), 0.0))
+        return standard_errors(getattr(self, f"{which}_covariance"))
 
     def half_width(self, which: str, level: float = 0.95) -> FloatArray:
         """Half the length (P, 3) of the confidence intervals."""
-        upper = 0.5 + level / 2
-        reach = ndtri(upper) if np.isinf(self.dof) else stdtrit(self.dof, upper)
-        return np.asarray(reach * self.sd(which))
+        return t_factor(self.dof, level) * self.sd(which)
+
+
+def standard_errors(covariance: FloatArray) -> FloatArray:
+    """Roots of the diagonals (..., 3) of covariances (..., 3, 3)."""
+    return np.asarray(np.sqrt(np.maximum(np.einsum("...ii->...i", covariance), 0.0)))
+
+
+def t_factor(dof: float, level: float = 0.95) -> float:
+    """Half-width of a two-sided interval in standard errors; dof inf = normal."""
+    upper = 0.5 + level / 2
+    return float(ndtri(upper) if np.isinf(dof) else stdtrit(dof, upper))

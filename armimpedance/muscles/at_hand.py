@@ -1,0 +1,124 @@
+"""A predicted joint impedance as the hand's, at postures where nobody measured."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from armimpedance.arm.two_link import TwoLinkArm
+from armimpedance.errors import InputError, NotIdentifiableError
+from armimpedance.muscles.joint_rows import matrix
+from armimpedance.muscles.prediction import JointPrediction, standard_errors, t_factor
+from armimpedance.records import FloatArray
+
+#: A posture with a worse condition of the Jacobian is singular: the arm is stretched.
+_SINGULAR = 1e8
+
+
+@dataclass(frozen=True)
+class HandPrediction:
+    """Predicted stiffness and viscosity of the hand.
+
+    Attributes
+    ----------
+    hand_position : (P, 2)
+        From the shoulder, m.
+    stiffness, viscosity : (P, 3)
+        ``xx, xy, yy``, N/m and Ns/m.
+    stiffness_covariance, viscosity_covariance : (P, 3, 3)
+    dof : float
+    joint : JointPrediction
+        Whence it comes.
+    """
+
+    hand_position: FloatArray
+    stiffness: FloatArray
+    viscosity: FloatArray
+    stiffness_covariance: FloatArray
+    viscosity_covariance: FloatArray
+    dof: float
+    joint: JointPrediction
+
+    @property
+    def stiffness_matrices(self) -> FloatArray:
+        """(P, 2, 2), N/m."""
+        return matrix(self.stiffness)
+
+    @property
+    def viscosity_matrices(self) -> FloatArray:
+        """(P, 2, 2), Ns/m."""
+        return matrix(self.viscosity)
+
+    def sd(self, which: str) -> FloatArray:
+        """Standard errors (P, 3) of "stiffness" or "viscosity"."""
+        return standard_errors(getattr(self, f"{which}_covariance"))
+
+    def half_width(self, which: str, level: float = 0.95) -> FloatArray:
+        """Half the length (P, 3) of the confidence intervals."""
+        return t_factor(self.dof, level) * self.sd(which)
+
+    @property
+    def reference_angle_rad(self) -> FloatArray:
+        """Direction (P,) of the line shoulder -> hand."""
+        return np.asarray(np.arctan2(self.hand_position[:, 1], self.hand_position[:, 0]))
+
+
+def at_hand(
+    prediction: JointPrediction, arm: TwoLinkArm, force: ArrayLike | None = None
+) -> HandPrediction:
+    """``K_e = J^-T (K_j + Gamma(F)) J^-1`` and ``B_e = J^-T B_j J^-1`` at each posture.
+
+    Parameters
+    ----------
+    prediction : JointPrediction
+    arm : TwoLinkArm
+    force : (2,) or (P, 2), optional
+        Force by the hand on the environment, N; none: no force.
+
+    Raises
+    ------
+    NotIdentifiableError
+        A posture is singular.
+    InputError
+        The force has another shape.
+    """
+    q = prediction.joint_angles
+    J = arm.jacobian(q)
+    if (np.linalg.cond(J) > _SINGULAR).any():
+        row = int(np.argmax(np.linalg.cond(J)))
+        raise NotIdentifiableError(
+            f"posture {row + 1}: the arm is stretched, its joints do not set the hand's stiffness"
+        )
+    F = np.zeros((len(q), 2)) if force is None else np.asarray(force, dtype=float)
+    if F.shape not in ((2,), (len(q), 2)):
+        raise InputError(f"hand force of shape {F.shape}", expected=f"(2,) or ({len(q)}, 2)")
+    derivative = arm.jacobian_derivative(q)
+    gamma = np.einsum("pk,pkij->pij", np.broadcast_to(F, (len(q), 2)), derivative)
+    T = _triple_map(np.asarray(np.linalg.inv(J), dtype=float))
+    joint_K = prediction.stiffness + np.stack([gamma[:, 0, 0], gamma[:, 0, 1], gamma[:, 1, 1]], 1)
+
+    def moved(triples: FloatArray) -> FloatArray:
+        return np.asarray(np.einsum("pij,pj->pi", T, triples))
+
+    def spread(covariance: FloatArray) -> FloatArray:
+        return np.asarray(T @ covariance @ T.transpose(0, 2, 1))
+
+    return HandPrediction(
+        hand_position=arm.hand_position(q),
+        stiffness=moved(joint_K),
+        viscosity=moved(prediction.viscosity),
+        stiffness_covariance=spread(prediction.stiffness_covariance),
+        viscosity_covariance=spread(prediction.viscosity_covariance),
+        dof=prediction.dof,
+        joint=prediction,
+    )
+
+
+def _triple_map(right: FloatArray) -> FloatArray:
+    """``A -> R^T A R`` of symmetric A as a matrix (P, 3, 3) over ``ss, se, ee``."""
+    a, b, c, d = (right[:, i, j] for i in (0, 1) for j in (0, 1))
+    # (R^T A R)_ij = R_1i A_11 R_1j + A_12 (R_1i R_2j + R_2i R_1j) + R_2i A_22 R_2j
+    rows = [[a * a, 2 * a * c, c * c], [a * b, a * d + b * c, c * d], [b * b, 2 * b * d, d * d]]
+    return np.array(rows).transpose(2, 0, 1)

@@ -1,0 +1,52 @@
+"""A fitted model as text for a terminal of 100 columns."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Sequence
+
+import numpy as np
+
+from armimpedance.muscles.quality import ElementQuality
+from armimpedance.report.model_json import Model
+from armimpedance.report.numbers import aligned_table, fixed
+
+_WIDTH = 100
+_LEGEND = (
+    "R is the correlation of measured and fitted values, E the sum of squared errors ((Nm/rad)^2 "
+    "for K, (Nms/rad)^2 for B); adj. R2 charges the fit for its coefficients; R left out is the "
+    "correlation with predictions made without the row itself; R of noise is what the same fit "
+    "reaches when the rows are shuffled. A fit whose R is not well above R of noise says nothing."
+)
+
+
+def model_text(model: Model) -> str:
+    """Rank and condition, the quality of each element, warnings."""
+    s = model.summary
+    head = (
+        f"{s.method}: {s.n} numbers, rank {s.rank}, condition {_short(s.cond_scaled)} "
+        f"(columns scaled), variance accounted for {fixed(100 * s.vaf, 1)} %"
+    )
+    notes = [textwrap.fill(f"- {w}", _WIDTH, subsequent_indent="  ") for w in s.warnings]
+    parts = [textwrap.fill(head, _WIDTH), quality_table(model.quality)]
+    parts += [textwrap.fill(_LEGEND, _WIDTH), *(["\n".join(notes)] if notes else [])]
+    return "\n\n".join(parts)
+
+
+def quality_table(quality: Sequence[ElementQuality]) -> str:
+    """One row per element: R and E as the source prints them, and what they are worth."""
+    header = ["element", "R", "E", "adj. R2", "R left out", "R of noise"]
+    return aligned_table(header, [_row(q) for q in quality])
+
+
+def _row(q: ElementQuality) -> list[str]:
+    judged = (_or_dash(v) for v in (q.adjusted_r2, q.leave_one_out_r, q.null_r))
+    return [q.element, fixed(q.r, 3), _short(q.e), *judged]
+
+
+def _or_dash(value: float) -> str:
+    return fixed(value, 3) if np.isfinite(value) else "-"
+
+
+def _short(value: float) -> str:
+    return f"{value:.4g}"
