@@ -1,0 +1,294 @@
+"""Fit muscle stiffness and viscosity over activation at one posture (Tsuji 1997, section 5.3)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from armimpedance.arm.muscle_paths import MuscularArm
+from armimpedance.errors import InputError
+from armimpedance.muscles.activation_checks import check_rows, falling_muscles
+from armimpedance.muscles.activation_design import column_names, muscle_patterns
+from armimpedance.muscles.activation_equations import (
+    ActivationEquations,
+    SolvedEquations,
+    solve_equations,
+)
+from armimpedance.muscles.activation_model import ActivationModel, leverages
+from armimpedance.muscles.activation_quality import activation_quality
+from armimpedance.muscles.activation_rank import ActivationRank, activation_rank
+from armimpedance.muscles.bernstein import increments, to_powers
+from armimpedance.muscles.joint_rows import JointRows, triple, triple_sd
+from armimpedance.records import FloatArray
+from armimpedance.regression.summary import FitSummary, NamedParameter
+
+#: Orders N of the source's Table 2, and what is refused beyond.
+HIGHEST_ORDER: Final = 5
+
+
+@dataclass(frozen=True)
+class ActivationKind:
+    """A way to fit: its name, what it promises, and whether f_i stays nonnegative."""
+
+    name: str
+    promise: str
+    bounded: bool
+
+
+ACTIVATION_MODELS: Final = {
+    kind.name: kind
+    for kind in (
+        ActivationKind(
+            "polynomial",
+            "the source's least squares; a muscle's stiffness may fall below zero",
+            bounded=False,
+        ),
+        ActivationKind(
+            "bernstein",
+            "nonnegative stiffness of every muscle over its measured range of activation",
+            bounded=True,
+        ),
+    )
+}
+
+
+def fit_activation_model(
+    rows: JointRows,
+    arm: MuscularArm,
+    *,
+    order: int,
+    model: str | None = None,
+    torque: bool = False,
+    increasing: bool = False,
+    curvature: bool = True,
+    seed: int = 0,
+    torque_sd: float | ArrayLike | None = None,
+    stiffness_per_tension: float | None = None,
+) -> ActivationModel:
+    """Fit ``K_j(alpha) = sum_i f_i(alpha_i) A_i``, f_i of order N, and B_j likewise.
+
+    Tsuji (1997), eqs. (11), (31), (33)-(35), (38); `muscles.activation_design` has the equations.
+
+    Parameters
+    ----------
+    rows : JointRows
+        P conditions at one posture, with activations.
+    arm : MuscularArm
+        Moment arms, curvature, stiffness per tension.
+    order : int
+        N, from 1.
+    model : {"polynomial", "bernstein"}, optional
+        Default: polynomial.
+    torque : bool
+        Add ``tau = tau_0 - G^T t`` with tension t in proportion to the active stiffness, and
+        tau_0 free: it needs `stiffness_per_tension`.
+    increasing : bool
+        Stiffness and viscosity of a muscle never fall as it becomes more active (bernstein only).
+    curvature : bool
+        False leaves out what tension adds through the curvature of the muscles' lengths, as the
+        source does.
+    seed : int
+        Of the shuffles behind the null R.
+    torque_sd : float or (P, 2), optional
+        Standard error of the torque rows, Nm; without it, found from the residuals: that muscles
+        pull in proportion to their stiffness is less exact than any sensor.
+    stiffness_per_tension : float, optional
+        1/m; default: the arm's.
+
+    Raises
+    ------
+    InputError
+        Rows without activation or (where asked) torque, at more than one posture, an unknown
+        model or order.
+    NotIdentifiableError
+        Conditions that cannot tell the muscles apart.
+    EstimationError
+        The fit does not settle.
+    """
+    kind = _kind(model, order, increasing)
+    alpha, q = check_rows(rows, arm, torque=torque)
+    kappa = float(stiffness_per_tension or arm.stiffness_per_tension)
+    if not (np.isfinite(kappa) and kappa > 0):
+        raise InputError(f"stiffness per tension {kappa}", expected="a positive number, 1/m")
+    of_K = _equations(rows, alpha, "stiffness", order, kappa)
+    of_K = replace(of_K, patterns=_patterns(arm, q, curvature, kappa))
+    if torque:
+        of_K = _with_torque(of_K, rows, arm.paths.moment_arms(q), torque_sd)
+    of_B = _equations(rows, alpha, "viscosity", order, kappa)
+    of_B = replace(of_B, patterns=_patterns(arm, q, False, kappa))
+    rank = activation_rank(of_K, arm.paths.muscles)
+    cones = [_cone(e, increasing) if kind.bounded else None for e in (of_K, of_B)]
+    K, B = (solve_equations(e, cone) for e, cone in zip((of_K, of_B), cones, strict=True))
+    quality = (
+        *activation_quality("K", of_K, K, cones[0], seed),
+        *activation_quality("B", of_B, B, cones[1], seed),
+    )
+    return _model(kind, arm, q, (of_K, of_B), (K, B), rank, quality)
+
+
+def _kind(model: str | None, order: int, increasing: bool) -> ActivationKind:
+    name = model or "polynomial"
+    if name not in ACTIVATION_MODELS:
+        raise InputError(f"no activation model {name!r}", expected=" or ".join(ACTIVATION_MODELS))
+    if isinstance(order, bool) or order != int(order) or not 1 <= order <= HIGHEST_ORDER:
+        raise InputError(f"order {order} of the activation model", expected=f"1 to {HIGHEST_ORDER}")
+    kind = ACTIVATION_MODELS[name]
+    if increasing and not kind.bounded:
+        raise InputError(f"the {name} model cannot promise to increase", expected="bernstein")
+    return kind
+
+
+def _patterns(arm: MuscularArm, q: FloatArray, curvature: bool, kappa: float) -> FloatArray:
+    return muscle_patterns(arm, q, curvature=curvature, stiffness_per_tension=kappa)
+
+
+def _equations(
+    rows: JointRows, alpha: FloatArray, which: str, order: int, kappa: float
+) -> ActivationEquations:
+    """Of K or B, without patterns yet."""
+    measured, sd = getattr(rows, which), getattr(rows, f"{which}_sd")
+    y = triple(measured)
+    exact = np.zeros_like(alpha)
+    return ActivationEquations(
+        activation=alpha,
+        activation_sd=exact if rows.activation_sd is None else rows.activation_sd,
+        outputs=y,
+        sd=np.ones_like(y) if sd is None else triple_sd(measured, sd),
+        group=np.zeros(3, dtype=int),
+        known=(sd is not None, False),
+        patterns=np.zeros((alpha.shape[1], 3)),
+        order=order,
+        moment_arms=None,
+        stiffness_per_tension=kappa,
+    )
+
+
+def _with_torque(
+    equations: ActivationEquations,
+    rows: JointRows,
+    G: FloatArray,
+    torque_sd: float | ArrayLike | None,
+) -> ActivationEquations:
+    torque = np.asarray(rows.torque)
+    sd = np.broadcast_to(1.0 if torque_sd is None else torque_sd, torque.shape)
+    if not (np.isfinite(sd).all() and (sd > 0).all()):
+        raise InputError("a torque_sd that is not positive", expected="more than 0 Nm")
+    return replace(
+        equations,
+        outputs=np.hstack([equations.outputs, torque]),
+        sd=np.hstack([equations.sd, sd]),
+        group=np.array([0, 0, 0, 1, 1]),
+        known=(equations.known[0], torque_sd is not None),
+        moment_arms=G,
+    )
+
+
+def _cone(equations: ActivationEquations, increasing: bool) -> FloatArray:
+    """Matrix (3 + m N, m (N + 1) + 2) from numbers >= 0 to ``K_0`` and the powers' coefficients.
+
+    The last two are the passive stiffness of shoulder and elbow, which no muscle has to make.
+    """
+    patterns, N = equations.patterns, equations.order
+    low, high = equations.activation.min(axis=0), equations.activation.max(axis=0)
+    m = len(patterns)
+    cone = np.zeros((3 + m * N, m * (N + 1) + 2))
+    cone[0, -2] = cone[2, -1] = 1.0
+    for i in range(m):
+        powers_of = to_powers(low[i], high[i], N) @ increments(N, increasing=increasing)
+        mine = slice(i * (N + 1), (i + 1) * (N + 1))
+        cone[:3, mine] = np.outer(patterns[i], powers_of[0])
+        cone[3 + i * N : 3 + (i + 1) * N, mine] = powers_of[1:]
+    return cone
+
+
+def _model(
+    kind: ActivationKind,
+    arm: MuscularArm,
+    q: FloatArray,
+    equations: tuple[ActivationEquations, ActivationEquations],
+    solved: tuple[SolvedEquations, SolvedEquations],
+    rank: ActivationRank,
+    quality: tuple,
+) -> ActivationModel:
+    of_K, of_B = equations
+    K, B = solved
+    n = 3 + of_K.n_active
+    X = of_K.columns(of_K.activation)[:, :3, :n]
+    flat = X.reshape(-1, n)
+    length = np.linalg.norm(flat, axis=0)
+    R = np.linalg.inv(np.linalg.qr(flat / length, mode="r")) / length[:, None]
+    leverage = R @ R.T
+    alpha = of_K.activation
+    reach = np.stack([alpha.min(axis=0), alpha.max(axis=0)], axis=1)
+    warnings = (*rank.warnings, *falling_muscles(K.theta, reach, arm.paths.muscles, of_K))
+    return ActivationModel(
+        model=kind.name,
+        order=of_K.order,
+        arm=arm.name,
+        muscles=arm.paths.muscles,
+        joint_angles=q,
+        patterns=of_K.patterns,
+        viscous_patterns=of_B.patterns,
+        stiffness_per_tension=of_K.stiffness_per_tension,
+        stiffness=K.theta[:n],
+        viscosity=B.theta,
+        stiffness_covariance=K.covariance[:n, :n],
+        viscosity_covariance=B.covariance,
+        dof=_dof(of_K, K),
+        activation_range=reach,
+        leverage=leverage,
+        leverage_limit=float(leverages(X, leverage).max()),
+        quality=quality,
+        summary=_summary(kind, arm.paths.muscles, equations, solved, rank, warnings),
+    )
+
+
+def _dof(equations: ActivationEquations, solved: SolvedEquations) -> float:
+    return float(max(equations.outputs.size - len(solved.theta), 1))
+
+
+def _summary(
+    kind: ActivationKind,
+    muscles: tuple[str, ...],
+    equations: tuple[ActivationEquations, ActivationEquations],
+    solved: tuple[SolvedEquations, SolvedEquations],
+    rank: ActivationRank,
+    warnings: tuple[str, ...],
+) -> FitSummary:
+    of_K = equations[0]
+    N = of_K.order
+    names = [column_names(symbol, muscles, N) for symbol in "KB"]
+    units = [("Nm/rad",) * 3 + ("N/m",) * of_K.n_active]
+    units.append(("Nms/rad",) * 3 + ("Ns/m",) * of_K.n_active)
+    if of_K.n_free:
+        names[0] = (*names[0], "tau_0_s", "tau_0_e")
+        units[0] = (*units[0], "Nm", "Nm")
+    parameters = [
+        NamedParameter(name, float(value), float(sd), float(sd), unit, dof)
+        for which in (0, 1)
+        for dof in (_dof(equations[which], solved[which]),)
+        for name, unit, value, sd in zip(
+            names[which],
+            units[which],
+            solved[which].theta,
+            np.sqrt(np.diag(solved[which].covariance)),
+            strict=True,
+        )
+    ]
+    measured = of_K.outputs[:, :3]
+    error = measured - of_K.columns(of_K.activation)[:, :3] @ solved[0].theta
+    varying = ((measured - measured.mean(axis=0)) ** 2).sum()
+    return FitSummary(
+        method=f"activation, {kind.name}, order {N}",
+        n=sum(e.outputs.size for e in equations),
+        cond_raw=rank.cond_raw,
+        cond_scaled=rank.cond_scaled,
+        rank=rank.rank,
+        r2=float(1 - (error**2).sum() / varying),
+        vaf=float(1 - ((error - error.mean(axis=0)) ** 2).sum() / varying),
+        parameters=tuple(parameters),
+        warnings=warnings,
+    )
