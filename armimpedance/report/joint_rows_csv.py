@@ -32,7 +32,9 @@ def read_joint_rows(paths: Sequence[str | Path]) -> JointRows:
     """
     rows = [row for path in paths for row in table_rows(Path(path), _WHAT)]
     for row in rows:
-        row.text("level", ("joint",))
+        if row.text("level") != "joint":
+            expected = "joint; armimpedance map --to joint makes such rows"
+            raise row.error(repr(row.text("level")), "level", expected)
         if row.cells.get("K_33"):
             raise row.error("three joints", "K_33", "two: shoulder and elbow")
     muscles = _muscles(rows)
