@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import floor, isfinite, log10
 
+#: Columns of the terminal that tables are made for.
+TABLE_WIDTH = 100
 #: More digits than these are never shown: no arm is known better.
 _MOST_DIGITS = 6
 
@@ -64,3 +66,13 @@ def aligned_table(header: Sequence[str], rows: Sequence[Sequence[str]], gap: str
         cells = [text.rjust(width) for text, width in zip(others, widths[1:], strict=True)]
         lines.append(gap.join([first.ljust(widths[0]), *cells]).rstrip())
     return "\n".join(lines)
+
+
+def table_by_condition(
+    names: Sequence[str], header: Sequence[str], rows: Sequence[Sequence[str]]
+) -> str:
+    """A table that starts with the condition, whose name gets the room that is left."""
+    numbers = aligned_table(["", *header], [["", *row] for row in rows])
+    room = max(TABLE_WIDTH - max(map(len, numbers.splitlines())), len("condition"))
+    named = [[short(name, room), *row] for name, row in zip(names, rows, strict=True)]
+    return aligned_table(["condition", *header], named)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Final
+from collections.abc import Mapping
+from typing import Any, Final
 
 import numpy as np
 from scipy.special import stdtrit
@@ -17,9 +18,14 @@ FIELDS: Final[tuple[Which, ...]] = ("inertia", "viscosity", "stiffness")
 
 def condition_of(estimate: ImpedanceEstimate) -> str:
     """The group in words: the condition alone, or all columns by name."""
-    if set(estimate.keys) == {"condition"}:
-        return str(estimate.keys["condition"])
-    return ", ".join(f"{name} {value}" for name, value in estimate.keys.items()) or "all trials"
+    return group_name(estimate.keys)
+
+
+def group_name(keys: Mapping[str, Any]) -> str:
+    """The columns of a group in words."""
+    if set(keys) == {"condition"}:
+        return str(keys["condition"])
+    return ", ".join(f"{name} {value}" for name, value in keys.items()) or "all trials"
 
 
 def is_recording_of_joints(estimate: ImpedanceEstimate) -> bool:

@@ -10,7 +10,7 @@ import numpy as np
 from armimpedance.conventions import FORCE_UNIT, POSITION_UNIT, UNITS
 from armimpedance.ellipses import Which
 from armimpedance.records import FloatArray, ImpedanceEstimate
-from armimpedance.report.numbers import aligned_table, fixed, short, with_half_width
+from armimpedance.report.numbers import TABLE_WIDTH, fixed, table_by_condition, with_half_width
 from armimpedance.report.quantities import (
     FIELDS,
     condition_of,
@@ -19,7 +19,6 @@ from armimpedance.report.quantities import (
     principal_values,
 )
 
-_WIDTH = 100
 _LEGEND = (
     "± is the half-width of the 95 % interval (t distribution). R is the multiple correlation of "
     "measured and predicted force; it cannot see a reflex or a wrong model. VAF is the variance "
@@ -50,10 +49,10 @@ def summary_table(estimates: Sequence[ImpedanceEstimate]) -> str:
     legend += [_ELLIPSE_LEGEND] if any(k == 2 for _, k in parts) else []
     legend += [_PRINCIPAL_LEGEND] if any(k > 2 for _, k in parts) else []
     notes = [
-        textwrap.fill(f"[{i}] {text}", _WIDTH, subsequent_indent="    ")
+        textwrap.fill(f"[{i}] {text}", TABLE_WIDTH, subsequent_indent="    ")
         for i, text in enumerate(warnings, start=1)
     ]
-    return "\n\n".join([*blocks, textwrap.fill(" ".join(legend), _WIDTH), *notes])
+    return "\n\n".join([*blocks, textwrap.fill(" ".join(legend), TABLE_WIDTH), *notes])
 
 
 def _part(level: str, k: int, estimates: Sequence[ImpedanceEstimate], warnings: list[str]) -> str:
@@ -64,15 +63,8 @@ def _part(level: str, k: int, estimates: Sequence[ImpedanceEstimate], warnings: 
         title = f"{field.capitalize()} {symbol} ({UNITS[level][symbol]})"
         blocks.append((title, _headings(k), [_values(e, field) for e in estimates]))
     names = [condition_of(estimate) for estimate in estimates]
-    return "\n\n".join(f"{title}\n{_table(names, heads, cells)}" for title, heads, cells in blocks)
-
-
-def _table(names: Sequence[str], header: list[str], rows: list[list[str]]) -> str:
-    """A table that starts with the condition, whose name gets the room that is left."""
-    numbers = aligned_table(["", *header], [["", *row] for row in rows])
-    room = max(_WIDTH - max(map(len, numbers.splitlines())), len("condition"))
-    named = [[short(name, room), *row] for name, row in zip(names, rows, strict=True)]
-    return aligned_table(["condition", *header], named)
+    tables = [(title, table_by_condition(names, heads, cells)) for title, heads, cells in blocks]
+    return "\n\n".join(f"{title}\n{table}" for title, table in tables)
 
 
 def _place_header(estimates: Sequence[ImpedanceEstimate]) -> list[str]:
