@@ -21,6 +21,7 @@ from armimpedance.muscles.posture_fitted import FittedMatrix, Progress
 from armimpedance.muscles.posture_model import PostureModel, posture_polynomial
 from armimpedance.muscles.posture_polynomial import fit_polynomial
 from armimpedance.muscles.posture_quality import posture_quality, posture_summary
+from armimpedance.muscles.posture_sos import sos_fit
 from armimpedance.muscles.posture_terms import checked_order
 from armimpedance.muscles.region import Region
 
@@ -57,13 +58,31 @@ POSTURE_MODELS = {
             "nowhere proved",
             fit_polynomial,
         ),
+        PostureMethod(
+            "sos",
+            "sum of squares: stiffness and viscosity are positive semidefinite at every posture",
+            "everywhere",
+            sos_fit("full"),
+        ),
+        PostureMethod(
+            "box",
+            "positive semidefinite at every posture of the stated workspace, free outside of it",
+            "on the workspace",
+            sos_fit("box"),
+        ),
+        PostureMethod(
+            "separable",
+            "as sos, for moment arms that depend on the angle of their own joint only",
+            "everywhere",
+            sos_fit("separable"),
+        ),
     )
 }
 
 
 def default_model(order: int) -> str:
     """The name of the model that is fitted if none is asked for."""
-    return "polynomial" if order < 2 or "sos" not in POSTURE_MODELS else "sos"
+    return "polynomial" if order < 2 else "sos"
 
 
 def fit_posture_model(

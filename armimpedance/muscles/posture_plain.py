@@ -10,7 +10,7 @@ import numpy as np
 
 from armimpedance.errors import ArmImpedanceError, InputError
 from armimpedance.muscles.angle_scaling import AngleScaling
-from armimpedance.muscles.posture_certificate import Certificate, Gram
+from armimpedance.muscles.posture_certificate import Certificate, Gram, proves
 from armimpedance.muscles.posture_model import PostureModel, PosturePolynomial
 from armimpedance.muscles.posture_terms import checked_order, exponents, term_names
 from armimpedance.muscles.quality import ElementQuality
@@ -70,7 +70,6 @@ def model_from_plain(plain: Mapping[str, Any]) -> PostureModel:
 
 def _model(plain: Mapping[str, Any]) -> PostureModel:
     order = checked_order(plain["order"])
-    terms = len(exponents(2 * order))
     summary = dict(plain["summary"])
     parameters = tuple(NamedParameter(**_numbers(p)) for p in summary.pop("parameters"))
     warnings = tuple(str(w) for w in summary.pop("warnings"))
@@ -78,8 +77,8 @@ def _model(plain: Mapping[str, Any]) -> PostureModel:
         name=_text(plain, "model"),
         order=order,
         scaling=AngleScaling(_array(plain, "box_rad")),
-        stiffness=_polynomial(plain["stiffness"], terms),
-        viscosity=_polynomial(plain["viscosity"], terms),
+        stiffness=_polynomial(plain["stiffness"], order),
+        viscosity=_polynomial(plain["viscosity"], order),
         dof=_number(plain["dof"]),
         region=Region(_array(plain, "measured_scaled"), float(plain["tolerance_scaled"])),
         quality=tuple(ElementQuality(**_numbers(q)) for q in plain["quality"]),
@@ -106,8 +105,8 @@ def _plain_polynomial(made: PosturePolynomial) -> dict[str, Any]:
     }
 
 
-def _polynomial(plain: Mapping[str, Any], terms: int) -> PosturePolynomial:
-    found = plain["certificate"]
+def _polynomial(plain: Mapping[str, Any], order: int) -> PosturePolynomial:
+    found, terms = plain["certificate"], len(exponents(2 * order))
     made = PosturePolynomial(
         coefficients=_array(plain, "coefficients"),
         covariance=_array(plain, "covariance"),
@@ -124,6 +123,8 @@ def _polynomial(plain: Mapping[str, Any], terms: int) -> PosturePolynomial:
         raise InputError(
             f"{len(made.coefficients)} coefficients", expected=f"{terms} of an element"
         )
+    if made.certificate.grams and not proves(made.certificate.grams, made.coefficients, order):
+        raise InputError("Gram matrices that do not add up to the coefficients prove nothing")
     return made
 
 

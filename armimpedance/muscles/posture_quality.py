@@ -63,7 +63,7 @@ def posture_summary(
     return FitSummary(
         method=method,
         n=rows.n_rows,
-        cond_raw=conditioning(np.asarray(np.linalg.qr(raw, mode="r")), len(raw)).cond_raw,
+        cond_raw=_condition(raw),
         cond_scaled=max(f.cond_scaled for f in fitted),
         rank=min(f.rank for f in fitted),
         r2=_explained(stiffness.values, residual, stiffness.weights),
@@ -90,6 +90,14 @@ def _parameters(fitted: FittedMatrix) -> list[NamedParameter]:
         for j, element in enumerate(element_names(fitted.symbol))
         for i, term in enumerate(term_names(fitted.powers))
     ]
+
+
+def _condition(W: FloatArray) -> float:
+    """Condition of W (P, p); inf with fewer rows than columns."""
+    p, count = W.shape
+    if p < count:
+        return float("inf")
+    return conditioning(np.asarray(np.linalg.qr(W, mode="r")), p).cond_raw
 
 
 def _indefinite(symbol: str, made: PosturePolynomial) -> tuple[str, ...]:
