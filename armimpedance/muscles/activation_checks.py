@@ -18,13 +18,13 @@ ONE_POSTURE_RAD = 0.05
 _POINTS = 101
 
 
-def check_rows(rows: JointRows, arm: MuscularArm, *, torque: bool) -> tuple[FloatArray, FloatArray]:
-    """Activations (P, m) and the one posture (2,), the mean of all rows.
+def check_activation(rows: JointRows, arm: MuscularArm, *, torque: bool) -> FloatArray:
+    """Activations (P, m) of the arm's muscles.
 
     Raises
     ------
     InputError
-        No activation, another number of muscles than the arm, no torque, several postures.
+        No activation, another number of muscles than the arm, no torque where it is asked for.
     """
     muscles = arm.paths.muscles
     if rows.activation is None:
@@ -42,6 +42,18 @@ def check_rows(rows: JointRows, arm: MuscularArm, *, torque: bool) -> tuple[Floa
         raise InputError(
             "torque asked for, but the rows have none", expected="rows with tau = J^T F"
         )
+    return rows.activation
+
+
+def check_rows(rows: JointRows, arm: MuscularArm, *, torque: bool) -> tuple[FloatArray, FloatArray]:
+    """Activations (P, m) and the one posture (2,), the mean of all rows.
+
+    Raises
+    ------
+    InputError
+        As `check_activation`, or several postures.
+    """
+    activation = check_activation(rows, arm, torque=torque)
     median = np.median(rows.joint_angles, axis=0)
     off = np.abs(rows.joint_angles - median).max(axis=1)
     if (off > ONE_POSTURE_RAD).any():
@@ -51,7 +63,7 @@ def check_rows(rows: JointRows, arm: MuscularArm, *, torque: bool) -> tuple[Floa
             f"more than one posture: {shown} up to {off.max():.2g} rad from the others",
             expected=f"rows within {ONE_POSTURE_RAD} rad",
         )
-    return rows.activation, rows.joint_angles.mean(axis=0)
+    return activation, rows.joint_angles.mean(axis=0)
 
 
 def falling_muscles(

@@ -5,6 +5,11 @@ asked, two torques, all move with the same errors delta of its m activations:
 ``y - X(alpha - delta) theta = e``. Fitted is the pair (theta, true activations) of largest
 likelihood: orthogonal distance regression. Weights alone ("effective variance") would leave the
 slopes too small, because the measured activations spread more than the true ones.
+
+Torque: a muscle's tension is ``t_i = (1 + e_i) f_active_i / kappa`` with e_i of a stated standard
+deviation. Were all e_i zero, many conditions would make the torque as sure of each muscle's
+stiffness as kappa is taken to be known, and the intervals would be too short wherever the
+proportion does not hold.
 """
 
 from __future__ import annotations
@@ -17,6 +22,7 @@ from scipy.optimize import nnls
 from armimpedance.errors import EstimationError
 from armimpedance.muscles.activation_design import (
     joint_columns,
+    powers,
     slopes_by_activation,
     torque_columns,
 )
@@ -52,6 +58,10 @@ class ActivationEquations:
     moment_arms : (m, 2) or None
         G where there are torque rows.
     stiffness_per_tension : float
+    proportion_sd : float
+        Of the e_i.
+    free_proportion : bool
+        A common factor 1 + e on all tensions is free.
     """
 
     activation: FloatArray
@@ -64,6 +74,8 @@ class ActivationEquations:
     order: int
     moment_arms: FloatArray | None
     stiffness_per_tension: float
+    proportion_sd: float = 0.1
+    free_proportion: bool = False
 
     @property
     def n_active(self) -> int:
@@ -72,8 +84,10 @@ class ActivationEquations:
 
     @property
     def n_free(self) -> int:
-        """Columns of tau_0."""
-        return 0 if self.moment_arms is None else 2
+        """Columns that may have any sign: tau_0, then e_i, then the common e."""
+        if self.moment_arms is None:
+            return 0
+        return 2 + len(self.patterns) + self.free_proportion
 
     @property
     def reach(self) -> FloatArray:
@@ -91,6 +105,27 @@ class ActivationEquations:
         torque = torque_columns(activation, self.moment_arms, kappa, self.order)
         joint = np.concatenate([joint, np.zeros((*joint.shape[:2], 2))], axis=-1)
         return np.concatenate([joint, torque], axis=1)
+
+    def proportion_columns(self, activation: FloatArray, theta: FloatArray) -> FloatArray:
+        """Regressors (P, r, n_free - 2) of the e: ``-G_i f_active_i / kappa`` at theta."""
+        if self.moment_arms is None:
+            return np.zeros((*self.outputs.shape, 0))
+        c = theta[3 : 3 + self.n_active].reshape(-1, self.order)
+        tension = (powers(activation, self.order) * c).sum(axis=-1) / self.stiffness_per_tension
+        columns = np.zeros((*self.outputs.shape, self.n_free - 2))
+        columns[:, 3:, : len(c)] = -self.moment_arms.T * tension[:, None, :]
+        if self.free_proportion:
+            columns[:, 3:, -1] = columns[:, 3:, : len(c)].sum(axis=-1)
+        return columns
+
+    @property
+    def prior(self) -> FloatArray:
+        """Rows (., p) that say how near to zero the e_i are, in standard errors."""
+        m = 0 if self.moment_arms is None else len(self.patterns)
+        rows = np.zeros((m, 3 + self.n_active + self.n_free))
+        start = 3 + self.n_active + 2
+        rows[:, start : start + m] = np.eye(m) / self.proportion_sd
+        return rows
 
     def slopes(self, activation: FloatArray, theta: FloatArray) -> FloatArray:
         """Derivative (P, r, m) of the outputs by the activations."""
@@ -112,12 +147,14 @@ class SolvedEquations:
     Attributes
     ----------
     theta : (p,)
-        ``K_0`` (3), ``c_ik`` (m N), ``tau_0`` (2 or 0).
+        ``K_0`` (3), ``c_ik`` (m N), and with torque ``tau_0`` (2), e_i (m), the common e.
     covariance : (p, p)
     design, weight : (P, r, p), (P, r, r)
         Regressors at the fitted activations, and L^-1 of each condition's covariance L L^T.
     target : (P, r)
         What `design` is fitted to: outputs less the part that the activations' errors made.
+    prior : (., p)
+        Further rows, fitted to zero with unit variance.
     group_sd : (2,)
         Factor of the standard errors of each group.
     """
@@ -127,14 +164,16 @@ class SolvedEquations:
     design: FloatArray
     weight: FloatArray
     target: FloatArray
+    prior: FloatArray
     group_sd: FloatArray
 
     @property
     def whitened(self) -> tuple[FloatArray, FloatArray]:
-        """Regressors (P r, p) and target (P r,) with errors of unit variance."""
+        """Regressors (P r + ., p) and target with errors of unit variance; prior rows last."""
         X = self.weight @ self.design
         y = np.einsum("pij,pj->pi", self.weight, self.target)
-        return X.reshape(-1, X.shape[-1]), y.ravel()
+        nothing = np.zeros(len(self.prior))
+        return np.vstack([X.reshape(-1, X.shape[-1]), self.prior]), np.append(y, nothing)
 
 
 def solve_equations(
@@ -158,31 +197,41 @@ def solve_equations(
     size = float(np.abs(y).max())
     least = _least_factors(equations)
     factor, at = np.maximum(1.0, least), equations.activation
+    theta = _first(equations)
     fitted, J = None, np.zeros((*y.shape, at.shape[1]))
     for _ in range(_ROUNDS):
-        X = equations.columns(at)
-        S = _covariance(equations, factor, J)
-        weight = np.linalg.inv(np.linalg.cholesky(S))
+        X = np.concatenate(
+            [equations.columns(at), equations.proportion_columns(at, theta)], axis=-1
+        )
+        weight = np.linalg.inv(np.linalg.cholesky(_covariance(equations, factor, J)))
         # y = X(at) theta + J (measured - at), linear about the current activations
         target = y - np.einsum("prm,pm->pr", J, equations.activation - at)
-        Xw = (weight @ X).reshape(-1, X.shape[-1])
-        yw = np.einsum("pij,pj->pi", weight, target).ravel()
+        now = SolvedEquations(
+            theta, np.eye(X.shape[-1]), X, weight, target, equations.prior, factor
+        )
+        Xw, yw = now.whitened
         theta = least_squares_in(Xw, yw, cone, equations.n_free)
-        now = X @ theta
-        error = (yw - Xw @ theta).reshape(y.shape)
+        error = (yw - Xw @ theta)[: y.size].reshape(y.shape)
         grown = np.maximum(factor * _group_scales(error, Xw, equations), least)
-        if fitted is not None and np.abs(now - fitted).max() <= _SETTLED * size:
+        if fitted is not None and np.abs(X @ theta - fitted).max() <= _SETTLED * size:
             break
-        fitted, factor = now, grown
+        fitted, factor = X @ theta, grown
         J = equations.slopes(at, theta)
-        at = _activations(equations, factor, J, theta, at)
+        at = _activations(equations, factor, J, target - fitted)
     else:
         raise EstimationError(
             f"the activation model did not settle in {_ROUNDS} rounds of reweighting"
         )
-    R = np.linalg.qr(Xw, mode="r")
-    inverse = np.linalg.solve(R, np.eye(len(R)))
-    return SolvedEquations(theta, inverse @ inverse.T, X, weight, target, factor)
+    length = np.linalg.norm(Xw, axis=0)
+    inverse = np.linalg.inv(np.linalg.qr(Xw / length, mode="r")) / length[:, None]
+    return replace(now, theta=theta, covariance=inverse @ inverse.T)
+
+
+def _first(equations: ActivationEquations) -> FloatArray:
+    """Unweighted least squares, to start from; without the e."""
+    X = equations.columns(equations.activation)
+    flat = X.reshape(-1, X.shape[-1])
+    return least_squares_in(flat, equations.outputs.ravel(), None, 0)
 
 
 def _least_factors(equations: ActivationEquations) -> FloatArray:
@@ -206,26 +255,19 @@ def _covariance(equations: ActivationEquations, factor: FloatArray, J: FloatArra
 
 
 def _activations(
-    equations: ActivationEquations,
-    factor: FloatArray,
-    J: FloatArray,
-    theta: FloatArray,
-    at: FloatArray,
+    equations: ActivationEquations, factor: FloatArray, J: FloatArray, off: FloatArray
 ) -> FloatArray:
-    """The true activations of largest likelihood at these coefficients, one step from `at`."""
-    measured = equations.activation
+    """The true activations of largest likelihood, given what is left of the outputs (P, r)."""
     S = _covariance(equations, factor, J)
-    X = equations.columns(at)
-    off = equations.outputs - X @ theta - np.einsum("prm,pm->pr", J, measured - at)
     # alpha = measured + D J^T S^-1 off
     pulled = np.einsum("prm,pr->pm", J, np.linalg.solve(S, off[..., None])[..., 0])
-    return measured + equations.activation_sd**2 * pulled
+    return equations.activation + equations.activation_sd**2 * pulled
 
 
 def _group_scales(error: FloatArray, Xw: FloatArray, equations: ActivationEquations) -> FloatArray:
     """Root mean square of whitened residuals of each group, per degree of freedom, (2,)."""
     Q = np.linalg.qr(Xw)[0]
-    spent = (Q**2).sum(axis=1).reshape(error.shape)
+    spent = (Q**2).sum(axis=1)[: error.size].reshape(error.shape)
     scales = np.ones(2)
     for g in np.unique(equations.group):
         mine = equations.group == g

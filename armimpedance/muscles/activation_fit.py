@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from armimpedance.arm.muscle_paths import MuscularArm
-from armimpedance.errors import InputError
+from armimpedance.errors import EstimationError, InputError
 from armimpedance.muscles.activation_checks import check_rows, falling_muscles
 from armimpedance.muscles.activation_design import column_names, muscle_patterns
 from armimpedance.muscles.activation_equations import (
@@ -27,6 +27,8 @@ from armimpedance.regression.summary import FitSummary, NamedParameter
 
 #: Orders N of the source's Table 2, and what is refused beyond.
 HIGHEST_ORDER: Final = 5
+#: Rounds of, and a relative change that ends, the search for the stiffness per tension.
+_KAPPA_ROUNDS, _KAPPA_SETTLED = 50, 1e-4
 
 
 @dataclass(frozen=True)
@@ -66,7 +68,8 @@ def fit_activation_model(
     curvature: bool = True,
     seed: int = 0,
     torque_sd: float | ArrayLike | None = None,
-    stiffness_per_tension: float | None = None,
+    stiffness_per_tension: float | Literal["fit"] | None = None,
+    proportion_sd: float = 0.1,
 ) -> ActivationModel:
     """Fit ``K_j(alpha) = sum_i f_i(alpha_i) A_i``, f_i of order N, and B_j likewise.
 
@@ -95,8 +98,11 @@ def fit_activation_model(
     torque_sd : float or (P, 2), optional
         Standard error of the torque rows, Nm; without it, found from the residuals: that muscles
         pull in proportion to their stiffness is less exact than any sensor.
-    stiffness_per_tension : float, optional
-        1/m; default: the arm's.
+    stiffness_per_tension : float or "fit", optional
+        1/m; default: the arm's. "fit" finds it from stiffness and torque together.
+    proportion_sd : float
+        By what part single muscles may differ from `stiffness_per_tension`, one standard
+        deviation; it also covers what moment arms are wrong by.
 
     Raises
     ------
@@ -110,16 +116,16 @@ def fit_activation_model(
     """
     kind = _kind(model, order, increasing)
     alpha, q = check_rows(rows, arm, torque=torque)
-    kappa = float(stiffness_per_tension or arm.stiffness_per_tension)
-    if not (np.isfinite(kappa) and kappa > 0):
-        raise InputError(f"stiffness per tension {kappa}", expected="a positive number, 1/m")
-    of_K = _equations(rows, alpha, "stiffness", order, kappa)
-    of_K = replace(of_K, patterns=_patterns(arm, q, curvature, kappa))
+    kappa = _kappa(arm, stiffness_per_tension, torque=torque)
+    of_K = _of_stiffness(rows, arm, alpha, q, order, kappa, curvature)
     if torque:
-        of_K = _with_torque(of_K, rows, arm.paths.moment_arms(q), torque_sd)
+        G = arm.paths.moment_arms(q)
+        of_K = _with_torque(of_K, rows, G, torque_sd, proportion_sd)
     of_B = _equations(rows, alpha, "viscosity", order, kappa)
     of_B = replace(of_B, patterns=_patterns(arm, q, False, kappa))
     rank = activation_rank(of_K, arm.paths.muscles)
+    if stiffness_per_tension == "fit":
+        of_K = _fitted_kappa(of_K, arm, q, kind, curvature, increasing)
     cones = [_cone(e, increasing) if kind.bounded else None for e in (of_K, of_B)]
     K, B = (solve_equations(e, cone) for e, cone in zip((of_K, of_B), cones, strict=True))
     quality = (
@@ -127,6 +133,62 @@ def fit_activation_model(
         *activation_quality("B", of_B, B, cones[1], seed),
     )
     return _model(kind, arm, q, (of_K, of_B), (K, B), rank, quality)
+
+
+def _kappa(arm: MuscularArm, asked: float | str | None, *, torque: bool) -> float:
+    """Stiffness per tension (1/m) to start from."""
+    if asked == "fit" and not torque:
+        raise InputError("stiffness per tension to fit without torque", expected="torque=True")
+    kappa = arm.stiffness_per_tension if asked is None or asked == "fit" else asked
+    if not isinstance(kappa, int | float) or not (np.isfinite(kappa) and kappa > 0):
+        raise InputError(
+            f"stiffness per tension {kappa}", expected='a positive number, 1/m, or "fit"'
+        )
+    return float(kappa)
+
+
+def _of_stiffness(
+    rows: JointRows,
+    arm: MuscularArm,
+    alpha: FloatArray,
+    q: FloatArray,
+    order: int,
+    kappa: float,
+    curvature: bool,
+) -> ActivationEquations:
+    equations = _equations(rows, alpha, "stiffness", order, kappa)
+    return replace(equations, patterns=_patterns(arm, q, curvature, kappa))
+
+
+def _fitted_kappa(
+    equations: ActivationEquations,
+    arm: MuscularArm,
+    q: FloatArray,
+    kind: ActivationKind,
+    curvature: bool,
+    increasing: bool,
+) -> ActivationEquations:
+    """The same equations with the stiffness per tension of largest likelihood.
+
+    A common factor 1 + e on all tensions is free; kappa / (1 + e) takes its place until e is zero.
+
+    Raises
+    ------
+    EstimationError
+        It does not settle.
+    """
+    now = replace(equations, free_proportion=True)
+    for _ in range(_KAPPA_ROUNDS):
+        solved = solve_equations(now, _cone(now, increasing) if kind.bounded else None)
+        e = float(solved.theta[-1])
+        if not e > -1:
+            break
+        if abs(e) < _KAPPA_SETTLED:
+            return now
+        kappa = now.stiffness_per_tension / (1 + e)
+        patterns = _patterns(arm, q, curvature, kappa)
+        now = replace(now, stiffness_per_tension=kappa, patterns=patterns)
+    raise EstimationError("the stiffness per tension does not follow from these torques")
 
 
 def _kind(model: str | None, order: int, increasing: bool) -> ActivationKind:
@@ -171,11 +233,14 @@ def _with_torque(
     rows: JointRows,
     G: FloatArray,
     torque_sd: float | ArrayLike | None,
+    proportion_sd: float,
 ) -> ActivationEquations:
     torque = np.asarray(rows.torque)
     sd = np.broadcast_to(1.0 if torque_sd is None else torque_sd, torque.shape)
     if not (np.isfinite(sd).all() and (sd > 0).all()):
         raise InputError("a torque_sd that is not positive", expected="more than 0 Nm")
+    if not (np.isfinite(proportion_sd) and proportion_sd > 0):
+        raise InputError(f"proportion_sd {proportion_sd}", expected="a positive number")
     return replace(
         equations,
         outputs=np.hstack([equations.outputs, torque]),
@@ -183,6 +248,7 @@ def _with_torque(
         group=np.array([0, 0, 0, 1, 1]),
         known=(equations.known[0], torque_sd is not None),
         moment_arms=G,
+        proportion_sd=proportion_sd,
     )
 
 
@@ -264,8 +330,10 @@ def _summary(
     units = [("Nm/rad",) * 3 + ("N/m",) * of_K.n_active]
     units.append(("Nms/rad",) * 3 + ("Ns/m",) * of_K.n_active)
     if of_K.n_free:
-        names[0] = (*names[0], "tau_0_s", "tau_0_e")
-        units[0] = (*units[0], "Nm", "Nm")
+        names[0] = (*names[0], "tau_0_s", "tau_0_e", *(f"proportion_{name}" for name in muscles))
+        units[0] = (*units[0], "Nm", "Nm", *("1",) * len(muscles))
+    if of_K.free_proportion:
+        names[0], units[0] = (*names[0], "tension_factor"), (*units[0], "1")
     parameters = [
         NamedParameter(name, float(value), float(sd), float(sd), unit, dof)
         for which in (0, 1)
@@ -279,7 +347,8 @@ def _summary(
         )
     ]
     measured = of_K.outputs[:, :3]
-    error = measured - of_K.columns(of_K.activation)[:, :3] @ solved[0].theta
+    X = of_K.columns(of_K.activation)[:, :3]
+    error = measured - X @ solved[0].theta[: X.shape[-1]]
     varying = ((measured - measured.mean(axis=0)) ** 2).sum()
     return FitSummary(
         method=f"activation, {kind.name}, order {N}",

@@ -69,6 +69,7 @@ def read_plain(kind: type[Model], plain: Mapping[str, Any], **others: Any) -> Mo
 def _read(name: str, kind: str, value: Any) -> Any:
     readers: dict[str, Callable[[Any], Any]] = {
         "FloatArray": lambda v: np.array(v, dtype=float),
+        "IntArray": lambda v: np.array([_whole(x) for x in np.ravel(v)]).reshape(np.shape(v)),
         "float": _number,
         "int": _whole,
         "bool": _truth,

@@ -39,8 +39,10 @@ def activation_quality(
     """
     measured = equations.outputs[:, :3]
     X = equations.columns(equations.activation)[:, :3]
-    fitted = X @ solved.theta
-    held_out = np.einsum("pij,pj->pi", X, _left_out(solved, cone, equations.n_free))
+    k = X.shape[-1]
+    fitted = X @ solved.theta[:k]
+    left_out = _left_out(solved, cone, equations.n_free)
+    held_out = np.einsum("pij,pj->pi", X, left_out[:, :k])
     null = _null(equations, solved, cone, seed)
     coefficients = 1 + _spent(equations.patterns) * equations.order
     return tuple(
@@ -68,12 +70,13 @@ def _left_out(solved: SolvedEquations, cone: FloatArray | None, n_free: int) -> 
     Xw, yw = solved.whitened
     rows = np.arange(P * r).reshape(P, r)
     if cone is not None:
-        keep = [np.delete(rows, k, axis=0).ravel() for k in range(P)]
+        others = np.arange(P * r, len(yw))
+        keep = [np.append(np.delete(rows, k, axis=0), others) for k in range(P)]
         return np.array([least_squares_in(Xw[k], yw[k], cone, n_free) for k in keep])
     # theta_(p) = theta - C X_p^T (I - H_p)^-1 e_p, C (p, p), X_p (r, p), H_p (r, r)
     C = solved.covariance
-    blocks = Xw.reshape(P, r, p)
-    error = (yw - Xw @ solved.theta).reshape(P, r)
+    blocks = Xw[: P * r].reshape(P, r, p)
+    error = (yw - Xw @ solved.theta)[: P * r].reshape(P, r)
     rest = np.eye(r) - blocks @ C @ blocks.transpose(0, 2, 1)
     # a condition that alone decides a coefficient cannot be left out: pinv leaves that one alone
     step = (np.linalg.pinv(rest) @ error[..., None])[..., 0]
@@ -93,11 +96,12 @@ def _null(
     Xw, _ = solved.whitened
     orders = np.array([rng.permutation(len(y)) for _ in range(count)])
     yw = np.einsum("pij,spj->spi", solved.weight, y[orders]).reshape(count, -1)
+    yw = np.hstack([yw, np.zeros((count, len(solved.prior)))])
     if cone is None:
         thetas = least_squares_in(Xw, yw.T, None, equations.n_free).T
     else:
         thetas = np.array([least_squares_in(Xw, one, cone, equations.n_free) for one in yw])
-    fits = np.einsum("pej,sj->spe", X[:, :3], thetas)
+    fits = np.einsum("pej,sj->spe", X[:, :3], thetas[:, : X.shape[-1]])
     found = [
         [correlation(y[order, e], fit[:, e]) for e in range(3)]
         for order, fit in zip(orders, fits, strict=True)
