@@ -89,9 +89,6 @@ class Certificate:
 
     Attributes
     ----------
-    promise : str
-        Where it cannot have a negative eigenvalue: "nowhere proved", "everywhere" or
-        "on the workspace".
     smallest_eigenvalue : float
         The smallest one found on a grid over the workspace, in the unit of the matrix.
     at : (2,)
@@ -100,7 +97,6 @@ class Certificate:
         The proof: their sum is the matrix, term by term (`proves`).
     """
 
-    promise: str
     smallest_eigenvalue: float
     at: FloatArray
     grams: tuple[Gram, ...] = ()
@@ -108,6 +104,17 @@ class Certificate:
     def __post_init__(self) -> None:
         object.__setattr__(self, "at", frozen_array(self.at, "at", (2,)))
         object.__setattr__(self, "grams", tuple(self.grams))
+
+    @property
+    def promise(self) -> str:
+        """Where a negative eigenvalue is impossible.
+
+        "nowhere proved", "everywhere" or "on the workspace".
+        """
+        if not self.grams:
+            return "nowhere proved"
+        always = all(gram.multiplier == "1" for gram in self.grams)
+        return "everywhere" if always else "on the workspace"
 
 
 def smallest_eigenvalues(triples: ArrayLike) -> FloatArray:

@@ -37,15 +37,12 @@ class PostureMethod:
     name : str
     promises : str
         What holds for every fit, in one sentence.
-    definite : str
-        Where a negative eigenvalue is impossible.
     fit : function
         Of one matrix.
     """
 
     name: str
     promises: str
-    definite: str
     fit: FitMatrix
 
 
@@ -55,25 +52,21 @@ POSTURE_MODELS = {
         PostureMethod(
             "polynomial",
             "least squares of each element, as in the source; may be indefinite at a posture",
-            "nowhere proved",
             fit_polynomial,
         ),
         PostureMethod(
             "sos",
             "sum of squares: stiffness and viscosity are positive semidefinite at every posture",
-            "everywhere",
             sos_fit("full"),
         ),
         PostureMethod(
             "box",
             "positive semidefinite at every posture of the stated workspace, free outside of it",
-            "on the workspace",
             sos_fit("box"),
         ),
         PostureMethod(
             "separable",
             "as sos, for moment arms that depend on the angle of their own joint only",
-            "everywhere",
             sos_fit("separable"),
         ),
     )
@@ -136,7 +129,7 @@ def fit_posture_model(
         method.fit(one, order, np.random.default_rng(own), _part(progress, i))
         for i, (one, own) in enumerate(zip(data, seeds, strict=True))
     ]
-    K, B = (posture_polynomial(one, scaling, method.definite) for one in fitted)
+    K, B = (posture_polynomial(one, scaling) for one in fitted)
     return PostureModel(
         name=method.name,
         order=order,

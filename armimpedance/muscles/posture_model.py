@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from armimpedance.errors import InputError
 from armimpedance.muscles.angle_scaling import AngleScaling
 from armimpedance.muscles.posture_certificate import GRID, Certificate, smallest_eigenvalues
 from armimpedance.muscles.posture_fitted import FittedMatrix
-from armimpedance.muscles.posture_terms import exponents, monomials
+from armimpedance.muscles.posture_terms import checked_order, exponents, monomials
 from armimpedance.muscles.prediction import JointPrediction
 from armimpedance.muscles.quality import ElementQuality
 from armimpedance.muscles.region import Region
@@ -95,6 +96,16 @@ class PostureModel:
     quality: tuple[ElementQuality, ...]
     summary: FitSummary
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "quality", tuple(self.quality))
+        terms = len(exponents(2 * checked_order(self.order)))
+        for made in (self.stiffness, self.viscosity):
+            if len(made.coefficients) != terms:
+                have = f"{len(made.coefficients)} coefficients of an element"
+                raise InputError(have, expected=f"{terms} for order {self.order}")
+        if not self.dof > 0:
+            raise InputError(f"{self.dof} degrees of freedom", expected="more than 0")
+
     def predict(self, joint_angles: ArrayLike) -> JointPrediction:
         """Stiffness and viscosity at postures (P, 2) or one posture (2,), rad.
 
@@ -147,9 +158,7 @@ class PostureModel:
         )
 
 
-def posture_polynomial(
-    fitted: FittedMatrix, scaling: AngleScaling, promise: str
-) -> PosturePolynomial:
+def posture_polynomial(fitted: FittedMatrix, scaling: AngleScaling) -> PosturePolynomial:
     """A fitted matrix as part of a model, with its smallest eigenvalue over the workspace."""
     q = scaling.grid(GRID)
     X = monomials(scaling.scaled(q), fitted.powers)
@@ -160,5 +169,5 @@ def posture_polynomial(
         covariance=fitted.covariance,
         structure=fitted.structure,
         penalty=fitted.penalty,
-        certificate=Certificate(promise, float(lowest[where]), q[where], fitted.grams),
+        certificate=Certificate(float(lowest[where]), q[where], fitted.grams),
     )

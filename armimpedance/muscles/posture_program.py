@@ -19,7 +19,11 @@ from armimpedance.errors import EstimationError
 from armimpedance.muscles.posture_certificate import Gram, GramShape, coefficient_map
 from armimpedance.muscles.posture_gram import roughness
 from armimpedance.muscles.posture_terms import monomials
-from armimpedance.records import FloatArray, IntArray
+from armimpedance.records import BoolArray, FloatArray, IntArray
+
+#: Weights of about this for the solver, whose tolerance is on the sum of squared residuals, unless
+#: roughness would then cost more than what comes second.
+_ZOOM, _LARGEST_COST = 100.0, 1.0
 
 #: Tolerances of the interior-point method on numbers scaled to about 1. The second is the solver's
 #: own; nearly free fits of noise, flat along many directions, sometimes end short of the first.
@@ -63,14 +67,17 @@ class GramProgram:
         self._compiled = _Compiled(self.regressors, self.costs)
 
     @property
+    def used(self) -> BoolArray:
+        """(3, terms): which terms of ss, se, ee the structure has in it."""
+        return np.any([(T != 0).any(axis=(2, 3)) for T in self.maps], axis=0)
+
+    @property
     def regressors(self) -> tuple[FloatArray, ...]:
         """``dk/dQ_b`` of each block, (P, 3, size, size): the elements at every posture."""
         return tuple(np.einsum("pt,atij->paij", self.X, T) for T in self.maps)
 
     def solve(self, values: FloatArray, weights: FloatArray, cost: float) -> GramSolution:
         """Fit ``ss, se, ee`` (P, 3) with weights (P, 3); a row of zeros is left out.
-
-        The cost is per unit of ``tr(D Q)`` in the unit of the values over that of a residual.
 
         Raises
         ------
@@ -81,7 +88,10 @@ class GramProgram:
         v = float(np.sqrt((values**2).mean())) or 1.0
         used = weights[weights > 0]
         s = 1 / float(np.sqrt((used**2).mean()))
-        found = self._compiled.solve(s * weights, values / v, cost * s / v)
+        # Free of cost, the fit is blown up: the tolerance is on its squared residuals.
+        rough = cost * s**2 / v
+        z = min(_ZOOM, float(np.sqrt(_LARGEST_COST / rough))) if rough > 0 else _ZOOM
+        found = self._compiled.solve(z * s * weights, values / v, z**2 * rough)
         Q = tuple(v * _projected(one) for one in found)
         parts = [np.einsum("atij,ij->ta", T, q) for T, q in zip(self.maps, Q, strict=True)]
         return GramSolution(Q, np.asarray(np.sum(parts, axis=0)))

@@ -19,7 +19,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from armimpedance.errors import InputError
-from armimpedance.muscles.posture_certificate import coefficient_map
 from armimpedance.muscles.posture_data import PostureData
 from armimpedance.muscles.posture_fitted import FittedMatrix, Progress
 from armimpedance.muscles.posture_gram import STRUCTURES
@@ -36,6 +35,9 @@ PENALTIES = (0.0, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0)
 
 #: Shuffles whose R is averaged: each is a new solution of the program.
 _SHUFFLES = 20
+
+#: Standard errors further apart than this: the solver would not see the largest ones' rows.
+_WEIGHT_RANGE = 1e4
 
 #: Residuals below this part of the values are rounding, not noise.
 _NO_NOISE = 1e-9
@@ -66,10 +68,22 @@ def sos_fit(
 
 
 @dataclass(frozen=True)
-class _Candidate:
-    """A cost of roughness with its solution."""
+class Choice:
+    """A cost of roughness with its solution.
+
+    Attributes
+    ----------
+    penalty : float
+        One of `PENALTIES`.
+    cost : float
+        What the program charges for it: over a typical standard error, or times the residuals'
+        standard deviation where none is given, so that a penalty means the same for all data.
+    solution : GramSolution
+    tangent : Tangent
+    """
 
     penalty: float
+    cost: float
     solution: GramSolution
     tangent: Tangent
 
@@ -80,18 +94,19 @@ def _fit(
     powers = exponents(2 * order)
     program = GramProgram(STRUCTURES[structure](order), data.scaled, powers)
     state = _checked_rank(program, data, order)
-    work = _Work(progress, len(PENALTIES) + data.n_rows + _SHUFFLES)
-    unit = 1.0 if data.sd is not None else _noise(program, data)
-    chosen = _choose(program, data, unit, work)
-    covariance, dof = _covariance(chosen.tangent, data)
+    _check_weights(data)
+    work = _Work(progress, 1 + data.n_rows + _SHUFFLES)
+    chosen = choose(program, data)
+    work.step()
+    covariance, dof = posterior(chosen.tangent, data)
     return FittedMatrix(
         symbol=data.symbol,
         powers=powers,
         coefficients=chosen.solution.coefficients,
         covariance=covariance,
         dof=dof,
-        held_out=_held_out(program, data, chosen.penalty * unit, work),
-        null_r=_null_r(program, data, chosen.penalty * unit, rng, work),
+        held_out=_held_out(program, data, chosen.cost, work),
+        null_r=_null_r(program, data, chosen.cost, rng, work),
         spent=tuple(float(n) for n in chosen.tangent.spent),  # type: ignore[arg-type]
         cond_scaled=state.cond_scaled,
         rank=state.rank,
@@ -99,6 +114,55 @@ def _fit(
         penalty=chosen.penalty,
         grams=program.grams(chosen.solution),
     )
+
+
+def _check_weights(data: PostureData) -> None:
+    low, high = float(data.weights.min()), float(data.weights.max())
+    if high > _WEIGHT_RANGE * low:
+        raise InputError(
+            f"standard errors of {data.symbol} from {1 / high:.2g} to {1 / low:.2g}",
+            expected=f"less than a factor of {_WEIGHT_RANGE:.0f} between them",
+        )
+
+
+def choose(program: GramProgram, data: PostureData) -> Choice:
+    """The penalty of `PENALTIES` whose expected error of prediction is least.
+
+    Raises
+    ------
+    EstimationError
+        The solver did not end with an optimal solution.
+    """
+    free = _solved(program, data, 0.0, 0.0)
+    if data.sd is None:
+        unit = _noise(free.tangent, data)
+    else:
+        unit = float(np.sqrt((data.weights**2).mean()))
+    charged = [_solved(program, data, penalty, penalty * unit) for penalty in PENALTIES[1:]]
+    variance = _variance(charged[0].tangent, data)
+    if data.sd is not None:
+        variance = max(variance, 1.0)
+    return min(
+        (free, *charged),
+        key=lambda c: float(c.tangent.misfit.sum() + 2 * variance * c.tangent.spent.sum()),
+    )
+
+
+def _solved(program: GramProgram, data: PostureData, penalty: float, cost: float) -> Choice:
+    solution = program.solve(data.values, data.weights, cost)
+    made = tangent(program, solution, data.values, data.weights, cost)
+    return Choice(penalty, cost, solution, made)
+
+
+def _variance(made: Tangent, data: PostureData) -> float:
+    """Mean square of all residuals, over the numbers that are left to judge by."""
+    return float(made.misfit.sum()) / max(data.values.size - float(made.spent.sum()), 1.0)
+
+
+def _noise(made: Tangent, data: PostureData) -> float:
+    """Standard deviation of the residuals of a fit, at least that of rounding."""
+    least = _NO_NOISE * float(np.sqrt((data.values**2).mean()))
+    return max(float(np.sqrt(_variance(made, data))), least)
 
 
 class _Work:
@@ -114,11 +178,7 @@ class _Work:
 
 def _checked_rank(program: GramProgram, data: PostureData, order: int) -> Conditioning:
     """Worst condition of ss, se, ee, each over the terms that the structure has in it."""
-    powers = exponents(2 * order)
-    used = np.zeros((3, len(powers)), dtype=bool)
-    for shape in program.shapes:
-        used |= (coefficient_map(shape, powers) != 0).any(axis=(2, 3))
-    names = np.array(term_names(powers))
+    used, names = program.used, np.array(term_names(exponents(2 * order)))
     states = [checked_rank(program.X[:, u], tuple(names[u].tolist()), order) for u in used]
     most = int(used.sum(axis=1).max())
     if data.sd is None and data.n_rows <= most:
@@ -130,34 +190,7 @@ def _checked_rank(program: GramProgram, data: PostureData, order: int) -> Condit
     return max(states, key=lambda s: (s.rank, s.cond_scaled))
 
 
-def _noise(program: GramProgram, data: PostureData) -> float:
-    """Standard deviation of residuals where none is given: of the fit without any cost."""
-    free = program.solve(data.values, data.weights, 0.0)
-    made = tangent(program, free, data.values, data.weights, 0.0)
-    spare = max(data.values.size - float(made.spent.sum()), 1.0)
-    least = _NO_NOISE * float(np.sqrt((data.values**2).mean()))
-    return max(float(np.sqrt(made.misfit.sum() / spare)), least)
-
-
-def _choose(program: GramProgram, data: PostureData, unit: float, work: _Work) -> _Candidate:
-    candidates = []
-    for penalty in PENALTIES:
-        solution = program.solve(data.values, data.weights, penalty * unit)
-        made = tangent(program, solution, data.values, data.weights, penalty * unit)
-        candidates.append(_Candidate(penalty, solution, made))
-        work.step()
-    charged = candidates[1].tangent
-    spare = max(data.values.size - float(charged.spent.sum()), 1.0)
-    variance = float(charged.misfit.sum()) / spare
-    if data.sd is not None:
-        variance = max(variance, 1.0)
-    return min(
-        candidates,
-        key=lambda c: float(c.tangent.misfit.sum() + 2 * variance * c.tangent.spent.sum()),
-    )
-
-
-def _covariance(made: Tangent, data: PostureData) -> tuple[FloatArray, float]:
+def posterior(made: Tangent, data: PostureData) -> tuple[FloatArray, float]:
     """Posterior covariance with each element's own residual variance, and degrees of freedom.
 
     With standard errors an element's variance is scaled only where its residuals are larger than

@@ -55,11 +55,7 @@ def tangent(
     weights: FloatArray,
     cost: float,
 ) -> Tangent:
-    """Linearise a solution of `program` for values and weights (P, 3) and a cost.
-
-    The cost is that of `GramProgram.solve`.
-    """
-    s = 1 / float(np.sqrt((weights**2).mean()))
+    """Linearise a solution of `program` for values and weights (P, 3) and a cost."""
     residual = weights * (program.X @ solution.coefficients - values)
     steps, moves, holds = [], [], []
     for A, T, c, Q in zip(program.regressors, program.maps, program.costs, solution.Q, strict=True):
@@ -67,7 +63,7 @@ def tangent(
         # d(w k) and d(coefficients) by dL (size, rank): both maps are symmetric in i, j
         steps.append(2 * np.einsum("pa,paij,jr->pair", weights, A, L))
         moves.append(2 * np.einsum("atij,jr->atir", T, L))
-        S = 2 * np.einsum("pa,pa,paij->ij", weights, residual, A) + cost / s * np.diag(c)
+        S = 2 * np.einsum("pa,pa,paij->ij", weights, residual, A) + cost * np.diag(c)
         holds.append(np.kron(_positive(S), np.eye(L.shape[1])))
     rows = values.size
     J = np.concatenate([m.reshape(rows, -1) for m in steps], axis=1)
