@@ -114,7 +114,7 @@ def _at_muscle(
     for row in rows:
         try:
             activation = _activation(row, recorded, arm) if arguments.share == "emg" else None
-            joint = row
+            joint = _with_torque(row, recorded)
             if row.level == "hand":
                 joint = _at_joint(row, recorded, not arguments.no_force_term)
             found.append(
@@ -123,6 +123,20 @@ def _at_muscle(
         except ArmImpedanceError as error:
             raise InputError(f"{condition_of(row)}: {error}", file=arguments.results) from error
     return found
+
+
+def _with_torque(row: ImpedanceEstimate, recorded: Metadata) -> ImpedanceEstimate:
+    """A row mapped to the joints before torques were written: J^T F from its angles and force."""
+    from dataclasses import replace
+
+    from armimpedance.levels.posture import arm_posture_for
+
+    if row.level != "joint" or row.torque is not None:
+        return row
+    if row.force is None or row.joint_angles is None:
+        return row
+    posture, _ = arm_posture_for(row, recorded.subject)
+    return replace(row, torque=posture.jacobian.T @ row.force)
 
 
 def _activation(row: ImpedanceEstimate, recorded: Metadata, arm: MuscularArm) -> FloatArray:

@@ -36,9 +36,9 @@ _SUMS = (
 _LEGEND = (
     "Three sums do not tell more than three muscles apart. A range runs from the least to the "
     "largest value of all stiffnesses >= 0 that give the joint's, with the 95 % limits that the "
-    "joint's own error adds; the truth may lie anywhere in it. Tensions make the mean torque with "
-    "least effort (or nearest to the EMG): what opposing muscles add without torque is in neither "
-    "them nor the curvature term. The joints' own tissue counts as single-joint muscle."
+    "joint's own error adds; the truth may lie anywhere in it. Tensions make the mean torque, with "
+    "least effort or nearest to the EMG; least effort leaves out what opposing muscles add without "
+    "torque, there and in the curvature term. The joints' own tissue counts as single-joint muscle."
 )
 
 
