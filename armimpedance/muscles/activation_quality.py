@@ -10,7 +10,7 @@ from armimpedance.muscles.activation_equations import (
     least_squares_in,
 )
 from armimpedance.muscles.joint_rows import ELEMENTS
-from armimpedance.muscles.quality import ElementQuality, correlation, element_quality
+from armimpedance.muscles.quality import ElementQuality, correlations, element_quality
 from armimpedance.records import FloatArray
 
 #: Shuffles of the conditions for the null R; a bounded fit is solved again for each.
@@ -102,8 +102,4 @@ def _null(
     else:
         thetas = np.array([least_squares_in(Xw, one, cone, equations.n_free) for one in yw])
     fits = np.einsum("pej,sj->spe", X[:, :3], thetas[:, : X.shape[-1]])
-    found = [
-        [correlation(y[order, e], fit[:, e]) for e in range(3)]
-        for order, fit in zip(orders, fits, strict=True)
-    ]
-    return np.asarray(np.mean(found, axis=0))
+    return np.array([correlations(y[orders, e], fits[:, :, e]).mean() for e in range(3)])

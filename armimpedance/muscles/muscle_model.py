@@ -167,11 +167,16 @@ class MuscleModel:
         of a grid.
         """
         limits = AngleScaling(np.asarray(self.box if box is None else box, dtype=float))
-        corners = np.array(list(product((0.0, 1.0), repeat=len(self.muscles)))) * self.highest
         q = limits.grid(_GRID)
-        postures, alpha = np.repeat(q, len(corners), axis=0), np.tile(corners, (len(q), 1))
-        K, _ = self.equations.at(postures, alpha).stiffness(self.parameters)
-        return float(np.linalg.eigvalsh(matrix(K))[:, 0].min())
+        layout = self.equations.layout
+        corners = np.array(list(product((0.0, 1.0), repeat=len(self.muscles)))) * self.highest
+        f, rest = self.muscle_stiffness(corners), self.muscle_stiffness(np.zeros_like(corners))
+        form = self.equations.at(q, np.zeros((len(q), len(self.muscles))))
+        # K (corners, P, 3) = K_p + f (corners, m) gg^T (P, m, 3) + (f - f(0)) d2L / kappa
+        K = np.einsum("cm,pme->cpe", f, form.squares(self.parameters)[0])
+        K += np.einsum("cm,pme->cpe", f - rest, form.curvatures(self.parameters)[0])
+        K[..., [0, 2]] += self.parameters[layout.passive_K]
+        return float(np.linalg.eigvalsh(matrix(K))[..., 0].min())
 
     def _reasons(self, q: FloatArray, alpha: FloatArray) -> tuple[str, ...]:
         inside = Region(self.measured).contains(AngleScaling(self.box).scaled(q))

@@ -1,9 +1,10 @@
 """Joint stiffness, viscosity and torque of the muscles of an arm, with derivatives.
 
-``K_j(theta, alpha) = K_p + sum_i f_i(alpha_i) [g_i(theta) g_i(theta)^T + d2L_i(theta) / kappa]``,
-f_i in Bernstein form with coefficients that start at no less than zero and never fall; B_j likewise
-with b_i(alpha_i) and without curvature; ``tau = tau_p(theta) - sum_i (1 + e_i) g_i t_i`` with the
-tension ``t_i = (f_i(alpha_i) - f_i(0)) / kappa``.
+``K_j = K_p + sum_i [f_i(alpha_i) g_i(theta) g_i(theta)^T + t_i d2L_i(theta)]``, f_i in
+Bernstein form with coefficients that start at no less than zero and never fall; B_j likewise with
+b_i(alpha_i) and without curvature; ``tau = tau_p(theta) - sum_i (1 + e_i) g_i t_i``. The tension is
+``t_i = (f_i(alpha_i) - f_i(0)) / kappa``: a muscle at rest is stiff without pulling as hard as that
+stiffness would mean for an active one.
 """
 
 from __future__ import annotations
@@ -130,7 +131,7 @@ class EvaluatedEquations:
     gradient, second : (P, 2, T), (P, 3, T)
         Of the length terms; `second` over kappa, zero without curvature.
     basis, slopes : (P, m, N + 1)
-        What the increments multiply in f, and its derivative by alpha.
+        What the increments multiply in f, and its derivative by alpha; the first is f(0).
     scaled : (P, 2)
         Angles.
     """
@@ -155,7 +156,9 @@ class EvaluatedEquations:
         layout = self.equations.layout
         coefficients = x[layout.f if which == "K" else layout.b]
         rate = np.einsum("pmk,mk->pm", self.slopes, coefficients.reshape(self._per_muscle))
-        patterns = self._patterns(x, which)[0]
+        patterns = self.squares(x)[0]
+        if which == "K":
+            patterns = patterns + self.curvatures(x)[0]
         return np.asarray((rate[..., None] * patterns).transpose(0, 2, 1))
 
     @property
@@ -167,14 +170,11 @@ class EvaluatedEquations:
         lengths = self.equations.lengths.coefficients(x[self.equations.layout.z])
         return np.einsum("pjt,mt->pmj", self.gradient, lengths)
 
-    def _patterns(self, x: FloatArray, which: str) -> tuple[FloatArray, FloatArray]:
-        """What one unit of each muscle adds to ss, se, ee (P, m, 3), and its change by z (P, C, 3).
-
-        The change is that of the muscle that the correction belongs to.
-        """
+    def squares(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """``g g^T`` of each muscle (P, m, 3), and its change (P, C, 3) by the muscle's own z."""
         own = self.equations.lengths
         g = self._arms(x)
-        patterns = np.stack([g[..., 0] ** 2, g[..., 0] * g[..., 1], g[..., 1] ** 2], axis=-1)
+        squares = np.stack([g[..., 0] ** 2, g[..., 0] * g[..., 1], g[..., 1] ** 2], axis=-1)
         # of the correction's own muscle: g (P, C, 2) and what the correction adds to it
         mine, dg = g[:, own.muscle], np.einsum("pjt,ct->pcj", self.gradient, own.change)
         change = np.stack(
@@ -185,36 +185,49 @@ class EvaluatedEquations:
             ],
             axis=-1,
         )
-        if which == "K":
-            lengths = own.coefficients(x[self.equations.layout.z])
-            patterns = patterns + np.einsum("pet,mt->pme", self.second, lengths)
-            change = change + np.einsum("pet,ct->pce", self.second, own.change)
-        return patterns, change
+        return squares, change
+
+    def curvatures(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """``d2L / kappa`` of each muscle (P, m, 3), and its change (P, C, 3) by its z."""
+        own = self.equations.lengths
+        lengths = own.coefficients(x[self.equations.layout.z])
+        curvatures = np.einsum("pet,mt->pme", self.second, lengths)
+        return curvatures, np.einsum("pet,ct->pce", self.second, own.change)
 
     def _matrix(self, x: FloatArray, which: str) -> tuple[FloatArray, FloatArray]:
         layout, own = self.equations.layout, self.equations.lengths
-        active, passive = (
-            (layout.f, layout.passive_K) if which == "K" else (layout.b, layout.passive_B)
-        )
-        patterns, change = self._patterns(x, which)
-        f = np.einsum("pmk,mk->pm", self.basis, x[active].reshape(self._per_muscle))
-        P = len(f)
-        value = np.einsum("pm,pme->pe", f, patterns)
-        value[:, [0, 2]] += x[passive]
-        slope = np.zeros((P, 3, layout.n))
-        slope[:, :, layout.z] = (f[:, own.muscle, None] * change).transpose(0, 2, 1)
-        by_f = self.basis[:, :, :, None] * patterns[:, :, None, :]
-        slope[:, :, active] = by_f.reshape(P, -1, 3).transpose(0, 2, 1)
+        stiff = which == "K"
+        active = layout.f if stiff else layout.b
+        passive = layout.passive_K if stiff else layout.passive_B
+        coefficients = x[active].reshape(self._per_muscle)
+        P = len(self.basis)
+        value, slope = np.zeros((P, 3)), np.zeros((P, 3, layout.n))
+        value[:, [0, 2]] = x[passive]
         slope[:, [0, 2], [passive.start, passive.start + 1]] = 1.0
+        parts = [(self.basis, self.squares(x))]
+        if stiff:
+            parts.append((self._rising, self.curvatures(x)))
+        for basis, (patterns, change) in parts:
+            f = np.einsum("pmk,mk->pm", basis, coefficients)
+            value += np.einsum("pm,pme->pe", f, patterns)
+            slope[:, :, layout.z] += (f[:, own.muscle, None] * change).transpose(0, 2, 1)
+            by_f = basis[:, :, :, None] * patterns[:, :, None, :]
+            slope[:, :, active] += by_f.reshape(P, -1, 3).transpose(0, 2, 1)
         return value, slope
+
+    @property
+    def _rising(self) -> FloatArray:
+        """`basis` without f(0)."""
+        rising = self.basis.copy()
+        rising[..., 0] = 0.0
+        return rising
 
     def torque(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Joint torque (P, 2) and derivatives (P, 2, n + 6 + m)."""
         layout, own = self.equations.layout, self.equations.lengths
         kappa = self.equations.stiffness_per_tension
         g = self._arms(x)
-        rising = self.basis.copy()
-        rising[..., 0] = 0.0
+        rising = self._rising
         t = np.einsum("pmk,mk->pm", rising, x[layout.f].reshape(self._per_muscle)) / kappa
         e = 1 + x[layout.e]
         P = len(t)

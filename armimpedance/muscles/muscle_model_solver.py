@@ -22,7 +22,7 @@ _ROUNDS, _SETTLED = 20, 0.02
 #: Steps of one search. It has arrived when two steps in a row lower the cost, twice the negative
 #: logarithm of the posterior density, by less than this: parameters are then within some
 #: hundredths of a standard error of the mode.
-_STEPS, _ARRIVED = 300, 1e-4
+_STEPS, _ARRIVED = 500, 1e-3
 #: Damping of the first step.
 _DAMPING = 1e-2
 
