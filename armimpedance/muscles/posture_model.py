@@ -52,7 +52,8 @@ class PosturePolynomial:
 
     def at(self, X: FloatArray) -> FloatArray:
         """``ss, se, ee`` (P, 3) at monomials X (P, terms)."""
-        return np.asarray(X @ self.coefficients)
+        # plain einsum adds in one order, however many postures are asked for at once
+        return np.asarray(np.einsum("pt,ta->pa", X, self.coefficients))
 
     def covariance_at(self, X: FloatArray) -> FloatArray:
         """Covariance (P, 3, 3) of `at`."""

@@ -14,7 +14,7 @@ from armimpedance.errors import InputError
 from armimpedance.muscles.posture_data import PostureData, element_names
 from armimpedance.muscles.posture_fitted import FittedMatrix, Progress
 from armimpedance.muscles.posture_terms import exponents, monomials, term_names
-from armimpedance.muscles.quality import correlation
+from armimpedance.muscles.quality import correlations
 from armimpedance.records import FloatArray
 from armimpedance.regression.diagnose import Conditioning, conditioning, refuse_rank_loss
 
@@ -145,8 +145,7 @@ def _null_r(X: FloatArray, data: PostureData, rng: np.random.Generator) -> Float
         fitted = np.einsum("npi,ni->np", Z, np.einsum("npi,np->ni", Z, w * y)) / w
         for a, b in elements:
             measured = data.measured[:, a, b][orders]
-            r = [correlation(m, f) for m, f in zip(measured, fitted, strict=True)]
-            found[2 * a + b] = np.mean(r)
+            found[2 * a + b] = correlations(measured, fitted).mean()
     return found
 
 

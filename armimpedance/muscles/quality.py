@@ -12,6 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from armimpedance.records import FloatArray
+
 #: Below this part of their size, predictions that differ are the same number rounded.
 _CONSTANT = 1e-9
 
@@ -46,12 +48,19 @@ class ElementQuality:
 
 def correlation(measured: ArrayLike, predicted: ArrayLike) -> float:
     """Correlation of two vectors (P,); 0 where one of them is constant."""
+    return float(correlations(np.atleast_2d(measured), np.atleast_2d(predicted))[0])
+
+
+def correlations(measured: ArrayLike, predicted: ArrayLike) -> FloatArray:
+    """Correlation of every row of one table (n, P) with that of another, (n,); 0 if constant."""
     x, y = np.asarray(measured, dtype=float), np.asarray(predicted, dtype=float)
-    dx, dy = x - x.mean(), y - y.mean()
-    size_x, size_y = np.linalg.norm(dx), np.linalg.norm(dy)
-    if size_x <= _CONSTANT * np.linalg.norm(x) or size_y <= _CONSTANT * np.linalg.norm(y):
-        return 0.0
-    return float(dx @ dy / (size_x * size_y))
+    dx, dy = x - x.mean(axis=1, keepdims=True), y - y.mean(axis=1, keepdims=True)
+    size_x, size_y = np.linalg.norm(dx, axis=1), np.linalg.norm(dy, axis=1)
+    varies = (size_x > _CONSTANT * np.linalg.norm(x, axis=1)) & (
+        size_y > _CONSTANT * np.linalg.norm(y, axis=1)
+    )
+    size = np.where(varies, size_x * size_y, 1.0)
+    return np.asarray(np.where(varies, (dx * dy).sum(axis=1) / size, 0.0))
 
 
 def element_quality(
