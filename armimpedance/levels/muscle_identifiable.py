@@ -292,7 +292,8 @@ class _Cone:
             return FeasibleRange(name, coefficients, nan, nan, nan, nan, determined)
         low, dual_low = self._least(c, nearest)
         minus_high, dual_high = self._least(-c, nearest)
-        outer_low, outer_high = self._limit(dual_low), -self._limit(dual_high)
+        outer_low = self._limit(dual_low, nearest)
+        outer_high = -self._limit(dual_high, nearest)
         if (c >= 0).all():
             outer_low = max(outer_low, 0.0)
         return FeasibleRange(
@@ -323,7 +324,10 @@ class _Cone:
         dual = unit * np.array(solved.eqlin.marginals, dtype=float)
         return float(dual @ y), dual
 
-    def _limit(self, dual: FloatArray) -> float:
-        """``p y`` less its error: holds for every dual p, wherever the true y is."""
+    def _limit(self, dual: FloatArray, nearest: FloatArray) -> float:
+        """``p y`` less its error: holds for every dual p, wherever the true y is.
+
+        Of the measured y and the nearest possible one, the y that promises less counts.
+        """
         sd = float(np.sqrt(max(float(dual @ self.covariance @ dual), 0.0)))
-        return float(dual @ self.y) - self._reach * sd
+        return min(float(dual @ self.y), float(dual @ nearest)) - self._reach * sd
