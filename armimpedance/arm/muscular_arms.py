@@ -33,7 +33,7 @@ PLANAR6_ARMS_M: Final = (
     (0.0386, 0.0427),
     (0.0388, 0.0300),
 )
-#: N, all alike, so that moment arms alone decide how a torque is shared. Selen et al. publish no
+#: N, all alike, so that moment arms alone decide how a torque is shared: their Table 1 has no
 #: maxima; those that arm26 has of these muscles are 624 to 987 N.
 PLANAR6_TENSION_N: Final = 800.0
 #: Constant arms are an average around the posture of the experiments; 45 degrees to each side of
