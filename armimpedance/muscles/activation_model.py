@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike
 
 from armimpedance.errors import InputError
 from armimpedance.muscles.activation_design import column_names, joint_columns, powers
-from armimpedance.muscles.activation_plain import plain_model, read_plain
 from armimpedance.muscles.prediction import JointPrediction
 from armimpedance.muscles.quality import ElementQuality
+from armimpedance.plain import from_plain, to_plain
 from armimpedance.records import FloatArray, frozen_array
 from armimpedance.regression.summary import FitSummary
 
@@ -154,7 +154,8 @@ class ActivationModel:
 
     def as_plain(self) -> dict[str, Any]:
         """Numbers, texts, lists and dictionaries only: what JSON can hold."""
-        return plain_model(self)
+        plain: dict[str, Any] = to_plain(self)
+        return plain
 
     @classmethod
     def from_plain(cls, plain: Mapping[str, Any]) -> ActivationModel:
@@ -165,7 +166,7 @@ class ActivationModel:
         InputError
             A field is missing or is not what it should be.
         """
-        return read_plain(cls, plain)
+        return from_plain(cls, plain)
 
 
 def checked_activation(activation: ArrayLike, muscles: tuple[str, ...]) -> FloatArray:

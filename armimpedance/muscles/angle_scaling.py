@@ -102,9 +102,9 @@ def stated_scaling(
     if outside.any():
         row, joint = (int(i) for i in np.argwhere(outside)[0])
         raise InputError(
-            f"{labels[row]}: {JOINTS[joint]} angle {joint_angles[row, joint]:.4g} rad is outside "
-            "of the stated workspace",
-            expected=f"{low[joint]:.4g} to {high[joint]:.4g} rad",
+            f"{labels[row]}: {JOINTS[joint]} at {np.rad2deg(joint_angles[row, joint]):.1f} degrees "
+            "is outside of the stated workspace",
+            expected=f"{np.rad2deg(low[joint]):.1f} to {np.rad2deg(high[joint]):.1f} degrees",
         )
     return scaling
 

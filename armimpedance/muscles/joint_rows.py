@@ -85,7 +85,9 @@ class JointRows:
 
     def select(self, rows: ArrayLike) -> JointRows:
         """These rows only (numbers from 0, or a mask)."""
-        chosen = np.arange(self.n_rows)[np.asarray(rows)]
+        asked = np.asarray(rows)
+        # an empty list has no kind of its own
+        chosen = np.arange(self.n_rows)[asked if asked.size else asked.astype(np.intp)]
         taken: dict[str, Any] = {
             name: None if value is None else value[chosen]
             for name, value in self.__dict__.items()

@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike
 from armimpedance.arm.polynomial_paths import PolynomialPaths
 from armimpedance.errors import InputError
 from armimpedance.muscles.activation_model import checked_activation
-from armimpedance.muscles.activation_plain import plain_model, read_plain
 from armimpedance.muscles.angle_scaling import AngleScaling
 from armimpedance.muscles.joint_rows import matrix
 from armimpedance.muscles.muscle_model_equations import MuscleEquations
@@ -21,6 +20,7 @@ from armimpedance.muscles.muscle_model_lengths import CorrectedLengths
 from armimpedance.muscles.prediction import JointPrediction
 from armimpedance.muscles.quality import ElementQuality
 from armimpedance.muscles.region import Region
+from armimpedance.plain import from_plain, to_plain
 from armimpedance.records import FloatArray, IntArray, frozen_array
 from armimpedance.regression.summary import FitSummary
 
@@ -192,7 +192,8 @@ class MuscleModel:
 
     def as_plain(self) -> dict[str, Any]:
         """Numbers, texts, lists and dictionaries only: what JSON can hold."""
-        return plain_model(self)
+        plain: dict[str, Any] = to_plain(self)
+        return plain
 
     @classmethod
     def from_plain(cls, plain: Mapping[str, Any]) -> MuscleModel:
@@ -203,7 +204,7 @@ class MuscleModel:
         InputError
             A field is missing or is not what it should be.
         """
-        return read_plain(cls, plain)
+        return from_plain(cls, plain)
 
 
 def _checked_angles(joint_angles: ArrayLike) -> FloatArray:

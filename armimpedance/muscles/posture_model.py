@@ -11,12 +11,18 @@ from numpy.typing import ArrayLike
 
 from armimpedance.errors import InputError
 from armimpedance.muscles.angle_scaling import AngleScaling
-from armimpedance.muscles.posture_certificate import GRID, Certificate, smallest_eigenvalues
+from armimpedance.muscles.posture_certificate import (
+    GRID,
+    Certificate,
+    proves,
+    smallest_eigenvalues,
+)
 from armimpedance.muscles.posture_fitted import FittedMatrix
 from armimpedance.muscles.posture_terms import checked_order, exponents, monomials
 from armimpedance.muscles.prediction import JointPrediction
 from armimpedance.muscles.quality import ElementQuality
 from armimpedance.muscles.region import Region
+from armimpedance.plain import from_plain, to_plain
 from armimpedance.records import BoolArray, FloatArray, frozen_array
 from armimpedance.regression.summary import FitSummary
 
@@ -104,6 +110,9 @@ class PostureModel:
             if len(made.coefficients) != terms:
                 have = f"{len(made.coefficients)} coefficients of an element"
                 raise InputError(have, expected=f"{terms} for order {self.order}")
+            grams = made.certificate.grams
+            if grams and not proves(grams, made.coefficients, self.order):
+                raise InputError("Gram matrices that do not make the coefficients prove nothing")
         if not self.dof > 0:
             raise InputError(f"{self.dof} degrees of freedom", expected="more than 0")
 
@@ -131,10 +140,9 @@ class PostureModel:
         )
 
     def as_plain(self) -> dict[str, Any]:
-        """Lists and numbers that a JSON file can hold, nothing lost (`posture_plain`)."""
-        from armimpedance.muscles.posture_plain import model_as_plain
-
-        return model_as_plain(self)
+        """Lists and numbers that a JSON file can hold, nothing lost."""
+        plain: dict[str, Any] = to_plain(self)
+        return plain
 
     @classmethod
     def from_plain(cls, plain: Mapping[str, Any]) -> PostureModel:
@@ -143,11 +151,10 @@ class PostureModel:
         Raises
         ------
         InputError
-            Not a posture model, or one with a field missing or of a wrong kind.
+            Not a posture model, one with a field missing or of a wrong kind, or a certificate
+            that proves something else.
         """
-        from armimpedance.muscles.posture_plain import model_from_plain
-
-        return model_from_plain(plain)
+        return from_plain(cls, plain)
 
     def _reasons(self, u: FloatArray, inside: BoolArray) -> tuple[str, ...]:
         beyond = np.abs(u - self.region.nearest(u)) * np.rad2deg(self.scaling.half_range)

@@ -68,22 +68,12 @@ class Region:
 
 
 def _hull(points: FloatArray) -> FloatArray:
-    """Vertices (V, 2) of the hull, counter-clockwise: lower and upper chain from left to right."""
-    ordered = np.unique(points, axis=0)
-    if len(ordered) < 3:
-        return ordered
-    lower, upper = _chain(ordered), _chain(ordered[::-1])
-    return np.array([*lower[:-1], *upper[:-1]])
+    """Vertices (V, 2) of the hull, counter-clockwise; of points on a line its two ends."""
+    from scipy.spatial import ConvexHull, QhullError
 
-
-def _chain(ordered: FloatArray) -> list[FloatArray]:
-    chain: list[FloatArray] = []
-    for point in ordered:
-        while len(chain) >= 2 and not _turns_left(chain[-2], chain[-1], point):
-            chain.pop()
-        chain.append(point)
-    return chain
-
-
-def _turns_left(a: FloatArray, b: FloatArray, c: FloatArray) -> bool:
-    return bool((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) > 0)
+    different = np.unique(points, axis=0)
+    try:
+        return np.asarray(different[ConvexHull(different).vertices])
+    except QhullError:
+        # fewer than three, or on a line: sorted by both coordinates, the ends come first and last
+        return different[[0, -1]] if len(different) > 1 else different

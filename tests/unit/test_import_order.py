@@ -23,6 +23,7 @@ RANKS = [
     {"impedance"},
     {"regression", "recordings"},
     {"signals", "arm"},
+    {"plain"},
     {"records"},
     {"outputs"},
     {"conventions", "errors"},

@@ -31,6 +31,7 @@ def test_selecting_rows_keeps_everything_together():
     assert np.array_equal(chosen.stiffness[0], K[1])
     assert chosen.activation.tolist() == [[0.3, 0.4]]
     assert chosen.torque is None
+    assert rows().select([]).n_rows == 0
 
 
 @pytest.mark.parametrize(

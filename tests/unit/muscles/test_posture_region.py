@@ -83,7 +83,7 @@ def test_a_box_must_be_one_and_hold_the_postures():
     q = np.array([[0.5, 1.0], [1.0, 1.5]])
     with pytest.raises(InputError, match="lowest angle first"):
         AngleScaling(np.array([[1.0, 0.0], [0.0, 1.0]]))
-    with pytest.raises(InputError, match="far: elbow angle 1.5 rad is outside"):
+    with pytest.raises(InputError, match="far: elbow at 85.9 degrees is outside"):
         stated_scaling([[0, 2], [0, 1.2]], q, ("near", "far"))
     assert stated_scaling([[0, 2], [0, 2]], q, ("near", "far")).half_range.tolist() == [1, 1]
 
