@@ -1,0 +1,86 @@
+"""Joint-level estimates as the rows that muscle models are fitted to."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from armimpedance.errors import InputError
+from armimpedance.muscles.joint_rows import JointRows
+from armimpedance.records import FloatArray, ImpedanceEstimate
+
+
+def joint_rows(estimates: Sequence[ImpedanceEstimate]) -> JointRows:
+    """K and B of shoulder and elbow with their standard errors, one row per estimate.
+
+    Standard errors are the roots of the covariance's diagonal. They, the activations (with their
+    standard errors) and the torque are taken where all estimates have them.
+
+    Parameters
+    ----------
+    estimates : sequence of ImpedanceEstimate
+        Of the joints, two axes, with joint angles (`levels.joint.to_joint`).
+
+    Raises
+    ------
+    InputError
+        No estimates, one of another level or number of axes, or one without joint angles; names
+        its condition.
+    """
+    if not estimates:
+        raise InputError("no estimates", expected="one or more of level joint")
+    for estimate in estimates:
+        _check(estimate)
+    _, viscosity_sd, stiffness_sd = np.array([e.sd for e in estimates]).swapaxes(0, 1)
+    return JointRows(
+        joint_angles=np.array([e.joint_angles for e in estimates]),
+        stiffness=np.array([e.stiffness for e in estimates]),
+        viscosity=np.array([e.viscosity for e in estimates]),
+        stiffness_sd=_where_known(stiffness_sd),
+        viscosity_sd=_where_known(viscosity_sd),
+        activation=_where_all(estimates, "activation"),
+        activation_sd=_where_all(estimates, "activation_sd"),
+        torque=_where_all(estimates, "torque"),
+        labels=tuple(_label(e) for e in estimates),
+    )
+
+
+def _check(estimate: ImpedanceEstimate) -> None:
+    if estimate.level != "joint":
+        raise InputError(
+            f"{_label(estimate)}: an estimate at the {estimate.level} level",
+            expected="level joint (map hand to joint first)",
+        )
+    if estimate.k != 2:
+        raise InputError(f"{_label(estimate)}: {estimate.k} joints", expected="shoulder and elbow")
+    if estimate.joint_angles is None or len(estimate.joint_angles) != 2:
+        raise InputError(f"{_label(estimate)}: no joint angles", expected="shoulder and elbow")
+
+
+def _label(estimate: ImpedanceEstimate) -> str:
+    if set(estimate.keys) == {"condition"}:
+        return str(estimate.keys["condition"])
+    return ", ".join(f"{name} {value}" for name, value in estimate.keys.items()) or "all trials"
+
+
+def _where_known(sd: FloatArray) -> FloatArray | None:
+    """Standard errors (P, 2, 2); None where one is zero, which says that nobody knows it."""
+    return sd if (sd > 0).all() else None
+
+
+def _where_all(estimates: Sequence[ImpedanceEstimate], field: str) -> FloatArray | None:
+    """What every estimate has, (P, .); None where one lacks it.
+
+    Raises
+    ------
+    InputError
+        Vectors of different lengths.
+    """
+    values = [getattr(estimate, field) for estimate in estimates]
+    if any(value is None for value in values):
+        return None
+    lengths = {len(value) for value in values}
+    if len(lengths) > 1:
+        raise InputError(f"{field} of {min(lengths)} and of {max(lengths)} values in one fit")
+    return np.array(values)
