@@ -9,6 +9,7 @@ from armimpedance.errors import InputError
 from armimpedance.muscles.activation_design import powers
 from armimpedance.muscles.activation_equations import ActivationEquations
 from armimpedance.muscles.joint_rows import JointRows
+from armimpedance.muscles.quality import ElementQuality
 from armimpedance.records import FloatArray
 
 #: Joint angles (rad) within this of their median are one posture: moment arms change by some per
@@ -96,3 +97,12 @@ def falling_muscles(
             f"{-rise[:, i].min():.3g} N/m between {low[0]:.3g} and {low[-1]:.3g}"
         )
     return tuple(found)
+
+
+def unpredicted(quality: tuple[ElementQuality, ...]) -> tuple[str, ...]:
+    """A warning that names elements whose left-out rows are predicted no better than noise."""
+    lost = [q.element for q in quality if q.leave_one_out_r <= q.null_r]
+    if not lost:
+        return ()
+    said = f"{', '.join(lost)}: rows left out are predicted no better than noise would be"
+    return (f"{said}; is the arm the right one?",)

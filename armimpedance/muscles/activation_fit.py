@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from armimpedance.arm.muscle_paths import MuscularArm
 from armimpedance.errors import EstimationError, InputError
-from armimpedance.muscles.activation_checks import check_rows, falling_muscles
+from armimpedance.muscles.activation_checks import check_rows, falling_muscles, unpredicted
 from armimpedance.muscles.activation_design import column_names, muscle_patterns
 from armimpedance.muscles.activation_equations import (
     ActivationEquations,
@@ -22,6 +22,7 @@ from armimpedance.muscles.activation_quality import activation_quality
 from armimpedance.muscles.activation_rank import ActivationRank, activation_rank
 from armimpedance.muscles.bernstein import increments, to_powers
 from armimpedance.muscles.joint_rows import JointRows, triple, triple_sd
+from armimpedance.muscles.quality import ElementQuality
 from armimpedance.records import FloatArray
 from armimpedance.regression.summary import FitSummary, NamedParameter
 
@@ -277,7 +278,7 @@ def _model(
     equations: tuple[ActivationEquations, ActivationEquations],
     solved: tuple[SolvedEquations, SolvedEquations],
     rank: ActivationRank,
-    quality: tuple,
+    quality: tuple[ElementQuality, ...],
 ) -> ActivationModel:
     of_K, of_B = equations
     K, B = solved
@@ -289,7 +290,8 @@ def _model(
     leverage = R @ R.T
     alpha = of_K.activation
     reach = np.stack([alpha.min(axis=0), alpha.max(axis=0)], axis=1)
-    warnings = (*rank.warnings, *falling_muscles(K.theta, reach, arm.paths.muscles, of_K))
+    falling = falling_muscles(K.theta, reach, arm.paths.muscles, of_K)
+    warnings = (*rank.warnings, *falling, *unpredicted(quality))
     return ActivationModel(
         model=kind.name,
         order=of_K.order,

@@ -129,7 +129,7 @@ def _reliability(
     unit = np.outer(length, length)
     explained, v = eigh(noise / unit, gram / unit)
     names = _involved(v[:, -1], equations, muscles)
-    reliability = 1 - float(explained[-1])
+    reliability = max(1 - float(explained[-1]), 0.0)
     where = f"the least certain combination of {', '.join(names)}"
     if reliability < _REFUSED:
         raise NotIdentifiableError(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -9,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from armimpedance.arm.muscle_paths import MuscularArm
 from armimpedance.errors import InputError, NotIdentifiableError
-from armimpedance.muscles.activation_checks import check_activation
+from armimpedance.muscles.activation_checks import check_activation, unpredicted
 from armimpedance.muscles.joint_rows import JointRows, triple, triple_sd
 from armimpedance.muscles.muscle_model import MuscleModel
 from armimpedance.muscles.muscle_model_equations import EvaluatedEquations, MuscleEquations
@@ -201,7 +202,7 @@ def _model(
     lengths, n = equations.lengths, equations.layout.n
     quality = muscle_quality(form, measured, prior, found, seed)
     hull = Region.of(lengths.scaling.scaled(rows.joint_angles))
-    return MuscleModel(
+    model = MuscleModel(
         arm=arm.name,
         muscles=lengths.muscles,
         order=equations.order,
@@ -220,3 +221,11 @@ def _model(
         quality=quality,
         summary=muscle_summary(form, measured, prior, found),
     )
+    least = model.smallest_eigenvalue()
+    indefinite = (
+        f"K_j is not positive definite in the whole workspace: smallest eigenvalue {least:.3g} "
+        "Nm/rad, from the curvature of the muscles' lengths",
+    )
+    more = (*unpredicted(quality), *(indefinite if least <= 0 else ()))
+    summary = replace(model.summary, warnings=(*model.summary.warnings, *more))
+    return replace(model, summary=summary)

@@ -44,6 +44,8 @@ class CorrectedLengths:
         Joint angles (rad) that become -1 and 1.
     rms : float
         How far the polynomials are from the anatomical moment arms, m.
+    labels : (C,) tuple of str
+        ``arm_brachialis_e1``: muscle, joint or joints, order.
     """
 
     muscles: tuple[str, ...]
@@ -53,6 +55,7 @@ class CorrectedLengths:
     change: FloatArray
     box: FloatArray
     rms: float
+    labels: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         put = object.__setattr__
@@ -116,10 +119,12 @@ def corrected_lengths(
     half = (box[:, 1] - box[:, 0]) / 2
     muscle: list[int] = []
     change: list[FloatArray] = []
+    labels: list[str] = []
     for i in range(len(spans)):
         terms = _corrections(spans[i], size[i] * half, exponents, order)
         muscle += [i] * len(terms)
-        change += [prior_part * term for term in terms]
+        change += [prior_part * term for term in terms.values()]
+        labels += [f"arm_{arm.paths.muscles[i]}_{kind}" for kind in terms]
     return CorrectedLengths(
         muscles=arm.paths.muscles,
         exponents=exponents,
@@ -128,13 +133,14 @@ def corrected_lengths(
         change=np.array(change).reshape(-1, len(exponents)),
         box=box,
         rms=float(np.sqrt((fitted.rms**2).mean())),
+        labels=tuple(labels),
     )
 
 
 def _corrections(
     spans: np.ndarray, swing: FloatArray, exponents: IntArray, order: int
-) -> list[FloatArray]:
-    """Length terms (T,) of one muscle whose arms are as large as the anatomical ones.
+) -> dict[str, FloatArray]:
+    """Length terms (T,) of one muscle whose arms are as large as the anatomical ones, by name.
 
     Parameters
     ----------
@@ -142,7 +148,7 @@ def _corrections(
     swing : (2,)
         Anatomical moment arm times half the range of the angle, m.
     """
-    found = []
+    found = {}
     for joint in np.flatnonzero(spans):
         for k in range(order + 1):
             # the arm changes as the Legendre polynomial P_k of the angle: its integral, the length
@@ -153,10 +159,10 @@ def _corrections(
             for power, value in enumerate(legendre.coef[1:], start=1):
                 at = (exponents[:, joint] == power) & (exponents[:, 1 - joint] == 0)
                 term[at] = swing[joint] * value
-            found.append(term)
+            found[f"{'se'[joint]}{k}"] = term
     if spans.all():
         for a in range(1, order + 1):
             for b in range(1, order + 2 - a):
                 both = (exponents[:, 0] == a) & (exponents[:, 1] == b)
-                found.append(np.where(both, np.sqrt(swing[0] * swing[1]) / max(a, b), 0.0))
+                found[f"s{a}e{b}"] = np.where(both, np.sqrt(swing.prod()) / max(a, b), 0.0)
     return found

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from armimpedance.muscles.joint_rows import ELEMENTS
-from armimpedance.muscles.muscle_model_equations import EvaluatedEquations, ParameterLayout
+from armimpedance.muscles.muscle_model_equations import EvaluatedEquations, MuscleEquations
 from armimpedance.muscles.muscle_model_solver import (
     Measured,
     Posterior,
@@ -117,7 +117,7 @@ def muscle_summary(
     form: EvaluatedEquations, measured: Measured, prior: Prior, found: Posterior
 ) -> FitSummary:
     """Parameters with their standard errors, and warnings of those that the data do not tell."""
-    names, units = parameter_names(form.equations.layout, form.equations.lengths.muscles)
+    names, units = parameter_names(form.equations)
     n = len(found.x)
     names = (*names, *_torque_names(form))[:n]
     units = (*units, *("Nm",) * 6, *("1",) * form.equations.layout.muscles)[:n]
@@ -155,11 +155,9 @@ def _warnings(names: tuple[str, ...], narrowed: FloatArray, found: Posterior) ->
     return tuple(said)
 
 
-def parameter_names(
-    layout: ParameterLayout, muscles: tuple[str, ...]
-) -> tuple[tuple[str, ...], tuple[str, ...]]:
+def parameter_names(equations: MuscleEquations) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Names and units of the n parameters of K and B."""
-    z = [f"z_{i + 1}" for i in range(layout.corrections)]
+    layout, muscles, z = equations.layout, equations.lengths.muscles, equations.lengths.labels
     f = [f"f_{muscle}_{k}" for muscle in muscles for k in range(layout.order + 1)]
     b = [f"b_{muscle}_{k}" for muscle in muscles for k in range(layout.order + 1)]
     names = (*z, *f, "K_passive_s", "K_passive_e", *b, "B_passive_s", "B_passive_e")

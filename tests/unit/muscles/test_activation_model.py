@@ -163,7 +163,7 @@ def test_bernstein_never_makes_a_muscle_negative_where_least_squares_does():
     rising = fit_activation_model(rows, ARM, order=3, model="bernstein", increasing=True)
     alpha = np.sort(rng.uniform(*rising.activation_range.T, (50, 6)), axis=0)
     assert (np.diff(rising.muscle_stiffness(alpha), axis=0) >= -1e-6).all()
-    assert rising.warnings == ()
+    assert not any("falls with activation" in w for w in rising.warnings)
 
 
 def rest_misfit(model: ActivationModel) -> float:

@@ -227,6 +227,21 @@ def test_what_the_rows_do_not_tell_is_said(fitted):
     said = " ".join(fitted.warnings)
     assert "the prior the rest" in said
     assert "K_passive_s" in said
+    assert "arm_pectoralis_major_s0" in said
+
+
+def test_a_wrong_arm_is_warned_of():
+    rows = made_rows(1, sd=1.0)[0]
+    wrong = fit_muscle_model(rows, arm_named("arm26"), moment_arm_order=0)
+    rng = np.random.default_rng(0)
+    q, alpha = rng.uniform(*wrong.box.T, (2000, 2)), rng.uniform(0, 0.3, (2000, 6))
+    negative = np.linalg.eigvalsh(wrong.predict(q, alpha).stiffness_matrices).min() < 0
+    warned = any("not positive definite" in w for w in wrong.warnings)
+    assert warned == (wrong.smallest_eigenvalue() <= 0)
+    assert warned or not negative
+    shuffled = np.random.default_rng(2).permutation(rows.n_rows)
+    noise = replace(rows, activation=np.asarray(rows.activation)[shuffled])
+    assert any("no better than noise" in w for w in fit_muscle_model(noise, ARM).warnings)
 
 
 @pytest.mark.parametrize(
