@@ -10,21 +10,19 @@ from numpy.typing import ArrayLike
 
 from armimpedance.arm.muscle_paths import MuscularArm
 from armimpedance.errors import EstimationError, InputError
-from armimpedance.muscles.activation_checks import check_rows, falling_muscles, unpredicted
-from armimpedance.muscles.activation_design import column_names, muscle_patterns
+from armimpedance.muscles.activation_checks import check_rows
+from armimpedance.muscles.activation_design import muscle_patterns
 from armimpedance.muscles.activation_equations import (
     ActivationEquations,
-    SolvedEquations,
     solve_equations,
 )
-from armimpedance.muscles.activation_model import ActivationModel, leverages
+from armimpedance.muscles.activation_model import ActivationModel
 from armimpedance.muscles.activation_quality import activation_quality
-from armimpedance.muscles.activation_rank import ActivationRank, activation_rank
+from armimpedance.muscles.activation_rank import activation_rank
+from armimpedance.muscles.activation_result import activation_result
 from armimpedance.muscles.bernstein import increments, to_powers
 from armimpedance.muscles.joint_rows import JointRows, triple, triple_sd
-from armimpedance.muscles.quality import ElementQuality
 from armimpedance.records import FloatArray
-from armimpedance.regression.summary import FitSummary, NamedParameter
 
 #: Orders N of the source's Table 2, and what is refused beyond.
 HIGHEST_ORDER: Final = 5
@@ -133,7 +131,7 @@ def fit_activation_model(
         *activation_quality("K", of_K, K, cones[0], seed),
         *activation_quality("B", of_B, B, cones[1], seed),
     )
-    return _model(kind, arm, q, (of_K, of_B), (K, B), rank, quality)
+    return activation_result(kind.name, arm, q, (of_K, of_B), (K, B), rank, quality)
 
 
 def _kappa(arm: MuscularArm, asked: float | str | None, *, torque: bool) -> float:
@@ -269,97 +267,3 @@ def _cone(equations: ActivationEquations, increasing: bool) -> FloatArray:
         cone[:3, mine] = np.outer(patterns[i], powers_of[0])
         cone[3 + i * N : 3 + (i + 1) * N, mine] = powers_of[1:]
     return cone
-
-
-def _model(
-    kind: ActivationKind,
-    arm: MuscularArm,
-    q: FloatArray,
-    equations: tuple[ActivationEquations, ActivationEquations],
-    solved: tuple[SolvedEquations, SolvedEquations],
-    rank: ActivationRank,
-    quality: tuple[ElementQuality, ...],
-) -> ActivationModel:
-    of_K, of_B = equations
-    K, B = solved
-    n = 3 + of_K.n_active
-    X = of_K.columns(of_K.activation)[:, :3, :n]
-    flat = X.reshape(-1, n)
-    length = np.linalg.norm(flat, axis=0)
-    R = np.linalg.inv(np.linalg.qr(flat / length, mode="r")) / length[:, None]
-    leverage = R @ R.T
-    alpha = of_K.activation
-    reach = np.stack([alpha.min(axis=0), alpha.max(axis=0)], axis=1)
-    falling = falling_muscles(K.theta, reach, arm.paths.muscles, of_K)
-    warnings = (*rank.warnings, *falling, *unpredicted(quality))
-    return ActivationModel(
-        model=kind.name,
-        order=of_K.order,
-        arm=arm.name,
-        muscles=arm.paths.muscles,
-        joint_angles=q,
-        patterns=of_K.patterns,
-        viscous_patterns=of_B.patterns,
-        stiffness_per_tension=of_K.stiffness_per_tension,
-        stiffness=K.theta[:n],
-        viscosity=B.theta,
-        stiffness_covariance=K.covariance[:n, :n],
-        viscosity_covariance=B.covariance,
-        dof=_dof(of_K, K),
-        activation_range=reach,
-        leverage=leverage,
-        leverage_limit=float(leverages(X, leverage).max()),
-        quality=quality,
-        summary=_summary(kind, arm.paths.muscles, equations, solved, rank, warnings),
-    )
-
-
-def _dof(equations: ActivationEquations, solved: SolvedEquations) -> float:
-    return float(max(equations.outputs.size - len(solved.theta), 1))
-
-
-def _summary(
-    kind: ActivationKind,
-    muscles: tuple[str, ...],
-    equations: tuple[ActivationEquations, ActivationEquations],
-    solved: tuple[SolvedEquations, SolvedEquations],
-    rank: ActivationRank,
-    warnings: tuple[str, ...],
-) -> FitSummary:
-    of_K = equations[0]
-    N = of_K.order
-    names = [column_names(symbol, muscles, N) for symbol in "KB"]
-    units = [("Nm/rad",) * 3 + ("N/m",) * of_K.n_active]
-    units.append(("Nms/rad",) * 3 + ("Ns/m",) * of_K.n_active)
-    if of_K.n_free:
-        names[0] = (*names[0], "tau_0_s", "tau_0_e", *(f"proportion_{name}" for name in muscles))
-        units[0] = (*units[0], "Nm", "Nm", *("1",) * len(muscles))
-    if of_K.free_proportion:
-        names[0], units[0] = (*names[0], "tension_factor"), (*units[0], "1")
-    parameters = [
-        NamedParameter(name, float(value), float(sd), float(sd), unit, dof)
-        for which in (0, 1)
-        for dof in (_dof(equations[which], solved[which]),)
-        for name, unit, value, sd in zip(
-            names[which],
-            units[which],
-            solved[which].theta,
-            np.sqrt(np.diag(solved[which].covariance)),
-            strict=True,
-        )
-    ]
-    measured = of_K.outputs[:, :3]
-    X = of_K.columns(of_K.activation)[:, :3]
-    error = measured - X @ solved[0].theta[: X.shape[-1]]
-    varying = ((measured - measured.mean(axis=0)) ** 2).sum()
-    return FitSummary(
-        method=f"activation, {kind.name}, order {N}",
-        n=sum(e.outputs.size for e in equations),
-        cond_raw=rank.cond_raw,
-        cond_scaled=rank.cond_scaled,
-        rank=rank.rank,
-        r2=float(1 - (error**2).sum() / varying),
-        vaf=float(1 - ((error - error.mean(axis=0)) ** 2).sum() / varying),
-        parameters=tuple(parameters),
-        warnings=warnings,
-    )
