@@ -16,6 +16,8 @@ ORDER: Final = 2
 BASELINE_V: Final = 2e-6
 #: Rectified mean of each muscle in its maximum voluntary contraction (V).
 MVC_V: Final = np.array([0.40e-3, 0.25e-3, 0.60e-3, 0.45e-3, 0.70e-3, 0.35e-3])
+#: Rectified mean of an electrode on a silent muscle (V): mean |N(0, sd)| = sd sqrt(2 / pi).
+REST_V: Final = BASELINE_V * np.sqrt(2 / np.pi)
 #: Samples that the filter runs in on.
 RUN_IN: Final = 200
 

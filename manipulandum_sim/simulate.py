@@ -13,7 +13,7 @@ from armimpedance.errors import InputError
 from armimpedance.records import Recording
 
 from .arm_plant import Arm
-from .emg import MVC_V
+from .emg import MVC_V, REST_V
 from .experiments import DIRECTIONS, Condition, find_experiment, nominal_hand
 from .rig import AFTER_S, RATE_HZ, Rig
 from .schedule import Run, Schedule, make_schedule
@@ -62,7 +62,8 @@ def simulate(
     -------
     Recording
         Force by the limb on the handle; EMG in V, and each muscle's envelope in a maximum
-        voluntary contraction in the trial table's columns ``mvc_<muscle>_V``.
+        voluntary contraction and when silent in the trial table's columns ``mvc_<muscle>_V``
+        and ``rest_<muscle>_V``.
     Truth
 
     Raises
@@ -227,4 +228,5 @@ def _trial_table(
         columns["target_activation"] = [c.cocontraction for c in asked]
     if rig.emg:
         columns |= {f"mvc_{m}_V": v for m, v in zip(MUSCLES, MVC_V, strict=True)}
+        columns |= {f"rest_{m}_V": REST_V for m in MUSCLES}
     return pd.DataFrame(columns)

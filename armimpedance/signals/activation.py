@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -40,8 +41,13 @@ class MeanActivation:
 
 
 def mvc_column(muscle: str) -> str:
-    """The column of trials.csv with a muscle's envelope in its maximum voluntary contraction."""
+    """The column of trials.csv with a muscle's mean rectified EMG in its maximum contraction."""
     return f"mvc_{muscle}_V"
+
+
+def rest_column(muscle: str) -> str:
+    """The column of trials.csv with the mean rectified EMG of a silent muscle (optional)."""
+    return f"rest_{muscle}_V"
 
 
 def mean_activation(
@@ -51,12 +57,15 @@ def mean_activation(
 
     A low-pass of 1 Hz averages about a second, as long as a trial lasts: over the rest before the
     onset it is the mean of the rectified EMG, which needs no record longer than that. The
-    disturbance and what it evokes are left out.
+    disturbance and what it evokes are left out. Noise of electrode and amplifier adds to a muscle's
+    own EMG as independent noises do, ``level^2 = muscle^2 + rest^2``; where the level of the silent
+    muscle is known it is taken off.
 
     Parameters
     ----------
     recording : Recording
-        With EMG, and its MVC in the trial table (`mvc_column`) unless the EMG is normalised.
+        With EMG, and its MVC in the trial table (`mvc_column`) unless the EMG is normalised; with
+        `rest_column` or without.
     rows : (T,) int
         Rows of the trial table, from 0.
     onset_s : (trials of the recording,)
@@ -84,20 +93,40 @@ def mean_activation(
     except InputError as error:
         raise InputError(f"EMG: {error.problem}", expected=error.expected) from error
     count = len(alpha)
-    sd = alpha.std(axis=0, ddof=1) / np.sqrt(count) if count > 1 else None
+    mean, sd = alpha.mean(axis=0), alpha.std(axis=0, ddof=min(count - 1, 1)) / np.sqrt(count)
     note = f"activation from the EMG before the onset of {count} trials"
-    return MeanActivation(alpha.mean(axis=0), sd, (note,))
+    rest = _table(recording, rows, rest_column)
+    if rest is not None:
+        mean, sd = _without_noise(mean, sd, (rest[held] / mvc[held]).mean(axis=0))
+        note += ", noise of the silent muscle taken off"
+    return MeanActivation(mean, sd if count > 1 else None, (note,))
+
+
+def _without_noise(
+    level: FloatArray, sd: FloatArray, rest: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """The muscle's own part of a level, all in MVC, and its standard error to first order."""
+    own = np.sqrt(np.maximum(level**2 - rest**2, 0.0))
+    # d own = level / own d level, which has no end at own = 0: there own^2 is known to level sd
+    return own, level * sd / np.maximum(np.maximum(own, np.sqrt(level * sd)), np.finfo(float).tiny)
 
 
 def _mvc(recording: Recording, rows: IntArray) -> FloatArray | None:
     """MVC of each trial and muscle (T, m), in the unit of the EMG; None where it is missing."""
     if recording.emg_unit == "normalised":
         return np.ones((len(rows), len(recording.muscles)))
-    columns = [mvc_column(muscle) for muscle in recording.muscles]
+    return _table(recording, rows, mvc_column)
+
+
+def _table(
+    recording: Recording, rows: IntArray, column_of: Callable[[str], str]
+) -> FloatArray | None:
+    """A number of each trial and muscle (T, m); None where one is missing."""
+    columns = [column_of(muscle) for muscle in recording.muscles]
     if not columns or any(column not in recording.trials for column in columns):
         return None
-    mvc = recording.trials[columns].to_numpy(dtype=float)[rows]
-    return mvc if np.isfinite(mvc).all() else None
+    table = recording.trials[columns].to_numpy(dtype=float)[rows]
+    return table if np.isfinite(table).all() else None
 
 
 def _before(recording: Recording, row: int, onset_s: float) -> FloatArray:
