@@ -4,17 +4,25 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
-from armimpedance.errors import InputError
+from armimpedance.errors import ArmImpedanceError, InputError
 from armimpedance_figures import (
     tsuji1997_fig06_motion_and_force,
     tsuji1997_fig07_ellipses_over_workspace,
     tsuji1997_fig08_cocontraction,
     tsuji1997_fig09_hand_force,
+    tsuji1997_fig10_stiffness_over_posture,
+    tsuji1997_fig11_viscosity_over_posture,
+    tsuji1997_fig12_fig13_predicted_against_measured,
+    tsuji1997_fig14_single_joint_activation,
+    tsuji1997_table1_posture_fits,
+    tsuji1997_table2_activation_fits,
+    where_models_extrapolate,
 )
 from armimpedance_figures.experiment import StudiedExperiment, study
-from armimpedance_figures.source_figure import SEED, SETS, SourceFigure, write
+from armimpedance_figures.source_figure import FORMATS, SEED, SETS, SourceFigure, write
 
 CATALOGUE = {
     module.FIGURE.name: module.FIGURE
@@ -23,6 +31,13 @@ CATALOGUE = {
         tsuji1997_fig07_ellipses_over_workspace,
         tsuji1997_fig08_cocontraction,
         tsuji1997_fig09_hand_force,
+        tsuji1997_table1_posture_fits,
+        tsuji1997_fig10_stiffness_over_posture,
+        tsuji1997_fig11_viscosity_over_posture,
+        tsuji1997_table2_activation_fits,
+        tsuji1997_fig12_fig13_predicted_against_measured,
+        tsuji1997_fig14_single_joint_activation,
+        where_models_extrapolate,
     )
 }
 
@@ -55,15 +70,36 @@ def build(
     for done, figure in enumerate(figures):
         if progress is not None:
             progress(done, len(figures))
-        key = (figure.experiment, figure.subject)
-        if key not in studied:
-            studied[key] = study(key[0], subject=key[1], seed=seed, sets=sets)
-        yield from write(figure, studied[key], out)
+        keys = [(name, figure.subject) for name in figure.experiments]
+        for key in keys:
+            if key not in studied:
+                studied[key] = study(key[0], subject=key[1], seed=seed, sets=sets)
+        yield from write(figure, [studied[key] for key in keys], out)
 
 
-def draw_from(studied: Mapping[str, StudiedExperiment], out: Path) -> list[Path]:
-    """Every figure of the catalogue from experiments that were studied already, by name."""
-    return [path for f in CATALOGUE.values() for path in write(f, studied[f.experiment], out)]
+@dataclass(frozen=True)
+class Drawn:
+    """Files written, and one sentence for each figure that could not be drawn."""
+
+    paths: tuple[Path, ...]
+    left_out: tuple[str, ...]
+
+
+def draw_from(
+    studied: Mapping[str, StudiedExperiment], out: Path, formats: Sequence[str] = FORMATS
+) -> Drawn:
+    """Every figure of the catalogue from experiments that were studied already, by name.
+
+    A part of the conditions may not be enough for a figure's model: it is left out, and said so.
+    """
+    paths: list[Path] = []
+    left_out = []
+    for figure in CATALOGUE.values():
+        try:
+            paths += write(figure, [studied[n] for n in figure.experiments], out, formats)
+        except ArmImpedanceError as error:
+            left_out.append(f"{figure.name} left out: {error}")
+    return Drawn(tuple(paths), tuple(left_out))
 
 
 def main() -> None:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import argparse
+import csv
 import textwrap
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from armimpedance.outputs import staged_file
 from armimpedance.plots.style import print_style, save
 from armimpedance_figures.experiment import StudiedExperiment, study
 
@@ -26,6 +28,7 @@ POOLED = (
 SETS = 10
 SEED = 1997
 CAPTION_POINTS = 7.5
+FORMATS = ("png", "svg", "pdf")
 
 
 @dataclass(frozen=True)
@@ -36,30 +39,43 @@ class SourceFigure:
     ----------
     name : str
         File name without ending.
-    experiment, subject : str
-        Which of the simulated experiments and subjects it needs; the source's subject.
+    experiments : tuple of str
+        Which of the simulated experiments it needs.
+    subject : str
+        The source's subject.
     draw : function
-        From the analysed experiment to a figure.
+        From the analysed experiments, one argument each, to a figure.
     caption : function
-        From the analysed experiment to the text below it: what is shown, what is simulated, what
-        differs from the source.
+        From the same to the text below it: what is shown, what is simulated, what differs from
+        the source.
+    table : function or None
+        From the same to the header and rows of a CSV beside the figure.
+    fit : function or None
+        From the analysed experiments to what `draw`, `caption` and `table` are then given in their
+        place, so that a model is fitted once.
     """
 
     name: str
-    experiment: str
+    experiments: tuple[str, ...]
     subject: str
-    draw: Callable[[StudiedExperiment], Figure]
-    caption: Callable[[StudiedExperiment], str]
+    draw: Callable[..., Figure]
+    caption: Callable[..., str]
+    table: Callable[..., list[list[str]]] | None = None
+    fit: Callable[..., Any] | None = None
+
+    def given(self, studied: Sequence[StudiedExperiment]) -> tuple[Any, ...]:
+        """What `draw`, `caption` and `table` are called with."""
+        return tuple(studied) if self.fit is None else (self.fit(*studied),)
 
 
-def design(studied: StudiedExperiment) -> str:
+def design(*studied: StudiedExperiment) -> str:
     """The sentence about the data that every caption holds."""
-    trials = studied.recording.trials
+    trials = studied[0].recording.trials
     per_condition = int(trials["condition"].value_counts().iloc[0])
     return (
-        f"Simulated subject {studied.recording.subject.id} (six-muscle arm behind a simulated "
+        f"Simulated subject {studied[0].recording.subject.id} (six-muscle arm behind a simulated "
         f"manipulandum, nominal noise), {per_condition} disturbances of 5 mm per condition, method "
-        f"'{studied.hand[0].method}'"
+        f"'{studied[0].hand[0].method}'"
     )
 
 
@@ -75,11 +91,26 @@ def one_legend(figure: Figure, axes: Sequence[Axes], columns: int = 4) -> None:
     figure.legend(list(once.values()), list(once), loc="outside upper center", ncols=columns)
 
 
-def write(figure_: SourceFigure, studied: StudiedExperiment, out: Path) -> list[Path]:
-    """Draw, put the caption below, write PNG, SVG and PDF."""
-    figure = figure_.draw(studied)
-    add_caption(figure, figure_.caption(studied))
-    return save(figure, out / figure_.name, ("png", "svg", "pdf"))
+def write(
+    figure_: SourceFigure,
+    studied: Sequence[StudiedExperiment],
+    out: Path,
+    formats: Sequence[str] = FORMATS,
+) -> list[Path]:
+    """Draw, put the caption below, write each format, and the CSV of a table."""
+    given = figure_.given(studied)
+    figure = figure_.draw(*given)
+    add_caption(figure, figure_.caption(*given))
+    written = save(figure, out / figure_.name, formats)
+    if figure_.table is not None:
+        written.append(out / f"{figure_.name}.csv")
+        _write_table(figure_.table(*given), written[-1])
+    return written
+
+
+def _write_table(rows: list[list[str]], path: Path) -> None:
+    with staged_file(path) as staged, open(staged, "w", newline="", encoding="utf-8") as stream:
+        csv.writer(stream, lineterminator="\n").writerows(rows)
 
 
 def add_caption(figure: Figure, caption: str) -> None:
@@ -113,6 +144,9 @@ def script(figure_: SourceFigure) -> None:
     parser.add_argument("--sets", type=int, default=SETS, help="sets of eight disturbances")
     given = parser.parse_args()
     given.out.mkdir(parents=True, exist_ok=True)
-    studied = study(figure_.experiment, subject=given.subject, seed=given.seed, sets=given.sets)
+    studied = [
+        study(name, subject=given.subject, seed=given.seed, sets=given.sets)
+        for name in figure_.experiments
+    ]
     for path in write(figure_, studied, given.out):
         print(path)

@@ -68,7 +68,7 @@ def caption(studied: StudiedExperiment) -> str:
     )
 
 
-FIGURE = SourceFigure("tsuji1997_fig07_ellipses_over_workspace", "postures", "A", draw, caption)
+FIGURE = SourceFigure("tsuji1997_fig07_ellipses_over_workspace", ("postures",), "A", draw, caption)
 
 if __name__ == "__main__":
     script(FIGURE)

@@ -55,7 +55,7 @@ def caption(studied: StudiedExperiment) -> str:
     )
 
 
-FIGURE = SourceFigure("tsuji1997_fig08_cocontraction", "cocontraction", "C", draw, caption)
+FIGURE = SourceFigure("tsuji1997_fig08_cocontraction", ("cocontraction",), "C", draw, caption)
 
 if __name__ == "__main__":
     script(FIGURE)

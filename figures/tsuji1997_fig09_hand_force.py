@@ -60,7 +60,7 @@ def caption(studied: StudiedExperiment) -> str:
     )
 
 
-FIGURE = SourceFigure("tsuji1997_fig09_hand_force", "force", "C", draw, caption)
+FIGURE = SourceFigure("tsuji1997_fig09_hand_force", ("force",), "C", draw, caption)
 
 if __name__ == "__main__":
     script(FIGURE)

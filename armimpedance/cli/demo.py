@@ -4,9 +4,10 @@ Examples:
   armimpedance demo --quick
   armimpedance demo --out study --subject C
 
-Writes recordings (with their truth), hand.csv, joint.csv, summary.txt and Figs 6-9 of
-Tsuji (1997) to the folder, and compares the estimates with the truth on the screen. --quick takes
-two sets of disturbances instead of five and a part of the conditions.
+Writes recordings (with their truth), hand.csv, joint.csv, summary.txt and Figs 6-14 and both
+tables of Tsuji (1997) to the folder, and compares the estimates with the truth on the screen.
+--quick takes two sets of disturbances instead of five, a part of the conditions (figures that need
+more of them are left out), and writes figures as PNG only.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ def run(arguments: argparse.Namespace) -> int:
     arguments.out.mkdir(parents=True, exist_ok=True)
     text = summary(studied)
     print(f"\n{text}")
-    for line in _write_all(studied, arguments.out, text):
+    for line in _write_all(studied, arguments.out, text, quick=arguments.quick):
         print(line)
     return 0
 
@@ -73,12 +74,15 @@ def _quick_conditions(experiment: str, subject: str) -> list[str]:
     return names[::every]
 
 
-def _write_all(studied: Mapping[str, StudiedExperiment], out: Path, text: str) -> list[str]:
+def _write_all(
+    studied: Mapping[str, StudiedExperiment], out: Path, text: str, *, quick: bool
+) -> list[str]:
     """Write everything; one line per thing written."""
     from armimpedance.cli.simulate import write_simulated
     from armimpedance.outputs import staged_file
     from armimpedance.report.results_csv import write_results
     from armimpedance_figures.build_all import draw_from
+    from armimpedance_figures.source_figure import FORMATS
 
     lines = []
     for name, each in studied.items():
@@ -91,6 +95,7 @@ def _write_all(studied: Mapping[str, StudiedExperiment], out: Path, text: str) -
     with staged_file(out / "summary.txt") as path:
         path.write_text(text + "\n", encoding="utf-8")
     (out / "figures").mkdir(exist_ok=True)
-    figures = draw_from(studied, out / "figures")
-    lines.append(f"{out / 'figures'}: {len(figures)} files, Figs 6-9 of Tsuji (1997)")
-    return lines
+    drawn = draw_from(studied, out / "figures", ("png",) if quick else FORMATS)
+    what = "Figs 6-14 and Tables 1 and 2 of Tsuji (1997)"
+    lines.append(f"{out / 'figures'}: {len(drawn.paths)} files, {what}")
+    return [*lines, *drawn.left_out]

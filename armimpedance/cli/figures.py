@@ -1,10 +1,11 @@
-"""Draw the sources' figures from simulated subjects, as PNG, SVG and PDF.
+"""Draw the sources' figures and tables from simulated subjects, as PNG, SVG and PDF.
 
 Examples:
   armimpedance figures --out figures
   armimpedance figures --only fig07 --out figures
 
-Each figure's caption says what is simulated and what differs from the source.
+Each figure's caption says what is simulated and what differs from the source. Tables, and figures
+of numbers that a reader may want, have a CSV beside them.
 """
 
 from __future__ import annotations

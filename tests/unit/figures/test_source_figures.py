@@ -6,16 +6,23 @@ import numpy as np
 import pytest
 
 from armimpedance.errors import InputError
-from armimpedance_figures.build_all import CATALOGUE, chosen
+from armimpedance_figures import build_all, over_posture
+from armimpedance_figures import tsuji1997_fig14_single_joint_activation as fig14
+from armimpedance_figures import where_models_extrapolate as where
+from armimpedance_figures.build_all import CATALOGUE, chosen, draw_from
 from armimpedance_figures.experiment import study
 from armimpedance_figures.source_figure import write
+
+#: Drawn by nothing but what was there before the models.
+ESTIMATES = {name: f for name, f in CATALOGUE.items() if f.fit is None}
+MODELS = {name: f for name, f in CATALOGUE.items() if f.fit is not None}
 
 
 @pytest.fixture(scope="module")
 def studied():
     """One set of disturbances per condition: enough to draw."""
     wanted = {
-        "postures": ["posture_01", "posture_05", "posture_08"],
+        "postures": None,
         "cocontraction": ["cocontraction_00", "cocontraction_10", "cocontraction_20"],
         "force": None,
     }
@@ -25,29 +32,60 @@ def studied():
     }
 
 
-@pytest.mark.parametrize("figure", CATALOGUE.values(), ids=CATALOGUE)
+@pytest.fixture(autouse=True)
+def coarse(monkeypatch):
+    """Surfaces of few points: what a figure is made of stays the same."""
+    for module in (over_posture, fig14, where):
+        monkeypatch.setattr(module, "COUNT", 13)
+
+
+@pytest.fixture(scope="module")
+def given(studied):
+    """What each figure's functions are called with."""
+    return {f.name: f.given(of(studied, f)) for f in CATALOGUE.values()}
+
+
+def of(studied, figure):
+    return [studied[name] for name in figure.experiments]
+
+
+@pytest.mark.parametrize("figure", ESTIMATES.values(), ids=ESTIMATES)
 def test_figure_is_written_in_three_formats_the_same_twice(figure, studied, tmp_path):
-    paths = write(figure, studied[figure.experiment], tmp_path)
+    paths = write(figure, of(studied, figure), tmp_path)
     assert sorted(p.suffix for p in paths) == [".pdf", ".png", ".svg"]
     first = {p.suffix: p.read_bytes() for p in paths}
-    again = {p.suffix: p.read_bytes() for p in write(figure, studied[figure.experiment], tmp_path)}
+    again = {p.suffix: p.read_bytes() for p in write(figure, of(studied, figure), tmp_path)}
     assert first == again
     assert len(first[".png"]) > 20_000
 
 
+@pytest.mark.parametrize("figure", MODELS.values(), ids=MODELS)
+def test_figure_of_a_model_is_the_same_twice(figure, studied, tmp_path):
+    """From the fit on; one format is enough, the others are written by the same function."""
+    first, again = (
+        {p.suffix: p.read_bytes() for p in write(figure, of(studied, figure), tmp_path, ["svg"])}
+        for _ in range(2)
+    )
+    assert first == again
+    assert set(first) == ({".svg"} if figure.table is None else {".svg", ".csv"})
+    assert len(first[".svg"]) > 20_000
+
+
 @pytest.mark.parametrize("figure", CATALOGUE.values(), ids=CATALOGUE)
-def test_caption_says_source_simulation_and_difference(figure, studied):
-    caption = figure.caption(studied[figure.experiment])
-    for part in ("Tsuji (1997), Fig.", "Simulated subject C", "Differs from the source"):
+def test_caption_says_source_simulation_and_difference(figure, given):
+    caption = figure.caption(*given[figure.name])
+    for part in ("Tsuji (1997)", "Simulated subject C", "Differs from the source"):
         assert part in caption
+    assert "nan" not in caption
+    assert "  " not in caption
 
 
 @pytest.mark.parametrize("figure", CATALOGUE.values(), ids=CATALOGUE)
-def test_axes_have_units_and_text_is_readable(figure, studied):
-    drawn = figure.draw(studied[figure.experiment])
+def test_axes_have_units_and_text_is_readable(figure, given):
+    drawn = figure.draw(*given[figure.name])
     labels = [ax.get_xlabel() for ax in drawn.axes] + [ax.get_ylabel() for ax in drawn.axes]
     shown = [label for label in labels if label]
-    assert shown
+    assert shown or "_table" in figure.name
     assert all("(" in label and ")" in label for label in shown)
     for ax in drawn.axes:
         assert ax.title.get_fontsize() >= 7
@@ -68,3 +106,14 @@ def test_names_choose_figures():
     assert len(chosen([])) == len(CATALOGUE)
     with pytest.raises(InputError, match="no figure 'fig99'"):
         chosen(["fig99"])
+
+
+def test_what_cannot_be_drawn_from_a_part_is_left_out_in_words(studied, tmp_path, monkeypatch):
+    names = ("tsuji1997_fig10_stiffness_over_posture", "tsuji1997_table1_posture_fits")
+    monkeypatch.setattr(build_all, "CATALOGUE", {name: CATALOGUE[name] for name in names})
+    some = ["posture_01", "posture_05", "posture_08", "posture_11"]
+    few = {"postures": study("postures", subject="C", seed=3, sets=1, conditions=some)}
+    drawn = draw_from(few, tmp_path, ["png"])
+    assert [p.name for p in drawn.paths] == [f"{names[1]}.png", f"{names[1]}.csv"]
+    (sentence,) = drawn.left_out
+    assert sentence.startswith(f"{names[0]} left out: 4 postures for the 6 coefficients")
