@@ -28,10 +28,14 @@ from scipy.optimize import nnls
 from armimpedance.arm.anthropometry import arm_of
 from armimpedance.arm.muscular_arms import arm_named
 from armimpedance.errors import NotIdentifiableError
+from armimpedance.impedance.estimate import estimate
+from armimpedance.levels.joint import to_joint
+from armimpedance.levels.posture import arm_posture_for
 from armimpedance.muscles.activation_design import joint_columns, muscle_patterns
 from armimpedance.muscles.activation_fit import fit_activation_model
 from armimpedance.muscles.activation_model import ActivationModel
 from armimpedance.muscles.at_hand import at_hand
+from armimpedance.muscles.from_estimates import joint_rows
 from armimpedance.muscles.joint_rows import JointRows, matrix, triple
 from armimpedance.muscles.muscle_model import MuscleModel
 from armimpedance.muscles.muscle_model_fit import fit_muscle_model
@@ -41,6 +45,7 @@ from manipulandum_sim.arm_plant import Arm
 from manipulandum_sim.equilibrium import hand_jacobian, muscle_command
 from manipulandum_sim.experiments import find_experiment
 from manipulandum_sim.muscles import joint_basis
+from manipulandum_sim.simulate import simulate
 from manipulandum_sim.subjects import find_subject
 from manipulandum_sim.truth import Truth, derivative, find_truth
 
@@ -262,6 +267,38 @@ def one_posture(study: Study, repeats: int, report: Report) -> None:
         report.say(f"{name}, N = 3", text, met)
 
 
+def recorded_rows(letter: str, seed: int, rest_known: bool) -> JointRows:
+    """Experiments 2 and 3 as a lab has them: samples and EMG, estimated and mapped."""
+    found = []
+    for experiment in (COCONTRACTION, FORCE):
+        recording, _ = simulate(experiment, subject=letter, seed=seed)
+        if not rest_known:
+            noise = recording.trials.columns.str.startswith("rest_")
+            recording = replace(recording, trials=recording.trials.loc[:, ~noise])
+        for hand in estimate(recording):
+            found.append(to_joint(hand, arm_posture_for(hand, recording.subject)[0]))
+    return joint_rows(found)
+
+
+def from_recordings(study: Study, repeats: int, report: Report) -> None:
+    """The same models fitted to estimates from simulated recordings."""
+    alpha = study.all_of("activation", (COCONTRACTION, FORCE))
+    q = study.truths[FORCE].posture[0]
+    for name, rest_known in (("silent muscles known", True), ("not known", False)):
+        pairs: dict[bool, list] = {False: [], True: []}
+        for seed in range(repeats):
+            rows = recorded_rows(study.letter, seed, rest_known)
+            drawn = np.random.default_rng(seed).uniform(
+                alpha.min(axis=0), alpha.max(axis=0), (200, 6)
+            )
+            for torque, made in pairs.items():
+                model = fit_activation_model(rows, PLANAR6, order=1, torque=torque)
+                made.append((model.predict(drawn), *study.truth_at(q, drawn)))
+        for torque, made in pairs.items():
+            label = f"from recordings, {name}" + (", torque" if torque else "")
+            report.say(label, judge(made).line)
+
+
 def negative_by(model: ActivationModel) -> float:
     """How far K_0 is from what muscles nonnegative on their measured ranges could make, Nm/rad."""
     alpha = np.linspace(*model.activation_range.T, 300)
@@ -388,6 +425,7 @@ def main() -> int:
     parts: list[Callable[[], None]] = [
         lambda: identifiability(Study("B"), report),
         lambda: one_posture(Study("B"), repeats, report),
+        lambda: from_recordings(Study("B"), max(repeats // 25, 2), report),
         lambda: over_posture(Study("A"), max(repeats // 5, 2), report),
     ]
     for part in parts:
