@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import csv
-import textwrap
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -116,9 +115,7 @@ def _write_table(rows: list[list[str]], path: Path) -> None:
 def add_caption(figure: Figure, caption: str) -> None:
     """Grow the figure at its foot and write the caption there."""
     width, height = figure.get_size_inches()
-    # A DejaVu Sans letter is about 0.56 of its size wide on average.
-    letters = int(width * 72 / (0.53 * CAPTION_POINTS))
-    lines = textwrap.wrap(caption, letters)
+    lines = _lines(caption, 0.98 * 72 * width)
     foot = (len(lines) + 1.6) * 1.3 * CAPTION_POINTS / 72
     with print_style():
         figure.set_size_inches(width, height + foot)
@@ -133,6 +130,23 @@ def add_caption(figure: Figure, caption: str) -> None:
             va="top",
             linespacing=1.3,
         )
+
+
+def _lines(text: str, width_pt: float) -> list[str]:
+    """The text broken where a line would be wider, measured letter by letter."""
+    from matplotlib.font_manager import FontProperties
+    from matplotlib.textpath import TextToPath
+
+    measure, font = TextToPath(), FontProperties(family="DejaVu Sans", size=CAPTION_POINTS)
+    lines = [""]
+    for word in text.split():
+        longer = f"{lines[-1]} {word}".strip()
+        wide, _, _ = measure.get_text_width_height_descent(longer, font, ismath=False)
+        if lines[-1] and wide > width_pt:
+            lines.append(word)
+        else:
+            lines[-1] = longer
+    return lines
 
 
 def script(figure_: SourceFigure) -> None:

@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 from armimpedance.errors import InputError
+from armimpedance.plots.style import new_figure, print_style
 from armimpedance_figures import build_all, over_posture
 from armimpedance_figures import tsuji1997_fig14_single_joint_activation as fig14
 from armimpedance_figures import where_models_extrapolate as where
 from armimpedance_figures.build_all import CATALOGUE, chosen, draw_from
 from armimpedance_figures.experiment import study
-from armimpedance_figures.source_figure import write
+from armimpedance_figures.source_figure import add_caption, write
 
 #: Drawn by nothing but what was there before the models.
 ESTIMATES = {name: f for name, f in CATALOGUE.items() if f.fit is None}
@@ -78,6 +79,19 @@ def test_caption_says_source_simulation_and_difference(figure, given):
         assert part in caption
     assert "nan" not in caption
     assert "  " not in caption
+
+
+@pytest.mark.parametrize("words", ["WWWWWW " * 60, "illicit " * 90, "a word of each kind " * 30])
+def test_captions_fill_their_lines_and_stay_inside_the_figure(words):
+    with print_style():
+        figure = new_figure(7.2, 3.0)
+        figure.add_subplot()
+        add_caption(figure, words)
+        figure.draw_without_rendering()
+        box = figure.texts[0].get_window_extent()
+    assert box.x1 <= figure.bbox.x1
+    assert box.x1 > 0.85 * figure.bbox.x1
+    assert box.y0 >= 0
 
 
 @pytest.mark.parametrize("figure", CATALOGUE.values(), ids=CATALOGUE)
