@@ -14,6 +14,10 @@ from armimpedance.records import FloatArray, frozen_array
 #: The elements of a symmetric 2 x 2 matrix in the order in which models hold them.
 ELEMENTS = ("ss", "se", "ee")
 
+#: Cross terms that differ by less, as a part of the largest element, are one number: a symmetric
+#: matrix that was mapped from the hand is symmetric up to rounding.
+_ROUNDING = 1e-9
+
 
 @dataclass(frozen=True)
 class JointRows:
@@ -111,11 +115,12 @@ def matrix(triples: ArrayLike) -> FloatArray:
 def triple_sd(measured: ArrayLike, sd: ArrayLike) -> FloatArray:
     """Standard errors (P, 3) of `triple` from those of the elements (P, 2, 2).
 
-    Where se and es are one number (a symmetric part was taken before) so is their error; else they
-    count as independent.
+    Where se and es are one number up to rounding (a symmetric part was taken before) so is their
+    error; else they count as independent.
     """
     A, s = np.asarray(measured, dtype=float), np.asarray(sd, dtype=float)
-    same = A[..., 0, 1] == A[..., 1, 0]
+    size = np.abs(A).max(axis=(-2, -1))
+    same = np.abs(A[..., 0, 1] - A[..., 1, 0]) <= _ROUNDING * size
     apart = np.hypot(s[..., 0, 1], s[..., 1, 0]) / 2
     cross = np.where(same, (s[..., 0, 1] + s[..., 1, 0]) / 2, apart)
     return np.stack([s[..., 0, 0], cross, s[..., 1, 1]], axis=-1)

@@ -22,6 +22,9 @@ def test_triple_is_the_symmetric_part_and_matrix_undoes_it():
 def test_the_cross_terms_error_counts_two_numbers_or_one():
     # a mean of two independent numbers of sd 1 has 1/sqrt(2); one number written twice has 1
     assert triple_sd(K, np.ones_like(K))[:, 1] == pytest.approx([1 / np.sqrt(2), 1.0])
+    # a mapping from the hand leaves rounding between the two: still one number
+    rounded = K + np.array([[0, 3e-15], [0, 0]])
+    assert triple_sd(rounded, np.ones_like(K))[1, 1] == 1.0
 
 
 def test_selecting_rows_keeps_everything_together():
