@@ -9,9 +9,11 @@ from armimpedance.arm.anthropometry import arm_of
 from armimpedance.arm.muscular_arms import arm_named
 from armimpedance.arm.two_link import TwoLinkArm
 from armimpedance.errors import ArmImpedanceError
+from armimpedance.muscles.activation_elements import element_fits
 from armimpedance.muscles.activation_fit import fit_activation_model
 from armimpedance.muscles.activation_model import ActivationModel
 from armimpedance.muscles.joint_rows import JointRows
+from armimpedance.muscles.quality import ElementQuality
 from armimpedance_figures.experiment import StudiedExperiment
 from armimpedance_figures.rows import rows_of, without_errors
 
@@ -31,8 +33,9 @@ class OverActivation:
     arm : TwoLinkArm
     rows : JointRows
         With the force term, weighted.
-    source : mapping of int to ActivationModel
-        As the source fits: no force term, no curvature, all rows alike, activations exact.
+    source : mapping of int to tuple of ElementQuality
+        As the source fits (`muscles.activation_elements`): each element by itself, no force term,
+        all rows alike, activations exact.
     ours : mapping of int to ActivationModel
         With both terms, standard errors and errors of the activation.
     left_out : tuple of str
@@ -42,7 +45,7 @@ class OverActivation:
     studied: tuple[StudiedExperiment, ...]
     arm: TwoLinkArm
     rows: JointRows
-    source: Mapping[int, ActivationModel]
+    source: Mapping[int, tuple[ElementQuality, ...]]
     ours: Mapping[int, ActivationModel]
     left_out: tuple[str, ...]
 
@@ -63,10 +66,11 @@ def fit(*studied: StudiedExperiment) -> OverActivation:
     muscles = arm_named(MOMENT_ARMS)
     rows = rows_of(*studied)
     plain = without_errors(rows_of(*studied, force_term=False))
-    source, ours, left_out = {}, {}, []
+    source: dict[int, tuple[ElementQuality, ...]] = {}
+    ours, left_out = {}, []
     for order in ORDERS:
         try:
-            as_source = fit_activation_model(plain, muscles, order=order, curvature=False)
+            as_source = element_fits(plain, muscles, order=order)
             ours[order] = fit_activation_model(rows, muscles, order=order)
             source[order] = as_source
         except ArmImpedanceError as error:
