@@ -1,11 +1,12 @@
-"""The whole study on a simulated subject: three experiments, estimates, joint level, figures.
+"""The whole study on a simulated subject: three experiments, estimates, models, figures.
 
 Examples:
   armimpedance demo --quick
   armimpedance demo --out study --subject C
 
-Writes recordings (with their truth), hand.csv, joint.csv, summary.txt and Figs 6-14 and both
-tables of Tsuji (1997) to the folder, and compares the estimates with the truth on the screen.
+Writes recordings (with their truth), hand.csv, joint.csv, models over posture and activation,
+summary.txt and Figs 6-14 and both tables of Tsuji (1997) to the folder, and compares estimates and
+models with the truth on the screen.
 --quick takes two sets of disturbances instead of five, a part of the conditions (figures that need
 more of them are left out), and writes figures as PNG only.
 """
@@ -13,11 +14,12 @@ more of them are left out), and writes figures as PNG only.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from armimpedance.cli.demo_models import DemoModel
     from armimpedance_figures.experiment import StudiedExperiment
 
 EXPERIMENTS = ("postures", "cocontraction", "force")
@@ -33,14 +35,16 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Simulate, estimate, map, draw, and compare with the truth."""
+    from armimpedance.cli.demo_models import fit_models, models_text
     from armimpedance.cli.demo_summary import summary
 
     print(f"Simulated subject {arguments.subject}: three experiments of Tsuji (1997)")
     studied = _study_all(arguments)
     arguments.out.mkdir(parents=True, exist_ok=True)
-    text = summary(studied)
-    print(f"\n{text}")
-    for line in _write_all(studied, arguments.out, text, quick=arguments.quick):
+    models = fit_models(studied)
+    text = f"{summary(studied)}\n\n{models_text(models)}"
+    print(f"\n{text}\n")
+    for line in _write_all(studied, models, arguments.out, text, quick=arguments.quick):
         print(line)
     return 0
 
@@ -75,11 +79,17 @@ def _quick_conditions(experiment: str, subject: str) -> list[str]:
 
 
 def _write_all(
-    studied: Mapping[str, StudiedExperiment], out: Path, text: str, *, quick: bool
+    studied: Mapping[str, StudiedExperiment],
+    models: Sequence[DemoModel],
+    out: Path,
+    text: str,
+    *,
+    quick: bool,
 ) -> list[str]:
     """Write everything; one line per thing written."""
     from armimpedance.cli.simulate import write_simulated
     from armimpedance.outputs import staged_file
+    from armimpedance.report.model_json import write_model
     from armimpedance.report.results_csv import write_results
     from armimpedance_figures.build_all import draw_from
     from armimpedance_figures.source_figure import FORMATS
@@ -92,6 +102,10 @@ def _write_all(
         rows = [e for each in studied.values() for e in getattr(each, level)]
         write_results(rows, out / f"{level}.csv")
         lines.append(f"{out / f'{level}.csv'}: {len(rows)} rows")
+    for made in models:
+        if made.model is not None:
+            write_model(made.model, out / f"{made.name}.json")
+            lines.append(f"{out / f'{made.name}.json'}: a model, {made.line}")
     with staged_file(out / "summary.txt") as path:
         path.write_text(text + "\n", encoding="utf-8")
     (out / "figures").mkdir(exist_ok=True)

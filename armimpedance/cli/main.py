@@ -15,7 +15,7 @@ from armimpedance.errors import ArmImpedanceError
 
 #: Command -> its line in the overview; the module armimpedance.cli.<name> holds the rest.
 COMMANDS = {
-    "demo": "the whole study on a simulated subject: recordings, estimates, figures",
+    "demo": "the whole study on a simulated subject: recordings, estimates, models, figures",
     "plan": "before the experiment: trials needed, the best disturbance",
     "simulate": "write a simulated experiment and its truth",
     "inspect": "say what a recording holds and whether it can be used",
