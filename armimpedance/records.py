@@ -435,6 +435,8 @@ class ImpedanceEstimate:
         Joint torque that the muscles bear at the onset, ``tau = J^T F``, Nm; known once mapped.
     activation, activation_sd : (m,) or None
         Mean activation of each muscle before the onset, 0..1, and its standard error.
+    muscles : tuple of str
+        Names of those muscles, in their order; empty where they are not known.
     shoulder_m : (k_hand,) or None
         Where the shoulder is in the frame of `position`.
     warnings : tuple of str
@@ -458,6 +460,7 @@ class ImpedanceEstimate:
     torque: FloatArray | None = None
     activation: FloatArray | None = None
     activation_sd: FloatArray | None = None
+    muscles: tuple[str, ...] = ()
     shoulder_m: FloatArray | None = None
     warnings: tuple[str, ...] = ()
     provenance: tuple[str, ...] = ()
@@ -480,6 +483,7 @@ class ImpedanceEstimate:
         if not self.dof > 0:
             raise RecordError(f"{self.dof} degrees of freedom", expected="more than 0")
         put(self, "keys", MappingProxyType(dict(self.keys)))
+        put(self, "muscles", tuple(self.muscles))
         put(self, "warnings", tuple(self.warnings))
         put(self, "provenance", tuple(self.provenance))
 

@@ -145,7 +145,7 @@ def _activation(row: ImpedanceEstimate, recorded: Metadata, arm: MuscularArm) ->
 
     if row.activation is None:
         raise InputError("--share emg without activation", expected="columns alpha_1, alpha_2, …")
-    names = recorded.muscles or ()
+    names = row.muscles or recorded.muscles or ()
     if len(names) != len(row.activation):
         raise InputError(
             f"{len(row.activation)} activations, {len(names)} muscles in recording.json",

@@ -197,6 +197,7 @@ def estimate_window(
         joint_angles=None if angles is None else angles[used].mean(axis=0),
         activation=None if active is None else active.mean,
         activation_sd=None if active is None else active.sd,
+        muscles=() if active is None else active.muscles,
         quality=replace(made.quality, n_trials=int(used.sum())),
         warnings=(*warnings, *group.notes),
         provenance=(

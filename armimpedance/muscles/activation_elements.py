@@ -53,6 +53,7 @@ def element_fits(
     """
     if isinstance(order, bool) or order != int(order) or order < 1:
         raise InputError(f"order {order} of the activation model", expected="1 or more")
+    rows = rows.of_muscles(arm.paths.muscles)
     alpha, q = check_rows(rows, arm, torque=False)
     G = arm.paths.moment_arms(q)
     acts = np.abs(triple(G[:, :, None] * G[:, None, :]))

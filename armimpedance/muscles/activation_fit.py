@@ -114,6 +114,7 @@ def fit_activation_model(
         The fit does not settle.
     """
     kind = _kind(model, order, increasing)
+    rows = rows.of_muscles(arm.paths.muscles)
     alpha, q = check_rows(rows, arm, torque=torque)
     kappa = _kappa(arm, stiffness_per_tension, torque=torque)
     of_K = _of_stiffness(rows, arm, alpha, q, order, kappa, curvature)

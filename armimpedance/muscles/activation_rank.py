@@ -134,7 +134,8 @@ def _reliability(
     if reliability < _REFUSED:
         raise NotIdentifiableError(
             f"errors of the activation explain {100 - 100 * reliability:.0f} % of how {where} "
-            f"varies at order {equations.order}: no model can be told from it",
+            f"varies at order {equations.order}: no model can be told from it; add conditions of "
+            "other patterns, such as hand forces in several directions",
             names,
         )
     if reliability < _DOUBTFUL:

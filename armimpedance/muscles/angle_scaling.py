@@ -109,8 +109,8 @@ def stated_scaling(
     return scaling
 
 
-def require_spread(joint_angles: FloatArray) -> None:
-    """Refuse postures (P, 2) that are one posture, or where one joint did not move.
+def require_spread(joint_angles: FloatArray, order: int) -> None:
+    """Refuse postures (P, 2) that are one posture, on a line, or where one joint did not move.
 
     Raises
     ------
@@ -120,6 +120,7 @@ def require_spread(joint_angles: FloatArray) -> None:
     half = np.ptp(joint_angles, axis=0) / 2
     still = [j for j, h in zip(JOINTS, half, strict=True) if h < LEAST_HALF_RANGE_RAD]
     if not still:
+        _refuse_line(joint_angles, order)
         return
     deg = ", ".join(f"{j} {np.rad2deg(2 * h):.2g} deg" for j, h in zip(JOINTS, half, strict=True))
     what = "all postures are the same" if len(still) == 2 else f"the {still[0]} did not move"
@@ -127,3 +128,17 @@ def require_spread(joint_angles: FloatArray) -> None:
         f"{what} (range: {deg}): nothing is known of moment arms over posture; order 0 only",
         tuple(still),
     )
+
+
+def _refuse_line(joint_angles: FloatArray, order: int) -> None:
+    """Postures that leave a line by less than angles are measured tell nothing across it."""
+    away = joint_angles - joint_angles.mean(axis=0)
+    # the smallest mean square distance from any line through the middle
+    across = np.linalg.svd(away, compute_uv=False)[-1] / np.sqrt(len(away))
+    if len(away) > 2 and across < LEAST_HALF_RANGE_RAD / 2:
+        raise NotIdentifiableError(
+            f"all {len(away)} postures are on a line (within {np.rad2deg(across):.2g} deg): rank "
+            f"{2 * order + 1} of {(2 * order + 1) * (order + 1)}, terms of the shoulder's and of "
+            "the elbow's angle cannot be told apart; order 0 only, or add postures off the line",
+            ("s", "e"),
+        )

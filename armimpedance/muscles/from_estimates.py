@@ -43,7 +43,15 @@ def joint_rows(estimates: Sequence[ImpedanceEstimate]) -> JointRows:
         activation_sd=_where_all(estimates, "activation_sd"),
         torque=_where_all(estimates, "torque"),
         labels=tuple(_label(e) for e in estimates),
+        muscles=_muscles(estimates),
     )
+
+
+def _muscles(estimates: Sequence[ImpedanceEstimate]) -> tuple[str, ...]:
+    named = {estimate.muscles for estimate in estimates}
+    if len(named) > 1:
+        raise InputError("estimates of different muscles in one fit", expected="the same muscles")
+    return named.pop()
 
 
 def _check(estimate: ImpedanceEstimate) -> None:

@@ -37,6 +37,8 @@ class JointRows:
         Joint torque that the muscles bear, ``tau = J^T F``, Nm.
     labels : (P,) tuple of str
         Where each row comes from, for messages: a condition, or a file and its line.
+    muscles : (m,) tuple of str
+        Names of the muscles of `activation`; empty where they are not known.
     """
 
     joint_angles: FloatArray
@@ -48,6 +50,7 @@ class JointRows:
     activation_sd: FloatArray | None = None
     torque: FloatArray | None = None
     labels: tuple[str, ...] = ()
+    muscles: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         put = object.__setattr__
@@ -64,6 +67,12 @@ class JointRows:
         put(self, "labels", tuple(self.labels) or tuple(f"row {i}" for i in range(1, p + 1)))
         if len(self.labels) != p:
             raise InputError(f"{len(self.labels)} labels for {p} rows")
+        put(self, "muscles", tuple(self.muscles))
+        columns = None if self.activation is None else self.activation.shape[1]
+        if self.muscles and columns is not None and len(self.muscles) != columns:
+            raise InputError(
+                f"{columns} activations", expected=f"{len(self.muscles)}, one a muscle"
+            )
         self._check_values()
 
     def _check_values(self) -> None:
@@ -95,9 +104,37 @@ class JointRows:
         taken: dict[str, Any] = {
             name: None if value is None else value[chosen]
             for name, value in self.__dict__.items()
-            if name != "labels"
+            if name not in ("labels", "muscles")
         }
         return replace(self, **taken, labels=tuple(self.labels[i] for i in chosen))
+
+    def of_muscles(self, names: tuple[str, ...]) -> JointRows:
+        """The same rows with the activations of these muscles, in this order.
+
+        Where the rows do not name their muscles, their order is taken to be this one.
+
+        Raises
+        ------
+        InputError
+            A muscle whose activation was not measured.
+        """
+        if not self.muscles or self.activation is None or self.muscles == tuple(names):
+            return self
+        missing = [name for name in names if name not in self.muscles]
+        if missing:
+            raise InputError(
+                f"no activation of {', '.join(missing)}",
+                column="muscles",
+                expected=f"muscles of the arm among the measured {', '.join(self.muscles)}",
+            )
+        columns = [self.muscles.index(name) for name in names]
+        sd = self.activation_sd
+        return replace(
+            self,
+            activation=self.activation[:, columns],
+            activation_sd=None if sd is None else sd[:, columns],
+            muscles=tuple(names),
+        )
 
 
 def triple(matrices: ArrayLike) -> FloatArray:

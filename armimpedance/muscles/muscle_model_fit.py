@@ -91,6 +91,7 @@ def fit_muscle_model(
         The search does not arrive.
     """
     _check_orders(moment_arm_order, activation_order, prior_percent, proportion_sd)
+    rows = rows.of_muscles(arm.paths.muscles)
     alpha = check_activation(rows, arm, torque=torque)
     highest = alpha.max(axis=0)
     if (highest <= _NO_ACTIVATION).any():

@@ -121,7 +121,7 @@ def fit_posture_model(
     if seed < 0:
         raise InputError(f"seed {seed}", expected="0 or more")
     if order > 0:
-        require_spread(rows.joint_angles)
+        require_spread(rows.joint_angles, order)
     scaling = _scaling(rows, box)
     data = (stiffness_data(rows, scaling), viscosity_data(rows, scaling))
     seeds = np.random.SeedSequence(seed).spawn(2)

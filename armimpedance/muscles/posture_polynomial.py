@@ -86,7 +86,8 @@ def checked_rank(X: FloatArray, names: tuple[str, ...], order: int) -> Condition
     p, count = len(X), len(names)
     if p < count:
         raise InputError(
-            f"{p} postures for the {count} coefficients of order {order}",
+            f"{p} postures for the {count} coefficients of order {order}: rank {p} at most for the "
+            f"terms {', '.join(names)}",
             expected=f"{count} different postures or more, or a lower order",
         )
     state = conditioning(np.asarray(np.linalg.qr(X, mode="r")), p)

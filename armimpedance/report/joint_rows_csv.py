@@ -22,7 +22,7 @@ def read_joint_rows(paths: Sequence[str | Path]) -> JointRows:
 
     Needed are `level` (joint), `q_shoulder_rad`, `q_elbow_rad`, `K_11 … K_22`, `B_11 … B_22`.
     Taken where every row has them: `sd_K_ij` and `sd_B_ij` (weights), `alpha_1 …` with
-    `sd_alpha_1 …`, `torque_1_Nm` and `torque_2_Nm`.
+    `sd_alpha_1 …`, `torque_1_Nm` and `torque_2_Nm`; `muscles` names those of the activations.
 
     Raises
     ------
@@ -52,7 +52,17 @@ def read_joint_rows(paths: Sequence[str | Path]) -> JointRows:
             rows, "torque_1_Nm", lambda row: np.array([row.number(name) for name in torque])
         ),
         labels=tuple(_label(row) for row in rows),
+        muscles=_names(rows),
     )
+
+
+def _names(rows: Sequence[TableRow]) -> tuple[str, ...]:
+    """The muscles' names, where the rows say them, the same in all."""
+    first = rows[0].cells.get("muscles", "")
+    for row in rows:
+        if row.cells.get("muscles", "") != first:
+            raise row.error("other muscles than in the first row", "muscles", first or "no names")
+    return tuple(first.split("; ")) if first else ()
 
 
 def _label(row: TableRow) -> str:

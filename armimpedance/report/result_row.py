@@ -42,6 +42,7 @@ PLAIN_COLUMNS = frozenset(
         "n_rows",
         "dof",
         "covariance",
+        "muscles",
         "warnings",
         "provenance",
     )
@@ -126,6 +127,7 @@ def row_blocks(estimate: ImpedanceEstimate) -> dict[str, Cells]:
         "quality": quality_cells(estimate),
         "text": {
             "covariance": json.dumps(lower_triangle(estimate.covariance)),
+            "muscles": "; ".join(estimate.muscles) or None,
             "warnings": "; ".join(estimate.warnings),
             "provenance": "; ".join(estimate.provenance),
         },

@@ -100,6 +100,7 @@ def _estimate(row: TableRow) -> ImpedanceEstimate:
             torque=row.vector("torque_{}_Nm", range(1, 10)),
             activation=row.vector("alpha_{}", range(1, 100)),
             activation_sd=row.vector("sd_alpha_{}", range(1, 100)),
+            muscles=_sentences(row, "muscles"),
             **places,
             warnings=(*_sentences(row, "warnings"), *warnings),
             provenance=_sentences(row, "provenance"),

@@ -55,6 +55,7 @@ def _as_object(estimate: ImpedanceEstimate) -> dict[str, Any]:
         "torque_Nm": _list(estimate.torque),
         "activation": _list(estimate.activation),
         "sd_activation": _list(estimate.activation_sd),
+        "muscles": list(estimate.muscles),
         "shoulder_m": _list(estimate.shoulder_m),
         **_matrices(estimate),
         **quality_cells(estimate),

@@ -25,12 +25,14 @@ class MeanActivation:
         0..1.
     sd : (m,) or None
         Standard error from the scatter between trials; None for a single trial.
+    muscles : (m,) tuple of str
     notes : tuple of str
         How it was found.
     """
 
     mean: FloatArray
     sd: FloatArray | None
+    muscles: tuple[str, ...]
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -99,7 +101,7 @@ def mean_activation(
     if rest is not None:
         mean, sd = _without_noise(mean, sd, (rest[held] / mvc[held]).mean(axis=0))
         note += ", noise of the silent muscle taken off"
-    return MeanActivation(mean, sd if count > 1 else None, (note,))
+    return MeanActivation(mean, sd if count > 1 else None, recording.muscles, (note,))
 
 
 def _without_noise(

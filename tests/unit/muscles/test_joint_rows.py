@@ -37,6 +37,19 @@ def test_selecting_rows_keeps_everything_together():
     assert rows().select([]).n_rows == 0
 
 
+def test_muscles_are_found_by_their_names_not_their_places():
+    alpha = np.array([[0.1, 0.2, 0.3], [0.4, 0.5, 0.6]])
+    named = rows(activation=alpha, activation_sd=alpha / 10, muscles=("x", "y", "z"))
+    turned = named.of_muscles(("z", "x"))
+    assert turned.activation.tolist() == [[0.3, 0.1], [0.6, 0.4]]
+    assert turned.activation_sd == pytest.approx(turned.activation / 10)
+    assert turned.select([1]).muscles == ("z", "x")
+    with pytest.raises(InputError, match="no activation of w .*x, y, z"):
+        named.of_muscles(("x", "w"))
+    # rows of a script that names none: in the order of the arm
+    assert rows(activation=alpha).of_muscles(("z", "x", "y")).activation is not None
+
+
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
@@ -46,6 +59,7 @@ def test_selecting_rows_keeps_everything_together():
         ({"stiffness": np.full((2, 2, 2), np.nan)}, "stiffness holds a value that is not finite"),
         ({"torque": np.ones((2, 3))}, "torque has shape"),
         ({"labels": ("a",)}, "1 labels for 2 rows"),
+        ({"activation": np.ones((2, 3)), "muscles": ("x",)}, "3 activations"),
     ],
 )
 def test_what_cannot_be_is_refused(changes, words):

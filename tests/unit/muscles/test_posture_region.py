@@ -90,12 +90,12 @@ def test_a_box_must_be_one_and_hold_the_postures():
 
 def test_joints_that_did_not_move_are_named():
     q = np.random.default_rng(3).uniform(0, 1, (9, 2))
-    require_spread(q)
+    require_spread(q, 1)
     with pytest.raises(NotIdentifiableError, match="elbow did not move") as caught:
-        require_spread(q * [1, 0.001])
+        require_spread(q * [1, 0.001], 1)
     assert caught.value.parameters == ("elbow",)
     with pytest.raises(NotIdentifiableError, match="all postures are the same"):
-        require_spread(np.tile(q[:1], (9, 1)))
+        require_spread(np.tile(q[:1], (9, 1)), 1)
 
 
 @pytest.mark.parametrize(("degree", "terms"), [(0, 1), (2, 6), (4, 15)])

@@ -54,6 +54,15 @@ def test_weights_activations_and_torques_are_taken(tmp_path):
     assert rows.labels == ("k.csv row 2 (a)", "l.csv row 2 (a)")
 
 
+def test_muscles_are_named_alike_in_all_rows_or_not_at_all(tmp_path):
+    alpha = {"alpha_1": 0.1, "alpha_2": 0.2, "muscles": "x; y"}
+    rows = read_joint_rows([write(tmp_path / "k.csv", [a_row(**alpha), a_row(**alpha)])])
+    assert rows.muscles == ("x", "y")
+    mixed = write(tmp_path / "k.csv", [a_row(**alpha), a_row(**{**alpha, "muscles": "y; x"})])
+    with pytest.raises(InputError, match="row 3, column muscles: other muscles"):
+        read_joint_rows([mixed])
+
+
 def test_our_own_results_are_read(tmp_path, make_estimate):
     made = symmetric_part(make_estimate(level="joint"))
     write_results([made], tmp_path / "RESULTS.csv")

@@ -84,6 +84,7 @@ def estimates(draw):
         torque=draw(st.none() | arrays(np.float64, st.integers(1, 4), elements=NUMBERS)),
         activation=draw(st.none() | arrays(np.float64, st.integers(1, 12), elements=NUMBERS)),
         activation_sd=draw(st.none() | arrays(np.float64, st.integers(1, 12), elements=NUMBERS)),
+        muscles=tuple(draw(st.lists(SENTENCES, max_size=3))),
         shoulder_m=draw(vector),
         warnings=tuple(draw(st.lists(SENTENCES, max_size=2))),
         provenance=tuple(draw(st.lists(SENTENCES, max_size=2))),

@@ -55,6 +55,7 @@ def test_an_estimate_carries_it(simulated):
     found = mean_activation(recording, every_row(recording), onsets(recording))
     assert np.array_equal(made.activation, found.mean)
     assert np.array_equal(made.activation_sd, found.sd)
+    assert made.muscles == recording.muscles
     assert any("16 trials" in sentence for sentence in made.provenance)
 
 
