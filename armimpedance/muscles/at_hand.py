@@ -9,8 +9,7 @@ from numpy.typing import ArrayLike
 
 from armimpedance.arm.two_link import TwoLinkArm
 from armimpedance.errors import InputError, NotIdentifiableError
-from armimpedance.muscles.joint_rows import matrix
-from armimpedance.muscles.prediction import JointPrediction, standard_errors, t_factor
+from armimpedance.muscles.prediction import JointPrediction, Predicted
 from armimpedance.records import FloatArray
 
 #: A posture with a worse condition of the Jacobian is singular: the arm is stretched.
@@ -18,7 +17,7 @@ _SINGULAR = 1e8
 
 
 @dataclass(frozen=True)
-class HandPrediction:
+class HandPrediction(Predicted):
     """Predicted stiffness and viscosity of the hand.
 
     Attributes
@@ -40,24 +39,6 @@ class HandPrediction:
     viscosity_covariance: FloatArray
     dof: float
     joint: JointPrediction
-
-    @property
-    def stiffness_matrices(self) -> FloatArray:
-        """(P, 2, 2), N/m."""
-        return matrix(self.stiffness)
-
-    @property
-    def viscosity_matrices(self) -> FloatArray:
-        """(P, 2, 2), Ns/m."""
-        return matrix(self.viscosity)
-
-    def sd(self, which: str) -> FloatArray:
-        """Standard errors (P, 3) of "stiffness" or "viscosity"."""
-        return standard_errors(getattr(self, f"{which}_covariance"))
-
-    def half_width(self, which: str, level: float = 0.95) -> FloatArray:
-        """Half the length (P, 3) of the confidence intervals."""
-        return t_factor(self.dof, level) * self.sd(which)
 
     @property
     def reference_angle_rad(self) -> FloatArray:

@@ -12,8 +12,36 @@ from armimpedance.muscles.joint_rows import matrix
 from armimpedance.records import BoolArray, FloatArray, frozen_array
 
 
+class Predicted:
+    """What predictions at the joints and at the hand share: two matrices and their errors."""
+
+    stiffness: FloatArray
+    viscosity: FloatArray
+    stiffness_covariance: FloatArray
+    viscosity_covariance: FloatArray
+    dof: float
+
+    @property
+    def stiffness_matrices(self) -> FloatArray:
+        """(P, 2, 2), Nm/rad or N/m."""
+        return matrix(self.stiffness)
+
+    @property
+    def viscosity_matrices(self) -> FloatArray:
+        """(P, 2, 2), Nms/rad or Ns/m."""
+        return matrix(self.viscosity)
+
+    def sd(self, which: str) -> FloatArray:
+        """Standard errors (P, 3) of "stiffness" or "viscosity"."""
+        return standard_errors(getattr(self, f"{which}_covariance"))
+
+    def half_width(self, which: str, level: float = 0.95) -> FloatArray:
+        """Half the length (P, 3) of the confidence intervals."""
+        return t_factor(self.dof, level) * self.sd(which)
+
+
 @dataclass(frozen=True)
-class JointPrediction:
+class JointPrediction(Predicted):
     """Predicted joint stiffness and viscosity, with what is known of their errors.
 
     Attributes
@@ -57,24 +85,6 @@ class JointPrediction:
             put(self, "activation", frozen_array(self.activation, "activation", (p, None)))
         if len(self.reasons) != p:
             raise InputError(f"{len(self.reasons)} reasons for {p} predictions")
-
-    @property
-    def stiffness_matrices(self) -> FloatArray:
-        """(P, 2, 2), Nm/rad."""
-        return matrix(self.stiffness)
-
-    @property
-    def viscosity_matrices(self) -> FloatArray:
-        """(P, 2, 2), Nms/rad."""
-        return matrix(self.viscosity)
-
-    def sd(self, which: str) -> FloatArray:
-        """Standard errors (P, 3) of "stiffness" or "viscosity"."""
-        return standard_errors(getattr(self, f"{which}_covariance"))
-
-    def half_width(self, which: str, level: float = 0.95) -> FloatArray:
-        """Half the length (P, 3) of the confidence intervals."""
-        return t_factor(self.dof, level) * self.sd(which)
 
 
 def standard_errors(covariance: FloatArray) -> FloatArray:
