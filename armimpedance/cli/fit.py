@@ -8,7 +8,8 @@ Examples:
 
 moment-arms: K_j and B_j of one activation over posture (polynomials of order 2L, L the order of the
   moment arms). polynomial: the source's least squares; sos (default for L >= 2): positive definite
-  at every posture; box: positive definite on a workspace.
+  at every posture; separable: the same, each arm a function of its own joint's angle (few postures
+  are enough); box: positive definite on a workspace.
 activation: K_j and B_j of one posture over the six muscles' activations (columns alpha_1 ...).
   polynomial: the source's least squares; bernstein: stiffness never negative.
 muscles: both together, moment arms that keep to an arm's published ones as far as data allow.
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
 _OF_KIND = {
     "moment-arms": ("order", "model", "box"),
     "activation": ("order", "model", "arm", "torque", "increasing", "no_curvature"),
-    "muscles": ("order", "arm", "activation_order", "torque", "no_curvature"),
+    "muscles": ("order", "arm", "activation_order", "prior_percent", "torque", "no_curvature"),
 }
 
 
@@ -47,7 +48,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "of stiffness over activation (default: 1)",
     )
     parser.add_argument(
-        "--model", metavar="NAME", help="polynomial, sos, box; polynomial, bernstein"
+        "--model",
+        metavar="NAME",
+        help="moment-arms: polynomial, sos, separable, box; activation: polynomial, bernstein",
     )
     parser.add_argument(
         "--box",
@@ -84,6 +87,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
         type=int,
         metavar="N",
         help="muscles: of stiffness over activation (default: 1)",
+    )
+    parser.add_argument(
+        "--prior-percent",
+        type=float,
+        metavar="P",
+        help="muscles: how far moment arms may be from the arm's, one sd (default: 20)",
     )
     parser.add_argument("--seed", type=int, default=0, help="of shuffles (default: 0)")
 
@@ -160,6 +169,8 @@ def _muscles(rows: JointRows, arguments: argparse.Namespace) -> Model:
         arm_named(arguments.arm or "planar6"),
         moment_arm_order=2 if arguments.order is None else arguments.order,
         activation_order=1 if arguments.activation_order is None else arguments.activation_order,
+        prior_percent=20.0 if arguments.prior_percent is None else arguments.prior_percent,
         torque=bool(arguments.torque),
         curvature=not arguments.no_curvature,
+        seed=arguments.seed,
     )

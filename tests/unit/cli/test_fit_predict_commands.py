@@ -141,6 +141,8 @@ def test_at_the_hand_the_recordings_arm_is_needed(folder, tmp_path, capsys):
         (("fit", "activation", "force.csv", "--model", "sos"), "'sos'"),
         (("fit", "activation", "force.csv", "--box", "0", "1", "0", "1"), "--box with fit"),
         (("fit", "activation", "force.csv", "--arm", "lobster"), "lobster"),
+        (("fit", "activation", "force.csv", "--prior-percent", "9"), "--prior-percent with fit"),
+        (("fit", "muscles", "force.csv", "--prior-percent", "-9"), "prior_percent -9"),
         (("fit", "moment-arms", "missing.csv"), "missing.csv"),
         (("predict", "postures.csv", "--postures", "where.csv"), "a MODEL.json"),
     ],
