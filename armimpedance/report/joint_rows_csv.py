@@ -58,11 +58,18 @@ def read_joint_rows(paths: Sequence[str | Path]) -> JointRows:
 
 def _names(rows: Sequence[TableRow]) -> tuple[str, ...]:
     """The muscles' names, where the rows say them, the same in all."""
-    first = rows[0].cells.get("muscles", "")
-    for row in rows:
-        if row.cells.get("muscles", "") != first:
-            raise row.error("other muscles than in the first row", "muscles", first or "no names")
-    return tuple(first.split("; ")) if first else ()
+    said = [row.cells.get("muscles", "") for row in rows]
+    named = next((names for names in said if names), "")
+    for row, names in zip(rows, said, strict=True):
+        if names != named:
+            raise InputError(
+                f"{names or 'no names'}, while other rows have {named}",
+                file=row.file,
+                row=row.line,
+                column="muscles",
+                expected="the same in every row or none in any",
+            )
+    return tuple(named.split("; ")) if named else ()
 
 
 def _label(row: TableRow) -> str:

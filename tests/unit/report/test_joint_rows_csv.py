@@ -59,8 +59,11 @@ def test_muscles_are_named_alike_in_all_rows_or_not_at_all(tmp_path):
     rows = read_joint_rows([write(tmp_path / "k.csv", [a_row(**alpha), a_row(**alpha)])])
     assert rows.muscles == ("x", "y")
     mixed = write(tmp_path / "k.csv", [a_row(**alpha), a_row(**{**alpha, "muscles": "y; x"})])
-    with pytest.raises(InputError, match="row 3, column muscles: other muscles"):
+    with pytest.raises(InputError, match="row 3, column muscles: y; x, while other rows have x; y"):
         read_joint_rows([mixed])
+    silent = write(tmp_path / "k.csv", [a_row(**{**alpha, "muscles": ""}), a_row(**alpha)])
+    with pytest.raises(InputError, match="row 2, column muscles: no names, while"):
+        read_joint_rows([silent])
 
 
 def test_our_own_results_are_read(tmp_path, make_estimate):
