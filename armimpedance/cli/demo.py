@@ -110,6 +110,6 @@ def _write_all(
         path.write_text(text + "\n", encoding="utf-8")
     (out / "figures").mkdir(exist_ok=True)
     drawn = draw_from(studied, out / "figures", ("png",) if quick else FORMATS)
-    what = "Figs 6-14 and Tables 1 and 2 of Tsuji (1997)"
+    what = "Figs 6-14, Tables 1 and 2 of Tsuji (1997), and where models extrapolate"
     lines.append(f"{out / 'figures'}: {len(drawn.paths)} files, {what}")
     return [*lines, *drawn.left_out]
