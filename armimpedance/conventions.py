@@ -14,7 +14,8 @@ Muscle length is positive in lengthening, tension positive in pulling, ``tau = -
 
 from __future__ import annotations
 
-from typing import Final, Literal
+from collections.abc import Mapping
+from typing import Any, Final, Literal
 
 Level = Literal["hand", "joint", "muscle"]
 Kind = Literal["hand", "joint"]
@@ -80,6 +81,13 @@ def command_columns(kind: str, axes: int) -> tuple[str, ...]:
     """
     places = [name.rpartition("_") for name in position_columns(kind, axes)]
     return tuple(f"{axis}_command_{unit}" for axis, _, unit in places)
+
+
+def group_name(keys: Mapping[str, Any]) -> str:
+    """The columns of a group in words: the condition alone, or all columns by name."""
+    if set(keys) == {"condition"}:
+        return str(keys["condition"])
+    return ", ".join(f"{name} {value}" for name, value in keys.items()) or "all trials"
 
 
 def element_names(symbol: str, k: int) -> tuple[str, ...]:

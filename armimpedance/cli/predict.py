@@ -97,13 +97,9 @@ def _predict(kind: str, model: Any, arguments: argparse.Namespace) -> JointPredi
 
 
 def _at_hand(predicted: JointPrediction, arguments: argparse.Namespace) -> Any:
-    from dataclasses import replace
-
-    from armimpedance.arm.anthropometry import arm_of
+    from armimpedance.levels.posture import kinematic_arm
     from armimpedance.muscles.at_hand import at_hand
     from armimpedance.recordings.metadata import read_metadata
 
     subject = read_metadata(arguments.recording / "recording.json").subject
-    # lengths only: a mass changes nothing of stiffness and viscosity
-    arm = arm_of(subject if subject.mass_kg else replace(subject, mass_kg=70.0))
-    return at_hand(predicted, arm, arguments.force)
+    return at_hand(predicted, kinematic_arm(subject), arguments.force)

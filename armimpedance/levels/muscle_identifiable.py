@@ -25,7 +25,7 @@ from scipy.special import chdtri, fdtri
 
 from armimpedance.errors import EstimationError, InputError
 from armimpedance.records import FloatArray, frozen_array
-from armimpedance.regression.fit import t_interval
+from armimpedance.regression.fit import t_factor
 
 #: Directions of A below this part of its largest singular value (columns scaled to 1) are none:
 #: moment arms are not known to a thousandth.
@@ -227,7 +227,7 @@ class _Cone:
     @property
     def _reach(self) -> float:
         """Standard errors to a 95 % limit."""
-        return float(t_interval(np.zeros(1), np.ones(1), self.dof)[0, 1])
+        return t_factor(self.dof)
 
     @property
     def _farthest(self) -> float:

@@ -40,14 +40,21 @@ def arm_posture_for(
         an arm without inverse kinematics needs them.
     """
     mass_known = arm is not None or (subject is not None and subject.mass_kg is not None)
-    arm = arm if arm is not None else _arm(subject)
+    arm = arm if arm is not None else kinematic_arm(subject)
     posture, source = _posture(estimate, arm)
     if not mass_known:
         return replace(posture, inertia=None), f"{source}; body mass unknown"
     return posture, source
 
 
-def _arm(subject: Subject | None) -> TwoLinkArm:
+def kinematic_arm(subject: Subject | None) -> TwoLinkArm:
+    """The two-link arm of a subject whose body mass need not be known: lengths, no inertia.
+
+    Raises
+    ------
+    InputError
+        No subject, or one without lengths and height.
+    """
     if subject is None:
         raise InputError("no arm to map with", expected="an arm or a subject")
     return arm_of(subject if subject.mass_kg else replace(subject, mass_kg=_ANY_MASS_KG))

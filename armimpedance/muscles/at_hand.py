@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from armimpedance.arm.two_link import TwoLinkArm
 from armimpedance.errors import InputError, NotIdentifiableError
+from armimpedance.muscles.joint_rows import triple
 from armimpedance.muscles.prediction import JointPrediction, Predicted
 from armimpedance.records import FloatArray
 
@@ -78,7 +79,7 @@ def at_hand(
     derivative = arm.jacobian_derivative(q)
     gamma = np.einsum("pk,pkij->pij", np.broadcast_to(F, (len(q), 2)), derivative)
     T = _triple_map(np.asarray(np.linalg.inv(J), dtype=float))
-    joint_K = prediction.stiffness + np.stack([gamma[:, 0, 0], gamma[:, 0, 1], gamma[:, 1, 1]], 1)
+    joint_K = prediction.stiffness + triple(gamma)
 
     def moved(triples: FloatArray) -> FloatArray:
         return np.asarray(np.einsum("pij,pj->pi", T, triples))

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from armimpedance.conventions import group_name
 from armimpedance.errors import InputError
 from armimpedance.muscles.joint_rows import JointRows
 from armimpedance.records import FloatArray, ImpedanceEstimate
@@ -42,7 +43,7 @@ def joint_rows(estimates: Sequence[ImpedanceEstimate]) -> JointRows:
         activation=_where_all(estimates, "activation"),
         activation_sd=_where_all(estimates, "activation_sd"),
         torque=_where_all(estimates, "torque"),
-        labels=tuple(_label(e) for e in estimates),
+        labels=tuple(group_name(e.keys) for e in estimates),
         muscles=_muscles(estimates),
     )
 
@@ -55,21 +56,16 @@ def _muscles(estimates: Sequence[ImpedanceEstimate]) -> tuple[str, ...]:
 
 
 def _check(estimate: ImpedanceEstimate) -> None:
+    name = group_name(estimate.keys)
     if estimate.level != "joint":
         raise InputError(
-            f"{_label(estimate)}: an estimate at the {estimate.level} level",
+            f"{name}: an estimate at the {estimate.level} level",
             expected="level joint (map hand to joint first)",
         )
     if estimate.k != 2:
-        raise InputError(f"{_label(estimate)}: {estimate.k} joints", expected="shoulder and elbow")
+        raise InputError(f"{name}: {estimate.k} joints", expected="shoulder and elbow")
     if estimate.joint_angles is None or len(estimate.joint_angles) != 2:
-        raise InputError(f"{_label(estimate)}: no joint angles", expected="shoulder and elbow")
-
-
-def _label(estimate: ImpedanceEstimate) -> str:
-    if set(estimate.keys) == {"condition"}:
-        return str(estimate.keys["condition"])
-    return ", ".join(f"{name} {value}" for name, value in estimate.keys.items()) or "all trials"
+        raise InputError(f"{name}: no joint angles", expected="shoulder and elbow")
 
 
 def _where_known(sd: FloatArray) -> FloatArray | None:

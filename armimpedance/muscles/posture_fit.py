@@ -101,7 +101,7 @@ def fit_posture_model(
         The workspace, rad: of shoulder and elbow the lowest and the highest angle. By default the
         measured range.
     seed : int
-        Of the shuffles and resamples.
+        Of the shuffles.
     progress : function, optional
         Called with what is done and what there is to do.
 

@@ -5,11 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import ndtri, stdtrit
 
 from armimpedance.errors import InputError
 from armimpedance.muscles.joint_rows import matrix
 from armimpedance.records import BoolArray, FloatArray, frozen_array
+from armimpedance.regression.fit import t_factor
+
+#: Elements row by row (4,) from ``ss, se, ee`` (3,).
+_UNFOLD = np.array([[1, 0, 0], [0, 1, 0], [0, 1, 0], [0, 0, 1]], dtype=float)
 
 
 class Predicted:
@@ -34,6 +37,10 @@ class Predicted:
     def sd(self, which: str) -> FloatArray:
         """Standard errors (P, 3) of "stiffness" or "viscosity"."""
         return standard_errors(getattr(self, f"{which}_covariance"))
+
+    def element_covariance(self, which: str) -> FloatArray:
+        """Covariance (P, 4, 4) of the matrices' elements row by row."""
+        return np.asarray(_UNFOLD @ getattr(self, f"{which}_covariance") @ _UNFOLD.T)
 
     def half_width(self, which: str, level: float = 0.95) -> FloatArray:
         """Half the length (P, 3) of the confidence intervals."""
@@ -90,9 +97,3 @@ class JointPrediction(Predicted):
 def standard_errors(covariance: FloatArray) -> FloatArray:
     """Roots of the diagonals (..., 3) of covariances (..., 3, 3)."""
     return np.asarray(np.sqrt(np.maximum(np.einsum("...ii->...i", covariance), 0.0)))
-
-
-def t_factor(dof: float, level: float = 0.95) -> float:
-    """Half-width of a two-sided interval in standard errors; dof inf = normal."""
-    upper = 0.5 + level / 2
-    return float(ndtri(upper) if np.isinf(dof) else stdtrit(dof, upper))

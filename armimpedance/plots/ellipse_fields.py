@@ -13,13 +13,10 @@ from armimpedance.ellipses.ellipse import Ellipse
 from armimpedance.errors import InputError
 from armimpedance.muscles.at_hand import HandPrediction
 from armimpedance.muscles.joint_rows import matrix
-from armimpedance.muscles.prediction import t_factor
 from armimpedance.records import FloatArray, ImpedanceEstimate, frozen_array
+from armimpedance.regression.fit import t_factor
 
 Predicted = Literal["stiffness", "viscosity"]
-
-#: ``xx, xy, yy`` row by row: (4, 3).
-_UNFOLD = np.array([[1, 0, 0], [0, 1, 0], [0, 1, 0], [0, 0, 1]], dtype=float)
 
 
 @dataclass(frozen=True)
@@ -46,11 +43,9 @@ class EllipseField:
 
 def predicted_field(hand: HandPrediction, which: Predicted) -> EllipseField:
     """Ellipses of predicted stiffness or viscosity."""
-    triples, covariance = getattr(hand, which), getattr(hand, f"{which}_covariance")
-    # row by row (P, 4, 4) of the symmetric elements' covariance (P, 3, 3)
-    full = _UNFOLD @ covariance @ _UNFOLD.T
+    matrices, covariance = matrix(getattr(hand, which)), hand.element_covariance(which)
     found: list[Ellipse | None] = []
-    for A, C, line in zip(matrix(triples), full, hand.reference_angle_rad, strict=True):
+    for A, C, line in zip(matrices, covariance, hand.reference_angle_rad, strict=True):
         try:
             found.append(ellipse(A, reference_angle_rad=float(line), covariance=C, dof=hand.dof))
         except NotPositiveDefiniteError:

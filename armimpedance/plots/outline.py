@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import stdtrit
 
 from armimpedance.conventions import MATRICES
 from armimpedance.ellipses import Which, locus
 from armimpedance.records import FloatArray, ImpedanceEstimate
+from armimpedance.regression.fit import t_factor
 
 
 def outline_radius(
@@ -56,6 +56,6 @@ def confidence_band(
     angle = np.arctan2(y, x)
     covariance = estimate.covariance[4 * i : 4 * i + 4, 4 * i : 4 * i + 4]
     radius, sd = outline_radius(getattr(estimate, which), covariance, angle)
-    half = stdtrit(estimate.dof, 0.975) * sd
+    half = t_factor(estimate.dof) * sd
     e = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     return np.maximum(radius - half, 0.0)[:, None] * e, (radius + half)[:, None] * e

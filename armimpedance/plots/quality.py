@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.special import stdtrit
 
 from armimpedance.conventions import UNITS
 from armimpedance.errors import InputError
 from armimpedance.plots.style import OKABE_ITO, ONE_COLUMN_IN, label_axes, new_axes, print_style
 from armimpedance.records import ImpedanceEstimate
+from armimpedance.regression.fit import t_factor
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -66,5 +66,5 @@ def _value(estimate: ImpedanceEstimate, parameter: str) -> tuple[float, float]:
     if parameter not in names:
         raise InputError(f"no element {parameter!r}", expected=f"one of {names[0]} to {names[-1]}")
     i = names.index(parameter)
-    half = stdtrit(estimate.dof, 0.975) * estimate.sd.ravel()[i]
+    half = t_factor(estimate.dof) * estimate.sd.ravel()[i]
     return float(estimate.parameters[i]), float(half)

@@ -21,6 +21,7 @@ from armimpedance.plots.style import (
     print_style,
 )
 from armimpedance.records import FloatArray
+from armimpedance.regression.fit import t_factor
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -84,7 +85,7 @@ def plot_window_ends(verdict: ReflexVerdict, ax: Axes | None = None) -> Axes:
     ends = verdict.ends
     if ends is None:
         raise InputError("a verdict without window ends", expected="reflex_guard(..., ends=True)")
-    factor = _t_factor(verdict.dof)
+    factor = t_factor(verdict.dof)
     found = [_principal(K, C) for K, C in zip(ends.stiffness, ends.covariance, strict=True)]
     values = np.array([v for v, _ in found])
     half = factor * np.array([sd for _, sd in found])
@@ -159,9 +160,3 @@ def _principal(K: FloatArray, covariance: FloatArray) -> tuple[FloatArray, Float
     slopes = np.einsum("in,jn->nij", vectors, vectors).reshape(len(K), -1)
     variance = np.einsum("na,ab,nb->n", slopes, covariance, slopes)
     return values[::-1], np.sqrt(variance)[::-1]
-
-
-def _t_factor(dof: float) -> float:
-    from scipy.special import stdtrit
-
-    return float(stdtrit(dof, 0.975))

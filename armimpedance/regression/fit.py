@@ -272,8 +272,8 @@ def with_covariance(fit: Fit, covariance: ArrayLike, kind: str, dof: float) -> F
     )
 
 
-def t_interval(values: FloatArray, sd: FloatArray, dof: float, level: float = 0.95) -> FloatArray:
-    """Limits ``values -+ t sd`` (m, 2) of a two-sided interval; dof inf = normal.
+def t_factor(dof: float, level: float = 0.95) -> float:
+    """Half-width of a two-sided interval in standard errors; dof inf = normal.
 
     Raises
     ------
@@ -283,7 +283,18 @@ def t_interval(values: FloatArray, sd: FloatArray, dof: float, level: float = 0.
     if not 0 < level < 1:
         raise InputError(f"an interval of level {level}", expected="between 0 and 1")
     upper = 0.5 + level / 2
-    half = (ndtri(upper) if np.isinf(dof) else stdtrit(dof, upper)) * sd
+    return float(ndtri(upper) if np.isinf(dof) else stdtrit(dof, upper))
+
+
+def t_interval(values: FloatArray, sd: FloatArray, dof: float, level: float = 0.95) -> FloatArray:
+    """Limits ``values -+ t sd`` (m, 2) of a two-sided interval; dof inf = normal.
+
+    Raises
+    ------
+    InputError
+        The level does not lie between 0 and 1.
+    """
+    half = t_factor(dof, level) * sd
     return np.stack([values - half, values + half], axis=-1)
 
 

@@ -12,6 +12,7 @@ from armimpedance.conventions import FORCE_UNIT, MATRICES, POSITION_UNIT, UNITS
 from armimpedance.ellipses import Which
 from armimpedance.errors import InputError
 from armimpedance.records import FloatArray, ImpedanceEstimate
+from armimpedance.regression.fit import t_factor
 from armimpedance.report.numbers import aligned_table, fixed, with_half_width, with_interval
 from armimpedance.report.quantities import (
     FIELDS,
@@ -21,7 +22,6 @@ from armimpedance.report.quantities import (
     half_widths,
     is_recording_of_joints,
     principal_values,
-    t_factor,
 )
 
 _WIDTH = 100
@@ -85,7 +85,7 @@ def _matrix_block(estimate: ImpedanceEstimate, field: Which, half: FloatArray) -
     if estimate.k == 2:
         lines.append(_ellipse_line(estimate, field, unit))
         value, sd = antisymmetric(estimate, symbol)
-        cell = with_half_width(value, t_factor(estimate) * sd)
+        cell = with_half_width(value, t_factor(estimate.dof) * sd)
         lines.append(f"  antisymmetric part, ({symbol}_12 - {symbol}_21)/2: {cell}")
     handle = estimate.inertia_with_handle
     if field == "inertia" and handle is not None and (handle != estimate.inertia).any():

@@ -18,7 +18,7 @@ from armimpedance.errors import InputError
 from armimpedance.levels.muscle_identifiable import Combination, FeasibleRange, MuscleShare
 from armimpedance.levels.muscle_map import MuscleEstimate
 from armimpedance.outputs import staged_file
-from armimpedance.report.result_row import group_cells
+from armimpedance.report.result_row import group_cells, require_results
 
 Cells = dict[str, Any]
 
@@ -31,8 +31,7 @@ def write_muscle_results(estimates: Sequence[MuscleEstimate], path: str | Path) 
     InputError
         Without estimates, or when a group's column is named like a column of the results.
     """
-    if not estimates:
-        raise InputError("no results to write", file=path, expected="at least one estimate")
+    require_results(estimates, path)
     groups = [group_cells(e.keys) for e in estimates]
     rows = [_cells(e) for e in estimates]
     columns = list(dict.fromkeys(name for row in rows for name in row))

@@ -6,16 +6,18 @@ import textwrap
 from collections.abc import Sequence
 from math import floor, isnan, log10
 
+from armimpedance.conventions import group_name
 from armimpedance.levels.muscle_identifiable import Combination, FeasibleRange
 from armimpedance.levels.muscle_map import MuscleEstimate
 from armimpedance.report.numbers import (
     TABLE_WIDTH,
     fixed,
+    note_numbers,
+    numbered_notes,
     short,
     table_by_condition,
     with_half_width,
 )
-from armimpedance.report.quantities import group_name
 
 #: Columns of one table beside the condition.
 _MOST_COLUMNS = 6
@@ -52,15 +54,11 @@ def muscle_text(estimates: Sequence[MuscleEstimate]) -> str:
         *_tensions(estimates),
         textwrap.fill(_LEGEND, TABLE_WIDTH),
     ]
-    notes = [
-        textwrap.fill(f"[{i}] {text}", TABLE_WIDTH, subsequent_indent="    ")
-        for i, text in enumerate(warnings, start=1)
-    ]
-    return "\n\n".join([*blocks, *notes])
+    return "\n\n".join([*blocks, *numbered_notes(warnings)])
 
 
 def _sums(estimates: Sequence[MuscleEstimate], warnings: list[str]) -> list[str]:
-    notes = [_notes(e, warnings) for e in estimates]
+    notes = [note_numbers(e.warnings, warnings) for e in estimates]
     first = estimates[0]
     title = textwrap.fill(f"Muscle level, arm {first.arm}: {first.arm_source}", TABLE_WIDTH)
     blocks = [title, textwrap.fill(_SUMS, TABLE_WIDTH)]
@@ -151,8 +149,3 @@ def _range(reach: FeasibleRange | None) -> str:
     size = max(abs(reach.outer_low), abs(reach.outer_high))
     decimals = 2 - floor(log10(size)) if size > 0 else 0
     return f"{fixed(reach.outer_low, decimals)} to {fixed(reach.outer_high, decimals)}"
-
-
-def _notes(estimate: MuscleEstimate, warnings: list[str]) -> str:
-    numbers = sorted({warnings.index(w) + 1 for w in estimate.warnings})
-    return "[" + ",".join(map(str, numbers)) + "]" if numbers else ""

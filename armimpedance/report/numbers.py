@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from math import floor, isfinite, log10
 
@@ -66,6 +67,20 @@ def aligned_table(header: Sequence[str], rows: Sequence[Sequence[str]], gap: str
         cells = [text.rjust(width) for text, width in zip(others, widths[1:], strict=True)]
         lines.append(gap.join([first.ljust(widths[0]), *cells]).rstrip())
     return "\n".join(lines)
+
+
+def note_numbers(own: Sequence[str], every: Sequence[str]) -> str:
+    """``[1,3]``: which of all notes are a row's own; nothing where it has none."""
+    numbers = sorted({every.index(note) + 1 for note in own})
+    return "[" + ",".join(map(str, numbers)) + "]" if numbers else ""
+
+
+def numbered_notes(every: Sequence[str]) -> list[str]:
+    """All notes with their numbers, broken into lines."""
+    return [
+        textwrap.fill(f"[{i}] {text}", TABLE_WIDTH, subsequent_indent="    ")
+        for i, text in enumerate(every, start=1)
+    ]
 
 
 def table_by_condition(

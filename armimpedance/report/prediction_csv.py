@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
@@ -13,15 +13,15 @@ from armimpedance.conventions import element_names
 from armimpedance.ellipses import NotPositiveDefiniteError, ellipse
 from armimpedance.errors import InputError
 from armimpedance.muscles.at_hand import HandPrediction
-from armimpedance.muscles.prediction import JointPrediction
+from armimpedance.muscles.prediction import JointPrediction, Predicted
 from armimpedance.outputs import staged_file
 from armimpedance.records import FloatArray
+from armimpedance.regression.fit import t_factor
+from armimpedance.report.quantities import limits_of
+from armimpedance.report.result_row import Cells, ellipse_cells
 from armimpedance.report.table_row import TableRow, table_rows
 
-Cells = dict[str, Any]
-
-#: (row-major elements) = (4, 3) (ss, se, ee)
-_UNFOLD = np.array([[1, 0, 0], [0, 1, 0], [0, 1, 0], [0, 0, 1]], dtype=float)
+_MATRICES: Final = (("K", "stiffness"), ("B", "viscosity"))
 
 
 def read_postures(path: str | Path) -> FloatArray:
@@ -67,14 +67,18 @@ def write_predictions(predicted: JointPrediction | HandPrediction, path: str | P
     empty.
     """
     joint = predicted.joint if isinstance(predicted, HandPrediction) else predicted
-    rows = [
-        {**_place(predicted, joint, p), **_matrices(predicted, p), **_trust(joint, p)}
-        for p in range(len(joint.joint_angles))
-    ]
+    count = len(joint.joint_angles)
+    matrices = [_matrix_rows(predicted, symbol, field) for symbol, field in _MATRICES]
+    ellipses = [_ellipse_rows(predicted, symbol, field) for symbol, field in _MATRICES]
+    rows = [_place(predicted, joint, p) for p in range(count)]
+    for p, row in enumerate(rows):
+        for table in (*matrices, *ellipses):
+            row |= table[p]
+        row |= {"extrapolated": int(joint.extrapolated[p]), "reason": joint.reasons[p]}
     with staged_file(path) as staged, open(staged, "w", newline="", encoding="utf-8") as stream:
-        table = csv.DictWriter(stream, list(rows[0]), lineterminator="\n")
-        table.writeheader()
-        table.writerows(rows)
+        writer = csv.DictWriter(stream, list(rows[0]), lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
 
 
 def _place(predicted: JointPrediction | HandPrediction, joint: JointPrediction, p: int) -> Cells:
@@ -89,44 +93,32 @@ def _place(predicted: JointPrediction | HandPrediction, joint: JointPrediction, 
     return cells
 
 
-def _matrices(predicted: JointPrediction | HandPrediction, p: int) -> Cells:
-    cells: Cells = {}
-    ellipses: Cells = {}
-    reference = 0.0
+def _matrix_rows(predicted: Predicted, symbol: str, field: str) -> list[Cells]:
+    """Elements of one matrix with their errors and limits, one mapping per row."""
+    values = getattr(predicted, f"{field}_matrices").reshape(-1, 4)
+    variance = np.einsum("pii->pi", predicted.element_covariance(field))
+    sd = np.sqrt(np.maximum(variance, 0.0))
+    half = t_factor(predicted.dof) * sd
+    tables = {"": values, "sd_": sd, "ci_low_": values - half, "ci_high_": values + half}
+    names = [prefix + name for prefix in tables for name in element_names(symbol, 2)]
+    return [_named(names, row) for row in np.hstack(list(tables.values()))]
+
+
+def _ellipse_rows(predicted: Predicted, symbol: str, field: str) -> list[Cells]:
+    """Ellipses of one matrix with their limits, one mapping per row; empty where there is none."""
+    matrices = getattr(predicted, f"{field}_matrices")
+    reference = np.zeros(len(matrices))
     if isinstance(predicted, HandPrediction):
-        reference = float(predicted.reference_angle_rad[p])
-    for symbol, field in (("K", "stiffness"), ("B", "viscosity")):
-        values = _UNFOLD @ getattr(predicted, field)[p]
-        covariance = _UNFOLD @ getattr(predicted, f"{field}_covariance")[p] @ _UNFOLD.T
-        half = _UNFOLD @ predicted.half_width(field)[p]
-        names = element_names(symbol, 2)
-        cells |= _named(names, values)
-        cells |= _named([f"sd_{n}" for n in names], np.sqrt(np.maximum(np.diag(covariance), 0)))
-        cells |= _named([f"ci_low_{n}" for n in names], values - half)
-        cells |= _named([f"ci_high_{n}" for n in names], values + half)
-        ellipses |= _ellipse(symbol, values, covariance, reference, predicted.dof)
-    return {**cells, **ellipses}
-
-
-def _ellipse(
-    symbol: str, values: FloatArray, covariance: FloatArray, reference: float, dof: float
-) -> Cells:
-    names = [f"{symbol}_{name}" for name in ("size", "orientation_deg", "shape")]
-    columns = [column for n in names for column in (n, f"ci_low_{n}", f"ci_high_{n}")]
-    try:
-        found = ellipse(
-            values.reshape(2, 2), reference_angle_rad=reference, covariance=covariance, dof=dof
-        )
-    except NotPositiveDefiniteError:
-        return dict.fromkeys(columns)
-    middle = np.array([found.size, found.orientation_rad, found.shape])
-    table = np.column_stack([middle, found.interval()])
-    table[1] = np.degrees(table[1])
-    return _named(columns, table.ravel())
-
-
-def _trust(joint: JointPrediction, p: int) -> Cells:
-    return {"extrapolated": int(joint.extrapolated[p]), "reason": joint.reasons[p]}
+        reference = predicted.reference_angle_rad
+    covariance = predicted.element_covariance(field)
+    rows = []
+    for A, C, line in zip(matrices, covariance, reference, strict=True):
+        try:
+            found = ellipse(A, reference_angle_rad=line, covariance=C, dof=predicted.dof)
+            rows.append(ellipse_cells(symbol, limits_of(found)))
+        except NotPositiveDefiniteError:
+            rows.append(ellipse_cells(symbol, {}))
+    return rows
 
 
 def _named(names: Sequence[str], values: FloatArray) -> Cells:

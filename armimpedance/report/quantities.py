@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
-from scipy.special import stdtrit
 
-from armimpedance.ellipses import Which, ellipse_of
+from armimpedance.conventions import group_name
+from armimpedance.ellipses import Ellipse, Which, ellipse_of
 from armimpedance.levels.symmetry import antisymmetric_part
 from armimpedance.records import FloatArray, ImpedanceEstimate
+from armimpedance.regression.fit import t_factor
 
 #: The three matrices in the order of the covariance.
 FIELDS: Final[tuple[Which, ...]] = ("inertia", "viscosity", "stiffness")
@@ -19,13 +19,6 @@ FIELDS: Final[tuple[Which, ...]] = ("inertia", "viscosity", "stiffness")
 def condition_of(estimate: ImpedanceEstimate) -> str:
     """The group in words: the condition alone, or all columns by name."""
     return group_name(estimate.keys)
-
-
-def group_name(keys: Mapping[str, Any]) -> str:
-    """The columns of a group in words."""
-    if set(keys) == {"condition"}:
-        return str(keys["condition"])
-    return ", ".join(f"{name} {value}" for name, value in keys.items()) or "all trials"
 
 
 def is_recording_of_joints(estimate: ImpedanceEstimate) -> bool:
@@ -39,14 +32,9 @@ def is_recording_of_joints(estimate: ImpedanceEstimate) -> bool:
     return estimate.level == "joint" and not mapped
 
 
-def t_factor(estimate: ImpedanceEstimate, level: float = 0.95) -> float:
-    """Half-width of an interval in standard errors."""
-    return float(stdtrit(estimate.dof, 0.5 + level / 2))
-
-
 def half_widths(estimate: ImpedanceEstimate) -> FloatArray:
     """Half-widths of the 95 % intervals of M, B, K, (3, k, k)."""
-    return t_factor(estimate) * estimate.sd
+    return t_factor(estimate.dof) * estimate.sd
 
 
 def antisymmetric(estimate: ImpedanceEstimate, symbol: str) -> tuple[float, float]:
@@ -66,7 +54,7 @@ def principal_values(estimate: ImpedanceEstimate, field: Which) -> tuple[FloatAr
     weights = np.einsum("in,jn->nij", vectors, vectors).reshape(k, k * k)
     block = slice(i * k * k, (i + 1) * k * k)
     covariance = weights @ estimate.covariance[block, block] @ weights.T
-    half = t_factor(estimate) * np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    half = t_factor(estimate.dof) * np.sqrt(np.maximum(np.diag(covariance), 0.0))
     return values[::-1], half[::-1]
 
 
@@ -75,8 +63,11 @@ def ellipse_values(
 ) -> dict[str, tuple[float, float, float]]:
     """Size, orientation_deg and shape as (value, low, high) at 95 %; empty: no ellipse."""
     ellipse = ellipse_of(estimate, field, with_handle=with_handle)
-    if ellipse is None:
-        return {}
+    return {} if ellipse is None else limits_of(ellipse)
+
+
+def limits_of(ellipse: Ellipse) -> dict[str, tuple[float, float, float]]:
+    """Size, orientation_deg and shape of an ellipse with a covariance: value, low, high at 95 %."""
     values = np.array([ellipse.size, ellipse.orientation_rad, ellipse.shape])
     table = np.column_stack([values, ellipse.interval()])
     table[1] = np.degrees(table[1])

@@ -9,9 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.special import stdtrit
 
-from armimpedance.conventions import UNITS, element_names
+from armimpedance.conventions import UNITS, element_names, group_name
 from armimpedance.impedance.reflex_ends import WindowEnds
 from armimpedance.impedance.reflex_verdict import (
     LEVEL,
@@ -22,6 +21,7 @@ from armimpedance.impedance.reflex_verdict import (
 )
 from armimpedance.outputs import staged_file
 from armimpedance.records import FloatArray
+from armimpedance.regression.fit import t_factor
 from armimpedance.report.numbers import aligned_table, with_half_width
 
 _WIDTH = 100
@@ -86,13 +86,8 @@ def write_verdicts(verdicts: Sequence[ReflexVerdict], path: str | Path) -> None:
         table.writerows(rows)
 
 
-def group_name(verdict: ReflexVerdict) -> str:
-    """The group in words."""
-    return ", ".join(f"{name} {value}" for name, value in verdict.keys.items()) or "all trials"
-
-
 def _title(verdict: ReflexVerdict) -> str:
-    return f"{group_name(verdict)}, {verdict.n_trials} trials"
+    return f"{group_name(verdict.keys)}, {verdict.n_trials} trials"
 
 
 def _filled(lines: Sequence[str]) -> str:
@@ -145,7 +140,7 @@ def _misstated(overstated: Share) -> str:
 
 def _ends(verdict: ReflexVerdict, ends: WindowEnds) -> str:
     change, error = ends.along(verdict.without)
-    half = float(stdtrit(ends.dof, 0.975)) * error[-1]
+    half = t_factor(ends.dof) * error[-1]
     first, last = 1e3 * ends.end_s[ends.early], 1e3 * ends.end_s[-1]
     limits = f"{100 * (change[-1] - half):+.0f} to {100 * (change[-1] + half):+.0f}"
     return (
@@ -155,7 +150,7 @@ def _ends(verdict: ReflexVerdict, ends: WindowEnds) -> str:
 
 
 def _matrices(verdict: ReflexVerdict) -> str:
-    d, factor = len(verdict.intrinsic), float(stdtrit(verdict.dof, 0.975))
+    d, factor = len(verdict.intrinsic), t_factor(verdict.dof)
     unit = UNITS[verdict.kind]["K"]
     header = [f"  {unit}", *(name[1:].lstrip("_") for name in element_names("K", d))]
     parts = zip(

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sized
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -58,6 +59,18 @@ _RESULT_COLUMN = re.compile(
 def is_result_column(name: str) -> bool:
     """Whether a column of RESULTS.csv belongs to the result (the others are the group's)."""
     return name in PLAIN_COLUMNS or _RESULT_COLUMN.fullmatch(name) is not None
+
+
+def require_results(estimates: Sized, path: str | Path) -> None:
+    """Refuse to write a file without rows.
+
+    Raises
+    ------
+    InputError
+        There are none.
+    """
+    if not len(estimates):
+        raise InputError("no results to write", file=path, expected="at least one estimate")
 
 
 def check_group_columns(names: Iterable[str]) -> None:
@@ -180,12 +193,20 @@ def _elements(symbols: Iterable[str], matrices: FloatArray | None) -> Cells:
 def _ellipse_cells(estimate: ImpedanceEstimate) -> Cells:
     cells: Cells = {}
     for field, symbol in zip(FIELDS, "MBK", strict=True):
-        found = ellipse_values(estimate, field)
-        # The columns stand in every file, so that a script finds them where no ellipse exists.
-        for name in ("size", "orientation_deg", "shape"):
-            column = f"{symbol}_{name}"
-            columns = (column, f"ci_low_{column}", f"ci_high_{column}")
-            cells |= dict(zip(columns, found.get(name, (None, None, None)), strict=True))
+        cells |= ellipse_cells(symbol, ellipse_values(estimate, field))
+    return cells
+
+
+def ellipse_cells(symbol: str, found: Mapping[str, tuple[float, float, float]]) -> Cells:
+    """``K_size, ci_low_K_size, …``; empty cells where there is no ellipse.
+
+    The columns stand in every file, so that a script finds them where no ellipse exists.
+    """
+    cells: Cells = {}
+    for name in ("size", "orientation_deg", "shape"):
+        column = f"{symbol}_{name}"
+        columns = (column, f"ci_low_{column}", f"ci_high_{column}")
+        cells |= dict(zip(columns, found.get(name, (None, None, None)), strict=True))
     return cells
 
 

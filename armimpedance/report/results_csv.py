@@ -15,7 +15,7 @@ from armimpedance.conventions import AXES, Level, parameter_names
 from armimpedance.errors import InputError, RecordError
 from armimpedance.outputs import staged_file
 from armimpedance.records import FloatArray, ImpedanceEstimate, Quality
-from armimpedance.report.result_row import is_result_column, row_blocks
+from armimpedance.report.result_row import is_result_column, require_results, row_blocks
 from armimpedance.report.results_json import write_results_json
 from armimpedance.report.table_row import TableRow, table_rows
 
@@ -39,8 +39,7 @@ def write_results(estimates: Sequence[ImpedanceEstimate], path: str | Path) -> N
     InputError
         Without estimates, or when a group's column is named like a column of the results.
     """
-    if not estimates:
-        raise InputError("no results to write", file=path, expected="at least one estimate")
+    require_results(estimates, path)
     rows = [row_blocks(e) for e in estimates]
     # Most axes first: its columns hold those of all others in the right order.
     ordered = sorted(rows, key=lambda blocks: -len(blocks["matrices"]))

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from armimpedance.errors import InputError
 from armimpedance.outputs import staged_file
 from armimpedance.records import FloatArray, ImpedanceEstimate
 from armimpedance.report.fit_json import finite
@@ -18,7 +17,12 @@ from armimpedance.report.quantities import (
     half_widths,
     is_recording_of_joints,
 )
-from armimpedance.report.result_row import group_cells, lower_triangle, quality_cells
+from armimpedance.report.result_row import (
+    group_cells,
+    lower_triangle,
+    quality_cells,
+    require_results,
+)
 
 
 def write_results_json(estimates: Sequence[ImpedanceEstimate], path: str | Path) -> None:
@@ -29,8 +33,7 @@ def write_results_json(estimates: Sequence[ImpedanceEstimate], path: str | Path)
     InputError
         Without estimates, or when a group's column is named like a column of the results.
     """
-    if not estimates:
-        raise InputError("no results to write", file=path, expected="at least one estimate")
+    require_results(estimates, path)
     text = results_json(estimates)
     with staged_file(path) as staged:
         Path(staged).write_text(text, encoding="utf-8")

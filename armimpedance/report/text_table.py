@@ -10,7 +10,14 @@ import numpy as np
 from armimpedance.conventions import FORCE_UNIT, POSITION_UNIT, UNITS
 from armimpedance.ellipses import Which
 from armimpedance.records import FloatArray, ImpedanceEstimate
-from armimpedance.report.numbers import TABLE_WIDTH, fixed, table_by_condition, with_half_width
+from armimpedance.report.numbers import (
+    TABLE_WIDTH,
+    fixed,
+    note_numbers,
+    numbered_notes,
+    table_by_condition,
+    with_half_width,
+)
 from armimpedance.report.quantities import (
     FIELDS,
     condition_of,
@@ -48,16 +55,13 @@ def summary_table(estimates: Sequence[ImpedanceEstimate]) -> str:
     legend = [_LEGEND]
     legend += [_ELLIPSE_LEGEND] if any(k == 2 for _, k in parts) else []
     legend += [_PRINCIPAL_LEGEND] if any(k > 2 for _, k in parts) else []
-    notes = [
-        textwrap.fill(f"[{i}] {text}", TABLE_WIDTH, subsequent_indent="    ")
-        for i, text in enumerate(warnings, start=1)
-    ]
-    return "\n\n".join([*blocks, textwrap.fill(" ".join(legend), TABLE_WIDTH), *notes])
+    text = textwrap.fill(" ".join(legend), TABLE_WIDTH)
+    return "\n\n".join([*blocks, text, *numbered_notes(warnings)])
 
 
 def _part(level: str, k: int, estimates: Sequence[ImpedanceEstimate], warnings: list[str]) -> str:
     header = ["trials", "R", "VAF", "eff. M/B/K", *_place_header(estimates), "notes"]
-    rows = [[*_quality(e), _notes(e, warnings)] for e in estimates]
+    rows = [[*_quality(e), note_numbers(e.warnings, warnings)] for e in estimates]
     blocks = [(f"{level.capitalize()} impedance", header, rows)]
     for field, symbol in zip(FIELDS, "MBK", strict=True):
         title = f"{field.capitalize()} {symbol} ({UNITS[level][symbol]})"
@@ -101,11 +105,6 @@ def _or_dash(value: float, decimals: int) -> str:
 
 def _vector(values: FloatArray | None, decimals: int) -> str:
     return "-" if values is None else ", ".join(fixed(v, decimals) for v in values)
-
-
-def _notes(estimate: ImpedanceEstimate, warnings: list[str]) -> str:
-    numbers = sorted({warnings.index(w) + 1 for w in estimate.warnings})
-    return "[" + ",".join(map(str, numbers)) + "]" if numbers else ""
 
 
 def _headings(k: int) -> list[str]:
