@@ -103,10 +103,14 @@ def _comparable_columns(equations: ActivationEquations) -> FloatArray:
     """Regressors (P r, p); a torque counts as the stiffness that its tension stands for."""
     X = equations.columns(equations.activation)
     if equations.moment_arms is not None:
-        arms = np.abs(equations.moment_arms)
-        weight = equations.stiffness_per_tension * float(np.sqrt((arms[arms > 0] ** 2).mean()))
-        X = np.where(equations.group[:, None] == 1, weight * X, X)
+        X = np.where(equations.group[:, None] == 1, _torque_weight(equations) * X, X)
     return X.reshape(-1, X.shape[-1])
+
+
+def _torque_weight(equations: ActivationEquations) -> float:
+    """Stiffness (Nm/rad) that stands for 1 Nm: kappa times a typical moment arm."""
+    arms = np.abs(np.asarray(equations.moment_arms))
+    return equations.stiffness_per_tension * float(np.sqrt((arms[arms > 0] ** 2).mean()))
 
 
 def _involved(
@@ -152,9 +156,7 @@ def _noise_gram(equations: ActivationEquations, p: int) -> FloatArray:
     slopes = power_slopes(equations.activation, N) * equations.activation_sd[..., None]
     reach = equations.reach.copy()
     if equations.moment_arms is not None:
-        arms = np.abs(equations.moment_arms)
-        weight = equations.stiffness_per_tension * float(np.sqrt((arms[arms > 0] ** 2).mean()))
-        reach[:, 3:] *= weight
+        reach[:, 3:] *= _torque_weight(equations)
     # errors of different muscles are independent: blocks of N columns
     blocks = np.einsum("pmk,pml->mkl", slopes, slopes) * (reach**2).sum(axis=1)[:, None, None]
     gram = np.zeros((p, p))

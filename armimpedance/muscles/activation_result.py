@@ -10,7 +10,7 @@ from armimpedance.muscles.activation_design import column_names
 from armimpedance.muscles.activation_equations import ActivationEquations, SolvedEquations
 from armimpedance.muscles.activation_model import ActivationModel, leverages
 from armimpedance.muscles.activation_rank import ActivationRank
-from armimpedance.muscles.quality import ElementQuality
+from armimpedance.muscles.quality import ElementQuality, explained
 from armimpedance.records import FloatArray
 from armimpedance.regression.summary import FitSummary, NamedParameter
 
@@ -95,16 +95,15 @@ def _summary(
     ]
     measured = of_K.outputs[:, :3]
     X = of_K.columns(of_K.activation)[:, :3]
-    error = measured - X @ solved[0].theta[: X.shape[-1]]
-    varying = ((measured - measured.mean(axis=0)) ** 2).sum()
+    r2, vaf = explained(measured, X @ solved[0].theta[: X.shape[-1]])
     return FitSummary(
         method=f"activation, {kind}, order {N}",
         n=sum(e.outputs.size for e in equations),
         cond_raw=rank.cond_raw,
         cond_scaled=rank.cond_scaled,
         rank=rank.rank,
-        r2=float(1 - (error**2).sum() / varying),
-        vaf=float(1 - ((error - error.mean(axis=0)) ** 2).sum() / varying),
+        r2=r2,
+        vaf=vaf,
         parameters=tuple(parameters),
         warnings=warnings,
     )

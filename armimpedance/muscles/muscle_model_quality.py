@@ -14,7 +14,7 @@ from armimpedance.muscles.muscle_model_solver import (
     Prior,
     minimised,
 )
-from armimpedance.muscles.quality import ElementQuality, correlation, element_quality
+from armimpedance.muscles.quality import ElementQuality, correlation, element_quality, explained
 from armimpedance.records import FloatArray
 from armimpedance.regression.summary import FitSummary, NamedParameter
 
@@ -130,16 +130,15 @@ def muscle_summary(
     scaled = found.jacobian * prior.sd
     s = np.linalg.svd(scaled / np.maximum(np.linalg.norm(scaled, axis=0), 1e-300))[1]
     raw = np.linalg.svd(found.jacobian)[1]
-    error = measured.stiffness - form.stiffness(found.x)[0]
-    varying = ((measured.stiffness - measured.stiffness.mean(axis=0)) ** 2).sum()
+    r2, vaf = explained(measured.stiffness, form.stiffness(found.x)[0])
     return FitSummary(
         method=f"muscles over posture and activation, order {form.equations.order}",
         n=len(found.error),
         cond_raw=float(raw[0] / max(raw[-1], 1e-300)),
         cond_scaled=float(s[0] / max(s[-1], 1e-300)),
         rank=int((s > 1e-3 * s[0]).sum()),
-        r2=float(1 - (error**2).sum() / varying),
-        vaf=float(1 - ((error - error.mean(axis=0)) ** 2).sum() / varying),
+        r2=r2,
+        vaf=vaf,
         parameters=parameters,
         warnings=_warnings(names, sd / prior.sd, found),
     )

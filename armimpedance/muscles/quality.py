@@ -63,6 +63,17 @@ def correlations(measured: ArrayLike, predicted: ArrayLike) -> FloatArray:
     return np.asarray(np.where(varies, (dx * dy).sum(axis=1) / size, 0.0))
 
 
+def explained(measured: FloatArray, fitted: FloatArray) -> tuple[float, float]:
+    """R^2 and variance accounted for over all elements together, of values (P, e).
+
+    ``1 - |error|^2 / |values about their means|^2``; the second takes the mean error off too.
+    """
+    error, varying = measured - fitted, measured - measured.mean(axis=0)
+    total = float((varying**2).sum())
+    about = error - error.mean(axis=0)
+    return 1 - float((error**2).sum()) / total, 1 - float((about**2).sum()) / total
+
+
 def element_quality(
     element: str,
     measured: ArrayLike,
