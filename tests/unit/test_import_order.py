@@ -17,13 +17,15 @@ RANKS = [
     {"cli"},
     {"plots", "report"},
     {"contribution"},
+    {"body"},
     {"muscles", "passive"},
     {"comparison", "planning"},
     {"levels", "ellipses"},
     {"impedance"},
-    {"regression", "recordings"},
+    {"regression", "recordings", "mocap"},
     {"signals", "arm"},
     {"plain"},
+    {"motion"},
     {"records"},
     {"outputs"},
     {"conventions", "errors"},
@@ -33,7 +35,7 @@ RANK = {room: rank for rank, rooms in enumerate(RANKS) for room in rooms}
 #: Module that a test of laziness looks for -> where it may be imported, and only inside functions.
 HEAVY = {
     "matplotlib": {"plots", "report"},
-    "cvxpy": {"levels", "muscles", "passive", "regression"},
+    "cvxpy": {"body", "levels", "muscles", "passive", "regression"},
 }
 
 
@@ -85,7 +87,7 @@ def test_rooms_import_downwards_only(path):
     "path", _modules("manipulandum_sim"), ids=lambda p: str(p.relative_to(ROOT))
 )
 def test_the_simulator_shares_no_dynamics_with_the_analysis(path):
-    allowed = {"records", "conventions", "errors", "outputs"}
+    allowed = {"records", "motion", "conventions", "errors", "outputs"}
     rooms = {_room(module) for module, _ in _imports(path)} - {None}
     assert rooms <= allowed, f"{path.name} imports {rooms - allowed}"
 

@@ -1,0 +1,1 @@
+"""Body dynamics: base parameters from motion and contact forces (Venture, poster)."""

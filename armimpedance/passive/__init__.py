@@ -1,0 +1,1 @@
+"""Passive joints: stiffness, viscosity and friction of a relaxed limb (Venture, elbow)."""
