@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from armimpedance.errors import InputError
 from armimpedance.outputs import staged_file
 from armimpedance.regression.summary import FitSummary, NamedParameter
 
@@ -66,3 +67,45 @@ def finite(value: Any) -> Any:
     if isinstance(value, np.generic):
         return finite(value.item())
     return None if isinstance(value, float) and not np.isfinite(value) else value
+
+
+def read_parameter(path: str | Path, name: str, joint: int | None = None) -> NamedParameter:
+    """One parameter of a FIT.json; its degrees of freedom are not in the file.
+
+    Raises
+    ------
+    InputError
+        Not such a file, no such parameter, or one of several joints and none was named.
+    """
+    content = _load(Path(path))
+    named = [p for p in content if p.get("name") == name]
+    found = [p for p in named if joint is None or p.get("joint") == joint]
+    if not found:
+        known = ", ".join(_label(p) for p in content)
+        wanted = name if joint is None else f"{name} of joint {joint}"
+        raise InputError(f"no parameter {wanted}", file=path, expected=f"one of {known}")
+    if len(found) > 1:
+        joints = ", ".join(str(p.get("joint")) for p in found)
+        raise InputError(f"{name} of several joints", file=path, expected=f"a joint: {joints}")
+    given = found[0]
+    keys = ("value", "sd", "sd_robust")
+    if any(type(given.get(key)) not in (int, float) for key in keys):
+        raise InputError(f"{name} has no finite value and standard errors", file=path)
+    value, sd, robust = (float(given[key]) for key in keys)
+    return NamedParameter(name, value, sd, robust, str(given.get("unit", "")), joint=joint)
+
+
+def _load(path: Path) -> list[dict[str, Any]]:
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except (ValueError, UnicodeDecodeError) as error:
+        raise InputError(f"not JSON: {error}", file=path, expected="a FIT.json") from error
+    rows = content.get("parameters") if isinstance(content, dict) else None
+    if not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
+        raise InputError("no list of parameters", file=path, expected="a FIT.json")
+    return rows
+
+
+def _label(parameter: Mapping[str, Any]) -> str:
+    joint = parameter.get("joint")
+    return str(parameter.get("name")) + ("" if joint is None else f" (joint {joint})")

@@ -1,0 +1,77 @@
+"""Two groups told apart, as text for a terminal and as plain values for JSON."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from armimpedance.comparison.discrimination import Discrimination, Group
+from armimpedance.regression.fit import t_factor
+from armimpedance.report.numbers import (
+    aligned_table,
+    numbered_notes,
+    with_half_width,
+    with_interval,
+)
+
+
+def discrimination_text(result: Discrimination, quantity: str) -> str:
+    """Groups, then how far apart they are; `quantity` names the value with its unit."""
+    rows = [_group_cells(group) for group in (result.first, result.second)]
+    groups = aligned_table(("group", "people", f"mean {quantity}", "sd", "range"), rows)
+    lines = [
+        f"difference {with_interval(result.difference, *result.difference_ci95)} "
+        f"({result.second.name} less {result.first.name}; Welch)",
+        f"effect size {with_interval(result.effect, *result.effect_ci95)} "
+        "(Hedges' g: in standard deviations between people)",
+        f"Mann-Whitney U {result.mann_whitney_u:g}, p {result.p:.2g}",
+        f"area under the ROC curve {with_interval(result.auc, *result.auc_ci95)} "
+        f"(chance that one of {result.second.name} has the larger value)",
+        f"leave-one-out: {result.correct} of {result.people} in the right group, "
+        f"{_percent(result.accuracy)} ({_percent(result.accuracy_ci95[0])} to "
+        f"{_percent(result.accuracy_ci95[1])}), threshold {result.threshold:.4g}",
+    ]
+    return "\n".join([groups, "", *lines, *numbered_notes(result.warnings)])
+
+
+def discrimination_object(result: Discrimination, quantity: str) -> dict[str, Any]:
+    """The same as plain values."""
+    return {
+        "quantity": quantity,
+        "groups": [_group_object(group) for group in (result.first, result.second)],
+        "difference": result.difference,
+        "difference_ci95": result.difference_ci95,
+        "effect_size": result.effect,
+        "effect_size_ci95": result.effect_ci95,
+        "mann_whitney_u": result.mann_whitney_u,
+        "p": result.p,
+        "auc": result.auc,
+        "auc_ci95": result.auc_ci95,
+        "threshold": result.threshold,
+        "leave_one_out_correct": result.correct,
+        "people": result.people,
+        "accuracy_ci95": result.accuracy_ci95,
+        "measurement_share": result.measurement_share,
+        "warnings": list(result.warnings),
+    }
+
+
+def _group_cells(group: Group) -> list[str]:
+    values, count = group.values, len(group.people)
+    sd = float(values.std(ddof=1))
+    mean = with_half_width(float(values.mean()), t_factor(count - 1) * sd / np.sqrt(count))
+    return [group.name, str(count), mean, f"{sd:.3g}", f"{values.min():.4g} to {values.max():.4g}"]
+
+
+def _group_object(group: Group) -> dict[str, Any]:
+    sds = [None] * len(group.people) if group.sd is None else group.sd.tolist()
+    people = zip(group.people, group.values.tolist(), sds, strict=True)
+    return {
+        "name": group.name,
+        "people": [{"id": who, "value": value, "sd": sd} for who, value, sd in people],
+    }
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.0f} %"

@@ -1,0 +1,160 @@
+"""Two groups told apart by one number: independent formulas, limits, coverage."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from scipy.stats import norm, ttest_ind
+
+from armimpedance.__main__ import main
+from armimpedance.comparison.discrimination import (
+    Group,
+    discriminate,
+    hedges_g,
+    leave_one_out,
+    newcombe_auc,
+    wilson,
+)
+from armimpedance.errors import InputError
+from armimpedance.plots.discrimination import plot_discrimination
+
+
+def group(name, values, sd=None):
+    return Group(name, tuple(f"{name}{i}" for i in range(len(values))), np.asarray(values), sd)
+
+
+def test_the_area_is_the_share_of_pairs_and_the_difference_welch_s():
+    rng = np.random.default_rng(1)
+    x, y = rng.normal(0, 1, 9), rng.normal(1.2, 2, 13)
+    result = discriminate(group("a", x), group("b", y))
+    pairs = np.mean([(b > a) + 0.5 * (b == a) for a in x for b in y])
+    assert result.auc == pytest.approx(pairs, abs=1e-12)
+    scipy_s = ttest_ind(y, x, equal_var=False).confidence_interval(0.95)
+    assert result.difference_ci95 == pytest.approx((scipy_s.low, scipy_s.high), rel=1e-9)
+
+
+def test_turning_the_groups_round_turns_every_sign():
+    rng = np.random.default_rng(2)
+    a, b = group("a", rng.normal(size=7)), group("b", rng.normal(1, 1, 10))
+    there, back = discriminate(a, b), discriminate(b, a)
+    assert back.difference == pytest.approx(-there.difference)
+    assert back.effect_ci95 == pytest.approx([-v for v in there.effect_ci95[::-1]], rel=1e-6)
+    assert back.auc_ci95 == pytest.approx([1 - v for v in there.auc_ci95[::-1]], abs=1e-6)
+    assert (back.p, back.correct) == (pytest.approx(there.p), there.correct)
+
+
+def test_leave_one_out_is_its_slow_obvious_version():
+    rng = np.random.default_rng(3)
+    x, y = rng.normal(size=8), rng.normal(1, 1, 6)
+    right = 0
+    for own, other in ((x, y), (y, x)):
+        for i in range(len(own)):
+            rest = np.delete(own, i)
+            side = abs(own[i] - rest.mean()) < abs(own[i] - other.mean())
+            right += int(side)
+    assert leave_one_out(x, y) == right
+
+
+def test_groups_fully_apart_keep_honest_limits():
+    result = discriminate(group("a", np.arange(6.0)), group("b", 10 + np.arange(6.0)))
+    assert result.auc == 1.0
+    assert result.auc_ci95[1] == 1.0
+    assert 0.5 < result.auc_ci95[0] < 0.9
+    assert (result.correct, result.people) == (12, 12)
+    assert result.accuracy_ci95[0] < 0.85
+
+
+@pytest.mark.parametrize(("apart", "sizes"), [(0.0, (8, 8)), (1.0, (10, 6)), (2.5, (8, 12))])
+def test_intervals_cover_the_truth(apart, sizes):
+    repeats, rng = 600, np.random.default_rng(4)
+    area = norm.cdf(apart / np.sqrt(2))
+    inside = np.zeros(3)
+    for _ in range(repeats):
+        x, y = rng.normal(size=sizes[0]), rng.normal(apart, 1, sizes[1])
+        r = discriminate(group("a", x), group("b", y))
+        limits = (r.difference_ci95, r.effect_ci95, r.auc_ci95)
+        truths = (apart, apart, area)
+        inside += [low <= t <= high for (low, high), t in zip(limits, truths, strict=True)]
+    # four standard errors of a share of .95 in 600 draws: .036
+    assert (np.abs(inside / repeats - 0.95) < 0.036).all()
+
+
+def test_hedges_takes_the_bias_of_a_small_sample_off():
+    rng, repeats = np.random.default_rng(5), 4000
+    drawn = [hedges_g(rng.normal(size=5), rng.normal(1, 1, 5))[0] for _ in range(repeats)]
+    assert abs(np.mean(drawn) - 1) < 4 * np.std(drawn) / np.sqrt(repeats)
+
+
+def test_score_intervals_at_their_ends():
+    assert newcombe_auc(0.0, 8, 8)[0] == 0.0
+    low, high = wilson(0, 10)
+    # Wilson's upper limit for no success is z^2/(n + z^2)
+    assert low == 0.0
+    assert high == pytest.approx(1.959964**2 / (10 + 1.959964**2), rel=1e-5)
+
+
+def test_the_share_of_measurement_error_is_named():
+    rng = np.random.default_rng(6)
+    true, sd = rng.normal(size=400), np.full(400, 2.0)
+    noisy = true + 2.0 * rng.normal(size=400)
+    result = discriminate(group("a", noisy[:200], sd[:200]), group("b", noisy[200:], sd[200:]))
+    # variance 4 of 5; the sample variance of 400 has a standard error of 7 %
+    assert result.measurement_share == pytest.approx(0.8, abs=4 * 0.07 * 0.8)
+    assert any("measurement's own error" in w for w in result.warnings)
+
+
+def test_too_few_people_and_no_spread_are_refused():
+    with pytest.raises(InputError, match="has 2 people"):
+        group("a", [1.0, 2.0])
+    with pytest.raises(InputError, match="all values within a group are equal"):
+        discriminate(group("a", [1.0] * 3), group("b", [2.0] * 3))
+
+
+def test_the_drawing_shows_every_person():
+    result = discriminate(group("a", np.arange(4.0), np.ones(4)), group("b", np.arange(3.0) + 2))
+    ax = plot_discrimination(result, "k (Nm/rad)")
+    points = [len(line.get_xdata()) for line in ax.lines if line.get_marker() in ("o", "s")]
+    assert points == [4, 3]
+    assert ax.get_ylabel() == "k (Nm/rad)"
+
+
+def fit_file(folder, name, value, unit="Nm/rad"):
+    row = {"name": "k", "joint": 1, "value": value, "sd": 0.1, "sd_robust": 0.2, "unit": unit}
+    path = folder / f"{name}.json"
+    path.write_text(json.dumps({"parameters": [row, row | {"joint": 2, "value": value + 5}]}))
+    return str(path)
+
+
+def test_the_command_reads_one_file_a_person(tmp_path, capsys):
+    controls = [fit_file(tmp_path, f"c{i}", 2 + 0.1 * i) for i in range(5)]
+    patients = [fit_file(tmp_path, f"p{i}", 3 + 0.1 * i) for i in range(4)]
+    call = ["discriminate", "--group", "controls", *controls, "--group", "patients", *patients]
+    out, figure = tmp_path / "groups.json", tmp_path / "groups.png"
+    assert main([*call, "--joint", "2", "--out", str(out), "--figure", str(figure)]) == 0
+    written = json.loads(out.read_text())
+    assert written["groups"][1]["people"][0] == {"id": "p0", "value": 8.0, "sd": 0.2}
+    assert written["difference"] == pytest.approx(0.95)
+    assert figure.stat().st_size > 1000
+    assert "9 of 9 in the right group" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda call: call[:5], "1 groups"),
+        (lambda call: [*call, "--parameter", "h"], "no parameter h"),
+        (lambda call: call, "k of several joints"),
+        (lambda call: [*call, call[-1], "--joint", "1"], "stands twice"),
+    ],
+)
+def test_a_wrong_call_is_one_line_and_writes_nothing(tmp_path, capsys, change, message):
+    files = [fit_file(tmp_path, f"p{i}", float(i)) for i in range(6)]
+    call = change(["--group", "a", *files[:3], "--group", "b", *files[3:]])
+    out = tmp_path / "groups.json"
+    assert main(["discriminate", *call, "--out", str(out)]) == 2
+    error = capsys.readouterr().err
+    assert message in error
+    assert error.count("\n") == 1
+    assert not out.exists()
