@@ -6,6 +6,7 @@ import argparse
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from armimpedance.errors import ArmImpedanceError, InputError
 from armimpedance_figures import (
@@ -21,7 +22,7 @@ from armimpedance_figures import (
     tsuji1997_table2_activation_fits,
     where_models_extrapolate,
 )
-from armimpedance_figures.experiment import StudiedExperiment, study
+from armimpedance_figures.experiment import StudiedExperiment
 from armimpedance_figures.source_figure import FORMATS, SEED, SETS, SourceFigure, write
 
 CATALOGUE = {
@@ -66,14 +67,14 @@ def build(
 ) -> Iterator[Path]:
     """Simulate and analyse what the figures need, each once, and write them; yields the files."""
     out.mkdir(parents=True, exist_ok=True)
-    studied: dict[tuple[str, str], StudiedExperiment] = {}
+    studied: dict[tuple[Any, str, str], Any] = {}
     for done, figure in enumerate(figures):
         if progress is not None:
             progress(done, len(figures))
-        keys = [(name, figure.subject) for name in figure.experiments]
+        keys = [(figure.study, name, figure.subject) for name in figure.experiments]
         for key in keys:
             if key not in studied:
-                studied[key] = study(key[0], subject=key[1], seed=seed, sets=sets)
+                studied[key] = figure.study(key[1], subject=key[2], seed=seed, sets=sets)
         yield from write(figure, [studied[key] for key in keys], out)
 
 
@@ -88,13 +89,15 @@ class Drawn:
 def draw_from(
     studied: Mapping[str, StudiedExperiment], out: Path, formats: Sequence[str] = FORMATS
 ) -> Drawn:
-    """Every figure of the catalogue from experiments that were studied already, by name.
+    """Every figure of the hand's experiments from those that were studied already, by name.
 
     A part of the conditions may not be enough for a figure's model: it is left out, and said so.
     """
     paths: list[Path] = []
     left_out = []
     for figure in CATALOGUE.values():
+        if not set(figure.experiments) <= set(studied):
+            continue
         try:
             paths += write(figure, [studied[n] for n in figure.experiments], out, formats)
         except ArmImpedanceError as error:

@@ -11,12 +11,14 @@ from typing import TYPE_CHECKING, Any
 
 from armimpedance.outputs import staged_file
 from armimpedance.plots.style import print_style, save
-from armimpedance_figures.experiment import StudiedExperiment, study
+from armimpedance_figures.experiment import study as study_hand
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+    from armimpedance_figures.experiment import StudiedExperiment
 
 #: What all figures of estimates do otherwise than the source.
 POOLED = (
@@ -39,7 +41,7 @@ class SourceFigure:
     name : str
         File name without ending.
     experiments : tuple of str
-        Which of the simulated experiments it needs.
+        Which simulated experiments it needs, names that `study` knows.
     subject : str
         The source's subject.
     draw : function
@@ -52,6 +54,8 @@ class SourceFigure:
     fit : function or None
         From the analysed experiments to what `draw`, `caption` and `table` are then given in their
         place, so that a model is fitted once.
+    study : function
+        ``(experiment, subject=, seed=, sets=)`` simulates and analyses one; the hand's by default.
     """
 
     name: str
@@ -61,8 +65,9 @@ class SourceFigure:
     caption: Callable[..., str]
     table: Callable[..., list[list[str]]] | None = None
     fit: Callable[..., Any] | None = None
+    study: Callable[..., Any] = study_hand
 
-    def given(self, studied: Sequence[StudiedExperiment]) -> tuple[Any, ...]:
+    def given(self, studied: Sequence[Any]) -> tuple[Any, ...]:
         """What `draw`, `caption` and `table` are called with."""
         return tuple(studied) if self.fit is None else (self.fit(*studied),)
 
@@ -92,7 +97,7 @@ def one_legend(figure: Figure, axes: Sequence[Axes], columns: int = 4) -> None:
 
 def write(
     figure_: SourceFigure,
-    studied: Sequence[StudiedExperiment],
+    studied: Sequence[Any],
     out: Path,
     formats: Sequence[str] = FORMATS,
 ) -> list[Path]:
@@ -159,7 +164,7 @@ def script(figure_: SourceFigure) -> None:
     given = parser.parse_args()
     given.out.mkdir(parents=True, exist_ok=True)
     studied = [
-        study(name, subject=given.subject, seed=given.seed, sets=given.sets)
+        figure_.study(name, subject=given.subject, seed=given.seed, sets=given.sets)
         for name in figure_.experiments
     ]
     for path in write(figure_, studied, given.out):
