@@ -1,0 +1,229 @@
+"""From markers to joint angles: `joint_motion`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from armimpedance.errors import EstimationError, InputError
+from armimpedance.mocap.gaps import BRIDGE_M, bridge, short_frames
+from armimpedance.mocap.kinematics import MarkerTree, marker_places, marker_tree
+from armimpedance.mocap.posture import Postures, fit_postures
+from armimpedance.mocap.track import track_postures
+from armimpedance.motion import MarkerRecording, MotionRecording, Skeleton
+from armimpedance.records import BoolArray, FloatArray, IntArray, frozen_array
+
+#: A root that leans further than this from upright loses its heading (its turns are about z, y, x).
+_STEEPEST_RAD: Final = np.deg2rad(80.0)
+
+
+@dataclass(frozen=True)
+class MarkerFit:
+    """Joint motion, and how well the skeleton follows the markers.
+
+    Attributes
+    ----------
+    motion : MotionRecording
+    names : tuple of P str
+        The markers that were used.
+    residual_rms_m : (P,)
+        Distance of each marker from the skeleton's, over the frames in which it was seen.
+    bridged : (N,) bool
+        Frames in which lost markers left the posture open: what they leave open is on a spline.
+    free : (n,)
+        Share of each coordinate that the natural posture determines, mean of all frames.
+    steps : (N,) int
+        Iterations of each frame.
+    warnings : tuple of str
+    """
+
+    motion: MotionRecording
+    names: tuple[str, ...]
+    residual_rms_m: FloatArray
+    bridged: BoolArray
+    free: FloatArray
+    steps: IntArray
+    warnings: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        put = object.__setattr__
+        samples = len(self.motion.time_s)
+        rms = frozen_array(self.residual_rms_m, "residual_rms_m", (len(self.names),))
+        put(self, "residual_rms_m", rms)
+        put(self, "bridged", frozen_array(self.bridged, "bridged", (samples,), np.bool_))
+        put(self, "steps", frozen_array(self.steps, "steps", (samples,), np.int64))
+        coordinates = len(self.motion.skeleton.coordinates)
+        put(self, "free", frozen_array(self.free, "free", (coordinates,)))
+
+
+def joint_motion(
+    markers: MarkerRecording,
+    skeleton: Skeleton | None = None,
+    *,
+    longest_gap_s: float = 0.2,
+    largest_residual_m: float = 0.03,
+    natural: Mapping[str, float] | None = None,
+) -> MarkerFit:
+    """Joint motion by least squares on the skeleton, from the markers that each frame shows.
+
+    A lost marker is not filled in: the others of its frame go on to determine the posture. Where
+    they do not, what they leave open is bridged by a spline through the trial's other frames, for
+    at most `longest_gap_s`; at a trial's ends the nearest posture is held, for half as long.
+
+    Parameters
+    ----------
+    markers : MarkerRecording
+    skeleton : Skeleton, optional
+        With the markers' sites; the recording's own if absent. Markers without a site are not
+        used, sites without a marker neither; the provenance names them.
+    longest_gap_s : float
+    largest_residual_m : float
+        A marker further (rms) from the skeleton's is refused.
+    natural : mapping str -> float, optional
+        Angles (rad) of the posture that holds where the markers leave freedom; zero if absent.
+
+    Raises
+    ------
+    InputError
+        No skeleton, no marker of it, an unknown angle, or a gap that is too long.
+    EstimationError
+        The skeleton cannot follow the markers.
+    """
+    skeleton = skeleton or markers.skeleton
+    if skeleton is None:
+        raise InputError("no skeleton with the markers", expected="skeleton.json, or a skeleton")
+    names = tuple(n for n in markers.names if n in skeleton.marker_names)
+    if not names:
+        known = ", ".join(skeleton.marker_names) or "none"
+        expected = f"some of {known}"
+        raise InputError("no marker that the skeleton has a site for", expected=expected)
+    tree = marker_tree(skeleton, names)
+    targets = markers.positions[:, [markers.names.index(n) for n in names]]
+    rest = _natural_posture(skeleton, natural or {})
+    tracked = track_postures(tree, targets, markers.offsets, markers.sample_rate_hz, rest)
+    short = short_frames(tree, tracked.q, targets)
+    postures = _bridged(tree, targets, tracked, short, markers, longest_gap_s)
+    q = _without_jumps(tree, postures.q, markers.offsets)
+    rms = _residual_rms(tree, q, targets)
+    _check_fit(postures, rms, names, markers, largest_residual_m)
+    motion = MotionRecording(
+        sample_rate_hz=markers.sample_rate_hz,
+        trials=markers.trials,
+        offsets=markers.offsets,
+        time_s=markers.time_s,
+        coordinates=q,
+        skeleton=skeleton,
+        wrenches=markers.wrenches,
+        plate_origins_m=markers.plate_origins_m,
+        emg=markers.emg,
+        subject=markers.subject,
+        provenance=(*markers.provenance, *_remarks(markers, skeleton, names, short)),
+    )
+    warnings = _warnings(skeleton, q, postures)
+    free = postures.free.mean(axis=0)
+    return MarkerFit(motion, names, rms, short, free, postures.steps, warnings)
+
+
+def _natural_posture(skeleton: Skeleton, angles: Mapping[str, float]) -> FloatArray:
+    rest = np.zeros(len(skeleton.coordinates))
+    for name, angle in angles.items():
+        rest[skeleton.coordinate(name)] = angle
+    return rest
+
+
+def _bridged(
+    tree: MarkerTree,
+    targets: FloatArray,
+    tracked: Postures,
+    short: BoolArray,
+    markers: MarkerRecording,
+    longest_gap_s: float,
+) -> Postures:
+    """The postures with short frames solved again about the spline that bridges them."""
+    if not short.any():
+        return tracked
+    names = tuple(site.name for site in tree.sites)
+    near = bridge(tracked.q, short, markers, names, targets, longest_gap_s)[short]
+    again = fit_postures(tree, targets[short], near, near, pull_m=BRIDGE_M)
+    merged = {}
+    for name in ("q", "cost", "free", "steps", "settled", "converged"):
+        values = getattr(tracked, name).copy()
+        values[short] = getattr(again, name)
+        merged[name] = values
+    return Postures(**merged)
+
+
+def _without_jumps(tree: MarkerTree, q: FloatArray, offsets: IntArray) -> FloatArray:
+    first = 3 if tree.skeleton.floating else 0
+    smooth = q.copy()
+    for a, b in zip(offsets[:-1], offsets[1:], strict=True):
+        smooth[a:b, first:] = np.unwrap(q[a:b, first:], axis=0)
+    return smooth
+
+
+def _residual_rms(tree: MarkerTree, q: FloatArray, targets: FloatArray) -> FloatArray:
+    """Rms distance (P,) over the frames that show a marker; 0 for one that is never seen."""
+    total, seen = np.zeros((2, targets.shape[1]))
+    for i in range(0, len(q), 4096):
+        rows = slice(i, i + 4096)
+        squared = ((targets[rows] - marker_places(tree, q[rows])) ** 2).sum(axis=2)
+        total += np.nansum(squared, axis=0)
+        seen += np.isfinite(squared).sum(axis=0)
+    return np.sqrt(total / np.maximum(seen, 1))
+
+
+def _check_fit(
+    postures: Postures,
+    rms: FloatArray,
+    names: tuple[str, ...],
+    markers: MarkerRecording,
+    largest_residual_m: float,
+) -> None:
+    worst = int(np.argmax(rms))
+    if rms[worst] > largest_residual_m:
+        raise EstimationError(
+            f"marker {names[worst]} lies {1e3 * rms[worst]:.0f} mm (rms) from the skeleton's, at "
+            f"most {1e3 * largest_residual_m:g} mm allowed: swapped labels, another body's "
+            "skeleton, or lengths that are not m"
+        )
+    failed = np.flatnonzero(~postures.converged)
+    if len(failed):
+        t = int(np.searchsorted(markers.offsets, failed[0], side="right")) - 1
+        raise EstimationError(
+            f"trial {markers.trials['trial'].iloc[t]}: no posture found at "
+            f"{markers.time_s[failed[0]]:.3f} s and in {len(failed) - 1} further frames"
+        )
+
+
+def _remarks(
+    markers: MarkerRecording, skeleton: Skeleton, names: tuple[str, ...], short: BoolArray
+) -> list[str]:
+    remarks = [f"Joint angles by least squares from {len(names)} markers."]
+    unused = [n for n in markers.names if n not in names]
+    absent = [n for n in skeleton.marker_names if n not in names]
+    if unused:
+        remarks.append(f"Markers without a site on the skeleton: {', '.join(unused)}.")
+    if absent:
+        remarks.append(f"Sites without a marker in the recording: {', '.join(absent)}.")
+    if short.any():
+        remarks.append(f"Lost markers bridged in {int(short.sum())} of {len(short)} frames.")
+    return remarks
+
+
+def _warnings(skeleton: Skeleton, q: FloatArray, postures: Postures) -> tuple[str, ...]:
+    warnings = []
+    share = (postures.free > 0.5).mean(axis=0)
+    for name, part in zip(skeleton.coordinates, share, strict=True):
+        if part > 0.01:
+            percent = f"{100 * part:.0f} %"
+            warnings.append(f"the markers do not determine {name} in {percent} of the frames")
+    if skeleton.floating and (np.abs(q[:, 4]) > _STEEPEST_RAD).any():
+        root = skeleton.segments[0].name
+        warnings.append(f"{root} leans by more than 80 degrees: its turns cannot be told apart")
+    unsettled = int((~postures.settled).sum())
+    if unsettled:
+        warnings.append(f"{unsettled} frames are pulled a little towards the natural posture")
+    return tuple(warnings)

@@ -1,0 +1,144 @@
+"""Places of a skeleton's markers and their Jacobian, all frames at once.
+
+N frames, P markers, n coordinates, S segments. Frames, signs and the order of the coordinates:
+see `armimpedance.motion`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from armimpedance.motion import MarkerSite, Skeleton
+from armimpedance.records import FloatArray
+
+#: A floating root turns about z, then y, then x, each carried by those before.
+_ROOT_AXES: Final = ((0.0, 0.0, 1.0), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0))
+
+
+@dataclass(frozen=True)
+class MarkerTree:
+    """A skeleton as its markers need it.
+
+    Attributes
+    ----------
+    skeleton : Skeleton
+    sites : tuple of P MarkerSite
+        The markers in the order that is wanted.
+    turns : tuple of S tuples
+        Of each segment: which coordinate turns it, about which axis (3,).
+    segment : (P,) int
+        On which segment each marker sits.
+    moves : (n, P) bool
+        Whether a coordinate moves a marker.
+    """
+
+    skeleton: Skeleton
+    sites: tuple[MarkerSite, ...]
+    turns: tuple[tuple[tuple[int, FloatArray], ...], ...]
+    segment: np.ndarray
+    moves: np.ndarray
+
+    @property
+    def angles(self) -> np.ndarray:
+        """Which coordinates (n,) are hinges: all but a floating root's."""
+        hinges = np.ones(len(self.skeleton.coordinates), bool)
+        hinges[: len(self.skeleton.root_coordinates)] = False
+        return hinges
+
+
+def marker_tree(skeleton: Skeleton, names: tuple[str, ...] | None = None) -> MarkerTree:
+    """The skeleton with these of its markers (all if None), in this order.
+
+    Raises
+    ------
+    KeyError
+        The skeleton has no such marker.
+    """
+    by_name = {site.name: site for site in skeleton.markers}
+    sites = tuple(by_name[name] for name in names or skeleton.marker_names)
+    segment = np.array([skeleton.index(site.segment) for site in sites], dtype=np.int64)
+    turns: list[tuple[tuple[int, FloatArray], ...]] = []
+    ancestors: list[set[int]] = []
+    next_ = 3 if skeleton.floating else 0
+    for i, body in enumerate(skeleton.segments):
+        axes = [np.array(hinge.axis) for hinge in body.hinges]
+        if i == 0 and skeleton.floating:
+            axes = [np.array(axis) for axis in _ROOT_AXES]
+        turns.append(tuple(enumerate(axes, start=next_)))
+        next_ += len(axes)
+        above = set() if body.parent is None else ancestors[skeleton.index(body.parent)]
+        ancestors.append(above | {j for j, _ in turns[i]})
+    moves = np.zeros((len(skeleton.coordinates), len(sites)), bool)
+    moves[: 3 if skeleton.floating else 0] = True
+    for marker, body_index in enumerate(segment):
+        moves[sorted(ancestors[body_index]), marker] = True
+    return MarkerTree(skeleton, sites, tuple(turns), segment, moves)
+
+
+def marker_places(tree: MarkerTree, q: FloatArray) -> FloatArray:
+    """Places of the markers, (N, P, 3), m, at coordinates (N, n)."""
+    return _move(tree, q)[0]
+
+
+def marker_jacobian(tree: MarkerTree, q: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Places of the markers and how the coordinates move them.
+
+    Returns
+    -------
+    places : (N, P, 3)
+    jacobian : (N, 3, P, n)
+        ``d place / d q``; a hinge's column is ``e x (p - c)``, e its axis, c its centre.
+    """
+    places, axes, centres = _move(tree, q)
+    floating = tree.skeleton.floating
+    first = 3 if floating else 0
+    jacobian = np.zeros((len(q), 3, len(tree.sites), q.shape[1]))
+    if floating:
+        for k in range(3):
+            jacobian[:, k, :, k] = 1.0
+    a = axes[:, None, first:]  # (N, 1, n', 3)
+    arm = places[:, :, None] - centres[:, None, first:]  # (N, P, n', 3)
+    turning = jacobian[..., first:]
+    for k in range(3):
+        i, j = (k + 1) % 3, (k + 2) % 3
+        turning[:, k] = a[..., i] * arm[..., j] - a[..., j] * arm[..., i]
+    turning *= tree.moves[first:].T
+    return places, jacobian
+
+
+def _move(tree: MarkerTree, q: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Places of the markers (N, P, 3); axes and centres of the turning coordinates (N, n, 3)."""
+    skeleton, frames = tree.skeleton, len(q)
+    turns: list[FloatArray] = []
+    origins: list[FloatArray] = []
+    axes, centres = np.zeros((2, frames, q.shape[1], 3))
+    for i, body in enumerate(skeleton.segments):
+        if body.parent is None:
+            turn = np.broadcast_to(np.eye(3), (frames, 3, 3))
+            origin = q[:, :3] if skeleton.floating else np.zeros((frames, 3))
+        else:
+            up = skeleton.index(body.parent)
+            turn, origin = turns[up], origins[up] + turns[up] @ body.origin_m
+        for j, axis in tree.turns[i]:
+            axes[:, j], centres[:, j] = turn @ axis, origin
+            turn = turn @ rotation_about(axis, q[:, j])
+        turns.append(turn)
+        origins.append(origin)
+    places = np.empty((frames, len(tree.sites), 3))
+    for m, site in enumerate(tree.sites):
+        body_index = tree.segment[m]
+        places[:, m] = origins[body_index] + turns[body_index] @ site.position_m
+    return places, axes, centres
+
+
+def rotation_about(axis: FloatArray, angle: FloatArray) -> FloatArray:
+    """Rotations (N, 3, 3) about one unit axis (3,) by angles (N,)."""
+    x, y, z = axis
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    along = np.outer(axis, axis)
+    sine, cosine = np.sin(angle)[:, None, None], np.cos(angle)[:, None, None]
+    # R = e e^T + cos (1 - e e^T) + sin [e]x
+    return np.asarray(along + cosine * (np.eye(3) - along) + sine * cross)
