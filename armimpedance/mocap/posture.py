@@ -132,7 +132,7 @@ class _Search:
             # (J^T J + (w^2 + mu) 1) (n, n) dq (n,) = J^T r + w^2 (natural - q)
             A = JtJ + (w2 + damping[active])[:, None, None] * identity
             g = Jtr + w2 * (self.natural[active] - q[active])
-            dq = _shortened(np.linalg.solve(A, g[..., None])[..., 0])
+            dq = _shortened(np.asarray(np.linalg.solve(A, g[..., None])[..., 0], np.float64))
             there = self._total(active, q[active] + dq)
             better = there <= now[active]
             moved = active[better]

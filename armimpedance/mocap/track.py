@@ -14,7 +14,7 @@ import numpy as np
 from armimpedance.mocap.kinematics import MarkerTree, marker_places
 from armimpedance.mocap.posture import Postures, fit_postures
 from armimpedance.mocap.registration import rigid_motion, root_coordinates
-from armimpedance.records import FloatArray, IntArray
+from armimpedance.records import BoolArray, FloatArray, IntArray
 
 #: Time between two postures of the chain: a fast arm turns by less than 1.5 rad in it.
 ANCHOR_S: Final = 0.1
@@ -54,13 +54,16 @@ def track_postures(
             start[rows[0] : rows[-1] + 1, k] = np.interp(
                 np.arange(rows[0], rows[-1] + 1), rows, postures[:, k]
             )
-    lost = np.isnan(targets[..., 0]).any(axis=1)
+    lost = _lost(targets)
     return fit_postures(tree, targets, start, _centre(tree, natural, start, lost))
 
 
-def _centre(
-    tree: MarkerTree, natural: FloatArray, near: FloatArray, lost: np.ndarray
-) -> FloatArray:
+def _lost(targets: FloatArray) -> BoolArray:
+    """Frames (N,) in which a marker is lost."""
+    return np.asarray(np.isnan(targets[..., 0]).any(axis=1))
+
+
+def _centre(tree: MarkerTree, natural: FloatArray, near: FloatArray, lost: BoolArray) -> FloatArray:
     """What holds where the markers leave freedom: for angles the natural posture.
 
     For a root's coordinates, and wherever a marker is lost, it is a posture nearby.
@@ -94,7 +97,7 @@ def _chains(
             break
         rows = np.array([anchors[t][i] for t, i, _ in here])
         start = np.array([found[t][before] for t, _, before in here])
-        lost = np.isnan(targets[rows, :, 0]).any(axis=1)
+        lost = _lost(targets[rows])
         fitted = fit_postures(tree, targets[rows], start, _centre(tree, natural, start, lost))
         for (t, i, _), q in zip(here, fitted.q, strict=True):
             found[t][i] = q
