@@ -15,6 +15,7 @@ from armimpedance.conventions import force_columns, position_columns
 from armimpedance.errors import InputError
 from armimpedance.outputs import staged_folder
 from armimpedance.recordings.metadata import Metadata, metadata_text, read_metadata
+from armimpedance.recordings.number_table import NumberTable
 from armimpedance.recordings.sample_table import (
     EMG_PREFIX,
     Samples,
@@ -27,7 +28,6 @@ from armimpedance.records import FloatArray, IntArray, Recording
 
 METADATA_FILE: Final = "recording.json"
 TRIALS_FILE: Final = "trials.csv"
-SAMPLE_FILES: Final = ("samples.parquet", "samples.csv")
 
 
 def is_recording_folder(path: Path) -> bool:
@@ -57,8 +57,8 @@ def read_folder(path: str | os.PathLike[str]) -> Recording:
         raise InputError("no such folder", file=path, expected="a recording's folder")
     metadata = read_metadata(folder / METADATA_FILE)
     table = read_trials(folder / TRIALS_FILE)
-    samples = read_samples(_sample_file(folder), metadata)
-    order = _rows_of_samples(table, samples)
+    samples = read_samples(table_file(folder), metadata)
+    order = runs_of_trials(table, samples.table, samples.trials, samples.offsets)
     starts, ends = samples.offsets[order], samples.offsets[order + 1]
     time = samples.table.columns["time_s"]
     check_onsets(table, time[starts], time[ends - 1], 1.0 / metadata.sample_rate_hz)
@@ -96,41 +96,57 @@ def write_folder(
         if table == "parquet":
             pq.write_table(samples, folder / "samples.parquet")
         else:
-            _write_csv(samples, folder / "samples.csv")
+            write_csv(samples, folder / "samples.csv")
 
 
-def _sample_file(folder: Path) -> Path:
-    there = [folder / name for name in SAMPLE_FILES if (folder / name).is_file()]
+def table_file(folder: Path, stem: str = "samples") -> Path:
+    """The table of this name in a folder, Parquet or CSV.
+
+    Raises
+    ------
+    InputError
+        There is none, or both.
+    """
+    names = [f"{stem}.parquet", f"{stem}.csv"]
+    there = [folder / name for name in names if (folder / name).is_file()]
     if len(there) == 2:
         raise InputError(
-            "holds samples.parquet and samples.csv, which may differ",
+            f"holds {' and '.join(names)}, which may differ",
             file=folder,
             expected="one of them",
         )
     if not there:
-        raise InputError("no samples", file=folder, expected="samples.parquet or samples.csv")
+        raise InputError(f"no {stem}", file=folder, expected=" or ".join(names))
     return there[0]
 
 
-def _rows_of_samples(table: TrialTable, samples: Samples) -> IntArray:
-    """For each row of the trial table, which run of the sample table it is."""
-    run_of = {int(trial): run for run, trial in enumerate(samples.trials)}
-    trials = table.trials["trial"].tolist()
-    for row, trial in enumerate(trials):
+def runs_of_trials(
+    table: TrialTable, samples: NumberTable, trials: IntArray, offsets: IntArray
+) -> IntArray:
+    """For each row of the trial table, which run of the sample table it is.
+
+    Raises
+    ------
+    InputError
+        A trial has no samples, or samples have no trial.
+    """
+    run_of = {int(trial): run for run, trial in enumerate(trials)}
+    listed = table.trials["trial"].tolist()
+    for row, trial in enumerate(listed):
         if trial not in run_of:
-            file = samples.table.file.name
-            raise table.error(f"trial {trial} has no samples", row, "trial", f"some in {file}")
-    listed = set(trials)
-    unknown = [run for trial, run in run_of.items() if trial not in listed]
+            expected = f"some in {samples.file.name}"
+            raise table.error(f"trial {trial} has no samples", row, "trial", expected)
+    known = set(listed)
+    unknown = [run for trial, run in run_of.items() if trial not in known]
     if unknown:
         raise InputError(
-            f"trial {samples.trials[unknown[0]]} is not in {TRIALS_FILE}",
-            file=samples.table.file,
-            row=samples.table.row(int(samples.offsets[unknown[0]])),
+            f"trial {trials[unknown[0]]} is not in {TRIALS_FILE}",
+            file=samples.file,
+            row=samples.row(int(offsets[unknown[0]])),
             column="trial",
             expected="the number of a trial of that table",
         )
-    return np.array([run_of[trial] for trial in trials], dtype=np.int64)
+    return np.array([run_of[trial] for trial in listed], dtype=np.int64)
 
 
 def _recording(
@@ -222,7 +238,8 @@ def _named(names: tuple[str, ...], values: FloatArray) -> dict[str, FloatArray]:
     return dict(zip(names, values.T, strict=True))
 
 
-def _write_csv(samples: pa.Table, file: Path) -> None:
+def write_csv(samples: pa.Table, file: Path) -> None:
+    """Write a table so that every number reads back as the same."""
     # Arrow prints the shortest text that reads back as the same number.
     with file.open("wb") as stream:
         stream.write((",".join(_quoted(name) for name in samples.column_names) + "\n").encode())

@@ -44,6 +44,12 @@ class Metadata:
     ignored: tuple[str, ...] = ()
 
 
+#: Kinds that other readers take, and the commands that take such a recording.
+OTHER_KINDS: Final = {
+    "markers": "a recording of markers: `armimpedance passive` or `body` take it",
+    "motion": "a recording of joint motion: `armimpedance passive` or `body` take it",
+}
+
 #: Keys that are read; others are left out, and the recording says so.
 KNOWN_KEYS: Final = {"format", "version", *(f.name for f in fields(Metadata))} - {"ignored"}
 
@@ -56,10 +62,10 @@ def read_metadata(file: Path) -> Metadata:
     InputError
         The file is missing, is not JSON, or a field is not what it must be.
     """
-    given = _Fields(file, _load_json(file))
-    given.choice("format", (FORMAT,), required=True)
-    if given.number("version", required=True) != VERSION:
-        raise given.wrong("version", str(VERSION))
+    given = recording_fields(file)
+    if given.values.get("kind") in tuple(OTHER_KINDS):
+        told = OTHER_KINDS[given.values["kind"]]
+        raise InputError(told, file=file, column="kind", expected='"hand" or "joint"')
     kind = given.choice("kind", ("hand", "joint"), required=True)
     rate = given.number("sample_rate_hz", required=True)
     if rate is None or rate <= 0:
@@ -77,12 +83,26 @@ def read_metadata(file: Path) -> Metadata:
         torque=cast(Any, given.choice("torque", ("interaction", "commanded"))),
         handle_mass_kg=handle_mass,
         shoulder_m=_shoulder(given),
-        subject=_subject(given),
+        subject=subject_of(given),
         muscles=_muscles(given),
         emg_unit=cast(Any, given.choice("emg_unit", ("V", "normalised")) or "V"),
         provenance=given.texts("provenance") or (),
         ignored=tuple(key for key in given.values if key not in KNOWN_KEYS),
     )
+
+
+def recording_fields(file: Path) -> Fields:
+    """The fields of a `recording.json` of any kind, its format and version checked.
+
+    Raises
+    ------
+    InputError
+    """
+    given = Fields(file, load_json(file))
+    given.choice("format", (FORMAT,), required=True)
+    if given.number("version", required=True) != VERSION:
+        raise given.wrong("version", str(VERSION))
+    return given
 
 
 def metadata_text(recording: Recording) -> str:
@@ -107,7 +127,7 @@ def metadata_text(recording: Recording) -> str:
     return json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
-class _Fields:
+class Fields:
     """The fields of one JSON object, each taken with a check that names file and field."""
 
     def __init__(self, file: Path, values: Mapping[str, Any], prefix: str = "") -> None:
@@ -135,7 +155,7 @@ class _Fields:
 
     def number(self, key: str, required: bool = False) -> float | None:
         value = self._get(key, required, "a number")
-        if value is not None and not _is_number(value):
+        if value is not None and not is_number(value):
             raise self.wrong(key, "a number")
         return None if value is None else float(value)
 
@@ -148,7 +168,8 @@ class _Fields:
         return tuple(value)
 
 
-def _is_number(value: object) -> bool:
+def is_number(value: object) -> bool:
+    """Whether a JSON value is a finite number."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         return False
     try:
@@ -157,25 +178,31 @@ def _is_number(value: object) -> bool:
         return False
 
 
-def _shoulder(fields: _Fields) -> tuple[float, ...] | None:
+def _shoulder(fields: Fields) -> tuple[float, ...] | None:
     value = fields.values.get("shoulder_m")
     if value is None:
         return None
     expected = "a list of one number per axis, in m"
-    if not isinstance(value, list) or not value or not all(_is_number(v) for v in value):
+    if not isinstance(value, list) or not value or not all(is_number(v) for v in value):
         raise fields.wrong("shoulder_m", expected)
     if max(abs(v) for v in value) > LARGEST_COORDINATE_M:
         raise fields.wrong("shoulder_m", "metres: this looks like millimetres")
     return tuple(float(v) for v in value)
 
 
-def _subject(fields: _Fields) -> Subject:
+def subject_of(fields: Fields) -> Subject:
+    """The subject of a recording, checked.
+
+    Raises
+    ------
+    InputError
+    """
     value = fields.values.get("subject")
     if value is None:
         return Subject()
     if not isinstance(value, dict):
         raise fields.wrong("subject", 'an object such as {"id": "A"}')
-    inner = _Fields(fields.file, value, prefix="subject.")
+    inner = Fields(fields.file, value, prefix="subject.")
     name = value.get("id", Subject.id)
     if isinstance(name, bool) or not isinstance(name, str | int):
         raise inner.wrong("id", "a text")
@@ -190,14 +217,20 @@ def _subject(fields: _Fields) -> Subject:
     return Subject(id=str(name), **measures)
 
 
-def _muscles(fields: _Fields) -> tuple[str, ...] | None:
+def _muscles(fields: Fields) -> tuple[str, ...] | None:
     muscles = fields.texts("muscles")
     if muscles is not None and (len(set(muscles)) < len(muscles) or "" in muscles):
         raise fields.wrong("muscles", "different names")
     return muscles
 
 
-def _load_json(file: Path) -> dict[str, Any]:
+def load_json(file: Path) -> dict[str, Any]:
+    """The object in a JSON file, its numbers finite and its names different.
+
+    Raises
+    ------
+    InputError
+    """
     try:
         text = file.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError:

@@ -20,7 +20,7 @@ from armimpedance.records import FloatArray
 
 @dataclass(frozen=True)
 class NumberTable:
-    """Columns of equal length, all finite.
+    """Columns of equal length, all finite but for those with gaps (NaN).
 
     `dropped` are further columns of the file that hold something else than finite numbers.
     """
@@ -77,7 +77,9 @@ def check_header(file: Path, names: Sequence[str]) -> None:
         raise InputError("no commas in the header", file=file, row=1, expected="commas as in CSV")
 
 
-def read_numbers(file: Path, required: Collection[str]) -> NumberTable:
+def read_numbers(
+    file: Path, required: Collection[str], *, gaps: Collection[str] = ()
+) -> NumberTable:
     """Read a table whose `required` columns must hold finite numbers.
 
     Parameters
@@ -86,6 +88,8 @@ def read_numbers(file: Path, required: Collection[str]) -> NumberTable:
         `.csv` or `.parquet`.
     required : collection of str
         These must be in the file and numbers throughout; further columns are kept if they are.
+    gaps : collection of str
+        Those of the required columns in which an empty cell or NaN stands for a lost value.
 
     Raises
     ------
@@ -100,22 +104,29 @@ def read_numbers(file: Path, required: Collection[str]) -> NumberTable:
             "no such column", file=file, column=missing[0], expected=f"it beside {there}"
         )
     is_parquet = file.suffix == ".parquet"
-    table = _read_parquet(file) if is_parquet else _read_csv(file, names, required)
+    table = _read_parquet(file) if is_parquet else _read_csv(file, names, required, gaps)
     if table.num_rows == 0:
         raise InputError("holds no samples", file=file, expected="one row per sample")
     columns: dict[str, FloatArray] = {}
     dropped = []
     for name in names:
         values = _as_floats(table.column(name), from_text=not is_parquet)
-        if values is not None and np.isfinite(values).all():
+        if values is not None and _is_whole(values, name in gaps):
             columns[name] = values
         elif name not in required:
             dropped.append(name)
         elif is_parquet:
-            raise _bad_parquet_cell(file, name, table.column(name))
+            raise _bad_parquet_cell(file, name, table.column(name), name in gaps)
         else:
-            raise _bad_csv_cell(file, names, required)
+            raise _bad_csv_cell(file, names, required, gaps)
     return NumberTable(file, columns, tuple(dropped))
+
+
+def _is_whole(values: FloatArray, may_be_lost: bool) -> bool:
+    """Whether all values are finite, or lost where they may be."""
+    return bool(
+        (np.isfinite(values) | np.isnan(values) if may_be_lost else np.isfinite(values)).all()
+    )
 
 
 def _as_floats(column: pa.ChunkedArray, from_text: bool) -> FloatArray | None:
@@ -152,15 +163,19 @@ def _unreadable_parquet(file: Path, error: Exception) -> InputError:
     return InputError(f"not a readable Parquet file: {first_line}", file=file)
 
 
-def _bad_parquet_cell(file: Path, name: str, column: pa.ChunkedArray) -> InputError:
+def _bad_parquet_cell(
+    file: Path, name: str, column: pa.ChunkedArray, may_be_lost: bool
+) -> InputError:
     for row, value in enumerate(column.to_pylist(), start=1):
-        problem = _cell_problem("" if value is None else str(value))
+        problem = _cell_problem("" if value is None else str(value), may_be_lost)
         if problem:
             return InputError(problem, file=file, row=row, column=name, expected="a finite number")
     return InputError(f"holds {column.type}", file=file, column=name, expected="a number type")
 
 
-def _read_csv(file: Path, names: tuple[str, ...], required: Collection[str]) -> pa.Table:
+def _read_csv(
+    file: Path, names: tuple[str, ...], required: Collection[str], gaps: Collection[str]
+) -> pa.Table:
     # Names are given by position: the file's own may carry blanks around them. What is not
     # required is read as text first, so that a cell of it cannot stop the reading.
     types = {name: pa.float64() if name in required else pa.string() for name in names}
@@ -174,11 +189,15 @@ def _read_csv(file: Path, names: tuple[str, ...], required: Collection[str]) -> 
     except pa.ArrowInvalid as error:
         if "Empty CSV" in str(error):
             raise InputError("holds no samples", file=file, expected="one row each") from None
-        raise _bad_csv_cell(file, names, required, str(error)) from None
+        raise _bad_csv_cell(file, names, required, gaps, str(error)) from None
 
 
 def _bad_csv_cell(
-    file: Path, names: tuple[str, ...], required: Collection[str], reason: str = "not readable"
+    file: Path,
+    names: tuple[str, ...],
+    required: Collection[str],
+    gaps: Collection[str],
+    reason: str = "not readable",
 ) -> InputError:
     """Find the first cell that is wrong, for the message."""
     wanted = [(i, name) for i, name in enumerate(names) if name in required]
@@ -189,7 +208,7 @@ def _bad_csv_cell(
                 expected = f"{len(names)}, as in the header"
                 return InputError(f"{len(cells)} cells", file=file, row=line, expected=expected)
             for index, name in wanted:
-                problem = _cell_problem(cells[index])
+                problem = _cell_problem(cells[index], name in gaps)
                 if problem:
                     return InputError(
                         problem, file=file, row=line, column=name, expected="a finite number"
@@ -197,9 +216,11 @@ def _bad_csv_cell(
     return InputError(reason.splitlines()[0], file=file, expected="a table of numbers")
 
 
-def _cell_problem(cell: str) -> str:
+def _cell_problem(cell: str, may_be_lost: bool) -> str:
     """What is wrong with a cell that must hold a finite number; nothing: an empty text."""
     text = cell.strip()
+    if may_be_lost and text.lower() in ("", "nan"):
+        return ""
     if not text:
         return "empty cell"
     try:

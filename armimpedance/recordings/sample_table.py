@@ -86,7 +86,7 @@ def read_samples(file: Path, metadata: Metadata) -> Samples:
     """
     columns = sample_columns(column_names(file), metadata.kind, metadata.muscles)
     table = read_numbers(file, columns.named)
-    trials, offsets = _runs(table)
+    trials, offsets = trial_runs(table)
     samples = Samples(table, columns, trials, offsets)
     axes = len(columns.position)
     if metadata.shoulder_m is not None and len(metadata.shoulder_m) != axes:
@@ -96,7 +96,7 @@ def read_samples(file: Path, metadata: Metadata) -> Samples:
             column="shoulder_m",
             expected=f"one per axis: {axes}",
         )
-    _check_time(samples, metadata.sample_rate_hz)
+    check_time(table, offsets, metadata.sample_rate_hz)
     if metadata.kind == "hand":
         _check_metres(samples, metadata)
         angles = columns.joint_angles
@@ -167,8 +167,14 @@ def _joint_angle_columns(names: Collection[str], kind: Kind) -> tuple[str, ...]:
     return position_columns("joint", max(numbered, default=0))
 
 
-def _runs(table: NumberTable) -> tuple[IntArray, IntArray]:
-    """Trial numbers and where their samples start; every trial in one piece."""
+def trial_runs(table: NumberTable) -> tuple[IntArray, IntArray]:
+    """Trial numbers and where their samples start; every trial in one piece.
+
+    Raises
+    ------
+    InputError
+        A number is not whole, or a trial goes on after another one.
+    """
     trial = table.columns["trial"]
     broken = np.flatnonzero((trial != np.round(trial)) | (np.abs(trial) > 2**53))
     if len(broken):
@@ -194,21 +200,25 @@ def _runs(table: NumberTable) -> tuple[IntArray, IntArray]:
     return numbers, np.append(starts, len(trial)).astype(np.int64)
 
 
-def _check_time(samples: Samples, rate_hz: float) -> None:
+def check_time(table: NumberTable, offsets: IntArray, rate_hz: float) -> None:
     """Time must run forward in steps of 1 / rate.
 
     Times are printed with so many decimals: where the step is no multiple of the last decimal,
     rounding may shift each time by one unit of it, and the tolerances grow by that much. Where
     that unit is longer than a step, several samples may print the same time.
+
+    Raises
+    ------
+    InputError
     """
-    time, table = samples.table.columns["time_s"], samples.table
+    time = table.columns["time_s"]
     dt = 1.0 / rate_hz
     rounding = _rounding(time[:2000], dt)
-    lengths = np.diff(samples.offsets)
-    index = np.arange(len(time)) - np.repeat(samples.offsets[:-1], lengths)
+    lengths = np.diff(offsets)
+    index = np.arange(len(time)) - np.repeat(offsets[:-1], lengths)
     step = np.diff(time, prepend=time[0] - dt)
-    step[samples.offsets[:-1]] = dt
-    elapsed = time - np.repeat(time[samples.offsets[:-1]], lengths)
+    step[offsets[:-1]] = dt
+    elapsed = time - np.repeat(time[offsets[:-1]], lengths)
 
     def refuse(wrong: np.ndarray, problem: str) -> None:
         at = np.flatnonzero(wrong)
