@@ -73,23 +73,29 @@ class Chain:
         return np.repeat(np.arange(len(self.segments)), [len(s.hinges) for s in self.segments])
 
     @cached_property
-    def _joints(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Transforms' parts (K, 4, 4): constant, with the sine, with the cosine of the angle."""
-        parts = np.zeros((3, len(self.axes), 4, 4))
-        turn = cross_matrix(self.axes)
-        parts[1, :, :3, :3], parts[2, :, :3, :3] = turn, -turn @ turn
-        parts[0] = np.eye(4) - parts[2]
-        first = np.flatnonzero(np.diff(self._owner, prepend=-1))
-        for hinge, segment in zip(first, self.segments, strict=True):
-            parts[0, hinge, :3, 3] = segment.origin_m
-        return parts[0], parts[1], parts[2]
+    def _jet_parts(self) -> FloatArray:
+        """What makes a joint's [[A A' A''], [0 A 2A'], [0 0 A]] of the features, (K, 7, 144).
 
-    @cached_property
-    def _generators(self) -> FloatArray:
-        """Matrices (K, 4, 4) with dA/dq = A U."""
-        U = np.zeros((len(self.axes), 4, 4))
-        U[:, :3, :3] = cross_matrix(self.axes)
-        return U
+        ``A = A_0 + s A_s + c A_c``; with dA/dq = A U and A_0 U = 0, ``A' = qd (s A_s + c A_c) U``
+        and ``A'' = qd^2 (s A_s + c A_c) U^2`` (qdd apart). Features: 1, s, c, then s and c times
+        qd, then times qd^2.
+        """
+        first = np.flatnonzero(np.diff(self._owner, prepend=-1))
+        origins = {int(i): s.origin_m for i, s in zip(first, self.segments, strict=True)}
+        parts = np.zeros((len(self.axes), 7, 12, 12))
+        for i, turn in enumerate(cross_matrix(self.axes)):
+            constant, sine, cosine, U = np.eye(4), *np.zeros((3, 4, 4))
+            U[:3, :3] = sine[:3, :3] = turn
+            cosine[:3, :3] = -turn @ turn
+            constant -= cosine
+            constant[:3, 3] = origins.get(i, 0.0)
+            once, twice = np.eye(3, k=1) * [[1], [2], [0]], np.eye(3, k=2)
+            parts[i, 0] = np.kron(np.eye(3), constant)
+            for row, part in ((1, sine), (2, cosine)):
+                parts[i, row] = np.kron(np.eye(3), part)
+                parts[i, row + 2] = np.kron(once, part @ U)
+                parts[i, row + 4] = np.kron(twice, part @ U @ U)
+        return parts.reshape(len(self.axes), 7, 144)
 
     @cached_property
     def _points(self) -> FloatArray:
@@ -112,22 +118,23 @@ class Chain:
         """Each segment's last hinge (S,)."""
         return np.cumsum([len(s.hinges) for s in self.segments]) - 1
 
-    def _jets(self, q: FloatArray, qd: FloatArray) -> list[FloatArray]:
-        """After each hinge the transform and its two derivatives, side by side, (T, 3, 12)."""
-        constant, sine, cosine = self._joints
-        s, c = np.sin(q)[..., None, None], np.cos(q)[..., None, None]
-        rate = qd[..., None, None]
-        A = constant + s * sine + c * cosine
-        A1 = rate * (A @ self._generators)
-        G = np.zeros((*q.shape, 12, 12))
-        G[..., :4, :4] = G[..., 4:8, 4:8] = G[..., 8:, 8:] = A
-        G[..., :4, 4:8] = A1
-        G[..., 4:8, 8:] = 2 * A1
-        G[..., :4, 8:] = rate * (A1 @ self._generators)
-        # (T, 3, 12) = (T, 3, 12) (T, 12, 12): [X X' X''] of the product from those of the factors
-        jets = [G[:, 0, :3]]
-        for i in range(1, q.shape[1]):
-            jets.append(jets[-1] @ G[:, i])
+    def _jets(self, q: FloatArray, qd: FloatArray) -> FloatArray:
+        """After each hinge the transform and its two derivatives, side by side, (T, K, 3, 12)."""
+        trials, hinges = q.shape
+        features = np.empty((hinges, trials, 7))
+        features[:, :, 0] = 1.0
+        np.sin(q.T, out=features[:, :, 1])
+        np.cos(q.T, out=features[:, :, 2])
+        rate = qd.T[:, :, None]
+        np.multiply(features[:, :, 1:3], rate, out=features[:, :, 3:5])
+        np.multiply(features[:, :, 3:5], rate, out=features[:, :, 5:])
+        # (K, T, 144) = (K, T, 7) (K, 7, 144)
+        G = (features @ self._jet_parts).reshape(hinges, trials, 12, 12)
+        jets = np.empty((trials, hinges, 3, 12))
+        jets[:, 0] = G[0, :, :3]
+        for i in range(1, hinges):
+            # [X X' X''] (T, 3, 12) of a product = that of the factor before, times G (T, 12, 12)
+            np.matmul(jets[:, i - 1], G[i], out=jets[:, i])
         return jets
 
     def mass_and_bias(
@@ -141,8 +148,7 @@ class Chain:
         base : (T, 3, 7)
             Of `base_motion`.
         """
-        jets = self._jets(q, qd)
-        after = np.stack(jets, axis=1)
+        after = self._jets(q, qd)
         axes = (after[..., :3] @ self.axes[:, :, None])[..., 0]
         moved = after[:, self._last] @ self._points
         place, weights = moved[..., :4], self._weights
@@ -175,7 +181,9 @@ class Chain:
             free = ~held
             M = M * (free[:, :, None] & free[:, None, :]) + held[:, :, None] * np.eye(q.shape[1])
             right = right * free
-        return np.linalg.solve(M, right[..., None])[..., 0]
+        # qdd (T, K) = M^-1 (T, K, K) (tau - b) (T, K)
+        qdd = np.linalg.solve(M, right[..., None])[..., 0]
+        return np.asarray(qdd, dtype=np.float64)
 
 
 def base_motion(

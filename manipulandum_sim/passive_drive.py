@@ -47,8 +47,8 @@ class Push:
         Sd of the small sway of place and turns.
     """
 
-    every_s: tuple[float, float] = (4.0, 6.0)
-    yaw_rad: tuple[float, float] = (0.25, 0.45)
+    every_s: tuple[float, float] = (2.0, 3.5)
+    yaw_rad: tuple[float, float] = (0.15, 0.30)
     swing_hz: float = 1.3
     damping: float = 0.25
     rise_s: float = 0.10
@@ -110,7 +110,7 @@ def held(skeleton: Skeleton, height_m: float, trials: int, span_s: tuple[float, 
 def _knots(span_s: tuple[float, float]) -> FloatArray:
     start, end = span_s
     count = int(np.ceil((end - start) / KNOT_S)) + 2 * DEGREE
-    return start + KNOT_S * (np.arange(count) - DEGREE)
+    return np.asarray(start + KNOT_S * (np.arange(count) - DEGREE), dtype=np.float64)
 
 
 def _drive(skeleton: Skeleton, base: str, times: FloatArray, motion: FloatArray) -> Drive:
@@ -122,7 +122,7 @@ def _drive(skeleton: Skeleton, base: str, times: FloatArray, motion: FloatArray)
 def _pushes(rng: np.random.Generator, times: FloatArray, push: Push) -> FloatArray:
     """The trunk's yaw (N,): a damped swing after every push."""
     omega = 2 * np.pi * push.swing_hz
-    yaw = np.zeros_like(times)
+    yaw: FloatArray = np.zeros(len(times))
     moment, side = times[0] + rng.uniform(0.2, 0.8), rng.choice([-1.0, 1.0])
     while moment < times[-1]:
         t = np.maximum(times - moment, 0.0)
@@ -138,4 +138,4 @@ def _sway(rng: np.random.Generator, times: FloatArray, count: int) -> FloatArray
     hertz = rng.uniform(0.2, 1.6, (6, count))
     phase = rng.uniform(0, 2 * np.pi, (6, count))
     waves = np.sin(2 * np.pi * hertz * times[:, None, None] + phase)
-    return waves.sum(axis=1) / np.sqrt(3)
+    return np.asarray(waves.sum(axis=1) / np.sqrt(3), dtype=np.float64)

@@ -9,7 +9,7 @@ therefore that of the exact sign function, of order four in the step.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from armimpedance.records import BoolArray, FloatArray
 from .passive_chain import Chain
 
 #: Pieces that reversals may cut one step into.
-MOST_PIECES = 40
+MOST_PIECES: Final = 40
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class JointLaw:
     def torque(self, q: FloatArray, qd: FloatArray, sign: FloatArray) -> FloatArray:
         """Torque (T, K) at angles, velocities and signs (T, K)."""
         e = q - self.q_r
-        return -(self.k * e + self.K * e * e + self.h * qd + self.f * sign)
+        return -((self.k + self.K * e) * e + self.h * qd + self.f * sign)
 
 
 class State(NamedTuple):
@@ -51,7 +51,13 @@ class State(NamedTuple):
 
     def of(self, chain: int) -> State:
         """One chain's, as a batch of one; a copy."""
-        return State(*[part[chain : chain + 1].copy() for part in self])
+        only = slice(chain, chain + 1)
+        return State(
+            self.q[only].copy(),
+            self.qd[only].copy(),
+            self.sign[only].copy(),
+            self.held[only].copy(),
+        )
 
 
 @dataclass(frozen=True)
@@ -97,7 +103,7 @@ class PassivePlant:
         state = self.release(state, bases[0])
         after = self._runge_kutta(state, bases, dt)
         for chain in np.flatnonzero((state.sign * after.qd < 0).any(axis=1)):
-            one = self._through_reversals(state.of(chain), bases[:, chain : chain + 1], dt)
+            one = self._through_reversals(state.of(int(chain)), bases[:, chain : chain + 1], dt)
             for whole, part in zip(after, one, strict=True):
                 whole[chain] = part[0]
         return after
@@ -132,7 +138,7 @@ class PassivePlant:
             crossing = np.flatnonzero((state.sign * after.qd < 0)[0])
             if len(crossing) == 0:
                 return after
-            moments = [self._reversal(state, bases, dt, here, j) for j in crossing]
+            moments = [self._reversal(state, bases, dt, here, int(j)) for j in crossing]
             first = int(np.argmin(moments))
             joint, there = int(crossing[first]), moments[first]
             state = self._piece(state, bases, dt, here, there)

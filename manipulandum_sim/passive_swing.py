@@ -15,7 +15,7 @@ from armimpedance.records import BoolArray, FloatArray
 
 from .passive_chain import Chain
 from .passive_drive import Drive, Push, Test, held, shaken
-from .passive_friction import JointLaw, PassivePlant, State
+from .passive_friction import JointLaw, PassivePlant
 from .passive_subject import PassiveSubject, find_passive_subject, hinge_values
 from .passive_truth import PassiveTruth
 from .studio import Studio, film
@@ -195,20 +195,22 @@ def _plant(subject: PassiveSubject, drive: Drive) -> tuple[PassivePlant, tuple[s
 def _integrate(plan: _Plan, drive: Drive, angles: FloatArray, start_s: float) -> Swing:
     """From rest at `start_s` over all frames."""
     plant, _ = _plant(plan.subject, drive)
-    half_frames = 2 * int(np.ceil(0.5 / (plan.rate_hz * STEP_S)))
-    dt = 1 / (plan.rate_hz * half_frames)
+    # an even number of steps per frame, so that half a frame is a whole number of them
+    per_frame = 2 * int(np.ceil(0.5 / (plan.rate_hz * STEP_S)))
+    dt = 1 / (plan.rate_hz * per_frame)
     before = round(-start_s / dt)
-    last = before + (plan.frames - 1) * half_frames
+    last = before + (plan.frames - 1) * per_frame
     block = max(1, BLOCK // (2 * len(angles)))
     state, kept = None, []
     for begin in range(0, last + 1, block):
         steps = min(block, last + 1 - begin)
-        bases = drive.base_motion(start_s + dt / 2 * np.arange(2 * begin, 2 * (begin + steps) + 1))
+        halves = np.arange(2 * begin, 2 * (begin + steps) + 1, dtype=np.float64)
+        bases = drive.base_motion(start_s + dt / 2 * halves)
         if state is None:
             state = plant.start(angles, bases[0])
         for n in range(steps):
             now = begin + n - before
-            if now >= 0 and now % half_frames == 0:
+            if now >= 0 and now % per_frame == 0:
                 kept.append((state, *plant.joint_torque(state, bases[2 * n])))
             state = plant.step(state, bases[2 * n : 2 * n + 3], dt)
     states, qdd, torque = zip(*kept, strict=True)

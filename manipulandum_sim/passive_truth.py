@@ -58,9 +58,9 @@ class PassiveTruth:
         for name in _NAMES:
             put(self, name, tuple(getattr(self, name)))
         samples, joints, n = len(self.q), len(self.joints), len(self.coordinates)
-        shapes = dict.fromkeys(("k", "h", "f", "q_r", "K"), (joints,))
+        shapes: dict[str, tuple[int, ...]] = {"torque": (samples, joints)}
+        shapes |= dict.fromkeys(("k", "h", "f", "q_r", "K"), (joints,))
         shapes |= dict.fromkeys(("q", "qd", "qdd"), (samples, n))
-        shapes["torque"] = (samples, joints)
         for name, shape in shapes.items():
             put(self, name, frozen_array(getattr(self, name), name, shape))
         put(self, "held", frozen_array(self.held, "held", (samples, joints), np.bool_))
@@ -110,11 +110,11 @@ class PassiveTruth:
         """
         try:
             plain: dict[str, Any] = json.loads(Path(path).read_text(encoding="utf-8"))
-            arrays = {
+            values: dict[str, Any] = {
                 k: np.array(v) if isinstance(v, list) and k not in _NAMES else v
                 for k, v in plain.items()
             }
-            return cls(**arrays)
+            return cls(**values)
         except RecordError:
             raise
         except (OSError, ValueError, TypeError, AttributeError) as error:
