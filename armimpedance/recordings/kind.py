@@ -1,0 +1,37 @@
+"""Which kind of recording a folder holds."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Final, Literal, cast
+
+from armimpedance.errors import InputError
+from armimpedance.recordings.folder import METADATA_FILE, is_recording_folder
+from armimpedance.recordings.metadata import recording_fields
+
+AnyKind = Literal["hand", "joint", "markers", "motion"]
+KINDS: Final = ("hand", "joint", "markers", "motion")
+
+
+def recording_kind(path: str | os.PathLike[str]) -> AnyKind:
+    """The kind that a recording's folder states, without reading its samples.
+
+    Raises
+    ------
+    InputError
+        There is no such folder, no `recording.json` in it, or it states no known kind.
+    """
+    folder = Path(path)
+    if not folder.is_dir():
+        raise InputError("no such folder", file=path, expected="a recording's folder")
+    given = recording_fields(folder / METADATA_FILE)
+    return cast(AnyKind, given.choice("kind", KINDS, required=True))
+
+
+def is_moving(path: str | os.PathLike[str]) -> bool:
+    """Whether this is the folder of a recording of markers or joint motion."""
+    folder = Path(path)
+    if not is_recording_folder(folder):
+        return False
+    return recording_kind(folder) in ("markers", "motion")
