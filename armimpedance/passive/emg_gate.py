@@ -1,0 +1,142 @@
+"""Was the muscle silent? A gate on the EMG of a passive test (Venture elbow, section IV-C)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+import pandas as pd
+
+from armimpedance.errors import InputError
+from armimpedance.motion import EmgSignals
+from armimpedance.records import FloatArray, Recording, frozen_array
+from armimpedance.signals.activation import mvc_column
+from armimpedance.signals.filters import lowpass
+
+#: The source's envelope: rectified, second-order Butterworth forward and backward.
+ENVELOPE_HZ: Final = 6.0
+
+#: % of the maximum. The source reads about 2 % as passive, noise of the electrodes included, and
+#: its envelopes wave by about a half of that: 3 % lets such a test pass and refuses a muscle that
+#: adds 2 % of its own to an electrode's 2 % (independent noises add as squares: 2.8 %) held any
+#: longer than by chance.
+DEFAULT_LIMIT_PERCENT: Final = 3.0
+
+#: Seconds of the mean that must stay below the gate.
+WINDOW_S: Final = 1.0
+
+
+@dataclass(frozen=True)
+class EmgLevel:
+    """How active the muscles were; T trials, m muscles.
+
+    Attributes
+    ----------
+    muscles : tuple of m str
+    mean_percent, highest_percent : (T, m)
+        Of the maximum: over the trial, and over the second in which it was highest.
+    limit_percent : float
+    """
+
+    muscles: tuple[str, ...]
+    mean_percent: FloatArray
+    highest_percent: FloatArray
+    limit_percent: float
+
+    def __post_init__(self) -> None:
+        put = object.__setattr__
+        put(self, "muscles", tuple(self.muscles))
+        shape = (None, len(self.muscles))
+        put(self, "mean_percent", frozen_array(self.mean_percent, "mean_percent", shape))
+        highest = frozen_array(self.highest_percent, "highest_percent", self.mean_percent.shape)
+        put(self, "highest_percent", highest)
+
+
+def emg_gate(
+    emg: EmgSignals, trials: pd.DataFrame, *, limit_percent: float = DEFAULT_LIMIT_PERCENT
+) -> EmgLevel:
+    """Refuse a test in which a muscle was active over any one second.
+
+    Parameters
+    ----------
+    emg : EmgSignals
+    trials : DataFrame (T rows)
+        With ``trial``, and with ``mvc_<muscle>_V`` where the EMG is in V.
+    limit_percent : float
+        Of the maximum.
+
+    Raises
+    ------
+    InputError
+        A muscle above the gate: which, in which trial, when, how much. No maximum for EMG in V;
+        a trial too short for the envelope; as many trials as there are not.
+    """
+    if not (np.isfinite(limit_percent) and limit_percent > 0):
+        raise InputError(f"gate at {limit_percent} %", expected="a positive number")
+    if len(emg.offsets) != len(trials) + 1:
+        raise InputError(f"EMG of {len(emg.offsets) - 1} trials", expected=f"{len(trials)}")
+    maxima = _maxima(emg, trials)
+    mean, highest = np.zeros((2, len(trials), len(emg.muscles)))
+    for t, number in enumerate(trials["trial"]):
+        raw = emg.signals[emg.offsets[t] : emg.offsets[t + 1]]
+        level = 100 * _envelope(raw, emg.sample_rate_hz, number) / maxima[t]
+        means = _window_means(level, emg.sample_rate_hz)
+        mean[t], highest[t] = level.mean(axis=0), means.max(axis=0)
+        worst = int(highest[t].argmax())
+        if highest[t, worst] > limit_percent:
+            seconds = float(means[:, worst].argmax()) / emg.sample_rate_hz
+            raise InputError(
+                f"trial {number}: {emg.muscles[worst]} at {highest[t, worst]:.1f} % of its "
+                f"maximum from {seconds:.2f} s on for {WINDOW_S:g} s",
+                expected=f"a relaxed muscle, below {limit_percent:g} %",
+            )
+    return EmgLevel(emg.muscles, mean, highest, limit_percent)
+
+
+def recorded_emg(recording: Recording) -> EmgSignals | None:
+    """The EMG of a recording of angle and torque, at its own rate; None where there is none."""
+    if recording.emg is None:
+        return None
+    return EmgSignals(
+        recording.sample_rate_hz,
+        recording.offsets,
+        recording.emg,
+        recording.muscles,
+        recording.emg_unit,
+    )
+
+
+def _maxima(emg: EmgSignals, trials: pd.DataFrame) -> FloatArray:
+    """Rectified EMG in the maximum contraction, (T, m), in the unit of the signals."""
+    if emg.unit == "normalised":
+        return np.ones((len(trials), len(emg.muscles)))
+    columns = [mvc_column(muscle) for muscle in emg.muscles]
+    for column in columns:
+        if column not in trials:
+            raise InputError(
+                "EMG in V without its maximum", column=column, expected="in the trial table"
+            )
+    maxima = trials[columns].to_numpy(dtype=np.float64)
+    if not (np.isfinite(maxima).all() and (maxima > 0).all()):
+        bad = columns[int(np.argwhere(~(maxima > 0))[0, 1])]
+        raise InputError("a maximum that is not positive", column=bad, expected="V")
+    return maxima
+
+
+def _envelope(raw: FloatArray, rate_hz: float, trial: object) -> FloatArray:
+    """Rectified and smoothed EMG (S, m)."""
+    if len(raw) < rate_hz / ENVELOPE_HZ:
+        raise InputError(
+            f"trial {trial}: EMG of {len(raw) / rate_hz:.2f} s",
+            expected=f"{1 / ENVELOPE_HZ:.2f} s or more for an envelope of {ENVELOPE_HZ:g} Hz",
+        )
+    rectified = np.abs(raw - raw.mean(axis=0))
+    return lowpass(rectified, ENVELOPE_HZ, rate_hz, axis=0)
+
+
+def _window_means(level: FloatArray, rate_hz: float) -> FloatArray:
+    """Means over `WINDOW_S` from every sample on (., m); over all of a shorter trial."""
+    width = min(max(round(WINDOW_S * rate_hz), 1), len(level))
+    running = np.cumsum(np.vstack([np.zeros(level.shape[1]), level]), axis=0)
+    return np.asarray((running[width:] - running[:-width]) / width)

@@ -1,0 +1,154 @@
+"""Joint motion and torque fitted together, where the limb's dynamics is not known.
+
+Errors in both: the angle q(t) is a spline, and both the measured angle and the measured torque,
+unfiltered, are what it and the parameters predict plus noise. The spline and the parameters are
+fitted in turn, each by weighted least squares; the weights are the noise levels that splines
+leave.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+
+from armimpedance.errors import EstimationError, InputError
+from armimpedance.passive.equations import Equations, parallel_equations
+from armimpedance.passive.linear import TwoFits, solve_linear
+from armimpedance.passive.samples import PassiveSamples
+from armimpedance.passive.terms import Terms
+from armimpedance.records import FloatArray
+
+_DEGREE: Final = 5
+_MOST_TURNS: Final = 50
+
+#: Knots per period of the cut-off: the spline follows what the filter lets through.
+_KNOTS_PER_PERIOD: Final = 3.0
+
+#: Done when no parameter moves by more than this part of its standard error, or of its size.
+_STILL: Final = 0.01
+_STILL_EXACT: Final = 1e-9
+
+
+@dataclass(frozen=True)
+class TrialSpline:
+    """One trial's measured angle and torque, and the spline's design matrices.
+
+    Attributes
+    ----------
+    q, torque : (S,)
+    B, B1 : sparse (S, c)
+        Of the angle and of its derivative.
+    """
+
+    q: FloatArray
+    torque: FloatArray
+    B: Any
+    B1: Any
+
+
+def solve_joint_spline(samples: PassiveSamples, terms: Terms) -> TwoFits:
+    """Fit motion and torque of a single joint together.
+
+    Raises
+    ------
+    EstimationError
+        Spline and parameters do not settle.
+    InputError
+        The torque was not measured, or there is no cut-off to tell motion from noise.
+    """
+    if samples.measured_torque is None or samples.cutoff_hz is None:
+        raise InputError(
+            "no measured torque, or no cut-off that tells motion from noise",
+            expected="samples of a joint recording with a cut-off",
+        )
+    trials = [_trial(samples, s) for s in samples.slices()]
+    curves = [_least_squares(t.B, t.q) for t in trials]
+    weight = _torque_weight(trials, curves)
+    x = solve_linear(parallel_equations(samples, terms), samples.sample_rate_hz)
+    parameters = x.classical.parameters
+    for _ in range(_MOST_TURNS):
+        curves = [
+            _spline_given(t, c, parameters, terms, weight)
+            for t, c in zip(trials, curves, strict=True)
+        ]
+        fits = solve_linear(_equations(trials, curves, terms), samples.sample_rate_hz)
+        change = np.abs(fits.classical.parameters - parameters)
+        parameters = fits.classical.parameters
+        if (change <= _STILL * fits.classical.sd + _STILL_EXACT * np.abs(parameters)).all():
+            return fits
+    raise EstimationError(
+        f"{samples.joints[0]}: motion and torque did not settle in {_MOST_TURNS} turns"
+    )
+
+
+def _trial(samples: PassiveSamples, part: slice) -> TrialSpline:
+    from scipy.interpolate import BSpline
+
+    count = part.stop - part.start
+    if samples.measured_torque is None or samples.cutoff_hz is None:
+        raise InputError("no measured torque or no cut-off")
+    seconds = np.arange(count) / samples.sample_rate_hz
+    pieces = int(np.ceil(seconds[-1] * samples.cutoff_hz * _KNOTS_PER_PERIOD))
+    pieces = max(min(pieces, (count - _DEGREE - 1) // 2), 1)
+    edges = np.linspace(0, seconds[-1], pieces + 1)
+    knots = np.concatenate([[0.0] * _DEGREE, edges, [edges[-1]] * _DEGREE])
+    B = BSpline.design_matrix(seconds, knots, _DEGREE)
+    # B' = D (scaled differences of coefficients) on the basis of one degree less
+    spread = knots[_DEGREE + 1 : -1] - knots[1 : -_DEGREE - 1]
+    lower = BSpline.design_matrix(seconds, knots[1:-1], _DEGREE - 1)
+    B1 = _DEGREE * (lower / spread) @ _differences(B.shape[1])
+    return TrialSpline(samples.measured_q[part, 0], samples.measured_torque[part, 0], B, B1)
+
+
+def _differences(count: int) -> Any:
+    from scipy.sparse import diags_array
+
+    return diags_array(
+        [-np.ones(count - 1), np.ones(count - 1)], offsets=[0, 1], shape=(count - 1, count)
+    )
+
+
+def _least_squares(B: Any, y: FloatArray) -> FloatArray:
+    from scipy.sparse.linalg import spsolve
+
+    # c (c,) from B^T B c = B^T y, B (S, c) banded and well conditioned
+    return np.asarray(spsolve((B.T @ B).tocsc(), B.T @ y))
+
+
+def _torque_weight(trials: list[TrialSpline], curves: list[FloatArray]) -> float:
+    """Variance of the angle's noise over the torque's, each from what a spline leaves."""
+    angle = torque = 0.0
+    for trial, curve in zip(trials, curves, strict=True):
+        angle += float(((trial.q - trial.B @ curve) ** 2).sum())
+        smooth = trial.B @ _least_squares(trial.B, trial.torque)
+        torque += float(((trial.torque - smooth) ** 2).sum())
+    return angle / torque if torque > 0 else 0.0
+
+
+def _spline_given(
+    trial: TrialSpline, curve: FloatArray, x: FloatArray, terms: Terms, weight: float
+) -> FloatArray:
+    """The spline (c,) that fits angle and torque best for given parameters (p,)."""
+    q, qd = trial.B @ curve, trial.B1 @ curve
+    predicted = terms.matrix(q, qd, np.sign(qd)) @ x
+    # torque about the present curve: G (S, c) = d tau/dq B + h B1
+    slope = np.full(len(q), x[0])
+    if terms.quadratic:
+        slope = slope + 2 * x[-1] * (q - terms.reference)
+    G = trial.B.multiply(slope[:, None]).tocsr() + x[1] * trial.B1
+    left = trial.B.T @ trial.B + weight * (G.T @ G)
+    right = trial.B.T @ trial.q + weight * (G.T @ (trial.torque - predicted + G @ curve))
+    from scipy.sparse.linalg import spsolve
+
+    return np.asarray(spsolve(left.tocsc(), right))
+
+
+def _equations(trials: list[TrialSpline], curves: list[FloatArray], terms: Terms) -> Equations:
+    W, Y = [], []
+    for trial, curve in zip(trials, curves, strict=True):
+        q, qd = trial.B @ curve, trial.B1 @ curve
+        W.append(terms.matrix(q, qd, np.sign(qd)))
+        Y.append(trial.torque[:, None])
+    return Equations(terms.columns, terms.column_units, tuple(W), tuple(Y))

@@ -1,0 +1,178 @@
+"""Samples of passive joints: motion and passive torque, both after the same filter.
+
+The passive torque is the right-hand side of Venture's equation (6),
+``k (q - q_r) + h qd + f sign(qd)``: what resists the motion is positive. For a relaxed limb it is
+-H, minus the torque of inertia, Coriolis and gravity.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from armimpedance.errors import InputError, RecordError
+from armimpedance.passive.hinge import HingeDynamics
+from armimpedance.records import FloatArray, IntArray, frozen_array
+
+#: No human joint turns further than this from its zero; degrees given as radians do.
+LARGEST_ANGLE_RAD = 2 * np.pi
+
+
+@dataclass(frozen=True)
+class PassiveSamples:
+    """Motion and passive torque of j joints, N samples of all trials one after another.
+
+    Attributes
+    ----------
+    sample_rate_hz : float
+    offsets : (T + 1,) int
+        Samples of trial t: ``offsets[t]:offsets[t + 1]``.
+    joints : tuple of j str
+    q, qd : (N, j)
+        rad and rad/s, after the filter.
+    torque : (N, j)
+        Passive torque, Nm, after the filter.
+    measured_q : (N, j)
+        Before the filter.
+    cutoff_hz : float or None
+        Of the zero-phase second-order Butterworth low-pass that q and what the torque is made of
+        went through; None: no filter.
+    qdd : (N, j) or None
+        rad/s^2, after the filter; None where nothing was made of it.
+    measured_torque : (N, j) or None
+        Before the filter, where it is measured and not computed from the motion.
+    hinges : tuple of j HingeDynamics or None
+        How each joint moves with the other coordinates as measured, where a skeleton is known.
+    trials : tuple of T str
+        What the trials are called, for messages.
+    notes : tuple of str
+        What a reader of the result must know.
+    """
+
+    sample_rate_hz: float
+    offsets: IntArray
+    joints: tuple[str, ...]
+    q: FloatArray
+    qd: FloatArray
+    torque: FloatArray
+    measured_q: FloatArray
+    cutoff_hz: float | None = None
+    qdd: FloatArray | None = None
+    measured_torque: FloatArray | None = None
+    hinges: tuple[HingeDynamics, ...] | None = None
+    trials: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        put = object.__setattr__
+        if not (np.isfinite(self.sample_rate_hz) and self.sample_rate_hz > 0):
+            raise RecordError(f"sample rate {self.sample_rate_hz} Hz", expected="a positive number")
+        put(self, "joints", tuple(self.joints))
+        put(self, "offsets", frozen_array(self.offsets, "offsets", (None,), np.int64))
+        if len(self.offsets) < 2 or self.offsets[0] != 0 or (np.diff(self.offsets) <= 0).any():
+            raise RecordError("a trial has no samples", expected="rising offsets from 0")
+        shape = (int(self.offsets[-1]), len(self.joints))
+        for name in ("q", "qd", "torque", "measured_q"):
+            put(self, name, frozen_array(getattr(self, name), name, shape))
+        for name in ("qdd", "measured_torque"):
+            if getattr(self, name) is not None:
+                put(self, name, frozen_array(getattr(self, name), name, shape))
+        trials = tuple(self.trials) or tuple(str(t + 1) for t in range(self.n_trials))
+        put(self, "trials", trials)
+        if len(trials) != self.n_trials or len(self.hinges or self.joints) != len(self.joints):
+            raise RecordError("names of trials or dynamics of joints that do not match the samples")
+
+    @property
+    def n_trials(self) -> int:
+        """Number of trials T."""
+        return len(self.offsets) - 1
+
+    def slices(self) -> tuple[slice, ...]:
+        """The samples of each trial."""
+        edges = self.offsets.tolist()
+        return tuple(slice(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True))
+
+    def joint(self, name: str) -> int:
+        """Which column bears this joint's name.
+
+        Raises
+        ------
+        InputError
+            None does.
+        """
+        if name not in self.joints:
+            raise InputError(f"no joint {name!r}", expected=f"one of {', '.join(self.joints)}")
+        return self.joints.index(name)
+
+    def only(self, joint: int) -> PassiveSamples:
+        """The samples of one joint, numbered from 0."""
+        one = slice(joint, joint + 1)
+        return replace(
+            self,
+            joints=self.joints[one],
+            q=self.q[:, one],
+            qd=self.qd[:, one],
+            torque=self.torque[:, one],
+            measured_q=self.measured_q[:, one],
+            qdd=None if self.qdd is None else self.qdd[:, one],
+            measured_torque=None if self.measured_torque is None else self.measured_torque[:, one],
+            hinges=None if self.hinges is None else self.hinges[one],
+        )
+
+    def select(self, rows: list[int]) -> PassiveSamples:
+        """The samples of these trials only (rows from 0)."""
+        kept = [self.slices()[r] for r in rows]
+        index = np.concatenate([np.arange(s.start, s.stop) for s in kept])
+        hinges = self.hinges and tuple(h.select(rows) for h in self.hinges)
+        return replace(
+            self,
+            offsets=np.concatenate([[0], np.cumsum([s.stop - s.start for s in kept])]),
+            q=self.q[index],
+            qd=self.qd[index],
+            torque=self.torque[index],
+            measured_q=self.measured_q[index],
+            qdd=None if self.qdd is None else self.qdd[index],
+            measured_torque=None if self.measured_torque is None else self.measured_torque[index],
+            hinges=hinges,
+            trials=tuple(self.trials[r] for r in rows),
+        )
+
+    def in_thirds(self) -> PassiveSamples:
+        """A single trial cut into three that follow each other.
+
+        Raises
+        ------
+        InputError
+            Several trials.
+        """
+        if self.n_trials != 1:
+            raise InputError(f"{self.n_trials} trials to cut into thirds", expected="one")
+        count = int(self.offsets[-1])
+        edges = [0, count // 3, 2 * count // 3, count]
+        names = tuple(f"third {i} of trial {self.trials[0]}" for i in (1, 2, 3))
+        hinges = self.hinges and tuple(h.cut(edges) for h in self.hinges)
+        return replace(self, offsets=np.array(edges), hinges=hinges, trials=names)
+
+    def with_torque_turned(self, sentence: str) -> PassiveSamples:
+        """A copy whose torque has the other sign, and a note that says so."""
+        turned = None if self.measured_torque is None else -self.measured_torque
+        notes = (*self.notes, sentence)
+        return replace(self, torque=-self.torque, measured_torque=turned, notes=notes)
+
+
+def refuse_degrees(q: FloatArray, joints: tuple[str, ...]) -> None:
+    """Refuse angles (N, j) that no joint in radians can have.
+
+    Raises
+    ------
+    InputError
+        Names the joint.
+    """
+    largest = np.abs(q).max(axis=0)
+    for name, angle in zip(joints, largest, strict=True):
+        if angle > LARGEST_ANGLE_RAD:
+            raise InputError(
+                f"angles of {name} up to {angle:.4g} rad",
+                expected="radians within a turn of zero; are these degrees?",
+            )

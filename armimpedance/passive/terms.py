@@ -1,0 +1,100 @@
+"""The terms of a passive joint's torque, and what the fitted columns say of k, h, f, q_r, K.
+
+Venture elbow, eqs. (3)-(6): ``k (q - q_r) + h qd + f sign(qd)``; with the poster's quadratic term
+``+ K (q - q_r)^2``. With a free rest angle the columns are q, qd, sign(qd), 1 [, q^2], and their
+parameters are ``b = k - 2 K q_r`` and ``c = K q_r^2 - k q_r`` in place of k and q_r.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from armimpedance.errors import InputError
+from armimpedance.records import FloatArray
+from armimpedance.regression.fit import Derived, Fit
+
+RestAngle = float | Literal["free"]
+
+UNITS = {"k": "Nm/rad", "h": "Nm s/rad", "f": "Nm", "q_r": "rad", "K": "Nm/rad^2"}
+
+
+@dataclass(frozen=True)
+class Terms:
+    """Which terms are fitted.
+
+    Attributes
+    ----------
+    rest_angle : float or "free"
+        q_r in rad where it is known.
+    quadratic : bool
+        Whether ``K (q - q_r)^2`` is fitted too.
+    """
+
+    rest_angle: RestAngle
+    quadratic: bool = False
+
+    def __post_init__(self) -> None:
+        if self.rest_angle != "free" and not np.isfinite(self.rest_angle):
+            raise InputError(f"rest angle {self.rest_angle}", expected="rad, or 'free'")
+
+    @property
+    def free(self) -> bool:
+        """Whether the rest angle is fitted."""
+        return self.rest_angle == "free"
+
+    @property
+    def reference(self) -> float:
+        """What is taken off q in the columns, rad."""
+        return 0.0 if self.rest_angle == "free" else float(self.rest_angle)
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Names of the p columns, by the parameter that they carry."""
+        more = ("offset",) if self.free else ()
+        return ("k", "h", "f", *more, *(("K",) if self.quadratic else ()))
+
+    @property
+    def column_units(self) -> tuple[str, ...]:
+        """Units of the columns' parameters."""
+        return tuple({**UNITS, "offset": "Nm"}[name] for name in self.columns)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the parameters: k, h, f [, q_r] [, K]."""
+        return tuple("q_r" if name == "offset" else name for name in self.columns)
+
+    def matrix(self, q: FloatArray, qd: FloatArray, sign: FloatArray) -> FloatArray:
+        """Columns (..., p) from angles, velocities and signs (...)."""
+        about = q - self.reference
+        more = [np.ones_like(q)] if self.free else []
+        more += [about**2] if self.quadratic else []
+        return np.stack([about, qd, sign, *more], axis=-1)
+
+    def parameters(self, fit: Fit) -> Derived:
+        """k, h, f [, q_r] [, K] with their covariance, from the columns' fit.
+
+        Raises
+        ------
+        EstimationError
+            No angle at which the elastic torque vanishes.
+        """
+        return fit.transform(self._from_columns(), self.names, tuple(UNITS[n] for n in self.names))
+
+    def _from_columns(self) -> Callable[[FloatArray], FloatArray]:
+        if not self.free:
+            return lambda x: x
+        if not self.quadratic:
+            return lambda x: np.array([x[0], x[1], x[2], -x[3] / x[0]])
+
+        def curved(x: FloatArray) -> FloatArray:
+            b, h, f, c, K = x
+            # the root of K q^2 + b q + c = 0 that stays when K goes to zero
+            root = b**2 - 4 * K * c
+            rest = -2 * c / (b + np.sign(b) * np.sqrt(root)) if root >= 0 else np.nan
+            return np.array([b + 2 * K * rest, h, f, rest, K])
+
+        return curved
