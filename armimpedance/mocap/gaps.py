@@ -38,8 +38,8 @@ def short_frames(tree: MarkerTree, q: FloatArray, targets: FloatArray) -> BoolAr
 
 def _freedom(tree: MarkerTree, q: FloatArray, targets: FloatArray) -> FloatArray:
     """How many coordinates (N,) these markers leave free."""
-    JtJ, Jtr = normal_equations(tree, q, targets)
-    _, free = iterated_pull(JtJ, Jtr, np.zeros_like(q), BRIDGE_M)
+    at = normal_equations(tree, q, targets)
+    _, free = iterated_pull(at.JtJ, at.g, np.zeros_like(q), BRIDGE_M)
     return np.asarray(free.sum(axis=1))
 
 

@@ -122,7 +122,7 @@ def joint_motion(
         subject=markers.subject,
         provenance=(*markers.provenance, *_remarks(markers, skeleton, names, short)),
     )
-    warnings = _warnings(skeleton, q, postures)
+    warnings = _warnings(skeleton, q, postures, short)
     free = postures.free.mean(axis=0)
     return MarkerFit(motion, names, rms, short, free, postures.steps, warnings)
 
@@ -213,9 +213,11 @@ def _remarks(
     return remarks
 
 
-def _warnings(skeleton: Skeleton, q: FloatArray, postures: Postures) -> tuple[str, ...]:
+def _warnings(
+    skeleton: Skeleton, q: FloatArray, postures: Postures, short: BoolArray
+) -> tuple[str, ...]:
     warnings = []
-    share = (postures.free > 0.5).mean(axis=0)
+    share = (postures.free[~short] > 0.5).mean(axis=0)
     for name, part in zip(skeleton.coordinates, share, strict=True):
         if part > 0.01:
             percent = f"{100 * part:.0f} %"

@@ -14,8 +14,19 @@ import numpy as np
 from armimpedance.motion import MarkerSite, Skeleton
 from armimpedance.records import FloatArray
 
+_UNIT: Final = np.eye(3)
 #: A floating root turns about z, then y, then x, each carried by those before.
 _ROOT_AXES: Final = ((0.0, 0.0, 1.0), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0))
+
+
+@dataclass(frozen=True)
+class Turn:
+    """One angle: which coordinate it is, its axis e (3,), ``[e]x`` and ``[e]x^2`` (3, 3)."""
+
+    coordinate: int
+    axis: FloatArray
+    cross: FloatArray
+    cross2: FloatArray
 
 
 @dataclass(frozen=True)
@@ -27,8 +38,10 @@ class MarkerTree:
     skeleton : Skeleton
     sites : tuple of P MarkerSite
         The markers in the order that is wanted.
-    turns : tuple of S tuples
-        Of each segment: which coordinate turns it, about which axis (3,).
+    parents : tuple of S int
+        -1 for the root.
+    turns : tuple of S tuples of Turn
+        Of each segment, from its parent outwards.
     segment : (P,) int
         On which segment each marker sits.
     moves : (n, P) bool
@@ -37,7 +50,8 @@ class MarkerTree:
 
     skeleton: Skeleton
     sites: tuple[MarkerSite, ...]
-    turns: tuple[tuple[tuple[int, FloatArray], ...], ...]
+    parents: tuple[int, ...]
+    turns: tuple[tuple[Turn, ...], ...]
     segment: np.ndarray
     moves: np.ndarray
 
@@ -60,22 +74,23 @@ def marker_tree(skeleton: Skeleton, names: tuple[str, ...] | None = None) -> Mar
     by_name = {site.name: site for site in skeleton.markers}
     sites = tuple(by_name[name] for name in names or skeleton.marker_names)
     segment = np.array([skeleton.index(site.segment) for site in sites], dtype=np.int64)
-    turns: list[tuple[tuple[int, FloatArray], ...]] = []
+    parents = tuple(-1 if s.parent is None else skeleton.index(s.parent) for s in skeleton.segments)
+    turns: list[tuple[Turn, ...]] = []
     ancestors: list[set[int]] = []
     next_ = 3 if skeleton.floating else 0
     for i, body in enumerate(skeleton.segments):
         axes = [np.array(hinge.axis) for hinge in body.hinges]
         if i == 0 and skeleton.floating:
             axes = [np.array(axis) for axis in _ROOT_AXES]
-        turns.append(tuple(enumerate(axes, start=next_)))
+        turns.append(tuple(_turn(j, axis) for j, axis in enumerate(axes, start=next_)))
         next_ += len(axes)
-        above = set() if body.parent is None else ancestors[skeleton.index(body.parent)]
-        ancestors.append(above | {j for j, _ in turns[i]})
+        above = set() if parents[i] < 0 else ancestors[parents[i]]
+        ancestors.append(above | {turn.coordinate for turn in turns[i]})
     moves = np.zeros((len(skeleton.coordinates), len(sites)), bool)
     moves[: 3 if skeleton.floating else 0] = True
     for marker, body_index in enumerate(segment):
         moves[sorted(ancestors[body_index]), marker] = True
-    return MarkerTree(skeleton, sites, tuple(turns), segment, moves)
+    return MarkerTree(skeleton, sites, parents, tuple(turns), segment, moves)
 
 
 def marker_places(tree: MarkerTree, q: FloatArray) -> FloatArray:
@@ -109,36 +124,34 @@ def marker_jacobian(tree: MarkerTree, q: FloatArray) -> tuple[FloatArray, FloatA
     return places, jacobian
 
 
+def _turn(coordinate: int, axis: FloatArray) -> Turn:
+    x, y, z = axis
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return Turn(coordinate, axis, cross, cross @ cross)
+
+
 def _move(tree: MarkerTree, q: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Places of the markers (N, P, 3); axes and centres of the turning coordinates (N, n, 3)."""
     skeleton, frames = tree.skeleton, len(q)
-    turns: list[FloatArray] = []
+    sine, versine = np.sin(q)[..., None, None], (1.0 - np.cos(q))[..., None, None]
+    rotations: list[FloatArray] = []
     origins: list[FloatArray] = []
     axes, centres = np.zeros((2, frames, q.shape[1], 3))
-    for i, body in enumerate(skeleton.segments):
-        if body.parent is None:
-            turn = np.broadcast_to(np.eye(3), (frames, 3, 3))
+    for body, up, turns in zip(skeleton.segments, tree.parents, tree.turns, strict=True):
+        if up < 0:
+            rotation = np.broadcast_to(np.eye(3), (frames, 3, 3))
             origin = q[:, :3] if skeleton.floating else np.zeros((frames, 3))
         else:
-            up = skeleton.index(body.parent)
-            turn, origin = turns[up], origins[up] + turns[up] @ body.origin_m
-        for j, axis in tree.turns[i]:
-            axes[:, j], centres[:, j] = turn @ axis, origin
-            turn = turn @ rotation_about(axis, q[:, j])
-        turns.append(turn)
+            rotation, origin = rotations[up], origins[up] + rotations[up] @ body.origin_m
+        for turn in turns:
+            j = turn.coordinate
+            axes[:, j], centres[:, j] = rotation @ turn.axis, origin
+            # R = 1 + sin [e]x + (1 - cos) [e]x^2 (Rodrigues)
+            rotation = rotation @ (_UNIT + sine[:, j] * turn.cross + versine[:, j] * turn.cross2)
+        rotations.append(rotation)
         origins.append(origin)
     places = np.empty((frames, len(tree.sites), 3))
     for m, site in enumerate(tree.sites):
-        body_index = tree.segment[m]
-        places[:, m] = origins[body_index] + turns[body_index] @ site.position_m
+        i = tree.segment[m]
+        places[:, m] = origins[i] + rotations[i] @ site.position_m
     return places, axes, centres
-
-
-def rotation_about(axis: FloatArray, angle: FloatArray) -> FloatArray:
-    """Rotations (N, 3, 3) about one unit axis (3,) by angles (N,)."""
-    x, y, z = axis
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    along = np.outer(axis, axis)
-    sine, cosine = np.sin(angle)[:, None, None], np.cos(angle)[:, None, None]
-    # R = e e^T + cos (1 - e e^T) + sin [e]x
-    return np.asarray(along + cosine * (np.eye(3) - along) + sine * cross)

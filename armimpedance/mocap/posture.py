@@ -26,7 +26,7 @@ _DESCENT_STEPS: Final = 60
 _COARSE: Final = 1e-5
 _POLISH_STEPS: Final = 30
 #: A frame is solved when its coordinates move by less than this (rad, m).
-_FINE: Final = 1e-10
+_FINE: Final = 1e-9
 #: ... and good enough where rounding keeps it from getting there.
 _GOOD: Final = 1e-6
 #: The largest turn in one step, rad: beyond it a linear model of a joint says little.
@@ -110,34 +110,30 @@ class _Search:
         q, steps, converged = self._descend(start)
         return self._polish(q, steps, converged)
 
-    def _total(self, rows: np.ndarray, q: FloatArray) -> FloatArray:
-        """``|r|^2 + w^2 |q - natural|^2`` of some frames."""
-        away = q - self.natural[rows]
-        return _cost(self.tree, q, self.targets[rows]) + self.pull_m**2 * (away * away).sum(axis=1)
-
     def _descend(self, start: FloatArray) -> tuple[FloatArray, IntArray, BoolArray]:
-        """Levenberg and Marquardt on the plain pull, every frame with a damping of its own.
+        """Levenberg and Marquardt on ``|r|^2 + w^2 |q - natural|^2``, each frame damped on its own.
 
         The sum never rises, whatever the start.
         """
         q, steps = start.copy(), np.zeros(len(start), np.int64)
+        w2, identity = self.pull_m**2, np.eye(q.shape[1])
+        now = self._plain_pull(np.arange(len(q)), q)
         active = np.arange(len(q))
         damping = np.full(len(q), 1e-3)
-        now = self._total(active, q)
-        w2, identity = self.pull_m**2, np.eye(q.shape[1])
         for _ in range(_DESCENT_STEPS):
             if not len(active):
                 break
-            JtJ, Jtr = normal_equations(self.tree, q[active], self.targets[active])
             # (J^T J + (w^2 + mu) 1) (n, n) dq (n,) = J^T r + w^2 (natural - q)
-            A = JtJ + (w2 + damping[active])[:, None, None] * identity
-            g = Jtr + w2 * (self.natural[active] - q[active])
-            dq = _shortened(np.asarray(np.linalg.solve(A, g[..., None])[..., 0], np.float64))
-            there = self._total(active, q[active] + dq)
-            better = there <= now[active]
+            A = now.JtJ[active] + (w2 + damping[active])[:, None, None] * identity
+            dq = np.asarray(np.linalg.solve(A, now.g[active][..., None])[..., 0], np.float64)
+            dq = _shortened(dq)
+            there = self._plain_pull(active, q[active] + dq)
+            better = there.cost <= now.cost[active]
             moved = active[better]
             q[moved] += dq[better]
-            now[moved] = there[better]
+            now.cost[moved], now.JtJ[moved], now.g[moved] = (
+                values[better] for values in (there.cost, there.JtJ, there.g)
+            )
             steps[active] += 1
             factor = np.where(better, 0.1, 10.0)
             damping[active] = np.clip(damping[active] * factor, 1e-12, 1e6)
@@ -145,6 +141,13 @@ class _Search:
         converged = np.ones(len(q), bool)
         converged[active] = False
         return q, steps, converged
+
+    def _plain_pull(self, rows: IntArray, q: FloatArray) -> _Normal:
+        """The sum of some frames at q, and its normal equations."""
+        away = self.natural[rows] - q
+        w2 = self.pull_m**2
+        at = normal_equations(self.tree, q, self.targets[rows])
+        return _Normal(at.cost + w2 * (away * away).sum(axis=1), at.JtJ, at.g + w2 * away)
 
     def _polish(self, start: FloatArray, steps: IntArray, converged: BoolArray) -> Postures:
         """Newton's steps on the iterated pull, from a point so near that they need no guard.
@@ -159,9 +162,9 @@ class _Search:
         for _ in range(_POLISH_STEPS):
             if not len(active):
                 break
-            JtJ, Jtr = normal_equations(self.tree, q[active], self.targets[active])
+            at = normal_equations(self.tree, q[active], self.targets[active])
             away = self.natural[active] - q[active]
-            dq, free[active] = iterated_pull(JtJ, Jtr, away, self.pull_m)
+            dq, free[active] = iterated_pull(at.JtJ, at.g, away, self.pull_m)
             dq = _shortened(dq)
             q[active] += dq
             last[active] = np.abs(dq).max(axis=1)
@@ -173,10 +176,17 @@ class _Search:
         return Postures(q, cost, free, steps, settled, converged)
 
 
-def normal_equations(
-    tree: MarkerTree, q: FloatArray, targets: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """``J^T J`` (N, n, n) and ``J^T r`` (N, n) of the seen markers, r = seen - computed."""
+@dataclass(frozen=True)
+class _Normal:
+    """A sum of squares (N,) and its normal equations: ``J^T J`` (N, n, n), ``J^T r`` (N, n)."""
+
+    cost: FloatArray
+    JtJ: FloatArray
+    g: FloatArray
+
+
+def normal_equations(tree: MarkerTree, q: FloatArray, targets: FloatArray) -> _Normal:
+    """Normal equations of the seen markers, r = seen - computed, in m."""
     places, jacobian = marker_jacobian(tree, q)
     r, lost = _residual(places, targets)
     if lost.any():
@@ -184,7 +194,7 @@ def normal_equations(
     J = jacobian.reshape(len(q), -1, q.shape[1])
     Jt = np.swapaxes(J, 1, 2)
     flat = np.swapaxes(r, 1, 2).reshape(len(q), -1, 1)
-    return Jt @ J, (Jt @ flat)[..., 0]
+    return _Normal((r * r).sum(axis=(1, 2)), Jt @ J, (Jt @ flat)[..., 0])
 
 
 def iterated_pull(
