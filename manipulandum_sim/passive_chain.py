@@ -118,7 +118,7 @@ class Chain:
         """Each segment's last hinge (S,)."""
         return np.cumsum([len(s.hinges) for s in self.segments]) - 1
 
-    def _jets(self, q: FloatArray, qd: FloatArray) -> FloatArray:
+    def _jets(self, q: FloatArray, qd: FloatArray, base: FloatArray) -> FloatArray:
         """After each hinge the transform and its two derivatives, side by side, (T, K, 3, 12)."""
         trials, hinges = q.shape
         features = np.empty((hinges, trials, 7))
@@ -131,9 +131,9 @@ class Chain:
         # (K, T, 144) = (K, T, 7) (K, 7, 144)
         G = (features @ self._jet_parts).reshape(hinges, trials, 12, 12)
         jets = np.empty((trials, hinges, 3, 12))
-        jets[:, 0] = G[0, :, :3]
+        # [X X' X''] (T, 3, 12) of a product = that of the factor before, times G (T, 12, 12)
+        np.matmul(base, G[0], out=jets[:, 0])
         for i in range(1, hinges):
-            # [X X' X''] (T, 3, 12) of a product = that of the factor before, times G (T, 12, 12)
             np.matmul(jets[:, i - 1], G[i], out=jets[:, i])
         return jets
 
@@ -145,10 +145,10 @@ class Chain:
         Parameters
         ----------
         q, qd : (T, K)
-        base : (T, 3, 7)
+        base : (T, 3, 12)
             Of `base_motion`.
         """
-        after = self._jets(q, qd)
+        after = self._jets(q, qd, base)
         axes = (after[..., :3] @ self.axes[:, :, None])[..., 0]
         moved = after[:, self._last] @ self._points
         place, weights = moved[..., :4], self._weights
@@ -156,14 +156,8 @@ class Chain:
         # dP/dq_i (T, K, S, 3, 4) = e_i x (P - w o_i) for the segments that hinge i carries
         J = (cross_matrix(axes)[:, :, None] @ lever) * self._carries
         J = J.reshape(*q.shape, -1)
-        # force (T, S, 3, 4) = P'' + Omega P + 2 omega x P' + w (a - g)
-        force = (
-            moved[..., 8:]
-            + base[:, None, :, 1:4] @ place
-            + base[:, None, :, 4:] @ moved[..., 4:8]
-            + base[:, None, :, :1] * weights
-        )
-        bias = (J @ force.reshape(len(q), -1, 1))[..., 0]
+        # b (T, K) = J (T, K, 12 S) P'' (T, 12 S)
+        bias = (J @ moved[..., 8:].reshape(len(q), -1, 1))[..., 0]
         return J @ J.transpose(0, 2, 1), bias
 
     def acceleration(
@@ -189,9 +183,9 @@ class Chain:
 def base_motion(
     skeleton: Skeleton, base: str, q: FloatArray, qd: FloatArray, qdd: FloatArray
 ) -> FloatArray:
-    """What a segment's motion does to what hangs on it, in its axes: (N, 3, 7).
+    """Transform of a segment in its own axes with two derivatives, side by side: (N, 3, 12).
 
-    Columns: ``a - g`` of its origin; ``Omega = [alpha] + [omega]^2`` (3); ``2 [omega]`` (3).
+    ``[1 0 | [omega] 0 | [alpha] + [omega]^2, a - g]``: gravity counts as the base's acceleration.
     """
     upto = Skeleton(skeleton.segments[: skeleton.index(base) + 1], floating=skeleton.floating)
     n = len(upto.coordinates)
@@ -199,5 +193,8 @@ def base_motion(
     back = motion.rotation[-1].transpose(0, 2, 1)
     omega = cross_matrix((back @ motion.rate[-1][..., None])[..., 0])
     alpha = cross_matrix((back @ motion.angular_acceleration[-1][..., None])[..., 0])
-    lift = back @ (motion.acceleration[-1] - _GRAVITY)[..., None]
-    return np.concatenate([lift, alpha + omega @ omega, 2 * omega], axis=2)
+    jet = np.zeros((len(q), 3, 12))
+    jet[:, :, :3], jet[:, :, 4:7] = np.eye(3), omega
+    jet[:, :, 8:11] = alpha + omega @ omega
+    jet[:, :, 11:] = back @ (motion.acceleration[-1] - _GRAVITY)[..., None]
+    return jet

@@ -69,10 +69,10 @@ class Drive:
         return self.spline(times), self.spline(times, nu=1), self.spline(times, nu=2)
 
     def base_motion(self, times: FloatArray) -> FloatArray:
-        """As `passive_chain.base_motion`, (N, T, 3, 7)."""
+        """As `passive_chain.base_motion`, (N, T, 3, 12)."""
         q, qd, qdd = self.at(times)
         flat = [part.reshape(-1, part.shape[2]) for part in (q, qd, qdd)]
-        return base_motion(self.skeleton, self.base, *flat).reshape(*q.shape[:2], 3, 7)
+        return base_motion(self.skeleton, self.base, *flat).reshape(*q.shape[:2], 3, 12)
 
 
 def shaken(

@@ -99,7 +99,7 @@ class PassivePlant:
         return state._replace(sign=sign, held=state.held & ~slips)
 
     def step(self, state: State, bases: FloatArray, dt: float) -> State:
-        """One step on; `bases` (3, T, 3, 7) at its start, middle and end."""
+        """One step on; `bases` (3, T, 3, 12) at its start, middle and end."""
         state = self.release(state, bases[0])
         after = self._runge_kutta(state, bases, dt)
         for chain in np.flatnonzero((state.sign * after.qd < 0).any(axis=1)):

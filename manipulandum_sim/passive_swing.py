@@ -211,11 +211,13 @@ def _integrate(plan: _Plan, drive: Drive, angles: FloatArray, start_s: float) ->
         for n in range(steps):
             now = begin + n - before
             if now >= 0 and now % per_frame == 0:
+                state = plant.release(state, bases[2 * n])
                 kept.append((state, *plant.joint_torque(state, bases[2 * n])))
             state = plant.step(state, bases[2 * n : 2 * n + 3], dt)
     states, qdd, torque = zip(*kept, strict=True)
-    q, qd, _, stuck = (np.stack(part) for part in zip(*states, strict=True))
-    return Swing(q, qd, np.stack(qdd), np.stack(torque), stuck)
+    q, qd, *_ = (np.stack(part) for part in zip(*states, strict=True))
+    at_rest = (qd == 0) & (plant.law.f != 0)
+    return Swing(q, qd, np.stack(qdd), np.stack(torque), at_rest)
 
 
 def _all_coordinates(plan: _Plan, drive: Drive, swing: Swing, part: int) -> FloatArray:

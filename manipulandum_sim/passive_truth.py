@@ -35,7 +35,8 @@ class PassiveTruth:
     torque : (N, J)
         What the passive joints exert, Nm; the holding friction included.
     held : (N, J) bool
-        Where dry friction holds a joint still: there `torque` is not what the law says.
+        Where a joint with dry friction is at rest: the friction is then whatever holds it, not
+        ``f sign(qd)``. Such frames belong in no exact fit.
     """
 
     test: str
