@@ -137,6 +137,19 @@ def leg_angles(
     return np.column_stack([flexion, abduction, rotation, knee, dorsiflexion, inversion])
 
 
+def foot_of_angles(
+    leg: Leg, pelvis_R: FloatArray, pelvis: FloatArray, angles: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Orientation (N, 3, 3) of the foot and place (N, 3) of the ankle; undoes `leg_angles`."""
+    s = leg.sign
+    flexion, abduction, rotation, knee, dorsiflexion, inversion = angles.T
+    thigh_R = pelvis_R @ turn_about(Y, -flexion) @ turn_about(X, -s * abduction)
+    thigh_R = thigh_R @ turn_about(Z, s * rotation)
+    shank_R = thigh_R @ turn_about(Y, knee)
+    ankle = pelvis + pelvis_R @ leg.hip - thigh_R @ (leg.thigh_m * Z) - shank_R @ (leg.shank_m * Z)
+    return shank_R @ turn_about(Y, -dorsiflexion) @ turn_about(X, s * inversion), ankle
+
+
 def pelvis_ceiling(
     leg: Leg, pelvis_R: FloatArray, place: FloatArray, ankle: FloatArray, stretch: float
 ) -> FloatArray:

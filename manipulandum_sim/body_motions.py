@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Final
 
 import numpy as np
@@ -14,25 +14,42 @@ from .body_draft import Draft, step
 from .body_plan import BodyMotion, FreeLeg, realise
 from .body_subject import SIDES, BodySubject
 
-#: Amplitudes (rad) of restless motion about a middle, by joint: middle, amplitude.
+Waves = Mapping[str, tuple[float, float, float, float]]
+
+#: Restless motion about a middle, by joint: middle, amplitude (rad), lowest and highest Hz.
 _ARM_WAVES: Final = {
-    "shoulder_flexion": (0.55, 0.55),
-    "shoulder_abduction": (0.55, 0.35),
-    "shoulder_rotation": (0.10, 0.50),
-    "elbow_flexion": (0.95, 0.55),
-    "wrist_radial": (0.0, 0.22),
-    "wrist_flexion": (0.0, 0.55),
+    "shoulder_flexion": (0.60, 0.60, 0.2, 1.0),
+    "shoulder_abduction": (0.55, 0.38, 0.2, 1.0),
+    "shoulder_rotation": (0.10, 0.55, 0.2, 1.1),
+    "elbow_flexion": (1.00, 0.60, 0.2, 1.2),
+    "wrist_radial": (0.0, 0.32, 0.5, 1.8),
+    "wrist_flexion": (0.0, 0.75, 0.4, 1.7),
 }
 _LEG_WAVES: Final = {
-    "hip_flexion": (0.50, 0.40),
-    "hip_abduction": (0.25, 0.22),
-    "hip_rotation": (0.0, 0.30),
-    "knee_flexion": (0.95, 0.45),
-    "ankle_dorsiflexion": (0.0, 0.35),
-    "ankle_inversion": (0.0, 0.28),
+    "hip_flexion": (0.62, 0.45, 0.2, 1.0),
+    "hip_abduction": (0.28, 0.30, 0.2, 1.0),
+    "hip_rotation": (0.0, 0.38, 0.3, 1.2),
+    "knee_flexion": (1.10, 0.50, 0.3, 1.3),
+    "ankle_dorsiflexion": (0.05, 0.38, 0.4, 1.7),
+    "ankle_inversion": (0.0, 0.32, 0.4, 1.7),
 }
-_TRUNK_WAVES: Final = {"flexion": (0.12, 0.22), "bend_right": (0.0, 0.20), "twist_left": (0, 0.32)}
-_NECK_WAVES: Final = {"flexion": (0.0, 0.30), "bend_right": (0.0, 0.30), "twist_left": (0.0, 0.50)}
+_TRUNK_WAVES: Final = {
+    "flexion": (0.12, 0.24, 0.2, 0.9),
+    "bend_right": (0.0, 0.24, 0.2, 0.9),
+    "twist_left": (0.0, 0.38, 0.2, 1.0),
+}
+_NECK_WAVES: Final = {
+    "flexion": (0.0, 0.34, 0.2, 1.1),
+    "bend_right": (0.0, 0.32, 0.2, 1.1),
+    "twist_left": (0.0, 0.60, 0.2, 1.2),
+}
+_PELVIS_WAVES: Final = {
+    "rz": (0.0, 0.26, 0.2, 0.8),
+    "ry": (0.02, 0.18, 0.2, 0.8),
+    "rx": (0.0, 0.16, 0.2, 0.8),
+}
+#: Nobody holds a joint quite still: this part of the restless motion is in all others.
+_BACKGROUND: Final = 0.10
 
 
 def walk(d: Draft) -> None:
@@ -194,47 +211,39 @@ def trunk_side_bend(d: Draft) -> None:
 
 
 def head_and_arms(d: Draft) -> None:
-    """The head looks everywhere while the arms gesture."""
+    """The head looks everywhere while the arms gesture and the hands shake."""
     on = d.during()
-    for name, (middle, size) in _NECK_WAVES.items():
-        d.add(f"neck_{name}", on * (middle + d.waves(1.2 * size, 0.25, 1.1)))
-    _restless_arms(d, on, 1.0)
-    d.add("trunk_twist_left", on * d.waves(0.08, 0.2, 0.6))
+    _restless(d, on, "neck", _NECK_WAVES)
+    for side in SIDES:
+        _restless(d, on, side, _ARM_WAVES)
 
 
 def leg_swings(d: Draft) -> None:
     """On one foot the other leg swings, circles and bends; first the left leg, then the right."""
-    _swing_both(d, (1.6, 8.6), (11.0, 18.0), 1.0)
+    _swing_both(d, (1.6, 8.6), (11.0, 18.0))
     on = d.during()
-    d.both("shoulder_abduction", 0.55 * on + on * d.waves(0.12, 0.2, 0.6))
+    d.both("shoulder_abduction", 0.55 * on)
     d.both("elbow_flexion", 0.35 * on)
-    d.add("trunk_bend_right", on * d.waves(0.05, 0.2, 0.6))
 
 
 def all_joints(d: Draft) -> None:
     """Everything at once: gestures, looks, sways of trunk and pelvis, a leg in the air."""
-    _swing_both(d, (1.6, 10.6), (13.0, 22.0), 1.0)
+    _swing_both(d, (1.6, 10.6), (13.0, 22.0))
     on = d.during()
-    _restless_arms(d, on, 1.0)
-    for joint, waves in (("trunk", _TRUNK_WAVES), ("neck", _NECK_WAVES)):
-        for name, (middle, size) in waves.items():
-            d.add(f"{joint}_{name}", on * (middle + d.waves(size, 0.2, 1.0)))
-    for name, size in (("rz", 0.20), ("ry", 0.16), ("rx", 0.12)):
-        d.add(f"pelvis_{name}", on * d.waves(size, 0.2, 0.9))
-    d.add("pelvis_z", on * (-0.06 + d.waves(0.03, 0.3, 1.1)))
+    _restless_above(d, on)
+    _restless(d, on, "pelvis", _PELVIS_WAVES)
+    d.add("pelvis_z", on * (-0.05 + d.waves(0.03, 0.3, 1.1)))
     d.sway_m += on[:, None] * np.column_stack([d.waves(0.025, 0.2, 0.8), d.waves(0.008, 0.2, 0.8)])
 
 
 def pelvis_still(d: Draft) -> None:
     """The pelvis rests on a stand; everything else moves."""
     on = d.during()
-    _restless_arms(d, on, 1.0)
-    for joint, waves in (("trunk", _TRUNK_WAVES), ("neck", _NECK_WAVES)):
-        for name, (middle, size) in waves.items():
-            d.add(f"{joint}_{name}", on * (middle + d.waves(size, 0.2, 1.0)))
+    _restless_above(d, on)
     d.pelvis["z"] += 0.55 * d.height_m
     for side in SIDES:
-        d.free[side] = FreeLeg(np.ones_like(d.t), np.column_stack(_leg_waves(d, on)))
+        waves = [on * (w[0] + d.waves(*w[1:])) for w in _LEG_WAVES.values()]
+        d.free[side] = FreeLeg(np.ones_like(d.t), np.column_stack(waves))
 
 
 #: Name -> how, seconds at the usual tempo.
@@ -283,6 +292,8 @@ def body_motion(
     compose, seconds = known[name]
     draft = Draft(subject, seconds, rate_hz, rng)
     compose(draft)
+    if name in MOTIONS:
+        _background(draft)
     return realise(draft.plan(standing=name in MOTIONS), subject)
 
 
@@ -303,12 +314,10 @@ def still_postures(
 
 def _posture_ranges(subject: BodySubject) -> tuple[FloatArray, FloatArray]:
     """Middle and amplitude (n,) of every coordinate."""
-    ranges = {"pelvis_z": (0.55 * subject.height_m, 0.0)}
-    ranges |= {f"pelvis_{turn}": (0.0, 0.25) for turn in ("rz", "ry", "rx")}
-    ranges |= {f"trunk_{name}": pair for name, pair in _TRUNK_WAVES.items()}
-    ranges |= {f"neck_{name}": pair for name, pair in _NECK_WAVES.items()}
-    limbs = _ARM_WAVES | _LEG_WAVES
-    ranges |= {f"{side}_{name}": pair for side in SIDES for name, pair in limbs.items()}
+    parts: dict[str, Waves] = {"trunk": _TRUNK_WAVES, "neck": _NECK_WAVES, "pelvis": _PELVIS_WAVES}
+    parts |= dict.fromkeys(SIDES, _ARM_WAVES | _LEG_WAVES)
+    ranges = {f"{part}_{n}": w[:2] for part, waves in parts.items() for n, w in waves.items()}
+    ranges["pelvis_z"] = (0.55 * subject.height_m, 0.0)
     values = [ranges.get(name, (0.0, 0.0)) for name in subject.skeleton.coordinates]
     middle, size = np.array(values).T
     return middle, size
@@ -329,27 +338,33 @@ def _walk_through(d: Draft, start: float, period: float, stops: list[float], hee
     d.carry([*knots, (start - double, start + 0.5, 0.5)])
 
 
-def _restless_arms(d: Draft, on: FloatArray, size: float) -> None:
+def _restless(d: Draft, on: FloatArray, part: str, waves: Waves, size: float = 1.0) -> None:
+    """Every angle of a part of the body to and fro about its middle, scaled by `size`."""
+    for name, (middle, amplitude, low_hz, high_hz) in waves.items():
+        d.add(f"{part}_{name}", size * on * (middle + d.waves(amplitude, low_hz, high_hz)))
+
+
+def _restless_above(d: Draft, on: FloatArray) -> None:
+    """Trunk, head and arms."""
+    _restless(d, on, "trunk", _TRUNK_WAVES)
+    _restless(d, on, "neck", _NECK_WAVES)
     for side in SIDES:
-        for name, (middle, amplitude) in _ARM_WAVES.items():
-            wave = d.waves(size * amplitude, 0.2, 1.1)
-            d.add(f"{side}_{name}", on * (middle + wave))
+        _restless(d, on, side, _ARM_WAVES)
 
 
-def _leg_waves(d: Draft, on: FloatArray) -> list[FloatArray]:
-    return [on * (middle + d.waves(size, 0.25, 1.1)) for middle, size in _LEG_WAVES.values()]
+def _background(d: Draft) -> None:
+    """The small motions that go along with every motion."""
+    on = d.during()
+    parts: dict[str, Waves] = {"trunk": _TRUNK_WAVES, "neck": _NECK_WAVES, "pelvis": _PELVIS_WAVES}
+    parts |= dict.fromkeys(SIDES, _ARM_WAVES)
+    for part, waves in parts.items():
+        _restless(d, on, part, waves, _BACKGROUND)
 
 
-def _swing_both(
-    d: Draft, left: tuple[float, float], right: tuple[float, float], size: float
-) -> None:
+def _swing_both(d: Draft, left: tuple[float, float], right: tuple[float, float]) -> None:
     """The left leg in the air during one time, the right during another."""
     for side, (start, end) in (("left", left), ("right", right)):
-        waves = {
-            name: middle + d.waves(size * amplitude, 0.25, 1.1)
-            for name, (middle, amplitude) in _LEG_WAVES.items()
-        }
-        d.swing(side, start, end, waves)
+        d.swing(side, start, end, {n: w[0] + d.waves(*w[1:]) for n, w in _LEG_WAVES.items()})
     d.carry(
         [
             (left[0] - 1.2, left[0], 0.0),

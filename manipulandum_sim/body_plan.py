@@ -13,7 +13,16 @@ from scipy.ndimage import convolve1d, minimum_filter1d
 from armimpedance.motion import GRAVITY_M_S2, Skeleton
 from armimpedance.records import FloatArray
 
-from .body_legs import LEG_ANGLES, FootPath, Leg, foot_pose, leg_angles, leg_of, pelvis_ceiling
+from .body_legs import (
+    LEG_ANGLES,
+    FootPath,
+    Leg,
+    foot_of_angles,
+    foot_pose,
+    leg_angles,
+    leg_of,
+    pelvis_ceiling,
+)
 from .body_subject import ANKLE_HEIGHT, BALL_BEFORE_ANKLE, BodySubject
 from .tree_dynamics import contact_wrench, turn_about
 
@@ -23,6 +32,8 @@ DEGREE: Final = 5
 STRETCH: Final = 0.993
 #: Width (m) over which one limit of the pelvis' height passes into the next.
 _SOFT: Final = 0.004
+#: How high a swinging foot keeps above the floor, m.
+_CLEARANCE_M: Final = 0.02
 #: Time (s) within which the pelvis gives way to a leg that is too short.
 _CALM_S: Final = 0.20
 #: Rounds of the balance; each leaves about a sixth of the error.
@@ -180,7 +191,27 @@ def _coordinates(
         if free is not None:
             part = free.part[:, None]
             q[:, columns] = (1 - part) * q[:, columns] + part * free.angles
+            if side in poses:
+                q[:, columns] = _cleared(plan.time_s, leg, R, q[:, :3], q[:, columns], free.part)
     return q
+
+
+def _cleared(
+    time_s: FloatArray,
+    leg: Leg,
+    pelvis_R: FloatArray,
+    pelvis: FloatArray,
+    angles: FloatArray,
+    part: FloatArray,
+) -> FloatArray:
+    """Angles (N, 6) of a swinging leg with its foot lifted where it would scrape the floor."""
+    R, ankle = foot_of_angles(leg, pelvis_R, pelvis, angles)
+    heel, toe = (np.array([x, 0.0, -leg.ankle_m]) for x in (-0.5 * leg.ball_m, 1.6 * leg.ball_m))
+    room = np.minimum(R @ heel, R @ toe)[:, 2] + ankle[:, 2] - _CLEARANCE_M
+    # log(1 + exp(x)) without overflow: what is missing, and nothing where there is room
+    missing = _SOFT * np.logaddexp(0.0, -room / _SOFT)
+    lift = -_calmed(time_s, -missing) * part
+    return leg_angles(leg, pelvis_R, pelvis, R, ankle + lift[:, None] * _AXES[2])
 
 
 def _pelvis_height(

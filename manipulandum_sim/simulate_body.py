@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Final
+from dataclasses import dataclass, replace
+from typing import Any, Final, Literal, overload
 
 import numpy as np
 import pandas as pd
 
 from armimpedance.errors import InputError
-from armimpedance.motion import MotionRecording
+from armimpedance.motion import MarkerRecording, MotionRecording
 from armimpedance.records import FloatArray
 
 from .body_motions import MOTIONS, ON_A_STAND, body_motion, still_postures
@@ -19,6 +19,7 @@ from .body_plan import BodyMotion
 from .body_subject import BodySubject, find_body_subject, inertial_parameters
 from .body_truth import BodyTruth
 from .force_plates import PLATE_ORIGINS_M, about, foot_wrenches, support_torques
+from .studio import Studio, film
 from .tree_dynamics import contact_wrench, inverse_dynamics, move
 
 #: The twelve motions on the plates.
@@ -27,10 +28,20 @@ ALL: Final = tuple(MOTIONS)
 STATIC: Final = "static"
 POSTURES: Final = 60
 POSTURE_SAMPLES: Final = 20
+#: Slower cameras miss what a step is made of.
+LOWEST_RATE_HZ: Final = 20.0
 #: A marker's distance from the joints: what makes of an error in place one in angle (m).
 LEVER_M: Final = 0.25
 
 
+@overload
+def simulate_body(
+    motions: Sequence[str] = ..., *, markers: Literal[False] = ..., **rig: Any
+) -> tuple[MotionRecording, BodyTruth]: ...
+@overload
+def simulate_body(
+    motions: Sequence[str] = ..., *, markers: Literal[True] | Studio, **rig: Any
+) -> tuple[MarkerRecording, BodyTruth]: ...
 def simulate_body(
     motions: Sequence[str] = ALL,
     *,
@@ -41,7 +52,8 @@ def simulate_body(
     force_noise_N: float = 1.0,  # noqa: N803
     moment_noise_Nm: float = 0.5,  # noqa: N803
     place_noise_m: float | None = None,
-) -> tuple[MotionRecording, BodyTruth]:
+    markers: bool | Studio = False,
+) -> tuple[MotionRecording | MarkerRecording, BodyTruth]:
     """Record a person's motions, one trial each.
 
     The recording's skeleton has the subject's bones and the *table's* masses and inertias, which is
@@ -56,36 +68,42 @@ def simulate_body(
         The last two are held by the pelvis on a stand, and both plates carry half of it.
     subject : {"A", "B", "table"} or BodySubject
     seed : int
-        A trial depends on the seed, its motion and how often that came before, on nothing else.
+        A trial depends on the seed, its motion and how often that came before, on nothing else
+        (its film also on its number).
     sample_rate_hz : float
     angle_noise_rad, force_noise_N, moment_noise_Nm : float
         Sd of white noise on all angles, and on each plate's forces and moments.
     place_noise_m : float, optional
         On the pelvis' place; by default a quarter of a metre times the angles'.
+    markers : bool or Studio
+        Film the markers instead of recording coordinates; the noise on angles and place has then
+        no meaning, the studio's counts.
 
     Returns
     -------
-    recording : MotionRecording
+    recording : MotionRecording, or MarkerRecording with `markers`
     truth : BodyTruth
 
     Raises
     ------
     InputError
-        An unknown motion or subject, none at all, or noise that is negative.
+        An unknown motion or subject, none at all, a rate or noise that is no such number.
     """
     who = find_body_subject(subject)
     place_noise = LEVER_M * angle_noise_rad if place_noise_m is None else place_noise_m
     noise = _Noise(place_noise, angle_noise_rad, force_noise_N, moment_noise_Nm)
     if len(motions) == 0:
         raise InputError("no motions to simulate", expected=f"some of {', '.join(ALL)}")
+    if not (np.isfinite(sample_rate_hz) and sample_rate_hz >= LOWEST_RATE_HZ):
+        problem = f"a body is sampled at {sample_rate_hz} Hz"
+        raise InputError(problem, expected=f"{LOWEST_RATE_HZ:g} Hz or more")
     trials = _trials(motions, who, seed, sample_rate_hz)
     parts = [_Exact.of(who, trial.name, trial.motion) for trial in trials]
     sensed = [noise.on(part, trial.rng) for part, trial in zip(parts, trials, strict=True)]
     names = [trial.name for trial in trials]
-    table = pd.DataFrame({"trial": np.arange(1, len(trials) + 1), "condition": names})
     recording = MotionRecording(
         sample_rate_hz=sample_rate_hz,
-        trials=table,
+        trials=pd.DataFrame({"trial": np.arange(1, len(trials) + 1), "condition": names}),
         offsets=np.cumsum([0, *(len(part.q) for part in parts)]),
         time_s=np.concatenate([trial.motion.time_s for trial in trials]),
         coordinates=np.concatenate([q for q, _ in sensed]),
@@ -95,7 +113,11 @@ def simulate_body(
         subject=who.record,
         provenance=(f"simulated body {who.id}, seed {seed}",),
     )
-    return recording, _truth(who, parts)
+    truth = _truth(who, parts)
+    if markers is False:
+        return recording, truth
+    exact = replace(recording, coordinates=truth.q)
+    return film(exact, None if markers is True else markers, seed=seed), truth
 
 
 @dataclass(frozen=True)
