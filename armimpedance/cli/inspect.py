@@ -31,8 +31,13 @@ def run(arguments: argparse.Namespace) -> int:
     """Print contents, checks and a verdict."""
     from armimpedance.errors import InputError
     from armimpedance.impedance.delay import check_delay
+    from armimpedance.recordings.kind import is_moving, recording_kind
     from armimpedance.signals.validity import check_recording
 
+    if is_moving(arguments.recording):
+        from armimpedance.cli.inspect_motion import inspect_moving
+
+        return inspect_moving(arguments.recording, recording_kind(arguments.recording))
     recording = open_checked(arguments.recording, arguments.force_by)
     print(describe(recording, str(arguments.recording)))
     checks = [*check_recording(recording), *check_delay(recording)]

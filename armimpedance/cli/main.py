@@ -25,6 +25,7 @@ COMMANDS = {
     "predict": "joint or hand impedance where nobody measured, from a fitted model",
     "reflex": "is the stiffness the limb's own, or does a reflex stand in it?",
     "compare": "what differs between groups of trials, and whether chance could do it",
+    "passive": "stiffness, viscosity and friction of relaxed joints (motion capture or torque)",
     "discriminate": "can one number tell two groups of people apart?",
     "convert": "turn a lab's files into a recording",
     "figures": "draw the sources' figures from simulated subjects",

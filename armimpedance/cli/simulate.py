@@ -4,10 +4,16 @@ Examples:
   armimpedance simulate cocontraction --out session
   armimpedance simulate postures --subject B --noise sensor --seed 7 --out session
   armimpedance simulate force --disturbance biphasic --servo 5000 --out session
+  armimpedance simulate p5 --subject 2 --out relaxed
+  armimpedance simulate body --out walking
 
 Experiments of Tsuji (1997): postures (relaxed, 20 hand locations for subject A, 11 for B to D),
 cocontraction (0 to 30 % MVC), force (0.5 to 3 x 9.8 N). The folder also gets truth.json: M, B and
 K of the simulated limb, found by differentiating the simulated plant.
+
+Rigs of moving bodies: p5 (a relaxed arm swings while the trunk is shaken) and release (the forearm
+is lifted and let go), after Venture, markers at 30 frames/s, subjects 1 and 2; body (twelve motions
+on two force plates, joint angles and contact forces, subjects A and B).
 """
 
 from __future__ import annotations
@@ -22,13 +28,18 @@ if TYPE_CHECKING:
     from manipulandum_sim.truth import Truth
 
 TRUTH_FILE = "truth.json"
+RIGS = ("p5", "release", "body")
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
-    parser.add_argument("experiment", metavar="EXPERIMENT", help="postures, cocontraction, force")
+    parser.add_argument(
+        "experiment",
+        metavar="RIG|EXPERIMENT",
+        help="postures, cocontraction, force; p5, release, body",
+    )
     parser.add_argument("--out", type=Path, required=True, metavar="FOLDER")
-    parser.add_argument("--subject", default="A", help="A (default), B, C or D")
+    parser.add_argument("--subject", help="A (default) to D; 1 (default) or 2 for p5 and release")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--sets", type=int, default=5, help="sets of 8 disturbances (default: 5)")
     parser.add_argument("--noise", default="nominal", help="nominal (default), sensor or none")
@@ -58,10 +69,14 @@ def run(arguments: argparse.Namespace) -> int:
     from manipulandum_sim.simulate import simulate
 
     check_seed(arguments.seed)
+    if arguments.experiment in RIGS:
+        from armimpedance.cli.simulate_rigs import simulate_rig
+
+        return simulate_rig(arguments)
     with bar("simulating") as progress:
         recording, truth = simulate(
             arguments.experiment,
-            subject=arguments.subject,
+            subject=arguments.subject or "A",
             seed=arguments.seed,
             sets=arguments.sets,
             progress=progress,

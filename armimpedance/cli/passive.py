@@ -1,0 +1,164 @@
+"""Stiffness, viscosity and friction of relaxed joints, from markers, joint motion or torque.
+
+Examples:
+  armimpedance passive relaxed --rest-angle 0.35 --out fit.json
+  armimpedance passive relaxed --rest-angle free --method output-error --out fit.json
+  armimpedance passive arm --joint right_elbow_flexion --joint right_wrist_flexion \\
+      --rest-angle right_elbow_flexion=0.35 --rest-angle right_wrist_flexion=0 --out fit.json
+
+k (q - q_r) + h qd + f sign(qd) [+ K (q - q_r)^2] is fitted to the passive torque, after Venture.
+The recording is a folder of kind "markers" or "motion" with its skeleton.json (the passive torque
+is minus that of inertia and gravity), or of kind "joint" whose torque column holds the passive
+torque.
+Where the rest angle is not known it is fitted (free), which widens the interval of k several times.
+Trials are left out in turn and predicted from the others; --validate predicts another recording.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from armimpedance.passive.emg_gate import EmgLevel
+    from armimpedance.passive.result import PassiveFit
+    from armimpedance.passive.terms import RestAngle
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the command."""
+    parser.add_argument("recording", metavar="RECORDING", type=Path)
+    parser.add_argument("--out", type=Path, metavar="FIT.json")
+    parser.add_argument(
+        "--rest-angle",
+        action="append",
+        metavar="RAD|free|JOINT=RAD",
+        help="where the elastic torque vanishes (default: free, fitted); once, or per joint",
+    )
+    parser.add_argument("--method", help="parallel (default), ls (the source's), output-error")
+    parser.add_argument(
+        "--joint",
+        action="append",
+        metavar="NAME",
+        help="coordinate of the skeleton (default: its only elbow); may be given again",
+    )
+    parser.add_argument("--quadratic", action="store_true", help="fit K (q - q_r)^2 too")
+    parser.add_argument(
+        "--cutoff-hz", metavar="HZ|none", help="of the zero-phase low-pass (default: 8)"
+    )
+    parser.add_argument(
+        "--emg-gate", metavar="PERCENT|off", help="most EMG of a relaxed muscle (default: 3)"
+    )
+    parser.add_argument(
+        "--torque-sign",
+        type=int,
+        choices=(1, -1),
+        help="kind joint: 1 passive torque, -1 torque of the limb on the device (default: found)",
+    )
+    parser.add_argument(
+        "--longest-gap-s", type=float, default=0.2, metavar="S", help="of lost markers to bridge"
+    )
+    parser.add_argument("--validate", type=Path, metavar="RECORDING", help="predict this one too")
+    parser.add_argument("--figure", type=Path, metavar="PATH.png", help="torque and prediction")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Read, fit, print, write."""
+    from armimpedance.cli.checks import check_outputs
+    from armimpedance.cli.passive_input import read_passive
+    from armimpedance.passive.identify import identify_passive
+    from armimpedance.passive.methods import DEFAULT_METHOD
+    from armimpedance.passive.result import summarise
+    from armimpedance.report.fit_json import write_fit
+    from armimpedance.report.passive_text import passive_text
+
+    check_outputs(figure=arguments.figure, out=arguments.out)
+    given = read_passive(arguments.recording, arguments)
+    fits = identify_passive(
+        given.samples,
+        rest_angle=rest_angles(arguments.rest_angle, given.samples.joints),
+        method=arguments.method or DEFAULT_METHOD,
+        quadratic=arguments.quadratic,
+    )
+    other = None
+    if arguments.validate is not None:
+        there = read_passive(arguments.validate, arguments).samples
+        other = tuple(fit.validate(there) for fit in fits)
+    print(passive_text(fits, given.notes, other))
+    if arguments.out is not None:
+        write_fit(summarise(fits), arguments.out, **_more(arguments, fits, given.emg, other))
+    if arguments.figure is not None:
+        _draw(fits, given.samples, arguments.figure)
+    return 0
+
+
+def _more(
+    arguments: argparse.Namespace,
+    fits: tuple[PassiveFit, ...],
+    emg: EmgLevel | None,
+    other: Any,
+) -> dict[str, Any]:
+    from armimpedance.report.passive_text import emg_object, passive_object
+
+    more: dict[str, Any] = {"joints": passive_object(fits), "emg": emg_object(emg)}
+    if other is not None:
+        names = [fit.joint for fit in fits]
+        more["validated_on"] = {
+            "recording": str(arguments.validate),
+            "joints": [
+                {"joint": n, "rms_Nm": float(v.rms[0]), "r2": v.r2, "vaf": v.vaf}
+                for n, v in zip(names, other, strict=True)
+            ],
+        }
+    return more
+
+
+def _draw(fits: tuple[PassiveFit, ...], samples: Any, path: Path) -> None:
+    from armimpedance.plots.passive import plot_passive_fits
+    from armimpedance.plots.style import save
+
+    figure = plot_passive_fits(fits, samples)
+    save(figure, path.with_suffix(""), (path.suffix[1:],))
+
+
+def rest_angles(
+    given: list[str] | None, joints: tuple[str, ...]
+) -> RestAngle | dict[str, RestAngle]:
+    """One rest angle for all joints, or one each.
+
+    Raises
+    ------
+    InputError
+        Not an angle, an unknown joint, or some joints with and some without.
+    """
+    from armimpedance.errors import InputError
+
+    words = given or ["free"]
+    named = {w.split("=", 1)[0]: _angle(w.split("=", 1)[1]) for w in words if "=" in w}
+    plain = [_angle(w) for w in words if "=" not in w]
+    if len(plain) == 1 and not named:
+        return plain[0]
+    unknown = sorted(set(named) - set(joints))
+    if plain or unknown or len(named) != len(words):
+        raise InputError(
+            f"--rest-angle {' '.join(words)}",
+            expected=f"one angle for all, or one each for {', '.join(joints)}",
+        )
+    return {joint: named.get(joint, "free") for joint in joints}
+
+
+def _angle(word: str) -> RestAngle:
+    from math import pi
+
+    from armimpedance.errors import InputError
+
+    if word == "free":
+        return "free"
+    try:
+        value = float(word)
+    except ValueError:
+        value = float("nan")
+    if not abs(value) <= 2 * pi:
+        raise InputError(f"rest angle {word}", expected="radians (at most 2 pi), or free")
+    return value

@@ -1,0 +1,101 @@
+"""Passive joints as text for a terminal, and what FIT.json says of them beside the contract."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from armimpedance.passive.emg_gate import EmgLevel
+from armimpedance.passive.result import PassiveFit
+from armimpedance.regression.fit import Validation
+from armimpedance.report.numbers import aligned_table, fixed, numbered_notes, with_interval
+
+_HEADER = ("", "value (95 % interval)", "unit", "source's sd", "robust sd", "well identified")
+_LEGEND = (
+    "Source's sd: independent residuals (Venture, eqs. 9-11); well identified: twice that below "
+    "10 %. Intervals are made of the robust sd, which counts that residuals are correlated."
+)
+
+
+def passive_text(
+    fits: Sequence[PassiveFit],
+    notes: Sequence[str] = (),
+    other: Sequence[Validation] | None = None,
+) -> str:
+    """A table per joint, how well it predicts, then notes."""
+    blocks = list(notes)
+    for i, fit in enumerate(fits):
+        blocks += ["", *_joint_lines(fit, None if other is None else other[i])]
+    warnings = list(dict.fromkeys(w for fit in fits for w in fit.warnings))
+    return "\n".join([*blocks, "", *numbered_notes([*warnings, _LEGEND])])
+
+
+def _joint_lines(fit: PassiveFit, other: Validation | None) -> list[str]:
+    cutoff = "no filter" if fit.cutoff_hz is None else f"{fit.cutoff_hz:g} Hz"
+    rows = [
+        [
+            p.name,
+            with_interval(p.value, *p.ci95),
+            p.unit,
+            f"{p.relative_sd_percent:.2g} %",
+            f"{100 * p.sd_robust / abs(p.value):.2g} %" if p.value else "-",
+            "yes" if p.well_identified else "no",
+        ]
+        for p in fit.parameters
+    ]
+    lines = [
+        f"{fit.joint}: method {fit.method}, {fit.n} rows, {cutoff}, condition "
+        f"{fixed(fit.cond_raw, 2)} (columns scaled {fixed(fit.cond_scaled, 2)})",
+        aligned_table(_HEADER, rows),
+        f"  fitted torque   {_quality(fit.direct)}; friction {fit.friction_share_percent:.2g} % "
+        "of the torque",
+    ]
+    lines += [f"  left out {c.left_out}: {_quality(c.validation)}" for c in fit.cross]
+    if other is not None:
+        lines.append(f"  other recording {_quality(other)}")
+    return lines
+
+
+def _quality(validation: Validation) -> str:
+    return (
+        f"rms {float(validation.rms[0]):.3g} Nm, R^2 {validation.r2:.4f}, "
+        f"variance accounted for {100 * validation.vaf:.2f} %"
+    )
+
+
+def passive_object(fits: Sequence[PassiveFit]) -> list[dict[str, Any]]:
+    """One entry a joint, for FIT.json."""
+    return [
+        {
+            "joint": fit.number,
+            "name": fit.joint,
+            "n": fit.n,
+            "cond_raw": fit.cond_raw,
+            "cond_scaled": fit.cond_scaled,
+            "rest_angle": fit.terms.rest_angle,
+            "cutoff_hz": fit.cutoff_hz,
+            "friction_share_percent": fit.friction_share_percent,
+            "direct_validation": _quality_object(fit.direct),
+            "cross_validation": [
+                {"left_out": c.left_out, **_quality_object(c.validation)} for c in fit.cross
+            ],
+            "warnings": list(fit.warnings),
+        }
+        for fit in fits
+    ]
+
+
+def _quality_object(validation: Validation) -> dict[str, float]:
+    return {"rms_Nm": float(validation.rms[0]), "r2": validation.r2, "vaf": validation.vaf}
+
+
+def emg_object(level: EmgLevel | None) -> dict[str, Any] | None:
+    """How active the muscles were; None where that is not known."""
+    if level is None:
+        return None
+    return {
+        "muscles": list(level.muscles),
+        "mean_percent": level.mean_percent.tolist(),
+        "highest_percent": level.highest_percent.tolist(),
+        "limit_percent": level.limit_percent,
+    }
