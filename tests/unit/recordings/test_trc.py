@@ -1,0 +1,99 @@
+"""Marker files in text (`.trc`)."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from armimpedance.errors import InputError
+from armimpedance.recordings.motion_capture import open_motion_capture
+from armimpedance.recordings.trc import read_trc
+
+PLACES = np.random.default_rng(1).uniform(-0.9, 0.9, (5, 2, 3))
+
+
+def content(unit="m", rate="60.00", cell=None, empty=(), blank_line=True):
+    """The text of a file of two markers; `empty`: (row, marker) that was not seen."""
+    scale = {"mm": 1000.0, "m": 1.0}.get(unit, 1.0)
+    lines = [
+        "PathFileType\t4\t(X/Y/Z)\twalk.trc",
+        "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame"
+        "\tOrigNumFrames",
+        f"{rate}\t60.00\t5\t2\t{unit}\t60.00\t1\t5",
+        "Frame#\tTime\thand\t\t\thip\t\t",
+        "\t\tX1\tY1\tZ1\tX2\tY2\tZ2",
+    ]
+    if blank_line:
+        lines.append("")
+    for row in range(5):
+        cells = [str(row + 1), f"{row / 60:.4f}"]
+        for marker in range(2):
+            seen = (row, marker) not in empty
+            cells += [repr(float(v * scale)) if seen else "" for v in PLACES[row, marker]]
+        lines.append("\t".join(cells).rstrip("\t"))
+    if cell:
+        row, column, text = cell
+        cells = lines[-5 + row].split("\t")
+        cells[column] = text
+        lines[-5 + row] = "\t".join(cells)
+    return "\n".join(lines) + "\n"
+
+
+def read(tmp_path, text, **options):
+    file = tmp_path / "walk.trc"
+    file.write_text(text)
+    return read_trc(file, **options)
+
+
+@pytest.mark.parametrize("unit", ["m", "mm"])
+@pytest.mark.parametrize("blank_line", [True, False])
+def test_units_and_opensims_axes(unit, blank_line, tmp_path):
+    markers = read(tmp_path, content(unit, blank_line=blank_line))
+    x, y, z = np.moveaxis(PLACES, 2, 0)
+    np.testing.assert_allclose(markers.positions, np.stack([x, -z, y], axis=2), rtol=1e-14)
+    assert markers.names == ("hand", "hip")
+    assert markers.sample_rate_hz == 60.0
+    assert markers.trials["condition"].tolist() == ["walk"]
+
+
+def test_axes_as_they_are(tmp_path):
+    markers = read(tmp_path, content(), axes=("x", "y", "z"))
+    np.testing.assert_array_equal(markers.positions, PLACES)
+
+
+@pytest.mark.parametrize("empty", [[(1, 0)], [(1, 1)], [(4, 1), (4, 0)]])
+def test_empty_cells_are_lost_markers(empty, tmp_path):
+    markers = read(tmp_path, content(empty=empty))
+    found = np.argwhere(np.isnan(markers.positions[..., 0])).tolist()
+    assert found == sorted(map(list, empty))
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("", "is empty"),
+        ("a,b\n1,2\n", "is no .trc file"),
+        (content().replace("Frame#", "Frames"), "no names of markers"),
+        (content().replace("hip", "hand"), "two of one name"),
+        (content().replace("\tZ2", ""), "5 axes for 2 markers"),
+        (content(unit="ft"), "unit of length 'ft'"),
+        (content(rate="fast"), "DataRate fast"),
+        (content(rate="120"), "time does not rise in steps"),
+        (content(cell=(2, 3, "lost")), "row 9: not a finite number: 'lost'"),
+        (content(cell=(2, 1, "")), "without a time"),
+        (content(cell=(2, 1, "0.01")), "time does not rise"),
+        (content(cell=(3, 4, "900")), "900 m away in m"),
+        (content(cell=(1, 7, "1\t2\t3")), "row 8: 10 cells"),
+    ],
+)
+def test_one_line_for_whatever_is_wrong(text, told, tmp_path):
+    with pytest.raises(InputError, match=told) as error:
+        read(tmp_path, text)
+    assert "walk.trc" in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_one_door(tmp_path):
+    markers = read(tmp_path, content())
+    opened = open_motion_capture(tmp_path / "walk.trc")
+    np.testing.assert_array_equal(opened.positions, markers.positions)
