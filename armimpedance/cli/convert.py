@@ -5,11 +5,16 @@ Examples:
   armimpedance convert exam_folder session --force-by limb --side right \\
       --onset-event PERTURB_ON --end-event PERTURB_OFF --emg ACH0=biceps_long
   armimpedance convert session session_csv --table csv
+  armimpedance convert swing.c3d relaxed --skeleton elbow --mass-kg 70 --height-m 1.75 \\
+      --marker RSHO=acromion_right --standing upright.c3d --emg Biceps.EMG4=biceps
 
 Kinarm (Dexterit-E) exams: a folder or zip of BB_TT_RR.c3d and common.c3d. Which body's force the
 sensor's columns hold cannot be read from the files: --force-by states it. Personal fields
 (subject, operator, dates) stay out unless --keep-personal. What no file says can be given: the
 mass between sensor and hand, where the shoulder was (endpoint robots), the subject's size.
+
+Motion capture: a C3D or .trc becomes a recording of markers, a .mot or .sto one of joint angles,
+each with a skeleton; `passive` and `body` read them.
 """
 
 from __future__ import annotations
@@ -18,6 +23,12 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from armimpedance.cli.convert_motion import (
+    add_options,
+    convert_motion,
+    is_motion_capture,
+    pairs,
+)
 from armimpedance.cli.estimate import add_force_by
 
 if TYPE_CHECKING:
@@ -49,21 +60,18 @@ def configure(parser: argparse.ArgumentParser) -> None:
         unit = field.rsplit("_", 1)[1].upper()
         stated.add_argument(f"--{field.replace('_', '-')}", type=float, metavar=unit)
     parser.add_argument("--table", choices=("parquet", "csv"), default="parquet")
+    add_options(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Read, write, say what was done."""
     from armimpedance.cli.inspect import describe
-    from armimpedance.errors import InputError
     from armimpedance.recordings.convert import ReadOptions, open_recording
     from armimpedance.recordings.folder import write_folder
 
-    channels = {}
-    for pair in arguments.emg:
-        channel, equals, muscle = pair.partition("=")
-        if not (channel and equals and muscle):
-            raise InputError(f"--emg {pair}", expected="CHANNEL=MUSCLE, as ACH0=biceps_long")
-        channels[channel] = muscle
+    channels = pairs(arguments.emg, "--emg", "CHANNEL=MUSCLE, as ACH0=biceps_long")
+    if is_motion_capture(arguments.input):
+        return convert_motion(arguments, channels)
     options = ReadOptions(
         force_by=arguments.force_by,
         side=arguments.side,
