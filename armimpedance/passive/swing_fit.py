@@ -2,24 +2,29 @@
 
 The hinge is simulated forward from free initial conditions with the other coordinates as measured
 and compared with the measured angle, unfiltered: no derivative of a noisy signal enters, and no
-sign. Gauss-Newton from the `parallel` estimate.
+sign. Long trials are cut into pieces with a start of their own: noise of the other coordinates
+drives the simulation away from the measured swing, but not for longer than a piece. Gauss-Newton
+from the `parallel` estimate.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 
 from armimpedance.errors import EstimationError, InputError
 from armimpedance.passive.equations import Equations, parallel_equations
+from armimpedance.passive.hinge import HingeDynamics
 from armimpedance.passive.linear import TwoFits, solve_linear
 from armimpedance.passive.samples import PassiveSamples
 from armimpedance.passive.swing import simulate_swings
 from armimpedance.passive.terms import Terms
 from armimpedance.records import FloatArray
+from armimpedance.regression.covariance import CovarianceKind
 from armimpedance.regression.fit import Fit
+from armimpedance.regression.solve import fit
 
 _MOST_STEPS: Final = 30
 _MOST_HALVINGS: Final = 8
@@ -33,18 +38,26 @@ _START_DIFFERENCES: Final = (1e-4, 1e-3)
 _STILL: Final = 0.02
 _STILL_EXACT: Final = 1e-9
 
-#: A step that does not lower the residual ends the search if it is no longer than this.
-_STILL_ENOUGH: Final = 0.5
+#: A step that does not lower the residual, as a reversal that just happens or just does not may
+#: bring about, ends the search if it is no longer than this part of the robust standard errors.
+_STILL_ENOUGH: Final = 0.25
+
+
+#: Covariances of the linearised fit.
+_KINDS: Final[tuple[CovarianceKind, CovarianceKind]] = ("classical", "cr3")
+
+#: Longest piece with a start of its own, s. An elbow forgets its start in some 4 s.
+LONGEST_PIECE_S: Final = 3.0
 
 
 @dataclass(frozen=True)
 class Swings:
-    """What a simulation of all trials of one hinge needs.
+    """What a simulation of all pieces of one hinge's trials needs; T pieces.
 
     Attributes
     ----------
     coefficients : (points, 7, T)
-        Shorter trials hold their last row.
+        Shorter pieces hold their last row.
     measured : tuple of T arrays (S_t,)
     terms : Terms
     sample_rate_hz : float
@@ -83,6 +96,7 @@ def solve_swing(samples: PassiveSamples, terms: Terms) -> TwoFits:
         As the `parallel` start.
     """
     first = solve_linear(parallel_equations(samples, terms), samples.sample_rate_hz).classical
+    samples = in_pieces(samples, LONGEST_PIECE_S)
     swings = _swings(samples, terms)
     x = first.parameters.copy()
     start = np.array([[samples.q[s.start, 0], samples.qd[s.start, 0]] for s in samples.slices()]).T
@@ -91,13 +105,13 @@ def solve_swing(samples: PassiveSamples, terms: Terms) -> TwoFits:
         steps = np.maximum(np.concatenate([_DIFFERENCE * sd, _START_DIFFERENCES]), 1e-7)
         angles, W_x, W_start = _sensitivities(swings, x, start, steps)
         E = swings.residual(angles)
-        fits, moves = _linearised(swings, x, E, W_x, W_start, samples.sample_rate_hz)
+        fits, moves = _linearised(swings, x, E, W_x, W_start)
         change = fits.classical.parameters - x
         length = _length(change, fits.classical)
         if length <= _STILL or (np.abs(change) <= _STILL_EXACT * np.abs(x)).all():
             return fits
         lower = _descend(swings, x, start, change, moves, _squares(E))
-        if lower is None and length <= _STILL_ENOUGH:
+        if lower is None and (np.abs(change) <= _STILL_ENOUGH * fits.robust.sd).all():
             return fits
         if lower is None:
             raise EstimationError(
@@ -106,6 +120,25 @@ def solve_swing(samples: PassiveSamples, terms: Terms) -> TwoFits:
         (x, start), sd = lower, fits.classical.sd
     raise EstimationError(
         f"{samples.joints[0]}: the simulated swing did not settle in {_MOST_STEPS} steps"
+    )
+
+
+def in_pieces(samples: PassiveSamples, longest_s: float) -> PassiveSamples:
+    """The same samples, every trial cut into equal pieces no longer than this."""
+    hinges: list[list[FloatArray]] = [[] for _ in samples.hinges or ()]
+    ends = [0]
+    for t, part in enumerate(samples.slices()):
+        count = part.stop - part.start
+        pieces = int(np.ceil(count / max(longest_s * samples.sample_rate_hz, 2)))
+        edges = np.linspace(0, count, pieces + 1).astype(int).tolist()
+        ends += [part.start + e for e in edges[1:]]
+        for found, hinge in zip(hinges, samples.hinges or (), strict=True):
+            found += hinge.select([t]).cut(edges).coefficients
+    return replace(
+        samples,
+        offsets=np.array(ends),
+        hinges=tuple(HingeDynamics(tuple(found)) for found in hinges) or None,
+        trials=(),
     )
 
 
@@ -143,7 +176,6 @@ def _linearised(
     E: list[FloatArray],
     W_x: FloatArray,
     W_start: FloatArray,
-    rate_hz: float,
 ) -> tuple[TwoFits, list[tuple[FloatArray, FloatArray]]]:
     """The Gauss-Newton step as a regression, and per trial what moves the start with it."""
     W, Y, moves = [], [], []
@@ -155,7 +187,22 @@ def _linearised(
         W.append(w_x - Q @ (Q.T @ w_x))
         Y.append((e - Q @ (Q.T @ e) + W[-1] @ x)[:, None])
     equations = Equations(swings.terms.columns, swings.terms.column_units, tuple(W), tuple(Y))
-    return solve_linear(equations, rate_hz, nuisance_per_trial=2), moves
+    return _both(equations), moves
+
+
+def _both(equations: Equations) -> TwoFits:
+    """Both covariances of the linearised fit; the robust one takes a piece as one observation.
+
+    The other coordinates' noise drives the joint at its own resonance, so that a residual
+    remembers as long as the swing does; a piece with its own start forgets what was before.
+    """
+    factors = equations.factors(nuisance_per_trial=2)
+    names, units = equations.columns, equations.column_units
+    classical, clustered = (
+        fit(factors, covariance=kind, parameter_names=names, parameter_units=units)
+        for kind in _KINDS
+    )
+    return TwoFits(classical, clustered)
 
 
 def _descend(
