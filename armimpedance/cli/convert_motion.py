@@ -20,9 +20,7 @@ _HAND = ("force_by", "side", "onset_event", "end_event", "handle_mass_kg", "shou
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Arguments for motion capture."""
-    group = parser.add_argument_group(
-        "motion capture (.c3d, .trc, .mot, .sto: one file, one trial)"
-    )
+    group = parser.add_argument_group("motion capture (.c3d, .trc, .mot, .sto: one trial a file)")
     group.add_argument(
         "--skeleton",
         metavar="elbow|body|FILE.json",
@@ -43,6 +41,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         metavar="COORDINATE=COLUMN",
         help=".mot, .sto: the column of an angle, -COLUMN turns its sign; may be given again",
     )
+    group.add_argument("--prefix", metavar="NAME", help=".c3d: whose markers (NAME:marker)")
     group.add_argument("--axes", metavar="X,Y,Z", help="axes forward, left, up, such as x,-z,y")
     group.add_argument("--in-degrees", choices=("yes", "no"), help="where a table does not say")
 
@@ -93,6 +92,7 @@ def _options(arguments: argparse.Namespace, emg_channels: dict[str, str]) -> Cap
     degrees = None if arguments.in_degrees is None else arguments.in_degrees == "yes"
     return CaptureOptions(
         axes=axes,
+        prefix=arguments.prefix,
         emg_channels=emg_channels,
         skeleton=_skeleton(arguments),
         angles=pairs(arguments.angle, "--angle", "COORDINATE=COLUMN"),
