@@ -23,6 +23,9 @@ from armimpedance.records import FloatArray
 _DEGREE: Final = 5
 _MOST_TURNS: Final = 50
 
+#: Turns in which a sample may still change the side of a reversal on which it lies.
+_TURNS_OF_SIGN: Final = 5
+
 #: Knots per period of the cut-off: the spline follows what the filter lets through.
 _KNOTS_PER_PERIOD: Final = 3.0
 
@@ -68,12 +71,15 @@ def solve_joint_spline(samples: PassiveSamples, terms: Terms) -> TwoFits:
     weight = _torque_weight(trials, curves)
     x = solve_linear(parallel_equations(samples, terms), samples.sample_rate_hz)
     parameters = x.classical.parameters
-    for _ in range(_MOST_TURNS):
+    signs = [np.sign(t.B1 @ c) for t, c in zip(trials, curves, strict=True)]
+    for turn in range(_MOST_TURNS):
         curves = [
-            _spline_given(t, c, parameters, terms, weight)
-            for t, c in zip(trials, curves, strict=True)
+            _spline_given(t, c, s, parameters, terms, weight)
+            for t, c, s in zip(trials, curves, signs, strict=True)
         ]
-        fits = solve_linear(_equations(trials, curves, terms), samples.sample_rate_hz)
+        if turn < _TURNS_OF_SIGN:
+            signs = [np.sign(t.B1 @ c) for t, c in zip(trials, curves, strict=True)]
+        fits = solve_linear(_equations(trials, curves, signs, terms), samples.sample_rate_hz)
         change = np.abs(fits.classical.parameters - parameters)
         parameters = fits.classical.parameters
         if (change <= _STILL * fits.classical.sd + _STILL_EXACT * np.abs(parameters)).all():
@@ -128,11 +134,18 @@ def _torque_weight(trials: list[TrialSpline], curves: list[FloatArray]) -> float
 
 
 def _spline_given(
-    trial: TrialSpline, curve: FloatArray, x: FloatArray, terms: Terms, weight: float
+    trial: TrialSpline,
+    curve: FloatArray,
+    sign: FloatArray,
+    x: FloatArray,
+    terms: Terms,
+    weight: float,
 ) -> FloatArray:
-    """The spline (c,) that fits angle and torque best for given parameters (p,)."""
+    """The spline (c,) that fits angle and torque best for given signs (S,) and parameters (p,)."""
+    from scipy.sparse.linalg import spsolve
+
     q, qd = trial.B @ curve, trial.B1 @ curve
-    predicted = terms.matrix(q, qd, np.sign(qd)) @ x
+    predicted = terms.matrix(q, qd, sign) @ x
     # torque about the present curve: G (S, c) = d tau/dq B + h B1
     slope = np.full(len(q), x[0])
     if terms.quadratic:
@@ -140,15 +153,15 @@ def _spline_given(
     G = trial.B.multiply(slope[:, None]).tocsr() + x[1] * trial.B1
     left = trial.B.T @ trial.B + weight * (G.T @ G)
     right = trial.B.T @ trial.q + weight * (G.T @ (trial.torque - predicted + G @ curve))
-    from scipy.sparse.linalg import spsolve
-
     return np.asarray(spsolve(left.tocsc(), right))
 
 
-def _equations(trials: list[TrialSpline], curves: list[FloatArray], terms: Terms) -> Equations:
+def _equations(
+    trials: list[TrialSpline], curves: list[FloatArray], signs: list[FloatArray], terms: Terms
+) -> Equations:
     W, Y = [], []
-    for trial, curve in zip(trials, curves, strict=True):
+    for trial, curve, sign in zip(trials, curves, signs, strict=True):
         q, qd = trial.B @ curve, trial.B1 @ curve
-        W.append(terms.matrix(q, qd, np.sign(qd)))
+        W.append(terms.matrix(q, qd, sign))
         Y.append(trial.torque[:, None])
     return Equations(terms.columns, terms.column_units, tuple(W), tuple(Y))
