@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Final, Literal, overload
+from typing import Final, Literal, overload
 
 import numpy as np
 import pandas as pd
@@ -36,12 +36,34 @@ LEVER_M: Final = 0.25
 
 @overload
 def simulate_body(
-    motions: Sequence[str] = ..., *, markers: Literal[False] = ..., **rig: Any
+    motions: Sequence[str] = ...,
+    *,
+    subject: str | BodySubject = ...,
+    seed: int = ...,
+    sample_rate_hz: float = ...,
+    angle_noise_rad: float = ...,
+    force_noise_N: float = ...,
+    moment_noise_Nm: float = ...,
+    place_noise_m: float | None = ...,
+    markers: Literal[False] = ...,
 ) -> tuple[MotionRecording, BodyTruth]: ...
+
+
 @overload
 def simulate_body(
-    motions: Sequence[str] = ..., *, markers: Literal[True] | Studio, **rig: Any
+    motions: Sequence[str] = ...,
+    *,
+    subject: str | BodySubject = ...,
+    seed: int = ...,
+    sample_rate_hz: float = ...,
+    angle_noise_rad: float = ...,
+    force_noise_N: float = ...,
+    moment_noise_Nm: float = ...,
+    place_noise_m: float | None = ...,
+    markers: Literal[True] | Studio,
 ) -> tuple[MarkerRecording, BodyTruth]: ...
+
+
 def simulate_body(
     motions: Sequence[str] = ALL,
     *,
@@ -116,7 +138,7 @@ def simulate_body(
     truth = _truth(who, parts)
     if markers is False:
         return recording, truth
-    exact = replace(recording, coordinates=truth.q)
+    exact = replace(recording, coordinates=np.concatenate([part.q for part in parts]))
     return film(exact, None if markers is True else markers, seed=seed), truth
 
 
@@ -199,14 +221,7 @@ class _Noise:
 
 
 def _truth(who: BodySubject, parts: list[_Exact]) -> BodyTruth:
-    samples = (
-        "q",
-        "qd",
-        "qdd",
-        "generalised_forces",
-        "joint_torques",
-        "foot_wrenches",
-    )
+    samples = ("q", "qd", "qdd", "generalised_forces", "joint_torques", "foot_wrenches")
     return BodyTruth(
         segments=tuple(s.name for s in who.skeleton.segments),
         coordinates=who.skeleton.coordinates,
