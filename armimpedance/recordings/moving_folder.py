@@ -9,22 +9,26 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final, Literal
 
 import numpy as np
 import pandas as pd
-import pyarrow as pa
-import pyarrow.parquet as pq
 
 from armimpedance.errors import InputError
 from armimpedance.motion import WRENCH, EmgSignals, MarkerRecording, MotionRecording
 from armimpedance.outputs import RECORDING_FILES, staged_folder
+from armimpedance.recordings.emg_table import (
+    CLOCK,
+    EMG_FILES,
+    TableForm,
+    emg_columns,
+    read_emg,
+    write_table,
+)
 from armimpedance.recordings.folder import (
     METADATA_FILE,
     TRIALS_FILE,
     runs_of_trials,
     table_file,
-    write_csv,
 )
 from armimpedance.recordings.moving_metadata import (
     MovingKind,
@@ -33,16 +37,10 @@ from armimpedance.recordings.moving_metadata import (
     read_moving_metadata,
 )
 from armimpedance.recordings.number_table import NumberTable, column_names, read_numbers
-from armimpedance.recordings.sample_table import EMG_PREFIX, check_time, trial_runs
+from armimpedance.recordings.sample_table import check_time, trial_runs
 from armimpedance.recordings.skeleton_json import SKELETON_FILE, skeleton_text
 from armimpedance.recordings.trial_table import TrialTable, check_onsets, read_trials, trials_text
 from armimpedance.records import FloatArray, IntArray
-
-EMG_FILES: Final = ("emg.parquet", "emg.csv")
-TableForm = Literal["parquet", "csv"]
-
-#: Columns that every table has.
-_CLOCK: Final = ("trial", "time_s")
 
 
 @dataclass(frozen=True)
@@ -110,9 +108,9 @@ def read_tables(
     file = table_file(folder)
     names = column_names(file)
     plates = _plate_columns(file, names, metadata)
-    numbers = read_numbers(file, (*_CLOCK, *wanted, *plates), gaps=wanted if gaps else ())
+    numbers = read_numbers(file, (*CLOCK, *wanted, *plates), gaps=wanted if gaps else ())
     index, offsets = _in_order(table, numbers, metadata.sample_rate_hz)
-    columns = {n: numbers.columns[n][index] for n in (*_CLOCK, *wanted, *plates)}
+    columns = {n: numbers.columns[n][index] for n in (*CLOCK, *wanted, *plates)}
     time = columns["time_s"]
     step = 1.0 / metadata.sample_rate_hz
     check_onsets(table, time[offsets[:-1]], time[offsets[1:] - 1], step)
@@ -120,7 +118,7 @@ def read_tables(
     if metadata.plate_origins_m is not None:
         stacked = np.column_stack([columns[n] for n in plates])
         wrenches = stacked.reshape(len(time), -1, len(WRENCH))
-    emg = _read_emg(folder, table, metadata, time[offsets[:-1]])
+    emg = read_emg(folder, table, metadata, time[offsets[:-1]])
     left_out = [n for n in names if n not in columns]
     remarks = (f"Sample columns left out: {', '.join(left_out)}.",) if left_out else ()
     return MovingTables(numbers, table.trials, offsets, columns, wrenches, emg, remarks)
@@ -157,10 +155,10 @@ def write_tables(
         (folder / METADATA_FILE).write_text(moving_metadata_text(recording), encoding="utf-8")
         text = trials_text(recording.trials)
         (folder / TRIALS_FILE).write_text(text, encoding="utf-8", newline="")
-        _write_table(samples, folder, "samples", table)
+        write_table(samples, folder, "samples", table)
         if recording.emg is not None:
             starts = recording.time_s[recording.offsets[:-1]]
-            _write_table(_emg_table(recording.emg, trial, starts), folder, "emg", table)
+            write_table(emg_columns(recording.emg, trial, starts), folder, "emg", table)
         if recording.skeleton is not None:
             text = skeleton_text(recording.skeleton)
             (folder / SKELETON_FILE).write_text(text, encoding="utf-8")
@@ -231,77 +229,8 @@ def _in_order(
     return index, offsets
 
 
-def _read_emg(
-    folder: Path, table: TrialTable, metadata: MovingMetadata, starts_s: FloatArray
-) -> EmgSignals | None:
-    """EMG of the trials, from a table of its own; a trial may have none."""
-    if not any((folder / name).is_file() for name in EMG_FILES):
-        if metadata.emg_rate_hz is not None:
-            expected = " or ".join(EMG_FILES)
-            raise InputError("a rate of EMG, but no EMG", file=folder, expected=expected)
-        return None
-    file = table_file(folder, "emg")
-    rate = metadata.emg_rate_hz
-    if rate is None:
-        raise InputError(
-            "is missing", file=folder / METADATA_FILE, column="emg_rate_hz", expected="EMG's rate"
-        )
-    columns = [n for n in column_names(file) if n.startswith(EMG_PREFIX) and n != EMG_PREFIX]
-    if not columns:
-        expected = f"{EMG_PREFIX}<muscle>"
-        raise InputError("no column of EMG", file=file, row=1, expected=expected)
-    numbers = read_numbers(file, (*_CLOCK, *columns))
-    runs, begins = trial_runs(numbers)
-    check_time(numbers, begins, rate)
-    listed = table.trials["trial"].tolist()
-    with_emg = table.trials["trial"].isin(runs)
-    short = TrialTable(
-        table.file,
-        table.trials[with_emg].reset_index(drop=True),
-        tuple(line for line, has in zip(table.lines, with_emg, strict=True) if has),
-    )
-    order = runs_of_trials(short, numbers, runs, begins)
-    time = numbers.columns["time_s"]
-    lengths = np.zeros(len(listed), np.int64)
-    lengths[with_emg.to_numpy()] = np.diff(begins)[order]
-    for row, run in zip(np.flatnonzero(with_emg), order, strict=True):
-        late = time[begins[run]] - starts_s[row]
-        if abs(late) > 1.0 / metadata.sample_rate_hz:
-            raise InputError(
-                f"EMG of trial {listed[row]} starts {late:.4g} s after the trial",
-                file=file,
-                row=numbers.row(int(begins[run])),
-                column="time_s",
-                expected="the trial's own start, within a frame",
-            )
-    rows = [np.arange(begins[run], begins[run + 1]) for run in order]
-    signals = np.column_stack([numbers.columns[n] for n in columns])[np.concatenate(rows)]
-    muscles = tuple(n.removeprefix(EMG_PREFIX) for n in columns)
-    offsets = np.concatenate([[0], np.cumsum(lengths)])
-    return EmgSignals(rate, offsets, signals, muscles, metadata.emg_unit)
-
-
-def _emg_table(emg: EmgSignals, trial: IntArray, starts_s: FloatArray) -> dict[str, FloatArray]:
-    lengths = np.diff(emg.offsets)
-    index = np.arange(emg.offsets[-1]) - np.repeat(emg.offsets[:-1], lengths)
-    columns = {EMG_PREFIX + muscle: emg.signals[:, i] for i, muscle in enumerate(emg.muscles)}
-    time = np.repeat(starts_s, lengths) + index / emg.sample_rate_hz
-    return {"trial": np.repeat(trial, lengths), "time_s": time, **columns}
-
-
 def _trial_numbers(trials: pd.DataFrame) -> IntArray:
     numbers = trials["trial"].to_numpy()
     if not np.issubdtype(numbers.dtype, np.integer):
         raise InputError("trial numbers are not integers", column="trial", expected="integers")
     return np.asarray(numbers, np.int64)
-
-
-def _write_table(
-    columns: Mapping[str, FloatArray], folder: Path, stem: str, table: TableForm
-) -> None:
-    # a lost value is an empty cell
-    arrays = {name: pa.array(values, from_pandas=True) for name, values in columns.items()}
-    if table == "parquet":
-        pq.write_table(pa.table(arrays), folder / f"{stem}.parquet")
-    else:
-        write_csv(pa.table(arrays), folder / f"{stem}.csv")

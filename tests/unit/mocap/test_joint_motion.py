@@ -104,7 +104,7 @@ def test_single_postures_of_a_far_reaching_arm():
 
 
 def test_sd_is_the_cramer_rao_bound():
-    q = swing(ELBOW, 1500, 30.0, seed=4)
+    q = swing(ELBOW, 800, 30.0, seed=4)
     # bent elbow: the shoulder's rotation is well determined and the bound holds without curvature
     q[:, 9] += 1.4
     fit = joint_motion(record(ELBOW, q, 30.0, NOISE_M, seed=11))
@@ -117,12 +117,12 @@ def test_sd_is_the_cramer_rao_bound():
 
 
 def test_residual_tells_the_noise():
-    q = swing(ELBOW, 600, 30.0, seed=4)
+    q = swing(ELBOW, 300, 30.0, seed=4)
     fit = joint_motion(record(ELBOW, q, 30.0, NOISE_M, seed=12))
     # 24 numbers a frame less 10 coordinates
     expected = NOISE_M * np.sqrt(24 - 10)
     total = np.sqrt((fit.residual_rms_m**2).sum())
-    assert abs(total / expected - 1) < 4 / np.sqrt(2 * 600 * 14)
+    assert abs(total / expected - 1) < 4 / np.sqrt(2 * 300 * 14)
 
 
 def lever(length_m):
