@@ -48,7 +48,7 @@ class Push:
     """
 
     every_s: tuple[float, float] = (2.0, 3.5)
-    yaw_rad: tuple[float, float] = (0.15, 0.30)
+    yaw_rad: tuple[float, float] = (0.11, 0.22)
     swing_hz: float = 1.3
     damping: float = 0.25
     rise_s: float = 0.10

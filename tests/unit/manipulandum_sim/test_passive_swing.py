@@ -145,7 +145,7 @@ def test_friction_holds_the_forearm_where_it_can():
 
 def test_negative_friction_is_a_limit_cycle():
     """Describing function: the power of f sign(qd), 4 f A w / (2 pi), is that of h qd^2 / 2."""
-    h, f, rate = 0.15, -0.075, 300.0
+    h, f, rate = 0.15, -0.075, 250.0
     subject = ONE.with_joint(ELBOW, h=h, f=f, q_r=np.pi / 2)
     _, truth = simulate_passive("release", subject=subject, trials=1, duration_s=8.5, rate_hz=rate)
     fore, c = subject.skeleton.segments[-1], truth.columns[0]
@@ -159,8 +159,8 @@ def test_negative_friction_is_a_limit_cycle():
 
 def test_the_tests_excite_as_the_source_s_do():
     """The source prints 2.2 to 3.1; which condition number that is, see `passive_subject`."""
-    for test in ("p5", "release"):
-        made = simulate_passive_many(test, range(4), duration_s=8.0, trials=1)
+    for test, seconds in (("p5", 6.0), ("release", 8.0)):
+        made = simulate_passive_many(test, range(4), duration_s=seconds, trials=1)
         conditions = [scaled_condition(elbow_regressor(truth)[0]) for _, truth in made]
         assert 2.2 <= np.mean(conditions) <= 3.1, test
 
@@ -244,6 +244,7 @@ def test_forearm_and_hand_apart_weigh_what_they_weigh_together():
         ({"test": "p6"}, "no passive test 'p6'"),
         ({"subject": "9"}, "no passive subject '9'"),
         ({"trials": 0}, "0 trials"),
+        ({"seed": -1}, "none negative"),
         ({"duration_s": 0.0}, "trials of 0.0 s"),
         ({"duration_s": np.nan}, "trials of nan s"),
         ({"rate_hz": 0.0}, "0.0 frames/s"),
