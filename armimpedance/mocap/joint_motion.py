@@ -19,6 +19,8 @@ from armimpedance.records import BoolArray, FloatArray, IntArray, frozen_array
 #: A root that leans further than this from upright loses its heading (its turns are about z, y, x).
 _STEEPEST_RAD: Final = np.deg2rad(80.0)
 
+_BLOCK_FRAMES: Final = 4096
+
 
 @dataclass(frozen=True)
 class MarkerFit:
@@ -81,7 +83,7 @@ def joint_motion(
         used, sites without a marker neither; the provenance names them.
     longest_gap_s : float
     largest_residual_m : float
-        A marker further (rms) from the skeleton's is refused.
+        A trial with a marker further (rms) from the skeleton's is refused.
     natural : mapping str -> float, optional
         Angles (rad) of the posture that holds where the markers leave freedom; zero if absent.
 
@@ -107,8 +109,8 @@ def joint_motion(
     short = short_frames(tree, tracked.q, targets)
     postures = _bridged(tree, targets, tracked, short, markers, longest_gap_s)
     q = _without_jumps(tree, postures.q, markers.offsets)
-    rms = _residual_rms(tree, q, targets)
-    _check_fit(postures, rms, names, markers, largest_residual_m)
+    distance = _distances(tree, q, targets)
+    _check_fit(postures, distance, names, markers, largest_residual_m)
     motion = MotionRecording(
         sample_rate_hz=markers.sample_rate_hz,
         trials=markers.trials,
@@ -124,7 +126,7 @@ def joint_motion(
     )
     warnings = _warnings(skeleton, q, postures, short)
     free = postures.free.mean(axis=0)
-    return MarkerFit(motion, names, rms, short, free, postures.steps, warnings)
+    return MarkerFit(motion, names, _rms(distance), short, free, postures.steps, warnings)
 
 
 def _natural_posture(skeleton: Skeleton, angles: Mapping[str, float]) -> FloatArray:
@@ -164,37 +166,44 @@ def _without_jumps(tree: MarkerTree, q: FloatArray, offsets: IntArray) -> FloatA
     return smooth
 
 
-def _residual_rms(tree: MarkerTree, q: FloatArray, targets: FloatArray) -> FloatArray:
-    """Rms distance (P,) over the frames that show a marker; 0 for one that is never seen."""
-    total, seen = np.zeros((2, targets.shape[1]))
-    for i in range(0, len(q), 4096):
-        rows = slice(i, i + 4096)
-        squared = ((targets[rows] - marker_places(tree, q[rows])) ** 2).sum(axis=2)
-        total += np.nansum(squared, axis=0)
-        seen += np.isfinite(squared).sum(axis=0)
-    return np.sqrt(total / np.maximum(seen, 1))
+def _distances(tree: MarkerTree, q: FloatArray, targets: FloatArray) -> FloatArray:
+    """Distance (N, P) of each marker from the skeleton's; NaN where it was not seen."""
+    distance = np.empty(targets.shape[:2])
+    for i in range(0, len(q), _BLOCK_FRAMES):
+        rows = slice(i, i + _BLOCK_FRAMES)
+        away = targets[rows] - marker_places(tree, q[rows])
+        distance[rows] = np.sqrt((away * away).sum(axis=2))
+    return distance
+
+
+def _rms(distance: FloatArray) -> FloatArray:
+    """Rms (P,) over the frames that show a marker; 0 for one that is never seen."""
+    seen = np.isfinite(distance).sum(axis=0)
+    return np.asarray(np.sqrt(np.nansum(distance**2, axis=0) / np.maximum(seen, 1)))
 
 
 def _check_fit(
     postures: Postures,
-    rms: FloatArray,
+    distance: FloatArray,
     names: tuple[str, ...],
     markers: MarkerRecording,
     largest_residual_m: float,
 ) -> None:
-    worst = int(np.argmax(rms))
-    if rms[worst] > largest_residual_m:
+    numbers = markers.trials["trial"].tolist()
+    rms = np.array([_rms(distance[markers.samples_of(t)]) for t in range(len(numbers))])
+    if rms.max() > largest_residual_m:
+        t, worst = (int(i) for i in np.unravel_index(int(np.argmax(rms)), rms.shape))
         raise EstimationError(
-            f"marker {names[worst]} lies {1e3 * rms[worst]:.0f} mm (rms) from the skeleton's, at "
-            f"most {1e3 * largest_residual_m:g} mm allowed: swapped labels, another body's "
-            "skeleton, or lengths that are not m"
+            f"trial {numbers[t]}: marker {names[worst]} lies {1e3 * rms[t, worst]:.0f} mm (rms) "
+            f"from the skeleton's, at most {1e3 * largest_residual_m:g} mm allowed: swapped "
+            "labels, another body's skeleton, or lengths that are not m"
         )
     failed = np.flatnonzero(~postures.converged)
     if len(failed):
         t = int(np.searchsorted(markers.offsets, failed[0], side="right")) - 1
         raise EstimationError(
-            f"trial {markers.trials['trial'].iloc[t]}: no posture found at "
-            f"{markers.time_s[failed[0]]:.3f} s and in {len(failed) - 1} further frames"
+            f"trial {numbers[t]}: no posture found at {markers.time_s[failed[0]]:.3f} s and in "
+            f"{len(failed) - 1} further frames"
         )
 
 

@@ -192,6 +192,16 @@ def test_markers_that_the_skeleton_cannot_follow(how):
         joint_motion(replace(markers, positions=spoilt(np.array(markers.positions), how)))
 
 
+def test_one_swapped_trial_of_many_is_found():
+    lengths = [20] * 6
+    q = np.concatenate([swing(ELBOW, 20, 30.0, seed=n) for n in range(6)])
+    markers = record(ELBOW, q, 30.0, lengths=lengths)
+    positions = np.array(markers.positions)
+    positions[60:80] = spoilt(positions[60:80], "swapped")
+    with pytest.raises(EstimationError, match="trial 4: marker"):
+        joint_motion(replace(markers, positions=positions))
+
+
 def test_no_skeleton_no_site_no_angle():
     markers = record(ELBOW, swing(ELBOW, 5, 30.0, seed=7), 30.0)
     with pytest.raises(InputError, match="no skeleton"):
