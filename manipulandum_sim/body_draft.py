@@ -10,7 +10,8 @@ from armimpedance.records import FloatArray
 
 from .body_legs import LEG_ANGLES, FootPath
 from .body_plan import BodyPlan, FreeLeg
-from .body_subject import HIP_HALF_WIDTH, SIDES, BodySubject
+from .body_subject import SIDES, BodySubject
+from .body_table import HIP_HALF_WIDTH
 
 PELVIS: Final = ("x", "y", "z", "rz", "ry", "rx")
 #: Relative sd of an individual's amplitudes, and of the tempo.

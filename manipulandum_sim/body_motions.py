@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Final
 
 import numpy as np
@@ -12,44 +12,18 @@ from armimpedance.records import FloatArray
 
 from .body_draft import Draft, step
 from .body_plan import BodyMotion, FreeLeg, realise
+from .body_restless import (
+    ARM_WAVES,
+    LEG_WAVES,
+    NECK_WAVES,
+    PELVIS_WAVES,
+    TRUNK_WAVES,
+    Waves,
+    background,
+    restless,
+    restless_above,
+)
 from .body_subject import SIDES, BodySubject
-
-Waves = Mapping[str, tuple[float, float, float, float]]
-
-#: Restless motion about a middle, by joint: middle, amplitude (rad), lowest and highest Hz.
-_ARM_WAVES: Final = {
-    "shoulder_flexion": (0.60, 0.60, 0.2, 1.0),
-    "shoulder_abduction": (0.55, 0.38, 0.2, 1.0),
-    "shoulder_rotation": (0.10, 0.55, 0.2, 1.1),
-    "elbow_flexion": (1.00, 0.60, 0.2, 1.2),
-    "wrist_radial": (0.0, 0.32, 0.5, 1.8),
-    "wrist_flexion": (0.0, 0.75, 0.4, 1.7),
-}
-_LEG_WAVES: Final = {
-    "hip_flexion": (0.62, 0.45, 0.2, 1.0),
-    "hip_abduction": (0.28, 0.30, 0.2, 1.0),
-    "hip_rotation": (0.0, 0.38, 0.3, 1.2),
-    "knee_flexion": (1.10, 0.50, 0.3, 1.3),
-    "ankle_dorsiflexion": (0.05, 0.38, 0.4, 1.7),
-    "ankle_inversion": (0.0, 0.32, 0.4, 1.7),
-}
-_TRUNK_WAVES: Final = {
-    "flexion": (0.12, 0.24, 0.2, 0.9),
-    "bend_right": (0.0, 0.24, 0.2, 0.9),
-    "twist_left": (0.0, 0.38, 0.2, 1.0),
-}
-_NECK_WAVES: Final = {
-    "flexion": (0.0, 0.34, 0.2, 1.1),
-    "bend_right": (0.0, 0.32, 0.2, 1.1),
-    "twist_left": (0.0, 0.60, 0.2, 1.2),
-}
-_PELVIS_WAVES: Final = {
-    "rz": (0.0, 0.26, 0.2, 0.8),
-    "ry": (0.02, 0.18, 0.2, 0.8),
-    "rx": (0.0, 0.16, 0.2, 0.8),
-}
-#: Nobody holds a joint quite still: this part of the restless motion is in all others.
-_BACKGROUND: Final = 0.10
 
 
 def walk(d: Draft) -> None:
@@ -213,9 +187,9 @@ def trunk_side_bend(d: Draft) -> None:
 def head_and_arms(d: Draft) -> None:
     """The head looks everywhere while the arms gesture and the hands shake."""
     on = d.during()
-    _restless(d, on, "neck", _NECK_WAVES)
+    restless(d, on, "neck", NECK_WAVES)
     for side in SIDES:
-        _restless(d, on, side, _ARM_WAVES)
+        restless(d, on, side, ARM_WAVES)
 
 
 def leg_swings(d: Draft) -> None:
@@ -230,8 +204,8 @@ def all_joints(d: Draft) -> None:
     """Everything at once: gestures, looks, sways of trunk and pelvis, a leg in the air."""
     _swing_both(d, (1.6, 10.6), (13.0, 22.0))
     on = d.during()
-    _restless_above(d, on)
-    _restless(d, on, "pelvis", _PELVIS_WAVES)
+    restless_above(d, on)
+    restless(d, on, "pelvis", PELVIS_WAVES)
     d.add("pelvis_z", on * (-0.05 + d.waves(0.03, 0.3, 1.1)))
     d.sway_m += on[:, None] * np.column_stack([d.waves(0.025, 0.2, 0.8), d.waves(0.008, 0.2, 0.8)])
 
@@ -239,10 +213,10 @@ def all_joints(d: Draft) -> None:
 def pelvis_still(d: Draft) -> None:
     """The pelvis rests on a stand; everything else moves."""
     on = d.during()
-    _restless_above(d, on)
+    restless_above(d, on)
     d.pelvis["z"] += 0.55 * d.height_m
     for side in SIDES:
-        waves = [on * (w[0] + d.waves(*w[1:])) for w in _LEG_WAVES.values()]
+        waves = [on * (w[0] + d.waves(*w[1:])) for w in LEG_WAVES.values()]
         d.free[side] = FreeLeg(np.ones_like(d.t), np.column_stack(waves))
 
 
@@ -293,7 +267,7 @@ def body_motion(
     draft = Draft(subject, seconds, rate_hz, rng)
     compose(draft)
     if name in MOTIONS:
-        _background(draft)
+        background(draft)
     return realise(draft.plan(standing=name in MOTIONS), subject)
 
 
@@ -314,8 +288,8 @@ def still_postures(
 
 def _posture_ranges(subject: BodySubject) -> tuple[FloatArray, FloatArray]:
     """Middle and amplitude (n,) of every coordinate."""
-    parts: dict[str, Waves] = {"trunk": _TRUNK_WAVES, "neck": _NECK_WAVES, "pelvis": _PELVIS_WAVES}
-    parts |= dict.fromkeys(SIDES, _ARM_WAVES | _LEG_WAVES)
+    parts: dict[str, Waves] = {"trunk": TRUNK_WAVES, "neck": NECK_WAVES, "pelvis": PELVIS_WAVES}
+    parts |= dict.fromkeys(SIDES, ARM_WAVES | LEG_WAVES)
     ranges = {f"{part}_{n}": w[:2] for part, waves in parts.items() for n, w in waves.items()}
     ranges["pelvis_z"] = (0.55 * subject.height_m, 0.0)
     values = [ranges.get(name, (0.0, 0.0)) for name in subject.skeleton.coordinates]
@@ -338,33 +312,10 @@ def _walk_through(d: Draft, start: float, period: float, stops: list[float], hee
     d.carry([*knots, (start - double, start + 0.5, 0.5)])
 
 
-def _restless(d: Draft, on: FloatArray, part: str, waves: Waves, size: float = 1.0) -> None:
-    """Every angle of a part of the body to and fro about its middle, scaled by `size`."""
-    for name, (middle, amplitude, low_hz, high_hz) in waves.items():
-        d.add(f"{part}_{name}", size * on * (middle + d.waves(amplitude, low_hz, high_hz)))
-
-
-def _restless_above(d: Draft, on: FloatArray) -> None:
-    """Trunk, head and arms."""
-    _restless(d, on, "trunk", _TRUNK_WAVES)
-    _restless(d, on, "neck", _NECK_WAVES)
-    for side in SIDES:
-        _restless(d, on, side, _ARM_WAVES)
-
-
-def _background(d: Draft) -> None:
-    """The small motions that go along with every motion."""
-    on = d.during()
-    parts: dict[str, Waves] = {"trunk": _TRUNK_WAVES, "neck": _NECK_WAVES, "pelvis": _PELVIS_WAVES}
-    parts |= dict.fromkeys(SIDES, _ARM_WAVES)
-    for part, waves in parts.items():
-        _restless(d, on, part, waves, _BACKGROUND)
-
-
 def _swing_both(d: Draft, left: tuple[float, float], right: tuple[float, float]) -> None:
     """The left leg in the air during one time, the right during another."""
     for side, (start, end) in (("left", left), ("right", right)):
-        d.swing(side, start, end, {n: w[0] + d.waves(*w[1:]) for n, w in _LEG_WAVES.items()})
+        d.swing(side, start, end, {n: w[0] + d.waves(*w[1:]) for n, w in LEG_WAVES.items()})
     d.carry(
         [
             (left[0] - 1.2, left[0], 0.0),

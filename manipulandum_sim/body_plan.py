@@ -23,7 +23,8 @@ from .body_legs import (
     leg_of,
     pelvis_ceiling,
 )
-from .body_subject import ANKLE_HEIGHT, BALL_BEFORE_ANKLE, BodySubject
+from .body_subject import BodySubject
+from .body_table import ANKLE_HEIGHT, BALL_BEFORE_ANKLE
 from .tree_dynamics import contact_wrench, turn_about
 
 #: Degree of the splines through the samples: continuous up to the fourth derivative.

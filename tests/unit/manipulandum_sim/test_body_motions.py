@@ -10,13 +10,13 @@ from armimpedance.errors import InputError
 from manipulandum_sim.body_draft import Draft, bump, step
 from manipulandum_sim.body_motions import MOTIONS, body_motion
 from manipulandum_sim.body_plan import centre_of_pressure
-from manipulandum_sim.body_subject import (
+from manipulandum_sim.body_subject import find_body_subject
+from manipulandum_sim.body_table import (
     ANKLE_HEIGHT,
     BALL_BEFORE_ANKLE,
     FOOT_HALF_WIDTH,
     HEEL_BEHIND_ANKLE,
     TOE_BEFORE_ANKLE,
-    find_body_subject,
 )
 from manipulandum_sim.force_plates import foot_wrenches, support_torques
 from manipulandum_sim.tree_dynamics import contact_wrench, inverse_dynamics, move
