@@ -39,9 +39,10 @@ _STILL: Final = 0.02
 _STILL_EXACT: Final = 1e-9
 
 #: A step that does not lower the residual, as a reversal that just happens or just does not may
-#: bring about, ends the search if it is no longer than this part of the robust standard errors.
-_STILL_ENOUGH: Final = 0.25
-
+#: bring about, ends the search if it promised less than one observation's share of the residual,
+#: or is no longer than this part of the robust standard errors.
+_STILL_ENOUGH: Final = 1.0
+_STILL_ROBUST: Final = 0.25
 
 #: Covariances of the linearised fit.
 _KINDS: Final[tuple[CovarianceKind, CovarianceKind]] = ("classical", "cr3")
@@ -111,7 +112,9 @@ def solve_swing(samples: PassiveSamples, terms: Terms) -> TwoFits:
         if length <= _STILL or (np.abs(change) <= _STILL_EXACT * np.abs(x)).all():
             return fits
         lower = _descend(swings, x, start, change, moves, _squares(E))
-        if lower is None and (np.abs(change) <= _STILL_ENOUGH * fits.robust.sd).all():
+        if lower is None and (
+            length <= _STILL_ENOUGH or (np.abs(change) <= _STILL_ROBUST * fits.robust.sd).all()
+        ):
             return fits
         if lower is None:
             raise EstimationError(
