@@ -26,6 +26,7 @@ COMMANDS = {
     "reflex": "is the stiffness the limb's own, or does a reflex stand in it?",
     "compare": "what differs between groups of trials, and whether chance could do it",
     "passive": "stiffness, viscosity and friction of relaxed joints (motion capture or torque)",
+    "body": "masses and inertias of a moving body from contact forces; a robot's from its torques",
     "discriminate": "can one number tell two groups of people apart?",
     "convert": "turn a lab's files into a recording",
     "figures": "draw the sources' figures from simulated subjects",
