@@ -35,7 +35,8 @@ class FootPath:
     lift : (N,)
         Height of the sole's ball above the floor, m.
     yaw, heel : (N,)
-        Turn to the left, and heel raised about the ball, rad.
+        Turn to the left, and heel raised about the ball, rad. The foot is one segment whose toes
+        give way: their tip is not kept above the floor while the heel is up.
     """
 
     place: FloatArray

@@ -211,7 +211,8 @@ def _cleared(
     room = np.minimum(R @ heel, R @ toe)[:, 2] + ankle[:, 2] - _CLEARANCE_M
     # log(1 + exp(x)) without overflow: what is missing, and nothing where there is room
     missing = _SOFT * np.logaddexp(0.0, -room / _SOFT)
-    lift = -_calmed(time_s, -missing) * part
+    # None while the foot stands, all of it soon after.
+    lift = -_calmed(time_s, -missing) * (1 - (1 - part) ** 8)
     return leg_angles(leg, pelvis_R, pelvis, R, ankle + lift[:, None] * _AXES[2])
 
 
