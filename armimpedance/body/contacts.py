@@ -101,10 +101,10 @@ def standing_segments(
         away = np.linalg.norm(places[loaded, :, :2] - cop[:, None], axis=2)
         lowest = np.abs(places[loaded, :, 2])
         total = np.hypot(away, lowest).mean(axis=0)
-        first, second = np.argsort(total)[:2]
-        if total[second] < _CLEARLY * total[first]:
+        first, *others = np.argsort(total)
+        if others and total[others[0]] < _CLEARLY * total[first]:
             raise InputError(
-                f"plate {k + 1}: {ends[first]} and {ends[second]} are about equally near",
+                f"plate {k + 1}: {ends[first]} and {ends[others[0]]} are about equally near",
                 expected="to be told which segment stands on each plate",
             )
         found.append(ends[first])
