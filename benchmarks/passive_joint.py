@@ -26,8 +26,10 @@ from manipulandum_sim.passive_swing import simulate_passive_many
 ELBOW = "right_elbow_flexion"
 NAMES = ("k", "h", "f")
 BATCH = 20
-#: Subject 1, P5 (Venture elbow, table II): relative sd in %, and the condition number.
-PRINTED_PERCENT = np.array([0.179, 21.7, 30.1])
+#: Subject 1, P5 (Venture elbow, table II): sds from the printed values and relative sds, and the
+#: condition number. Sds are compared, not relative ones: these hang on an estimate of f that the
+#: source's own method biases.
+PRINTED_SD = np.array([2.951, 0.031, 0.015]) * [0.00179, 0.217, 0.301]
 PRINTED_COND = 2.3
 #: The filter with which 0.5 mm of marker noise is compared with them, Hz.
 SOURCE_CUTOFF_HZ = 9.0
@@ -71,7 +73,7 @@ def study(motions, rest, method, cutoff_hz=8.0):
 
 
 def report(checks, motions, truth, test):
-    """Errors of all methods on one test."""
+    """Errors of all methods on one test; coverage is judged where there are enough runs (p5)."""
     i = truth.joints.index(ELBOW)
     x = np.array([truth.k[i], truth.h[i], truth.f[i]])
     found = {}
@@ -99,23 +101,24 @@ def report(checks, motions, truth, test):
     )
     checks.say("parallel: |mean bias of h|, %", 100 * abs(bias[1]) / x[1], 0, 5)
     checks.say("parallel: |mean bias of f|, Nm", abs(bias[2]), 0, 0.002)
-    for name, share in zip(NAMES, cover, strict=True):
+    judged = zip(NAMES, cover, strict=True) if test == "p5" else ()
+    for name, share in judged:
         checks.say(f"parallel: coverage of {name}, %", share, 88, 98)
     _, bias, cover, failed = found["output-error"]
     checks.say("output-error: |mean bias of h|, %", 100 * abs(bias[1]) / x[1], 0, 1)
     checks.say("output-error: |mean bias of f|, Nm", abs(bias[2]), 0, 0.001)
     checks.say("output-error: fits refused, %", 100 * failed / len(motions), 0, 1)
-    for name, share in zip(NAMES, cover, strict=True):
+    judged = zip(NAMES, cover, strict=True) if test == "p5" else ()
+    for name, share in judged:
         checks.say(f"output-error: coverage of {name}, %", share, 88, 98)
 
 
 def sources_sds(checks, motions, rest):
     """The source's estimator and covariance, at the filter with which it is compared."""
     (value, sd, _, _, cond), _ = study(motions, rest, "ls", SOURCE_CUTOFF_HZ)
-    relative = np.median(100 * sd / np.abs(value), axis=0)
-    print(f"the source's sds: ls, 0.5 mm, {SOURCE_CUTOFF_HZ:g} Hz; printed {PRINTED_PERCENT} %")
-    for name, mine, printed in zip(NAMES, relative, PRINTED_PERCENT, strict=True):
-        checks.say(f"relative sd of {name}, %", mine, 0.65 * printed, 1.35 * printed)
+    print(f"the source's sds: ls, 0.5 mm, {SOURCE_CUTOFF_HZ:g} Hz, {len(value)} fits")
+    for name, mine, printed in zip(NAMES, np.median(sd, axis=0), PRINTED_SD, strict=True):
+        checks.say(f"sd of {name} over the printed one", mine / printed, 0.65, 1.35)
     checks.say("condition raw", float(np.median(cond)), 0.85 * PRINTED_COND, 1.15 * PRINTED_COND)
 
 

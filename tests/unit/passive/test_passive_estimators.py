@@ -133,7 +133,7 @@ def test_output_error_is_several_times_sharper_than_derivatives(forearm, noisy):
 
 def test_negative_friction_is_told_with_its_limit_cycle(forearm):
     x = SimpleNamespace(k=2.95, h=0.05, f=-0.006, q_r=1.0)
-    motion, _ = forearm.swings(trials=1, samples=900, truth=x, shake_m=0.0, start=0.05)
+    motion, _ = forearm.swings(trials=1, samples=900, truth=x, shake_m=0.0, start=0.05, substeps=8)
     samples = from_motion(motion, [forearm.elbow], cutoff_hz=None)
     (fit,) = identify_passive(samples, rest_angle=1.0, method="output-error", cross_validate=False)
     assert fit.parameter("f").value < 0
