@@ -21,8 +21,13 @@ from armimpedance.body.checks import check_body
 from armimpedance.body.consistent import ConsistentFit, fit_consistent
 from armimpedance.body.equations import BodyEquations, body_equations
 from armimpedance.body.estimate import BaseFit, clustered_covariance, fit_base
-from armimpedance.body.exciting import MotionChoice, choose_motions, motion_conditions
-from armimpedance.body.parameters import inertial_parameters
+from armimpedance.body.exciting import (
+    MotionChoice,
+    choose_motions,
+    motion_conditions,
+    scaled_condition,
+)
+from armimpedance.body.parameters import inertial_parameters, moving_segments
 from armimpedance.body.result import BodyFit
 from armimpedance.body.rows import RowChoice
 from armimpedance.body.validation import validate
@@ -120,12 +125,22 @@ def identify_body(
     found = _Found(least.values, least.fit.covariance, robust)
     if method in ("consistent", "prior"):
         sd = prior_sd if method == "prior" else None
-        guess = inertial_parameters(prior or skeleton)
+        guess = _guess(prior or skeleton)
         better = fit_consistent(
             fitted, base, least.weights, guess, prior_sd=sd, inflation=max(inflation, 1.0)
         )
         found = _of_consistent(better, base, found, inflation)
     return _result(method, equations, base, chosen, least, found, inflation)
+
+
+def _guess(skeleton: Skeleton) -> FloatArray:
+    massless = [s.name for s in moving_segments(skeleton) if not s.mass_kg > 0]
+    if massless:
+        raise InputError(
+            f"no mass of {massless[0]} to start from",
+            expected="a prior skeleton with masses and inertias, from a table for example",
+        )
+    return inertial_parameters(skeleton)
 
 
 def _chosen(
@@ -140,11 +155,10 @@ def _chosen(
             f"no motion {unknown[0] if unknown else ''!r}", expected=", ".join(equations.motions)
         )
     trials = [t for t, motion in enumerate(equations.motions) if motion in names]
-    together = choose_motions(equations.subset(trials), base, most=1)
     return MotionChoice(
         tuple(trials),
         tuple(equations.motions[t] for t in trials),
-        together.conditions,
+        (scaled_condition(equations.subset(trials), base),),
         motion_conditions(equations, base),
     )
 
