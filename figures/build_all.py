@@ -20,6 +20,10 @@ from armimpedance_figures import (
     tsuji1997_fig14_single_joint_activation,
     tsuji1997_table1_posture_fits,
     tsuji1997_table2_activation_fits,
+    venture_elbow_fig04,
+    venture_elbow_fig06_fig07,
+    venture_elbow_fig08_fig09,
+    venture_elbow_table2_table3,
     where_models_extrapolate,
 )
 from armimpedance_figures.experiment import StudiedExperiment
@@ -39,6 +43,10 @@ CATALOGUE = {
         tsuji1997_fig12_fig13_predicted_against_measured,
         tsuji1997_fig14_single_joint_activation,
         where_models_extrapolate,
+        venture_elbow_table2_table3,
+        venture_elbow_fig04,
+        venture_elbow_fig06_fig07,
+        venture_elbow_fig08_fig09,
     )
 }
 

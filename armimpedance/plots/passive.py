@@ -1,4 +1,4 @@
-"""Passive joints: the torque that was measured, what the parameters make of it, and the rest."""
+"""Passive joints: how silent the muscles were; measured torque, its estimate, and the rest."""
 
 from __future__ import annotations
 
@@ -7,6 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from armimpedance.errors import InputError
+from armimpedance.motion import EmgSignals
+from armimpedance.passive.emg_gate import DEFAULT_LIMIT_PERCENT, ENVELOPE_HZ, WINDOW_S
 from armimpedance.passive.methods import method_named
 from armimpedance.passive.result import PassiveFit
 from armimpedance.passive.samples import PassiveSamples
@@ -18,12 +21,14 @@ from armimpedance.plots.style import (
     new_figure,
     print_style,
 )
+from armimpedance.signals.emg import envelope
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 _ROW_IN = 1.9
+_EMG_ROW_IN = 1.5
 #: Measured solid, estimated dashed, the difference dotted, as in Venture's Figs 6-9.
 _LOOK = (
     ("measured", OKABE_ITO["blue"], "-", 1.2),
@@ -75,3 +80,57 @@ def plot_passive_fits(fits: Sequence[PassiveFit], samples: PassiveSamples) -> Fi
     for ax, fit in zip(axes, fits, strict=True):
         plot_passive_fit(fit, samples, ax, title=fit.joint.replace("_", " "))
     return figure
+
+
+def plot_emg_level(
+    emg: EmgSignals,
+    limit_percent: float = DEFAULT_LIMIT_PERCENT,
+    row: int = 0,
+    axes: Sequence[Axes] | None = None,
+) -> list[Axes]:
+    """Draw each muscle's envelope, its running mean and the gate, one muscle below the other.
+
+    Parameters
+    ----------
+    emg : EmgSignals
+        Normalised to the maximum.
+    limit_percent : float
+        Of the gate, which judges the running mean.
+    row : int
+        Which trial, from 0.
+
+    Raises
+    ------
+    InputError
+        EMG in V; a trial too short for the envelope.
+    """
+    if emg.unit != "normalised":
+        raise InputError("EMG in V", expected="divided by each muscle's maximum")
+    rate = emg.sample_rate_hz
+    raw = emg.signals[emg.offsets[row] : emg.offsets[row + 1]]
+    level = 100 * envelope(raw, rate, cutoff_hz=ENVELOPE_HZ)
+    width = min(max(round(WINDOW_S * rate), 1), len(level))
+    running = np.cumsum(np.vstack([np.zeros(level.shape[1]), level]), axis=0)
+    mean = (running[width:] - running[:-width]) / width
+    time = np.arange(len(level)) / rate
+    middle = time[: len(mean)] + width / rate / 2
+    with print_style():
+        drawn = list(axes or _stacked(len(emg.muscles)))
+        for m, (muscle, ax) in enumerate(zip(emg.muscles, drawn, strict=True)):
+            label = f"mean over {WINDOW_S:g} s"
+            ax.plot(time, level[:, m], color=OKABE_ITO["blue"], lw=0.6, label="envelope")
+            ax.plot(middle, mean[:, m], color="black", lw=1.6, label=label)
+            ax.axhline(limit_percent, color=OKABE_ITO["vermillion"], ls=(0, (4, 2)), label="gate")
+            ax.set_ylim(0, 1.15 * max(limit_percent, float(level[:, m].max())))
+            ax.margins(x=0.01)
+            ax.set_title(muscle.replace("_", " "), loc="left")
+            label_axes(ax, "time (s)", "EMG (% of max.)")
+        for ax in drawn[:-1]:
+            ax.set_xlabel("")
+        drawn[0].legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.2)
+    return drawn
+
+
+def _stacked(rows: int) -> list[Axes]:
+    figure = new_figure(TWO_COLUMNS_IN, _EMG_ROW_IN * rows)
+    return list(figure.subplots(rows, sharex=True, squeeze=False)[:, 0])
