@@ -18,36 +18,58 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
-from armimpedance.cli.passive_input import number, read_joint_motion
+from armimpedance.cli.passive_input import naming, number, read_joint_motion
 from armimpedance.errors import InputError
 
 if TYPE_CHECKING:
     from armimpedance.body.rows import RowChoice
-    from armimpedance.motion import MotionRecording
+    from armimpedance.motion import MotionRecording, Skeleton
 
-METHODS = {name: name for name in ("weighted", "consistent", "prior")} | {"ls": "least_squares"}
+METHODS = {"ls": "least_squares"} | {n: n for n in ("weighted", "consistent", "prior")}
+#: No joint rests further from zero, rad; degrees do.
+_LARGEST_REST = 6.3
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
     parser.add_argument("recording", metavar="RECORDING", type=Path)
     parser.add_argument("--out", type=Path, metavar="FIT.json")
-    parser.add_argument("--method", default="weighted", help="weighted, ls, consistent or prior")
     parser.add_argument(
-        "--motions", default="4", metavar="N|all|NAMES", help="that are fitted (default: best 4)"
+        "--method",
+        default="weighted",
+        metavar="NAME",
+        help="ls, weighted (default), consistent or prior",
     )
-    parser.add_argument("--rows", choices=("base", "all"), help="base: the root's wrench alone")
+    parser.add_argument(
+        "--motions",
+        default="4",
+        metavar="N|all|NAMES",
+        help="to fit: at most N, chosen by how they excite (default: 4), all, or these conditions",
+    )
+    parser.add_argument(
+        "--rows",
+        choices=("base", "all"),
+        help="base: the root's wrench alone (default of a body); all: every joint's torque too "
+        "(default of a robot)",
+    )
     parser.add_argument(
         "--cutoff-hz", metavar="HZ|none", help="of the zero-phase low-pass (default: 6)"
     )
-    parser.add_argument("--prior-sd-percent", type=float, metavar="PERCENT", help="default: 30")
+    parser.add_argument(
+        "--prior-sd-percent",
+        type=float,
+        metavar="PERCENT",
+        help="--method prior: how far a mass may be from the skeleton's (default: 30)",
+    )
     parser.add_argument(
         "--term",
         action="append",
         default=[],
-        help="what every joint of a robot adds: viscosity, friction, inertia, offset",
+        metavar="NAME",
+        help="what every joint of a robot adds: viscosity, friction, inertia or offset; may be "
+        "given again",
     )
     parser.add_argument(
         "--passive-joint",
@@ -61,7 +83,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="fit what these motions show instead of refusing where they show too little",
     )
-    parser.add_argument("--figure", type=Path, metavar="PATH.png", help="measured and predicted")
+    parser.add_argument(
+        "--figure", type=Path, metavar="PATH.png", help="draw wrench and prediction"
+    )
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -73,20 +97,19 @@ def run(arguments: argparse.Namespace) -> int:
 
     check_outputs(figure=arguments.figure, out=arguments.out)
     if arguments.method not in METHODS:
-        raise InputError(f"--method {arguments.method}", expected=" or ".join(METHODS))
-    percent = arguments.prior_sd_percent
-    if percent is not None and arguments.method != "prior":
-        raise InputError("--prior-sd-percent without --method prior", expected="both")
-    recording, notes = read_joint_motion(arguments.recording)
+        raise InputError(f"--method {arguments.method}", expected=f"one of {', '.join(METHODS)}")
+    prior_sd = _prior_sd(arguments)
+    recording, notes = read_joint_motion(arguments.recording, forces=True)
     choice = row_choice(recording, arguments)
-    fit = identify_body(
-        recording,
-        method=METHODS[arguments.method],  # type: ignore[arg-type]
-        choice=choice,
-        motions=_motions(arguments.motions),
-        prior_sd=0.3 if percent is None else percent / 100,
-        data_dependent=arguments.what_shows,
-    )
+    with naming(arguments.recording):
+        fit = identify_body(
+            recording,
+            method=METHODS[arguments.method],  # type: ignore[arg-type]
+            choice=choice,
+            motions=_motions(arguments.motions),
+            prior_sd=prior_sd,
+            data_dependent=arguments.what_shows,
+        )
     print("\n".join([*notes, body_text(fit)]))
     if arguments.out is not None:
         write_fit(fit.summary(), arguments.out, **body_object(fit, recording.skeleton))
@@ -112,32 +135,57 @@ def row_choice(recording: MotionRecording, arguments: argparse.Namespace) -> Row
     from armimpedance.body.rows import RowChoice
 
     floating = recording.skeleton.floating
-    joints, rests = _passive(arguments.passive_joint)
+    joints, rests = _passive(arguments.passive_joint, recording.skeleton)
     if arguments.term and joints:
         raise InputError("--term with --passive-joint", expected="one of the two")
+    rows: Literal["base", "all"] = arguments.rows or ("base" if floating else "all")
+    if arguments.term and rows == "base":
+        raise InputError(
+            "--term with the rows of the root, which no joint's torque enters",
+            expected="--rows all, of a recording with measured torque",
+        )
     terms = passive_terms(joints, rests) + robot_terms(recording.skeleton, arguments.term)
     cutoff = CUTOFF_HZ if arguments.cutoff_hz is None else None
     if arguments.cutoff_hz not in (None, "none"):
         cutoff = number(arguments.cutoff_hz, "--cutoff-hz", "Hz, or none")
     return RowChoice(
-        rows=arguments.rows or ("base" if floating else "all"),
+        rows=rows,
         cutoff_hz=cutoff,
         terms=terms,
         passive_joints=joints,
     )
 
 
-def _passive(words: list[str]) -> tuple[tuple[str, ...], tuple[float, ...]]:
+def _prior_sd(arguments: argparse.Namespace) -> float:
+    percent = arguments.prior_sd_percent
+    if percent is None:
+        return 0.3
+    if arguments.method != "prior":
+        raise InputError("--prior-sd-percent without --method prior", expected="both")
+    if not 0 < percent < float("inf"):
+        raise InputError(f"--prior-sd-percent {percent:g}", expected="more than 0")
+    return float(percent) / 100
+
+
+def _passive(words: list[str], skeleton: Skeleton) -> tuple[tuple[str, ...], tuple[float, ...]]:
+    hinges = skeleton.coordinates[len(skeleton.root_coordinates) :]
     joints, rests = [], []
     for word in words:
-        name, equals, rest = word.partition("=")
+        name, _, rest = word.partition("=")
         try:
-            rests.append(float(rest))
+            angle = float(rest)
         except ValueError:
-            equals = ""
-        if not (name and equals):
-            raise InputError(f"--passive-joint {word}", expected="NAME=REST_RAD")
+            angle = float("nan")
+        if angle != angle:
+            raise InputError(f"--passive-joint {word}", expected="NAME=REST_RAD, as elbow=0.3")
+        if abs(angle) > _LARGEST_REST:
+            raise InputError(f"--passive-joint {word} looks like degrees", expected="radians")
+        if name not in hinges:
+            raise InputError(
+                f"--passive-joint {word}: no such joint", expected=f"one of {', '.join(hinges)}"
+            )
         joints.append(name)
+        rests.append(angle)
     return tuple(joints), tuple(rests)
 
 

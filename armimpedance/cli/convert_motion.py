@@ -47,8 +47,10 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def is_motion_capture(path: Path) -> bool:
-    """Whether this is a file of motion capture, by its suffix."""
-    return path.suffix.lower() in SUFFIXES
+    """Whether this is a file of motion capture, by its suffix, or a recording of it."""
+    from armimpedance.recordings.kind import is_moving
+
+    return path.suffix.lower() in SUFFIXES or is_moving(path)
 
 
 def convert_motion(arguments: argparse.Namespace, emg_channels: dict[str, str]) -> int:
@@ -60,12 +62,16 @@ def convert_motion(arguments: argparse.Namespace, emg_channels: dict[str, str]) 
     from armimpedance.recordings.marker_folder import write_markers
     from armimpedance.recordings.motion_capture import open_motion_capture
     from armimpedance.recordings.motion_folder import write_motion
-    from armimpedance.records import Subject
 
     _refuse_others(arguments)
     options = _options(arguments, emg_channels)
     recording = open_motion_capture(arguments.input, options)
-    subject = Subject(mass_kg=arguments.mass_kg, height_m=arguments.height_m)
+    sizes = {name: getattr(arguments, name) for name in ("mass_kg", "height_m")}
+    known = {name: value for name, value in sizes.items() if value is not None}
+    for name, value in known.items():
+        if not value > 0:
+            raise InputError(f"--{name.replace('_', '-')} {value:g}", expected="more than 0")
+    subject = replace(recording.subject, **known)
     if isinstance(recording, MarkerRecording):
         named = _with_standing(_renamed(recording, arguments), arguments, options)
         recording = replace(named, subject=subject)
@@ -80,7 +86,10 @@ def convert_motion(arguments: argparse.Namespace, emg_channels: dict[str, str]) 
 def _refuse_others(arguments: argparse.Namespace) -> None:
     for name in _HAND:
         if getattr(arguments, name) is not None:
-            raise InputError(f"--{name.replace('_', '-')} with motion capture", expected="no")
+            raise InputError(
+                f"--{name.replace('_', '-')} with motion capture",
+                expected="it with recordings of the hand only",
+            )
     if arguments.standing is not None and arguments.skeleton is None:
         raise InputError("--standing without --skeleton", expected="the segments markers sit on")
 

@@ -17,6 +17,7 @@ from armimpedance.cli.estimate import add_force_by, open_checked
 
 if TYPE_CHECKING:
     from armimpedance.records import Recording
+    from armimpedance.signals.validity import Check
 
 MARKS = {"ok": "ok  ", "warning": "WARN", "unusable": "STOP"}
 
@@ -30,9 +31,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Print contents, checks and a verdict."""
     from armimpedance.errors import InputError
-    from armimpedance.impedance.delay import check_delay
     from armimpedance.recordings.kind import is_moving, recording_kind
-    from armimpedance.signals.validity import check_recording
+    from armimpedance.report.numbers import counted
 
     if is_moving(arguments.recording):
         from armimpedance.cli.inspect_motion import inspect_moving
@@ -40,7 +40,7 @@ def run(arguments: argparse.Namespace) -> int:
         return inspect_moving(arguments.recording, recording_kind(arguments.recording))
     recording = open_checked(arguments.recording, arguments.force_by)
     print(describe(recording, str(arguments.recording)))
-    checks = [*check_recording(recording), *check_delay(recording)]
+    checks = _checks(recording)
     print("\nChecks")
     for check in checks:
         print(f"  {MARKS[check.verdict]}  {check.name}: {check.message}")
@@ -52,18 +52,38 @@ def run(arguments: argparse.Namespace) -> int:
             f"cannot be used: {stops[0].name}: {stops[0].message}", file=arguments.recording
         )
     warnings = sum(check.verdict == "warning" for check in checks)
-    print("\nUsable" + (f", with {warnings} warnings" if warnings else ""))
+    print("\nUsable" + (f", with {counted(warnings, 'warning')}" if warnings else ""))
     return 0
+
+
+def _checks(recording: Recording) -> list[Check]:
+    """All checks; a joint that nothing disturbed is none the worse for `passive`."""
+    from dataclasses import replace
+
+    from armimpedance.impedance.delay import check_delay
+    from armimpedance.signals.validity import Check, check_recording
+
+    checks = [*check_recording(recording), *check_delay(recording)]
+    stopped = any(check.verdict == "unusable" for check in checks)
+    if not stopped or recording.kind != "joint" or "onset_s" in recording.trials:
+        return checks
+    text = "no returning one is seen: `passive` takes such a recording, `estimate` does not"
+    others = check_recording(replace(recording, perturbation="stochastic"))
+    return [*others, Check("disturbance", "warning", text)]
 
 
 def describe(recording: Recording, title: str) -> str:
     """What is in a recording, as lines of text."""
+    from armimpedance.report.numbers import counted
+
     trials = recording.trials
     seconds = len(recording.time_s) / recording.sample_rate_hz
+    axes = "1 axis" if recording.axes == 1 else f"{recording.axes} axes"
     lines = [
         title,
-        f"  {recording.kind}, {recording.axes} axes, {recording.perturbation} perturbation",
-        f"  {recording.n_trials} trials, {trials['condition'].nunique()} conditions, "
+        f"  {recording.kind}, {axes}, {recording.perturbation} perturbation",
+        f"  {counted(recording.n_trials, 'trial')}, "
+        f"{counted(trials['condition'].nunique(), 'condition')}, "
         f"{seconds:.1f} s at {recording.sample_rate_hz:g} Hz",
         f"  subject {recording.subject.id}; mass between sensor and hand "
         f"{recording.handle_mass_kg:g} kg",
@@ -76,7 +96,7 @@ def describe(recording: Recording, title: str) -> str:
     lines += [f"  {step}" for step in recording.provenance]
     lines.append("\nConditions")
     for condition, group in trials.groupby("condition", sort=False):
-        lines.append(f"  {condition}: {len(group)} trials{_directions(group)}")
+        lines.append(f"  {condition}: {counted(len(group), 'trial')}{_directions(group)}")
     return "\n".join(lines)
 
 

@@ -38,19 +38,24 @@ def inspect_moving(path: Path, kind: str) -> int:
 def describe_moving(recording: MarkerRecording | MotionRecording, title: str) -> str:
     """What is in a recording, as lines of text."""
     from armimpedance.motion import MarkerRecording
+    from armimpedance.report.numbers import counted
 
     trials, seconds = recording.trials, len(recording.time_s) / recording.sample_rate_hz
     subject, skeleton = recording.subject, recording.skeleton
     if isinstance(recording, MarkerRecording):
-        what = f"{len(recording.names)} markers"
+        what = counted(len(recording.names), "marker")
     else:
         body = recording.skeleton
-        what = f"{len(body.coordinates)} coordinates of {len(body.segments)} segments"
+        what = (
+            f"{counted(len(body.coordinates), 'coordinate')} of "
+            f"{counted(len(body.segments), 'segment')}"
+        )
     plates = 0 if recording.wrenches is None else recording.wrenches.shape[1]
     lines = [
         title,
-        f"  {what}, {plates} force plates",
-        f"  {recording.n_trials} trials, {trials['condition'].nunique()} conditions, "
+        f"  {what}, {counted(plates, 'force plate') if plates else 'no force plates'}",
+        f"  {counted(recording.n_trials, 'trial')}, "
+        f"{counted(trials['condition'].nunique(), 'condition')}, "
         f"{seconds:.1f} s at {recording.sample_rate_hz:g} Hz",
         f"  subject {subject.id}" + (f"; skeleton {skeleton.mass_kg:.1f} kg" if skeleton else ""),
     ]
@@ -60,7 +65,7 @@ def describe_moving(recording: MarkerRecording | MotionRecording, title: str) ->
     lines += [f"  {step}" for step in recording.provenance]
     lines.append("\nConditions")
     for condition, group in trials.groupby("condition", sort=False):
-        lines.append(f"  {condition}: {len(group)} trials")
+        lines.append(f"  {condition}: {counted(len(group), 'trial')}")
     return "\n".join(lines)
 
 
@@ -112,10 +117,11 @@ def _plate_checks(recording: MotionRecording) -> list[str]:
 def _emg_checks(recording: MarkerRecording | MotionRecording) -> list[str]:
     from armimpedance.errors import ArmImpedanceError
     from armimpedance.passive.emg_gate import emg_gate
+    from armimpedance.report.passive_text import emg_text
 
     if recording.emg is None:
         return ["--    not known: whether the muscles were silent (no EMG)"]
     try:
-        return [f"ok    {emg_gate(recording.emg, recording.trials)}"]
+        return [f"ok    {emg_text(emg_gate(recording.emg, recording.trials))}"]
     except ArmImpedanceError as error:
         return [f"WARN  {error}"]

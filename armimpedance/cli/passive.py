@@ -8,8 +8,8 @@ Examples:
 
 k (q - q_r) + h qd + f sign(qd) [+ K (q - q_r)^2] is fitted to the passive torque, after Venture.
 The recording is a folder of kind "markers" or "motion" with its skeleton.json (the passive torque
-is minus that of inertia and gravity), or of kind "joint" whose torque column holds the passive
-torque.
+is minus that of inertia and gravity), or of kind "joint" whose torque columns hold the passive
+torque or its opposite.
 Where the rest angle is not known it is fitted (free), which widens the interval of k several times.
 Trials are left out in turn and predicted from the others; --validate predicts another recording.
 """
@@ -34,21 +34,31 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--rest-angle",
         action="append",
         metavar="RAD|free|JOINT=RAD",
-        help="where the elastic torque vanishes (default: free, fitted); once, or per joint",
+        help="where the elastic torque vanishes: once for all joints, or once per joint (default: "
+        "free, that is fitted)",
     )
-    parser.add_argument("--method", help="parallel (default), ls (the source's), output-error")
+    parser.add_argument(
+        "--method",
+        metavar="NAME",
+        help="parallel (default; every term through the filter), ls (the source's, sign "
+        "unfiltered), output-error (the measured swing itself is fitted)",
+    )
     parser.add_argument(
         "--joint",
         action="append",
         metavar="NAME",
-        help="coordinate of the skeleton (default: its only elbow); may be given again",
+        help="an angle of the skeleton (default: its only elbow); may be given again",
     )
     parser.add_argument("--quadratic", action="store_true", help="fit K (q - q_r)^2 too")
     parser.add_argument(
-        "--cutoff-hz", metavar="HZ|none", help="of the zero-phase low-pass (default: 8)"
+        "--cutoff-hz",
+        metavar="HZ|none",
+        help="of the zero-phase low-pass (default: 8; a joint that swings at 5 Hz needs 15)",
     )
     parser.add_argument(
-        "--emg-gate", metavar="PERCENT|off", help="most EMG of a relaxed muscle (default: 3)"
+        "--emg-gate",
+        metavar="PERCENT|off",
+        help="a muscle above this part of its maximum is not relaxed (default: 3)",
     )
     parser.add_argument(
         "--torque-sign",
@@ -57,10 +67,16 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="kind joint: 1 passive torque, -1 torque of the limb on the device (default: found)",
     )
     parser.add_argument(
-        "--longest-gap-s", type=float, default=0.2, metavar="S", help="of lost markers to bridge"
+        "--longest-gap-s",
+        type=float,
+        default=0.2,
+        metavar="S",
+        help="longest loss of a marker to bridge (default: 0.2)",
     )
-    parser.add_argument("--validate", type=Path, metavar="RECORDING", help="predict this one too")
-    parser.add_argument("--figure", type=Path, metavar="PATH.png", help="torque and prediction")
+    parser.add_argument("--validate", type=Path, metavar="RECORDING", help="predict its torque too")
+    parser.add_argument(
+        "--figure", type=Path, metavar="PATH.png", help="draw torque and prediction"
+    )
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -125,19 +141,19 @@ def _draw(fits: tuple[PassiveFit, ...], samples: Any, path: Path) -> None:
 def rest_angles(
     given: list[str] | None, joints: tuple[str, ...]
 ) -> RestAngle | dict[str, RestAngle]:
-    """One rest angle for all joints, or one each.
+    """One rest angle for all joints, or one each; a joint that is not named is free.
 
     Raises
     ------
     InputError
-        Not an angle, an unknown joint, or some joints with and some without.
+        Not an angle, an unknown joint or one twice, or one angle for all beside one for a joint.
     """
     from armimpedance.errors import InputError
 
     words = given or ["free"]
     named = {w.split("=", 1)[0]: _angle(w.split("=", 1)[1]) for w in words if "=" in w}
     plain = [_angle(w) for w in words if "=" not in w]
-    if len(plain) == 1 and not named:
+    if len(plain) == len(words) == 1:
         return plain[0]
     unknown = sorted(set(named) - set(joints))
     if plain or unknown or len(named) != len(words):
@@ -159,6 +175,10 @@ def _angle(word: str) -> RestAngle:
         value = float(word)
     except ValueError:
         value = float("nan")
-    if not abs(value) <= 2 * pi:
-        raise InputError(f"rest angle {word}", expected="radians (at most 2 pi), or free")
+    if abs(value) > 2 * pi:
+        raise InputError(
+            f"--rest-angle {word} looks like degrees", expected="radians within a turn of zero"
+        )
+    if value != value:
+        raise InputError(f"--rest-angle {word}", expected="radians, or free")
     return value

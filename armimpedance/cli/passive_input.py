@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -38,6 +40,7 @@ def read_passive(path: Path, arguments: argparse.Namespace) -> PassiveInput:
     """
     from armimpedance.recordings.kind import is_moving
 
+    _refuse_file(path)
     if is_moving(path):
         return _from_motion(path, arguments)
     return _from_torque(path, arguments)
@@ -49,17 +52,23 @@ def _from_torque(path: Path, arguments: argparse.Namespace) -> PassiveInput:
     from armimpedance.recordings.folder import read_folder
 
     if arguments.joint:
-        raise InputError("--joint with a recording of angle and torque", expected="all its joints")
+        raise InputError(
+            "--joint with a recording of angle and torque",
+            expected="no --joint: all its joints are fitted",
+        )
+    cutoff, limit = _cutoff(arguments), _limit(arguments)
     recording = read_folder(path)
     if recording.kind != "joint":
         raise InputError(
             f"a recording of kind {recording.kind!r}",
             file=path,
-            expected="kind joint, markers or motion",
+            expected="kind 'joint', 'markers' or 'motion'",
         )
-    level, notes = _gate(recorded_emg(recording), recording.trials, arguments)
-    cutoff = _cutoff(arguments)
-    samples = from_joint_recording(recording, cutoff_hz=cutoff, torque_sign=arguments.torque_sign)
+    with naming(path):
+        level, notes = _gate(recorded_emg(recording), recording.trials, limit)
+        samples = from_joint_recording(
+            recording, cutoff_hz=cutoff, torque_sign=arguments.torque_sign
+        )
     return PassiveInput(samples, level, notes)
 
 
@@ -68,17 +77,27 @@ def _from_motion(path: Path, arguments: argparse.Namespace) -> PassiveInput:
 
     if arguments.torque_sign is not None:
         raise InputError("--torque-sign with motion capture", expected="a recording of torque")
+    cutoff, limit = _cutoff(arguments), _limit(arguments)
     motion, notes = read_joint_motion(path, arguments.longest_gap_s)
-    level, more = _gate(motion.emg, motion.trials, arguments)
-    joints = arguments.joint or [_elbow(motion.skeleton)]
-    samples = from_motion(motion, joints, cutoff_hz=_cutoff(arguments))
+    with naming(path):
+        level, more = _gate(motion.emg, motion.trials, limit)
+        joints = arguments.joint or [_elbow(motion.skeleton)]
+        samples = from_motion(motion, joints, cutoff_hz=cutoff)
     return PassiveInput(samples, level, (*notes, *more))
 
 
 def read_joint_motion(
-    path: Path, longest_gap_s: float = 0.2
+    path: Path, longest_gap_s: float = 0.2, *, forces: bool = False
 ) -> tuple[MotionRecording, tuple[str, ...]]:
     """Joint motion of a folder, from its markers where it holds those.
+
+    Parameters
+    ----------
+    path : Path
+    longest_gap_s : float
+        Of lost markers to bridge.
+    forces : bool
+        Refuse a recording without force plates before its markers are followed.
 
     Raises
     ------
@@ -87,17 +106,25 @@ def read_joint_motion(
     """
     from armimpedance.mocap.joint_motion import joint_motion
     from armimpedance.motion import MotionRecording
+    from armimpedance.recordings.kind import recording_kind
     from armimpedance.recordings.motion_capture import open_motion_capture
 
+    if not longest_gap_s > 0:
+        raise InputError(f"--longest-gap-s {longest_gap_s:g}", expected="more than 0 s")
+    _refuse_file(path)
+    if (kind := recording_kind(path)) not in ("markers", "motion"):
+        raise InputError(
+            f"a recording of kind {kind!r}", file=path, expected="kind 'markers' or 'motion'"
+        )
     recording = open_motion_capture(path)
     if isinstance(recording, MotionRecording):
         return recording, ()
-    if not longest_gap_s > 0:
-        raise InputError(f"--longest-gap-s {longest_gap_s:g}", expected="more than 0")
-    try:
+    if forces and recording.wrenches is None:
+        raise InputError(
+            "markers without force plates", file=path, expected="the forces of all contacts"
+        )
+    with naming(path):
         found = joint_motion(recording, longest_gap_s=longest_gap_s)
-    except InputError as error:
-        raise InputError(str(error), file=path) from error
     worst = int(found.residual_rms_m.argmax())
     note = (
         f"skeleton follows {len(found.names)} markers; {found.names[worst]} worst, "
@@ -106,24 +133,49 @@ def read_joint_motion(
     return found.motion, (note, *found.warnings)
 
 
+def _refuse_file(path: Path) -> None:
+    if path.is_file():
+        raise InputError(
+            "is a file", file=path, expected="a recording's folder; `armimpedance convert` makes it"
+        )
+
+
+@contextmanager
+def naming(path: Path) -> Iterator[None]:
+    """Put the recording's name before what is wrong with it, where no file is named yet."""
+    try:
+        yield
+    except InputError as error:
+        if error.file is not None:
+            raise
+        raise InputError(
+            error.problem, file=path, row=error.row, column=error.column, expected=error.expected
+        ) from error
+
+
 def _gate(
-    emg: EmgSignals | None, trials: pd.DataFrame, arguments: argparse.Namespace
+    emg: EmgSignals | None, trials: pd.DataFrame, limit: float | None
 ) -> tuple[EmgLevel | None, tuple[str, ...]]:
-    from armimpedance.passive.emg_gate import DEFAULT_LIMIT_PERCENT, emg_gate
+    from armimpedance.passive.emg_gate import emg_gate
+    from armimpedance.report.passive_text import emg_text
 
     if emg is None:
         return None, (NO_EMG,)
-    if arguments.emg_gate == "off":
+    if limit is None:
         return None, ("the EMG was not looked at (--emg-gate off)",)
-    limit = DEFAULT_LIMIT_PERCENT
-    if arguments.emg_gate is not None:
-        limit = number(arguments.emg_gate, "--emg-gate", "% of the maximum, or off")
     level = emg_gate(emg, trials, limit_percent=limit)
-    shown = ", ".join(
-        f"{m} {v:.1f} %"
-        for m, v in zip(level.muscles, level.mean_percent.mean(axis=0), strict=True)
-    )
-    return level, (f"EMG: {shown} of the maximum, below the gate of {limit:g} %",)
+    return level, (emg_text(level),)
+
+
+def _limit(arguments: argparse.Namespace) -> float | None:
+    """Of the EMG gate in % of the maximum; None where the EMG is not looked at."""
+    from armimpedance.passive.emg_gate import DEFAULT_LIMIT_PERCENT
+
+    if arguments.emg_gate is None:
+        return DEFAULT_LIMIT_PERCENT
+    if arguments.emg_gate == "off":
+        return None
+    return number(arguments.emg_gate, "--emg-gate", "% of the maximum, or off")
 
 
 def _cutoff(arguments: argparse.Namespace) -> float | None:

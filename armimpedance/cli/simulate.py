@@ -39,7 +39,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="postures, cocontraction, force; p5, release, body",
     )
     parser.add_argument("--out", type=Path, required=True, metavar="FOLDER")
-    parser.add_argument("--subject", help="A (default) to D; 1 (default) or 2 for p5 and release")
+    parser.add_argument(
+        "--subject",
+        metavar="NAME",
+        help="A (default) to D; p5, release: 1 (default) or 2; body: A (default) or B",
+    )
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--sets", type=int, default=5, help="sets of 8 disturbances (default: 5)")
     parser.add_argument("--noise", default="nominal", help="nominal (default), sensor or none")
@@ -65,6 +69,8 @@ def run(arguments: argparse.Namespace) -> int:
     from armimpedance.cli.checks import check_seed
     from armimpedance.cli.inspect import describe
     from armimpedance.cli.progress import bar
+    from armimpedance.errors import InputError
+    from manipulandum_sim.experiments import EXPERIMENTS
     from manipulandum_sim.rig import Reflex
     from manipulandum_sim.simulate import simulate
 
@@ -73,6 +79,9 @@ def run(arguments: argparse.Namespace) -> int:
         from armimpedance.cli.simulate_rigs import simulate_rig
 
         return simulate_rig(arguments)
+    if arguments.experiment not in EXPERIMENTS:
+        known = ", ".join((*EXPERIMENTS, *RIGS))
+        raise InputError(f"no experiment {arguments.experiment!r}", expected=f"one of {known}")
     with bar("simulating") as progress:
         recording, truth = simulate(
             arguments.experiment,

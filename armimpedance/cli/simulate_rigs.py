@@ -17,7 +17,14 @@ BODY: Final = "body"
 _MARKERS_M: Final = {"nominal": 0.5e-3, "sensor": 0.5e-3, "none": 0.0}
 _BODY: Final = {"nominal": (0.002, 1.0, 0.5), "sensor": (0.002, 1.0, 0.5), "none": (0.0, 0.0, 0.0)}
 #: Options of the hand's experiments and what they are when nobody gives them.
-_HAND_ONLY: Final = {"disturbance": "minimum_jerk", "servo": None, "reflex": None, "sets": 5}
+_HAND_ONLY: Final = {
+    "disturbance": "minimum_jerk",
+    "duration_s": 0.3,
+    "amplitude_mm": 5.0,
+    "servo": None,
+    "reflex": None,
+    "sets": 5,
+}
 
 
 def simulate_rig(arguments: argparse.Namespace) -> int:
@@ -28,7 +35,8 @@ def simulate_rig(arguments: argparse.Namespace) -> int:
     for name, default in _HAND_ONLY.items():
         if getattr(arguments, name) != default:
             raise InputError(
-                f"--{name} with {arguments.experiment}", expected="a rig that pushes the hand"
+                f"--{name.replace('_', '-')} with {arguments.experiment}",
+                expected="an experiment that pushes the hand",
             )
     if arguments.noise not in _MARKERS_M:
         raise InputError(f"--noise {arguments.noise}", expected=" or ".join(_MARKERS_M))

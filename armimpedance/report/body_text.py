@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,13 @@ from armimpedance.body.parameters import PARAMETERS, moving_segments
 from armimpedance.body.result import BodyFit
 from armimpedance.body.validation import BodyValidation
 from armimpedance.motion import Skeleton
-from armimpedance.report.numbers import aligned_table, short, with_interval
+from armimpedance.report.numbers import (
+    TABLE_WIDTH,
+    aligned_table,
+    percent,
+    short,
+    with_interval,
+)
 
 #: Parameters shown on a screen; all stand in FIT.json.
 _SHOWN = 12
@@ -25,14 +32,15 @@ def body_text(fit: BodyFit) -> str:
             short(fit.base.expressions[i], 44),
             with_interval(parameters[i].value, *parameters[i].ci95),
             fit.base.units[i],
-            f"{fit.relative_sd_percent[i]:.2g} %",
+            percent(float(fit.relative_sd_percent[i])),
         ]
         for i in order
     ]
     table = aligned_table(("base parameter", "value (95 % interval)", "unit", "robust sd"), rows)
     more = fit.base.rank - len(rows)
     tail = f"\n(the best known; {more} more in FIT.json)" if more > 0 else ""
-    return "\n".join([*fit.lines(), "", table]) + tail
+    lines = [textwrap.fill(t, TABLE_WIDTH, subsequent_indent="  ") for t in fit.lines()]
+    return "\n".join([*lines, "", table]) + tail
 
 
 def body_object(fit: BodyFit, skeleton: Skeleton) -> dict[str, Any]:

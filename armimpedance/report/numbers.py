@@ -50,6 +50,20 @@ def with_interval(value: float, low: float, high: float) -> str:
     return f"{fixed(value, decimals)} ({fixed(low, decimals)} to {fixed(high, decimals)})"
 
 
+def percent(value: float) -> str:
+    """``720 %``: two digits, without an exponent; ``-`` where there is no finite value."""
+    if not isfinite(value):
+        return "-"
+    if value and abs(value) < 1e-3:
+        return "< 0.001 %"
+    return f"{float(f'{value:.2g}'):.6g} %" if abs(value) < 1e4 else "> 9999 %"
+
+
+def counted(number: int, noun: str) -> str:
+    """``1 trial``, ``2 trials``: a number with its noun."""
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+
+
 def short(text: str, width: int) -> str:
     """The text, its middle left out where it is longer than the width: names differ at the end."""
     if len(text) <= width:

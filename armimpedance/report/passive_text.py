@@ -8,9 +8,16 @@ from typing import Any
 from armimpedance.passive.emg_gate import EmgLevel
 from armimpedance.passive.result import PassiveFit
 from armimpedance.regression.fit import Validation
-from armimpedance.report.numbers import aligned_table, fixed, numbered_notes, with_interval
+from armimpedance.report.numbers import (
+    aligned_table,
+    fixed,
+    numbered_notes,
+    percent,
+    with_interval,
+)
 
 _HEADER = ("", "value (95 % interval)", "unit", "source's sd", "robust sd", "well identified")
+_TORQUE_HEADER = ("torque", "rms (Nm)", "R^2", "variance accounted for")
 _LEGEND = (
     "Source's sd: independent residuals (Venture, eqs. 9-11); well identified: twice that below "
     "10 %. Intervals are made of the robust sd, which counts that residuals are correlated."
@@ -31,36 +38,48 @@ def passive_text(
 
 
 def _joint_lines(fit: PassiveFit, other: Validation | None) -> list[str]:
-    cutoff = "no filter" if fit.cutoff_hz is None else f"{fit.cutoff_hz:g} Hz"
+    cutoff = "no filter" if fit.cutoff_hz is None else f"filter {fit.cutoff_hz:g} Hz"
     rows = [
         [
             p.name,
             with_interval(p.value, *p.ci95),
             p.unit,
-            f"{p.relative_sd_percent:.2g} %",
-            f"{100 * p.sd_robust / abs(p.value):.2g} %" if p.value else "-",
+            percent(p.relative_sd_percent),
+            percent(100 * p.sd_robust / abs(p.value)) if p.value else "-",
             "yes" if p.well_identified else "no",
         ]
         for p in fit.parameters
     ]
-    lines = [
-        f"{fit.joint}: method {fit.method}, {fit.n} rows, {cutoff}, condition "
+    return [
+        f"{fit.joint}: {fit.method}, {fit.n} rows, {cutoff}, condition "
         f"{fixed(fit.cond_raw, 2)} (columns scaled {fixed(fit.cond_scaled, 2)})",
         aligned_table(_HEADER, rows),
-        f"  fitted torque   {_quality(fit.direct)}; friction {fit.friction_share_percent:.2g} % "
-        "of the torque",
+        "",
+        aligned_table(_TORQUE_HEADER, _torque_rows(fit, other)),
+        f"friction makes {percent(fit.friction_share_percent)} of the torque",
     ]
-    lines += [f"  left out {c.left_out}: {_quality(c.validation)}" for c in fit.cross]
-    if other is not None:
-        lines.append(f"  other recording {_quality(other)}")
-    return lines
 
 
-def _quality(validation: Validation) -> str:
-    return (
-        f"rms {float(validation.rms[0]):.3g} Nm, R^2 {validation.r2:.4f}, "
-        f"variance accounted for {100 * validation.vaf:.2f} %"
+def _torque_rows(fit: PassiveFit, other: Validation | None) -> list[list[str]]:
+    rows = [["fitted", *_quality(fit.direct)]]
+    for part in fit.cross:
+        name = part.left_out if "trial" in part.left_out else f"trial {part.left_out}"
+        rows.append([f"{name}, left out", *_quality(part.validation)])
+    return rows if other is None else [*rows, ["other recording", *_quality(other)]]
+
+
+def _quality(validation: Validation) -> list[str]:
+    rms, vaf = float(validation.rms[0]), 100 * validation.vaf
+    return [f"{rms:.3g}", f"{validation.r2:.4f}", f"{vaf:.2f} %"]
+
+
+def emg_text(level: EmgLevel) -> str:
+    """The mean activity of every muscle, in one line."""
+    shown = ", ".join(
+        f"{muscle} {mean:.1f} %"
+        for muscle, mean in zip(level.muscles, level.mean_percent.mean(axis=0), strict=True)
     )
+    return f"EMG: {shown} of the maximum, below the gate of {level.limit_percent:g} %"
 
 
 def passive_object(fits: Sequence[PassiveFit]) -> list[dict[str, Any]]:
