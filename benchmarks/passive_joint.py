@@ -34,9 +34,9 @@ BATCH = 40
 PRINTED_RELATIVE_SD = np.array([0.179, 21.7, 30.1])
 CONDITIONS = (2.2, 3.1)
 #: Viscosity that plain least squares returns is compared with the truth where the friction is the
-#: one that the source prints, at the filter that findings on such data used, Hz.
+#: one that the source prints. The source does not say its filter (Hz), on which the bias hangs.
 PRINTED_FRICTION = -0.015
-BIAS_CUTOFF_HZ = 6.0
+BIAS_CUTOFFS_HZ = (5.0, 6.0, 8.0)
 #: Fewer runs than this do not judge a coverage: 95 +- 4 % at two standard errors.
 FEWEST_RUNS = 100
 
@@ -138,16 +138,19 @@ def bias_of_the_source(checks, runs):
     motions, truths = zip(*recordings("p5", range(runs), who), strict=True)
     i = truths[0].joints.index(ELBOW)
     rest, h = float(truths[0].q_r[i]), float(truths[0].h[i])
-    for method in ("ls", "parallel"):
-        (value, *_), _ = study(motions, rest, method, BIAS_CUTOFF_HZ)
-        off = 100 * (value[:, 1] / h - 1)
-        error = off.std(ddof=1) / np.sqrt(len(off))
-        print(
-            f"f = {PRINTED_FRICTION}, {BIAS_CUTOFF_HZ:g} Hz, {method}: "
-            f"h {off.mean():+.1f} +- {error:.1f} %, f {value[:, 2].mean():+.4f} Nm"
-        )
-        if method == "ls":
-            checks.say("ls: |mean bias of h|, %", abs(off.mean()), 20, 100)
+    largest = 0.0
+    for cutoff_hz in BIAS_CUTOFFS_HZ:
+        for method in ("ls", "parallel"):
+            (value, *_), _ = study(motions, rest, method, cutoff_hz)
+            off = 100 * (value[:, 1] / h - 1)
+            error = off.std(ddof=1) / np.sqrt(len(off))
+            print(
+                f"f = {PRINTED_FRICTION}, {cutoff_hz:g} Hz, {method}: "
+                f"h {off.mean():+.1f} +- {error:.1f} %, f {value[:, 2].mean():+.4f} Nm"
+            )
+            if method == "ls":
+                largest = max(largest, abs(off.mean()))
+    checks.say("ls: largest |mean bias of h| of these, %", largest, 20, 100)
 
 
 def exact(checks):

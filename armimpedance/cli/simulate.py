@@ -61,6 +61,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         metavar="SHARE",
         help="a stretch reflex, delayed by 55 ms, of this share of the stiffness",
     )
+    parser.add_argument("--markers", action="store_true", help="body: 35 markers, not joint angles")
     parser.add_argument("--table", choices=("parquet", "csv"), default="parquet")
 
 

@@ -15,7 +15,7 @@ PASSIVE: Final = ("p5", "release")
 BODY: Final = "body"
 #: Noise name -> marker noise (m); angles (rad), forces (N), moments (Nm).
 _MARKERS_M: Final = {"nominal": 0.5e-3, "sensor": 0.5e-3, "none": 0.0}
-_BODY: Final = {"nominal": (0.002, 1.0, 0.5), "sensor": (0.002, 1.0, 0.5), "none": (0.0, 0.0, 0.0)}
+_BODY: Final = {"nominal": (0.001, 1.0, 0.5), "sensor": (0.001, 1.0, 0.5), "none": (0.0, 0.0, 0.0)}
 #: Options of the hand's experiments and what they are when nobody gives them.
 _HAND_ONLY: Final = {
     "disturbance": "minimum_jerk",
@@ -51,6 +51,7 @@ def _simulated(
 ) -> tuple[MarkerRecording | MotionRecording, PassiveTruth | BodyTruth]:
     if arguments.experiment == BODY:
         from manipulandum_sim.simulate_body import simulate_body
+        from manipulandum_sim.studio import Studio
 
         angle, force, moment = _BODY[arguments.noise]
         return simulate_body(
@@ -59,6 +60,7 @@ def _simulated(
             angle_noise_rad=angle,
             force_noise_N=force,
             moment_noise_Nm=moment,
+            markers=Studio(_MARKERS_M[arguments.noise]) if arguments.markers else False,
         )
     from manipulandum_sim.passive_swing import simulate_passive
 
