@@ -42,7 +42,7 @@ class PassiveFit:
     n : int
         Rows of the torque equations.
     cond_raw, cond_scaled : float
-        Of the torque equations' W; the source prints the raw one.
+        Of the torque equations' W; the source does not say which of the two it prints.
     rank : int
     direct : Validation
         On the rows of the fit, torque in Nm.
