@@ -100,7 +100,7 @@ def test_map_to_the_joints_and_without_force_term(session, tmp_path, capsys):
 def test_inspect_says_what_is_there(session, capsys):
     assert main(["inspect", str(session)]) == 0
     printed = capsys.readouterr().out
-    assert "16 trials, 1 conditions" in printed
+    assert "16 trials, 1 condition," in printed
     assert "handle_mass_kg" in printed
     assert "STOP" not in printed
 
