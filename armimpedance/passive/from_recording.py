@@ -81,8 +81,8 @@ def from_joint_recording(
     if torque_sign is not None or not _impossible(samples):
         return samples
     return samples.with_torque_turned(
-        "as stored, the torque would be that of a joint with negative stiffness that drives the "
-        "motion: its sign was turned (torque_sign=1 keeps it)"
+        "as read, the torque would be that of a joint with negative stiffness that drives the "
+        "motion: its sign was turned (a torque sign of 1 keeps it)"
     )
 
 

@@ -7,11 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from armimpedance.errors import ArmImpedanceError, InputError
+from armimpedance.errors import ArmImpedanceError, EstimationError, InputError
 from armimpedance.passive.equations import Equations, check_excitation
 from armimpedance.passive.linear import TwoFits
 from armimpedance.passive.methods import DEFAULT_METHOD, Method, method_named
 from armimpedance.passive.notes import joint_notes
+from armimpedance.passive.rest_angle import rest_angle_note
 from armimpedance.passive.result import CrossValidation, PassiveFit
 from armimpedance.passive.samples import PassiveSamples
 from armimpedance.passive.terms import RestAngle, Terms
@@ -80,8 +81,9 @@ def _identify(
     samples: PassiveSamples, number: int, terms: Terms, method: Method, cross_validate: bool
 ) -> PassiveFit:
     check_excitation(samples, terms)
-    fits = method.solve(samples, terms)
     equations = method.equations(samples, terms)
+    elsewhere = rest_angle_note(equations, terms, samples.sample_rate_hz)
+    fits = _solved(samples, terms, method, elsewhere)
     torque_fit = _torque_fit(equations, fits.classical)
     W, Y = equations.stacked()
     parameters = _parameters(fits, terms, number)
@@ -103,7 +105,19 @@ def _identify(
         friction_share_percent=share,
         cutoff_hz=samples.cutoff_hz,
     )
-    return replace(found, warnings=joint_notes(found, samples, fits))
+    return replace(found, warnings=joint_notes(found, samples, fits, elsewhere))
+
+
+def _solved(
+    samples: PassiveSamples, terms: Terms, method: Method, elsewhere: str | None
+) -> TwoFits:
+    """The method's fits; where its search fails, a rest angle that cannot be is the likely why."""
+    try:
+        return method.solve(samples, terms)
+    except EstimationError as error:
+        if elsewhere is None:
+            raise
+        raise EstimationError(f"{error}; {elsewhere}") from error
 
 
 def _torque_fit(equations: Equations, solved: Fit) -> Fit:

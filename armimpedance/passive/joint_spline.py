@@ -26,7 +26,8 @@ _MOST_TURNS: Final = 50
 #: Turns in which a sample may still change the side of a reversal on which it lies.
 _TURNS_OF_SIGN: Final = 5
 
-#: Knots per period of the cut-off: the spline follows what the filter lets through.
+#: Knots per period of the cut-off: the spline follows what the filter lets through. Without a
+#: cut-off, for data without noise, it has a knot at every second sample.
 _KNOTS_PER_PERIOD: Final = 3.0
 
 #: Done when no parameter moves by more than this part of its standard error, or of its size.
@@ -59,13 +60,10 @@ def solve_joint_spline(samples: PassiveSamples, terms: Terms) -> TwoFits:
     EstimationError
         Spline and parameters do not settle.
     InputError
-        The torque was not measured, or there is no cut-off to tell motion from noise.
+        The torque was not measured.
     """
-    if samples.measured_torque is None or samples.cutoff_hz is None:
-        raise InputError(
-            "no measured torque, or no cut-off that tells motion from noise",
-            expected="samples of a joint recording with a cut-off",
-        )
+    if samples.measured_torque is None:
+        raise InputError("no measured torque", expected="samples of a joint recording")
     trials = [_trial(samples, s) for s in samples.slices()]
     curves = [_least_squares(t.B, t.q) for t in trials]
     weight = _torque_weight(trials, curves)
@@ -93,11 +91,12 @@ def _trial(samples: PassiveSamples, part: slice) -> TrialSpline:
     from scipy.interpolate import BSpline
 
     count = part.stop - part.start
-    if samples.measured_torque is None or samples.cutoff_hz is None:
-        raise InputError("no measured torque or no cut-off")
+    if samples.measured_torque is None:
+        raise InputError("no measured torque")
     seconds = np.arange(count) / samples.sample_rate_hz
-    pieces = int(np.ceil(seconds[-1] * samples.cutoff_hz * _KNOTS_PER_PERIOD))
-    pieces = max(min(pieces, (count - _DEGREE - 1) // 2), 1)
+    pieces = finest = max((count - _DEGREE - 1) // 2, 1)
+    if samples.cutoff_hz is not None:
+        pieces = min(int(np.ceil(seconds[-1] * samples.cutoff_hz * _KNOTS_PER_PERIOD)), finest)
     edges = np.linspace(0, seconds[-1], pieces + 1)
     knots = np.concatenate([[0.0] * _DEGREE, edges, [edges[-1]] * _DEGREE])
     B = BSpline.design_matrix(seconds, knots, _DEGREE)

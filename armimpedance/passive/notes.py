@@ -17,9 +17,11 @@ if TYPE_CHECKING:
 _HARD: Final = 30.0
 
 
-def joint_notes(found: PassiveFit, samples: PassiveSamples, fits: TwoFits) -> tuple[str, ...]:
-    """Warnings on one joint, the samples' own notes first."""
-    notes = [*samples.notes, *fits.classical.warnings]
+def joint_notes(
+    found: PassiveFit, samples: PassiveSamples, fits: TwoFits, elsewhere: str | None
+) -> tuple[str, ...]:
+    """Warnings on one joint, the samples' own first; `elsewhere` says where the data rest."""
+    notes = [*samples.notes, *fits.classical.warnings, *([elsewhere] if elsewhere else [])]
     h, f = found.parameter("h"), found.parameter("f")
     if found.cond_scaled > _HARD:
         notes.append(
@@ -31,9 +33,10 @@ def joint_notes(found: PassiveFit, samples: PassiveSamples, fits: TwoFits) -> tu
     if h.value < 0:
         notes.append(f"negative viscosity {h.value:.3g} Nm s/rad: not dissipative")
     if found.parameter("k").value < 0:
-        notes.append("negative stiffness: no passive joint has one; is the torque's sign right?")
+        doubt = "" if elsewhere else "; is the torque's sign right?"
+        notes.append(f"negative stiffness: no passive joint has one{doubt}")
     if found.terms.free:
-        notes.append("rest angle unknown and fitted: the interval of k is several times wider")
+        notes.append("rest angle unknown and fitted: the interval of k may be several times wider")
     return tuple(notes)
 
 
