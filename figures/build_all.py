@@ -24,6 +24,9 @@ from armimpedance_figures import (
     venture_elbow_fig06_fig07,
     venture_elbow_fig08_fig09,
     venture_elbow_table2_table3,
+    venture_poster_conditions,
+    venture_poster_cross_validation,
+    venture_poster_discrimination,
     where_models_extrapolate,
 )
 from armimpedance_figures.experiment import StudiedExperiment
@@ -47,6 +50,9 @@ CATALOGUE = {
         venture_elbow_fig04,
         venture_elbow_fig06_fig07,
         venture_elbow_fig08_fig09,
+        venture_poster_cross_validation,
+        venture_poster_conditions,
+        venture_poster_discrimination,
     )
 }
 

@@ -35,11 +35,12 @@ def caption(tests: tuple[StudiedTest, ...]) -> str:
     return (
         "After Venture et al. (in-vivo elbow), Fig. 4: EMG of biceps and triceps during test P5, "
         f"rectified, second-order Butterworth low-pass {ENVELOPE_HZ:g} Hz forward and backward, "
-        f"% of the maximum (thin), its mean over {WINDOW_S:g} s (thick), and the gate above which "
-        f"a recording is refused (dashed): {said}. Simulated subject {one.subject}: noise of "
+        f"% of the maximum (thin, without the filter's ends), its mean over {WINDOW_S:g} s "
+        "(thick), and the gate above which a recording is refused (dashed): "
+        f"{said}. Simulated subject {one.subject}: noise of "
         "20-450 Hz at 1 kHz whose rectified mean is 2 % of the maximum, the level that the source "
         "reads off its own figure; no muscle contracts. Differs from the source: simulated; % "
-        "instead of 0 < u < 1; the source has no gate, it judges by eye."
+        "instead of 0 < u < 1; the source states no gate."
     )
 
 

@@ -44,7 +44,7 @@ def caption(p5: tuple[StudiedTest, ...], release: tuple[StudiedTest, ...]) -> st
         f"there the elbow swings about its rest angle ({_spread(release)} rad rms about the mean), "
         f"in P5 it hangs far from it and moves less ({_spread(p5)} rad). "
         f"{design(*every)}. Differs from the source: simulated, and here one set of parameters is "
-        "true in both tests, where the source finds k 12 % apart."
+        "true in both tests, where the source prints k 10 to 12 % apart."
     )
 
 

@@ -71,7 +71,7 @@ def _parameter_rows(one: StudiedTest, name: str, i: int) -> Iterator[TableRow]:
     source, found = printed(one), [one.fits[m].parameter(name) for m in METHODS_SHOWN]
     values = tuple(with_half_width(p.value, _half_width(p)) for p in found)
     truth = f"{one.true(name):g}"
-    yield TableRow(NAMES[name], (source.values[i], *values, truth), strong=True)
+    yield TableRow(NAMES[name], (source.values[i], *values, truth))
     spreads = tuple(_judged(p.relative_sd_percent) for p in found)
     printed_sd = source.relative_sd_percent[i]
     shown = "-" if printed_sd == "-" else _judged(float(printed_sd), printed_sd)
@@ -124,18 +124,18 @@ def caption(*tests: tuple[StudiedTest, ...]) -> str:
         "friction f of the elbow from the examination's test P5 and from a release of the lifted "
         "forearm. Method 'ls' is the source's; 'parallel' filters the sign of the velocity as "
         "it filters the torque and leaves out the trials' ends; 'output-error' fits the motion "
-        "itself. ±: half a 95 % interval of our robust standard error. sd %: relative standard "
-        "deviation as the source reckons it, (9)-(11), of independent residuals; well identified: "
-        "twice of it below 10 %. The source calls this rule its own and breaks it: h at 7.47 and "
-        "9.39 % counts there as good, which is an interval of 15 and 19 %. It prints f < 0, a "
-        "joint that drives itself, which no passive joint does; the truth simulated here is f > 0. "
-        "'ls' biases h upwards and f downwards, for it does not filter sign(qd) (on average of "
-        "many P5 recordings by about an eighth and a quarter, benchmarks/passive_joint.py), and "
-        "the release's spoilt ends make its k wrong by up to "
-        f"{100 * worst:.0f} %. R² is near 1 in P5 for free, because the torque hardly varies; VAF "
-        f"takes the mean off. {design(*every)}; release in {_releases(every)} trials. Differs from "
-        "the source: simulated; the source's rest angle is not given, and why the printed k of "
-        "one elbow differs by 12 % between two tests it does not say."
+        "itself. ±: half of our robust 95 % interval. sd %: relative standard deviation as the "
+        "source reckons it, (9)-(11), for independent residuals; well identified: twice of it is "
+        "below 10 %, the source's rule, which it breaks: h at 7.47 and 9.39 %, intervals of 15 "
+        "and 19 %, counts there as good. It prints f < 0, which is not dissipative: such a joint "
+        "drives itself; the truth simulated here is f > 0. 'ls' biases h and f, for it does not "
+        "filter sign(qd): in P5 h comes out about an eighth too large and f a quarter too small on "
+        "average of many recordings (benchmarks/passive_joint.py); in the release the trials' "
+        f"ends, spoilt by the filter, make its k wrong by up to {100 * worst:.0f} % as well. In P5 "
+        "R² is near 1 for free, because the torque varies little about its mean; VAF takes the "
+        f"mean off. {design(*every)}; release in {_releases(every)} trials. Differs from the "
+        "source: simulated, f > 0, and k is the same in both tests, where the source prints k "
+        "10 to 12 % apart and no rest angle; of which W the condition is printed it does not say."
     )
 
 

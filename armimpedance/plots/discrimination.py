@@ -46,13 +46,15 @@ def plot_discrimination(result: Discrimination, quantity: str, ax: Axes | None =
             mean = float(group.values.mean())
             ax.plot([at - 0.36, at + 0.36], [mean, mean], color=_COLORS[at], lw=1.6, alpha=0.6)
         ax.axhline(result.threshold, color="0.4", lw=0.8, ls=(0, (4, 2)))
+        ax.text(0.5, result.threshold, "threshold", ha="center", va="bottom", fontsize=7)
         ax.set_xlim(-0.5, 1.5)
         names = [f"{g.name}\n(n = {len(g.people)})" for g in (result.first, result.second)]
         ax.set_xticks([0, 1], names)
         ax.set_ylabel(quantity)
         ax.set_title(
             f"area under ROC {result.auc:.2f} ({result.auc_ci95[0]:.2f} to "
-            f"{result.auc_ci95[1]:.2f}), {result.correct}/{result.people} left out right",
+            f"{result.auc_ci95[1]:.2f})\n{result.correct} of {result.people} in the right group, "
+            "each left out",
             fontsize=8,
         )
     return ax

@@ -90,6 +90,9 @@ def plot_emg_level(
 ) -> list[Axes]:
     """Draw each muscle's envelope, its running mean and the gate, one muscle below the other.
 
+    One period of the low-pass is left out at both ends, where the filter has no neighbours and the
+    envelope swings out.
+
     Parameters
     ----------
     emg : EmgSignals
@@ -114,14 +117,16 @@ def plot_emg_level(
     mean = (running[width:] - running[:-width]) / width
     time = np.arange(len(level)) / rate
     middle = time[: len(mean)] + width / rate / 2
+    end = round(rate / ENVELOPE_HZ)
+    inner = slice(end, len(level) - end)
     with print_style():
         drawn = list(axes or _stacked(len(emg.muscles)))
         for m, (muscle, ax) in enumerate(zip(emg.muscles, drawn, strict=True)):
             label = f"mean over {WINDOW_S:g} s"
-            ax.plot(time, level[:, m], color=OKABE_ITO["blue"], lw=0.6, label="envelope")
+            ax.plot(time[inner], level[inner, m], color=OKABE_ITO["blue"], lw=0.6, label="envelope")
             ax.plot(middle, mean[:, m], color="black", lw=1.6, label=label)
             ax.axhline(limit_percent, color=OKABE_ITO["vermillion"], ls=(0, (4, 2)), label="gate")
-            ax.set_ylim(0, 1.15 * max(limit_percent, float(level[:, m].max())))
+            ax.set_ylim(0, 1.15 * max(limit_percent, float(level[inner].max())))
             ax.margins(x=0.01)
             ax.set_title(muscle.replace("_", " "), loc="left")
             label_axes(ax, "time (s)", "EMG (% of max.)")

@@ -118,7 +118,7 @@ def test_model_inertia_is_that_of_the_simulated_limb(studied):
 
 
 def test_names_choose_figures():
-    assert [f.name for f in chosen(["fig07"])] == ["tsuji1997_fig07_ellipses_over_workspace"]
+    assert [f.name for f in chosen(["1997_fig07"])] == ["tsuji1997_fig07_ellipses_over_workspace"]
     assert len(chosen([])) == len(CATALOGUE)
     with pytest.raises(InputError, match="no figure 'fig99'"):
         chosen(["fig99"])
