@@ -224,8 +224,24 @@ class EmgSignals:
         put(self, "signals", frozen_array(self.signals, "EMG signals", shape))
 
 
+class _InTrials:
+    """What a recording of samples in trials can say of them."""
+
+    trials: pd.DataFrame
+    offsets: IntArray
+
+    @property
+    def n_trials(self) -> int:
+        """Number of trials T."""
+        return len(self.trials)
+
+    def samples_of(self, row: int) -> slice:
+        """The samples of the trial in row `row` (from 0) of the trial table."""
+        return slice(int(self.offsets[row]), int(self.offsets[row + 1]))
+
+
 @dataclass(frozen=True)
-class MarkerRecording:
+class MarkerRecording(_InTrials):
     """Markers of a motion-capture session, samples of all trials one after another.
 
     Attributes
@@ -271,18 +287,9 @@ class MarkerRecording:
         put(self, "positions", _with_gaps(self.positions, samples, len(self.names)))
         _check_plates(self, samples)
 
-    @property
-    def n_trials(self) -> int:
-        """Number of trials T."""
-        return len(self.trials)
-
-    def samples_of(self, row: int) -> slice:
-        """The samples of the trial in row `row` (from 0) of the trial table."""
-        return slice(int(self.offsets[row]), int(self.offsets[row + 1]))
-
 
 @dataclass(frozen=True)
-class MotionRecording:
+class MotionRecording(_InTrials):
     """Joint motion of a skeleton, with what was measured beside it.
 
     Attributes
@@ -327,15 +334,6 @@ class MotionRecording:
         if self.torque is not None:
             put(self, "torque", frozen_array(self.torque, "torque", shape))
         _check_plates(self, samples)
-
-    @property
-    def n_trials(self) -> int:
-        """Number of trials T."""
-        return len(self.trials)
-
-    def samples_of(self, row: int) -> slice:
-        """The samples of the trial in row `row` (from 0) of the trial table."""
-        return slice(int(self.offsets[row]), int(self.offsets[row + 1]))
 
 
 def _check_rate(rate_hz: float) -> None:
