@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -123,7 +124,7 @@ class BodyFit:
         found = [
             f"{self.base.rank} base parameters, {self.method.replace('_', ' ')}, "
             f"{int(self.well_identified.sum())} of them within 10 %",
-            f"fitted: {', '.join(self.choice.motions)} (scaled condition {conditions})",
+            f"fitted: {_named(self.choice.motions)} (scaled condition {conditions})",
             f"fitted motions: {_residuals(self.fitted)}",
         ]
         if self.held_out is not None:
@@ -137,6 +138,12 @@ class BodyFit:
         return tuple(found + [f"warning: {w}" for w in self.warnings])
 
 
+def _named(motions: Sequence[str]) -> str:
+    """The motions, each once with the number of its trials where there are several."""
+    counts = Counter(motions).items()
+    return ", ".join(name if n == 1 else f"{name} ({n} trials)" for name, n in counts)
+
+
 def _residuals(validation: BodyValidation) -> str:
     parts = []
     for what, rows, unit in (
@@ -145,7 +152,8 @@ def _residuals(validation: BodyValidation) -> str:
     ):
         if rows:
             rms, r2 = validation.pooled_rms(rows), validation.pooled_r2(rows)
-            parts.append(f"{what} {rms:.3g} {unit} rms, R^2 {r2:.3f}")
+            shown = f", R^2 {r2:.3f}" if np.isfinite(r2) else ""
+            parts.append(f"{what} {rms:.3g} {unit} rms{shown}")
     return "; ".join(parts)
 
 

@@ -147,7 +147,7 @@ def row_choice(recording: MotionRecording, arguments: argparse.Namespace) -> Row
     terms = passive_terms(joints, rests) + robot_terms(recording.skeleton, arguments.term)
     cutoff = CUTOFF_HZ if arguments.cutoff_hz is None else None
     if arguments.cutoff_hz not in (None, "none"):
-        cutoff = number(arguments.cutoff_hz, "--cutoff-hz", "Hz, or none")
+        cutoff = number(arguments.cutoff_hz, "--cutoff-hz", "more than 0 Hz, or none")
     return RowChoice(
         rows=rows,
         cutoff_hz=cutoff,

@@ -82,25 +82,26 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Read, fit, print, write."""
     from armimpedance.cli.checks import check_outputs
-    from armimpedance.cli.passive_input import read_passive
+    from armimpedance.cli.passive_input import naming, read_passive
     from armimpedance.passive.identify import identify_passive
-    from armimpedance.passive.methods import DEFAULT_METHOD
+    from armimpedance.passive.methods import DEFAULT_METHOD, method_named
     from armimpedance.passive.result import summarise
     from armimpedance.report.fit_json import write_fit
     from armimpedance.report.passive_text import passive_text
 
     check_outputs(figure=arguments.figure, out=arguments.out)
+    method = method_named(arguments.method or DEFAULT_METHOD)
     given = read_passive(arguments.recording, arguments)
-    fits = identify_passive(
-        given.samples,
-        rest_angle=rest_angles(arguments.rest_angle, given.samples.joints),
-        method=arguments.method or DEFAULT_METHOD,
-        quadratic=arguments.quadratic,
-    )
+    rests = rest_angles(arguments.rest_angle, given.samples.joints)
+    with naming(arguments.recording):
+        fits = identify_passive(
+            given.samples, rest_angle=rests, method=method.name, quadratic=arguments.quadratic
+        )
     other = None
     if arguments.validate is not None:
         there = read_passive(arguments.validate, arguments).samples
-        other = tuple(fit.validate(there) for fit in fits)
+        with naming(arguments.validate):
+            other = tuple(fit.validate(there) for fit in fits)
     print(passive_text(fits, given.notes, other))
     if arguments.out is not None:
         write_fit(summarise(fits), arguments.out, **_more(arguments, fits, given.emg, other))

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from armimpedance.errors import InputError
+from armimpedance.errors import EstimationError, InputError, NotIdentifiableError
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -145,6 +145,10 @@ def naming(path: Path) -> Iterator[None]:
     """Put the recording's name before what is wrong with it, where no file is named yet."""
     try:
         yield
+    except NotIdentifiableError as error:
+        raise NotIdentifiableError(f"{path}: {error}", error.parameters) from error
+    except EstimationError as error:
+        raise EstimationError(f"{path}: {error}") from error
     except InputError as error:
         if error.file is not None:
             raise
@@ -185,7 +189,7 @@ def _cutoff(arguments: argparse.Namespace) -> float | None:
         return DEFAULT_CUTOFF_HZ
     if arguments.cutoff_hz == "none":
         return None
-    return number(arguments.cutoff_hz, "--cutoff-hz", "Hz, or none")
+    return number(arguments.cutoff_hz, "--cutoff-hz", "more than 0 Hz, or none")
 
 
 def number(word: str, option: str, expected: str) -> float:

@@ -145,7 +145,8 @@ def check_excitation(samples: PassiveSamples, terms: Terms) -> None:
     if np.ptp(q) < 1e-6:
         lost = tuple(n for n in terms.names if n != "k" or terms.free)
         raise NotIdentifiableError(
-            f"{name} stands still: {', '.join(lost)} cannot be seen", parameters=lost
+            f"{name} stands still: {', '.join(lost)} cannot be seen (expected motion both ways)",
+            parameters=lost,
         )
     if terms.free and (np.all(qd > 0) or np.all(qd < 0)):
         raise NotIdentifiableError(

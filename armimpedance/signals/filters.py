@@ -25,7 +25,8 @@ def _zero_phase(
     if not rising:
         shown = " to ".join(f"{edge:g}" for edge in edges_hz)
         raise InputError(
-            f"cut-off {shown} Hz at {sample_rate_hz:g} Hz", expected=f"0 < … < {nyquist:g} Hz"
+            f"cut-off {shown} Hz of samples at {sample_rate_hz:g} Hz",
+            expected=f"between 0 and {nyquist:g} Hz, half of the rate",
         )
     kind: Literal["low", "band"] = "low" if len(edges_hz) == 1 else "band"
     edges = edges_hz[0] if len(edges_hz) == 1 else np.asarray(edges_hz)
