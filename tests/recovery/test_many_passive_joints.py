@@ -13,7 +13,7 @@ from manipulandum_sim.passive_swing import simulate_passive
 
 @pytest.fixture(scope="module")
 def fitted():
-    markers, truth = simulate_passive("p5", subject="whole-arm", seed=3)
+    markers, truth = simulate_passive("p5", subject="whole-arm", seed=3, duration_s=12.0)
     samples = from_motion(joint_motion(markers).motion, truth.joints)
     rest = dict(zip(truth.joints, truth.q_r.tolist(), strict=True))
     return identify_passive(samples, rest_angle=rest, cross_validate=False), truth
@@ -24,7 +24,7 @@ def test_every_joint_is_near_its_truth(fitted):
     assert len(fits) == 5
     for i, fit in enumerate(fits):
         k, h, f = (fit.parameter(name) for name in "khf")
-        # one trial of 23 s; the slack beyond four standard errors is the filter's own bias
+        # one trial of 12 s; the slack beyond four standard errors is the filter's own bias
         assert k.value == pytest.approx(truth.k[i], rel=0.02, abs=4 * k.sd_robust)
         assert h.value == pytest.approx(truth.h[i], abs=0.1 * truth.h[i] + 4 * h.sd_robust)
         assert f.value == pytest.approx(truth.f[i], abs=0.005 + 4 * f.sd_robust)
