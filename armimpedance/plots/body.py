@@ -93,7 +93,8 @@ def body_figure(recording: MotionRecording, choice: RowChoice, fit: BodyFit) -> 
     names = row_labels(choice, recording)[:_MOST_ROWS]
     phi = np.asarray(fit.base.lift(fit.values) if fit.phi is None else fit.phi)
     axes = plot_wrench(trial, phi, names, recording.sample_rate_hz)
-    axes[0].legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.2)
+    with print_style():
+        axes[0].legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.2)
     return axes[0].figure  # type: ignore[return-value]
 
 
