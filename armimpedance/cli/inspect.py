@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from armimpedance.records import Recording
     from armimpedance.signals.validity import Check
 
+#: Checks that fail where nothing pushed the joint and let it return.
+OF_DISTURBANCE = ("disturbance", "returns to start", "force sign")
 MARKS = {"ok": "ok  ", "warning": "WARN", "unusable": "STOP"}
 
 
@@ -64,8 +66,9 @@ def _checks(recording: Recording) -> list[Check]:
     from armimpedance.signals.validity import Check, check_recording
 
     checks = [*check_recording(recording), *check_delay(recording)]
-    stopped = any(check.verdict == "unusable" for check in checks)
-    if not stopped or recording.kind != "joint" or "onset_s" in recording.trials:
+    if recording.kind != "joint" or "onset_s" in recording.trials:
+        return checks
+    if all(check.verdict == "ok" for check in checks if check.name in OF_DISTURBANCE):
         return checks
     text = "no returning one is seen: `passive` takes such a recording, `estimate` does not"
     others = check_recording(replace(recording, perturbation="stochastic"))

@@ -18,6 +18,7 @@ def inspect_moving(path: Path, kind: str) -> int:
     InputError
         It cannot be read, or not be used.
     """
+    from armimpedance.cli.passive_input import naming
     from armimpedance.recordings.marker_folder import read_markers
     from armimpedance.recordings.motion_folder import read_motion
 
@@ -27,7 +28,8 @@ def inspect_moving(path: Path, kind: str) -> int:
         lines = _marker_checks(markers)
     else:
         recording = motion = read_motion(path)
-        lines = _plate_checks(motion)
+        with naming(path):
+            lines = _plate_checks(motion)
     print(describe_moving(recording, str(path)))
     print("\nChecks")
     for line in [*lines, *_emg_checks(recording)]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from armimpedance.errors import ArmImpedanceError
+from armimpedance.errors import ArmImpedanceError, InputError
 from armimpedance.impedance.regressors import impedance_factors
 from armimpedance.records import FloatArray, Recording
 from armimpedance.regression.solve import fit
@@ -86,7 +86,10 @@ def _curve(recording: Recording) -> _Curve:
     span = choose_span(window)
     rate = window.sample_rate_hz
     shifts = np.arange(-round(LONGEST_S * rate), round(LONGEST_S * rate) + 1)
-    group = np.arange(int(window.usable.sum())) % GROUPS
+    usable = int(window.usable.sum())
+    if usable < 2:
+        raise InputError("one usable trial", expected="several, for a standard error")
+    group = np.arange(usable) % GROUPS
     rows = []
     for shift in shifts:
         # Positive shift: the force as it is `shift` samples later, for a force that comes late.
