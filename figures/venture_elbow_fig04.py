@@ -8,6 +8,7 @@ from armimpedance.passive.emg_gate import ENVELOPE_HZ, WINDOW_S
 from armimpedance.plots.passive import plot_emg_level
 from armimpedance_figures.passive_study import SUBJECTS, StudiedTest, study
 from armimpedance_figures.source_figure import SourceFigure, script
+from armimpedance_figures.venture_layout import settle
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -16,8 +17,9 @@ if TYPE_CHECKING:
 def draw(tests: tuple[StudiedTest, ...]) -> Figure:
     """Both muscles of the first subject, one below the other."""
     one = tests[0]
-    axes = plot_emg_level(one.emg, one.level.limit_percent)
-    return axes[0].figure  # type: ignore[return-value]
+    figure: Figure = plot_emg_level(one.emg, one.level.limit_percent)[0].figure
+    settle(figure)
+    return figure
 
 
 def caption(tests: tuple[StudiedTest, ...]) -> str:

@@ -14,6 +14,7 @@ from armimpedance.plots.style import TWO_COLUMNS_IN, new_figure, print_style
 from armimpedance.regression.fit import Validation
 from armimpedance_figures.source_figure import one_legend
 from armimpedance_figures.table_cells import number
+from armimpedance_figures.venture_layout import settle
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -59,6 +60,7 @@ def draw_panels(panels: Sequence[Panel]) -> Figure:
             if ax is not axes[-1]:
                 ax.set_xlabel("")
         one_legend(figure, axes, columns=3)
+    settle(figure)
     return figure
 
 

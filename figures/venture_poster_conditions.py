@@ -96,7 +96,7 @@ def caption(studied: StudiedBody) -> str:
         "greedy choice: the motion with the lowest condition, then the one that lowers it most, "
         "until none does. Bold: chosen, the others serve cross-validation. *: the choice without "
         f"'{_name()}', in which everything moves at once and which no patient is asked to do; "
-        f"{len(natural.motions)} natural motions reach {natural.conditions[-1]:.0f}. "
+        f"{len(natural.motions)} natural motions reach {natural.conditions[-1]:.1f}. "
         "'no noise': the condition of the same motion without noise on the angles, which "
         "only a simulation knows. Noise shakes every joint a little and so makes poor motions "
         "look far better than they are: a condition from noisy angles is no proof that a motion "

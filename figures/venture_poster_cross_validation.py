@@ -12,6 +12,7 @@ from armimpedance.plots.style import TWO_COLUMNS_IN, new_figure, print_style
 from armimpedance_figures.body_study import StudiedBody, design, study
 from armimpedance_figures.source_figure import SourceFigure, one_legend, script
 from armimpedance_figures.table_cells import number
+from armimpedance_figures.venture_layout import settle
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -57,6 +58,7 @@ def draw(studied: StudiedBody) -> Figure:
             axes[0, m].set_title(MOTIONS[motion], loc="left")
         figure.align_ylabels(axes[:, 0])
         one_legend(figure, list(axes.ravel()), columns=2)
+    settle(figure)
     return figure
 
 
