@@ -1,6 +1,7 @@
 """Base parameters of a body from its motion and contact forces, or of a robot from its torques.
 
 Examples:
+  armimpedance simulate body --out session               something to try it on
   armimpedance body session --out fit.json
   armimpedance body session --method prior --prior-sd-percent 30 --motions 4 --figure check.png
   armimpedance body session --motions walk,squat,all_joints --cutoff-hz 8 --out fit.json

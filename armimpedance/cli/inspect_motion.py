@@ -26,6 +26,10 @@ def inspect_moving(path: Path, kind: str) -> int:
     if kind == "markers":
         recording = markers = read_markers(path)
         lines = _marker_checks(markers)
+        if markers.wrenches is not None:
+            lines.append(
+                "--    the force plates: `body` checks them once the joints' motion is found"
+            )
     else:
         recording = motion = read_motion(path)
         with naming(path):

@@ -1,16 +1,18 @@
 """Stiffness, viscosity and friction of relaxed joints, from markers, joint motion or torque.
 
 Examples:
-  armimpedance passive relaxed --rest-angle 0.35 --out fit.json
+  armimpedance simulate p5 --out relaxed                  something to try it on
+  armimpedance passive relaxed --rest-angle 1.5 --out fit.json
   armimpedance passive relaxed --rest-angle free --method output-error --out fit.json
   armimpedance passive arm --joint right_elbow_flexion --joint right_wrist_flexion \\
-      --rest-angle right_elbow_flexion=0.35 --rest-angle right_wrist_flexion=0 --out fit.json
+      --rest-angle right_elbow_flexion=1.5 --rest-angle right_wrist_flexion=0 --out fit.json
 
 k (q - q_r) + h qd + f sign(qd) [+ K (q - q_r)^2] is fitted to the passive torque, after Venture.
 The recording is a folder of kind "markers" or "motion" with its skeleton.json (the passive torque
 is minus that of inertia and gravity), or of kind "joint" whose torque columns hold the passive
 torque or its opposite.
-Where the rest angle is not known it is fitted (free), which widens the interval of k several times.
+Where the rest angle is not known it is fitted (free), which may widen the interval of k several
+times; where the data contradict a given one, a warning says where they put it.
 Trials are left out in turn and predicted from the others; --validate predicts another recording.
 """
 

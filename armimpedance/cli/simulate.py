@@ -83,6 +83,8 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.experiment not in EXPERIMENTS:
         known = ", ".join((*EXPERIMENTS, *RIGS))
         raise InputError(f"no experiment {arguments.experiment!r}", expected=f"one of {known}")
+    if arguments.markers:
+        raise InputError(f"--markers with {arguments.experiment}", expected="it with body")
     with bar("simulating") as progress:
         recording, truth = simulate(
             arguments.experiment,

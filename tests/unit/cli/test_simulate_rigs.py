@@ -56,6 +56,7 @@ def test_the_seed_decides(brief, tmp_path):
     ("arguments", "says"),
     [
         (("swim",), ("'swim'", "cocontraction", "p5", "release", "body")),
+        (("postures", "--markers"), ("--markers with postures", "body")),
         (("p5", "--subject", "Z"), ("'Z'", "1 or 2")),
         (("body", "--subject", "9"), ("'9'", "A or B")),
         (("p5", "--noise", "loud"), ("--noise loud", "nominal")),
