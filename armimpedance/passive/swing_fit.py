@@ -97,7 +97,13 @@ def solve_swing(samples: PassiveSamples, terms: Terms) -> TwoFits:
         As the `parallel` start.
     """
     first = solve_linear(parallel_equations(samples, terms), samples.sample_rate_hz).classical
+    seconds = int(samples.offsets[-1]) / samples.sample_rate_hz
     samples = in_pieces(samples, LONGEST_PIECE_S)
+    if samples.n_trials < 2:
+        raise InputError(
+            f"{samples.joints[0]}: one swing of {seconds:.1f} s has no spread to see",
+            expected=f"more than {LONGEST_PIECE_S:g} s, or several trials, for output-error",
+        )
     swings = _swings(samples, terms)
     x = first.parameters.copy()
     start = np.array([[samples.q[s.start, 0], samples.qd[s.start, 0]] for s in samples.slices()]).T

@@ -192,3 +192,11 @@ def test_emg_of_a_joint_recording_is_found_in_it():
     found = recorded_emg(more)
     assert found.unit == "V"
     assert found.muscles == ("biceps",)
+
+
+def test_one_short_swing_is_told_what_it_lacks(forearm):
+    motion, _ = forearm.swings(trials=1, samples=80)
+    with pytest.raises(InputError, match=r"one swing of 2\.7 s .*more than 3 s, or several trials"):
+        identify_passive(
+            from_motion(motion, [forearm.elbow]), rest_angle=1.0, method="output-error"
+        )
