@@ -31,7 +31,7 @@ from armimpedance.body.parameters import inertial_parameters, moving_segments
 from armimpedance.body.result import BodyFit
 from armimpedance.body.rows import RowChoice
 from armimpedance.body.validation import validate
-from armimpedance.errors import InputError, NotIdentifiableError
+from armimpedance.errors import EstimationError, InputError, NotIdentifiableError
 from armimpedance.motion import MotionRecording, Skeleton
 from armimpedance.records import FloatArray
 
@@ -117,6 +117,7 @@ def identify_body(
     chosen = _chosen(equations, base, motions)
     fitted = equations.subset(list(chosen.chosen))
     weighting: Literal["none", "levels"] = "none" if method == "least_squares" else "levels"
+    _refuse_silence(fitted, base)
     least = _least_squares(fitted, base, weighting)
     robust = clustered_covariance(
         recording, choice, base, least, block_s=block_s, trials=chosen.chosen
@@ -161,6 +162,26 @@ def _chosen(
         (scaled_condition(equations.subset(trials), base),),
         motion_conditions(equations, base),
     )
+
+
+def _refuse_silence(fitted: BodyEquations, base: BaseParameters) -> None:
+    """Refuse motions in which a parameter's columns hold rounding only.
+
+    Scaled to unit length, rounding looks like excitation: still postures without noise would show
+    every inertia.
+    """
+    p = len(fitted.columns)
+    try:
+        shown = base_parameters(fitted.stacked()[:p, :p], fitted.columns, fitted.column_units)
+    except EstimationError:
+        return  # noise of the motion: nothing is rounding only
+    if shown.rank < base.rank:
+        lost = tuple(name for name in base.names if name not in shown.names)
+        raise NotIdentifiableError(
+            f"{', '.join(dict.fromkeys(fitted.motions))} excite too little: {shown.rank} of {base.rank} "
+            f"parameters show, not {', '.join(lost[:3])}{' …' if len(lost) > 3 else ''}",
+            lost,
+        )
 
 
 def _least_squares(

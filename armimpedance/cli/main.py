@@ -43,6 +43,12 @@ A first session:
   armimpedance estimate session --out hand.csv    one row per condition
   armimpedance map hand.csv --recording session --to joint --out joint.csv
   armimpedance fit moment-arms joint.csv --out posture.json
+
+Relaxed joints and moving bodies, from motion capture:
+  armimpedance simulate p5 --out relaxed          or: convert swing.c3d relaxed --skeleton elbow ...
+  armimpedance passive relaxed --rest-angle 1.5 --out fit.json
+  armimpedance simulate body --out session
+  armimpedance body session --out body.json
 """
 
 

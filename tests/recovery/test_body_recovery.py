@@ -13,6 +13,7 @@ from armimpedance.body.equations import body_equations
 from armimpedance.body.identify import METHODS, identify_body
 from armimpedance.body.parameters import pseudo_inertias
 from armimpedance.body.rows import RowChoice
+from armimpedance.errors import NotIdentifiableError
 from manipulandum_sim.simulate_body import simulate_body
 
 MOTIONS = ("walk", "bending", "head_and_arms", "leg_swings", "all_joints")
@@ -91,3 +92,14 @@ def test_what_a_still_pelvis_and_still_postures_show(motion, rank):
         equations.stacked()[:-1, :-1], equations.columns, equations.column_units
     )
     assert shown.rank == rank
+
+
+def test_rounding_is_no_excitation():
+    still, _ = simulate_body(("static",), **STILL)
+    with pytest.raises(
+        NotIdentifiableError, match="static excite too little: 42 of 128 parameters show"
+    ) as told:
+        identify_body(still, choice=RowChoice(), motions=None)
+    assert len(told.value.parameters) >= 128 - 42
+    shown = identify_body(still, choice=RowChoice(), motions=None, data_dependent=True)
+    assert shown.base.rank == 42
