@@ -177,9 +177,10 @@ def _refuse_silence(fitted: BodyEquations, base: BaseParameters) -> None:
         return  # noise of the motion: nothing is rounding only
     if shown.rank < base.rank:
         lost = tuple(name for name in base.names if name not in shown.names)
+        named = f"{', '.join(lost[:3])}{' …' if len(lost) > 3 else ''}"
         raise NotIdentifiableError(
-            f"{', '.join(dict.fromkeys(fitted.motions))} excite too little: {shown.rank} of {base.rank} "
-            f"parameters show, not {', '.join(lost[:3])}{' …' if len(lost) > 3 else ''}",
+            f"{', '.join(dict.fromkeys(fitted.motions))} excite too little: {shown.rank} of "
+            f"{base.rank} parameters show, not {named}",
             lost,
         )
 
