@@ -158,9 +158,13 @@ def script(figure_: SourceFigure) -> None:
     """Command line of a figure script."""
     parser = argparse.ArgumentParser(description=f"Draw {figure_.name} from a simulated subject.")
     parser.add_argument("--out", type=Path, default=Path("out/figures"))
-    parser.add_argument("--subject", default=figure_.subject, help="simulated subject, A to D")
+    parser.add_argument(
+        "--subject", default=figure_.subject, help="simulated subject (the hand's: A to D)"
+    )
     parser.add_argument("--seed", type=int, default=SEED)
-    parser.add_argument("--sets", type=int, default=SETS, help="sets of eight disturbances")
+    parser.add_argument(
+        "--sets", type=int, default=SETS, help="of eight disturbances, for the hand"
+    )
     given = parser.parse_args()
     given.out.mkdir(parents=True, exist_ok=True)
     studied = [

@@ -24,6 +24,8 @@ from armimpedance_figures.venture_printed import TABLES_II_III, PrintedElbow
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+#: The finest estimates have the longest numbers.
+WIDTHS: Final = (0.75, 1.0, 1.05, 1.2, 1.0)
 NAMES: Final = {"k": "k (Nm/rad)", "h": "h (Nms/rad)", "f": "f (Nm)"}
 HEADER: Final = (
     *("subject", "test", "parameter", "unit", "method", "value", "sd", "relative_sd_percent"),
@@ -49,7 +51,7 @@ def draw(*tests: tuple[StudiedTest, ...]) -> Figure:
     """One block per subject and test."""
     columns = ("printed", *METHODS_SHOWN, "simulated truth")
     blocks = [_block(one) for one in by_subject(*tests)]
-    return plot_table(columns, blocks).figure  # type: ignore[return-value]
+    return plot_table(columns, blocks, widths=WIDTHS).figure  # type: ignore[return-value]
 
 
 def _block(one: StudiedTest) -> TableBlock:

@@ -4,7 +4,8 @@ The source prints condition numbers of 2.2 to 3.1 without saying of what. Its st
 tell: ``sd_f / sd_h`` is the rms of qd, and with a correlation r of qd and sign(qd) ``sd_f / sd_k =
 rms(q - q_r) / sqrt(1 - r^2)``. Read as those of the columns scaled to unit length, the printed
 numbers mean r = .66 to .81, as pushed and dying swings have it; read as raw ones, the second test
-would need r = .52 and .56, which no swing has. The two tests here reach 2.3 to 2.6, scaled.
+would need r = .52 and .56, where the swings here have .72. The two tests here reach 2.3 to 2.6,
+scaled.
 """
 
 from __future__ import annotations

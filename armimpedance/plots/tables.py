@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
+import numpy as np
+
 from armimpedance.errors import InputError
 from armimpedance.plots.style import TWO_COLUMNS_IN, new_axes, print_style
 
@@ -34,7 +36,12 @@ class TableBlock:
     rows: tuple[TableRow, ...]
 
 
-def plot_table(header: Sequence[str], blocks: Sequence[TableBlock], ax: Axes | None = None) -> Axes:
+def plot_table(
+    header: Sequence[str],
+    blocks: Sequence[TableBlock],
+    ax: Axes | None = None,
+    widths: Sequence[float] | None = None,
+) -> Axes:
     """Draw blocks of rows under a common header, numbers to the right.
 
     Parameters
@@ -43,6 +50,8 @@ def plot_table(header: Sequence[str], blocks: Sequence[TableBlock], ax: Axes | N
         One per column of numbers.
     blocks : sequence of TableBlock
     ax : Axes, optional
+    widths : sequence of float, optional
+        Of the columns, relative to each other; all alike by default.
 
     Raises
     ------
@@ -59,7 +68,8 @@ def plot_table(header: Sequence[str], blocks: Sequence[TableBlock], ax: Axes | N
         ax = new_axes(TWO_COLUMNS_IN, ROW_IN * lines + 0.1) if ax is None else ax
         ax.set(xlim=(0, 1), ylim=(lines, 0))
         ax.axis("off")
-        places = [_NAMES + (1 - _NAMES) * (i + 1) / len(header) for i in range(len(header))]
+        shares = np.cumsum(np.ones(len(header)) if widths is None else widths)
+        places = [_NAMES + (1 - _NAMES) * float(share / shares[-1]) for share in shares]
         _rule(ax, 0.0, 1.0)
         for x, text in zip(places, header, strict=True):
             ax.text(x, 0.65, text, ha="right", va="center")
