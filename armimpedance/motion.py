@@ -10,7 +10,8 @@ Sizes: N samples in all trials of a recording, T trials, P markers, n coordinate
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any, Final, Literal
 
 import numpy as np
@@ -334,6 +335,21 @@ class MotionRecording(_InTrials):
         if self.torque is not None:
             put(self, "torque", frozen_array(self.torque, "torque", shape))
         _check_plates(self, samples)
+
+    def select(self, rows: Sequence[int]) -> MotionRecording:
+        """The motion, plates and torque of these trials only (rows from 0); EMG stays behind."""
+        parts = [self.samples_of(row) for row in rows]
+        index = np.concatenate([np.arange(p.start, p.stop) for p in parts])
+        return replace(
+            self,
+            trials=self.trials.iloc[list(rows)],
+            offsets=np.concatenate([[0], np.cumsum([p.stop - p.start for p in parts])]),
+            time_s=self.time_s[index],
+            coordinates=self.coordinates[index],
+            wrenches=None if self.wrenches is None else self.wrenches[index],
+            torque=None if self.torque is None else self.torque[index],
+            emg=None,
+        )
 
 
 def _check_rate(rate_hz: float) -> None:

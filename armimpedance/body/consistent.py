@@ -81,6 +81,7 @@ def fit_consistent(
     *,
     prior_sd: float | None = None,
     inflation: float = 1.0,
+    about: FloatArray | None = None,
 ) -> ConsistentFit:
     """Physically consistent fit, with a prior of a relative sd or with none.
 
@@ -96,6 +97,8 @@ def fit_consistent(
         along one direction has sqrt(2) times that, as a mass has in this divergence.
     inflation : float
         How many times larger than for independent samples the variance of an estimate is.
+    about : (b,), optional
+        Base parameters that stand for those of least squares, where these are known to be biased.
 
     Raises
     ------
@@ -112,7 +115,7 @@ def fit_consistent(
         raise InputError("the prior has a pseudo-inertia that is not positive definite")
     if not inflation > 0 or (prior_sd is not None and not prior_sd > 0):
         raise InputError(f"prior sd {prior_sd}, inflation {inflation}", expected="more than 0")
-    problem = _Problem(equations, base, weights, P0)
+    problem = _Problem(equations, base, weights, P0, about)
     start = base.of(np.append(prior, np.zeros(len(equations.columns) - len(prior))))
     b, n = start, problem.hidden(prior)
     # a mass that is e times too large costs gamma e^2 / 2 (4x4 alone: 2 e^2 for all of P scaled)
@@ -136,12 +139,19 @@ class _Problem:
     """The data's triangle and the segments' cones, in coordinates (b, n)."""
 
     def __init__(
-        self, equations: BodyEquations, base: BaseParameters, weights: FloatArray, P0: FloatArray
+        self,
+        equations: BodyEquations,
+        base: BaseParameters,
+        weights: FloatArray,
+        P0: FloatArray,
+        about: FloatArray | None,
     ) -> None:
         p = len(equations.columns)
         stack = equations.stacked(weights)[:, np.append(base.leading, p)]
         r = np.asarray(np.linalg.qr(stack, mode="r"))
         self.T, self.z = r[:-1, :-1], r[:-1, -1]
+        if about is not None:
+            self.z = self.T @ about
         self.left = float(r[-1, -1] ** 2)
         self.base, self.inertial, self.p = base, equations.n_inertial, p
         self.N = base.null_space

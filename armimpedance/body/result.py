@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from armimpedance.body.angle_noise import NoiseShift
 from armimpedance.body.base_parameters import BaseParameters
 from armimpedance.body.exciting import MotionChoice
 from armimpedance.body.validation import BodyValidation
@@ -48,6 +49,8 @@ class BodyFit:
         Direct and cross-validation; `held_out` is None if all motions were fitted.
     inflation : float
         Median ratio of robust to classical variance.
+    noise : NoiseShift or None
+        What noise of the coordinates had done to the values, which was taken off them.
     warnings : tuple of str
     """
 
@@ -68,6 +71,7 @@ class BodyFit:
     fitted: BodyValidation
     held_out: BodyValidation | None
     inflation: float
+    noise: NoiseShift | None = None
     warnings: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -130,6 +134,12 @@ class BodyFit:
         if self.held_out is not None:
             found.append(f"held-out motions: {_residuals(self.held_out)}")
             found += [f"  {line}" for line in _by_motion(self.held_out)]
+        if self.noise is not None:
+            moved = int((np.abs(self.noise.shift) > self.sd_robust).sum())
+            found.append(
+                f"noise of the angles, {1e3 * self.noise.level:.2g} mrad: its bias was taken off, "
+                f"more than a standard error for {moved} parameters"
+            )
         if self.inflation > 2:
             found.append(
                 "residuals are correlated: robust standard errors are "

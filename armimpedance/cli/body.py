@@ -65,6 +65,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="--method prior: how far a mass may be from the skeleton's (default: 30)",
     )
     parser.add_argument(
+        "--noise-draws",
+        type=int,
+        metavar="N",
+        help="of added noise, to take off what the angles' own noise does (default: 6; 0: none)",
+    )
+    parser.add_argument(
         "--term",
         action="append",
         default=[],
@@ -110,6 +116,7 @@ def run(arguments: argparse.Namespace) -> int:
             motions=_motions(arguments.motions),
             prior_sd=prior_sd,
             data_dependent=arguments.what_shows,
+            noise_draws=_draws(arguments.noise_draws),
         )
     print("\n".join([*notes, body_text(fit)]))
     if arguments.out is not None:
@@ -196,3 +203,13 @@ def _motions(word: str) -> int | list[str] | None:
     if word.lstrip("-").isdigit():
         return int(word)
     return word.split(",")
+
+
+def _draws(given: int | None) -> int:
+    from armimpedance.body.identify import NOISE_DRAWS
+
+    if given is None:
+        return NOISE_DRAWS
+    if given != 0 and given < 2:
+        raise InputError(f"--noise-draws {given}", expected="2 or more, or 0")
+    return given

@@ -54,6 +54,9 @@ def body_object(fit: BodyFit, skeleton: Skeleton) -> dict[str, Any]:
         "direct_validation": _validation(fit.fitted),
         "cross_validation": None if fit.held_out is None else _validation(fit.held_out),
     }
+    if fit.noise is not None:
+        shift = dict(zip(fit.base.names, fit.noise.shift.tolist(), strict=True))
+        found["angle_noise"] = {"level_rad": fit.noise.level, "bias_taken_off": shift}
     if fit.phi is not None:
         found["segments"] = _segments(fit, skeleton)
     return found

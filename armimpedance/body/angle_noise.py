@@ -1,0 +1,128 @@
+"""What noise of the coordinates does to base parameters, and taking it off.
+
+Coordinates are differentiated twice into the regressor, and noise in a regressor biases least
+squares towards zero: no covariance of the residuals sees that. Simulation and extrapolation (Cook
+and Stefanski 1994, J Am Stat Assoc 89:1314-1328): noise of the same kind is added once more, the
+estimate made again, and the line from twice the noise to once followed to none,
+``b = 2 b(1) - mean b(2)``.
+
+The noise is what the coordinates hold above any motion, each sample's times a random number: it
+keeps how the coordinates' errors hang together at that moment, which markers change with the
+posture, and is white as the first is taken to be.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from armimpedance.body.rows import RowChoice
+from armimpedance.motion import MotionRecording
+from armimpedance.records import FloatArray, frozen_array
+from armimpedance.signals.filters import lowpass
+
+#: Above this many times the cut-off there is noise only.
+_ABOVE: Final = 2.5
+#: Less of the band than this cannot tell the noise's level.
+_LEAST_BAND: Final = 0.2
+_ORDER: Final = 2
+_GRID: Final = 4096
+
+
+@dataclass(frozen=True)
+class NoiseShift:
+    """What noise of the coordinates has done to an estimate.
+
+    Attributes
+    ----------
+    shift : (b,)
+        To be taken off.
+    covariance : (b, b)
+        Of the shift, from a finite number of draws.
+    level : float
+        Median sd of the angles' noise, rad.
+    """
+
+    shift: FloatArray
+    covariance: FloatArray
+    level: float
+
+    def __post_init__(self) -> None:
+        put, b = object.__setattr__, len(self.shift)
+        put(self, "shift", frozen_array(self.shift, "shift", (b,)))
+        put(self, "covariance", frozen_array(self.covariance, "covariance", (b, b)))
+
+
+def can_tell_noise(recording: MotionRecording, choice: RowChoice) -> bool:
+    """Whether a band above any motion is left in which the noise shows."""
+    if choice.cutoff_hz is None:
+        return False
+    return _ABOVE * choice.cutoff_hz <= (1 - _LEAST_BAND) * recording.sample_rate_hz / 2
+
+
+def coordinate_noise(recording: MotionRecording, cutoff_hz: float) -> FloatArray:
+    """Noise (N, n) of every sample, of the size that white noise has over the whole band.
+
+    Parameters
+    ----------
+    cutoff_hz : float
+        Of the filter that the motion goes through; above `_ABOVE` times that is noise.
+    """
+    edge, rate = _ABOVE * cutoff_hz, recording.sample_rate_hz
+    left = np.empty_like(recording.coordinates)
+    for row in range(recording.n_trials):
+        at = recording.samples_of(row)
+        q = recording.coordinates[at]
+        left[at] = q - lowpass(q, edge, rate, order=_ORDER, axis=0)
+    return left / np.sqrt(_passed(edge, rate))
+
+
+def noise_shift(
+    recording: MotionRecording,
+    choice: RowChoice,
+    estimate: Callable[[MotionRecording], FloatArray],
+    once: FloatArray,
+    *,
+    draws: int,
+    seed: int = 0,
+) -> NoiseShift:
+    """How far the noise that is in a recording has moved its estimate.
+
+    Parameters
+    ----------
+    recording : MotionRecording
+        The trials that were fitted.
+    choice : RowChoice
+        With a cut-off.
+    estimate : function
+        From a recording to base parameters (b,).
+    once : (b,)
+        The recording's own.
+    draws : int
+        Two or more.
+    """
+    parts = coordinate_noise(recording, float(choice.cutoff_hz or 0.0))
+    twice = []
+    for draw in range(draws):
+        rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(draw,)))
+        more = rng.standard_normal((len(parts), 1)) * parts
+        twice.append(estimate(replace(recording, coordinates=recording.coordinates + more)))
+    moved = np.array(twice)
+    angles = slice(3, None) if recording.skeleton.floating else slice(None)
+    return NoiseShift(
+        shift=moved.mean(axis=0) - once,
+        covariance=np.atleast_2d(np.cov(moved, rowvar=False)) / draws,
+        level=float(np.median(parts[:, angles].std(axis=0))),
+    )
+
+
+def _passed(edge_hz: float, rate_hz: float) -> float:
+    """Share of white noise's variance that lies above the edge of a zero-phase filter."""
+    from scipy.signal import butter, sosfreqz
+
+    sos = butter(_ORDER, edge_hz, fs=rate_hz, output="sos")
+    _, response = sosfreqz(sos, worN=_GRID)
+    return float(np.mean((1 - np.abs(response) ** 2) ** 2))
