@@ -122,7 +122,7 @@ def caption(studied: StudiedBody) -> str:
         "walk motion: contact wrench on the pelvis, in its axes (x forward, z up), measured and "
         "predicted from the motion by the base parameters. Identified by weighted least squares "
         f"from the greedily chosen motions {' and '.join(_words(m) for m in chosen.motions)} "
-        f"(condition {chosen.conditions[-1]:.0f}), the bias that noise of the angles makes taken off; "
+        f"(condition {chosen.conditions[-1]:.0f}), the bias from noise of the angles taken off; "
         "none of the motions shown was fitted. R² is "
         "about each component's mean in that motion. Judge by the moments: about zero, the "
         f"vertical force's R² is {_weight_alone(studied, motions):.3f} or more for free, by its "
