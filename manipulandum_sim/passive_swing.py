@@ -10,7 +10,7 @@ scaled.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final, NamedTuple, get_args
 
@@ -29,6 +29,8 @@ from .passive_truth import PassiveTruth
 from .studio import Studio, film
 from .studio_emg import Burst, relaxed_emg
 
+Progress = Callable[[int, int], None]
+
 #: Step of the integration, at most (s).
 STEP_S: Final = 1e-3
 #: The arm follows the trunk for so long before the first frame of ``p5``.
@@ -37,6 +39,8 @@ RUN_IN_S: Final = 2.0
 LIFT_RAD: Final = (0.5, 0.8)
 #: (trials, frames of each) of the source's tests.
 SIZES: Final = {"p5": (1, 700), "release": (4, 275)}
+#: Steps from one word about progress to the next.
+_STEPS_TOLD: Final = 500
 #: Chains times instants whose base is worked out at once.
 BLOCK: Final = 20_000
 
@@ -76,6 +80,7 @@ def simulate_passive(
     emg_percent: float = 2.0,
     emg_bursts: Sequence[Burst] = (),
     push: Push | None = None,
+    progress: Progress | None = None,
 ) -> tuple[MarkerRecording, PassiveTruth]:
     """One recording of a test, and its truth.
 
@@ -92,6 +97,7 @@ def simulate_passive(
         emg_percent=emg_percent,
         emg_bursts=emg_bursts,
         push=push,
+        progress=progress,
     )[0]
 
 
@@ -107,6 +113,7 @@ def simulate_passive_many(
     emg_percent: float = 2.0,
     emg_bursts: Sequence[Burst] = (),
     push: Push | None = None,
+    progress: Progress | None = None,
 ) -> list[tuple[MarkerRecording, PassiveTruth]]:
     """A recording and its truth for every seed, all of them integrated side by side.
 
@@ -129,6 +136,8 @@ def simulate_passive_many(
         Where one of them is not relaxed (see `studio_emg.relaxed_emg`); the motion ignores it.
     push : Push, optional
         How the examiner pushes in ``p5``.
+    progress : function, optional
+        Called with how many steps are done, of how many.
 
     Raises
     ------
@@ -144,7 +153,7 @@ def simulate_passive_many(
         for trial in range(1, plan.trials + 1)
     ]
     drive, start_s, first = _begin(plan, keys, push or Push())
-    swing = _integrate(plan, drive, first, start_s)
+    swing = _integrate(plan, drive, first, start_s, progress)
     coordinates = [_all_coordinates(plan, drive, swing, part) for part in range(3)]
     made = []
     for i, seed in enumerate(seeds):
@@ -209,7 +218,9 @@ def _plant(subject: PassiveSubject, drive: Drive) -> tuple[PassivePlant, tuple[s
     return PassivePlant(Chain(segments), JointLaw(k, h, f, q_r, K)), hinges
 
 
-def _integrate(plan: _Plan, drive: Drive, angles: FloatArray, start_s: float) -> Swing:
+def _integrate(
+    plan: _Plan, drive: Drive, angles: FloatArray, start_s: float, progress: Progress | None
+) -> Swing:
     """From rest at `start_s` over all frames."""
     plant, _ = _plant(plan.subject, drive)
     # an even number of steps per frame, so that half a frame is a whole number of them
@@ -227,6 +238,8 @@ def _integrate(plan: _Plan, drive: Drive, angles: FloatArray, start_s: float) ->
             state = plant.start(angles, bases[0])
         for n in range(steps):
             now = begin + n - before
+            if progress is not None and now % _STEPS_TOLD == 0:
+                progress(begin + n, last)
             if now >= 0 and now % per_frame == 0:
                 state = plant.release(state, bases[2 * n])
                 kept.append((state, *plant.joint_torque(state, bases[2 * n])))

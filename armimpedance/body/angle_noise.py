@@ -24,6 +24,8 @@ from armimpedance.motion import MotionRecording
 from armimpedance.records import FloatArray, frozen_array
 from armimpedance.signals.filters import lowpass
 
+Progress = Callable[[int, int], None]
+
 #: Above this many times the cut-off there is noise only.
 _ABOVE: Final = 2.5
 #: Less of the band than this cannot tell the noise's level.
@@ -88,6 +90,7 @@ def noise_shift(
     *,
     draws: int,
     seed: int = 0,
+    progress: Progress | None = None,
 ) -> NoiseShift:
     """How far the noise that is in a recording has moved its estimate.
 
@@ -103,6 +106,8 @@ def noise_shift(
         The recording's own.
     draws : int
         Two or more.
+    progress : function, optional
+        Called with how many draws are done, of how many.
     """
     parts = coordinate_noise(recording, float(choice.cutoff_hz or 0.0))
     twice = []
@@ -110,6 +115,8 @@ def noise_shift(
         rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(draw,)))
         more = rng.standard_normal((len(parts), 1)) * parts
         twice.append(estimate(replace(recording, coordinates=recording.coordinates + more)))
+        if progress is not None:
+            progress(draw + 1, draws)
     moved = np.array(twice)
     angles = slice(3, None) if recording.skeleton.floating else slice(None)
     return NoiseShift(

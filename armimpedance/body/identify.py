@@ -12,7 +12,7 @@ from typing import Literal
 
 import numpy as np
 
-from armimpedance.body.angle_noise import NoiseShift, can_tell_noise, noise_shift
+from armimpedance.body.angle_noise import NoiseShift, Progress, can_tell_noise, noise_shift
 from armimpedance.body.base_parameters import (
     BaseParameters,
     base_parameters,
@@ -69,6 +69,7 @@ def identify_body(
     data_dependent: bool = False,
     noise_draws: int = NOISE_DRAWS,
     check: bool = True,
+    progress: Progress | None = None,
 ) -> BodyFit:
     """Identify the base parameters of a body or a robot.
 
@@ -97,6 +98,8 @@ def identify_body(
         then taken off; 0 leaves it in. Never for plain least squares, nor without a filter.
     check : bool
         Refuse a recording whose units, frame or weight cannot be.
+    progress : function, optional
+        Called with how many draws of noise are done, of how many.
 
     Raises
     ------
@@ -132,7 +135,8 @@ def identify_body(
     inflation = float(np.median(np.diag(robust) / np.diag(least.fit.covariance)))
     noise = None
     if noise_draws > 0 and method != "least_squares" and can_tell_noise(recording, choice):
-        noise = _noise_shift(recording.select(chosen.chosen), choice, base, least, noise_draws)
+        fitted_motion = recording.select(chosen.chosen)
+        noise = _noise_shift(fitted_motion, choice, base, least, noise_draws, progress)
     found = _without_noise(_Found(least.values, least.fit.covariance, robust), noise)
     if method in ("consistent", "prior"):
         sd = prior_sd if method == "prior" else None
@@ -151,12 +155,17 @@ def identify_body(
 
 
 def _noise_shift(
-    fitted: MotionRecording, choice: RowChoice, base: BaseParameters, least: BaseFit, draws: int
+    fitted: MotionRecording,
+    choice: RowChoice,
+    base: BaseParameters,
+    least: BaseFit,
+    draws: int,
+    progress: Progress | None,
 ) -> NoiseShift:
     def again(recording: MotionRecording) -> FloatArray:
         return fit_base(body_equations(recording, choice), base, "levels").values
 
-    return noise_shift(fitted, choice, again, least.values, draws=draws)
+    return noise_shift(fitted, choice, again, least.values, draws=draws, progress=progress)
 
 
 def _without_noise(found: _Found, noise: NoiseShift | None) -> _Found:

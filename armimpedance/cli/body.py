@@ -99,6 +99,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Read, identify, print, write."""
     from armimpedance.body.identify import identify_body
     from armimpedance.cli.checks import check_outputs
+    from armimpedance.cli.progress import bar
     from armimpedance.report.body_text import body_object, body_text
     from armimpedance.report.fit_json import write_fit
 
@@ -108,7 +109,7 @@ def run(arguments: argparse.Namespace) -> int:
     prior_sd = _prior_sd(arguments)
     recording, notes = read_joint_motion(arguments.recording, forces=True)
     choice = row_choice(recording, arguments)
-    with naming(arguments.recording):
+    with naming(arguments.recording), bar("identifying") as progress:
         fit = identify_body(
             recording,
             method=METHODS[arguments.method],  # type: ignore[arg-type]
@@ -117,6 +118,7 @@ def run(arguments: argparse.Namespace) -> int:
             prior_sd=prior_sd,
             data_dependent=arguments.what_shows,
             noise_draws=_draws(arguments.noise_draws),
+            progress=progress,
         )
     print("\n".join([*notes, body_text(fit)]))
     if arguments.out is not None:

@@ -104,6 +104,7 @@ def read_joint_motion(
     InputError
         It cannot be read, or the markers do not determine the motion.
     """
+    from armimpedance.cli.progress import bar
     from armimpedance.mocap.joint_motion import joint_motion
     from armimpedance.motion import MotionRecording
     from armimpedance.recordings.kind import recording_kind
@@ -123,8 +124,8 @@ def read_joint_motion(
         raise InputError(
             "markers without force plates", file=path, expected="the forces of all contacts"
         )
-    with naming(path):
-        found = joint_motion(recording, longest_gap_s=longest_gap_s)
+    with naming(path), bar("joint angles from markers") as progress:
+        found = joint_motion(recording, longest_gap_s=longest_gap_s, progress=progress)
     worst = int(found.residual_rms_m.argmax())
     note = (
         f"skeleton follows {len(found.names)} markers; {found.names[worst]} worst, "

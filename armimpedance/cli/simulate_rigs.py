@@ -62,14 +62,17 @@ def _simulated(
             moment_noise_Nm=moment,
             markers=Studio(_MARKERS_M[arguments.noise]) if arguments.markers else False,
         )
+    from armimpedance.cli.progress import bar
     from manipulandum_sim.passive_swing import simulate_passive
 
-    return simulate_passive(
-        arguments.experiment,
-        subject=arguments.subject or "1",
-        seed=arguments.seed,
-        marker_noise_m=_MARKERS_M[arguments.noise],
-    )
+    with bar("simulating") as progress:
+        return simulate_passive(
+            arguments.experiment,
+            subject=arguments.subject or "1",
+            seed=arguments.seed,
+            marker_noise_m=_MARKERS_M[arguments.noise],
+            progress=progress,
+        )
 
 
 def write_moving(

@@ -11,7 +11,7 @@ import numpy as np
 from armimpedance.errors import EstimationError, InputError
 from armimpedance.mocap.gaps import BRIDGE_M, bridge, short_frames
 from armimpedance.mocap.kinematics import MarkerTree, marker_places, marker_tree
-from armimpedance.mocap.posture import Postures, fit_postures
+from armimpedance.mocap.posture import Postures, Progress, fit_postures
 from armimpedance.mocap.track import track_postures
 from armimpedance.motion import MarkerRecording, MotionRecording, Skeleton
 from armimpedance.records import BoolArray, FloatArray, IntArray, frozen_array
@@ -68,6 +68,7 @@ def joint_motion(
     longest_gap_s: float = 0.2,
     largest_residual_m: float = 0.03,
     natural: Mapping[str, float] | None = None,
+    progress: Progress | None = None,
 ) -> MarkerFit:
     """Joint motion by least squares on the skeleton, from the markers that each frame shows.
 
@@ -86,6 +87,8 @@ def joint_motion(
         A trial with a marker further (rms) from the skeleton's is refused.
     natural : mapping str -> float, optional
         Angles (rad) of the posture that holds where the markers leave freedom; zero if absent.
+    progress : function, optional
+        Called with how many frames are done, of how many.
 
     Raises
     ------
@@ -105,7 +108,8 @@ def joint_motion(
     tree = marker_tree(skeleton, names)
     targets = markers.positions[:, [markers.names.index(n) for n in names]]
     rest = _natural_posture(skeleton, natural or {})
-    tracked = track_postures(tree, targets, markers.offsets, markers.sample_rate_hz, rest)
+    rate = markers.sample_rate_hz
+    tracked = track_postures(tree, targets, markers.offsets, rate, rest, progress)
     short = short_frames(tree, tracked.q, targets)
     postures = _bridged(tree, targets, tracked, short, markers, longest_gap_s)
     q = _without_jumps(tree, postures.q, markers.offsets)

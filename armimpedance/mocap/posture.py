@@ -10,6 +10,7 @@ direction that moves markers by a few times w, and the natural posture still hol
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, fields
 from typing import Final
 
@@ -17,6 +18,8 @@ import numpy as np
 
 from armimpedance.mocap.kinematics import MarkerTree, marker_jacobian, marker_places
 from armimpedance.records import BoolArray, FloatArray, IntArray
+
+Progress = Callable[[int, int], None]
 
 #: w: a direction that moves the markers by less than this is left to the natural posture, m/rad.
 PULL_M: Final = 3e-3
@@ -69,6 +72,7 @@ def fit_postures(
     natural: FloatArray,
     *,
     pull_m: float = PULL_M,
+    progress: Progress | None = None,
 ) -> Postures:
     """The least-squares posture of every frame.
 
@@ -81,15 +85,17 @@ def fit_postures(
         Where the search starts, and what holds where the markers leave freedom.
     pull_m : float
         w: what moves the markers by less than this is left to the natural posture, m/rad.
+    progress : function, optional
+        Called with how many frames are done, of how many.
     """
     n, rows = start.shape[1], targets.shape[1] * 3
     block = max(1, _BLOCK_SIZE // max(1, rows * n))
-    parts = [
-        _Search(tree, targets[i : i + block], natural[i : i + block], pull_m).run(
-            start[i : i + block]
-        )
-        for i in range(0, len(start), block)
-    ]
+    parts = []
+    for i in range(0, len(start), block):
+        here = slice(i, i + block)
+        parts.append(_Search(tree, targets[here], natural[here], pull_m).run(start[here]))
+        if progress is not None:
+            progress(min(i + block, len(start)), len(start))
     if len(parts) == 1:
         return parts[0]
     return Postures(

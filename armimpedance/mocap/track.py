@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from armimpedance.mocap.kinematics import MarkerTree, marker_places
-from armimpedance.mocap.posture import Postures, fit_postures
+from armimpedance.mocap.posture import Postures, Progress, fit_postures
 from armimpedance.mocap.registration import rigid_motion, root_coordinates
 from armimpedance.records import BoolArray, FloatArray, IntArray
 
@@ -34,6 +34,7 @@ def track_postures(
     offsets: IntArray,
     sample_rate_hz: float,
     natural: FloatArray,
+    progress: Progress | None = None,
 ) -> Postures:
     """Postures (N, n) of all trials.
 
@@ -46,6 +47,8 @@ def track_postures(
     sample_rate_hz : float
     natural : (n,)
         The posture that holds where the markers leave freedom; of a floating root nothing is used.
+    progress : function, optional
+        Called with how many frames are done, of how many.
     """
     step = max(1, round(ANCHOR_S * sample_rate_hz))
     start = np.empty((len(targets), len(natural)))
@@ -55,7 +58,8 @@ def track_postures(
                 np.arange(rows[0], rows[-1] + 1), rows, postures[:, k]
             )
     lost = _lost(targets)
-    return fit_postures(tree, targets, start, _centre(tree, natural, start, lost))
+    centre = _centre(tree, natural, start, lost)
+    return fit_postures(tree, targets, start, centre, progress=progress)
 
 
 def _lost(targets: FloatArray) -> BoolArray:
