@@ -33,7 +33,8 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 
-from armimpedance.motion import Hinge, MotionRecording, Segment, Skeleton
+from armimpedance.motion import MotionRecording
+from armimpedance.skeleton import Hinge, Segment, Skeleton
 
 SAMPLES, TRIALS, RATE = 12_000, 6, 100.0
 REPEATS = 3

@@ -24,7 +24,8 @@ from armimpedance.body.identify import identify_body
 from armimpedance.body.joint_terms import robot_terms
 from armimpedance.body.result import BodyFit
 from armimpedance.body.rows import RowChoice, each_trial
-from armimpedance.motion import Hinge, MotionRecording, Segment, Skeleton
+from armimpedance.motion import MotionRecording
+from armimpedance.skeleton import Hinge, Segment, Skeleton
 
 #: Modified Denavit-Hartenberg parameters a (m), d (m), alpha (rad) of the seven joints, as the
 #: maker prints them (Franka Emika, Franka Control Interface documentation).

@@ -8,8 +8,8 @@ from typing import Final
 import numpy as np
 
 from armimpedance.errors import InputError
-from armimpedance.motion import Skeleton
 from armimpedance.records import FloatArray
+from armimpedance.skeleton import Skeleton
 
 from .tree_dynamics import turn_about
 

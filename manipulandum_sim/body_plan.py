@@ -10,8 +10,8 @@ from scipy.interpolate import make_interp_spline
 from scipy.linalg import solve_banded
 from scipy.ndimage import convolve1d, minimum_filter1d
 
-from armimpedance.motion import GRAVITY_M_S2, Skeleton
 from armimpedance.records import FloatArray
+from armimpedance.skeleton import GRAVITY_M_S2, Skeleton
 
 from .body_legs import (
     LEG_ANGLES,

@@ -16,8 +16,8 @@ from typing import Final
 import numpy as np
 
 from armimpedance.errors import InputError
-from armimpedance.motion import Hinge, MarkerSite, Segment, Skeleton
 from armimpedance.records import FloatArray, Subject
+from armimpedance.skeleton import Hinge, MarkerSite, Segment, Skeleton
 
 from .body_table import (
     ANKLE_HEIGHT,

@@ -16,8 +16,8 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.motion import GRAVITY_M_S2, Segment, Skeleton
 from armimpedance.records import BoolArray, FloatArray
+from armimpedance.skeleton import GRAVITY_M_S2, Segment, Skeleton
 
 from .tree_dynamics import move
 

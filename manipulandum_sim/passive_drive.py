@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
 
-from armimpedance.motion import Skeleton
 from armimpedance.records import FloatArray
+from armimpedance.skeleton import Skeleton
 
 from .passive_chain import base_motion
 

@@ -20,8 +20,8 @@ from typing import Final
 import numpy as np
 
 from armimpedance.errors import InputError
-from armimpedance.motion import Hinge, MarkerSite, Segment, Skeleton
 from armimpedance.records import FloatArray, Subject
+from armimpedance.skeleton import Hinge, MarkerSite, Segment, Skeleton
 
 from .subjects import (
     FOREARM_HAND_COM,

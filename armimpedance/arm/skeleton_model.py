@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from armimpedance.motion import GRAVITY_M_S2, Segment, Skeleton
 from armimpedance.records import FloatArray
+from armimpedance.skeleton import GRAVITY_M_S2, Segment, Skeleton
 
 #: Name of the frame of marker m in the model.
 MARKER_FRAME = "marker_{}"

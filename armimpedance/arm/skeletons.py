@@ -28,8 +28,8 @@ from armimpedance.arm.anthropometry import (
     two_link_arm,
 )
 from armimpedance.errors import InputError
-from armimpedance.motion import Hinge, MarkerSite, Segment, Skeleton
 from armimpedance.records import FloatArray
+from armimpedance.skeleton import Hinge, MarkerSite, Segment, Skeleton
 
 #: Winter: trunk, head and neck; length from hip to shoulder.
 _TRUNK: Final = SegmentRatios(0.578, 0.818 - 0.530, 0.66, 0.503)

@@ -20,8 +20,8 @@ from armimpedance.body.joint_terms import term_columns
 from armimpedance.body.regressor import regressor
 from armimpedance.body.rows import RowChoice
 from armimpedance.errors import EstimationError, InputError
-from armimpedance.motion import Skeleton
 from armimpedance.records import FloatArray, IntArray, frozen_array
+from armimpedance.skeleton import Skeleton
 
 #: A direction that the scaled regressor shows this much less than the clearest is not shown.
 TOLERANCE = 1e-8

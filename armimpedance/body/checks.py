@@ -8,8 +8,9 @@ import numpy as np
 
 from armimpedance.body.contacts import LEAST_LOAD_N, about_world_origin
 from armimpedance.errors import InputError
-from armimpedance.motion import GRAVITY_M_S2, MotionRecording
+from armimpedance.motion import MotionRecording
 from armimpedance.records import FloatArray
+from armimpedance.skeleton import GRAVITY_M_S2
 
 #: The mean vertical force may differ from the weight by this part.
 WEIGHT_TOLERANCE: Final = 0.10

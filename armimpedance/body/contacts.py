@@ -15,8 +15,9 @@ import pinocchio as pin
 
 from armimpedance.body.regressor import root_rotation
 from armimpedance.errors import InputError
-from armimpedance.motion import MotionRecording, Skeleton
+from armimpedance.motion import MotionRecording
 from armimpedance.records import FloatArray, IntArray
+from armimpedance.skeleton import Skeleton
 
 #: A plate that bears less than this is not stood upon, N.
 LEAST_LOAD_N: Final = 20.0

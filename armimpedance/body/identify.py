@@ -33,8 +33,9 @@ from armimpedance.body.result import BodyFit
 from armimpedance.body.rows import RowChoice
 from armimpedance.body.validation import validate
 from armimpedance.errors import EstimationError, InputError, NotIdentifiableError
-from armimpedance.motion import MotionRecording, Skeleton
+from armimpedance.motion import MotionRecording
 from armimpedance.records import FloatArray
+from armimpedance.skeleton import Skeleton
 
 Method = Literal["least_squares", "weighted", "consistent", "prior"]
 METHODS: tuple[Method, ...] = ("least_squares", "weighted", "consistent", "prior")
@@ -118,17 +119,11 @@ def identify_body(
     if check:
         check_body(recording)
     equations = body_equations(recording, choice)
-    base = essential_base_parameters(skeleton, choice)
-    if data_dependent:
-        p = len(equations.columns)
-        base = base_parameters(
-            equations.stacked()[:p, :p], equations.columns, equations.column_units
-        )
+    base = _base(equations, skeleton, choice, data_dependent)
     chosen = _chosen(equations, base, motions)
     fitted = equations.subset(list(chosen.chosen))
-    weighting: Literal["none", "levels"] = "none" if method == "least_squares" else "levels"
     _refuse_silence(fitted, base)
-    least = _least_squares(fitted, base, weighting)
+    least = _least_squares(fitted, base, "none" if method == "least_squares" else "levels")
     robust = clustered_covariance(
         recording, choice, base, least, block_s=block_s, trials=chosen.chosen
     )
@@ -139,19 +134,26 @@ def identify_body(
         noise = _noise_shift(fitted_motion, choice, base, least, noise_draws, progress)
     found = _without_noise(_Found(least.values, least.fit.covariance, robust), noise)
     if method in ("consistent", "prior"):
-        sd = prior_sd if method == "prior" else None
-        guess = _guess(prior or skeleton)
         better = fit_consistent(
             fitted,
             base,
             least.weights,
-            guess,
-            prior_sd=sd,
+            _guess(prior or skeleton),
+            prior_sd=prior_sd if method == "prior" else None,
             inflation=max(inflation, 1.0),
             about=None if noise is None else found.values,
         )
         found = _of_consistent(better, base, found, inflation)
     return _result(method, equations, base, chosen, least, found, inflation, noise)
+
+
+def _base(
+    equations: BodyEquations, skeleton: Skeleton, choice: RowChoice, data_dependent: bool
+) -> BaseParameters:
+    if not data_dependent:
+        return essential_base_parameters(skeleton, choice)
+    p = len(equations.columns)
+    return base_parameters(equations.stacked()[:p, :p], equations.columns, equations.column_units)
 
 
 def _noise_shift(

@@ -14,9 +14,9 @@ from typing import Final, Literal
 import numpy as np
 
 from armimpedance.errors import InputError
-from armimpedance.motion import Skeleton
 from armimpedance.records import FloatArray
 from armimpedance.signals.filters import lowpass
+from armimpedance.skeleton import Skeleton
 
 TermKind = Literal["stiffness", "quadratic", "viscosity", "friction", "inertia", "offset"]
 SYMBOLS: Final = {

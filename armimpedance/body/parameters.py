@@ -12,8 +12,8 @@ from typing import Final
 import numpy as np
 
 from armimpedance.errors import InputError
-from armimpedance.motion import Segment, Skeleton
 from armimpedance.records import FloatArray
+from armimpedance.skeleton import Segment, Skeleton
 
 PARAMETERS: Final = ("m", "mx", "my", "mz", "Ixx", "Ixy", "Iyy", "Ixz", "Iyz", "Izz")
 UNITS: Final = ("kg", *("kg m",) * 3, *("kg m^2",) * 6)

@@ -24,10 +24,11 @@ from armimpedance.body.joint_terms import JointTerm, term_columns
 from armimpedance.body.parameters import parameter_names, parameter_units
 from armimpedance.body.regressor import ROOT_ROWS, regressor, root_wrench
 from armimpedance.errors import InputError
-from armimpedance.motion import MotionRecording, Skeleton
+from armimpedance.motion import MotionRecording
 from armimpedance.records import FloatArray, IntArray
 from armimpedance.signals.filters import lowpass
 from armimpedance.signals.spline_derivatives import smoothed_derivatives
+from armimpedance.skeleton import Skeleton
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,8 @@ from armimpedance.errors import InputError
 
 if TYPE_CHECKING:
     from armimpedance.body.rows import RowChoice
-    from armimpedance.motion import MotionRecording, Skeleton
+    from armimpedance.motion import MotionRecording
+    from armimpedance.skeleton import Skeleton
 
 METHODS = {"ls": "least_squares"} | {n: n for n in ("weighted", "consistent", "prior")}
 #: No joint rests further from zero, rad; degrees do.

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 from armimpedance.errors import InputError
 
 if TYPE_CHECKING:
-    from armimpedance.motion import MarkerRecording, Skeleton
+    from armimpedance.motion import MarkerRecording
     from armimpedance.recordings.motion_capture import CaptureOptions
+    from armimpedance.skeleton import Skeleton
 
 SUFFIXES = (".c3d", ".trc", ".mot", ".sto")
 MODELS = ("elbow", "body")

@@ -14,9 +14,10 @@ from armimpedance.errors import EstimationError, InputError, NotIdentifiableErro
 if TYPE_CHECKING:
     import pandas as pd
 
-    from armimpedance.motion import EmgSignals, MotionRecording, Skeleton
+    from armimpedance.motion import EmgSignals, MotionRecording
     from armimpedance.passive.emg_gate import EmgLevel
     from armimpedance.passive.samples import PassiveSamples
+    from armimpedance.skeleton import Skeleton
 
 NO_EMG = "no EMG in the recording: whether the muscles were silent is not known"
 

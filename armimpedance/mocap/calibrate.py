@@ -10,8 +10,9 @@ import numpy as np
 
 from armimpedance.errors import InputError
 from armimpedance.mocap.kinematics import marker_places, marker_tree
-from armimpedance.motion import MarkerRecording, MarkerSite, Skeleton
+from armimpedance.motion import MarkerRecording
 from armimpedance.records import FloatArray
+from armimpedance.skeleton import MarkerSite, Skeleton
 
 #: Somebody who stands sways by a few mm; a marker that moves more (rms) shows a movement.
 LARGEST_SWAY_M: Final = 0.02

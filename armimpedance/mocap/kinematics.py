@@ -1,7 +1,7 @@
 """Places of a skeleton's markers and their Jacobian, all frames at once.
 
 N frames, P markers, n coordinates, S segments. Frames, signs and the order of the coordinates:
-see `armimpedance.motion`.
+see `armimpedance.skeleton`.
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.motion import MarkerSite, Skeleton
 from armimpedance.records import FloatArray
+from armimpedance.skeleton import MarkerSite, Skeleton
 
 _UNIT: Final = np.eye(3)
 #: A floating root turns about z, then y, then x, each carried by those before.

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Final
 
 from armimpedance.errors import InputError
-from armimpedance.motion import MarkerRecording, MotionRecording, Skeleton
+from armimpedance.motion import MarkerRecording, MotionRecording
 from armimpedance.recordings.kind import recording_kind
 from armimpedance.recordings.lab_axes import Y_UP, Z_UP
 from armimpedance.recordings.marker_c3d import read_marker_c3d
@@ -17,6 +17,7 @@ from armimpedance.recordings.marker_folder import read_markers
 from armimpedance.recordings.motion_folder import read_motion
 from armimpedance.recordings.opensim_table import opensim_motion
 from armimpedance.recordings.trc import read_trc
+from armimpedance.skeleton import Skeleton
 
 #: Files of one trial that are read, by their suffix.
 SUFFIXES: Final = (".c3d", ".trc", ".mot", ".sto")

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from armimpedance.errors import InputError
-from armimpedance.motion import ROOT_TRANSLATIONS, MotionRecording, Skeleton
+from armimpedance.motion import MotionRecording
 from armimpedance.recordings.moving_folder import (
     TableForm,
     open_folder,
@@ -21,6 +21,7 @@ from armimpedance.recordings.number_table import NumberTable, column_names
 from armimpedance.recordings.sample_table import LARGEST_ANGLE_RAD
 from armimpedance.recordings.skeleton_json import SKELETON_FILE, read_skeleton
 from armimpedance.records import FloatArray
+from armimpedance.skeleton import ROOT_TRANSLATIONS, Skeleton
 
 #: Somebody who walks in circles turns further than any joint does.
 LARGEST_HEADING_RAD: Final = 20.0 * math.pi

@@ -11,10 +11,11 @@ import numpy as np
 import pandas as pd
 
 from armimpedance.errors import InputError
-from armimpedance.motion import MotionRecording, Skeleton
+from armimpedance.motion import MotionRecording
 from armimpedance.recordings.sample_table import LARGEST_ANGLE_RAD
 from armimpedance.recordings.tabbed_text import cells, number_rows, sample_rate, text_lines
 from armimpedance.records import FloatArray, frozen_array
+from armimpedance.skeleton import Skeleton
 
 #: So many lines without `endheader` are no header.
 _LONGEST_HEADER = 200

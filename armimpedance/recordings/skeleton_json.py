@@ -1,7 +1,7 @@
 """`skeleton.json`: segments, hinges and marker sites of one subject.
 
 ``{"format": "armimpedance-skeleton", "version": 1, "segments": [...], "markers": [...],
-"floating": true}``, the fields of `armimpedance.motion.Skeleton`. What a segment may leave out:
+"floating": true}``, the fields of `armimpedance.skeleton.Skeleton`. What a segment may leave out:
 hinges, mass, centre of mass and inertia (none, 0); a skeleton: markers (none), floating (true).
 """
 
@@ -13,10 +13,10 @@ from pathlib import Path
 from typing import Any, Final
 
 from armimpedance.errors import InputError
-from armimpedance.motion import Skeleton
 from armimpedance.outputs import staged_file
 from armimpedance.plain import from_plain, to_plain
 from armimpedance.recordings.metadata import Fields, load_json
+from armimpedance.skeleton import Skeleton
 
 FORMAT: Final = "armimpedance-skeleton"
 VERSION: Final = 1

@@ -10,7 +10,6 @@ import numpy as np
 from armimpedance.body.parameters import PARAMETERS, moving_segments
 from armimpedance.body.result import BodyFit
 from armimpedance.body.validation import BodyValidation
-from armimpedance.motion import Skeleton
 from armimpedance.report.numbers import (
     TABLE_WIDTH,
     aligned_table,
@@ -18,6 +17,7 @@ from armimpedance.report.numbers import (
     short,
     with_interval,
 )
+from armimpedance.skeleton import Skeleton
 
 #: Parameters shown on a screen; all stand in FIT.json.
 _SHOWN = 12

@@ -8,7 +8,7 @@ import pytest
 
 from armimpedance.arm.skeleton_model import MARKER_FRAME, skeleton_model
 from armimpedance.errors import RecordError
-from armimpedance.motion import Hinge, MarkerSite, Segment, Skeleton
+from armimpedance.skeleton import Hinge, MarkerSite, Segment, Skeleton
 from manipulandum_sim.tree_dynamics import (
     contact_wrench,
     inverse_dynamics,

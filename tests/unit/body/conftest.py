@@ -9,7 +9,8 @@ import pandas as pd
 import pytest
 from scipy.interpolate import make_interp_spline
 
-from armimpedance.motion import Hinge, MotionRecording, Segment, Skeleton
+from armimpedance.motion import MotionRecording
+from armimpedance.skeleton import Hinge, Segment, Skeleton
 from manipulandum_sim.tree_dynamics import contact_wrench, inverse_dynamics
 
 RATE = 100.0

@@ -15,7 +15,7 @@ from armimpedance.body.parameters import inertial_parameters, parameter_names, p
 from armimpedance.body.regressor import regressor
 from armimpedance.body.rows import RowChoice
 from armimpedance.errors import InputError
-from armimpedance.motion import Hinge
+from armimpedance.skeleton import Hinge
 
 
 def triangle(skeleton, *, still_root=False, static=False, rows=None, samples=130, seed=0):

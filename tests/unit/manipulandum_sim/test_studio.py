@@ -7,7 +7,8 @@ import pandas as pd
 import pytest
 
 from armimpedance.errors import InputError
-from armimpedance.motion import Hinge, MarkerSite, MotionRecording, Segment, Skeleton
+from armimpedance.motion import MotionRecording
+from armimpedance.skeleton import Hinge, MarkerSite, Segment, Skeleton
 from manipulandum_sim.passive_subject import arm_skeleton
 from manipulandum_sim.studio import Studio, film
 from manipulandum_sim.studio_emg import relaxed_emg

@@ -13,7 +13,8 @@ from armimpedance.arm.skeletons import body_skeleton, elbow_skeleton
 from armimpedance.errors import InputError
 from armimpedance.mocap.calibrate import calibrate_sites
 from armimpedance.mocap.joint_motion import joint_motion
-from armimpedance.motion import MarkerRecording, MarkerSite, Skeleton
+from armimpedance.motion import MarkerRecording
+from armimpedance.skeleton import MarkerSite, Skeleton
 from manipulandum_sim.tree_dynamics import marker_positions, mass_matrix
 
 MODEL = elbow_skeleton(70.0, 1.75)

@@ -12,7 +12,8 @@ from armimpedance.arm.skeletons import body_skeleton, elbow_skeleton
 from armimpedance.errors import EstimationError, InputError
 from armimpedance.mocap.joint_motion import joint_motion
 from armimpedance.mocap.kinematics import marker_jacobian, marker_tree
-from armimpedance.motion import Hinge, MarkerRecording, MarkerSite, Segment, Skeleton
+from armimpedance.motion import MarkerRecording
+from armimpedance.skeleton import Hinge, MarkerSite, Segment, Skeleton
 from manipulandum_sim.tree_dynamics import marker_positions
 
 ELBOW = elbow_skeleton(70.0, 1.75)

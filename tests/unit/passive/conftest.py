@@ -8,7 +8,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from armimpedance.motion import GRAVITY_M_S2, Hinge, MotionRecording, Segment, Skeleton
+from armimpedance.motion import MotionRecording
+from armimpedance.skeleton import GRAVITY_M_S2, Hinge, Segment, Skeleton
 
 ELBOW = "right_elbow_flexion"
 MASS, CENTRE, INERTIA = 1.5, 0.18, 0.016
