@@ -150,8 +150,8 @@ def bias_of_the_source(checks, runs):
             )
             if method == "ls":
                 largest = max(largest, abs(off.mean()))
-    # 20 % was asked: on this rig it stays just below; the pendulum of the unit tests shows 25 %
-    checks.say("ls: largest |mean bias of h| of these, %", largest, 15, 100)
+    # on this rig it stays just below; the pendulum of the unit tests shows 30 %
+    checks.say("ls: largest |mean bias of h| of these, %", largest, 20, 100)
 
 
 def exact(checks):
