@@ -12,7 +12,7 @@ from armimpedance.errors import InputError
 from armimpedance.motion import EmgSignals
 from armimpedance.records import FloatArray, Recording, frozen_array
 from armimpedance.signals.activation import mvc_column
-from armimpedance.signals.filters import lowpass
+from armimpedance.signals.emg import envelope
 
 #: The source's envelope: rectified, second-order Butterworth forward and backward.
 ENVELOPE_HZ: Final = 6.0
@@ -126,13 +126,10 @@ def _maxima(emg: EmgSignals, trials: pd.DataFrame) -> FloatArray:
 
 def _envelope(raw: FloatArray, rate_hz: float, trial: object) -> FloatArray:
     """Rectified and smoothed EMG (S, m)."""
-    if len(raw) < rate_hz / ENVELOPE_HZ:
-        raise InputError(
-            f"trial {trial}: EMG of {len(raw) / rate_hz:.2f} s",
-            expected=f"{1 / ENVELOPE_HZ:.2f} s or more for an envelope of {ENVELOPE_HZ:g} Hz",
-        )
-    rectified = np.abs(raw - raw.mean(axis=0))
-    return lowpass(rectified, ENVELOPE_HZ, rate_hz, axis=0)
+    try:
+        return envelope(raw, rate_hz, cutoff_hz=ENVELOPE_HZ)
+    except InputError as error:
+        raise InputError(f"trial {trial}: {error}") from error
 
 
 def _window_means(level: FloatArray, rate_hz: float) -> FloatArray:
