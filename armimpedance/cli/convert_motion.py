@@ -13,7 +13,6 @@ if TYPE_CHECKING:
     from armimpedance.recordings.motion_capture import CaptureOptions
     from armimpedance.skeleton import Skeleton
 
-SUFFIXES = (".c3d", ".trc", ".mot", ".sto")
 MODELS = ("elbow", "body")
 #: Options that belong to recordings of the hand.
 _HAND = ("force_by", "side", "onset_event", "end_event", "handle_mass_kg", "shoulder_m")
@@ -50,6 +49,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def is_motion_capture(path: Path) -> bool:
     """Whether this is a file of motion capture, by its suffix, or a recording of it."""
     from armimpedance.recordings.kind import is_moving
+    from armimpedance.recordings.motion_capture import SUFFIXES
 
     return path.suffix.lower() in SUFFIXES or is_moving(path)
 
