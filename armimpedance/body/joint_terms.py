@@ -15,6 +15,7 @@ import numpy as np
 
 from armimpedance.errors import InputError
 from armimpedance.records import FloatArray
+from armimpedance.signals.filtered_sign import filtered_sign
 from armimpedance.signals.filters import lowpass
 from armimpedance.skeleton import Skeleton
 
@@ -127,11 +128,9 @@ def term_columns(
             found[:, i] = qdd[:, j]
         elif term.kind == "offset":
             found[:, i] = 1.0
+        elif term.kind == "friction":
+            found[:, i] = filtered_sign(qd[:, j], cutoff_hz, sample_rate_hz)
         else:
-            bent = (
-                np.sign(qd[:, j]) if term.kind == "friction" else (raw[:, j] - term.rest_rad) ** 2
-            )
-            if cutoff_hz is not None:
-                bent = lowpass(bent, cutoff_hz, sample_rate_hz, axis=0)
-            found[:, i] = bent
+            bent = (raw[:, j] - term.rest_rad) ** 2
+            found[:, i] = lowpass(bent, cutoff_hz, sample_rate_hz, axis=0)
     return found

@@ -191,15 +191,15 @@ def _left_side(
 ) -> FloatArray:
     """w (S, R): torques of motors and muscles, and what the plates do to root and joints."""
     skeleton, rows = recording.skeleton, choice.indices(recording.skeleton)
-    left = np.zeros(q.shape)
+    rate, left = recording.sample_rate_hz, np.zeros(q.shape)
     if recording.torque is not None:
-        left += _smooth(recording.torque[samples], recording.sample_rate_hz, choice.cutoff_hz)
+        left += lowpass(recording.torque[samples], choice.cutoff_hz, rate, axis=0)
         left[:, [skeleton.coordinate(name) for name in choice.passive_joints]] = 0.0
         if skeleton.floating:
             left[:, :6] = root_wrench(left[:, :6], q)
     if recording.wrenches is not None and recording.plate_origins_m is not None:
         world = about_world_origin(recording.wrenches[samples], recording.plate_origins_m)
-        smooth = _smooth(world, recording.sample_rate_hz, choice.cutoff_hz)
+        smooth = lowpass(world, choice.cutoff_hz, rate, axis=0)
         if skeleton.floating:
             left[:, :6] += wrench_on_root(smooth, q)
         joints = rows[rows >= len(skeleton.root_coordinates)]
@@ -208,7 +208,3 @@ def _left_side(
             felt = contact_torques(model, skeleton, smooth, q, standing)
             left[:, joints] += felt[:, joints]
     return left[:, rows]
-
-
-def _smooth(signal: FloatArray, rate_hz: float, cutoff_hz: float | None) -> FloatArray:
-    return signal if cutoff_hz is None else lowpass(signal, cutoff_hz, rate_hz, axis=0)

@@ -13,9 +13,7 @@ from armimpedance.passive.samples import PassiveSamples
 from armimpedance.passive.terms import Terms
 from armimpedance.records import FloatArray, frozen_array
 from armimpedance.regression.factors import TrialFactors, ragged_factors
-
-#: Points per sample at which the velocity's sign is taken before it is filtered.
-_FINE: Final = 16
+from armimpedance.signals.filtered_sign import filtered_sign
 
 #: Rows left out at both ends of a trial, in periods of the cut-off: the filter has no neighbours
 #: there, and an acceleration that is wrong by its own size turns k by 1 % and h by half.
@@ -81,7 +79,8 @@ def parallel_equations(samples: PassiveSamples, terms: Terms) -> Equations:
     is that of the filtered angle.
     """
     q, qd, y = samples.q[:, 0], samples.qd[:, 0], samples.torque
-    sign = np.concatenate([filtered_sign(qd[s], samples) for s in samples.slices()])
+    cutoff, rate = samples.cutoff_hz, samples.sample_rate_hz
+    sign = np.concatenate([filtered_sign(qd[s], cutoff, rate) for s in samples.slices()])
     W = terms.matrix(q, qd, sign)
     parts = [inner(s, samples) for s in samples.slices()]
     return _equations(parts, terms, W, y)
@@ -104,26 +103,6 @@ def inner(trial: slice, samples: PassiveSamples) -> slice:
             expected=f"more than {2 * end}, the ends that a {samples.cutoff_hz:g} Hz filter spoils",
         )
     return slice(trial.start + end, trial.stop - end)
-
-
-def filtered_sign(qd: FloatArray, samples: PassiveSamples) -> FloatArray:
-    """Sign of the velocity (S,) of one trial after the samples' own zero-phase filter.
-
-    A sign sampled at 30 frames/s knows the reversal to a frame only. It is taken between the
-    frames, from the spline through the velocity, and brought down to the frames without aliasing.
-    """
-    from scipy.interpolate import make_interp_spline
-    from scipy.signal import resample_poly
-
-    from armimpedance.signals.filters import lowpass
-
-    if samples.cutoff_hz is None:
-        return np.sign(qd)
-    frames = np.arange(len(qd))
-    points = np.arange(_FINE * (len(qd) - 1) + 1) / _FINE
-    sign = np.sign(make_interp_spline(frames, qd, k=3)(points))
-    at_frames = resample_poly(sign, 1, _FINE, padtype="edge")[: len(qd)]
-    return lowpass(at_frames, samples.cutoff_hz, samples.sample_rate_hz, axis=0)
 
 
 def check_excitation(samples: PassiveSamples, terms: Terms) -> None:

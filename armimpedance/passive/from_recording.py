@@ -64,7 +64,7 @@ def from_joint_recording(
     smooth = [smoothed_derivatives(recording.position[s], rate, cutoff_hz) for s in trials]
     q, qd, qdd = (np.concatenate([trial[d] for trial in smooth]) for d in range(3))
     torque = (torque_sign or 1) * recording.force
-    filtered = [_filtered(torque[s], cutoff_hz, rate) for s in trials]
+    filtered = [lowpass(torque[s], cutoff_hz, rate, axis=0) for s in trials]
     samples = PassiveSamples(
         sample_rate_hz=rate,
         offsets=recording.offsets,
@@ -84,10 +84,6 @@ def from_joint_recording(
         "as read, the torque would be that of a joint with negative stiffness that drives the "
         "motion: its sign was turned (a torque sign of 1 keeps it)"
     )
-
-
-def _filtered(torque: FloatArray, cutoff_hz: float | None, rate_hz: float) -> FloatArray:
-    return torque if cutoff_hz is None else lowpass(torque, cutoff_hz, rate_hz, axis=0)
 
 
 def _impossible(samples: PassiveSamples) -> bool:

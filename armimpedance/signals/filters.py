@@ -37,15 +37,24 @@ def _zero_phase(
 
 
 def lowpass(
-    signal: FloatArray, cutoff_hz: float, sample_rate_hz: float, *, order: int = 2, axis: int = 1
+    signal: FloatArray,
+    cutoff_hz: float | None,
+    sample_rate_hz: float,
+    *,
+    order: int = 2,
+    axis: int = 1,
 ) -> FloatArray:
     """Zero-phase Butterworth low-pass along `axis`; forward and backward, so twice the order.
+
+    A cut-off of None leaves the signal as it is.
 
     Raises
     ------
     InputError
         If the cut-off is not between 0 and the Nyquist frequency.
     """
+    if cutoff_hz is None:
+        return signal
     return _zero_phase(signal, (cutoff_hz,), sample_rate_hz, order, axis)
 
 

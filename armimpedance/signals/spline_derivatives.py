@@ -47,9 +47,8 @@ def smoothed_derivatives(
 
     if len(signal) < FEWEST:
         raise InputError(f"{len(signal)} samples in a trial", expected=f"{FEWEST} or more")
-    smooth = np.asarray(signal, dtype=np.float64)
-    if cutoff_hz is not None:
-        smooth = lowpass(smooth, cutoff_hz, sample_rate_hz, order=order, axis=0)
+    given = np.asarray(signal, dtype=np.float64)
+    smooth = lowpass(given, cutoff_hz, sample_rate_hz, order=order, axis=0)
     time = np.arange(len(smooth)) / sample_rate_hz
     spline = make_interp_spline(time, smooth, k=DEGREE)
     return smooth, spline(time, nu=1), spline(time, nu=2)

@@ -110,7 +110,10 @@ def test_the_sign_of_the_velocity_is_filtered_like_all_else(small, rigs):
     q, qd, qdd = parts[0][1:]
     term = JointTerm("friction", "forearm_flexion")
     column = term_columns((term,), small, q, (q, qd, qdd), rigs.RATE, 8.0)[:, 0]
-    np.testing.assert_allclose(column, lowpass(np.sign(qd[:, 9]), 8.0, rigs.RATE, axis=0))
+    # reversals between samples count, so that it differs from the sampled sign's by a part of one
+    coarse = lowpass(np.sign(qd[:, 9]), 8.0, rigs.RATE, axis=0)
+    assert 0 < np.abs(column - coarse)[20:-20].max() < 0.35
+    assert np.abs(column[20:-20]).max() < 1.3
     bare = term_columns((term,), small, q, (q, qd, qdd), rigs.RATE, None)[:, 0]
     assert set(np.unique(bare)) <= {-1.0, 0.0, 1.0}
 

@@ -1,0 +1,38 @@
+"""The sign of a velocity, as dry friction has it, through the filter of the torque."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from armimpedance.records import FloatArray
+from armimpedance.signals.filters import lowpass
+
+#: Points per sample at which the sign is taken before it is filtered.
+_FINE: Final = 16
+
+
+def filtered_sign(
+    velocity: FloatArray, cutoff_hz: float | None, sample_rate_hz: float
+) -> FloatArray:
+    """Sign of a velocity (S,) of one trial after a zero-phase low-pass; None: as it is.
+
+    A sign sampled at 30 frames/s knows the reversal to a frame only. It is taken between the
+    frames, from the spline through the velocity, and brought down to the frames without aliasing.
+
+    Raises
+    ------
+    InputError
+        A cut-off beyond the Nyquist frequency.
+    """
+    from scipy.interpolate import make_interp_spline
+    from scipy.signal import resample_poly
+
+    if cutoff_hz is None:
+        return np.sign(velocity)
+    frames = np.arange(len(velocity))
+    points = np.arange(_FINE * (len(velocity) - 1) + 1) / _FINE
+    sign = np.sign(make_interp_spline(frames, velocity, k=3)(points))
+    at_frames = resample_poly(sign, 1, _FINE, padtype="edge")[: len(velocity)]
+    return lowpass(at_frames, cutoff_hz, sample_rate_hz, axis=0)
