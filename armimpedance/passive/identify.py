@@ -87,8 +87,12 @@ def _identify(
     torque_fit = _torque_fit(equations, fits.classical)
     W, Y = equations.stacked()
     parameters = _parameters(fits, terms, number)
-    friction = float(np.std(W[:, 2] * fits.classical.parameters[2]))
-    share = 100 * friction / float(np.sqrt((Y**2).mean()))
+    friction = W[:, 2] * fits.classical.parameters[2]
+    share = 100 * float(np.sqrt((friction**2).mean() / (Y**2).mean()))
+    cross: tuple[CrossValidation, ...] = ()
+    failed: tuple[str, ...] = ()
+    if cross_validate:
+        cross, failed = _cross_validation(samples, terms, method, torque_fit)
     found = PassiveFit(
         joint=samples.joints[0],
         number=number,
@@ -101,11 +105,11 @@ def _identify(
         cond_scaled=torque_fit.cond_scaled,
         rank=torque_fit.rank,
         direct=torque_fit.validate(W, Y),
-        cross=_cross_validation(samples, terms, method) if cross_validate else (),
+        cross=cross,
         friction_share_percent=share,
         cutoff_hz=samples.cutoff_hz,
     )
-    return replace(found, warnings=joint_notes(found, samples, fits, elsewhere))
+    return replace(found, warnings=(*joint_notes(found, samples, fits, elsewhere), *failed))
 
 
 def _solved(
@@ -148,18 +152,19 @@ def _parameters(fits: TwoFits, terms: Terms, number: int) -> tuple[NamedParamete
 
 
 def _cross_validation(
-    samples: PassiveSamples, terms: Terms, method: Method
-) -> tuple[CrossValidation, ...]:
-    """Leave one trial out at a time; a part that cannot be predicted is left out of the list."""
+    samples: PassiveSamples, terms: Terms, method: Method, torque_fit: Fit
+) -> tuple[tuple[CrossValidation, ...], tuple[str, ...]]:
+    """Each trial predicted from the others, and a sentence for each that cannot be."""
     parts = samples if samples.n_trials > 1 else samples.in_thirds()
-    found = []
+    found, failed = [], []
     for row, name in enumerate(parts.trials):
         others = [r for r in range(parts.n_trials) if r != row]
         try:
             solved = method.solve(parts.select(others), terms).classical
             equations = method.equations(parts.select([row]), terms)
-            whole = _torque_fit(method.equations(parts, terms), solved)
-        except ArmImpedanceError:
+        except ArmImpedanceError as error:
+            failed.append(f"not predicted from the others: {name} ({error})")
             continue
-        found.append(CrossValidation(name, whole.validate(*equations.stacked())))
-    return tuple(found)
+        predicting = replace(torque_fit, coefficients=solved.coefficients)
+        found.append(CrossValidation(name, predicting.validate(*equations.stacked())))
+    return tuple(found), tuple(failed)

@@ -243,3 +243,15 @@ def test_intervals_of_white_noise_agree_with_the_textbook(forearm, clean):
     count = number_of_cosines(360, 30.0)
     # each ratio has mean 1 and variance 2 / count
     assert (np.abs(np.mean(ratios, axis=0) - 1) < 4 * np.sqrt(2 / count / 60)).all()
+
+
+def test_a_trial_that_cannot_be_predicted_is_told():
+    t = np.arange(200) / 30.0
+    q = np.concatenate([np.sin(5 * t), np.full(200, 0.4)])[:, None]
+    qd = np.concatenate([5 * np.cos(5 * t), np.zeros(200)])[:, None]
+    torque = 2.0 * q + 0.1 * qd + 0.02 * np.sign(qd)
+    samples = PassiveSamples(30.0, np.array([0, 200, 400]), ("q1",), q, qd, torque, q)
+    (fit,) = identify_passive(samples, rest_angle=0.0)
+    assert [c.left_out for c in fit.cross] == ["2"]
+    told = [w for w in fit.warnings if w.startswith("not predicted from the others: 1 (")]
+    assert len(told) == 1
