@@ -9,8 +9,9 @@ import numpy as np
 from armimpedance.records import FloatArray
 from armimpedance.signals.filters import lowpass
 
-#: Points per sample at which the sign is taken before it is filtered.
-_FINE: Final = 16
+#: The sign is taken this often per second before it is filtered, per sample at least `_LEAST`.
+_FINE_HZ: Final = 480.0
+_LEAST: Final = 4
 
 
 def filtered_sign(
@@ -31,8 +32,9 @@ def filtered_sign(
 
     if cutoff_hz is None:
         return np.sign(velocity)
+    finer = max(_LEAST, round(_FINE_HZ / sample_rate_hz))
     frames = np.arange(len(velocity))
-    points = np.arange(_FINE * (len(velocity) - 1) + 1) / _FINE
+    points = np.arange(finer * (len(velocity) - 1) + 1) / finer
     sign = np.sign(make_interp_spline(frames, velocity, k=3)(points))
-    at_frames = resample_poly(sign, 1, _FINE, padtype="edge")[: len(velocity)]
+    at_frames = resample_poly(sign, 1, finer, padtype="edge")[: len(velocity)]
     return lowpass(at_frames, cutoff_hz, sample_rate_hz, axis=0)
