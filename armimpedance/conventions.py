@@ -83,6 +83,14 @@ def command_columns(kind: str, axes: int) -> tuple[str, ...]:
     return tuple(f"{axis}_command_{unit}" for axis, _, unit in places)
 
 
+def perturbation_columns(axes: int) -> tuple[str, ...]:
+    """Names of the columns with the torque that a device was told to add: ``tau1_perturbation_Nm``.
+
+    Optional in a recording of kind "joint"; on the clock of the samples, positive as the angle is.
+    """
+    return tuple(f"tau{i}_perturbation_Nm" for i in range(1, axes + 1))
+
+
 def group_name(keys: Mapping[str, Any]) -> str:
     """The columns of a group in words: the condition alone, or all columns by name."""
     if set(keys) == {"condition"}:

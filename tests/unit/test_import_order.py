@@ -18,7 +18,7 @@ RANKS = [
     {"plots", "report"},
     {"contribution"},
     {"body"},
-    {"muscles", "passive"},
+    {"muscles", "passive", "elbow"},
     {"comparison", "planning"},
     {"levels", "ellipses"},
     {"impedance"},

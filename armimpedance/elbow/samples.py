@@ -1,0 +1,120 @@
+"""One joint's torque and angle under a random perturbation, with the signs settled."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Final, Literal
+
+import numpy as np
+
+from armimpedance.conventions import perturbation_columns
+from armimpedance.errors import InputError, RecordError
+from armimpedance.records import FloatArray, IntArray, Recording, frozen_array
+
+#: What must be in `recording.json`, and why.
+TORQUE_FIELD: Final = (
+    '"interaction" (measured between limb and device) or "commanded" (the motor\'s: arm and device)'
+)
+
+
+@dataclass(frozen=True)
+class JointSamples:
+    """What is fitted: ``tau = I theta'' + B theta' + K theta`` about an operating point (3).
+
+    Samples of T trials, one trial after another.
+
+    Attributes
+    ----------
+    sample_rate_hz : float
+    trials : (T,) tuple of str
+    offsets : (T + 1,) int
+        Trial t is ``offsets[t]:offsets[t + 1]``.
+    torque : (N,)
+        Nm, **on the limb**: positive accelerates the joint in its positive direction.
+    angle : (N,)
+        rad, as measured.
+    torque_is : {"interaction", "commanded"}
+        Measured between limb and device, or the motor's command, which moves both.
+    perturbation : (N,) or None
+        Nm, what the device was told to add: no motion and no voluntary torque of the subject is
+        in it, so it can serve as an instrument.
+    joint : int
+        Axis of the recording, counted from 1.
+    notes : tuple of str
+    """
+
+    sample_rate_hz: float
+    trials: tuple[str, ...]
+    offsets: IntArray
+    torque: FloatArray
+    angle: FloatArray
+    torque_is: Literal["interaction", "commanded"] = "interaction"
+    perturbation: FloatArray | None = None
+    joint: int = 1
+    notes: tuple[str, ...] = field(default=())
+
+    def __post_init__(self) -> None:
+        put = object.__setattr__
+        if not (np.isfinite(self.sample_rate_hz) and self.sample_rate_hz > 0):
+            raise RecordError(f"sample rate {self.sample_rate_hz} Hz", expected="a positive number")
+        put(self, "trials", tuple(self.trials))
+        put(self, "notes", tuple(self.notes))
+        put(
+            self,
+            "offsets",
+            frozen_array(self.offsets, "offsets", (len(self.trials) + 1,), np.int64),
+        )
+        if self.offsets[0] != 0 or (np.diff(self.offsets) <= 0).any():
+            raise RecordError("a trial has no samples", expected="rising offsets from 0")
+        shape = (int(self.offsets[-1]),)
+        put(self, "torque", frozen_array(self.torque, "torque", shape))
+        put(self, "angle", frozen_array(self.angle, "angle", shape))
+        if self.perturbation is not None:
+            put(self, "perturbation", frozen_array(self.perturbation, "perturbation", shape))
+
+    @property
+    def n_trials(self) -> int:
+        """Number of trials T."""
+        return len(self.trials)
+
+    def samples_of(self, row: int) -> slice:
+        """The samples of trial `row`, counted from 0."""
+        return slice(int(self.offsets[row]), int(self.offsets[row + 1]))
+
+
+def from_recording(recording: Recording, joint: int = 1) -> JointSamples:
+    """Take one joint's samples from a recording of kind "joint".
+
+    A `Recording` holds the torque by the limb on the device; here it is the one on the limb.
+
+    Parameters
+    ----------
+    recording : Recording
+    joint : int
+        Counted from 1.
+
+    Raises
+    ------
+    InputError
+        Another kind of recording, no such joint, or a recording that does not say whether it
+        holds the interaction torque or the commanded one.
+    """
+    if recording.kind != "joint":
+        raise InputError(f"a recording of kind {recording.kind!r}", expected="kind 'joint'")
+    if recording.torque is None:
+        raise InputError(
+            "it does not say which torque it holds", column="torque", expected=TORQUE_FIELD
+        )
+    if not 1 <= joint <= recording.axes:
+        raise InputError(f"no joint {joint}", expected=f"1 to {recording.axes}")
+    column = perturbation_columns(recording.axes)[joint - 1]
+    return JointSamples(
+        sample_rate_hz=recording.sample_rate_hz,
+        trials=tuple(str(t) for t in recording.trials["trial"]),
+        offsets=recording.offsets,
+        torque=-recording.force[:, joint - 1],
+        angle=recording.position[:, joint - 1],
+        torque_is=recording.torque,
+        perturbation=recording.extra.get(column),
+        joint=joint,
+    )
