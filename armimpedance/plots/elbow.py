@@ -1,0 +1,78 @@
+"""One joint: impedance over time with its bands, measured against predicted torque."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Literal
+
+from armimpedance.elbow.result import VaryingImpedance
+from armimpedance.errors import InputError
+from armimpedance.plots.style import (
+    OKABE_ITO,
+    TWO_COLUMNS_IN,
+    label_axes,
+    new_axes,
+    new_figure,
+    print_style,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from armimpedance.records import FloatArray
+
+_ROW_IN = 1.8
+_LABELS = {"K": "K (Nm/rad)", "B": "B (Nm s/rad)"}
+
+
+def plot_varying(
+    varying: VaryingImpedance,
+    name: Literal["B", "K"],
+    *,
+    trial: int = 0,
+    truth: tuple[FloatArray, FloatArray] | None = None,
+    color: str = OKABE_ITO["blue"],
+    label: str = "estimated",
+    ax: Axes | None = None,
+) -> Axes:
+    """Draw B or K of one trial over time with its pointwise 95 % band.
+
+    Parameters
+    ----------
+    varying : VaryingImpedance
+    name : {"B", "K"}
+    trial : int
+        Row of the result's trials, from 0.
+    truth : (time (S,), value (S,)), optional
+        Drawn below, in black.
+
+    Raises
+    ------
+    InputError
+        No such trial.
+    """
+    if not 0 <= trial < len(varying.trials):
+        raise InputError(f"no trial {trial}", expected=f"0 to {len(varying.trials) - 1}")
+    points = varying.points_of(trial)
+    time, value, band = varying.time_s[points], getattr(varying, name), varying.band(name)
+    with print_style():
+        ax = new_axes(TWO_COLUMNS_IN, _ROW_IN) if ax is None else ax
+        if truth is not None:
+            ax.plot(*truth, color="black", lw=1.4, label="true")
+        ax.fill_between(time, *band[points].T, color=color, alpha=0.22, lw=0)
+        ax.plot(time, value[points], color=color, lw=1.1, label=label)
+        ax.margins(x=0.01)
+        label_axes(ax, "time (s)", _LABELS[name])
+    return ax
+
+
+def plot_varying_both(varying: VaryingImpedance, trial: int = 0) -> Figure:
+    """K above B, of one trial."""
+    figure = new_figure(TWO_COLUMNS_IN, 2 * _ROW_IN)
+    with print_style():
+        upper, lower = figure.subplots(2, sharex=True)
+    plot_varying(varying, "K", trial=trial, ax=upper)
+    plot_varying(varying, "B", trial=trial, ax=lower)
+    upper.set_xlabel("")
+    upper.set_title(f"{varying.method}, trial {varying.trials[trial]}", loc="left")
+    return figure
