@@ -21,7 +21,8 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from armimpedance.cli.passive_input import naming, number, read_joint_motion
+from armimpedance.cli.checks import naming, number
+from armimpedance.cli.passive_input import read_joint_motion
 from armimpedance.errors import InputError
 
 if TYPE_CHECKING:

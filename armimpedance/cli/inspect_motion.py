@@ -18,7 +18,7 @@ def inspect_moving(path: Path, kind: str) -> int:
     InputError
         It cannot be read, or not be used.
     """
-    from armimpedance.cli.passive_input import naming
+    from armimpedance.cli.checks import naming
     from armimpedance.recordings.marker_folder import read_markers
     from armimpedance.recordings.motion_folder import read_motion
 

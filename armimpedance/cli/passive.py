@@ -83,8 +83,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Read, fit, print, write."""
-    from armimpedance.cli.checks import check_outputs
-    from armimpedance.cli.passive_input import naming, read_passive
+    from armimpedance.cli.checks import check_outputs, naming
+    from armimpedance.cli.passive_input import read_passive
     from armimpedance.passive.identify import identify_passive
     from armimpedance.passive.methods import DEFAULT_METHOD, method_named
     from armimpedance.passive.result import summarise

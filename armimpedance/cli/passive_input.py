@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from armimpedance.errors import EstimationError, InputError, NotIdentifiableError
+from armimpedance.cli.checks import naming, number
+from armimpedance.errors import InputError
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -142,23 +141,6 @@ def _refuse_file(path: Path) -> None:
         )
 
 
-@contextmanager
-def naming(path: Path) -> Iterator[None]:
-    """Put the recording's name before what is wrong with it, where no file is named yet."""
-    try:
-        yield
-    except NotIdentifiableError as error:
-        raise NotIdentifiableError(f"{path}: {error}", error.parameters) from error
-    except EstimationError as error:
-        raise EstimationError(f"{path}: {error}") from error
-    except InputError as error:
-        if error.file is not None:
-            raise
-        raise InputError(
-            error.problem, file=path, row=error.row, column=error.column, expected=error.expected
-        ) from error
-
-
 def _gate(
     emg: EmgSignals | None, trials: pd.DataFrame, limit: float | None
 ) -> tuple[EmgLevel | None, tuple[str, ...]]:
@@ -192,23 +174,6 @@ def _cutoff(arguments: argparse.Namespace) -> float | None:
     if arguments.cutoff_hz == "none":
         return None
     return number(arguments.cutoff_hz, "--cutoff-hz", "more than 0 Hz, or none")
-
-
-def number(word: str, option: str, expected: str) -> float:
-    """A finite positive number given with an option.
-
-    Raises
-    ------
-    InputError
-        It is none.
-    """
-    try:
-        value = float(word)
-    except ValueError:
-        value = float("nan")
-    if not 0 < value < float("inf"):
-        raise InputError(f"{option} {word}", expected=expected)
-    return value
 
 
 def _elbow(skeleton: Skeleton) -> str:
