@@ -99,15 +99,19 @@ def mean_activation(
     note = f"activation from the EMG before the onset of {count} trials"
     rest = _table(recording, rows, rest_column)
     if rest is not None:
-        mean, sd = _without_noise(mean, sd, (rest[held] / mvc[held]).mean(axis=0))
+        mean, sd = without_rest(mean, sd, (rest[held] / mvc[held]).mean(axis=0))
         note += ", noise of the silent muscle taken off"
     return MeanActivation(mean, sd if count > 1 else None, recording.muscles, (note,))
 
 
-def _without_noise(
+def without_rest(
     level: FloatArray, sd: FloatArray, rest: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """The muscle's own part of a level, all in MVC, and its standard error to first order."""
+    """The muscle's own part of a level, ``sqrt(level^2 - rest^2)``, and its standard error.
+
+    Noise of electrode and amplifier adds to a muscle's EMG as independent noises do. Level, its
+    standard error and the level of the silent muscle share a unit and broadcast.
+    """
     own = np.sqrt(np.maximum(level**2 - rest**2, 0.0))
     # d own = level / own d level, which has no end at own = 0: there own^2 is known to level sd
     return own, level * sd / np.maximum(np.maximum(own, np.sqrt(level * sd)), np.finfo(float).tiny)

@@ -6,6 +6,7 @@ import numpy as np
 
 from armimpedance.errors import InputError
 from armimpedance.records import FloatArray
+from armimpedance.signals.causal import causal_lowpass
 from armimpedance.signals.filters import lowpass
 
 ENVELOPE_HZ = 1.0
@@ -13,14 +14,24 @@ ENVELOPE_ORDER = 2
 
 
 def envelope(
-    emg: FloatArray, sample_rate_hz: float, *, cutoff_hz: float = ENVELOPE_HZ, axis: int = 0
+    emg: FloatArray,
+    sample_rate_hz: float,
+    *,
+    cutoff_hz: float = ENVELOPE_HZ,
+    order: int = ENVELOPE_ORDER,
+    causal: bool = False,
+    axis: int = 0,
 ) -> FloatArray:
-    """Offset removed, rectified, second-order Butterworth low-pass, zero phase.
+    """Offset removed, rectified, Butterworth low-pass.
 
     Parameters
     ----------
     emg : array
         Raw EMG, time along `axis`; at least one period of the cut-off long.
+    order : int
+        Of the low-pass; run forward and backward, zero phase, unless `causal`.
+    causal : bool
+        Forward only: late by `signals.causal.lowpass_delay_s`.
 
     Returns
     -------
@@ -38,7 +49,8 @@ def envelope(
             expected=f"at least {1 / cutoff_hz:.2f} s for a low-pass of {cutoff_hz:g} Hz",
         )
     rectified = np.abs(emg - emg.mean(axis=axis, keepdims=True))
-    smooth = lowpass(rectified, cutoff_hz, sample_rate_hz, order=ENVELOPE_ORDER, axis=axis)
+    filtered = causal_lowpass if causal else lowpass
+    smooth = filtered(rectified, cutoff_hz, sample_rate_hz, order=order, axis=axis)
     return np.clip(smooth, 0.0, None)
 
 
