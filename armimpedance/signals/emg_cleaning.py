@@ -88,11 +88,11 @@ def clean_emg(recording: Recording, *, band_hz: tuple[float, float] | None = Non
             f"against {100 * quality.artefact[:, m].max():.0f} % of power below it"
         )
     if quality.humming.any():
-        t, m = (int(i) for i in np.unravel_index(quality.hum.argmax(), quality.hum.shape))
+        worst = np.unravel_index(int(quality.hum.argmax()), quality.hum.shape)
         notes.append(
             f"hum at multiples of {quality.mains_hz:g} Hz taken out of "
-            f"{int(quality.humming.sum())} channels (at most {100 * quality.hum[t, m]:.0f} % of "
-            f"the power, trial {quality.trials[t]}, {quality.muscles[m]})"
+            f"{int(quality.humming.sum())} channels (at most {100 * quality.hum[worst]:.0f} % of the "
+            f"power, trial {quality.trials[worst[0]]}, {quality.muscles[worst[1]]})"
         )
         warnings = (*warnings, *_hum_left(recording, emg))
     if band_hz is not None:
@@ -156,7 +156,7 @@ def _hum_left(recording: Recording, emg: FloatArray) -> tuple[str, ...]:
     after = emg_quality(recording.with_step("cleaned", emg=emg))
     if not (after.hum > _LEFT).any():
         return ()
-    t, m = (int(i) for i in np.unravel_index(after.hum.argmax(), after.hum.shape))
+    t, m = np.unravel_index(int(after.hum.argmax()), after.hum.shape)
     share = 100 * float(after.hum[t, m])
     return (
         f"EMG: trial {after.trials[t]}, {after.muscles[m]}: {share:.0f} % of the power is still "
