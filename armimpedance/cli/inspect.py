@@ -121,6 +121,8 @@ def _missing(recording: Recording) -> list[str]:
             missing.append("handle_mass_kg (M will include whatever is held)")
         if subject.upper_arm_m is None or subject.forearm_hand_m is None:
             missing.append("subject.upper_arm_m, forearm_hand_m (needed by 'map --to joint')")
+    elif recording.perturbation == "stochastic" and recording.torque is None:
+        missing.append("torque: interaction or commanded (`elbow` refuses a recording without it)")
     if recording.emg is None:
-        missing.append("EMG (needed by activation models only)")
+        missing.append("EMG (needed by activation models and EMG laws only)")
     return missing

@@ -1,10 +1,14 @@
-"""One joint: impedance over time with its bands, measured against predicted torque."""
+"""One joint: compliance over frequency against its model, impedance over time with its bands."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Literal
 
-from armimpedance.elbow.result import VaryingImpedance
+import numpy as np
+
+from armimpedance.elbow.frequency_response import frequency_response, model_compliance
+from armimpedance.elbow.result import ElbowFit, VaryingImpedance
+from armimpedance.elbow.samples import JointSamples
 from armimpedance.errors import InputError
 from armimpedance.plots.style import (
     OKABE_ITO,
@@ -75,4 +79,31 @@ def plot_varying_both(varying: VaryingImpedance, trial: int = 0) -> Figure:
     plot_varying(varying, "B", trial=trial, ax=lower)
     upper.set_xlabel("")
     upper.set_title(f"{varying.method}, trial {varying.trials[trial]}", loc="left")
+    return figure
+
+
+def plot_frequency_response(samples: JointSamples, fit: ElbowFit) -> Figure:
+    """Compliance over frequency, measured without a model and as I, B and K predict it.
+
+    Gain, phase and coherence, one below the other. Where they part, a second-order joint does not
+    hold: a reflex, a soft strap, a delay between the channels.
+    """
+    measured = frequency_response(samples)
+    f, model = measured.frequency_hz, model_compliance(measured.frequency_hz, fit.values)
+    figure = new_figure(TWO_COLUMNS_IN, 3 * _ROW_IN)
+    look = {"color": OKABE_ITO["blue"], "marker": ".", "ms": 2.5, "lw": 0.6, "label": "measured"}
+    with print_style():
+        gain, phase, coherence = figure.subplots(3, sharex=True, height_ratios=(3, 2, 1.4))
+        gain.loglog(f, np.abs(measured.compliance), **look)
+        phase.semilogx(f, np.degrees(np.angle(measured.compliance)), **look)
+        coherence.semilogx(f, measured.coherence, **look)
+        name = f"I, B, K of method {fit.summary.method}"
+        line = {"color": OKABE_ITO["vermillion"], "lw": 1.4, "label": name}
+        gain.loglog(f, np.abs(model), **line)
+        phase.semilogx(f, np.degrees(np.angle(model)), **line)
+        coherence.set_ylim(0, 1.05)
+        gain.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.2)
+    label_axes(gain, " ", "gain (rad/Nm)")
+    label_axes(phase, " ", "phase (deg)")
+    label_axes(coherence, "frequency (Hz)", "coherence")
     return figure

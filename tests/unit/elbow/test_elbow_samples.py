@@ -1,0 +1,106 @@
+"""The samples of one joint: signs, what a recording must say; compliance without a model."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from armimpedance.elbow.frequency_response import frequency_response, model_compliance
+from armimpedance.elbow.samples import JointSamples, from_recording
+from armimpedance.errors import InputError, RecordError
+from manipulandum_sim.joint_bench import simulate_bench
+
+JOINT = (0.07, 0.6, 20.0)
+
+
+def test_the_torque_is_that_on_the_limb_and_the_perturbation_comes_along():
+    recording, truth = simulate_bench(*JOINT, duration_s=2.0, trials=2, snr_db=30)
+    samples = from_recording(recording)
+    noise = samples.torque - truth.torque.ravel()
+    assert np.corrcoef(samples.torque, truth.torque.ravel())[0, 1] > 0.99
+    # 30 dB, 4000 samples: the ratio of powers is known within some 2 % (one standard error)
+    assert 10 * np.log10(truth.torque.var() / noise.var()) == pytest.approx(30, abs=0.5)
+    np.testing.assert_array_equal(samples.perturbation, truth.torque.ravel())
+    assert samples.trials == ("1", "2")
+
+
+def test_a_recording_must_say_which_torque_it_holds():
+    recording, _ = simulate_bench(*JOINT, duration_s=1.0)
+    with pytest.raises(InputError, match=r"column torque.*interaction.*commanded"):
+        from_recording(replace(recording, torque=None))
+
+
+@pytest.mark.parametrize("joint", [0, 2, -1])
+def test_a_joint_that_is_not_there_is_refused(joint):
+    recording, _ = simulate_bench(*JOINT, duration_s=1.0)
+    with pytest.raises(InputError, match="expected 1 to 1"):
+        from_recording(recording, joint)
+
+
+def test_a_hand_is_no_joint():
+    recording, _ = simulate_bench(*JOINT, duration_s=1.0)
+    with pytest.raises(InputError, match="kind 'joint'"):
+        from_recording(replace(recording, kind="hand"))
+
+
+@pytest.mark.parametrize(
+    ("change", "match"),
+    [
+        ({"torque": np.zeros(3)}, "torque has shape"),
+        ({"angle": np.full(4, np.nan)}, "not finite"),
+        ({"offsets": np.array([0, 4, 4])}, "offsets"),
+        ({"sample_rate_hz": 0.0}, "sample rate"),
+        ({"perturbation": np.zeros(5)}, "perturbation has shape"),
+    ],
+)
+def test_samples_that_do_not_belong_together_are_refused(change, match):
+    good = {
+        "sample_rate_hz": 100.0,
+        "trials": ("1",),
+        "offsets": np.array([0, 4]),
+        "torque": np.zeros(4),
+        "angle": np.zeros(4),
+    }
+    with pytest.raises(RecordError, match=match):
+        JointSamples(**{**good, **change})
+
+
+def _worst_error(samples, segment_s):
+    measured = frequency_response(samples, segment_s)
+    band = (measured.frequency_hz > 1) & (measured.frequency_hz < 10)
+    model = model_compliance(measured.frequency_hz, np.array(JOINT))[band]
+    error = np.abs(measured.compliance[band] / model - 1).max()
+    return error, 1 - measured.coherence[band].min()
+
+
+def test_the_compliance_without_noise_is_that_of_the_equation_but_for_leakage():
+    recording, _ = simulate_bench(*JOINT, duration_s=60.0, trials=3)
+    samples = from_recording(recording)
+    short, long = _worst_error(samples, 2.0), _worst_error(samples, 8.0)
+    # leakage falls with the square of the segments' length: sixteen-fold, its scatter less
+    assert all(b < a / 4 for a, b in zip(short, long, strict=True))
+    assert max(long) < 0.05
+
+
+def test_voluntary_torque_does_not_bias_the_compliance_where_the_perturbation_is_known():
+    recording, truth = simulate_bench(*JOINT, duration_s=30.0, trials=3, seed=1)
+    # the subject pushes against a device that yields: the same torque in both channels, and motion
+    push = np.random.default_rng(2).standard_normal(truth.torque.size) * truth.torque.std()
+    samples = replace(from_recording(recording), torque=truth.torque.ravel() + push)
+    f = frequency_response(samples)
+    blind = frequency_response(replace(samples, perturbation=None))
+    band = (f.frequency_hz > 1) & (f.frequency_hz < 8)
+    model = model_compliance(f.frequency_hz[band], np.array(JOINT))
+    found = np.abs(f.compliance[band] / model)
+    seen = {round(v, 3) for v in blind.frequency_hz}
+    known = np.array([round(v, 3) in seen for v in f.frequency_hz[band]])
+    assert np.median(found[known]) == pytest.approx(1, abs=0.05)
+    index = np.searchsorted(blind.frequency_hz, f.frequency_hz[band][known])
+    biased = np.abs(blind.compliance[index] / model[known])
+    assert np.median(biased) < np.median(found[known])
+
+
+def test_a_trial_shorter_than_a_segment_has_no_spectrum():
+    recording, _ = simulate_bench(*JOINT, duration_s=1.0)
+    with pytest.raises(InputError, match="at least 4 s"):
+        frequency_response(from_recording(recording))
