@@ -1,0 +1,78 @@
+"""Can these samples be used? One clear line where they cannot, before anything is fitted."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from armimpedance.elbow.samples import JointSamples
+from armimpedance.errors import InputError
+from armimpedance.records import FloatArray
+
+SHORTEST_S: Final = 2.0
+#: A value at the extreme for longer than this is clipped (s).
+CLIPPED_S: Final = 0.01
+#: ... if it is also that many times as frequent as its neighbour: a smooth peak of a quantised
+#: signal stays at its top level some 2.4 times as long as at the one below.
+HEAPED: Final = 8.0
+#: A value that does not change for longer than this belongs to a stuck sensor (s).
+STUCK_S: Final = 0.5
+
+
+def check_samples(samples: JointSamples) -> None:
+    """Refuse what no method can use.
+
+    Raises
+    ------
+    InputError
+        A trial that is too short, a constant channel, a stuck or a clipped sensor.
+    """
+    rate = samples.sample_rate_hz
+    seconds = np.diff(samples.offsets) / rate
+    if seconds.min() < SHORTEST_S:
+        row = int(seconds.argmin())
+        raise InputError(
+            f"trial {samples.trials[row]} lasts {seconds[row]:.2f} s",
+            expected=f"{SHORTEST_S:g} s or more",
+        )
+    for name, channel in (("torque", samples.torque), ("angle", samples.angle)):
+        for row, trial in enumerate(samples.trials):
+            _check_channel(channel[samples.samples_of(row)], rate, f"{name} of trial {trial}")
+
+
+def _check_channel(values: FloatArray, rate: float, where: str) -> None:
+    low, high = float(values.min()), float(values.max())
+    if low == high:
+        hint = "the joint does not move" if where.startswith("angle") else "no perturbation"
+        raise InputError(f"{where} is {low:g} throughout: {hint}", expected="a varying channel")
+    for extreme in (low, high):
+        at = values == extreme
+        # Cheap first: a continuous signal meets its extreme once.
+        if at.sum() <= CLIPPED_S * rate or longest_run(at) <= CLIPPED_S * rate:
+            continue
+        if at.sum() > HEAPED * _neighbours(values, extreme):
+            raise InputError(
+                f"{where} stays at its extreme, {extreme:g}, for "
+                f"{1e3 * longest_run(at) / rate:.0f} ms: the sensor is clipped",
+                expected="samples within the sensor's range",
+            )
+    still = longest_run(np.diff(values) == 0) / rate
+    if still > STUCK_S:
+        raise InputError(
+            f"{where} does not change for {still:.2f} s: the sensor is stuck",
+            expected="a channel that moves throughout",
+        )
+
+
+def longest_run(equal: np.ndarray) -> int:
+    """Length of the longest run of True in (S,)."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], equal.astype(np.int8), [0]])))
+    return int((edges[1::2] - edges[::2]).max()) if len(edges) else 0
+
+
+def _neighbours(values: FloatArray, extreme: float) -> int:
+    """How many samples have the value next to the extreme."""
+    others = values[values != extreme]
+    nearest = others[np.abs(others - extreme).argmin()]
+    return int((values == nearest).sum())
