@@ -25,14 +25,17 @@ LONGEST_STILL_S: Final = 0.25
 #: Share of samples at an extreme: warned of, refused. Noise touches its extreme once or twice.
 SATURATED: Final = (0.001, 0.01)
 LEAST_AT_EXTREME: Final = 5
-#: Share of the power in lines of the mains: taken out above the first; refused above the second
-#: if the lines' rms is also above this part of the maximum contraction's.
+#: Share of the power in lines of the mains: taken out above the first, refused above the second.
 HUM: Final = (0.05, 0.8)
-LOUD_HUM: Final = 0.05
 MAINS_HZ: Final = (50.0, 60.0)
 #: Share of the power below 20 Hz above which it is the electrodes that move.
 ARTEFACT_HZ: Final = 20.0
 ARTEFACT: Final = 0.05
+#: Hum and artefact are warned of, artefact taken out, where their rms is above this part of the
+#: maximum contraction's: a silent muscle shows little else, and it does not matter. Hum is a
+#: reason to refuse above the second.
+AUDIBLE: Final = 0.01
+LOUD: Final = 0.05
 #: dB over the silent muscle that a muscle should reach in some trial.
 LOW_SNR_DB: Final = 6.0
 #: Segments of the spectrum, and half widths of a line and of the floor around it (Hz).
@@ -54,10 +57,10 @@ class EmgQuality:
         50 or 60, whichever shows more.
     hum : (T, m)
         Share of power in the lines at multiples of it, over the floor beside them.
-    hum_level : (T, m) or None
-        The lines' rms in parts of the maximum contraction's; None where that is not known.
     artefact : (T, m)
         Share of power below 20 Hz.
+    level : (T, m)
+        rms of all in parts of the maximum contraction's; 1 where that is not known.
     snr_db : (T, m) or None
         Power of the muscle over power of the silent muscle's electrode; None without rest.
     """
@@ -68,13 +71,13 @@ class EmgQuality:
     saturated: FloatArray
     mains_hz: float
     hum: FloatArray
-    hum_level: FloatArray | None
     artefact: FloatArray
+    level: FloatArray
     snr_db: FloatArray | None
 
     def __post_init__(self) -> None:
         shape = (len(self.trials), len(self.muscles))
-        for name in ("still_s", "saturated", "hum", "hum_level", "artefact", "snr_db"):
+        for name in ("still_s", "saturated", "hum", "artefact", "level", "snr_db"):
             if getattr(self, name) is not None:
                 held = frozen_array(getattr(self, name), name, shape)
                 object.__setattr__(self, name, held)
@@ -87,7 +90,11 @@ class EmgQuality:
     @property
     def moving(self) -> BoolArray:
         """(m,): electrodes that move in any trial."""
-        return np.asarray((self.artefact > ARTEFACT).any(axis=0))
+        return np.asarray((self.above(self.artefact, AUDIBLE) > ARTEFACT).any(axis=0))
+
+    def above(self, share: FloatArray, part: float) -> FloatArray:
+        """Shares of power (T, m) where their rms is above a part of the maximum's, else 0."""
+        return np.where(np.sqrt(share) * self.level > part, share, 0.0)
 
 
 def emg_quality(recording: Recording) -> EmgQuality:
@@ -109,7 +116,6 @@ def emg_quality(recording: Recording) -> EmgQuality:
     mains = int(lines.sum(axis=(1, 2)).argmax())
     rms = np.array([one.std(axis=0) for one in raw])
     mvc, rest = (_levels(recording, column) for column in (mvc_column, rest_column))
-    hum_rms = np.sqrt(lines[mains]) * rms
     return EmgQuality(
         trials=tuple(str(t) for t in recording.trials["trial"]),
         muscles=recording.muscles,
@@ -117,8 +123,8 @@ def emg_quality(recording: Recording) -> EmgQuality:
         saturated=np.array([_saturated(one) for one in raw]),
         mains_hz=MAINS_HZ[mains],
         hum=lines[mains],
-        hum_level=None if mvc is None else hum_rms / (mvc * np.sqrt(np.pi / 2)),
         artefact=np.array([_below(f, p, ARTEFACT_HZ) for f, p in spectra]),
+        level=np.ones_like(rms) if mvc is None else rms / (mvc * np.sqrt(np.pi / 2)),
         snr_db=None if rest is None else _snr_db(rms, rest * np.sqrt(np.pi / 2)),
     )
 
@@ -198,21 +204,17 @@ def _rate(recording: Recording) -> Check:
 
 def _signal(q: EmgQuality) -> tuple[Check, ...]:
     """Checks of flat, saturated, humming, moving and weak channels."""
-    loud = q.hum if q.hum_level is None else np.where(q.hum_level > LOUD_HUM, q.hum, 0.0)
+    never = np.inf
+    mains = f"{{:.0f}} % of the power is hum at multiples of {q.mains_hz:g} Hz"
+    moved = f"{{:.0f}} % of the power is below {ARTEFACT_HZ:g} Hz: the electrodes move"
+    hum, loud = 100 * q.above(q.hum, AUDIBLE), 100 * q.above(q.hum, LOUD)
+    artefact = 100 * q.above(q.artefact, AUDIBLE)
     made = [
-        _worst(q, "flat", q.still_s, (np.inf, LONGEST_STILL_S), "stays at one value for {:.2f} s"),
+        _worst(q, "flat", q.still_s, (never, LONGEST_STILL_S), "stays at one value for {:.2f} s"),
         _worst(q, "saturated", 100 * q.saturated, _percent(SATURATED), "{:.1f} % at its extreme"),
-        _worst(
-            q, "mains", 100 * loud, (np.inf, 100 * HUM[1]), f"{{:.0f}} % is {q.mains_hz:g} Hz hum"
-        ),
-        _worst(q, "hum", 100 * q.hum, (100 * HUM[0], np.inf), _hum_text(q)),
-        _worst(
-            q,
-            "artefact",
-            100 * q.artefact,
-            (100 * ARTEFACT, np.inf),
-            f"{{:.0f}} % of the power is below {ARTEFACT_HZ:g} Hz: electrodes that move",
-        ),
+        _worst(q, "mains", loud, (never, 100 * HUM[1]), mains),
+        _worst(q, "hum", hum, (100 * HUM[0], never), mains),
+        _worst(q, "artefact", artefact, (100 * ARTEFACT, never), moved),
     ]
     if q.snr_db is not None:
         made.append(_snr(q, q.snr_db))
@@ -225,10 +227,6 @@ def _snr(q: EmgQuality, snr_db: FloatArray) -> Check:
     m = int(best.argmin())
     text = f"{q.muscles[m]}: at most {best[m]:.0f} dB over the silent muscle"
     return Check("SNR", "warning" if best[m] < LOW_SNR_DB else "ok", text)
-
-
-def _hum_text(q: EmgQuality) -> str:
-    return f"{{:.0f}} % of the power is hum at multiples of {q.mains_hz:g} Hz"
 
 
 def _percent(limits: tuple[float, float]) -> tuple[float, float]:

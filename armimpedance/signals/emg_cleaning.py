@@ -91,8 +91,8 @@ def clean_emg(recording: Recording, *, band_hz: tuple[float, float] | None = Non
         worst = np.unravel_index(int(quality.hum.argmax()), quality.hum.shape)
         notes.append(
             f"hum at multiples of {quality.mains_hz:g} Hz taken out of "
-            f"{int(quality.humming.sum())} channels (at most {100 * quality.hum[worst]:.0f} % of the "
-            f"power, trial {quality.trials[worst[0]]}, {quality.muscles[worst[1]]})"
+            f"{int(quality.humming.sum())} channels (at most {100 * quality.hum[worst]:.0f} % "
+            f"of the power, trial {quality.trials[worst[0]]}, {quality.muscles[worst[1]]})"
         )
         warnings = (*warnings, *_hum_left(recording, emg))
     if band_hz is not None:
