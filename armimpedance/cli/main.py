@@ -27,6 +27,7 @@ COMMANDS = {
     "compare": "what differs between groups of trials, and whether chance could do it",
     "passive": "stiffness, viscosity and friction of relaxed joints (motion capture or torque)",
     "body": "masses and inertias of a moving body from contact forces; a robot's from its torques",
+    "elbow": "one joint under a random perturbation: I, B, K, over time, over EMG",
     "discriminate": "can one number tell two groups of people apart?",
     "convert": "turn a lab's files into a recording",
     "figures": "draw the sources' figures from simulated subjects",
@@ -49,6 +50,10 @@ Relaxed joints and moving bodies, from motion capture:
   armimpedance passive relaxed --rest-angle 1.5 --out fit.json
   armimpedance simulate body --out session
   armimpedance body session --out body.json
+
+One joint under a random perturbation, as of an exoskeleton:
+  armimpedance simulate elbow --out session
+  armimpedance elbow session --out fit.json
 """
 
 

@@ -6,6 +6,7 @@ Examples:
   armimpedance simulate force --disturbance biphasic --servo 5000 --out session
   armimpedance simulate p5 --subject 2 --out relaxed
   armimpedance simulate body --out walking
+  armimpedance simulate elbow-varying --subject 3 --frequency-hz 1.5 --out moving
 
 Experiments of Tsuji (1997): postures (relaxed, 20 hand locations for subject A, 11 for B to D),
 cocontraction (0 to 30 % MVC), force (0.5 to 3 x 9.8 N). The folder also gets truth.json: M, B and
@@ -14,6 +15,11 @@ K of the simulated limb, found by differentiating the simulated plant.
 Rigs of moving bodies: p5 (a relaxed arm swings while the trunk is shaken) and release (the forearm
 is lifted and let go), after Venture, markers at 30 frames/s, subjects 1 and 2; body (twelve motions
 on two force plates, joint angles and contact forces, subjects A and B).
+
+The elbow in a powered exoskeleton, after Ruiz (2011), subjects 1 to 4, with raw EMG: elbow (a held
+posture, random torque), elbow-cocontraction (levels of both muscles), elbow-varying (stiffness goes
+up and down), elbow-calibration (isometric, for the index of co-contraction), elbow-spring,
+elbow-damper, elbow-inertia (a rhythmic movement against a rendered load).
 """
 
 from __future__ import annotations
@@ -24,11 +30,19 @@ from typing import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
     from armimpedance.records import Recording
+    from manipulandum_sim.exo_truth import ElbowTruth
     from manipulandum_sim.robot import Servo
     from manipulandum_sim.truth import Truth
 
 TRUTH_FILE = "truth.json"
-RIGS = ("p5", "release", "body")
+ELBOW_TESTS = {
+    "elbow": "posture",
+    **{
+        f"elbow-{test}": test
+        for test in ("cocontraction", "varying", "calibration", "spring", "damper", "inertia")
+    },
+}
+RIGS = ("p5", "release", "body", *ELBOW_TESTS)
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -36,19 +50,29 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "experiment",
         metavar="RIG|EXPERIMENT",
-        help="postures, cocontraction, force; p5, release, body",
+        help="postures, cocontraction, force; p5, release, body; elbow, elbow-varying, ...",
     )
     parser.add_argument("--out", type=Path, required=True, metavar="FOLDER")
     parser.add_argument(
         "--subject",
         metavar="NAME",
-        help="A (default) to D; p5, release: 1 (default) or 2; body: A (default) or B",
+        help="A (default) to D; p5, release: 1 (default) or 2; body: A (default) or B; elbow: 1 "
+        "(default) to 4",
     )
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--sets", type=int, default=5, help="sets of 8 disturbances (default: 5)")
+    parser.add_argument(
+        "--sets",
+        type=int,
+        default=5,
+        help="sets of 8 disturbances; elbow: repetitions (default: 5)",
+    )
     parser.add_argument("--noise", default="nominal", help="nominal (default), sensor or none")
     parser.add_argument("--disturbance", default="minimum_jerk", metavar="SHAPE")
-    parser.add_argument("--duration-s", type=float, default=0.3)
+    parser.add_argument(
+        "--duration-s",
+        type=float,
+        help="of a disturbance (default: 0.3); elbow: of a trial (default: 10)",
+    )
     parser.add_argument("--amplitude-mm", type=float, default=5.0)
     parser.add_argument(
         "--servo",
@@ -62,6 +86,18 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="a stretch reflex, delayed by 55 ms, of this share of the stiffness",
     )
     parser.add_argument("--markers", action="store_true", help="body: 35 markers, not joint angles")
+    parser.add_argument(
+        "--commanded", action="store_true", help="elbow: hold the motor's torque, of arm and device"
+    )
+    parser.add_argument(
+        "--perturbation", choices=("white", "prbs"), help="elbow: default white, below 10 Hz"
+    )
+    parser.add_argument(
+        "--frequency-hz", type=float, metavar="HZ", help="elbow-varying: default 0.7"
+    )
+    parser.add_argument(
+        "--law", choices=("linear", "saturating"), help="elbow: of stiffness over EMG"
+    )
     parser.add_argument("--table", choices=("parquet", "csv"), default="parquet")
 
 
@@ -70,12 +106,16 @@ def run(arguments: argparse.Namespace) -> int:
     from armimpedance.cli.checks import check_seed
     from armimpedance.cli.inspect import describe
     from armimpedance.cli.progress import bar
+    from armimpedance.cli.simulate_elbow import refuse_elbow_options, simulate_elbow_test
     from armimpedance.errors import InputError
     from manipulandum_sim.experiments import EXPERIMENTS
     from manipulandum_sim.rig import Reflex
     from manipulandum_sim.simulate import simulate
 
     check_seed(arguments.seed)
+    if arguments.experiment in ELBOW_TESTS:
+        return simulate_elbow_test(arguments, ELBOW_TESTS[arguments.experiment])
+    refuse_elbow_options(arguments)
     if arguments.experiment in RIGS:
         from armimpedance.cli.simulate_rigs import simulate_rig
 
@@ -93,7 +133,7 @@ def run(arguments: argparse.Namespace) -> int:
             sets=arguments.sets,
             progress=progress,
             disturbance=arguments.disturbance,
-            duration_s=arguments.duration_s,
+            duration_s=0.3 if arguments.duration_s is None else arguments.duration_s,
             amplitude_m=arguments.amplitude_mm / 1e3,
             noise=arguments.noise,
             servo=_servo(arguments.servo),
@@ -105,7 +145,10 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def write_simulated(
-    recording: Recording, truth: Truth, folder: Path, table: Literal["parquet", "csv"] = "parquet"
+    recording: Recording,
+    truth: Truth | ElbowTruth,
+    folder: Path,
+    table: Literal["parquet", "csv"] = "parquet",
 ) -> None:
     """Write a recording with its truth beside it, both or neither."""
     from armimpedance.outputs import RECORDING_FILES, staged_folder

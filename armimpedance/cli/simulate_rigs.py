@@ -19,7 +19,7 @@ _BODY: Final = {"nominal": (0.001, 1.0, 0.5), "sensor": (0.001, 1.0, 0.5), "none
 #: Options of the hand's experiments and what they are when nobody gives them.
 _HAND_ONLY: Final = {
     "disturbance": "minimum_jerk",
-    "duration_s": 0.3,
+    "duration_s": None,
     "amplitude_mm": 5.0,
     "servo": None,
     "reflex": None,

@@ -6,12 +6,14 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from armimpedance.elbow.emg_law_result import EmgLaw, LinearLaw
 from armimpedance.elbow.frequency_response import frequency_response, model_compliance
 from armimpedance.elbow.result import ElbowFit, VaryingImpedance
 from armimpedance.elbow.samples import JointSamples
 from armimpedance.errors import InputError
 from armimpedance.plots.style import (
     OKABE_ITO,
+    ONE_COLUMN_IN,
     TWO_COLUMNS_IN,
     label_axes,
     new_axes,
@@ -20,12 +22,16 @@ from armimpedance.plots.style import (
 )
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from armimpedance.records import FloatArray
 
 _ROW_IN = 1.8
+#: Below it a gain is noise.
+_LEAST_COHERENCE = 0.3
 _LABELS = {"K": "K (Nm/rad)", "B": "B (Nm s/rad)"}
 
 
@@ -85,7 +91,8 @@ def plot_varying_both(varying: VaryingImpedance, trial: int = 0) -> Figure:
 def plot_frequency_response(samples: JointSamples, fit: ElbowFit) -> Figure:
     """Compliance over frequency, measured without a model and as I, B and K predict it.
 
-    Gain, phase and coherence, one below the other. Where they part, a second-order joint does not
+    Gain, phase and coherence, one below the other; without coherence nothing was measured, and no
+    gain is drawn. Where the two part, a second-order joint does not
     hold: a reflex, a soft strap, a delay between the channels.
     """
     measured = frequency_response(samples)
@@ -94,16 +101,59 @@ def plot_frequency_response(samples: JointSamples, fit: ElbowFit) -> Figure:
     look = {"color": OKABE_ITO["blue"], "marker": ".", "ms": 2.5, "lw": 0.6, "label": "measured"}
     with print_style():
         gain, phase, coherence = figure.subplots(3, sharex=True, height_ratios=(3, 2, 1.4))
-        gain.loglog(f, np.abs(measured.compliance), **look)
-        phase.semilogx(f, np.degrees(np.angle(measured.compliance)), **look)
+        shown = np.where(measured.coherence > _LEAST_COHERENCE, measured.compliance, np.nan)
+        gain.loglog(f, np.abs(shown), **look)
+        phase.semilogx(f, np.degrees(np.angle(shown)), **look)
         coherence.semilogx(f, measured.coherence, **look)
         name = f"I, B, K of method {fit.summary.method}"
         line = {"color": OKABE_ITO["vermillion"], "lw": 1.4, "label": name}
         gain.loglog(f, np.abs(model), **line)
         phase.semilogx(f, np.degrees(np.angle(model)), **line)
         coherence.set_ylim(0, 1.05)
+        coherence.xaxis.set_major_formatter("{x:g}")
         gain.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.2)
     label_axes(gain, " ", "gain (rad/Nm)")
     label_axes(phase, " ", "phase (deg)")
     label_axes(coherence, "frequency (Hz)", "coherence")
+    return figure
+
+
+def plot_law(
+    law: LinearLaw, value: FloatArray, sd: FloatArray, amplitude: FloatArray, ax: Axes | None = None
+) -> Axes:
+    """Measured values over those that the law gives for the same EMG, with 95 % error bars.
+
+    Parameters
+    ----------
+    law : LinearLaw
+    value, sd : (L,)
+        Of each trial, and its standard error.
+    amplitude : (L, m)
+    ax : Axes, optional
+    """
+    predicted = law.predict(amplitude).value
+    with print_style():
+        ax = new_axes(ONE_COLUMN_IN, ONE_COLUMN_IN) if ax is None else ax
+        low, high = min(predicted.min(), value.min()), max(predicted.max(), value.max())
+        ax.plot([low, high], [low, high], color="0.6", lw=0.8, label="equal")
+        ax.errorbar(
+            predicted, value, 1.96 * sd, fmt="o", ms=3, color=OKABE_ITO["blue"], elinewidth=0.7
+        )
+        ax.set_title(f"{law.symbol} over EMG, R$^2$ {law.r2:.2f}", loc="left")
+        name = _LABELS[law.symbol]
+        label_axes(ax, f"{name}, from EMG", f"{name}, measured")
+    return ax
+
+
+def plot_emg_law(law: EmgLaw, fits: Sequence[ElbowFit], amplitude: FloatArray) -> Figure:
+    """The law of K and, where there is one, of B, side by side."""
+    pairs = [(law.stiffness, [f.stiffness for f in fits])]
+    if law.viscosity is not None:
+        pairs.append((law.viscosity, [f.viscosity for f in fits]))
+    figure = new_figure(TWO_COLUMNS_IN if len(pairs) > 1 else ONE_COLUMN_IN, ONE_COLUMN_IN)
+    with print_style():
+        axes = figure.subplots(1, len(pairs), squeeze=False)[0]
+    for ax, (one, given) in zip(axes, pairs, strict=True):
+        value, sd = (np.array([getattr(g, n) for g in given]) for n in ("value", "sd_robust"))
+        plot_law(one, value, sd, amplitude, ax)
     return figure

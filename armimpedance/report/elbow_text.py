@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Mapping, Sequence
+from dataclasses import fields, is_dataclass
 from typing import Any
 
 import numpy as np
@@ -131,11 +132,18 @@ def elbow_object(fit: ElbowFit, parts: Mapping[str, ElbowFit] | None = None) -> 
         "snr_db": {"torque": fit.snr.torque_db, "angle": fit.snr.angle_db},
         "residual_whiteness": vars(fit.whiteness),
         "preparation": list(fit.preparation),
-        "details": dict(fit.details),
+        "details": {name: _plain(value) for name, value in fit.details.items()},
         "parts": [
             {"part": label, **summary_object(part.summary)} for label, part in (parts or {}).items()
         ],
     }
+
+
+def _plain(value: Any) -> Any:
+    """Records as mappings, for JSON."""
+    if is_dataclass(value) and not isinstance(value, type):
+        return {f.name: _plain(getattr(value, f.name)) for f in fields(value)}
+    return [_plain(v) for v in value] if isinstance(value, (list, tuple)) else value
 
 
 def _filled(sentences: Sequence[str]) -> list[str]:
