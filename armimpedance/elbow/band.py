@@ -99,7 +99,7 @@ def band_of(prepared: Prepared) -> Band:
         whole: Complex = np.fft.rfft(pair, axis=1).astype(np.complex128) / np.sqrt(count)
         torque, angle = whole[:, 1 : n + 1]
         relative = 1j * np.arange(1, n + 1) / n
-        ends = relative[:, None] ** np.arange(-1, END_DEGREE + 1)
+        ends = (relative[:, None] ** np.arange(-1, END_DEGREE + 1)).astype(np.complex128)
         s = 2j * np.pi * rate / count * np.arange(1, n + 1)
         trials.append(Bins(s, torque, angle, ends, count / rate))
     noise = [

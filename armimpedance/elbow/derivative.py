@@ -14,7 +14,7 @@ import numpy as np
 from armimpedance.elbow.band import Band, start_values
 from armimpedance.elbow.discrete import joint_model
 from armimpedance.elbow.estimate import Estimate, Rows, Solved, ramp_and_start, solve_rows, without
-from armimpedance.elbow.instruments import simulated, weighed
+from armimpedance.elbow.instruments import simulated, weighed, whitening
 from armimpedance.elbow.preparation import Prepared, without_ramp
 from armimpedance.elbow.result import NAMES
 from armimpedance.errors import EstimationError
@@ -38,7 +38,7 @@ def solve(prepared: Prepared, band: Band) -> Estimate:
     values = start_values(band)
     kernels = spline_kernels(KERNEL_PERIODS / prepared.band_hz, prepared.source.sample_rate_hz)
     for _ in range(_ROUNDS):
-        solved = _round(prepared, kernels, values)
+        solved = _round(prepared, kernels, values, whitening(band, values))
         estimate = Estimate(
             solved.parameters,
             solved.covariance,
@@ -57,10 +57,10 @@ def solve(prepared: Prepared, band: Band) -> Estimate:
     )
 
 
-def _round(prepared: Prepared, kernels: Kernels, values: FloatArray) -> Solved:
+def _round(prepared: Prepared, kernels: Kernels, values: FloatArray, white: FloatArray) -> Solved:
     samples, keep = prepared.source, prepared.decimation
     rate = samples.sample_rate_hz
-    model = joint_model(values, rate)
+    model, whitener = joint_model(values, rate), joint_model(white, rate)
     rows = []
     for row in range(samples.n_trials):
         inside = samples.samples_of(row)
@@ -70,7 +70,7 @@ def _round(prepared: Prepared, kernels: Kernels, values: FloatArray) -> Solved:
             clean = without_ramp(samples.perturbation[inside])
         X, Z = _columns(angle, kernels), _columns(simulated(model, clean), kernels)
         y = _smoothed(torque, kernels.smooth)
-        columns = weighed(model, np.column_stack([X, Z, y, ramp_and_start(len(y))]))[::keep]
+        columns = weighed(whitener, np.column_stack([X, Z, y, ramp_and_start(len(y))]))[::keep]
         X, Z, y = without(columns[:, 7:], columns[:, :3], columns[:, 3:6], columns[:, 6])
         rows.append(Rows(X, Z, y, len(y) * keep / rate))
     return solve_rows(rows, NAMES)

@@ -4,7 +4,7 @@
 holds the device's perturbation they are made from that: neither the sensors' noise nor the
 subject's own torque, to which the measured one reacts, is in them. Else the angle is simulated
 from the measured torque, whose noise inside the band remains. Model, instruments and the filter
-``A(1)/A(q)`` that weighs the rows are refined in turn (P. C. Young, Recursive Estimation and
+that makes the noise of the rows white are refined in turn (P. C. Young, Recursive Estimation and
 Time-Series Analysis, 2nd ed. 2011, chapter 7).
 """
 
@@ -38,7 +38,7 @@ def solve(prepared: Prepared, band: Band) -> Estimate:
     rate = prepared.sample_rate_hz
     values = start_values(band)
     for _ in range(_ROUNDS):
-        solved = _round(prepared, joint_model(values, rate))
+        solved = _round(prepared, values, whitening(band, values))
         found = to_continuous(model_of(solved.parameters, rate, "tustin"))
         change = float(np.abs(found / values - 1).max())
         values = found
@@ -50,7 +50,9 @@ def solve(prepared: Prepared, band: Band) -> Estimate:
     )
 
 
-def _round(prepared: Prepared, model: DiscreteModel) -> Solved:
+def _round(prepared: Prepared, values: FloatArray, white: FloatArray) -> Solved:
+    rate = prepared.sample_rate_hz
+    model, whitener = joint_model(values, rate), joint_model(white, rate)
     rows = []
     for row in range(prepared.n_trials):
         whole, edge = prepared.samples_of(row), prepared.edge
@@ -60,9 +62,9 @@ def _round(prepared: Prepared, model: DiscreteModel) -> Solved:
         table = lagged(angle[inner], torque[inner], "tustin")
         instruments = lagged(simulated(model, clean)[inner], clean[inner], "tustin").X
         columns = np.column_stack([table.X, instruments, table.y, ramp_and_start(len(table.y))])
-        filtered = weighed(model, columns)
+        filtered = weighed(whitener, columns)
         X, Z, y = without(filtered[:, 7:], filtered[:, :3], filtered[:, 3:6], filtered[:, 6])
-        rows.append(Rows(X, Z, y, len(y) / prepared.sample_rate_hz))
+        rows.append(Rows(X, Z, y, len(y) / rate))
     return solve_rows(rows, COLUMNS["tustin"])
 
 
@@ -79,3 +81,18 @@ def weighed(model: DiscreteModel, columns: FloatArray) -> FloatArray:
 
     gain = float(model.denominator.sum())
     return np.asarray(lfilter([gain], model.denominator, columns, axis=0))
+
+
+def whitening(band: Band, values: FloatArray) -> FloatArray:
+    """The I, B, K (3,) of the filter ``1/(I s^2 + B s + K)`` that makes the equation's noise white.
+
+    Its power ``s_theta^2 |Z|^2 + s_tau^2`` is ``s_theta^2 |I s^2 + B' s + K'|^2`` with
+    ``K'^2 = K^2 + (s_tau / s_theta)^2`` and ``B'^2 = B^2 + 2 I (K' - K)``. Without a floor of the
+    angle its own error is weighed, K' = K.
+    """
+    if band.angle_noise == 0:
+        return values
+    inertia, viscosity, stiffness = values
+    stiffer = np.sqrt(stiffness**2 + band.torque_noise / band.angle_noise)
+    more = np.sqrt(viscosity**2 + 2 * inertia * (stiffer - stiffness))
+    return np.array([inertia, more, stiffer])
