@@ -38,7 +38,7 @@ class Electrodes:
     noise_V: float = 2e-6
     hum_V: float = 2e-6
     hum_hz: float = 50.0
-    artefact: float = 2e-5
+    artefact: float = 1e-5
 
     def __post_init__(self) -> None:
         sizes = (self.noise_V, self.hum_V, self.artefact)

@@ -241,7 +241,12 @@ class _Step:
     def __init__(self, drive: Drive, device: Exoskeleton) -> None:
         self._drive, self._device = drive, device
         self._all = drive.inertia + device.inertia
-        self._half = float(np.exp(-0.5 / (RATE_HZ * device.motor_lag_s)))
+        steps = 1 / (RATE_HZ * device.motor_lag_s)
+        self._last = float(np.exp(-steps))
+        # For a torque that depends on time alone the step comes down to Simpson's rule. The middle
+        # is what makes that exact for the motor's decay, 2e-5 from the decay's own middle.
+        mean = (1 - self._last) / steps
+        self._middle = (6 * mean - 1 - self._last) / 4
 
     def acceleration(
         self, n: int, angle: FloatArray, rate: FloatArray, motor: FloatArray
@@ -266,8 +271,8 @@ class _Step:
     ) -> FloatArray:
         """From sample k to the next under a held command; `first` is the acceleration at k."""
         h, (angle, v1, motor), n = 1 / RATE_HZ, state, 2 * k
-        middle = command + (motor - command) * self._half
-        last = command + (motor - command) * self._half**2
+        middle = command + (motor - command) * self._middle
+        last = command + (motor - command) * self._last
         v2 = v1 + h / 2 * first
         a2 = self.acceleration(n + 1, angle + h / 2 * v1, v2, middle)
         v3 = v1 + h / 2 * a2

@@ -25,7 +25,7 @@ from .exo_truth import ElbowTruth
 TorqueColumn = Literal["interaction", "commanded"]
 
 #: Seconds before the record in which the motion settles.
-RUN_IN_S: Final = 3.0
+RUN_IN_S: Final = 2.0
 #: A trial stopped before this is no recording, s.
 LEAST_S: Final = 1.0
 #: Longest trial, s.
@@ -242,7 +242,7 @@ def _isometric(plan: Protocol, forces: _Forces, limits: Limits) -> Motion:
 
 def _refuse_short(motion: Motion, clock: _Clock) -> None:
     lasted = (motion.stop - clock.run_in) / RATE_HZ
-    if (lasted < LEAST_S).any() and (motion.cause > 0).any():
+    if (lasted < LEAST_S).any():
         row = int(np.argmin(lasted))
         raise InputError(
             f"trial {row + 1} is stopped by the {CAUSES[motion.cause[row]]} limit "
