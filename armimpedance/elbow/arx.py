@@ -2,96 +2,88 @@
 
 ``y(t) = -a1 y(t-1) - a2 y(t-2) + b1 u(t-nk) + ... + e(t)``. Measured angles stand on both sides:
 their noise biases the estimate unless a filter took it away first. For torque without steps the
-bilinear structure holds with ``b = b1 (1, 2, 1)``, so that three numbers are fitted for three.
+bilinear structure holds with ``b = b1 (1, 2, 1)``, so that three numbers are fitted for three; the
+three b of nb = 3 can be left free, as at a low rate, where they take up what it warps.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
 
-from armimpedance.elbow.band import Band
-from armimpedance.elbow.discrete import DiscreteModel, Structure, jacobian, to_continuous
-from armimpedance.elbow.estimate import Estimate, Rows, Solved, ramp, solve_rows, without
+from armimpedance.elbow.band import Band, start_values
+from armimpedance.elbow.discrete import Structure
+from armimpedance.elbow.estimate import Estimate, Rows, ramp, solve_rows, without
+from armimpedance.elbow.lagged import FREE, SHAPE, column_names, lagged, to_estimate
+from armimpedance.elbow.noise_bias import LARGEST, in_words, predicted_bias
+from armimpedance.elbow.output_error import fit_band
 from armimpedance.elbow.preparation import Prepared
+from armimpedance.errors import InputError
 from armimpedance.records import FloatArray
 
-#: What the fitted parameters are called.
-COLUMNS: Final = {"zoh": ("a1", "a2", "b1", "b2"), "tustin": ("a1", "a2", "b1")}
-#: b = SHAPE (nb, columns) @ fitted.
-SHAPE: Final = {"zoh": np.eye(2), "tustin": np.array([[1.0], [2.0], [1.0]])}
-
-
-@dataclass(frozen=True)
-class Lagged:
-    """Rows of one trial before nuisance is taken off: y (S,) and its lagged columns X (S, p)."""
-
-    X: FloatArray
-    y: FloatArray
-
-
-def lagged(angle: FloatArray, torque: FloatArray, structure: Structure) -> Lagged:
-    """``y(t)`` and ``[-y(t-1), -y(t-2), u ...]`` for t from the third sample on."""
-    now, one, two = angle[2:], angle[1:-1], angle[:-2]
-    if structure == "zoh":
-        inputs = [torque[1:-1], torque[:-2]]
-    else:
-        inputs = [torque[2:] + 2 * torque[1:-1] + torque[:-2]]
-    return Lagged(np.column_stack([-one, -two, *inputs]), now)
-
-
-def model_of(parameters: FloatArray, rate_hz: float, structure: Structure) -> DiscreteModel:
-    """The difference equation of fitted parameters."""
-    return DiscreteModel(parameters[:2], SHAPE[structure] @ parameters[2:], rate_hz, structure)
+#: Below so many samples per period of the band's edge the three b are left free.
+WARPED: Final = 20
 
 
 def solve(prepared: Prepared, band: Band) -> Estimate:
-    """Least squares, bilinear structure.
+    """Least squares, bilinear structure; the interval holds the bias that sensors' noise makes.
 
     Raises
     ------
+    InputError
+        Samples that were neither filtered nor decimated, and noise that would decide the outcome.
     EstimationError
         The fitted poles or gain are no joint's.
     NotIdentifiableError
         The record does not tell the coefficients apart.
     """
-    del band
-    return solve_structure(prepared, "tustin")
+    free = prepared.sample_rate_hz < WARPED * prepared.band_hz
+    reference = fit_band(band, start_values(band))
+    bias = predicted_bias(prepared, band, reference, "tustin", free=free)
+    large = bias is None or bool((np.abs(bias) > LARGEST).any())
+    if large and prepared.cutoff_hz is None and prepared.decimation == 1:
+        raise InputError(
+            f"arx on raw samples at {prepared.sample_rate_hz:g} Hz: noise of the sensors would "
+            f"give {in_words(bias)}",
+            expected="a low-pass or decimation (automatic if not told), or method iv or "
+            "output-error",
+        )
+    estimate = solve_structure(prepared, "tustin", free=free)
+    if bias is None:
+        return replace(estimate, warnings=(_warning(bias),))
+    # What is known to be off by b (3,) is uncertain by it: C (3, 3) + b b^T
+    off = bias * estimate.values
+    return replace(
+        estimate,
+        covariance=estimate.covariance + np.outer(off, off),
+        details={**estimate.details, "predicted_bias": tuple(bias)},
+        warnings=(_warning(bias),) if large else (),
+    )
 
 
-def solve_structure(prepared: Prepared, structure: Structure) -> Estimate:
-    """Least squares in one of the two structures.
+def _warning(bias: FloatArray | None) -> str:
+    return (
+        f"noise of the sensors and the rate would by themselves give {in_words(bias)}; the "
+        "intervals allow for it; method iv or output-error has no such bias"
+    )
+
+
+def solve_structure(prepared: Prepared, structure: Structure, *, free: bool = False) -> Estimate:
+    """Least squares in one of the two structures, its b in their proportions or `free`.
 
     Raises
     ------
     EstimationError, NotIdentifiableError
         As `solve`.
     """
+    shape = (FREE if free else SHAPE)[structure]
     rows = []
     for row in range(prepared.n_trials):
         inside = prepared.inside(row)
-        table = lagged(prepared.angle[inside], prepared.torque[inside], structure)
+        table = lagged(prepared.angle[inside], prepared.torque[inside], structure, shape)
         X, y = without(ramp(len(table.y)), table.X, table.y)
         rows.append(Rows(X, X, y, len(y) / prepared.sample_rate_hz))
-    solved = solve_rows(rows, COLUMNS[structure])
-    return to_estimate(solved, prepared.sample_rate_hz, structure)
-
-
-def to_estimate(solved: Solved, rate_hz: float, structure: Structure) -> Estimate:
-    """I, B, K and their covariances by the delta method."""
-    model = model_of(solved.parameters, rate_hz, structure)
-    # D (3, p) = dI,B,K/d(a, b) (3, 2 + nb) d(a, b)/d(fitted) (2 + nb, p)
-    chain = np.zeros((2 + len(model.b), len(solved.parameters)))
-    chain[:2, :2], chain[2:, 2:] = np.eye(2), SHAPE[structure]
-    D = jacobian(model) @ chain
-    return Estimate(
-        to_continuous(model),
-        D @ solved.covariance @ D.T,
-        D @ solved.classical @ D.T,
-        solved.dof,
-        solved.n,
-        solved.conditioning,
-        {"discrete": model},
-    )
+    solved = solve_rows(rows, column_names(shape))
+    return to_estimate(solved, prepared.sample_rate_hz, structure, shape)

@@ -6,14 +6,12 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.elbow.band import Band, band_of, explained, start_values
+from armimpedance.elbow.band import Band, band_of, explained
 from armimpedance.elbow.checks import check_samples
 from armimpedance.elbow.estimate import Estimate
 from armimpedance.elbow.methods import DEFAULT, Method, method_named
 from armimpedance.elbow.orders import OrderScore, compare_orders, order_warning
-from armimpedance.elbow.output_error import fit_band
 from armimpedance.elbow.preparation import Cutoff, Decimation, Prepared, prepare
-from armimpedance.elbow.raw_bias import refuse_raw
 from armimpedance.elbow.result import NAMES, UNITS, ChannelSnr, ElbowFit, Whiteness
 from armimpedance.elbow.samples import JointSamples
 from armimpedance.elbow.snr import channel_snr
@@ -62,8 +60,6 @@ def identify_elbow(
     refuse_low_snr(snr, chosen)
     prepared = prepare(samples, cutoff_hz, decimation)
     band = band_of(prepared)
-    if chosen.name == "arx":
-        refuse_raw(prepared, band, fit_band(band, start_values(band)))
     estimate = chosen.identify(prepared, band)
     r2 = explained(band, estimate.values)
     white = residual_whiteness(band, estimate.values)

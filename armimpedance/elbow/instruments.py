@@ -14,10 +14,10 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.elbow.arx import COLUMNS, lagged, model_of, to_estimate
 from armimpedance.elbow.band import Band, start_values
 from armimpedance.elbow.discrete import DiscreteModel, joint_model, to_continuous
 from armimpedance.elbow.estimate import Estimate, Rows, Solved, ramp_and_start, solve_rows, without
+from armimpedance.elbow.lagged import SHAPE, column_names, lagged, model_of, to_estimate
 from armimpedance.elbow.preparation import Prepared
 from armimpedance.errors import EstimationError
 from armimpedance.records import FloatArray
@@ -65,7 +65,7 @@ def _round(prepared: Prepared, values: FloatArray, white: FloatArray) -> Solved:
         filtered = weighed(whitener, columns)
         X, Z, y = without(filtered[:, 7:], filtered[:, :3], filtered[:, 3:6], filtered[:, 6])
         rows.append(Rows(X, Z, y, len(y) / rate))
-    return solve_rows(rows, COLUMNS["tustin"])
+    return solve_rows(rows, column_names(SHAPE["tustin"]))
 
 
 def simulated(model: DiscreteModel, torque: FloatArray) -> FloatArray:
