@@ -10,8 +10,9 @@ from armimpedance.records import FloatArray
 
 from .exo_device import RATE_HZ
 
-#: Slow voluntary torque, an Ornstein-Uhlenbeck process: sd Nm, time constant s.
-VOLUNTARY_Nm: Final = 0.3
+#: Slow voluntary torque, an Ornstein-Uhlenbeck process: sd Nm, time constant s. A few per cent of
+#: the 2 to 6 Nm that each muscle holds: a contraction is not steadier than that.
+VOLUNTARY_Nm: Final = 0.15
 VOLUNTARY_S: Final = 0.8
 #: Physiological tremor: sd of its torque Nm, band Hz.
 TREMOR_Nm: Final = 0.05
