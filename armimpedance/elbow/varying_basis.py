@@ -1,0 +1,142 @@
+"""B(t) and K(t) as sums of known functions: one weighted regression, solved again about itself."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from armimpedance.elbow.varying_data import VaryingData
+from armimpedance.elbow.varying_equation import (
+    Course,
+    Linearised,
+    linearise,
+    solve_gram,
+    with_offsets,
+)
+from armimpedance.errors import EstimationError
+from armimpedance.records import FloatArray
+
+ROUNDS: Final = 8
+#: K that moves by less than this part of its standard error has settled.
+SETTLED: Final = 0.02
+#: Part of the whitened residual's spectrum in which a joint moves: an excess there is no noise.
+LOW_PART: Final = 0.125
+
+
+@dataclass(frozen=True)
+class BasisFit:
+    """Coefficients of the functions of B, then of K, and what they make.
+
+    Attributes
+    ----------
+    course : Course
+    coefficients : (p,)
+        Functions of B, then of K.
+    covariance : (p, p)
+        With `excess`.
+    sd_inertia : float
+    excess : float
+        Power of the residuals where the joint moves, over that of the noise; 1 or more.
+    eq : Linearised
+        About the course.
+    """
+
+    course: Course
+    coefficients: FloatArray
+    covariance: FloatArray
+    sd_inertia: float
+    excess: float
+    eq: Linearised
+
+
+def fit_basis(
+    data: VaryingData,
+    first: Course,
+    of_B: FloatArray,
+    of_K: FloatArray,
+    error: FloatArray | None = None,
+) -> BasisFit:
+    """Solve for B = of_B b and K = of_K k.
+
+    Parameters
+    ----------
+    data : VaryingData
+    first : Course
+    of_B, of_K : (N, p_B), (N, p_K)
+        Functions at the samples.
+    error : (M, N, p_B + p_K) or None
+        Draws of what the functions carry as errors: their moments are taken off.
+
+    Raises
+    ------
+    EstimationError
+        The functions are not determined by the record, or the rounds do not settle.
+    """
+    course, pB = first, of_B.shape[1]
+    for turn in range(ROUNDS):
+        eq = linearise(data, course)
+        columns = basis_columns(eq, of_B, of_K)
+        p, covariance = _solve(eq, columns, None if error is None else error[:, eq.centre], pB)
+        b, k = p[1 : 1 + pB], p[1 + pB : 1 + pB + of_K.shape[1]]
+        new = replace(course, inertia=float(p[0]), B=of_B @ b, K=of_K @ k)
+        moved = np.abs(new.K - course.K).max()
+        course = with_offsets(new, p[1 + pB + len(k) :])
+        within = covariance[1 + pB : 1 + pB + len(k), 1 + pB : 1 + pB + len(k)]
+        typical = np.sqrt(((of_K @ within) * of_K).sum(axis=1).mean())
+        if turn and moved < SETTLED * typical:
+            break
+    else:
+        if not moved < typical:
+            raise EstimationError(f"B(t) and K(t) do not settle within {ROUNDS} rounds")
+    residual = eq.whitened((eq.y - columns @ p)[:, None])[:, 0]
+    excess = low_excess(residual)
+    inner = slice(1, 1 + pB + len(k))
+    return BasisFit(
+        course,
+        p[inner],
+        covariance[inner, inner] * excess,
+        float(np.sqrt(covariance[0, 0] * excess)),
+        excess,
+        eq,
+    )
+
+
+def basis_columns(eq: Linearised, of_B: FloatArray, of_K: FloatArray) -> FloatArray:
+    """[x2, functions of B times x1, functions of K times x0, offsets], (R, q)."""
+    at = eq.centre
+    return np.column_stack(
+        [eq.x2, of_B[at] * eq.x1[:, None], of_K[at] * eq.x0[:, None], eq.nuisance]
+    )
+
+
+def low_excess(white: FloatArray) -> float:
+    """Power of whitened residuals (R,) at low frequencies over that of white noise, 1 at least."""
+    power = np.abs(np.fft.rfft(white)) ** 2 / len(white)
+    return max(float(power[1 : max(int(LOW_PART * len(power)), 8)].mean()), 1.0)
+
+
+def _solve(
+    eq: Linearised, columns: FloatArray, error: FloatArray | None, pB: int
+) -> tuple[FloatArray, FloatArray]:
+    white = eq.whitened(np.column_stack([columns, eq.y]))
+    gram = white.T @ white
+    A, b = gram[:-1, :-1], gram[:-1, -1]
+    if error is None:
+        return solve_gram(A, b, eq.prior_sd)
+    S = error_moments(eq, columns.shape[1], error, pB)
+    p, inverse = solve_gram(A - S, b, eq.prior_sd)
+    # covariance (q, q) = (A - S)^-1 A (A - S)^-1
+    return p, inverse @ A @ inverse
+
+
+def error_moments(eq: Linearised, q: int, error: FloatArray, pB: int) -> FloatArray:
+    """``E[U^T Sigma^-1 U]`` (q, q) of regressors' errors U: functions' errors times the motion."""
+    S = np.zeros((q, q))
+    inner = slice(1, 1 + error.shape[2])
+    for draw in error:
+        motion = np.where(np.arange(error.shape[2]) < pB, eq.x1[:, None], eq.x0[:, None])
+        white = eq.whitened(draw * motion)
+        S[inner, inner] += white.T @ white / len(error)
+    return S
