@@ -17,6 +17,7 @@ from typing import Final
 
 import numpy as np
 from scipy.linalg import eigh
+from scipy.special import chdtri
 
 from armimpedance.errors import InputError, NotIdentifiableError
 from armimpedance.records import FloatArray, IntArray, frozen_array
@@ -24,8 +25,11 @@ from armimpedance.regression.equations import TrialEquations, solve_equations
 from armimpedance.signals.emg_carrier import lowpass_overlap
 from armimpedance.signals.filters import lowpass
 
-#: Below this part of a direction's length that errors do not explain: refused, and warned of.
-REFUSED, DOUBTFUL = 0.3, 0.8
+#: Reliability (the part of a direction's length that errors do not explain) below which a
+#: direction is refused, however many points there are, and below which it is warned of.
+REFUSED, DOUBTFUL = 0.2, 0.8
+#: A direction as long as errors alone make it in one sample of so many is refused too.
+BY_CHANCE: Final = 0.05
 #: A regressor takes part in a direction above this part of the largest weight.
 _TAKES_PART: Final = 0.3
 
@@ -95,14 +99,14 @@ class Corrected:
     least_certain: tuple[str, ...]
 
 
-def solve_corrected(moments: ErrorMoments, *, rows_per_cluster: int | None = None) -> Corrected:
+def solve_corrected(moments: ErrorMoments, small_sample: FloatArray | None = None) -> Corrected:
     """Coefficients from moments, and their covariance by leaving out one cluster at a time.
 
     Parameters
     ----------
     moments : ErrorMoments
-    rows_per_cluster : 1, optional
-        One row per cluster: the small-sample bias is taken off too (`small_sample_term`).
+    small_sample : (p, p), optional
+        Takes off the bias of second order: `small_sample_term`, or `small_sample_of_products`.
 
     Raises
     ------
@@ -116,9 +120,9 @@ def solve_corrected(moments: ErrorMoments, *, rows_per_cluster: int | None = Non
         raise InputError(f"{C} points for {p} coefficients", expected=f"{p + 1} or more")
     reliability, names = refuse_unreliable(moments)
     equations = moments.corrected
-    if rows_per_cluster == 1:
-        # the correction belongs to all points alike, so that leaving one out takes its share
-        A = equations.A + small_sample_term(moments) / C
+    if small_sample is not None:
+        # it belongs to all clusters alike, so that leaving one out takes its share
+        A = equations.A + small_sample / C
         equations = TrialEquations(A, equations.b, moments.names, moments.units)
     solution = solve_equations(equations, covariance="cr3")
     naive = solve_equations(moments.naive, covariance="cr3")
@@ -159,13 +163,18 @@ def refuse_unreliable(moments: ErrorMoments) -> tuple[float, tuple[str, ...]]:
     Raises
     ------
     NotIdentifiableError
-        Errors explain most of it, or a regressor is zero throughout.
+        Errors alone could show as much of it (chi squared of the clusters less one), or a
+        regressor is zero throughout.
     """
     reliability, names = _least_reliable(moments)
-    if reliability < REFUSED:
+    free = max(len(moments.cross) - 1, 1)
+    # errors alone: length^2 / expected ~ chi^2 / free, reliability = 1 - expected / length^2
+    by_chance = 1 - free / float(chdtri(free, BY_CHANCE))
+    if reliability < max(REFUSED, by_chance):
         raise NotIdentifiableError(
-            f"errors explain {100 - 100 * reliability:.0f} % of what is seen of "
-            f"{' and '.join(names)}: nothing can be told from it",
+            f"errors explain {100 - 100 * reliability:.0f} % of what is seen of a combination of "
+            f"{' and '.join(names)}: nothing can be told from it; let them vary more, one without "
+            "the other, or average longer",
             names,
         )
     return reliability, names
@@ -183,7 +192,9 @@ def _least_reliable(moments: ErrorMoments) -> tuple[float, tuple[str, ...]]:
         return 0.0, moments.names
     # S v = (1 - reliability) W^T W v
     explained, v = eigh(error / unit, scaled)
-    weight = np.abs(v[:, -1])
+    # a regressor without errors is never the reason
+    weight = np.abs(v[:, -1]) * (np.diag(error) > 0)
+    weight = weight if weight.any() else np.ones(len(weight))
     names = tuple(np.array(moments.names)[weight > _TAKES_PART * weight.max()].tolist())
     return float(np.clip(1 - explained[-1], 0.0, 1.0)), names
 
@@ -278,3 +289,23 @@ def moments_of_products(
         names=names,
         units=units,
     )
+
+
+def small_sample_of_products(W: FloatArray, noise: FloatArray, moments: ErrorMoments) -> FloatArray:
+    """`small_sample_term` where errors are related over time, (p, p), from their draws.
+
+    With ``C_d = W^T U_d``, ``T = mean of (C_d + C_d^T) M^-1 C_d``: for independent rows its
+    expectation is the four terms of `small_sample_term`, those of ``S M^-1 S`` by way of the errors
+    that are in W.
+
+    Parameters
+    ----------
+    W : (n, p)
+    noise : (D, n, p)
+    moments : ErrorMoments
+        Of these.
+    """
+    inverse = np.linalg.inv((moments.gram - moments.error).sum(axis=0))
+    # C_d (p, p) = W^T (p, n) U_d (n, p)
+    C = W.T @ noise
+    return np.asarray(((C + np.swapaxes(C, 1, 2)) @ inverse @ C).mean(axis=0))

@@ -21,6 +21,7 @@ from armimpedance.elbow.emg_errors import (
     Corrected,
     ErrorMoments,
     refuse_unreliable,
+    small_sample_term,
     solve_corrected,
 )
 from armimpedance.elbow.emg_law_result import LAW_UNITS, EmgLaw, LinearLaw, constant_and
@@ -118,7 +119,7 @@ def fit_law(
     W, S = constant_and(s), _error_covariance(s_sd)
     variance, scatter = _settled(W, y, sd, S, names)
     moments = _moments(W, y, S, variance, names)
-    found = solve_corrected(moments, rows_per_cluster=1)
+    found = solve_corrected(moments, small_sample_term(moments))
     residual = y - W @ found.coefficients
     weight = 1 / variance
     about = y - np.average(y, weights=weight)
@@ -193,7 +194,7 @@ def _settled(
 
     Weights need the slopes and slopes the weights: in turns until both stay.
     """
-    base = np.full(len(y), max(float(y.var()), np.finfo(float).tiny))
+    base = np.full(len(y), float(y.var() + (sd**2).mean()) or 1.0)
     refuse_unreliable(_moments(W, y, S, base, names))
     variance, scatter = base, 0.0
     for _ in range(_ROUNDS):
@@ -224,6 +225,8 @@ def _unexplained(residual: FloatArray, known: FloatArray, dof: int) -> float:
 
     if most == 0 or excess(0.0) <= 0:
         return 0.0
+    if excess(most) >= 0:  # nothing else is known of the points' errors
+        return most
     return float(brentq(excess, 0.0, most, xtol=1e-14 * most, rtol=1e-13))
 
 
@@ -231,10 +234,10 @@ def _warned(law: LinearLaw, found: Corrected) -> LinearLaw:
     """The law with what a reader must know."""
     said = []
     if law.reliability < DOUBTFUL:
-        combined = " and ".join(n for n in found.least_certain if n != "constant")
         said.append(
             f"errors explain {100 - 100 * law.reliability:.0f} % of how the amplitude of "
-            f"{combined} varies: least squares is flattened by it, and the correction is rough"
+            f"{' and '.join(found.least_certain)} varies: least squares is flattened by it, and "
+            "the correction is rough"
         )
     if law.symbol in ("K", "B"):
         said += _negative(law)
