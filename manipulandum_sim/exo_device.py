@@ -11,6 +11,7 @@ from typing import Final, Literal
 
 import numpy as np
 
+from armimpedance.errors import InputError
 from armimpedance.records import FloatArray
 
 NoiseLevel = Literal["nominal", "sensor", "none"]
@@ -86,6 +87,15 @@ class Exoskeleton:
     friction: float = 0.15
     slip: float = 0.05
     motor_lag_s: float = 2e-3
+
+    def __post_init__(self) -> None:
+        taken, needed = (self.viscosity, self.friction), (self.inertia, self.slip, self.motor_lag_s)
+        # not <= 0, so that NaN is refused too
+        if not (min(taken) >= 0 and min(needed) > 0 and np.isfinite([*taken, *needed]).all()):
+            raise InputError(
+                f"a device of {self.inertia} kg m^2, {self.viscosity} Nms/rad, {self.friction} Nm",
+                expected="inertia, slip and motor lag above 0, no negative friction",
+            )
 
     def resistance(self, rate: FloatArray) -> FloatArray:
         """What viscous and Coulomb friction take, Nm."""

@@ -140,6 +140,7 @@ def simulate_elbow(
     _check(repetitions, duration_s, seed, noise, torque, frequency_hz, activation_delay_s)
     if four_muscles and test != "calibration":
         raise InputError(f"four muscles in the test {test}", expected="the test calibration")
+    electrodes = _electrodes(noise, hum_V, hum_hz, electrode_noise_V)
     seeds, limits = _Seeds(seed, own.id), _limits(velocity_limit, torque_limit)
     plan = protocol(
         test,
@@ -160,7 +161,7 @@ def simulate_elbow(
         motion = run(_drive(plan, clock, forces), device, forces.sensors, limits, progress)
     _refuse_short(motion, clock)
     wiring = Wiring(
-        electrodes=_electrodes(noise, hum_V, hum_hz, electrode_noise_V),
+        electrodes=electrodes,
         converted=noise != "none",
         four_muscles=four_muscles,
         torque=torque,
@@ -246,7 +247,7 @@ def _refuse_short(motion: Motion, clock: _Clock) -> None:
         row = int(np.argmin(lasted))
         raise InputError(
             f"trial {row + 1} is stopped by the {CAUSES[motion.cause[row]]} limit "
-            f"{lasted[row]:.2f} s after its start",
+            f"{max(lasted[row], 0.0):.2f} s after its start",
             expected=f"{LEAST_S:g} s or more: a higher limit, or a weaker perturbation",
         )
 

@@ -8,7 +8,7 @@ theirs, 1.73 m; how K and B divide among passive tissue and muscles is our choic
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Final, Literal, get_args
 
 import numpy as np
@@ -64,6 +64,11 @@ class ElbowSubject:
     posture_E: float
     mvc_F_V: float
     mvc_E_V: float
+
+    def __post_init__(self) -> None:
+        numbers = [getattr(self, f.name) for f in fields(self) if f.name != "id"]
+        if not (np.isfinite(numbers).all() and min(numbers) > 0):
+            raise InputError(f"elbow subject {self.id!r}", expected="positive numbers throughout")
 
     @property
     def mass_of_forearm_hand(self) -> float:

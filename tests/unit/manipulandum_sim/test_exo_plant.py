@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.integrate import simpson
@@ -235,3 +237,11 @@ def test_a_limit_ends_the_trial_there_and_says_so():
 def test_a_trial_stopped_at_once_is_an_error(test, limits):
     with pytest.raises(InputError, match="is stopped by the (velocity|torque) limit"):
         simulate_elbow(test, duration_s=1.0, repetitions=1, **limits)
+
+
+def test_what_is_no_device_and_no_subject_is_refused():
+    for wrong in ({"inertia": 0.0}, {"friction": -0.1}, {"viscosity": np.nan}, {"slip": np.inf}):
+        with pytest.raises(InputError, match="a device of"):
+            Exoskeleton(**wrong)
+    with pytest.raises(InputError, match="elbow subject"):
+        replace(ELBOW_SUBJECTS["1"], kF=-1.0)
