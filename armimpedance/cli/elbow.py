@@ -106,7 +106,7 @@ def _at_one_point(recording: Recording, arguments: argparse.Namespace) -> int:
 
 def _over_time(recording: Recording, arguments: argparse.Namespace) -> int:
     from armimpedance.cli.checks import naming
-    from armimpedance.cli.elbow_input import amplitudes, cutoff
+    from armimpedance.cli.elbow_input import amplitudes, band_edge
     from armimpedance.elbow.samples import from_recording
     from armimpedance.elbow.varying import identify_varying
     from armimpedance.report.elbow_text import varying_text
@@ -119,11 +119,12 @@ def _over_time(recording: Recording, arguments: argparse.Namespace) -> int:
             samples,
             method=arguments.time_varying,
             amplitude=None if emg is None else emg.amplitude,
-            amplitude_sd=None if emg is None else emg.sd,
+            # one standard error per muscle: the mean square over time
+            amplitude_sd=None if emg is None else (emg.sd**2).mean(axis=0) ** 0.5,
             window_s=arguments.window_s,
-            cutoff_hz=cutoff(arguments),
+            cutoff_hz=band_edge(arguments),
         )
-    print(varying_text(varying, () if emg is None else emg.notes))
+    print(varying_text(varying, () if emg is None else (*emg.notes, *emg.warnings)))
     if arguments.out is not None:
         write_varying(varying, arguments.out)
         print(f"\n{len(varying.time_s)} rows written to {arguments.out}")

@@ -37,8 +37,13 @@ def check_choices(arguments: argparse.Namespace) -> None:
         raise InputError("--imcj", expected="it with --emg-law")
     if (arguments.flexor or arguments.extensor) and not (law or arguments.time_varying == "emg"):
         raise InputError("--flexor, --extensor", expected="them with an analysis of EMG")
-    cutoff(arguments)
     decimation(arguments)
+    if varying:
+        if arguments.decimation != "auto":
+            raise InputError("--decimation with --time-varying", expected="a fit at one point")
+        band_edge(arguments)
+    else:
+        cutoff(arguments)
 
 
 def read_elbow(path: Path, condition: str | None) -> Recording:
@@ -160,6 +165,14 @@ def cutoff(arguments: argparse.Namespace) -> float | None | Literal["auto"]:
     if word == "auto":
         return "auto"
     return None if word == "none" else number(word, "--cutoff-hz", "more than 0 Hz, auto or none")
+
+
+def band_edge(arguments: argparse.Namespace) -> float | None:
+    """Of --cutoff-hz with --time-varying: the motion's highest frequency; None: to be chosen."""
+    found = cutoff(arguments)
+    if found is None:
+        raise InputError("--cutoff-hz none with --time-varying", expected="Hz or auto")
+    return None if found == "auto" else found
 
 
 def decimation(arguments: argparse.Namespace) -> int | Literal["auto"]:
