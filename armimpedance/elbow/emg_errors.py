@@ -12,6 +12,7 @@ the covariance is the regression core's, from clusters that are left out one at 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
@@ -149,12 +150,21 @@ def small_sample_term(moments: ErrorMoments) -> FloatArray:
     estimators serve: without it the denominator may come near zero.
     """
     S = moments.error
-    inverse = np.linalg.inv((moments.gram - S).sum(axis=0))
-    # x x^T is known as w w^T - S, so that the four terms become two:
-    # T (p, p) = sum_c w w^T M^-1 S_c + tr(M^-1 w w^T) S_c
-    traces = np.einsum("ij,cji->c", inverse, moments.gram)
-    first = moments.gram @ inverse @ S
-    return np.asarray(first.sum(axis=0) + np.einsum("c,cij->ij", traces, S))
+
+    def term(inverse: FloatArray) -> FloatArray:
+        # x x^T is known as w w^T - S, so that the four terms become two:
+        # T (p, p) = sum_c w w^T M^-1 S_c + tr(M^-1 w w^T) S_c
+        traces = np.einsum("ij,cji->c", inverse, moments.gram)
+        first = moments.gram @ inverse @ S
+        return np.asarray(first.sum(axis=0) + np.einsum("c,cij->ij", traces, S))
+
+    return _settled_term(moments, term)
+
+
+def _settled_term(moments: ErrorMoments, term: Callable[[FloatArray], FloatArray]) -> FloatArray:
+    """T at ``(M + T)^-1``: the inverse of a sample's M is itself too large on average."""
+    M = (moments.gram - moments.error).sum(axis=0)
+    return term(np.linalg.inv(M + term(np.linalg.inv(M))))
 
 
 def refuse_unreliable(moments: ErrorMoments) -> tuple[float, tuple[str, ...]]:
@@ -305,7 +315,7 @@ def small_sample_of_products(W: FloatArray, noise: FloatArray, moments: ErrorMom
     moments : ErrorMoments
         Of these.
     """
-    inverse = np.linalg.inv((moments.gram - moments.error).sum(axis=0))
     # C_d (p, p) = W^T (p, n) U_d (n, p)
     C = W.T @ noise
-    return np.asarray(((C + np.swapaxes(C, 1, 2)) @ inverse @ C).mean(axis=0))
+    both = C + np.swapaxes(C, 1, 2)
+    return _settled_term(moments, lambda inverse: np.asarray((both @ inverse @ C).mean(axis=0)))
