@@ -167,20 +167,30 @@ def _settled_term(moments: ErrorMoments, term: Callable[[FloatArray], FloatArray
     return term(np.linalg.inv(M + term(np.linalg.inv(M))))
 
 
-def refuse_unreliable(moments: ErrorMoments) -> tuple[float, tuple[str, ...]]:
+def refuse_unreliable(
+    moments: ErrorMoments, points: int | None = None
+) -> tuple[float, tuple[str, ...]]:
     """Reliability of the least certain combination of regressors, and who is in it.
+
+    Parameters
+    ----------
+    moments : ErrorMoments
+    points : int, optional
+        Rows with independent errors, where that many are known: few show by chance what is none.
 
     Raises
     ------
     NotIdentifiableError
-        Errors alone could show as much of it (chi squared of the clusters less one), or a
-        regressor is zero throughout.
+        Errors explain most of it, or alone could show as much (chi squared of the points less
+        one); a regressor is zero throughout.
     """
     reliability, names = _least_reliable(moments)
-    free = max(len(moments.cross) - 1, 1)
-    # errors alone: length^2 / expected ~ chi^2 / free, reliability = 1 - expected / length^2
-    by_chance = 1 - free / float(chdtri(free, BY_CHANCE))
-    if reliability < max(REFUSED, by_chance):
+    least = REFUSED
+    if points is not None:
+        # errors alone: length^2 / expected ~ chi^2 / free, reliability = 1 - expected / length^2
+        free = max(points - 1, 1)
+        least = max(least, 1 - free / float(chdtri(free, BY_CHANCE)))
+    if reliability < least:
         raise NotIdentifiableError(
             f"errors explain {100 - 100 * reliability:.0f} % of what is seen of a combination of "
             f"{' and '.join(names)}: nothing can be told from it; let them vary more, one without "

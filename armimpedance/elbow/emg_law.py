@@ -195,7 +195,7 @@ def _settled(
     Weights need the slopes and slopes the weights: in turns until both stay.
     """
     base = np.full(len(y), float(y.var() + (sd**2).mean()) or 1.0)
-    refuse_unreliable(_moments(W, y, S, base, names))
+    refuse_unreliable(_moments(W, y, S, base, names), points=len(y))
     variance, scatter = base, 0.0
     for _ in range(_ROUNDS):
         before = variance
