@@ -34,6 +34,8 @@ CUTOFF_HZ: Final = 10.0
 ORDER: Final = 5
 #: Of the envelope that a carrier is divided by, for the noise of segments.
 SLOW_HZ: Final = 2.0
+#: Said of EMG that is normalised already.
+NOISE_UNKNOWN: Final = "EMG normalised already: its noise is not known and counts as none"
 #: rms over mean |x| of Gaussian noise.
 RMS_OVER_RECTIFIED: Final = float(np.sqrt(np.pi / 2))
 #: Activation above this is a maximum that was none; noise of the carrier may pass 1.
@@ -179,7 +181,9 @@ def emg_amplitude(
     rate, offsets = recording.sample_rate_hz, recording.offsets
     lag = lowpass_delay_s(cutoff_hz, rate, order) if causal else 0.0
     if recording.emg_unit == "normalised" and recording.emg is not None:
-        return _normalised(recording, cutoff_hz, order)
+        if causal:
+            raise InputError("a causal amplitude of normalised EMG", expected="raw EMG in V")
+        return _normalised(recording, recording.emg, cutoff_hz, order)
     clean = clean_emg(recording, band_hz=band_hz)
     smooth = _envelopes(recording, clean.emg, cutoff_hz=cutoff_hz, order=order, causal=causal)
     rho = carrier_correlation(clean.emg, np.vstack(smooth), offsets, rate)
@@ -221,7 +225,7 @@ def segment_amplitude(
     Parameters
     ----------
     recording : Recording
-        With raw EMG.
+        Normalised EMG is averaged as it is; its noise is not known (0).
     kind : {"rms", "rectified"}
         ``sqrt(mean x^2) / (MVC sqrt(pi / 2))`` or ``mean |x| / MVC``.
     segment_s : float, optional
@@ -236,29 +240,41 @@ def segment_amplitude(
     """
     if kind not in ("rms", "rectified"):
         raise InputError(f"unknown amplitude {kind!r}", expected="rms or rectified")
-    rate = recording.sample_rate_hz
-    clean = clean_emg(recording, band_hz=band_hz)
     row, first, length = _segments(recording, segment_s)
-    parts = [clean.emg[a : a + n] for a, n in zip(first, length, strict=True)]
-    if kind == "rms":
-        level = np.array([np.sqrt((x**2).mean(axis=0)) for x in parts]) / RMS_OVER_RECTIFIED
+    notes: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = (NOISE_UNKNOWN,)
+    if recording.emg_unit == "normalised" and recording.emg is not None:
+        level = np.array(
+            [recording.emg[a : a + n].mean(axis=0) for a, n in zip(first, length, strict=True)]
+        )
+        own = _Own(level, np.zeros_like(level))
     else:
-        level = np.array([np.abs(x).mean(axis=0) for x in parts])
-    noise = _segment_noise(recording, clean.emg, kind, length)
-    own, rest_note = _own(recording, level, noise, row)
+        clean = clean_emg(recording, band_hz=band_hz)
+        level = _levels(clean.emg, kind, first, length)
+        noise = _segment_noise(recording, clean.emg, kind, length)
+        own, rest_note = _own(recording, level, noise, row)
+        notes, warnings = (*clean.notes, *rest_note), clean.warnings
     _refuse_above(own.amplitude, recording)
-    start = (first - recording.offsets[row]) / rate
+    start = (first - recording.offsets[row]) / recording.sample_rate_hz
     return SegmentAmplitude(
         muscles=recording.muscles,
         row=row,
         start_s=start,
-        end_s=start + length / rate,
+        end_s=start + length / recording.sample_rate_hz,
         amplitude=own.amplitude,
         sd=own.sd,
         kind=kind,
-        notes=(*clean.notes, *rest_note),
-        warnings=clean.warnings,
+        notes=notes,
+        warnings=warnings,
     )
+
+
+def _levels(emg: FloatArray, kind: str, first: IntArray, length: IntArray) -> FloatArray:
+    """Level of each segment on the scale of the mean rectified EMG, V, (L, m)."""
+    parts = [emg[a : a + n] for a, n in zip(first, length, strict=True)]
+    if kind == "rms":
+        return np.array([np.sqrt((x**2).mean(axis=0)) for x in parts]) / RMS_OVER_RECTIFIED
+    return np.array([np.abs(x).mean(axis=0) for x in parts])
 
 
 def _segments(recording: Recording, segment_s: float | None) -> tuple[IntArray, IntArray, IntArray]:
@@ -291,8 +307,11 @@ def _segment_noise(
     return np.array([known[n] for n in length.tolist()])
 
 
-def _normalised(recording: Recording, cutoff_hz: float, order: int) -> EmgAmplitude:
-    emg = np.array(recording.emg)
+def _normalised(
+    recording: Recording, normalised: FloatArray, cutoff_hz: float, order: int
+) -> EmgAmplitude:
+    """The amplitude of EMG that is one already, low-passed."""
+    emg = np.array(normalised)
     for t in range(recording.n_trials):
         part = recording.samples_of(t)
         smooth = lowpass(emg[part], cutoff_hz, recording.sample_rate_hz, order=order, axis=0)
@@ -309,7 +328,7 @@ def _normalised(recording: Recording, cutoff_hz: float, order: int) -> EmgAmplit
         cutoff_hz=cutoff_hz,
         order=order,
         notes=(f"EMG normalised already: low-pass at {cutoff_hz:g} Hz, zero phase",),
-        warnings=("EMG normalised already: its noise is not known and counts as none",),
+        warnings=(NOISE_UNKNOWN,),
     )
 
 

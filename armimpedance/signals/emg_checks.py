@@ -31,11 +31,12 @@ MAINS_HZ: Final = (50.0, 60.0)
 #: Share of the power below 20 Hz above which it is the electrodes that move.
 ARTEFACT_HZ: Final = 20.0
 ARTEFACT: Final = 0.05
-#: Hum and artefact are warned of, artefact taken out, where their rms is above this part of the
-#: maximum contraction's: a silent muscle shows little else, and it does not matter. Hum is a
-#: reason to refuse above the second.
-AUDIBLE: Final = 0.01
-LOUD: Final = 0.05
+#: A silent muscle shows little but hum and cables that swing, and that does not matter. Artefact
+#: counts where its rms is above this part of the maximum contraction's.
+MOVED: Final = 0.003
+#: Hum is warned of where its rms is above the first of these parts, a reason to refuse above the
+#: second.
+AUDIBLE, LOUD = 0.01, 0.05
 #: dB over the silent muscle that a muscle should reach in some trial.
 LOW_SNR_DB: Final = 6.0
 #: Segments of the spectrum, and half widths of a line and of the floor around it (Hz).
@@ -90,7 +91,7 @@ class EmgQuality:
     @property
     def moving(self) -> BoolArray:
         """(m,): electrodes that move in any trial."""
-        return np.asarray((self.above(self.artefact, AUDIBLE) > ARTEFACT).any(axis=0))
+        return np.asarray((self.above(self.artefact, MOVED) > ARTEFACT).any(axis=0))
 
     def above(self, share: FloatArray, part: float) -> FloatArray:
         """Shares of power (T, m) where their rms is above a part of the maximum's, else 0."""
@@ -208,7 +209,7 @@ def _signal(q: EmgQuality) -> tuple[Check, ...]:
     mains = f"{{:.0f}} % of the power is hum at multiples of {q.mains_hz:g} Hz"
     moved = f"{{:.0f}} % of the power is below {ARTEFACT_HZ:g} Hz: the electrodes move"
     hum, loud = 100 * q.above(q.hum, AUDIBLE), 100 * q.above(q.hum, LOUD)
-    artefact = 100 * q.above(q.artefact, AUDIBLE)
+    artefact = 100 * q.above(q.artefact, MOVED)
     made = [
         _worst(q, "flat", q.still_s, (never, LONGEST_STILL_S), "stays at one value for {:.2f} s"),
         _worst(q, "saturated", 100 * q.saturated, _percent(SATURATED), "{:.1f} % at its extreme"),

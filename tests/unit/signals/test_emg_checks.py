@@ -80,7 +80,7 @@ def test_hum_that_drowns_the_muscle_is_refused(sound):
 
 
 def test_hum_of_a_silent_muscle_does_not_matter(emg_recording):
-    """1 uV beside 2 uV of noise: a third of the power and less than a hundredth of the maximum."""
+    """1 uV beside 1 uV of noise: a third of the power and some thousandth of the maximum."""
     silent = emg_recording(
         np.full((1, 5000, 2), 1e-4),
         seed=12,
