@@ -357,11 +357,12 @@ def _own(
     """The muscles' own part of levels (., m) in V with relative errors, over the maximum."""
     mvc = _table(recording, mvc_column, rows)
     level = level / mvc
-    if any(rest_column(muscle) not in recording.trials for muscle in recording.muscles):
-        return _Own(level, level * noise), ()
-    rest = _table(recording, rest_column, rows) / mvc
+    lacking = [m for m in recording.muscles if rest_column(m) not in recording.trials]
+    rest = np.full(1, np.nan) if lacking else _table(recording, rest_column, rows) / mvc
     if not np.isfinite(rest).all():
-        return _Own(level, level * noise), ()
+        columns = ", ".join(rest_column(m) for m in lacking or recording.muscles)
+        note = f"noise of the electrodes not taken off: no {columns} in the trial table"
+        return _Own(level, level * noise), (note,)
     note = "noise of the silent muscle taken off in squares"
     return _Own(*without_rest(level, level * noise, rest)), (note,)
 

@@ -201,7 +201,9 @@ def test_a_moving_electrode_is_filtered_and_said(emg_recording):
 def test_without_anything_wrong_nothing_is_taken_out(steady):
     found = emg_amplitude(steady)
     assert found.warnings == ()
-    assert len(found.notes) == 1
+    assert len(found.notes) == 2
+    assert found.notes[0].startswith("rectified")
+    assert "not taken off: no rest_biceps_V, rest_triceps_V" in found.notes[1]
 
 
 def test_activation_in_the_moving_exoskeleton_is_the_subjects():
