@@ -11,6 +11,7 @@ from armimpedance.elbow.varying_data import VaryingData
 from armimpedance.elbow.varying_equation import (
     Course,
     Linearised,
+    Step,
     linearise,
     solve_gram,
     with_offsets,
@@ -18,9 +19,11 @@ from armimpedance.elbow.varying_equation import (
 from armimpedance.errors import EstimationError
 from armimpedance.records import FloatArray
 
-ROUNDS: Final = 8
+ROUNDS: Final = 20
 #: K that moves by less than this part of its standard error has settled.
 SETTLED: Final = 0.02
+#: One that still moves by more has not: no result.
+UNSETTLED: Final = 0.5
 #: Part of the whitened residual's spectrum in which a joint moves: an excess there is no noise.
 LOW_PART: Final = 0.125
 
@@ -57,6 +60,7 @@ def fit_basis(
     of_B: FloatArray,
     of_K: FloatArray,
     error: FloatArray | None = None,
+    prior: FloatArray | None = None,
 ) -> BasisFit:
     """Solve for B = of_B b and K = of_K k.
 
@@ -68,27 +72,29 @@ def fit_basis(
         Functions at the samples.
     error : (M, N, p_B + p_K) or None
         Draws of what the functions carry as errors: their moments are taken off.
+    prior : (p_B + p_K, p_B + p_K) or None
+        Information that the coefficients have before the samples.
 
     Raises
     ------
     EstimationError
         The functions are not determined by the record, or the rounds do not settle.
     """
-    course, pB = first, of_B.shape[1]
+    course, pB, step = first, of_B.shape[1], Step()
     for turn in range(ROUNDS):
         eq = linearise(data, course)
         columns = basis_columns(eq, of_B, of_K)
-        p, covariance = _solve(eq, columns, None if error is None else error[:, eq.centre], pB)
+        at_rows = None if error is None else error[:, eq.centre]
+        p, covariance = _solve(eq, columns, at_rows, pB, prior)
         b, k = p[1 : 1 + pB], p[1 + pB : 1 + pB + of_K.shape[1]]
         new = replace(course, inertia=float(p[0]), B=of_B @ b, K=of_K @ k)
-        moved = np.abs(new.K - course.K).max()
-        course = with_offsets(new, p[1 + pB + len(k) :])
+        course, step = step.taken(course, with_offsets(new, p[1 + pB + len(k) :]))
         within = covariance[1 + pB : 1 + pB + len(k), 1 + pB : 1 + pB + len(k)]
         typical = np.sqrt(((of_K @ within) * of_K).sum(axis=1).mean())
-        if turn and moved < SETTLED * typical:
+        if turn and step.moved < SETTLED * typical:
             break
     else:
-        if not moved < typical:
+        if not step.moved < UNSETTLED * typical:
             raise EstimationError(f"B(t) and K(t) do not settle within {ROUNDS} rounds")
     residual = eq.whitened((eq.y - columns @ p)[:, None])[:, 0]
     excess = low_excess(residual)
@@ -118,11 +124,17 @@ def low_excess(white: FloatArray) -> float:
 
 
 def _solve(
-    eq: Linearised, columns: FloatArray, error: FloatArray | None, pB: int
+    eq: Linearised,
+    columns: FloatArray,
+    error: FloatArray | None,
+    pB: int,
+    prior: FloatArray | None,
 ) -> tuple[FloatArray, FloatArray]:
     white = eq.whitened(np.column_stack([columns, eq.y]))
     gram = white.T @ white
     A, b = gram[:-1, :-1], gram[:-1, -1]
+    if prior is not None:
+        A[1 : 1 + len(prior), 1 : 1 + len(prior)] += prior
     if error is None:
         return solve_gram(A, b, eq.prior_sd)
     S = error_moments(eq, columns.shape[1], error, pB)

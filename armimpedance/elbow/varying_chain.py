@@ -41,9 +41,9 @@ def smooth_chain(banded: FloatArray, right: FloatArray, size: int) -> Smoothed:
     n, q = right.shape
     own, below = _blocks(banded, size)
     count = len(own)
-    g = np.zeros((count * size, q))
-    g[:n] = right
-    g = g.reshape(count, size, q)
+    padded = np.zeros((count * size, q))
+    padded[:n] = right
+    g: FloatArray = padded.reshape(count, size, q)
     inverse, gain = np.empty_like(own), np.empty_like(own)
     filtered = np.empty_like(g)
     information: FloatArray = own[0]

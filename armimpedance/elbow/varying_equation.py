@@ -14,7 +14,7 @@ envelope theorem gives the gradient). Solve, take new L and theta^, and solve ag
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Final
 
@@ -28,6 +28,8 @@ from armimpedance.records import FloatArray, IntArray
 
 #: Samples on either side that a difference uses: order 8.
 HALF: Final = 4
+#: No step is shorter than this part of the one that the equation asks for.
+SHORTEST_STEP: Final = 0.125
 WIDTH: Final = 2 * HALF + 1
 #: First and second difference of order 8 (B. Fornberg, Math. Comp. 51 (1988) 699-706), times the
 #: step and its square.
@@ -103,10 +105,18 @@ class Linearised:
     def _factor(self) -> FloatArray:
         return _cholesky(self.sigma)
 
-    def whitened(self, columns: FloatArray) -> FloatArray:
-        """``C^-1 columns`` (R, q) with ``Sigma = C C^T``: white errors of unit variance."""
+    def whitened(self, columns: FloatArray, rows: slice | None = None) -> FloatArray:
+        """``C^-1 columns`` with ``Sigma = C C^T``: white errors of unit variance.
+
+        Parameters
+        ----------
+        columns : (R, q), or those of some rows
+        rows : slice or None
+            Consecutive rows by themselves: their block of Sigma.
+        """
+        factor = self._factor if rows is None else _cholesky(self.sigma[:, rows])
         # C (R, R) banded, X (R, q)
-        solved, info = dtbtrs(self._factor, columns, uplo="L")
+        solved, info = dtbtrs(factor, columns, uplo="L")
         if info != 0:
             raise EstimationError("the noise covariance of the equation of motion is singular")
         return np.asarray(solved)
@@ -159,6 +169,31 @@ def with_offsets(course: Course, offsets: FloatArray) -> Course:
     """The same course with the offsets (2 T,) of the nuisance columns."""
     T = len(course.torque_offset)
     return replace(course, torque_offset=offsets[:T], angle_offset=offsets[T:])
+
+
+@dataclass(frozen=True)
+class Step:
+    """Length of the next step, and the size of the last one.
+
+    A round that moves hardly less than the one before swings to and fro: from then on courses go
+    half as far.
+    """
+
+    length: float = 1.0
+    moved: float = float("inf")
+
+    def taken(self, old: Course, new: Course) -> tuple[Course, Step]:
+        """Go from `old` towards `new`."""
+        size = float(np.sqrt(((new.K - old.K) ** 2).mean()))
+        swings = size > 0.7 * self.moved
+        length = max(self.length / 2, SHORTEST_STEP) if swings else self.length
+        if length == 1:
+            return new, Step(length, size)
+        mixed = {
+            f.name: (1 - length) * getattr(old, f.name) + length * getattr(new, f.name)
+            for f in fields(Course)
+        }
+        return Course(**mixed), Step(length, size)
 
 
 def linearise(data: VaryingData, course: Course) -> Linearised:

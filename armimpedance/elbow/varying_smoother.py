@@ -28,6 +28,7 @@ from armimpedance.elbow.varying_equation import (
     WIDTH,
     Course,
     Linearised,
+    Step,
     linearise,
     start,
     with_offsets,
@@ -57,8 +58,15 @@ DRAWS: Final = 64
 #: Seconds over which the noise let through and the square of the shrinkage are averaged.
 VARIANCE_S: Final = 0.3
 SHRINKAGE_S: Final = 0.7
-ROUNDS: Final = 4
-SETTLED: Final = 1e-3
+#: Share of the posterior variance in the bands' (see `_between`).
+POSTERIOR_WEIGHT: Final = 0.25
+ROUNDS: Final = 12
+#: A course that moves by less than this part of its standard error has settled.
+SETTLED: Final = 0.05
+#: One that still moves by more has not: no result.
+UNSETTLED: Final = 0.5
+#: Times that the levels are chosen, each about the course that the ones before gave.
+CHOICES: Final = 2
 
 
 @dataclass(frozen=True)
@@ -135,7 +143,7 @@ class _Model:
 
 def smoother(data: VaryingData, *, every_s: float | None = None) -> Found:
     """Integrated random walks with noise levels of maximum likelihood."""
-    made = smooth(data, start(data))
+    made = smooth(data, free_course(data))
     at, course = grid(data, every_s), made.course
     levels = made.levels
     warnings = []
@@ -170,9 +178,7 @@ def smoother(data: VaryingData, *, every_s: float | None = None) -> Found:
     )
 
 
-def smooth(
-    data: VaryingData, first: Course, levels: Levels | None = None, rounds: int = ROUNDS
-) -> SmoothedCourse:
+def smooth(data: VaryingData, first: Course, levels: Levels | None = None) -> SmoothedCourse:
     """B(t), K(t) and I of all trials.
 
     Parameters
@@ -182,26 +188,19 @@ def smooth(
         Where to start.
     levels : Levels or None
         None: by maximum likelihood.
-    rounds : int
-        Linearisations, at most.
 
     Raises
     ------
     EstimationError
         The likelihood has no maximum that could be found, or the course does not settle.
     """
-    course, known = first, levels
-    now = levels or Levels(START_INTENSITY, START_INTENSITY, 1.0)
     scale = np.array([np.abs(first.B).mean(), np.abs(first.K).mean()])
-    for turn in range(rounds):
-        model = _model(data, linearise(data, course), scale)
-        if known is None:
+    course, now = first, levels or Levels(START_INTENSITY, START_INTENSITY, 1.0)
+    for turn in range(CHOICES if levels is None else 1):
+        if levels is None:
+            model = _model(data, linearise(data, course), scale)
             now = _likeliest(model, now, coarse=turn == 0)
-        previous = course
-        course, *_ = _solve(course, model, now)
-        moved = np.abs(course.K - previous.K).max() / scale[1]
-        if turn and moved < SETTLED:
-            break
+        course = _settle(data, course, now, scale)
     model = _model(data, linearise(data, course), scale)
     course, variance, sd_inertia = _solve(course, model, now)
     variance = _between(variance, *_own_error(course, model, now), data)
@@ -213,9 +212,27 @@ def free_course(data: VaryingData) -> Course:
     """A course that is free to vary, without its own noise levels: where other methods start."""
     course = start(data)
     scale = np.array([np.abs(course.B).mean(), np.abs(course.K).mean()])
-    for _ in range(ROUNDS - 1):
+    return _settle(data, course, Levels(START_INTENSITY, START_INTENSITY, 1.0), scale, strict=False)
+
+
+def _settle(
+    data: VaryingData,
+    course: Course,
+    levels: Levels,
+    scale: FloatArray,
+    *,
+    strict: bool = True,
+) -> Course:
+    """Linearise and solve until B and K stay where they are."""
+    step = Step()
+    for _ in range(ROUNDS):
         model = _model(data, linearise(data, course), scale)
-        course, *_ = _solve(course, model, Levels(START_INTENSITY, START_INTENSITY, 1.0))
+        new, variance, _ = _solve(course, model, levels)
+        course, step = step.taken(course, new)
+        if step.moved < SETTLED * np.sqrt(variance[:, 1].mean()):
+            return course
+    if strict and not step.moved < UNSETTLED * np.sqrt(variance[:, 1].mean()):
+        raise EstimationError(f"B(t) and K(t) do not settle within {ROUNDS} rounds")
     return course
 
 
@@ -235,7 +252,12 @@ def _likeliest(model: _Model, levels: Levels, *, coarse: bool) -> Levels:
         objective,
         at,
         method="Nelder-Mead",
-        options={"initial_simplex": simplex, "xatol": 0.05, "fatol": 0.02, "maxfev": 120},
+        options={
+            "initial_simplex": simplex,
+            "xatol": 0.05,
+            "fatol": 0.05,
+            "maxfev": 80 if coarse else 40,
+        },
     )
     return _levels(np.clip(found.x, low, high))
 
@@ -323,12 +345,13 @@ def _own_error(course: Course, model: _Model, levels: Levels) -> tuple[FloatArra
 def _between(
     posterior: FloatArray, share: FloatArray, shrinkage: FloatArray, data: VaryingData
 ) -> FloatArray:
-    """Variances for the bands, (N, 2): the geometric mean of two that err on either side.
+    """Variances for the bands, (N, 2): a geometric mean of two that err on either side.
 
     The posterior variance is too wide where the course is smoother than the prior's draws: it
     holds room for changes that are not there. The estimator's own error, noise let through and
-    shrinkage as the smoothed course shows it, is too narrow where few samples speak and the
-    smoothed course cannot show what it missed.
+    shrinkage as the smoothed course shows it, is a little too narrow where few samples speak and
+    the smoothed course cannot show what it missed. Weights: `POSTERIOR_WEIGHT` and the rest; the
+    coverage is measured in benchmarks/elbow_varying.py.
     """
     passed = np.maximum(posterior - share, 0.01 * posterior)
     own = np.empty_like(posterior)
@@ -338,7 +361,7 @@ def _between(
             part = (passed if k == 0 else shrinkage**2)[a:b]
             mean = _moving_mean(part, width)
             own[a:b] = mean if k == 0 else own[a:b] + mean
-    return np.sqrt(posterior * own)
+    return np.asarray(posterior**POSTERIOR_WEIGHT * own ** (1 - POSTERIOR_WEIGHT))
 
 
 def _moving_mean(values: FloatArray, width: int) -> FloatArray:

@@ -12,8 +12,6 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
-from scipy.linalg import cholesky_banded
-from scipy.linalg.lapack import dtbtrs
 
 from armimpedance.elbow.varying_data import VaryingData
 from armimpedance.elbow.varying_equation import (
@@ -132,9 +130,7 @@ def _solve_windows(eq: Linearised, first: IntArray, rows: int, degree: int) -> _
         here = slice(a, a + rows)
         x1, x0 = eq.x1[here, None] * powers, eq.x0[here, None] * powers
         columns = np.column_stack([x1, x0, U[here], eq.y[here]])
-        # the window's own covariance is a block of the whole one: W (rows, p + s + 1) = C^-1 X
-        factor = cholesky_banded(eq.sigma[:, here], lower=True)
-        white, _ = dtbtrs(factor, columns, uplo="L")
+        white = eq.whitened(columns, here)
         gram[w] = white.T @ white
     return _reduced(gram, p, s, eq.prior_sd, rows / np.diff(first).min() if len(first) > 1 else 1.0)
 

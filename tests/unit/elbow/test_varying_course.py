@@ -1,0 +1,263 @@
+"""B(t) and K(t) come back: every method, its bands and its warnings."""
+
+import functools
+import warnings
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from armimpedance.elbow.samples import JointSamples, from_recording
+from armimpedance.elbow.varying import identify_varying
+from armimpedance.elbow.varying_data import varying_data
+from armimpedance.elbow.varying_equation import linearise
+from armimpedance.elbow.varying_methods import VARYING_METHODS
+from armimpedance.elbow.varying_smoother import Levels, _model, free_course, smooth
+from armimpedance.errors import InputError, NotIdentifiableError
+from manipulandum_sim.joint_bench import simulate_bench
+
+INERTIA, B0, K0 = 0.07, 0.6, 20.0
+
+
+@functools.cache
+def _bench(frequency_hz=0.7, snr_db=40.0, seed=0, lag_s=0.0, trials=1):
+    def swing(t):
+        return 1 + 0.3 * np.sin(2 * np.pi * frequency_hz * (t - lag_s))
+
+    recording, truth = simulate_bench(
+        INERTIA,
+        lambda t: B0 * swing(t),
+        lambda t: K0 * swing(t),
+        snr_db=snr_db,
+        seed=seed,
+        duration_s=8.0,
+        trials=trials,
+    )
+    return from_recording(recording), truth
+
+
+def _amplitude(samples, frequency_hz=0.7):
+    t = np.tile(np.arange(8000) / 1000, samples.n_trials)
+    flexor = 0.3 + 0.2 * np.sin(2 * np.pi * frequency_hz * t)
+    return np.stack([flexor, 0.25 + 0.1 * np.sin(2 * np.pi * 0.37 * t + 1)], axis=1)
+
+
+def _found(method, samples, **options):
+    if method == "emg":
+        options.setdefault("amplitude", _amplitude(samples))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", RuntimeWarning)
+        return identify_varying(samples, method=method, **options)
+
+
+def _percent(found, truth):
+    at = np.round(found.time_s * 1000).astype(int)
+    return [
+        100 * np.sqrt(np.mean((getattr(found, k) / getattr(truth, k)[at] - 1) ** 2)) for k in "KB"
+    ]
+
+
+def _covered(found, truth):
+    at = np.round(found.time_s * 1000).astype(int)
+    out = []
+    for k in "KB":
+        low, high = found.band(k).T
+        out.append(np.mean((low <= getattr(truth, k)[at]) & (getattr(truth, k)[at] <= high)))
+    return out
+
+
+@pytest.mark.parametrize("method", VARYING_METHODS)
+def test_a_slow_course_comes_back(method):
+    samples, truth = _bench(0.3)
+    options = {"amplitude": _amplitude(samples, 0.3)} if method == "emg" else {}
+    found = _found(method, samples, **options)
+    assert max(_percent(found, truth)) < 10
+    assert found.inertia.value == pytest.approx(INERTIA, rel=0.05)
+    if method != "emg":
+        # 8 s hold at least 8 points that are independent, of B and of K: .95 -+ 3 of .054
+        assert np.mean(_covered(found, truth)) > 0.95 - 3 * np.sqrt(0.95 * 0.05 / 16)
+    assert found.method == method
+
+
+@pytest.mark.parametrize("method", ["smoother", "spline"])
+def test_a_fast_course_comes_back_where_windows_cannot(method):
+    samples, truth = _bench(1.5)
+    assert max(_percent(_found(method, samples), truth)) < 10
+    windows = _found("windows", samples)
+    assert min(_percent(windows, truth)) > 10
+    assert any("faster than windows" in w for w in windows.warnings)
+
+
+def test_the_smoother_at_25_db_with_its_own_noise_levels():
+    samples, truth = _bench(0.7, 25.0)
+    found = _found("smoother", samples)
+    assert _percent(found, truth)[0] < 10
+    assert np.mean(_covered(found, truth)) > 0.95 - 3 * np.sqrt(0.95 * 0.05 / 16)
+
+
+def test_bands_of_windows_take_in_what_they_miss():
+    samples, truth = _bench(1.0)
+    found = _found("windows", samples)
+    assert np.mean(_covered(found, truth)) > 0.95 - 3 * np.sqrt(0.95 * 0.05 / 16)
+    assert found.details["bias_percent"]["K"] > 5
+
+
+def test_the_smoother_equals_dense_least_squares():
+    samples, _ = _bench(0.7)
+    short = JointSamples(
+        1000.0, ("1",), np.array([0, 2000]), samples.torque[:2000], samples.angle[:2000]
+    )
+    data = varying_data(short)
+    levels = Levels(2.0, 3.0, 1.5)
+    made = smooth(data, free_course(data), levels)
+    eq = linearise(data, made.course)
+    N, R = len(data.angle), len(eq.centre)
+    rows = np.arange(R)
+    X = np.zeros((R, 2 * N))
+    X[rows, eq.centre], X[rows, N + eq.centre] = eq.x1, eq.x0
+    X = np.column_stack([X, eq.x2, eq.nuisance])
+    sigma = np.zeros((R, R))
+    for k, values in enumerate(eq.sigma):
+        sigma += np.diag(values[: R - k], -k) + (np.diag(values[: R - k], k) if k else 0)
+    sigma += np.diag((levels.torque**2 - 1) * eq.sd_torque**2)
+    D = np.diff(np.eye(N), 2, axis=0)
+    scale = _model(data, eq, np.array([1.0, 1.0])).unit
+    first = free_course(data)
+    size = np.array([np.abs(first.B).mean(), np.abs(first.K).mean()])
+    q = scale * size**2 * np.array([levels.B, levels.K]) ** 2
+    prior = np.zeros((X.shape[1],) * 2)
+    prior[:N, :N], prior[N : 2 * N, N : 2 * N] = D.T @ D / q[0], D.T @ D / q[1]
+    prior[2 * N + 1 :, 2 * N + 1 :] = np.diag(eq.prior_sd**-2)
+    weighted = np.linalg.solve(sigma, np.column_stack([X, eq.y]))
+    dense = np.linalg.solve(X.T @ weighted[:, :-1] + prior, X.T @ weighted[:, -1])
+    # the course has settled: dense least squares about it gives it back
+    inner = slice(20, -20)
+    assert made.course.K[inner] == pytest.approx(dense[N : 2 * N][inner], rel=0.01)
+    assert made.course.B[inner] == pytest.approx(dense[:N][inner], rel=0.02)
+    assert made.course.inertia == pytest.approx(dense[2 * N], rel=1e-3)
+
+
+def test_a_constant_joint_is_found_constant():
+    recording, _ = simulate_bench(INERTIA, B0, K0, snr_db=30.0, duration_s=8.0)
+    samples = from_recording(recording)
+    for method in ("smoother", "spline"):
+        found = _found(method, samples)
+        assert np.ptp(found.K) < 0.1 * K0
+        assert found.K.mean() == pytest.approx(K0, rel=0.02)
+    assert not _found("windows", samples).warnings
+
+
+def test_trials_are_kept_apart():
+    samples, truth = _bench(0.7, 40.0, 3, 0.0, 2)
+    for method in VARYING_METHODS:
+        found = _found(method, samples)
+        assert found.trials == samples.trials
+        for row in range(2):
+            here = found.points_of(row)
+            assert found.time_s[here][0] < 0.6
+            at = np.round(found.time_s[here] * 1000).astype(int)
+            assert np.sqrt(np.mean((found.K[here] / truth.K[at] - 1) ** 2)) < 0.12
+
+
+def test_the_same_samples_give_the_same_bits():
+    samples, _ = _bench()
+    a, b = (_found("smoother", samples) for _ in range(2))
+    assert (a.K == b.K).all()
+    assert (a.sd_B == b.sd_B).all()
+
+
+def test_units_of_the_angle_do_not_matter():
+    # an angle in degrees makes I, B and K smaller by pi/180, and nothing else
+    samples, _ = _bench()
+    factor = 180 / np.pi
+    other = replace(samples, angle=samples.angle * factor)
+    a, b = _found("spline", samples), _found("spline", other)
+    assert b.K * factor == pytest.approx(a.K, rel=1e-4)
+    assert b.sd_B * factor == pytest.approx(a.sd_B, rel=1e-2)
+
+
+def test_the_emg_law_finds_its_coefficients():
+    samples, truth = _bench(4.0)
+    found = _found("emg", samples, amplitude=_amplitude(samples, 4.0))
+    assert max(_percent(found, truth)) < 6
+    assert not found.warnings
+    # K = 20 (1 + .3 sin) = 20 (1 + .3 (aF - .3) / .2)
+    for name, value in (("kF", 30.0), ("k0", 11.0), ("kE", 0.0), ("bF", 0.9)):
+        estimate, sd = found.details["coefficients"][name]
+        assert abs(estimate - value) < 4 * sd
+
+
+def test_a_lag_is_told_and_read():
+    samples, _ = _bench(0.7, 40.0, 0, 0.05)
+    told = [w for w in _found("emg", samples).warnings if "lag of about" in w]
+    assert len(told) == 1
+    assert float(told[0].split("about ")[1].split(" ms")[0]) == pytest.approx(50, abs=10)
+
+
+def test_a_saturating_law_is_told():
+    t = np.arange(8000) / 1000
+
+    def course(t):
+        a = 0.3 + 0.2 * np.sin(2 * np.pi * 0.7 * t)
+        return 0.5 + a / (a + 0.3)
+
+    recording, _ = simulate_bench(
+        INERTIA, B0, lambda t: K0 * course(t), snr_db=40.0, duration_s=8.0, seed=1
+    )
+    samples = from_recording(recording)
+    assert len(t) == len(samples.torque)
+    assert any("linear law does not hold" in w for w in _found("emg", samples).warnings)
+
+
+def test_errors_of_the_amplitudes_are_accounted_for():
+    from armimpedance.signals.filters import lowpass
+
+    samples, _ = _bench(0.7)
+    clean = _amplitude(samples)
+    off = []
+    for seed in range(6):
+        rng = np.random.default_rng(seed)
+        noise = lowpass(rng.standard_normal(clean.shape), 10.0, 1000.0, order=5, axis=0)
+        noisy = clean + 0.08 * noise / noise.std()
+        sd = np.array([0.08, 0.08])
+        naive = _found("emg", samples, amplitude=noisy).details["coefficients"]["kF"]
+        known = _found("emg", samples, amplitude=noisy, amplitude_sd=sd).details["coefficients"]
+        off.append([naive[0] / 30 - 1, known["kF"][0] / 30 - 1])
+    mean, error = np.mean(off, axis=0), np.std(off, axis=0) / np.sqrt(len(off))
+    # attenuation var / (var + .08^2) = .02 / .0264: drawn to zero by a quarter
+    assert mean[0] < -0.1
+    assert abs(mean[1]) < max(3 * error[1], 0.5 * abs(mean[0]))
+
+
+def test_amplitudes_that_move_together_are_refused():
+    samples, _ = _bench()
+    alike = _amplitude(samples)[:, [0, 0]]
+    with pytest.raises(NotIdentifiableError, match="flexor"):
+        _found("emg", samples, amplitude=alike)
+
+
+@pytest.mark.parametrize(
+    ("options", "match"),
+    [
+        ({"method": "kalman"}, "unknown method"),
+        ({"method": "emg"}, "without EMG"),
+        ({"method": "emg", "amplitude": np.ones((3, 2))}, "shape"),
+        ({"method": "emg", "amplitude": np.ones((8000, 2))}, "flexor"),
+        ({"method": "smoother", "window_s": 0.5}, "no window"),
+        ({"method": "windows", "window_s": 0.05}, "longer"),
+        ({"method": "windows", "window_s": 20.0}, "shorter"),
+        ({"method": "windows", "window_s": -1.0}, "positive"),
+        ({"method": "spline", "cutoff_hz": 600.0}, "band edge"),
+    ],
+)
+def test_bad_calls_are_told_in_one_line(options, match):
+    samples, _ = _bench()
+    with pytest.raises(InputError, match=match) as told:
+        identify_varying(samples, **options)
+    assert "\n" not in str(told.value)
+
+
+def test_a_sign_that_is_wrong_is_told():
+    samples, _ = _bench()
+    found = _found("windows", replace(samples, torque=-samples.torque))
+    assert any("sign" in w for w in found.warnings)
