@@ -22,6 +22,7 @@ from armimpedance.elbow.output_error import fit_band
 from armimpedance.elbow.preparation import Prepared
 from armimpedance.errors import InputError
 from armimpedance.records import FloatArray
+from armimpedance.regression.fit import t_factor
 
 #: Below so many samples per period of the band's edge the three b are left free.
 WARPED: Final = 20
@@ -51,22 +52,35 @@ def solve(prepared: Prepared, band: Band) -> Estimate:
             "output-error",
         )
     estimate = solve_structure(prepared, "tustin", free=free)
-    if bias is None:
-        return replace(estimate, warnings=(_warning(bias),))
-    # What is known to be off by b (3,) is uncertain by it: C (3, 3) + b b^T
-    off = bias * estimate.values
+    return _with_bias(estimate, bias, reference)
+
+
+def _with_bias(estimate: Estimate, bias: FloatArray | None, reference: FloatArray) -> Estimate:
+    """Intervals that hold what is known to be off, predicted or seen against output error.
+
+    The prediction knows the sensors' noise only; the subject's own torque is noise of the equation
+    too and moves least squares away from what output error finds in the same record.
+    """
+    seen = estimate.values / reference - 1
+    predicted = np.zeros(3) if bias is None else bias
+    sd = np.sqrt(np.diag(estimate.covariance)) / estimate.values
+    unforeseen = np.abs(seen) > np.abs(predicted) + t_factor(estimate.dof) * sd
+    # What is off by b (3,) is uncertain by it: C (3, 3) + b b^T
+    off = np.where(unforeseen, seen, predicted)
+    by = off * estimate.values
+    warnings: tuple[str, ...] = ()
+    if bias is None or (np.abs(off) > LARGEST).any():
+        told = in_words(None if bias is None and not unforeseen.any() else off)
+        why = "noise of the equation" if unforeseen.any() else "noise of the sensors and the rate"
+        warnings = (
+            f"least squares suffers from {why}: {told}; the intervals allow for it, methods iv "
+            "and output-error do not have it",
+        )
     return replace(
         estimate,
-        covariance=estimate.covariance + np.outer(off, off),
-        details={**estimate.details, "predicted_bias": tuple(bias)},
-        warnings=(_warning(bias),) if large else (),
-    )
-
-
-def _warning(bias: FloatArray | None) -> str:
-    return (
-        f"noise of the sensors and the rate would by themselves give {in_words(bias)}; the "
-        "intervals allow for it; method iv or output-error has no such bias"
+        covariance=estimate.covariance + np.outer(by, by),
+        details={**estimate.details, "bias": tuple(float(b) for b in off)},
+        warnings=warnings,
     )
 
 

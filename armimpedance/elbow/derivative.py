@@ -13,8 +13,24 @@ import numpy as np
 
 from armimpedance.elbow.band import Band, start_values
 from armimpedance.elbow.discrete import joint_model
-from armimpedance.elbow.estimate import Estimate, Rows, Solved, ramp_and_start, solve_rows, without
-from armimpedance.elbow.instruments import simulated, weighed, whitening
+from armimpedance.elbow.estimate import (
+    Estimate,
+    Rows,
+    Solved,
+    ramp_and_start,
+    settled,
+    solve_rows,
+    without,
+)
+from armimpedance.elbow.instruments import (
+    ROUNDS,
+    Driver,
+    driver_of,
+    next_values,
+    simulated,
+    weighed,
+    whitening,
+)
 from armimpedance.elbow.preparation import Prepared, without_ramp
 from armimpedance.elbow.result import NAMES
 from armimpedance.errors import EstimationError
@@ -23,8 +39,6 @@ from armimpedance.signals.differentiate import Kernels, spline_kernels
 
 #: Support of the kernel in periods of the band's upper edge.
 KERNEL_PERIODS: Final = 0.6
-_ROUNDS: Final = 40
-_SETTLED: Final = 1e-6
 
 
 def solve(prepared: Prepared, band: Band) -> Estimate:
@@ -35,10 +49,10 @@ def solve(prepared: Prepared, band: Band) -> Estimate:
     EstimationError
         I, B or K is not positive, or the rounds do not settle.
     """
-    values = start_values(band)
+    values, driver = start_values(band), driver_of(prepared)
     kernels = spline_kernels(KERNEL_PERIODS / prepared.band_hz, prepared.source.sample_rate_hz)
-    for _ in range(_ROUNDS):
-        solved = _round(prepared, kernels, values, whitening(band, values))
+    for number in range(ROUNDS):
+        solved = _round(prepared, kernels, driver, values, whitening(band, values))
         estimate = Estimate(
             solved.parameters,
             solved.covariance,
@@ -47,20 +61,22 @@ def solve(prepared: Prepared, band: Band) -> Estimate:
             solved.n,
             solved.conditioning,
         )
-        change = float(np.abs(estimate.values / values - 1).max())
-        values = estimate.values
-        if change < _SETTLED:
+        if settled(estimate, values):
             return estimate
+        values = next_values(values, estimate.values, number)
     raise EstimationError(
-        f"the instruments do not settle within {_ROUNDS} rounds (last change {change:.1g}): "
-        "is the perturbation strong enough? try method output-error"
+        f"the instruments do not settle within {ROUNDS} rounds: is the perturbation "
+        "strong enough? try method output-error"
     )
 
 
-def _round(prepared: Prepared, kernels: Kernels, values: FloatArray, white: FloatArray) -> Solved:
+def _round(
+    prepared: Prepared, kernels: Kernels, driver: Driver, values: FloatArray, white: FloatArray
+) -> Solved:
     samples, keep = prepared.source, prepared.decimation
     rate = samples.sample_rate_hz
-    model, whitener = joint_model(values, rate), joint_model(white, rate)
+    whitener = joint_model(white, rate)
+    model = joint_model(values if driver.values is None else driver.values, rate)
     rows = []
     for row in range(samples.n_trials):
         inside = samples.samples_of(row)

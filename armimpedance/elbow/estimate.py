@@ -16,6 +16,11 @@ from armimpedance.regression.diagnose import Conditioning, conditioning, refuse_
 from armimpedance.regression.equations import TrialEquations, solve_equations
 from armimpedance.regression.factors import split_blocks
 
+#: Rounds of instruments settle once no parameter moves by more than this part of itself ...
+SETTLED: Final = 1e-6
+#: ... or of its standard error, whichever is larger.
+SETTLED_SD: Final = 1e-3
+
 #: Residuals remember for some tenths of a second: blocks of this length are independent (s).
 BLOCK_S: Final = 1.0
 
@@ -85,6 +90,13 @@ class Rows:
     Z: FloatArray
     y: FloatArray
     seconds: float
+
+
+def settled(estimate: Estimate, before: FloatArray) -> bool:
+    """Whether a round of instruments moved I, B, K by less than matters."""
+    sd = np.sqrt(np.diag(estimate.covariance))
+    allowed = np.maximum(SETTLED * estimate.values, SETTLED_SD * sd)
+    return bool((np.abs(estimate.values - before) <= allowed).all())
 
 
 @dataclass(frozen=True)
