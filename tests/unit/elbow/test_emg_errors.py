@@ -4,13 +4,11 @@ import numpy as np
 import pytest
 from scipy.signal import butter, sosfiltfilt
 
-from armimpedance.elbow.emg_errors import (
-    ErrorMoments,
+from armimpedance.elbow.emg_errors import ErrorMoments, small_sample_term, solve_corrected
+from armimpedance.elbow.emg_products import (
     amplitude_noise,
     moments_of_products,
     small_sample_of_products,
-    small_sample_term,
-    solve_corrected,
 )
 from armimpedance.errors import InputError, NotIdentifiableError
 from armimpedance.signals.filters import lowpass
