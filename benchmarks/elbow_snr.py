@@ -215,7 +215,7 @@ def study_refusal(checks: Checks, benches: dict[str, Bench]) -> None:
 
 
 def study_speed(checks: Checks) -> None:
-    """The whole verb on 60 s at 1 kHz, one core, against one plain least squares of three columns."""
+    """The whole verb on 60 s at 1 kHz, one core; one plain least squares of 3 columns beside."""
     samples = from_recording(
         simulate_bench(*JOINTS["underdamped"], duration_s=60.0, snr_db=20.0)[0]
     )

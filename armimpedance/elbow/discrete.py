@@ -178,9 +178,11 @@ def _continuous(model: DiscreteModel) -> FloatArray:
     if abs(b_sum) < np.finfo(float).tiny:
         raise EstimationError("the discrete model has no gain at rest: K cannot be told")
     square, rate, _, _ = _ratios(model)
-    K = (1 + float(model.a.sum())) / b_sum
-    I = K / square if square else np.inf  # noqa: E741
-    return np.array([I, rate * I, K])
+    with np.errstate(all="ignore"):
+        # Numbers beyond all joints overflow here; they are refused as such.
+        K = np.float64(1 + float(model.a.sum())) / b_sum
+        I = K / square  # noqa: E741
+        return np.array([I, rate * I, K])
 
 
 def _ratios(model: DiscreteModel) -> tuple[float, float, FloatArray, FloatArray]:
@@ -216,11 +218,11 @@ def _refuse_poles(model: DiscreteModel) -> None:
     # Jury: both poles inside of the unit circle, told without the rounding of a root.
     if not (a2 < 1 and 1 + a1 + a2 > 0 and 1 - a1 + a2 > 0):
         raise EstimationError(f"the fitted model is unstable (poles {shown}): {advice}")
-    on_axis = (np.abs(poles.imag) == 0) & (poles.real <= _AT_ZERO)
+    on_axis = (np.abs(poles.imag) == 0) & (poles.real <= 0) | (np.abs(poles) < _AT_ZERO)
     if on_axis.any():
         raise EstimationError(
-            f"a pole on the negative real axis ({_shown(poles[on_axis][0])}) is no joint's at "
-            f"{model.rate_hz:g} Hz, its logarithm has no value: {advice}"
+            f"a pole on the negative real axis or at zero ({_shown(poles[on_axis][0])}) is no "
+            f"joint's at {model.rate_hz:g} Hz, its logarithm has no value: {advice}"
         )
 
 
