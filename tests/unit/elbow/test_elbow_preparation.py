@@ -1,6 +1,7 @@
 """What happens before a fit: SNR of the channels, filter and decimation, what is refused."""
 
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ import pytest
 from armimpedance.elbow.identify import identify_elbow
 from armimpedance.elbow.methods import METHODS, method_named
 from armimpedance.elbow.preparation import prepare, without_ramp
-from armimpedance.elbow.samples import JointSamples, from_recording
+from armimpedance.elbow.samples import JointSamples
 from armimpedance.elbow.snr import channel_snr, channel_spectrum
 from armimpedance.errors import InputError
 from manipulandum_sim.joint_bench import simulate_bench
@@ -16,8 +17,22 @@ from manipulandum_sim.joint_bench import simulate_bench
 JOINT = (0.07, 0.6, 20.0)
 
 
-def bench(**how):
-    return from_recording(simulate_bench(*JOINT, **how)[0])
+@lru_cache(maxsize=1)
+def truth():
+    return simulate_bench(*JOINT, seed=5)[1]
+
+
+def bench(snr_db=None, seed=0):
+    """The same motion with other noise; dB of both channels, or of torque and angle."""
+    torque, angle = truth().torque[0], truth().angle[0]
+    if snr_db is not None:
+        levels = np.broadcast_to(snr_db, 2)
+        white = np.random.default_rng(seed).standard_normal((2, len(torque)))
+        torque = torque + white[0] * torque.std() * 10 ** (-levels[0] / 20)
+        angle = angle + white[1] * angle.std() * 10 ** (-levels[1] / 20)
+    return JointSamples(
+        1000.0, ("1",), np.array([0, len(torque)]), torque, angle, perturbation=truth().torque[0]
+    )
 
 
 @pytest.fixture(scope="module")
