@@ -17,7 +17,7 @@ from armimpedance.signals.filters import lowpass
 Cutoff = float | None | Literal["auto"]
 Decimation = int | Literal["auto"]
 
-#: The source's own filter: the band that is kept by itself never ends below it (Hz).
+#: A band that is chosen by itself never ends below this (Hz).
 LOWEST_CUTOFF_HZ: Final = 2.0
 #: A channel is worth keeping as far up as its signal's density is this many times its floor.
 ABOVE_FLOOR: Final = 2.0
