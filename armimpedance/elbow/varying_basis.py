@@ -17,7 +17,7 @@ from armimpedance.elbow.varying_equation import (
     with_offsets,
 )
 from armimpedance.errors import EstimationError
-from armimpedance.records import FloatArray
+from armimpedance.records import FloatArray, IntArray
 
 ROUNDS: Final = 20
 #: K that moves by less than this part of its standard error has settled.
@@ -26,6 +26,8 @@ SETTLED: Final = 0.02
 UNSETTLED: Final = 0.5
 #: Part of the whitened residual's spectrum in which a joint moves: an excess there is no noise.
 LOW_PART: Final = 0.125
+#: Blocks of rows whose scores are taken as independent, where regressors have errors.
+BLOCKS: Final = 50
 
 
 @dataclass(frozen=True)
@@ -97,7 +99,8 @@ def fit_basis(
         if not step.moved < UNSETTLED * typical:
             raise EstimationError(f"B(t) and K(t) do not settle within {ROUNDS} rounds")
     residual = eq.whitened((eq.y - columns @ p)[:, None])[:, 0]
-    excess = low_excess(residual)
+    # clustered errors hold all that residuals have beyond the sensors' noise
+    excess = low_excess(residual) if error is None else 1.0
     inner = slice(1, 1 + pB + len(k))
     return BasisFit(
         course,
@@ -138,17 +141,42 @@ def _solve(
     if error is None:
         return solve_gram(A, b, eq.prior_sd)
     S = error_moments(eq, columns.shape[1], error, pB)
-    p, inverse = solve_gram(A - S, b, eq.prior_sd)
-    # covariance (q, q) = (A - S)^-1 A (A - S)^-1
-    return p, inverse @ A @ inverse
+    p, inverse = solve_gram(A - S.sum(axis=0), b, eq.prior_sd)
+    return p, clustered(white, p, inverse, S)
 
 
 def error_moments(eq: Linearised, q: int, error: FloatArray, pB: int) -> FloatArray:
-    """``E[U^T Sigma^-1 U]`` (q, q) of regressors' errors U: functions' errors times the motion."""
-    S = np.zeros((q, q))
+    """``E[U_b^T Sigma^-1 U_b]`` (blocks, q, q) of errors U of the regressors.
+
+    U is the functions' errors times the motion; blocks are those of `blocks_of`.
+    """
+    starts = blocks_of(len(eq.y))
+    S = np.zeros((len(starts), q, q))
     inner = slice(1, 1 + error.shape[2])
+    motion = np.where(np.arange(error.shape[2]) < pB, eq.x1[:, None], eq.x0[:, None])
     for draw in error:
-        motion = np.where(np.arange(error.shape[2]) < pB, eq.x1[:, None], eq.x0[:, None])
-        white = eq.whitened(draw * motion)
-        S[inner, inner] += white.T @ white / len(error)
+        S[:, inner, inner] += _block_grams(eq.whitened(draw * motion), starts) / len(error)
     return S
+
+
+def blocks_of(rows: int) -> IntArray:
+    """First rows of some `BLOCKS` equal blocks."""
+    return np.unique(np.linspace(0, rows, min(BLOCKS, rows) + 1).astype(np.int64)[:-1])
+
+
+def clustered(white: FloatArray, p: FloatArray, inverse: FloatArray, S: FloatArray) -> FloatArray:
+    """Covariance (q, q) of p from scores of blocks: where errors of regressors add to the noise.
+
+    ``s_b = X_b^T y_b - (X_b^T X_b - S_b) p`` of the whitened [X, y] (R, q + 1).
+    """
+    grams = _block_grams(white, blocks_of(len(white)))
+    scores = grams[:, :-1, -1] - (grams[:, :-1, :-1] - S) @ p
+    count = len(scores)
+    # C (q, q) = M^-1 (sum_b s_b s_b^T) M^-1, M the corrected moments
+    moved = scores @ inverse
+    return np.asarray(moved.T @ moved) * count / max(count - len(p), 1)
+
+
+def _block_grams(rows: FloatArray, starts: IntArray) -> FloatArray:
+    parts = np.split(rows, starts[1:])
+    return np.stack([part.T @ part for part in parts])

@@ -24,6 +24,8 @@ BAND_POWER: Final = 0.995
 #: Lowest rate, Hz: two thirds of it below the resonance of a stiff elbow.
 LOWEST_RATE_HZ: Final = 60.0
 SHORTEST_S: Final = 2.0
+#: Below this the first linearisation may lead to another minimum, dB (10 dB is measured sound).
+LOWEST_SNR_DB: Final = 9.0
 #: The spectrum is averaged over this band before its edge is read, Hz.
 SPECTRUM_HZ: Final = 1.0
 #: Part of the Nyquist band that is read as the floor of white noise.
@@ -115,6 +117,8 @@ def varying_data(samples: JointSamples, cutoff_hz: float | None = None) -> Varyi
     angle = [decimated(samples.angle[r] - samples.angle[r].mean(), every) for r in rows]
     noise = np.array([[_floor(samples.torque[r]), _floor(samples.angle[r])] for r in rows])
     power = np.array([[samples.torque[r].var(), samples.angle[r].var()] for r in rows])
+    snr = _snr(power.sum(axis=0), noise.sum(axis=0))
+    _refuse_noise(snr)
     least = LEAST_NOISE**2 * power
     at_rate = np.sqrt(np.maximum(noise / every, least))
     return VaryingData(
@@ -125,7 +129,7 @@ def varying_data(samples: JointSamples, cutoff_hz: float | None = None) -> Varyi
         angle=np.concatenate(angle),
         sd_torque=at_rate[:, 0],
         sd_angle=at_rate[:, 1],
-        snr=_snr(power.sum(axis=0), noise.sum(axis=0)),
+        snr=snr,
         every=every,
         notes=(
             f"each trial's mean torque and angle taken off; band to {band:.3g} Hz, decimated from "
@@ -196,6 +200,16 @@ def _band(samples: JointSamples, rows: list[slice]) -> float:
         edge = max(int(np.searchsorted(share, BAND_POWER)), 1)
         edges.append(edge * samples.sample_rate_hz / len(torque))
     return float(min(max(edges), samples.sample_rate_hz / 2 * 0.99))
+
+
+def _refuse_noise(snr: ChannelSnr) -> None:
+    for name, db in (("torque", snr.torque_db), ("angle", snr.angle_db)):
+        if db is not None and db < LOWEST_SNR_DB:
+            raise InputError(
+                f"signal to noise of the {name} is {db:.1f} dB",
+                expected=f"{LOWEST_SNR_DB:g} dB or more for a course over time; a stronger "
+                "perturbation, or a method for a constant joint",
+            )
 
 
 def _snr(power: FloatArray, noise: FloatArray) -> ChannelSnr:

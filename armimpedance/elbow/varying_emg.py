@@ -13,12 +13,13 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from scipy.special import chdtrc
+from scipy.special import chdtrc, fdtrc
 
 from armimpedance.elbow.emg_errors import ErrorMoments, refuse_unreliable
 from armimpedance.elbow.varying_basis import (
     BasisFit,
     basis_columns,
+    clustered,
     error_moments,
     fit_basis,
     low_excess,
@@ -238,11 +239,10 @@ def departure(
     lagging : bool
         The functions are the amplitudes' rates: a lag is read from their coefficients.
     """
-    del data
     # what the law can itself say of the further functions is no departure: (N, f)
-    beside = further - law @ np.linalg.lstsq(law, further, rcond=None)[0]
-    kept = beside.std(axis=0) > 1e-9 * np.abs(further).max()
-    beside = beside[:, kept] if not lagging else further
+    fitted = np.linalg.lstsq(law, further, rcond=None)[0]
+    away = np.zeros(fitted.shape) if lagging else np.asarray(fitted, dtype=np.float64)
+    beside = further - law @ away
     eq, m, f = fit.eq, law.shape[1], beside.shape[1]
     columns = basis_columns(eq, np.column_stack([law, beside]), np.column_stack([law, beside]))
     q = columns.shape[1]
@@ -254,8 +254,9 @@ def departure(
     last = np.arange(q - len(eq.prior_sd), q)
     A[last, last] += eq.prior_sd**-2
     if error is not None:
-        S = error_moments(eq, len(own), error[:, eq.centre], m)
-        A[np.ix_(own, own)] -= S
+        lost = _lost(data, law, f, error, lagging=lagging)[:, eq.centre]
+        S = error_moments(eq, q, _all_errors(error[:, eq.centre], m, away, lost), m + f)
+        A = A - S.sum(axis=0)
     # extra terms z (2 f,) with the own parameters eliminated: (A_zz - A_zo A_oo^-1 A_oz) z = r
     mixed = np.linalg.solve(A[np.ix_(own, own)], A[np.ix_(own, extra)])
     information = A[np.ix_(extra, extra)] - A[np.ix_(extra, own)] @ mixed
@@ -264,12 +265,40 @@ def departure(
     full = np.zeros(q)
     full[extra] = z
     full[own] = np.linalg.solve(A[np.ix_(own, own)], b[own] - A[np.ix_(own, extra)] @ z)
-    noise = low_excess(white @ np.append(-full, 1.0))
-    p = float(chdtrc(2 * f, max(float(z @ right), 0.0) / noise))
+    if error is None:
+        noise = low_excess(white @ np.append(-full, 1.0))
+        p = float(chdtrc(2 * f, max(float(z @ right), 0.0) / noise))
+    else:
+        spread = clustered(white, full, np.asarray(np.linalg.pinv(A, hermitian=True)), S)
+        wald = float(z @ np.linalg.pinv(spread[np.ix_(extra, extra)], hermitian=True) @ z)
+        rest = max(len(S) - q - 2 * f, 1)
+        p = float(fdtrc(2 * f, rest, wald / (2 * f)))
     moved = np.stack([beside @ z[:f], beside @ z[f:]])
     means = np.array([np.abs(fit.course.B).mean(), np.abs(fit.course.K).mean()])
     moves = np.sqrt((moved**2).mean(axis=1)) / means
     return Departure(p, moves, _lag(fit, z, information, m) if lagging else None)
+
+
+def _all_errors(error: FloatArray, m: int, away: FloatArray, lost: FloatArray) -> FloatArray:
+    """Draws (M, R, 2 (m + f)) of the errors of law and further functions, of B, then of K."""
+    own = error[:, :, :m]
+    one = np.concatenate([own, lost - own @ away], axis=2)
+    return np.concatenate([one, one], axis=2)
+
+
+def _lost(
+    data: VaryingData, law: FloatArray, f: int, error: FloatArray, *, lagging: bool
+) -> FloatArray:
+    """Draws (M, N, f) of what the further functions carry of the amplitudes' errors."""
+    m = law.shape[1]
+    n = error[:, :, 1:m]
+    if lagging:
+        return np.stack([_derivative(data, draw) for draw in n])
+    pairs = [(i, j) for i in range(m - 1) for j in range(i, m - 1)]
+    if f != len(pairs):
+        return np.zeros((*n.shape[:2], f))
+    a = law[:, 1:]
+    return np.stack([a[:, i] * n[:, :, j] + a[:, j] * n[:, :, i] for i, j in pairs], axis=2)
 
 
 def _lag(fit: BasisFit, z: FloatArray, information: FloatArray, m: int) -> float:

@@ -94,7 +94,7 @@ def _in_windows(data: VaryingData, length_s: float, step_s: float, degree: int) 
         sd_inertia=float(np.sqrt(found.shared_covariance[0, 0])),
         notes=(f"windows of {length_s:g} s every {step_s:g} s, B and K of degree {degree} inside",),
         warnings=_too_fast(relative, length_s),
-        details={"bias_percent": {"B": 100 * relative[0], "K": 100 * relative[1]}},
+        details={"bias_percent": dict(zip("BK", (100 * relative).tolist(), strict=True))},
     )
 
 

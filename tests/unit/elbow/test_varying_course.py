@@ -229,6 +229,19 @@ def test_errors_of_the_amplitudes_are_accounted_for():
     assert abs(mean[1]) < max(3 * error[1], 0.5 * abs(mean[0]))
 
 
+@pytest.mark.parametrize("lag_s", [0.0, 0.05])
+def test_errors_of_the_amplitudes_are_no_lag(lag_s):
+    from armimpedance.signals.filters import lowpass
+
+    samples, _ = _bench(0.7, 40.0, 0, lag_s)
+    clean = _amplitude(samples)
+    noise = np.random.default_rng(2).standard_normal(clean.shape)
+    noise = lowpass(noise, 10.0, 1000.0, order=5, axis=0)
+    noisy = clean + 0.02 * noise / noise.std()
+    found = _found("emg", samples, amplitude=noisy, amplitude_sd=np.array([0.02, 0.02]))
+    assert any("lag of about" in w for w in found.warnings) == (lag_s > 0)
+
+
 def test_amplitudes_that_move_together_are_refused():
     samples, _ = _bench()
     alike = _amplitude(samples)[:, [0, 0]]

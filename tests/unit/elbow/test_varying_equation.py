@@ -125,3 +125,8 @@ def test_short_and_constant_trials_are_refused():
         )
     with pytest.raises(InputError, match="angle"):
         varying_data(replace(samples, angle=np.zeros(4000)))
+
+
+def test_too_much_noise_is_refused_before_anything_is_fitted():
+    with pytest.raises(InputError, match="noise of the angle is"):
+        varying_data(_samples(snr_db=(30.0, 5.0)))
