@@ -12,7 +12,8 @@ from armimpedance.elbow.varying import identify_varying
 from armimpedance.elbow.varying_data import varying_data
 from armimpedance.elbow.varying_equation import linearise
 from armimpedance.elbow.varying_methods import VARYING_METHODS
-from armimpedance.elbow.varying_smoother import Levels, _model, free_course, smooth
+from armimpedance.elbow.varying_smoother import free_course, smooth
+from armimpedance.elbow.varying_smoother_model import Levels, smoother_model
 from armimpedance.errors import InputError, NotIdentifiableError
 from manipulandum_sim.joint_bench import simulate_bench
 
@@ -121,7 +122,7 @@ def test_the_smoother_equals_dense_least_squares():
         sigma += np.diag(values[: R - k], -k) + (np.diag(values[: R - k], k) if k else 0)
     sigma += np.diag((levels.torque**2 - 1) * eq.sd_torque**2)
     D = np.diff(np.eye(N), 2, axis=0)
-    scale = _model(data, eq, np.array([1.0, 1.0])).unit
+    scale = smoother_model(data, eq, np.array([1.0, 1.0])).unit
     first = free_course(data)
     size = np.array([np.abs(first.B).mean(), np.abs(first.K).mean()])
     q = scale * size**2 * np.array([levels.B, levels.K]) ** 2
