@@ -10,6 +10,12 @@ from typing import Any
 
 from armimpedance.errors import ArmImpedanceError, InputError
 from armimpedance_figures import (
+    elbow_study_frequency,
+    elbow_study_snr,
+    ruiz2011_fig05_time_varying,
+    ruiz2011_fig06_loads,
+    ruiz2011_fig09_windows,
+    ruiz2011_fig10_subjects,
     tsuji1997_fig06_motion_and_force,
     tsuji1997_fig07_ellipses_over_workspace,
     tsuji1997_fig08_cocontraction,
@@ -53,6 +59,12 @@ CATALOGUE = {
         venture_poster_cross_validation,
         venture_poster_conditions,
         venture_poster_discrimination,
+        ruiz2011_fig05_time_varying,
+        ruiz2011_fig06_loads,
+        ruiz2011_fig09_windows,
+        ruiz2011_fig10_subjects,
+        elbow_study_snr,
+        elbow_study_frequency,
     )
 }
 

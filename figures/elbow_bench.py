@@ -71,8 +71,10 @@ class Varying:
     samples : JointSamples
     time_s, B, K : (N,)
         True.
+    activation : (N, 2)
+        True, of flexor and extensor.
     amplitude : (N, 2)
-        Of the EMG of flexor and extensor.
+        Of their EMG.
     amplitude_sd : (2,)
     """
 
@@ -82,6 +84,7 @@ class Varying:
     time_s: FloatArray
     B: FloatArray
     K: FloatArray
+    activation: FloatArray
     amplitude: FloatArray
     amplitude_sd: FloatArray
 
@@ -93,7 +96,7 @@ class Varying:
 def varying_draws(
     joint: Joint, frequency_hz: float, *, draws: int, snr_db: float, seed: int
 ) -> Iterator[Varying]:
-    """Records of ``K(t) = K (1 + DEPTH sin 2 pi f t)``, B alike, with raw EMG that makes them so."""
+    """Records of ``K(t) = K (1 + DEPTH sin 2 pi f t)``, B alike, and the EMG that goes with it."""
 
     def course(mean: float, time_s: FloatArray) -> FloatArray:
         return np.asarray(mean * (1 + DEPTH * np.sin(2 * np.pi * frequency_hz * time_s)))
@@ -108,14 +111,23 @@ def varying_draws(
         seed=seed,
     )
     time = np.arange(len(truth.K)) / RATE_HZ
+    activation = _activation(frequency_hz, time)
     generators = np.random.default_rng([seed, 1]).spawn(draws)
     for row, (rng, angle) in enumerate(zip(generators, truth.angle, strict=True)):
         one = recording.select(np.array([row]))
         samples = from_recording(one)
         rate = np.gradient(angle, 1 / RATE_HZ)
-        own = emg_amplitude(_with_emg(one, rng, _activation(frequency_hz, time), rate))
+        own = emg_amplitude(_with_emg(one, rng, activation, rate))
         yield Varying(
-            joint, frequency_hz, samples, time, truth.B, truth.K, own.amplitude, own.noise_sd
+            joint=joint,
+            frequency_hz=frequency_hz,
+            samples=samples,
+            time_s=time,
+            B=truth.B,
+            K=truth.K,
+            activation=activation,
+            amplitude=own.amplitude,
+            amplitude_sd=own.noise_sd,
         )
 
 

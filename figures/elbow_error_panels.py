@@ -20,20 +20,23 @@ LIMIT_PERCENT: Final = 10.0
 ROW_IN: Final = 1.55
 
 
-def _look(color: str, marker: str, style: Any = "-") -> Mapping[str, Any]:
+def _look(color: str, marker: str, size: float, style: Any = "-") -> Mapping[str, Any]:
     return MappingProxyType(
-        {"color": OKABE_ITO[color], "marker": marker, "ls": style, "lw": 1.1, "ms": 3.6}
+        {
+            **{"color": OKABE_ITO[color], "marker": marker, "ls": style, "lw": 1.1},
+            **{"ms": size, "mfc": "none", "mew": 1.0},
+        }
     )
 
 
-#: Told apart by marker as well as by colour; those that serve as a warning are dashed.
+#: Told apart by marker as well as by colour, and where they coincide too: open, of several sizes.
 LOOKS: Final = (
-    _look("black", "x", (0, (4, 2))),
-    _look("vermillion", "s"),
-    _look("blue", "o"),
-    _look("green", "^"),
-    _look("purple", "v"),
-    _look("sky", "D", (0, (4, 2))),
+    _look("black", "x", 4.5, (0, (4, 2))),
+    _look("vermillion", "s", 4.0),
+    _look("blue", "o", 6.5),
+    _look("green", "^", 4.5),
+    _look("purple", "v", 2.5, (0, (2, 1.5))),
+    _look("sky", "d", 4.5, (0, (4, 2))),
 )
 
 

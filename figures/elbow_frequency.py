@@ -18,6 +18,9 @@ FREQUENCIES_HZ: Final = (0.3, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 4.0)
 DRAWS: Final = 3
 SNR_DB: Final = 40.0
 NAMES: Final = ("B", "K")
+#: Method "emg" with the activations themselves in place of amplitudes from EMG.
+EXACT: Final = "emg, no noise"
+METHODS: Final = (*VARYING_METHODS, EXACT)
 
 
 @dataclass(frozen=True)
@@ -76,7 +79,7 @@ def study_joint(
     frequencies_hz: tuple[float, ...] | None = None,
     draws: int | None = None,
     snr_db: float = SNR_DB,
-    methods: tuple[str, ...] = tuple(VARYING_METHODS),
+    methods: tuple[str, ...] = METHODS,
 ) -> FrequencyStudy:
     """Every method on the same records of a joint.
 
@@ -85,7 +88,7 @@ def study_joint(
     InputError
         An unknown method.
     """
-    for method in methods:
+    for method in set(methods) - {EXACT}:
         varying_method_named(method)
     chosen, count = frequencies_hz or FREQUENCIES_HZ, draws or DRAWS
     error = {method: np.full((len(chosen), count, 2), np.nan) for method in methods}
@@ -98,7 +101,9 @@ def study_joint(
 
 
 def identified(record: Varying, method: str) -> VaryingImpedance:
-    """B and K over time by a method."""
+    """B and K over time by one of `METHODS`."""
+    if method == EXACT:
+        return identify_varying(record.samples, method="emg", amplitude=record.activation)
     if varying_method_named(method).needs != "amplitude":
         return identify_varying(record.samples, method=method)
     return identify_varying(

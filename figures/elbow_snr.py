@@ -19,7 +19,7 @@ from armimpedance.records import FloatArray
 from armimpedance_figures.elbow_bench import DURATION_S, JOINTS, Joint
 from manipulandum_sim.joint_bench import simulate_bench
 
-SNRS_DB: Final = (0.0, 5.0, 10.0, 15.0, 20.0, 30.0, 40.0, 60.0)
+SNRS_DB: Final = (-10.0, -5.0, 0.0, 5.0, 10.0, 15.0, 20.0, 30.0, 45.0, 60.0)
 DRAWS: Final = 12
 #: The limit that the source sets to the relative error.
 WITHIN: Final = 0.10

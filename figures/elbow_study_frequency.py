@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+import numpy as np
+
 from armimpedance_figures.elbow_bench import ACTIVATION, DEPTH, DURATION_S
 from armimpedance_figures.elbow_error_panels import LIMIT_PERCENT, Scale, draw_errors
-from armimpedance_figures.elbow_frequency import NAMES, FrequencyStudy, study
+from armimpedance_figures.elbow_frequency import EXACT, NAMES, FrequencyStudy, study
 from armimpedance_figures.source_figure import SourceFigure, script
 from armimpedance_figures.table_cells import number
 
@@ -63,15 +65,22 @@ def caption(studies: tuple[FrequencyStudy, ...]) -> str:
         "Not drawn in Ruiz et al. (2011), whose section 4 names 0.7 Hz alone: rms over time of the "
         f"relative error of K(t) and B(t), median of {first.draws} records of {DURATION_S:g} s for "
         "each point. Simulated: two joints (kg m², Nms/rad, Nm/rad) on a bench, random torque "
-        f"behind a low-pass at 10 Hz, white noise at {first.snr_db:g} dB on torque and angle; B and "
-        f"K vary by {100 * DEPTH:.0f} % as one sine. A constant in its mean would be wrong by about "
-        f"{100 * DEPTH / 2**0.5 * 1.05:.0f} %. {_ends(studies)} 'emg' is given amplitudes from "
+        f"behind a low-pass at 10 Hz, white noise at {first.snr_db:g} dB on both channels; B and "
+        f"K vary by {100 * DEPTH:.0f} % as one sine. Constants in their mean would be wrong by "
+        f"{100 * _of_a_constant(DEPTH):.0f} %. {_ends(studies)} 'emg' is given amplitudes from "
         f"simulated raw EMG of two muscles at {100 * ACTIVATION:.0f} % on average, whose sum B and "
-        "K follow exactly: the randomness of the EMG is all of its error, at any frequency. A gap: "
-        "half of the records or more were refused. Differs from the source: simulated anew, with "
+        f"K follow exactly; '{EXACT}' the activations themselves: nearly all of the error is the "
+        "randomness of EMG, at any frequency. A gap: half of the records or more were refused. "
+        "Differs from the source: simulated anew, with "
         "more than one method; windows are those of the source (constant in 0.5 s), but I is "
         "shared by all of them, and noise is weighed."
     )
+
+
+def _of_a_constant(depth: float) -> float:
+    """rms over a period of ``1 / (1 + depth sin) - 1``."""
+    rest = 1 - depth**2
+    return float(np.sqrt(rest**-1.5 - 2 * rest**-0.5 + 1))
 
 
 def _ends(studies: tuple[FrequencyStudy, ...]) -> str:

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
 #: What the source prints as lowest; it gives no unit, dB reproduces it.
 PRINTED_DB: Final = (15.0, 18.0)
-#: Higher errors are drawn at the upper edge.
-HIGHEST_PERCENT: Final = 160.0
+#: Room for the marks' text above 100 %.
+HIGHEST_PERCENT: Final = 400.0
 DRAWN_ROWS: Final = (2, 1, 0)
 
 
@@ -27,9 +27,9 @@ def draw(studies: tuple[SnrStudy, ...]) -> Figure:
     """K above B above I, a column for each joint."""
     scale = Scale(
         label="signal to noise of torque and angle (dB)",
-        ticks=(0, 10, 20, 30, 40, 50, 60),
+        ticks=(-10, 0, 10, 20, 30, 40, 50, 60),
         log=False,
-        lowest=0.08,
+        lowest=0.25,
         highest=HIGHEST_PERCENT,
         marks=dict(zip(PRINTED_DB, ("", "15 and 18: the source's"), strict=True)),
     )
@@ -76,7 +76,7 @@ def caption(studies: tuple[SnrStudy, ...]) -> str:
         "Not drawn in Ruiz et al. (2011), whose section 4 names the limits alone: rms relative "
         f"error of K, B and I over {studies[0].draws} records of {DURATION_S:g} s at each of "
         f"{grid} dB. Simulated: two joints (kg m², Nms/rad, Nm/rad) on a bench, random torque "
-        "behind a low-pass at 10 Hz, white noise of the same SNR (dB of power, whole band at 1 kHz) "
+        "behind a low-pass at 10 Hz, white noise of the same SNR (dB of power, all of the band) "
         "on torque and angle; 'iv' knows the torque that the device was told to give. All three "
         f"parameters are within {100 * WITHIN:.0f} % (line) {_limits(studies)}. 'raw arx' is the "
         "source's model, nb = 2 and nk = 1, fitted to 1 kHz samples as they are, which the command "
