@@ -65,7 +65,7 @@ def _checks(recording: Recording) -> list[Check]:
     from armimpedance.impedance.delay import check_delay
     from armimpedance.signals.validity import Check, check_recording
 
-    checks = [*check_recording(recording), *check_delay(recording)]
+    checks = [*check_recording(recording), *check_delay(recording), *_emg_checks(recording)]
     if recording.kind != "joint" or "onset_s" in recording.trials:
         return checks
     if all(check.verdict == "ok" for check in checks if check.name in OF_DISTURBANCE):
@@ -73,6 +73,22 @@ def _checks(recording: Recording) -> list[Check]:
     text = "no returning one is seen: `passive` takes such a recording, `estimate` does not"
     others = check_recording(replace(recording, perturbation="stochastic"))
     return [*others, Check("disturbance", "warning", text)]
+
+
+def _emg_checks(recording: Recording) -> list[Check]:
+    """Of the raw EMG beside a random perturbation; without it I, B and K can still be fitted."""
+    from dataclasses import replace
+
+    from armimpedance.signals.emg_checks import check_emg
+
+    if recording.emg is None or recording.perturbation != "stochastic":
+        return []
+    if recording.emg_unit != "V":
+        return []
+    return [
+        replace(c, name=f"EMG {c.name}", verdict="ok" if c.verdict == "ok" else "warning")
+        for c in check_emg(recording)
+    ]
 
 
 def describe(recording: Recording, title: str) -> str:
