@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 from armimpedance.plots.style import OKABE_ITO, TWO_COLUMNS_IN, new_figure, print_style
 from armimpedance.records import FloatArray
 from armimpedance_figures.source_figure import one_legend
+from armimpedance_figures.venture_layout import settle
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -102,6 +103,7 @@ def draw_errors(
                 textcoords="offset points",
             )  # fmt: skip
         one_legend(figure, list(axes.flat), columns=6)
+    settle(figure)
     return figure
 
 

@@ -19,7 +19,7 @@ DRAWS: Final = 3
 SNR_DB: Final = 40.0
 NAMES: Final = ("B", "K")
 #: Method "emg" with the activations themselves in place of amplitudes from EMG.
-EXACT: Final = "emg, no noise"
+EXACT: Final = "emg without noise"
 METHODS: Final = (*VARYING_METHODS, EXACT)
 
 

@@ -26,7 +26,7 @@ def draw(studies: tuple[FrequencyStudy, ...]) -> Figure:
         label="frequency of the variation (Hz)",
         ticks=tuple(studies[0].frequencies_hz),
         log=True,
-        lowest=0.2,
+        lowest=0.03,
         highest=100.0,
         marks={PRINTED_HZ: "0.7 Hz: the source's limit"},
     )
@@ -72,8 +72,8 @@ def caption(studies: tuple[FrequencyStudy, ...]) -> str:
         f"K follow exactly; '{EXACT}' the activations themselves: nearly all of the error is the "
         "randomness of EMG, at any frequency. A gap: half of the records or more were refused. "
         "Differs from the source: simulated anew, with "
-        "more than one method; windows are those of the source (constant in 0.5 s), but I is "
-        "shared by all of them, and noise is weighed."
+        "more than one method; windows are constant as the source's are, of 0.5 s (it does not "
+        "say its own), but share one I, and noise is weighed."
     )
 
 

@@ -16,6 +16,7 @@ from armimpedance_figures.elbow_bench import DEPTH, SOURCES, Varying, varying_dr
 from armimpedance_figures.elbow_frequency import NAMES, error_of, identified
 from armimpedance_figures.source_figure import SourceFigure, one_legend, script
 from armimpedance_figures.table_cells import number
+from armimpedance_figures.venture_layout import settle
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -88,6 +89,7 @@ def draw(studied: StudiedCourse) -> Figure:
     axes[0].set_xlabel("")
     with print_style():
         one_legend(figure, axes, columns=3)
+    settle(figure)
     return figure
 
 
@@ -125,12 +127,11 @@ def caption(studied: StudiedCourse) -> str:
         f"source's way, constant in windows of {CONSTANT_S:g} s that overlap by half, here with "
         "one I for all of them. A window holds little more than one time constant B/K of this "
         f"joint, {joint.viscosity / joint.stiffness:.2f} s; it flattens the sine and says so in "
-        "its band, which takes in what two more powers of time would move. 'smoother' takes B and K "
-        f"for integrated random walks. Relative errors: {off}. The bands hold the truth at {held} "
+        "its band, which takes in what two more powers of time would move. 'smoother' takes B and "
+        f"K for integrated random walks. Relative errors: {off}. Bands hold the truth at {held} "
         "points. Differs from the source: simulated anew, since it prints neither the joint nor "
-        "the noise of its "
-        "figure; it calls 0.7 Hz the highest frequency with errors below 10 %, which windows do "
-        "not reach for K of this joint, and shows no bands."
+        "the noise of its figure; it calls 0.7 Hz the highest frequency with errors below 10 %, "
+        "which windows do not reach for K of this joint, and shows no bands."
     )
 
 

@@ -13,6 +13,7 @@ from armimpedance.records import FloatArray
 from armimpedance.signals.filters import lowpass
 from armimpedance_figures.source_figure import SourceFigure, one_legend, script
 from armimpedance_figures.table_cells import number
+from armimpedance_figures.venture_layout import settle
 from manipulandum_sim.exo_device import RATE_HZ
 from manipulandum_sim.exo_plant import HIDING_GAIN, HIDING_HZ, KINEMATICS_HZ
 from manipulandum_sim.exo_protocol import LOADS, RHYTHM_HZ
@@ -136,6 +137,7 @@ def draw(loads: tuple[Load, ...]) -> Figure:
         for load, ax in zip(loads, axes, strict=True):
             _panel(load, ax)
         one_legend(figure, axes, columns=3)
+    settle(figure)
     return figure
 
 

@@ -13,6 +13,7 @@ from armimpedance.plots.style import OKABE_ITO, TWO_COLUMNS_IN, new_figure, prin
 from armimpedance_figures.elbow_session import Session, design, study
 from armimpedance_figures.source_figure import SourceFigure, one_legend, script
 from armimpedance_figures.table_cells import number
+from armimpedance_figures.venture_layout import settle
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 #: Length of the windows, s, and their colour.
 WINDOWS: Final = {CONSTANT_S: "vermillion", 2.0: "blue"}
 ROWS: Final[tuple[Literal["B", "K"], ...]] = ("B", "K")
+UNITS: Final = {"B": "Nms/rad", "K": "Nm/rad"}
 #: Which repetition is drawn, counted from 0.
 REPETITION: Final = 0
 
@@ -57,13 +59,16 @@ def draw(studied: StudiedWindows) -> Figure:
         for length_s, color in WINDOWS.items():
             label = f"windows of {length_s:g} s"
             plot_varying(studied.found[length_s], name, color=OKABE_ITO[color], label=label, ax=ax)
-        said = [f"{s:g} s {studied.scatter(s, name):.2g}" for s in WINDOWS]
+        said = [f"of {s:g} s: {studied.scatter(s, name):.2g}" for s in WINDOWS]
         with print_style():
             ax.axhline(studied.session.true(name), color="black", lw=1.2, label="true")
-            ax.set_title(f"sd of {name} over windows: {', '.join(said)}", loc="left", fontsize=8)
+            ax.set_title(
+                f"sd of {name} over windows {', '.join(said)} {UNITS[name]}", loc="left", fontsize=8
+            )
     axes[0].set_xlabel("")
     with print_style():
         one_legend(figure, axes, columns=3)
+    settle(figure)
     return figure
 
 
@@ -90,9 +95,9 @@ def caption(studied: StudiedWindows) -> str:
         "posture, in windows that overlap by half, with 95 % bands. Both are truly constant (black "
         f"lines): K {session.true('K'):.1f} Nm/rad, B {session.true('B'):.2f} Nms/rad. The means "
         f"of K over the windows are {means}; the whole repetition gives {low:.1f} to {high:.1f} "
-        "(95 %). The scatter shrinks as the windows grow, so that it is no change of the joint: "
-        "the voluntary torque is large where K shows, below 1 Hz, and a window holds few of its "
-        "periods. The source reads such scatter as torque modulated by the subject. "
+        "(95 %). All of the scatter is the estimates', none the joint's: the voluntary torque "
+        "is large where K shows, below 1 Hz, and a short window holds not even one of its periods. "
+        "The source reads such scatter as torque modulated by the subject. "
         f"{design(session)}; repetition {REPETITION + 1} is shown. Differs from the source: "
         "simulated, I shared by all windows and noise weighed, bands, and a second length of "
         "windows; the source does not say its own."

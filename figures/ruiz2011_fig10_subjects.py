@@ -13,6 +13,7 @@ from armimpedance.records import FloatArray
 from armimpedance_figures.elbow_session import SUBJECTS, Session, design, study
 from armimpedance_figures.source_figure import SourceFigure, one_legend, script
 from armimpedance_figures.table_cells import number
+from armimpedance_figures.venture_layout import settle
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -43,6 +44,7 @@ def draw(sessions: tuple[Session, ...]) -> Figure:
         for name, ax in zip(PRINTED, axes, strict=True):
             _panel(sessions, name, ax)
         one_legend(figure, axes, columns=4)
+    settle(figure)
     return figure
 
 
