@@ -8,18 +8,15 @@ import numpy as np
 
 from armimpedance.records import FloatArray
 
+from .emg_carrier import RUN_IN, in_band
 from .muscles import N_MUSCLES
 
-BAND_HZ: Final = (20.0, 450.0)
-ORDER: Final = 2
 #: Noise of electrodes and amplifier, sd (V).
 BASELINE_V: Final = 2e-6
 #: Rectified mean of each muscle in its maximum voluntary contraction (V).
 MVC_V: Final = np.array([0.40e-3, 0.25e-3, 0.60e-3, 0.45e-3, 0.70e-3, 0.35e-3])
 #: Rectified mean of an electrode on a silent muscle (V): mean |N(0, sd)| = sd sqrt(2 / pi).
 REST_V: Final = BASELINE_V * np.sqrt(2 / np.pi)
-#: Samples that the filter runs in on.
-RUN_IN: Final = 200
 
 
 def raw_emg(
@@ -34,17 +31,11 @@ def raw_emg(
     The mean of the rectified noise is ``activation MVC_V``, baseline noise comes on top; a trial's
     samples depend on the seed and its key alone.
     """
-    from scipy.signal import butter, sosfilt
-
     white = np.empty((len(keys), N_MUSCLES, RUN_IN + samples))
     for t, key in enumerate(keys):
         sequence = np.random.SeedSequence(seed, spawn_key=(*key, 1))
         np.random.default_rng(sequence).standard_normal(out=white[t])
-    sos = butter(ORDER, BAND_HZ, "bandpass", fs=rate_hz, output="sos")
-    impulse = np.zeros(4 * RUN_IN)
-    impulse[0] = 1.0
-    gain = np.sqrt((sosfilt(sos, impulse) ** 2).sum())
-    noise = sosfilt(sos, white, axis=-1)[..., RUN_IN:] / gain
+    noise = in_band(white, axis=-1, rate_hz=rate_hz)
     # mean |N(0, sd)| = sd sqrt(2 / pi)
     sd = np.hypot(activation * MVC_V * np.sqrt(np.pi / 2), BASELINE_V)
     return np.ascontiguousarray((noise * sd[..., None]).transpose(0, 2, 1))

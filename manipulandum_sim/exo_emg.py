@@ -10,12 +10,9 @@ import numpy as np
 from armimpedance.errors import InputError
 from armimpedance.records import FloatArray
 
+from .emg_carrier import carrier
 from .exo_device import EMG_INPUT, RATE_HZ
 
-BAND_HZ: Final = (20.0, 450.0)
-ORDER: Final = 2
-#: Samples that the filter runs in on.
-RUN_IN: Final = 200
 #: A movement artefact has nothing above this, Hz; order of its low-pass.
 ARTEFACT_HZ: Final = 15.0
 ARTEFACT_ORDER: Final = 4
@@ -78,7 +75,7 @@ def raw_emg(
 
     samples, muscles = activation.shape
     # mean |N(0, sd)| = sd sqrt(2 / pi)
-    emg = _carrier(rng, samples, muscles) * activation * mvc_V * np.sqrt(np.pi / 2)
+    emg = carrier(rng, samples, muscles) * activation * mvc_V * np.sqrt(np.pi / 2)
     emg += electrodes.noise_V * rng.standard_normal((samples, muscles))
     phase = rng.uniform(0, 2 * np.pi, muscles)
     clock = 2 * np.pi * electrodes.hum_hz * np.arange(samples)[:, None] / RATE_HZ
@@ -88,15 +85,3 @@ def raw_emg(
     share = rng.uniform(0.5, 1.0, muscles) * rng.choice([-1.0, 1.0], muscles)
     emg += electrodes.artefact * share * sosfilt(sos, rate)[:, None]
     return EMG_INPUT.convert(emg) if converted else emg
-
-
-def _carrier(rng: np.random.Generator, samples: int, muscles: int) -> FloatArray:
-    """Noise (S, m) of unit variance in the band."""
-    from scipy.signal import butter, sosfilt
-
-    sos = butter(ORDER, BAND_HZ, "bandpass", fs=RATE_HZ, output="sos")
-    impulse = np.zeros(4 * RUN_IN)
-    impulse[0] = 1.0
-    gain = np.sqrt((sosfilt(sos, impulse) ** 2).sum())
-    white = rng.standard_normal((RUN_IN + samples, muscles))
-    return np.asarray(sosfilt(sos, white, axis=0)[RUN_IN:] / gain)

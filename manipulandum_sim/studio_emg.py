@@ -10,11 +10,8 @@ import numpy as np
 from armimpedance.errors import InputError
 from armimpedance.motion import EmgSignals, MotionRecording
 
-BAND_HZ: Final = (20.0, 450.0)
-ORDER: Final = 2
-#: Samples that the filter runs in on.
-RUN_IN: Final = 200
-RATE_HZ: Final = 1000.0
+from .emg_carrier import RATE_HZ, carrier
+
 #: Time in which a burst rises and falls, s.
 EDGE_S: Final = 0.05
 
@@ -58,7 +55,7 @@ def relaxed_emg(
         time = motion.time_s[motion.samples_of(row)]
         samples = round((time[-1] - time[0]) * RATE_HZ) + 1
         key = np.random.SeedSequence(seed, spawn_key=(int(trial), 3))
-        noise = _band_noise(np.random.default_rng(key), samples, len(muscles))
+        noise = carrier(np.random.default_rng(key), samples, len(muscles))
         clock = time[0] + np.arange(samples) / RATE_HZ
         level = np.full((samples, len(muscles)), percent / 100)
         for _, muscle, start, end, high in (b for b in bursts if b[0] == row):
@@ -72,15 +69,3 @@ def relaxed_emg(
         raise InputError("a burst in a trial that there is not", expected=f"0 to {len(parts) - 1}")
     offsets = np.cumsum([0, *(len(p) for p in parts)])
     return EmgSignals(RATE_HZ, offsets, np.concatenate(parts), muscles, "normalised")
-
-
-def _band_noise(rng: np.random.Generator, samples: int, muscles: int) -> np.ndarray:
-    """Noise (S, m) of unit variance in the band."""
-    from scipy.signal import butter, sosfilt
-
-    sos = butter(ORDER, BAND_HZ, "bandpass", fs=RATE_HZ, output="sos")
-    impulse = np.zeros(4 * RUN_IN)
-    impulse[0] = 1.0
-    gain = np.sqrt((sosfilt(sos, impulse) ** 2).sum())
-    white = rng.standard_normal((RUN_IN + samples, muscles))
-    return np.asarray(sosfilt(sos, white, axis=0)[RUN_IN:] / gain)
