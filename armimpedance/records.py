@@ -115,7 +115,8 @@ class Recording:
         Where the shoulder is in the frame of `position` (kind "hand").
     extra : mapping str -> (N,)
         Further numeric sample columns, kept for round trips. Analyses read the commanded motion
-        only (`conventions.command_columns`).
+        (`conventions.command_columns`) and the torque that a device was told to add
+        (`conventions.perturbation_columns`) only.
     provenance : tuple of str
         What was done so far, one sentence each.
     """
