@@ -26,7 +26,7 @@ def draw(studies: tuple[FrequencyStudy, ...]) -> Figure:
         label="frequency of the variation (Hz)",
         ticks=tuple(studies[0].frequencies_hz),
         log=True,
-        lowest=0.03,
+        lowest=0.01,
         highest=100.0,
         marks={PRINTED_HZ: "0.7 Hz: the source's limit"},
     )

@@ -114,8 +114,8 @@ def caption(studied: StudiedCourse) -> str:
         for m in METHODS
     )
     held = ", ".join(
-        f"{studied.covered_percent(m, 'K'):.0f} % of K's and {studied.covered_percent(m, 'B'):.0f} "
-        f"% of B's by {m}"
+        f"{studied.covered_percent(m, 'K'):.0f} % of K's points and "
+        f"{studied.covered_percent(m, 'B'):.0f} % of B's by {m}"
         for m in METHODS
     )
     return (
@@ -128,8 +128,8 @@ def caption(studied: StudiedCourse) -> str:
         "one I for all of them. A window holds little more than one time constant B/K of this "
         f"joint, {joint.viscosity / joint.stiffness:.2f} s; it flattens the sine and says so in "
         "its band, which takes in what two more powers of time would move. 'smoother' takes B and "
-        f"K for integrated random walks. Relative errors: {off}. Bands hold the truth at {held} "
-        "points. Differs from the source: simulated anew, since it prints neither the joint nor "
+        f"K for integrated random walks. Relative errors: {off}. Bands hold the truth at {held}. "
+        "Differs from the source: simulated anew, since it prints neither the joint nor "
         "the noise of its figure; it calls 0.7 Hz the highest frequency with errors below 10 %, "
         "which windows do not reach for K of this joint, and shows no bands."
     )
