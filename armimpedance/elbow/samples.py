@@ -108,6 +108,9 @@ def from_recording(recording: Recording, joint: int = 1) -> JointSamples:
     if not 1 <= joint <= recording.axes:
         raise InputError(f"no joint {joint}", expected=f"1 to {recording.axes}")
     column = perturbation_columns(recording.axes)[joint - 1]
+    notes = ()
+    if recording.perturbation != "stochastic":
+        notes = ("taken as a random perturbation, though recording.json does not say stochastic",)
     return JointSamples(
         sample_rate_hz=recording.sample_rate_hz,
         trials=tuple(str(t) for t in recording.trials["trial"]),
@@ -117,4 +120,5 @@ def from_recording(recording: Recording, joint: int = 1) -> JointSamples:
         torque_is=recording.torque,
         perturbation=recording.extra.get(column),
         joint=joint,
+        notes=notes,
     )

@@ -30,6 +30,13 @@ def test_a_recording_must_say_which_torque_it_holds():
         from_recording(replace(recording, torque=None))
 
 
+def test_a_perturbation_that_is_not_said_to_be_random_is_told():
+    recording, _ = simulate_bench(*JOINT, duration_s=1.0)
+    assert from_recording(recording).notes == ()
+    (note,) = from_recording(replace(recording, perturbation="returning")).notes
+    assert "stochastic" in note
+
+
 @pytest.mark.parametrize("joint", [0, 2, -1])
 def test_a_joint_that_is_not_there_is_refused(joint):
     recording, _ = simulate_bench(*JOINT, duration_s=1.0)
