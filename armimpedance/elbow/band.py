@@ -7,12 +7,13 @@ degree one from the equation itself, higher ones from sampling; degree -1 is a s
 
 Noise of the two channels enters with the power ``s_theta^2 |Z|^2 + s_tau^2`` and is independent
 from one coefficient to the next (R. Pintelon, J. Schoukens, System Identification, 2nd ed. 2012,
-chapter 9).
+chapter 9). Both variances may depend on the frequency: what a subject adds to the torque does
+(see `residual_spectrum`).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -45,6 +46,8 @@ class Bins:
     ends : (n, 6) complex
         Columns of the ends' polynomial, degrees -1 to 4.
     seconds : float
+    torque_noise, angle_noise : (n,)
+        Variances s_tau^2, s_theta^2 to weigh by.
     """
 
     s: Complex
@@ -52,6 +55,17 @@ class Bins:
     angle: Complex
     ends: Complex
     seconds: float
+    torque_noise: FloatArray
+    angle_noise: FloatArray
+
+    @property
+    def frequency_hz(self) -> FloatArray:
+        """(n,)."""
+        return np.asarray(self.s.imag / (2 * np.pi))
+
+    def noise_power(self, impedance: Complex) -> FloatArray:
+        """Power of the equation's noise where the impedance is Z (n,)."""
+        return np.asarray(self.angle_noise * np.abs(impedance) ** 2 + self.torque_noise)
 
     @property
     def powers(self) -> Complex:
@@ -67,17 +81,9 @@ class Band:
     torque_noise: float
     angle_noise: float
 
-    def noise_power(self, impedance: Complex) -> FloatArray:
-        """Power of the equation's noise where the impedance is Z (n,)."""
-        angle = self.angle_noise
-        if angle == 0 == self.torque_noise:
-            # Without noise to weigh by: the error of the angle.
-            angle = 1.0
-        return np.asarray(angle * np.abs(impedance) ** 2 + self.torque_noise)
-
 
 def band_of(prepared: Prepared) -> Band:
-    """Coefficients of the unfiltered samples up to `prepared.band_hz`.
+    """Coefficients of the unfiltered samples from `prepared.lowest_hz` to `band_hz`.
 
     Raises
     ------
@@ -86,26 +92,41 @@ def band_of(prepared: Prepared) -> Band:
     """
     samples = prepared.source
     rate, trials = samples.sample_rate_hz, []
+    torque_noise, angle_noise = (
+        channel_spectrum(samples, c).noise_variance or 0.0 for c in (samples.torque, samples.angle)
+    )
+    # Without noise to weigh by: the error of the angle.
+    weigh_angle = 1.0 if angle_noise == 0 == torque_noise else angle_noise
     for row in range(samples.n_trials):
         inside = samples.samples_of(row)
         pair = without_ramp(np.stack([samples.torque[inside], samples.angle[inside]]))
         count = pair.shape[1]
         n = int(prepared.band_hz * count / rate)
-        if n < FEWEST:
+        first = max(int(np.ceil(prepared.lowest_hz * count / rate - 1e-9)), 1)
+        if n - first + 1 < FEWEST:
             raise InputError(
-                f"{n} frequencies up to {prepared.band_hz:.3g} Hz in a trial",
-                expected=f"{FEWEST} or more: a longer record or a higher cut-off",
+                f"{max(n - first + 1, 0)} frequencies from {prepared.lowest_hz:g} to "
+                f"{prepared.band_hz:.3g} Hz in a trial",
+                expected=f"{FEWEST} or more: a longer record or a wider band",
             )
         whole: Complex = np.fft.rfft(pair, axis=1).astype(np.complex128) / np.sqrt(count)
-        torque, angle = whole[:, 1 : n + 1]
-        relative = 1j * np.arange(1, n + 1) / n
+        torque, angle = whole[:, first : n + 1]
+        lines = np.arange(first, n + 1)
+        relative = 1j * lines / n
         ends = (relative[:, None] ** np.arange(-1, END_DEGREE + 1)).astype(np.complex128)
-        s = 2j * np.pi * rate / count * np.arange(1, n + 1)
-        trials.append(Bins(s, torque, angle, ends, count / rate))
-    noise = [
-        channel_spectrum(samples, c).noise_variance or 0.0 for c in (samples.torque, samples.angle)
+        s = 2j * np.pi * rate / count * lines
+        floors = np.full(len(s), torque_noise), np.full(len(s), weigh_angle)
+        trials.append(Bins(s, torque, angle, ends, count / rate, *floors))
+    return Band(tuple(trials), torque_noise, angle_noise)
+
+
+def without_torque_noise(band: Band) -> Band:
+    """The same where the torque is known exactly: weights of the angle's error."""
+    trials = [
+        replace(b, torque_noise=np.zeros(len(b.s)), angle_noise=np.ones(len(b.s)))
+        for b in band.trials
     ]
-    return Band(tuple(trials), noise[0], noise[1])
+    return Band(tuple(trials), 0.0, band.angle_noise)
 
 
 def impedance(bins: Bins, values: FloatArray) -> Complex:
@@ -126,10 +147,10 @@ def in_time(rows: FloatArray) -> FloatArray:
     return np.asarray(np.fft.irfft(padded, axis=0) * np.sqrt(n + 1))
 
 
-def residual_rows(band: Band, bins: Bins, values: FloatArray) -> FloatArray:
+def residual_rows(bins: Bins, values: FloatArray) -> FloatArray:
     """``(Z Theta - Tau) / sd`` less the ends' polynomial, real rows (2 n,): unit variance."""
     Z = impedance(bins, values)
-    weight = np.sqrt(2 / band.noise_power(Z))
+    weight = np.sqrt(2 / bins.noise_power(Z))
     ends = real_rows(bins.ends * weight[:, None])
     return without(ends, real_rows((Z * bins.angle - bins.torque) * weight))[0]
 
@@ -154,7 +175,7 @@ def start_values(band: Band) -> FloatArray:
         The torque takes energy from the joint at all frequencies together: its sign is wrong.
     """
     _refuse_wrong_sign(band)
-    weights = [np.sqrt(2 / band.noise_power(_rough(b))) for b in band.trials]
+    weights = [np.sqrt(2 / b.noise_power(_rough(b))) for b in band.trials]
     values = np.ones(3)
     for _ in range(_STARTS):
         tables = []
@@ -168,7 +189,7 @@ def start_values(band: Band) -> FloatArray:
         values = np.linalg.lstsq(table[:, :3] / scale, table[:, 3], rcond=None)[0] / scale
         # A parameter lost in the noise starts small, at a tenth of what would be seen.
         values = np.maximum(values, 0.1 * np.linalg.norm(table[:, 3]) / scale / 10)
-        weights = [np.sqrt(2 / band.noise_power(impedance(b, values))) for b in band.trials]
+        weights = [np.sqrt(2 / b.noise_power(impedance(b, values))) for b in band.trials]
     return np.asarray(values)
 
 

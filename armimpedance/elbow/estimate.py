@@ -13,7 +13,11 @@ from armimpedance.elbow.result import NAMES
 from armimpedance.errors import EstimationError
 from armimpedance.records import FloatArray
 from armimpedance.regression.diagnose import Conditioning, conditioning, refuse_rank_loss
-from armimpedance.regression.equations import TrialEquations, solve_equations
+from armimpedance.regression.equations import (
+    TrialEquations,
+    leave_one_out_shift,
+    solve_equations,
+)
 from armimpedance.regression.factors import split_blocks
 
 #: Rounds of instruments settle once no parameter moves by more than this part of itself ...
@@ -42,6 +46,8 @@ class Estimate:
         Of the regressors.
     details : mapping
     warnings : tuple of str
+    moved : (T, 3), optional
+        What each of T blocks moved; ``moved^T moved`` is the covariance.
     """
 
     values: FloatArray
@@ -52,6 +58,7 @@ class Estimate:
     conditioning: Conditioning
     details: Mapping[str, Any] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
+    moved: FloatArray | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "details", MappingProxyType(dict(self.details)))
@@ -63,15 +70,6 @@ class Estimate:
                 f"{shown}: a joint has positive ones; does the torque have the wrong sign "
                 "(force_by), or does the joint not move?"
             )
-
-
-def ramp_and_start(rows: int) -> FloatArray:
-    """Offset, slope and one impulse in each of the first two rows, (rows, 4).
-
-    Through a recursive filter of second order the impulses are what its unknown state before the
-    first row adds.
-    """
-    return np.column_stack([ramp(rows), np.eye(rows, 2)])
 
 
 @dataclass(frozen=True)
@@ -92,16 +90,12 @@ class Rows:
     seconds: float
 
 
-def settled(estimate: Estimate, before: FloatArray) -> bool:
-    """Whether a round of instruments moved I, B, K by less than matters."""
-    sd = np.sqrt(np.diag(estimate.covariance))
-    allowed = np.maximum(SETTLED * estimate.values, SETTLED_SD * sd)
-    return bool((np.abs(estimate.values - before) <= allowed).all())
-
-
 @dataclass(frozen=True)
 class Solved:
-    """Parameters of pooled rows: robust and classical covariance, condition of the regressors."""
+    """Parameters of pooled rows: robust and classical covariance, condition of the regressors.
+
+    ``moved^T moved`` (p, T) (T, p) is the robust covariance: what each of T blocks moved.
+    """
 
     parameters: FloatArray
     covariance: FloatArray
@@ -109,6 +103,33 @@ class Solved:
     dof: float
     n: int
     conditioning: Conditioning
+    moved: FloatArray
+
+
+def settled(solved: Solved, before: FloatArray) -> bool:
+    """Whether a round of instruments moved I, B, K by less than matters."""
+    sd = np.sqrt(np.diag(solved.covariance))
+    allowed = np.maximum(SETTLED * np.abs(solved.parameters), SETTLED_SD * sd)
+    return bool((np.abs(solved.parameters - before) <= allowed).all())
+
+
+def estimate_of(solved: Solved) -> Estimate:
+    """Where the parameters are I, B, K themselves.
+
+    Raises
+    ------
+    EstimationError
+        One is not positive, or nothing finite.
+    """
+    return Estimate(
+        solved.parameters,
+        solved.covariance,
+        solved.classical,
+        solved.dof,
+        solved.n,
+        solved.conditioning,
+        moved=solved.moved,
+    )
 
 
 def without(nuisance: FloatArray, *columns: FloatArray) -> list[FloatArray]:
@@ -144,7 +165,16 @@ def solve_rows(trials: Sequence[Rows], names: tuple[str, ...]) -> Solved:
     equations = TrialEquations(np.stack(A), np.stack(b), names, ("",) * len(names))
     solution = solve_equations(equations, covariance="cr3")
     classical = _classical(trials, solution.parameters)
-    return Solved(solution.parameters, solution.covariance, classical, solution.dof, len(X), state)
+    moved = leave_one_out_shift(equations, solution.parameters)
+    return Solved(
+        solution.parameters,
+        solution.covariance,
+        classical,
+        solution.dof,
+        len(X),
+        state,
+        np.sqrt(1 - 1 / len(moved)) * moved,
+    )
 
 
 def blocks(rows: int, seconds: float) -> tuple[slice, ...]:

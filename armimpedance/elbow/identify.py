@@ -9,6 +9,7 @@ import numpy as np
 from armimpedance.elbow.band import Band, band_of, explained
 from armimpedance.elbow.checks import check_samples
 from armimpedance.elbow.estimate import Estimate
+from armimpedance.elbow.instruments import weighed_band
 from armimpedance.elbow.methods import DEFAULT, Method, method_named
 from armimpedance.elbow.orders import OrderScore, compare_orders, order_warning
 from armimpedance.elbow.preparation import Cutoff, Decimation, Prepared, prepare
@@ -32,6 +33,7 @@ def identify_elbow(
     method: str = DEFAULT,
     cutoff_hz: Cutoff = "auto",
     decimation: Decimation = "auto",
+    lowest_hz: float | None = None,
 ) -> ElbowFit:
     """Inertia, viscosity and stiffness about an operating point (3), all trials together.
 
@@ -42,7 +44,10 @@ def identify_elbow(
     method : str
         One of `methods.METHODS`.
     cutoff_hz, decimation
-        See `preparation.prepare`. `output-error` takes no filter: the cut-off ends its band.
+        See `preparation.prepare`. Only `arx` filters and decimates: for the others the cut-off
+        ends the band.
+    lowest_hz : float, optional
+        The band begins here, all of it by default; not for `arx`.
 
     Raises
     ------
@@ -58,11 +63,11 @@ def identify_elbow(
     check_samples(samples)
     snr = channel_snr(samples)
     refuse_low_snr(snr, chosen)
-    prepared = prepare(samples, cutoff_hz, decimation)
-    band = band_of(prepared)
+    prepared = prepare(samples, cutoff_hz, decimation, lowest_hz)
+    floors, band = band_of(prepared), weighed_band(prepared)
     estimate = chosen.identify(prepared, band)
     r2 = explained(band, estimate.values)
-    white = residual_whiteness(band, estimate.values)
+    white = residual_whiteness(floors, estimate.values)
     scores = compare_orders(band, prepared.sample_rate_hz)
     summary = FitSummary(
         method=chosen.name,

@@ -81,3 +81,10 @@ def to_estimate(
         solved.conditioning,
         {"discrete": model},
     )
+
+
+def simulated(model: DiscreteModel, torque: FloatArray) -> FloatArray:
+    """The angle (S,) that a torque (S,) makes, from rest."""
+    from scipy.signal import lfilter
+
+    return np.asarray(lfilter(model.numerator, model.denominator, torque))

@@ -18,8 +18,7 @@ from scipy.linalg import toeplitz
 
 from armimpedance.elbow.band import Band
 from armimpedance.elbow.discrete import DELAY, Structure, joint_model, to_continuous
-from armimpedance.elbow.instruments import simulated
-from armimpedance.elbow.lagged import FREE, SHAPE, lagged, model_of
+from armimpedance.elbow.lagged import FREE, SHAPE, lagged, model_of, simulated
 from armimpedance.elbow.preparation import Prepared, prepare, without_ramp
 from armimpedance.elbow.result import NAMES
 from armimpedance.elbow.samples import JointSamples

@@ -90,7 +90,7 @@ def _squares(band: Band, na: int, nb: int, delay_s: float) -> float:
         # X (n, na + nb) p = y (n,)
         parameters = np.linalg.lstsq(table[:, :-1] / scale, table[:, -1], rcond=None)[0] / scale
         squares = float(((table[:, -1] - table[:, :-1] @ parameters) ** 2).sum())
-        weights = [np.sqrt(2 / _power(band, b, parameters, na, nb, top)) for b in band.trials]
+        weights = [np.sqrt(2 / _power(b, parameters, na, nb, top)) for b in band.trials]
     return squares
 
 
@@ -103,12 +103,9 @@ def _columns(bins: Bins, na: int, nb: int, delay_s: float, top: float) -> Comple
     return np.concatenate([left, right, torque[:, None]], axis=1)
 
 
-def _power(
-    band: Band, bins: Bins, parameters: FloatArray, na: int, nb: int, top: float
-) -> FloatArray:
+def _power(bins: Bins, parameters: FloatArray, na: int, nb: int, top: float) -> FloatArray:
     """Power of the noise of ``A Theta - B Tau`` (n,)."""
     x = bins.s / top
     A = (x[:, None] ** np.arange(na + 1)) @ parameters[: na + 1]
     B = 1 + (x[:, None] ** np.arange(1, nb)) @ parameters[na + 1 :]
-    angle = 1.0 if band.angle_noise == 0 == band.torque_noise else band.angle_noise
-    return np.asarray(angle * np.abs(A) ** 2 + band.torque_noise * np.abs(B) ** 2)
+    return np.asarray(bins.angle_noise * np.abs(A) ** 2 + bins.torque_noise * np.abs(B) ** 2)

@@ -46,7 +46,7 @@ def solve(prepared: Prepared, band: Band) -> Estimate:
     values = fit_band(band, start_values(band))
     rows = []
     for bins in band.trials:
-        J, e = _linearised(band, bins, values)
+        J, e = _linearised(bins, values)
         series = in_time(np.column_stack([J, -e]))
         rows.append(Rows(series[:, :3], series[:, :3], series[:, 3], bins.seconds))
     solved = solve_rows(rows, NAMES)
@@ -59,6 +59,7 @@ def solve(prepared: Prepared, band: Band) -> Estimate:
         solved.dof,
         solved.n,
         solved.conditioning,
+        moved=solved.moved @ to_SI,
     )
 
 
@@ -73,7 +74,7 @@ def fit_band(band: Band, start: FloatArray) -> FloatArray:
     logs = np.log(start)
     cost = _cost(band, logs)
     for _ in range(_STEPS):
-        parts = [_linearised(band, bins, np.exp(logs)) for bins in band.trials]
+        parts = [_linearised(bins, np.exp(logs)) for bins in band.trials]
         J, e = (np.concatenate([p[i] for p in parts]) for i in range(2))
         # J (n, 3) step (3,) = -e (n,)
         step = np.linalg.lstsq(J, -e, rcond=None)[0]
@@ -96,19 +97,18 @@ def fit_band(band: Band, start: FloatArray) -> FloatArray:
 
 
 def _cost(band: Band, logs: FloatArray) -> float:
-    return sum(float((residual_rows(band, b, np.exp(logs)) ** 2).sum()) for b in band.trials)
+    return sum(float((residual_rows(b, np.exp(logs)) ** 2).sum()) for b in band.trials)
 
 
-def _linearised(band: Band, bins: Bins, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _linearised(bins: Bins, values: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Derivative (2 n, 3) of the weighted residual by the logarithms, and the residual (2 n,)."""
     Z = impedance(bins, values)
-    power = band.noise_power(Z)
+    power = bins.noise_power(Z)
     weight = np.sqrt(2 / power)
     ends = real_rows(bins.ends * weight[:, None])
     slope = bins.powers * values
     # d|Z|^2 / d ln p_j = 2 Re(conj(Z) s^j p_j); its factor is the angle's noise alone
-    angle_noise = np.where(np.abs(Z) > 0, (power - band.torque_noise) / np.abs(Z) ** 2, 0.0)
-    d_power = 2 * angle_noise[:, None] * (np.conj(Z)[:, None] * slope).real
+    d_power = 2 * bins.angle_noise[:, None] * (np.conj(Z)[:, None] * slope).real
     e = without(ends, real_rows((Z * bins.angle - bins.torque) * weight))[0]
     J = real_rows(slope * (bins.angle * weight)[:, None])
     J = J - 0.5 * e[:, None] * np.concatenate([d_power / power[:, None]] * 2)

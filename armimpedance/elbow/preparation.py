@@ -53,6 +53,8 @@ class Prepared:
         What was prepared.
     notes : tuple of str
         What was chosen, and why, one sentence each.
+    lowest_hz : float
+        A fit in the frequency domain begins here.
     """
 
     sample_rate_hz: float
@@ -66,6 +68,7 @@ class Prepared:
     band_hz: float
     source: JointSamples
     notes: tuple[str, ...] = ()
+    lowest_hz: float = 0.0
 
     def __post_init__(self) -> None:
         put = object.__setattr__
@@ -93,7 +96,10 @@ class Prepared:
 
 
 def prepare(
-    samples: JointSamples, cutoff_hz: Cutoff = "auto", decimation: Decimation = "auto"
+    samples: JointSamples,
+    cutoff_hz: Cutoff = "auto",
+    decimation: Decimation = "auto",
+    lowest_hz: float | None = None,
 ) -> Prepared:
     """Take offset and drift off each trial, filter all channels alike, decimate.
 
@@ -105,11 +111,15 @@ def prepare(
         far up as both channels stand above their noise; None: no filter, save against aliases.
     decimation : int or "auto"
         Every how many samples one is kept. "auto": 50 samples per period of the cut-off.
+    lowest_hz : float, optional
+        Nothing below is fitted: where the subject answers, by reflex or at will. The samples
+        themselves are left as they are.
 
     Raises
     ------
     InputError
-        A cut-off at or above half of the rate, a decimation that is no whole number from 1.
+        A cut-off at or above half of the rate, a decimation that is no whole number from 1, a
+        lowest frequency that is not positive or not below the band's end.
     """
     band, why = _band(samples)
     cutoff, notes = _cutoff(samples, cutoff_hz, decimation, band, why)
@@ -118,6 +128,8 @@ def prepare(
     if keep > 1 and (cutoff is None or cutoff > ANTI_ALIAS * samples.sample_rate_hz / keep):
         cutoff = ANTI_ALIAS * samples.sample_rate_hz / keep
         notes.append(f"low-pass {cutoff:g} Hz against aliases")
+    upper = band if cutoff is None else min(band, cutoff)
+    lowest = _lowest(lowest_hz, upper)
     rows = [_channels(samples, r, cutoff, keep) for r in range(samples.n_trials)]
     table = np.concatenate(rows, axis=1)
     rate = samples.sample_rate_hz / keep
@@ -130,9 +142,10 @@ def prepare(
         cutoff_hz=cutoff,
         decimation=keep,
         edge=0 if cutoff is None else int(np.ceil(rate / cutoff)),
-        band_hz=band if cutoff is None else min(band, cutoff),
+        band_hz=upper,
         source=samples,
         notes=("offset and slope taken off each trial", *notes),
+        lowest_hz=lowest,
     )
 
 
@@ -151,6 +164,17 @@ def _channels(samples: JointSamples, row: int, cutoff_hz: float | None, keep: in
         channels.append(samples.perturbation)
     table = without_ramp(np.stack([c[inside] for c in channels]))
     return lowpass(table, cutoff_hz, samples.sample_rate_hz, axis=1)[:, ::keep]
+
+
+def _lowest(asked: float | None, band_hz: float) -> float:
+    if asked is None:
+        return 0.0
+    if not (np.isfinite(asked) and 0 < asked < band_hz):
+        raise InputError(
+            f"a lowest frequency of {asked:g} Hz",
+            expected=f"more than 0 and below the band's end, {band_hz:.3g} Hz",
+        )
+    return float(asked)
 
 
 def _cutoff(

@@ -28,7 +28,7 @@ ENOUGH: Final = 1e-4
 
 def residual_whiteness(band: Band, values: FloatArray) -> Whiteness:
     """Ljung-Box test of the weighted residual at I, B, K (3,)."""
-    return ljung_box([in_time(residual_rows(band, bins, values)) for bins in band.trials])
+    return ljung_box([in_time(residual_rows(bins, values)) for bins in band.trials])
 
 
 def ljung_box(series: list[FloatArray], lags: int | None = None) -> Whiteness:

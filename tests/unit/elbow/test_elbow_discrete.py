@@ -11,7 +11,7 @@ from armimpedance.elbow.discrete import (
     to_continuous,
     to_discrete,
 )
-from armimpedance.elbow.instruments import simulated
+from armimpedance.elbow.lagged import simulated
 from armimpedance.errors import ArmImpedanceError, EstimationError, InputError
 from manipulandum_sim.joint_bench import simulate_bench
 
