@@ -7,6 +7,7 @@ import numpy as np
 from armimpedance.elbow.result import VaryingImpedance
 from armimpedance.elbow.samples import JointSamples
 from armimpedance.elbow.snr import channel_snr
+from armimpedance.elbow.varying_beginning import begin
 from armimpedance.elbow.varying_data import VaryingData, decimated, varying_data
 from armimpedance.elbow.varying_found import Found
 from armimpedance.elbow.varying_methods import DEFAULT_VARYING, varying_method_named
@@ -57,14 +58,15 @@ def identify_varying(
             raise InputError(f"{name} of {value:g} s", expected="a positive time")
     if window_s is not None and chosen.needs != "window":
         raise InputError(f"method {method!r} takes no window", expected="windows or quadratic")
-    data = varying_data(samples, cutoff_hz)
+    begun = begin(varying_data(samples, cutoff_hz))
+    data = begun.data
     if chosen.needs == "window":
-        found = chosen.identify(data, window_s=window_s, every_s=every_s)
+        found = chosen.identify(begun, window_s=window_s, every_s=every_s)
     elif chosen.needs == "amplitude":
         a, sd = _amplitudes(samples, data, amplitude, amplitude_sd)
-        found = chosen.identify(data, amplitude=a, amplitude_sd=sd, every_s=every_s)
+        found = chosen.identify(begun, amplitude=a, amplitude_sd=sd, every_s=every_s)
     else:
-        found = chosen.identify(data, every_s=every_s)
+        found = chosen.identify(begun, every_s=every_s)
     return _result(method, samples, data, found)
 
 

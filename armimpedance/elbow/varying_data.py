@@ -7,13 +7,14 @@ and whatever weighs frequencies afterwards does so through the noise covariance 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final
 
 import numpy as np
 
 from armimpedance.elbow.result import ChannelSnr
 from armimpedance.elbow.samples import JointSamples
+from armimpedance.elbow.varying_autoregression import Autoregression
 from armimpedance.errors import InputError
 from armimpedance.records import FloatArray, IntArray, frozen_array
 
@@ -54,6 +55,8 @@ class VaryingData:
     every : int
         Raw samples per sample.
     notes : tuple of str
+    own : Autoregression
+        The torque that the subject adds unasked, one draw per trial; none at first.
     """
 
     rate_hz: float
@@ -66,6 +69,7 @@ class VaryingData:
     snr: ChannelSnr
     every: int
     notes: tuple[str, ...] = ()
+    own: Autoregression = field(default_factory=Autoregression)
 
     def __post_init__(self) -> None:
         put, trials = object.__setattr__, len(self.trials)

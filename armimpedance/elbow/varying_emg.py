@@ -24,8 +24,8 @@ from armimpedance.elbow.varying_basis import (
     fit_basis,
     low_excess,
 )
+from armimpedance.elbow.varying_beginning import Beginning
 from armimpedance.elbow.varying_data import VaryingData
-from armimpedance.elbow.varying_equation import start
 from armimpedance.elbow.varying_found import Found, grid
 from armimpedance.elbow.varying_spline import spline_basis
 from armimpedance.errors import InputError
@@ -70,7 +70,7 @@ class Departure:
 
 
 def scheduled(
-    data: VaryingData,
+    begun: Beginning,
     *,
     amplitude: FloatArray,
     amplitude_sd: FloatArray | None = None,
@@ -80,7 +80,7 @@ def scheduled(
 
     Parameters
     ----------
-    data : VaryingData
+    begun : Beginning
     amplitude : (N, m)
         At the rate of `data`.
     amplitude_sd : (m,) or None
@@ -93,6 +93,7 @@ def scheduled(
     NotIdentifiableError
         Amplitudes that move together, or whose errors explain most of what is seen of them.
     """
+    data = begun.data
     names = _names(amplitude.shape[1])
     change = amplitude.std(axis=0)
     for name, size in zip(names, change, strict=True):
@@ -104,7 +105,7 @@ def scheduled(
     law = np.column_stack([np.ones(len(amplitude)), amplitude])
     error = None if amplitude_sd is None else _errors(data, amplitude_sd)
     _refuse_alike(law, names, amplitude_sd)
-    fit = fit_basis(data, start(data), law, law, error)
+    fit = fit_basis(data, begun.course, law, law, error)
     at, m = grid(data, every_s), law.shape[1]
     C = fit.covariance
     coefficients = _coefficients(fit, names)

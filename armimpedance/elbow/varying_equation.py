@@ -6,10 +6,13 @@ difference operator ``L = I D2 + diag(B) D1 + diag(K)`` the equation error is
     e = tau_m - L theta_m = n1 - L n2,    Sigma = s1^2 1 + s2^2 L L^T    (banded)
 
 so that frequencies where the angle's noise would drown the torque weigh little, without a filter
-that would not commute with K(t). The gradient of ``e^T Sigma^-1 e`` over the parameters holds the
-motion that is most likely, ``theta^ = theta_m + s2^2 L^T Sigma^-1 e``, not the measured one: used
-as regressors it removes the bias by errors in the regressors (weighted total least squares; the
-envelope theorem gives the gradient). Solve, take new L and theta^, and solve again.
+that would not commute with K(t). A torque v that the subject adds unasked, an autoregression with
+the whitening operator A (`varying_autoregression`), enters as ``A e``, whose covariance ``sd^2 1 +
+A Sigma A^T`` is banded too: rows are filtered after the products were formed. The gradient of
+``e^T Sigma^-1 e`` over the parameters holds the motion that is most likely, ``theta^ = theta_m +
+s2^2 L^T Sigma^-1 e``, not the measured one: used as regressors it removes the bias by errors in
+the regressors (weighted total least squares; the envelope theorem gives the gradient). Solve, take
+new L and theta^, and solve again.
 """
 
 from __future__ import annotations
@@ -22,6 +25,7 @@ import numpy as np
 from scipy.linalg import cho_solve_banded, cholesky_banded
 from scipy.linalg.lapack import dtbtrs
 
+from armimpedance.elbow.varying_autoregression import Autoregression, applied, transposed
 from armimpedance.elbow.varying_data import EDGE, VaryingData
 from armimpedance.errors import EstimationError
 from armimpedance.records import FloatArray, IntArray
@@ -78,6 +82,8 @@ class Linearised:
     prior_sd : (2 T,)
         Of the offsets, inf = none.
     sd_torque, sd_angle : (R,), (N,)
+    own : Autoregression
+        The subject's own torque.
     chi2 : float
         ``e^T Sigma^-1 e`` of the course itself.
     """
@@ -94,19 +100,28 @@ class Linearised:
     prior_sd: FloatArray
     sd_torque: FloatArray
     sd_angle: FloatArray
+    own: Autoregression
     chi2: float
 
     @cached_property
     def sigma(self) -> FloatArray:
-        """Sigma in lower banded form, (9, R)."""
-        return _sigma(self.centre, self.L, self.sd_torque, self.sd_angle)
+        """Sigma of the rows behind the operator of `own`, lower banded (9 + p, R)."""
+        return self._whitening[1]
 
     @cached_property
-    def _factor(self) -> FloatArray:
-        return _cholesky(self.sigma)
+    def _whitening(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        return self._whitening_of(slice(0, len(self.centre)))
+
+    def _whitening_of(self, rows: slice) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Operator A, Sigma of ``A e`` and its Cholesky factor, of rows by themselves."""
+        A = self.own.operator(np.unique(self.trial[rows], return_counts=True)[1])
+        sigma = _sigma(
+            self.centre[rows], self.L[rows], self.sd_torque[rows], self.sd_angle, A, self.own.sd
+        )
+        return A, sigma, _cholesky(sigma)
 
     def whitened(self, columns: FloatArray, rows: slice | None = None) -> FloatArray:
-        """``C^-1 columns`` with ``Sigma = C C^T``: white errors of unit variance.
+        """``C^-1 A columns`` with ``Cov(A e) = C C^T``: white errors of unit variance.
 
         Parameters
         ----------
@@ -114,9 +129,9 @@ class Linearised:
         rows : slice or None
             Consecutive rows by themselves: their block of Sigma.
         """
-        factor = self._factor if rows is None else _cholesky(self.sigma[:, rows])
-        # C (R, R) banded, X (R, q)
-        solved, info = dtbtrs(factor, columns, uplo="L")
+        A, _, factor = self._whitening if rows is None else self._whitening_of(rows)
+        # C (R, R) banded, A X (R, q)
+        solved, info = dtbtrs(factor, applied(A, columns), uplo="L")
         if info != 0:
             raise EstimationError("the noise covariance of the equation of motion is singular")
         return np.asarray(solved)
@@ -216,8 +231,12 @@ def linearise(data: VaryingData, course: Course) -> Linearised:
     # e (R,) = tau - c - L (theta - d): L of a constant d is K d
     bias = course.torque_offset[at] - K * course.angle_offset[at]
     e = data.torque[centre] - bias - (L * data.angle[near]).sum(axis=1)
-    factor = _cholesky(_sigma(centre, L, s1, s2))
-    weighted = np.asarray(cho_solve_banded((factor, True), e))
+    A = data.own.operator(np.bincount(at, minlength=len(data.trials)))
+    factor = _cholesky(_sigma(centre, L, s1, data.sd_angle[trial], A, data.own.sd))
+    # A^T Cov(A e)^-1 A e, (R,)
+    weighted = transposed(A, np.asarray(cho_solve_banded((factor, True), applied(A, e[:, None]))))[
+        :, 0
+    ]
     angle = np.array(data.angle)
     for a in range(WIDTH):
         angle[near[:, a]] += s2[near[:, a]] ** 2 * L[:, a] * weighted
@@ -239,6 +258,7 @@ def linearise(data: VaryingData, course: Course) -> Linearised:
         prior_sd=np.concatenate([np.full(len(data.trials), np.inf), _rms_of_trials(data)]),
         sd_torque=s1,
         sd_angle=s2,
+        own=data.own,
         chi2=float(e @ weighted),
     )
 
@@ -290,16 +310,27 @@ def _rms_of_trials(data: VaryingData) -> FloatArray:
     return np.asarray(np.sqrt(square / np.diff(data.offsets)))
 
 
-def _sigma(centre: IntArray, L: FloatArray, s1: FloatArray, s2: FloatArray) -> FloatArray:
-    """``s1^2 1 + L diag(s2^2) L^T`` in lower banded form, (9, R)."""
-    R = len(L)
-    sigma = np.zeros((WIDTH, R))
-    scaled = L * s2[centre][:, None]
-    for k in range(min(WIDTH, R)):
+def _sigma(
+    centre: IntArray, L: FloatArray, s1: FloatArray, s2: FloatArray, A: FloatArray, sd: float
+) -> FloatArray:
+    """``sd^2 1 + A (s1^2 1 + L diag(s2^2) L^T) A^T`` in lower banded form, (9 + p, R)."""
+    p, R = len(A) - 1, len(L)
+    wide = np.zeros((R, WIDTH + p))
+    torque = np.zeros((R, p + 1))
+    for k in range(min(p + 1, R)):
+        # row i takes row i - k, whose samples lie k earlier: columns count from sample c - 4 - p
+        wide[k:, p - k : p - k + WIDTH] += A[k, k:, None] * L[: R - k]
+        torque[k:, p - k] = A[k, k:] * s1[: R - k]
+    for a in range(WIDTH + p):
+        wide[:, a] *= s2[np.clip(centre - HALF - p + a, 0, len(s2) - 1)]
+    sigma = np.zeros((WIDTH + p, R))
+    for k in range(min(WIDTH + p, R)):
         # rows i and i + k meet in the columns a + k of the one and a of the other
-        product = (scaled[: R - k, k:] * scaled[k:, : WIDTH - k]).sum(axis=1)
+        product = (wide[: R - k, k:] * wide[k:, : WIDTH + p - k]).sum(axis=1)
+        if k <= p:
+            product += (torque[: R - k, k:] * torque[k:, : p + 1 - k]).sum(axis=1)
         sigma[k, : R - k] = np.where(centre[k:] - centre[: R - k] == k, product, 0.0)
-    sigma[0] += s1**2
+    sigma[0] += sd**2
     return sigma
 
 

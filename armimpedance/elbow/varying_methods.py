@@ -8,7 +8,7 @@ from typing import Final, Literal
 
 from armimpedance.elbow.varying_emg import scheduled
 from armimpedance.elbow.varying_found import Found
-from armimpedance.elbow.varying_smoother import smoother
+from armimpedance.elbow.varying_smoothed import smoother
 from armimpedance.elbow.varying_spline import spline
 from armimpedance.elbow.varying_windows import quadratic, windows
 from armimpedance.errors import InputError

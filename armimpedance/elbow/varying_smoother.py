@@ -30,11 +30,8 @@ from armimpedance.elbow.varying_equation import (
     start,
     with_offsets,
 )
-from armimpedance.elbow.varying_found import Found, grid
 from armimpedance.elbow.varying_smoother_bands import band_variance, own_error
 from armimpedance.elbow.varying_smoother_model import (
-    BAND,
-    STATE,
     Levels,
     SmootherModel,
     smoother_model,
@@ -49,10 +46,6 @@ START_INTENSITY: Final = 3.0
 INTENSITY_RANGE: Final = (1e-3, 1e4)
 #: Range of the torque noise over the floor that was read: never less than the channel shows.
 NOISE_RANGE: Final = (1.0, 100.0)
-#: +-30 % at 2 Hz asks for about so much; at 3 Hz, twice, bands of 95 % cover some 60 %.
-FAST: Final = 12.0
-#: Residuals above this many times the sensor's noise are told.
-MUCH_NOISE: Final = 3.0
 ROUNDS: Final = 12
 #: A course that moves by less than this part of its standard error has settled.
 SETTLED: Final = 0.05
@@ -74,46 +67,12 @@ class SmoothedCourse:
     log_likelihood: float
 
 
-def smoother(data: VaryingData, *, every_s: float | None = None) -> Found:
-    """Integrated random walks with noise levels of maximum likelihood."""
-    made = smooth(data, free_course(data))
-    at, course = grid(data, every_s), made.course
-    levels = made.levels
-    warnings = []
-    if levels.torque > MUCH_NOISE:
-        warnings.append(
-            f"residuals are {levels.torque:.1f} times the torque sensor's noise: voluntary torque, "
-            "or a joint that is not of second order; the bands take it in"
-        )
-    for name, level in (("B", levels.B), ("K", levels.K)):
-        if level > FAST:
-            warnings.append(
-                f"{name} varies so fast (intensity {level:.3g} s^-1.5) that its band is too narrow"
-            )
-    return Found(
-        trial=data.trial_of[at],
-        time_s=data.time_s[at],
-        B=course.B[at],
-        K=course.K[at],
-        sd_B=made.sd_B[at],
-        sd_K=made.sd_K[at],
-        inertia=course.inertia,
-        sd_inertia=made.sd_inertia,
-        notes=(
-            "integrated random walks, by likelihood: relative second derivatives of intensity "
-            f"{levels.B:.3g} (B) and {levels.K:.3g} (K) s^-1.5, torque noise {levels.torque:.3g} "
-            "times the channel's floor",
-        ),
-        warnings=tuple(warnings),
-        details={
-            "intensity": {"B": levels.B, "K": levels.K},
-            "torque_noise_over_floor": levels.torque,
-            "log_likelihood": made.log_likelihood,
-        },
-    )
-
-
-def smooth(data: VaryingData, first: Course, levels: Levels | None = None) -> SmoothedCourse:
+def smooth(
+    data: VaryingData,
+    first: Course,
+    levels: Levels | None = None,
+    near: Levels | None = None,
+) -> SmoothedCourse:
     """B(t), K(t) and I of all trials.
 
     Parameters
@@ -123,6 +82,8 @@ def smooth(data: VaryingData, first: Course, levels: Levels | None = None) -> Sm
         Where to start.
     levels : Levels or None
         None: by maximum likelihood.
+    near : Levels or None
+        Where that is likely.
 
     Raises
     ------
@@ -130,39 +91,40 @@ def smooth(data: VaryingData, first: Course, levels: Levels | None = None) -> Sm
         The likelihood has no maximum that could be found, or the course does not settle.
     """
     scale = np.array([np.abs(first.B).mean(), np.abs(first.K).mean()])
-    course, now = first, levels or Levels(START_INTENSITY, START_INTENSITY, 1.0)
+    course, now = first, levels or near or Levels(START_INTENSITY, START_INTENSITY, 1.0)
     for turn in range(CHOICES if levels is None else 1):
         if levels is None:
             model = smoother_model(data, linearise(data, course), scale)
-            now = _likeliest(model, now, coarse=turn == 0)
-        course = _settle(data, course, now, scale)
+            now = likeliest(model, now, coarse=turn == 0 and near is None)
+        course = settle(data, course, now, scale)
     model = smoother_model(data, linearise(data, course), scale)
-    course, variance, sd_inertia = _solve(course, model, now)
+    course, variance, sd_inertia = solve_course(course, model, now)
     variance = band_variance(variance, *own_error(course, model, now), data)
     sd = np.sqrt(variance)
     return SmoothedCourse(course, sd[:, 0], sd[:, 1], sd_inertia, now, -negative_log(model, now))
 
 
 def free_course(data: VaryingData) -> Course:
-    """A course that is free to vary, without its own noise levels: where other methods start."""
+    """A course that is free to vary, without its own noise levels."""
     course = start(data)
     scale = np.array([np.abs(course.B).mean(), np.abs(course.K).mean()])
-    return _settle(data, course, Levels(START_INTENSITY, START_INTENSITY, 1.0), scale, strict=False)
+    return settle(data, course, Levels(START_INTENSITY, START_INTENSITY, 1.0), scale, strict=False)
 
 
-def _settle(
+def settle(
     data: VaryingData,
     course: Course,
     levels: Levels,
     scale: FloatArray,
     *,
     strict: bool = True,
+    rounds: int = ROUNDS,
 ) -> Course:
     """Linearise and solve until B and K stay where they are."""
     step = Step()
-    for _ in range(ROUNDS):
+    for _ in range(rounds):
         model = smoother_model(data, linearise(data, course), scale)
-        new, variance, _ = _solve(course, model, levels)
+        new, variance, _ = solve_course(course, model, levels)
         course, step = step.taken(course, new)
         if step.moved < SETTLED * np.sqrt(variance[:, 1].mean()):
             return course
@@ -171,7 +133,7 @@ def _settle(
     return course
 
 
-def _likeliest(model: SmootherModel, levels: Levels, *, coarse: bool) -> Levels:
+def likeliest(model: SmootherModel, levels: Levels, *, coarse: bool) -> Levels:
     """Maximise the marginal likelihood over the three levels."""
     low = np.log([INTENSITY_RANGE[0], INTENSITY_RANGE[0], NOISE_RANGE[0]])
     high = np.log([INTENSITY_RANGE[1], INTENSITY_RANGE[1], NOISE_RANGE[1]])
@@ -228,22 +190,52 @@ def negative_log(model: SmootherModel, levels: Levels) -> float:
     return float(square + logs) / 2
 
 
-def _solve(
+def factor_of(model: SmootherModel, levels: Levels) -> FloatArray:
+    """Banded Cholesky factor of the information."""
+    try:
+        return np.asarray(cholesky_banded(model.information(levels), lower=True))
+    except np.linalg.LinAlgError as error:
+        raise EstimationError("the smoother's information matrix is not positive definite") from (
+            error
+        )
+
+
+def course_of(course: Course, model: SmootherModel, levels: Levels, factor: FloatArray) -> Course:
+    """The smoothed course alone, from the factor of the information."""
+    mean = np.asarray(cho_solve_banded((factor, True), model.right(levels)))
+    return _eliminated(course, model, levels, mean)[0]
+
+
+def solve_course(
     course: Course, model: SmootherModel, levels: Levels
 ) -> tuple[Course, FloatArray, float]:
     """Filter and smooth: the course, variances of B and K (N, 2), standard error of I."""
-    made = smooth_chain(model.information(levels), model.right(levels), BAND)
+    made = smooth_chain(model.information(levels), model.right(levels), model.block)
+    new, V, inverse = _eliminated(course, model, levels, made.mean)
+    variance = made.variance + ((V @ inverse) * V).sum(axis=1)
+    if not (np.isfinite(new.K).all() and (variance > 0).all() and inverse[0, 0] > 0):
+        raise EstimationError("the smoother lost its precision: a noise level is out of range")
+    both = variance.reshape(-1, model.state)[:, 1:3]
+    return new, both, float(np.sqrt(inverse[0, 0]))
+
+
+def _eliminated(
+    course: Course, model: SmootherModel, levels: Levels, mean: FloatArray
+) -> tuple[Course, FloatArray, FloatArray]:
+    """I and the offsets from ``H^-1 [g, C]`` (n, 1 + s): the course, H^-1 C, their covariance."""
     weight = levels.torque**-2
-    V, state = made.mean[:, 1:], made.mean[:, 0]
+    V, state = mean[:, 1:], mean[:, 0]
     coupling = model.coupling * weight
     # S (s, s) = H_uu - C^T H^-1 C: what the samples say of I and the offsets
-    inverse = np.linalg.inv(model.shared * weight + np.diag(model.shared_prior) - coupling.T @ V)
+    schur = model.shared * weight + np.diag(model.shared_prior) - coupling.T @ V
+    inverse = np.asarray(np.linalg.inv(schur), dtype=np.float64)
     # u (s,) = S^-1 (g_u - C^T x), then x - H^-1 C u
     shared = inverse @ (model.shared_right * weight - coupling.T @ state)
     state = state - V @ shared
-    variance = made.variance + ((V @ inverse) * V).sum(axis=1)
-    if not (np.isfinite(state).all() and (variance > 0).all() and inverse[0, 0] > 0):
-        raise EstimationError("the smoother lost its precision: a noise level is out of range")
-    new = replace(course, inertia=float(shared[0]), B=state[1::STATE], K=state[2::STATE])
-    both = variance.reshape(-1, STATE)[:, 1:]
-    return with_offsets(new, shared[1:]), both, float(np.sqrt(inverse[0, 0]))
+    new = replace(
+        course,
+        inertia=float(shared[0]),
+        B=state[1 :: model.state],
+        K=state[2 :: model.state],
+    )
+    return with_offsets(new, shared[1:]), V, inverse

@@ -9,7 +9,7 @@ from scipy.linalg import cho_solve_banded, cholesky_banded
 
 from armimpedance.elbow.varying_data import VaryingData
 from armimpedance.elbow.varying_equation import Course
-from armimpedance.elbow.varying_smoother_model import DIFFERENCE, STATE, Levels, SmootherModel
+from armimpedance.elbow.varying_smoother_model import DIFFERENCE, Levels, SmootherModel
 from armimpedance.records import FloatArray
 
 #: Draws that carry the prior's share of the variance.
@@ -34,7 +34,7 @@ def own_error(
     n, N = model.torque.shape[1], len(course.B)
     right = np.zeros((n, 1 + DRAWS))
     state = np.zeros(n)
-    state[1::STATE], state[2::STATE] = course.B, course.K
+    state[1 :: model.state], state[2 :: model.state] = course.B, course.K
     for rough, level in ((model.rough_B, q[0]), (model.rough_K, q[1])):
         right[:, 0] += _times(rough, state) / level
     rng = np.random.default_rng(0)
@@ -42,7 +42,7 @@ def own_error(
     for which, level in enumerate(q, start=1):
         draws = rng.standard_normal((len(differences), DRAWS)) / np.sqrt(level)
         for j, w in enumerate(DIFFERENCE):
-            right[STATE * (differences + j) + which, 1:] += w * draws
+            right[model.state * (differences + j) + which, 1:] += w * draws
     factor = cholesky_banded(model.information(levels), lower=True)
     coupling = model.coupling * levels.torque**-2
     solved = np.asarray(cho_solve_banded((factor, True), np.column_stack([right, coupling])))
@@ -50,7 +50,8 @@ def own_error(
     schur = model.shared * levels.torque**-2 + np.diag(model.shared_prior) - coupling.T @ V
     solved = solved[:, : 1 + DRAWS] + V @ np.linalg.solve(schur, V.T @ right)
     share = (solved[:, 1:] ** 2).mean(axis=1)
-    return share.reshape(N, STATE)[:, 1:], solved[:, 0].reshape(N, STATE)[:, 1:]
+    shrunk = solved[:, 0].reshape(N, model.state)
+    return share.reshape(N, model.state)[:, 1:3], shrunk[:, 1:3]
 
 
 def band_variance(

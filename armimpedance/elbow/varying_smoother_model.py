@@ -1,4 +1,4 @@
-"""The smoother's linear Gaussian model: banded information of angle, B and K of all samples."""
+"""The smoother's linear Gaussian model: banded information of angle, B, K and v of all samples."""
 
 from __future__ import annotations
 
@@ -11,10 +11,8 @@ from armimpedance.elbow.varying_data import VaryingData
 from armimpedance.elbow.varying_equation import HALF, WIDTH, Linearised
 from armimpedance.records import FloatArray, IntArray
 
-#: Unknowns per sample: angle, B, K.
+#: Unknowns per sample: angle, B, K; one more where the subject adds a torque v.
 STATE: Final = 3
-#: Rows of the banded information matrix.
-BAND: Final = STATE * 2 * HALF + STATE
 #: The difference that is white noise, and its order.
 DIFFERENCE: Final = (1.0, -2.0, 1.0)
 ORDER: Final = len(DIFFERENCE) - 1
@@ -46,10 +44,16 @@ class Levels:
 class SmootherModel:
     """The linear Gaussian model of one linearisation, split by noise level.
 
-    H = ``torque / lambda^2 + angle + rough_B / q_B + rough_K / q_K``, all lower banded; likewise
-    the right-hand sides.
+    X + angle + rough_B / q_B + rough_K / q_K``, all lower banded; likewise
+        the right-hand sides.
+
+        Attributes
+        ----------
+        state : int
+            Unknowns per sample.
     """
 
+    state: int
     torque: FloatArray
     angle: FloatArray
     rough_B: FloatArray
@@ -66,6 +70,11 @@ class SmootherModel:
     differences: IntArray
     unit: FloatArray
 
+    @property
+    def block(self) -> int:
+        """Unknowns that a block of the chain needs, and rows of the banded matrices."""
+        return len(self.torque)
+
     def information(self, levels: Levels) -> FloatArray:
         """H (w, n), lower banded."""
         q = self.unit * np.array([levels.B, levels.K]) ** 2
@@ -81,32 +90,37 @@ class SmootherModel:
 
 
 def smoother_model(data: VaryingData, eq: Linearised, scale: FloatArray) -> SmootherModel:
+    state = STATE + bool(eq.own.order)
     N = len(data.angle)
-    n, c = STATE * N, eq.centre
+    n, c, band = state * N, eq.centre, 2 * HALF * state + state
     s1, s2 = eq.sd_torque, eq.sd_angle
     L, y = eq.L / s1[:, None], eq.torque_side / s1
     x1, x0 = eq.x1 / s1, eq.x0 / s1
     U = np.column_stack([eq.x2, eq.nuisance]) / s1[:, None]
-    torque = _torque_information(n, c, L, x1, x0)
-    angle = np.zeros((BAND, n))
-    angle[0, ::STATE] = s2**-2
+    further = [x1, x0] if state == STATE else [x1, x0, -1 / s1]
+    torque = _torque_information(np.zeros((band, n)), state, c, L, further)
+    angle = np.zeros((band, n))
+    angle[0, ::state] = s2**-2
+    if eq.own.order:
+        _add_own_torque(angle, state, data, eq)
     right_angle = np.zeros(n)
-    right_angle[::STATE] = data.angle / s2**2
+    right_angle[::state] = data.angle / s2**2
 
     def transposed(v: FloatArray) -> FloatArray:
         """``A^T v`` of the torque rows, (n, q) of (R, q)."""
         out = np.zeros((n, v.shape[1]))
         for a in range(WIDTH):
-            out[STATE * (c + a - HALF)] += L[:, a, None] * v
-        out[STATE * c + 1] += x1[:, None] * v
-        out[STATE * c + 2] += x0[:, None] * v
+            out[state * (c + a - HALF)] += L[:, a, None] * v
+        for k, x in enumerate(further, start=1):
+            out[state * c + k] += x[:, None] * v
         return out
 
     return SmootherModel(
+        state=state,
         torque=torque,
         angle=angle,
-        rough_B=_roughness(data, 1),
-        rough_K=_roughness(data, 2),
+        rough_B=_roughness(data, angle.shape, state, 1),
+        rough_K=_roughness(data, angle.shape, state, 2),
         right_torque=transposed(y[:, None])[:, 0],
         right_angle=right_angle,
         coupling=transposed(U),
@@ -122,28 +136,37 @@ def smoother_model(data: VaryingData, eq: Linearised, scale: FloatArray) -> Smoo
 
 
 def _torque_information(
-    n: int, c: IntArray, L: FloatArray, x1: FloatArray, x0: FloatArray
+    H: FloatArray, state: int, c: IntArray, L: FloatArray, further: list[FloatArray]
 ) -> FloatArray:
-    """``A^T A`` of the torque rows ``L theta + x1 B + x0 K``, lower banded."""
-    H = np.zeros((BAND, n))
+    """``A^T A`` of the torque rows ``L theta + x1 B + x0 K - v``, lower banded, put into H."""
 
     def put(i: IntArray, j: IntArray, values: FloatArray) -> None:
+        i, j = np.maximum(i, j), np.minimum(i, j)
         H[(i - j)[0], j] += values
 
-    theta = [STATE * (c + a - HALF) for a in range(WIDTH)]
+    theta = [state * (c + a - HALF) for a in range(WIDTH)]
+    own = [state * c + k for k in range(1, 1 + len(further))]
     for a in range(WIDTH):
         for b in range(a, WIDTH):
             put(theta[b], theta[a], L[:, a] * L[:, b])
-        for k, x in ((1, x1), (2, x0)):
-            own = STATE * c + k
-            if a <= HALF:
-                put(own, theta[a], L[:, a] * x)
-            else:
-                put(theta[a], own, L[:, a] * x)
-    put(STATE * c + 1, STATE * c + 1, x1 * x1)
-    put(STATE * c + 2, STATE * c + 2, x0 * x0)
-    put(STATE * c + 2, STATE * c + 1, x1 * x0)
+        for at, x in zip(own, further, strict=True):
+            put(at, theta[a], L[:, a] * x)
+    for i, (at, x) in enumerate(zip(own, further, strict=True)):
+        for before, z in zip(own[: i + 1], further[: i + 1], strict=True):
+            put(at, before, x * z)
     return H
+
+
+def _add_own_torque(H: FloatArray, state: int, data: VaryingData, eq: Linearised) -> None:
+    """Information ``A^T A / sd^2`` of the subject's torque in all samples, added to H."""
+    A = eq.own.operator(np.diff(data.offsets)) / eq.own.sd
+    p, N = len(A) - 1, A.shape[1]
+    v = state * np.arange(N) + STATE
+    for i in range(p + 1):
+        for j in range(i, p + 1):
+            # row r of A holds the samples r - i and r - j
+            r = np.arange(j, N)
+            H[state * (j - i), v[r - j]] += A[i, r] * A[j, r]
 
 
 def _starts(data: VaryingData) -> IntArray:
@@ -152,11 +175,11 @@ def _starts(data: VaryingData) -> IntArray:
     return np.concatenate([np.arange(a, b - ORDER) for a, b in ends])
 
 
-def _roughness(data: VaryingData, which: int) -> FloatArray:
+def _roughness(data: VaryingData, shape: tuple[int, ...], state: int, which: int) -> FloatArray:
     """``D^T D`` of the second differences within trials, of unknown `which` of a sample."""
-    H = np.zeros((BAND, STATE * len(data.angle)))
+    H = np.zeros(shape)
     first = _starts(data)
     for i, wi in enumerate(DIFFERENCE):
         for j, wj in enumerate(DIFFERENCE[: i + 1]):
-            H[STATE * (i - j), STATE * (first + j) + which] += wi * wj
+            H[state * (i - j), state * (first + j) + which] += wi * wj
     return H

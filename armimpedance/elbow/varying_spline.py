@@ -9,10 +9,10 @@ from scipy.interpolate import BSpline
 from scipy.linalg import block_diag, cho_factor, cho_solve
 
 from armimpedance.elbow.varying_basis import BasisFit, fit_basis
+from armimpedance.elbow.varying_beginning import Beginning
 from armimpedance.elbow.varying_data import VaryingData
 from armimpedance.elbow.varying_equation import Course, Linearised, linearise
 from armimpedance.elbow.varying_found import Found, grid
-from armimpedance.elbow.varying_smoother import free_course
 from armimpedance.records import FloatArray, IntArray
 
 DEGREE: Final = 3
@@ -31,9 +31,9 @@ WEAK_INTENSITY: Final = 30.0
 Rates = tuple[float, float]
 
 
-def spline(data: VaryingData, *, every_s: float | None = None) -> Found:
+def spline(begun: Beginning, *, every_s: float | None = None) -> Found:
     """Cubic splines; B and K have knots of their own."""
-    course = free_course(data)
+    data, course = begun.data, begun.course
     scale = np.array([np.abs(course.B).mean(), np.abs(course.K).mean()])
     chosen = _choose(data, course, scale)
     fit = _fit(data, course, chosen, scale)

@@ -13,6 +13,7 @@ from typing import Final
 
 import numpy as np
 
+from armimpedance.elbow.varying_beginning import Beginning
 from armimpedance.elbow.varying_data import VaryingData
 from armimpedance.elbow.varying_equation import (
     WIDTH,
@@ -20,7 +21,6 @@ from armimpedance.elbow.varying_equation import (
     Linearised,
     linearise,
     solve_gram,
-    start,
     with_offsets,
 )
 from armimpedance.elbow.varying_found import Found
@@ -39,19 +39,19 @@ TOO_FAST: Final = 0.05
 
 
 def windows(
-    data: VaryingData, *, window_s: float | None = None, every_s: float | None = None
+    begun: Beginning, *, window_s: float | None = None, every_s: float | None = None
 ) -> Found:
     """Constant B and K in windows of `window_s`, half overlapping unless `every_s` says else."""
     length = CONSTANT_S if window_s is None else window_s
-    return _in_windows(data, length, every_s or length / CONSTANT_STEPS, degree=0)
+    return _in_windows(begun, length, every_s or length / CONSTANT_STEPS, degree=0)
 
 
 def quadratic(
-    data: VaryingData, *, window_s: float | None = None, every_s: float | None = None
+    begun: Beginning, *, window_s: float | None = None, every_s: float | None = None
 ) -> Found:
     """Quadratic B and K inside windows of `window_s`, read at their centres."""
     length = QUADRATIC_S if window_s is None else window_s
-    return _in_windows(data, length, every_s or length / QUADRATIC_STEPS, degree=2)
+    return _in_windows(begun, length, every_s or length / QUADRATIC_STEPS, degree=2)
 
 
 @dataclass(frozen=True)
@@ -64,14 +64,14 @@ class _Values:
     shared_covariance: FloatArray
 
 
-def _in_windows(data: VaryingData, length_s: float, step_s: float, degree: int) -> Found:
+def _in_windows(begun: Beginning, length_s: float, step_s: float, degree: int) -> Found:
+    data, course = begun.data, begun.course
     rows = round(length_s * data.rate_hz)
     fewest = 4 * (degree + 1) + WIDTH
     if rows < fewest:
         raise InputError(
             f"windows of {length_s:g} s", expected=f"{fewest / data.rate_hz:.2f} s or longer"
         )
-    course = start(data)
     first = _first_rows(data, linearise(data, course), rows, max(round(step_s * data.rate_hz), 1))
     for _ in range(ROUNDS):
         eq = linearise(data, course)
