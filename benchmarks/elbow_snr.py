@@ -1,10 +1,12 @@
 """One joint under noise: the lowest SNR of each method, coverage of its intervals, its speed.
 
-Run: ``python benchmarks/elbow_snr.py [--runs 20] [--coverage-runs 200]``. Bench recordings of 10 s
+Run: ``python benchmarks/elbow_snr.py [--runs 20] [--coverage-runs 200] [--sessions 10]``. Bench
+recordings of 10 s
 at 1 kHz, torque of 1 Nm behind a 10 Hz low-pass, white noise of the same SNR (dB of power, whole
 band) on torque and angle. Two joints: a stiff one that swings, and one in the source's range
 (Ruiz 2011: B 2.5-4.7 Nm s/rad, K 5.3-13.1 Nm/rad), which does not. The Cramer-Rao bound of the
-same noise stands beside. Exits 1 if something asked for is missed.
+same noise stands beside. Then four simulated subjects in the exoskeleton, who push and tremble:
+coverage for single trials and for sessions of five. Exits 1 if something asked for is missed.
 """
 
 from __future__ import annotations
@@ -24,11 +26,13 @@ from armimpedance.elbow.arx import solve_structure
 from armimpedance.elbow.band import band_of
 from armimpedance.elbow.estimate import Estimate
 from armimpedance.elbow.identify import identify_elbow
+from armimpedance.elbow.instruments import weighed_band
 from armimpedance.elbow.methods import METHODS
 from armimpedance.elbow.preparation import prepare
 from armimpedance.elbow.samples import JointSamples, from_recording
 from armimpedance.errors import ArmImpedanceError, InputError
 from armimpedance.regression.fit import t_factor
+from manipulandum_sim.exo_simulate import simulate_elbow
 from manipulandum_sim.joint_bench import simulate_bench
 
 JOINTS = {"underdamped": (0.07, 0.6, 20.0), "overdamped": (0.07, 3.5, 9.0)}
@@ -40,6 +44,8 @@ GOOD_DB = 30.0
 #: 95 % of 200 runs: 3 standard errors either way, and t intervals of blocks.
 COVERAGE = (0.90, 0.995)
 FEWEST_FOR_COVERAGE = 200
+FEWEST_SESSIONS = 10
+SUBJECTS_SEED = 500
 SPEED_S = 5.0
 
 
@@ -58,7 +64,7 @@ def by_method(name: str, *, instrument: bool = False) -> Callable[[JointSamples]
 
     def solve(samples: JointSamples) -> Estimate:
         prepared = prepare(samples if instrument else replace(samples, perturbation=None))
-        return METHODS[name].identify(prepared, band_of(prepared))
+        return METHODS[name].identify(prepared, weighed_band(prepared, band_of(prepared)))
 
     return solve
 
@@ -202,6 +208,42 @@ def study_coverage(checks: Checks, benches: dict[str, Bench], runs: int) -> None
                 )
 
 
+def study_subjects(checks: Checks, sessions: int) -> None:
+    """Four subjects in the exoskeleton, who push and tremble: sessions of 5 x 10 s, single trials.
+
+    Held against the same subject without noise: samples of the unfiltered gauges alias steps of
+    the motor's torque, some .15 % of I and B, and gravity bends K.
+    """
+    recordings, joints = {}, {}
+    for subject in "1234":
+        recordings[subject] = simulate_elbow(
+            "posture", subject=subject, seed=SUBJECTS_SEED, repetitions=5 * sessions
+        )[0]
+        quiet = simulate_elbow(
+            "posture", subject=subject, seed=SUBJECTS_SEED + 1, repetitions=16, noise="none"
+        )[0]
+        joints[subject] = identify_elbow(from_recording(quiet)).values
+    for name in ("iv", "derivative"):
+        for trials in (5, 1):
+            held, errors_ = [], []
+            for subject, recording in recordings.items():
+                for first in range(0, 5 * sessions, trials):
+                    part = recording.select(list(range(first, first + trials)))
+                    fit = identify_elbow(from_recording(part), method=name)
+                    low, high = fit.interval.T
+                    held.append((low <= joints[subject]) & (joints[subject] <= high))
+                    errors_.append(fit.values / joints[subject] - 1)
+            share = np.mean(held, axis=0)
+            rms = 100 * np.sqrt(np.mean(np.square(errors_), axis=0))
+            checks.say(
+                f"subjects, {name}, {trials} x 10 s: coverage of I/B/K, %",
+                "/".join(f"{100 * c:.1f}" for c in share),
+                "90 to 98.5",
+                sessions < FEWEST_SESSIONS or bool(((share >= 0.9) & (share <= 0.985)).all()),
+            )
+            print(f"  {'rms error of I/B/K, %':44s} {'/'.join(f'{r:.2f}' for r in rms):>22s}")
+
+
 def study_refusal(checks: Checks, benches: dict[str, Bench]) -> None:
     """Raw arx is refused before the fit, at any level of noise."""
     for joint, bench in benches.items():
@@ -241,6 +283,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--runs", type=int, default=20)
     parser.add_argument("--coverage-runs", type=int, default=200)
+    parser.add_argument("--sessions", type=int, default=10)
     given = parser.parse_args()
     checks = Checks()
     runs = max(given.runs, given.coverage_runs)
@@ -248,6 +291,7 @@ def main() -> int:
     study_snr(checks, benches, given.runs)
     study_refusal(checks, benches)
     study_coverage(checks, benches, given.coverage_runs)
+    study_subjects(checks, given.sessions)
     study_speed(checks)
     return int(checks.missed > 0)
 

@@ -63,6 +63,18 @@ class Bins:
         """(n,)."""
         return np.asarray(self.s.imag / (2 * np.pi))
 
+    def of_lines(self, chosen: NDArray[np.bool_]) -> Bins:
+        """Some of the n frequencies."""
+        return Bins(
+            self.s[chosen],
+            self.torque[chosen],
+            self.angle[chosen],
+            self.ends[chosen],
+            self.seconds,
+            self.torque_noise[chosen],
+            self.angle_noise[chosen],
+        )
+
     def noise_power(self, impedance: Complex) -> FloatArray:
         """Power of the equation's noise where the impedance is Z (n,)."""
         return np.asarray(self.angle_noise * np.abs(impedance) ** 2 + self.torque_noise)

@@ -9,12 +9,14 @@ import numpy as np
 from armimpedance.elbow.band import Band, band_of, explained
 from armimpedance.elbow.checks import check_samples
 from armimpedance.elbow.estimate import Estimate
+from armimpedance.elbow.feedback import delayed_feedback, feedback_warning
 from armimpedance.elbow.instruments import weighed_band
 from armimpedance.elbow.methods import DEFAULT, Method, method_named
-from armimpedance.elbow.orders import OrderScore, compare_orders, order_warning
+from armimpedance.elbow.orders import compare_orders, order_warning
 from armimpedance.elbow.preparation import Cutoff, Decimation, Prepared, prepare
-from armimpedance.elbow.result import NAMES, UNITS, ChannelSnr, ElbowFit, Whiteness
-from armimpedance.elbow.samples import JointSamples
+from armimpedance.elbow.result import NAMES, UNITS, ChannelSnr, ElbowFit
+from armimpedance.elbow.samples import COMMANDED, JointSamples
+from armimpedance.elbow.side_by_side import with_comparisons
 from armimpedance.elbow.snr import channel_snr
 from armimpedance.elbow.whiteness import residual_whiteness, whiteness_warning
 from armimpedance.errors import InputError
@@ -60,15 +62,29 @@ def identify_elbow(
         What was fitted is no joint, or a search does not settle.
     """
     chosen = method_named(method)
+    if lowest_hz is not None and chosen.name == "arx":
+        raise InputError(
+            "a lowest frequency with method arx",
+            expected="method iv, output-error or derivative, or no lowest frequency",
+        )
     check_samples(samples)
     snr = channel_snr(samples)
     refuse_low_snr(snr, chosen)
     prepared = prepare(samples, cutoff_hz, decimation, lowest_hz)
-    floors, band = band_of(prepared), weighed_band(prepared)
+    floors = band_of(prepared)
+    band = weighed_band(prepared, floors)
     estimate = chosen.identify(prepared, band)
+    estimate = with_comparisons(estimate, chosen, prepared, floors, band)
     r2 = explained(band, estimate.values)
     white = residual_whiteness(floors, estimate.values)
     scores = compare_orders(band, prepared.sample_rate_hz)
+    late = delayed_feedback(band, estimate.values)
+    independent = chosen.name in ("iv", "derivative") and samples.perturbation is not None
+    of_the_model = (
+        whiteness_warning(white, 1 - r2, independent=independent),
+        order_warning(scores, 1 - r2),
+        feedback_warning(late, 1 - r2),
+    )
     summary = FitSummary(
         method=chosen.name,
         n=estimate.n,
@@ -78,15 +94,20 @@ def identify_elbow(
         r2=r2,
         vaf=r2,
         parameters=_parameters(estimate, samples.joint),
-        warnings=_warnings(samples, estimate, white, scores, r2),
+        warnings=_warnings(samples, estimate, of_the_model),
     )
     return ElbowFit(
         summary=summary,
         covariance=estimate.covariance,
         snr=snr,
         whiteness=white,
-        preparation=(*samples.notes, *prepared.notes, *_method_notes(chosen, prepared, band)),
-        details={**estimate.details, "orders": scores, "band_hz": prepared.band_hz},
+        preparation=(*samples.notes, *_notes(chosen, prepared, band, coloured=band is not floors)),
+        details={
+            **estimate.details,
+            "orders": scores,
+            "feedback": late,
+            "band_hz": prepared.band_hz,
+        },
     )
 
 
@@ -133,13 +154,11 @@ def _parameters(estimate: Estimate, joint: int) -> tuple[NamedParameter, ...]:
 def _warnings(
     samples: JointSamples,
     estimate: Estimate,
-    white: Whiteness,
-    scores: tuple[OrderScore, ...],
-    r2: float,
+    of_the_model: tuple[str | None, ...],
 ) -> tuple[str, ...]:
-    told = [whiteness_warning(white, 1 - r2), order_warning(scores, 1 - r2)]
+    told = list(of_the_model)
     if samples.torque_is == "commanded":
-        told.append("the torque is the motor's command: I, B, K are those of arm and device")
+        told.append(COMMANDED)
     half = t_factor(estimate.dof) * np.sqrt(np.diag(estimate.covariance)) / estimate.values
     wide = [f"{n} +-{100 * h:.0f} %" for n, h in zip(NAMES, half, strict=True) if h > WIDE]
     if wide:
@@ -147,15 +166,27 @@ def _warnings(
     return (*estimate.warnings, *(t for t in told if t is not None))
 
 
-def _method_notes(method: Method, prepared: Prepared, band: Band) -> tuple[str, ...]:
-    if method.name == "output-error":
-        count = sum(len(b.s) for b in band.trials)
-        return (f"{count} frequencies up to {prepared.band_hz:.3g} Hz, unfiltered",)
+def _notes(method: Method, prepared: Prepared, band: Band, *, coloured: bool) -> tuple[str, ...]:
     if method.name == "arx":
-        return ()
-    if prepared.perturbation is None:
-        return (
-            "instruments from the measured torque: what the subject adds to it in answer to the "
-            "motion stays in",
+        return prepared.notes
+    count = sum(len(b.s) for b in band.trials)
+    lowest = min(float(b.frequency_hz[0]) for b in band.trials)
+    notes = [
+        "offset and slope taken off each trial",
+        f"{count} frequencies, {lowest:.3g} to {prepared.band_hz:.3g} Hz, of all samples, neither "
+        f"filtered nor decimated: {prepared.band_why}",
+    ]
+    if coloured:
+        notes.append(
+            "weighed by the residual torque's spectrum: more than the sensors' noise is in it"
         )
-    return ("instruments from the device's perturbation",)
+    if method.name == "output-error":
+        return tuple(notes)
+    if prepared.perturbation is None:
+        notes.append(
+            "instruments from the measured torque: what the subject adds to it in answer to the "
+            "motion stays in"
+        )
+    else:
+        notes.append("instruments from the device's perturbation")
+    return tuple(notes)

@@ -68,20 +68,19 @@ def solve(prepared: Prepared, band: Band) -> Estimate:
     return refined(lambda values: _round(band, driver, values), start_values(band))
 
 
-def weighed_band(prepared: Prepared) -> Band:
+def weighed_band(prepared: Prepared, floors: Band) -> Band:
     """The band, weighed by the sensors' floors and by what a first pass leaves of the torque.
+
+    `floors`, of `band.band_of`, come back themselves where nothing is left beyond chance.
 
     Raises
     ------
-    InputError
-        As `band.band_of`.
     EstimationError
         The torque has the wrong sign.
     NotIdentifiableError
         The motion does not tell I, B and K apart.
     """
-    floors, driver = band_of(prepared), driver_of(prepared)
-    band, values = floors, start_values(floors)
+    band, driver, values = floors, driver_of(prepared), start_values(floors)
     for _ in range(SPECTRA):
         for _ in range(_FIRST_ROUNDS):
             values = _positive(_round(band, driver, values).parameters, values)

@@ -55,6 +55,8 @@ class Prepared:
         What was chosen, and why, one sentence each.
     lowest_hz : float
         A fit in the frequency domain begins here.
+    band_why : str
+        Why it ends at `band_hz`.
     """
 
     sample_rate_hz: float
@@ -69,6 +71,7 @@ class Prepared:
     source: JointSamples
     notes: tuple[str, ...] = ()
     lowest_hz: float = 0.0
+    band_why: str = ""
 
     def __post_init__(self) -> None:
         put = object.__setattr__
@@ -146,6 +149,7 @@ def prepare(
         source=samples,
         notes=("offset and slope taken off each trial", *notes),
         lowest_hz=lowest,
+        band_why=why if upper == band else "as the low-pass asks",
     )
 
 

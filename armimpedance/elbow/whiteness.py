@@ -58,13 +58,18 @@ def ljung_box(series: list[FloatArray], lags: int | None = None) -> Whiteness:
     )
 
 
-def whiteness_warning(white: Whiteness, unexplained: float) -> str | None:
-    """A sentence where the residuals are far from white, and more than rounding."""
+def whiteness_warning(
+    white: Whiteness, unexplained: float, *, independent: bool = False
+) -> str | None:
+    """A sentence where the residuals are far from white, and more than rounding.
+
+    `independent`: what they hold has no part in the instruments, which a perturbation drives.
+    """
     if unexplained < ENOUGH or white.p > UNLIKELY or abs(white.largest_correlation) < SMALL:
         return None
     return (
         f"the residuals are not white (Ljung-Box p {white.p:.1g}, correlation up to "
         f"{white.largest_correlation:.2f}): more than I, B, K and sensors' noise is in the "
         "torque (the subject's own, a reflex, a joint that changed); the intervals allow for it, "
-        "the values may not"
+        + ("the values for the subject's own" if independent else "the values may not")
     )

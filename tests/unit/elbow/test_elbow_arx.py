@@ -53,7 +53,7 @@ def test_without_noise_the_truth_is_found(truths, method):
     joint, torque, angle = truths
     fit = identify_elbow(samples_of(torque[:1], angle[:1], torque[:1]), method=method)
     # The bilinear transform is off by (w T)^2 / 12 where the torque ends.
-    exact = method in ("output-error", "derivative")
+    exact = method != "arx"
     np.testing.assert_allclose(fit.values, joint, rtol=1e-6 if exact else 2e-3)
     assert fit.summary.r2 > 0.99999
     assert fit.summary.warnings == ()
