@@ -13,6 +13,7 @@ from typing import Final
 
 import numpy as np
 
+from armimpedance.elbow import instruments
 from armimpedance.elbow.band import Band, start_values
 from armimpedance.elbow.discrete import Structure
 from armimpedance.elbow.estimate import Estimate, Rows, ramp, solve_rows, without
@@ -41,7 +42,11 @@ def solve(prepared: Prepared, band: Band) -> Estimate:
         The record does not tell the coefficients apart.
     """
     free = prepared.sample_rate_hz < WARPED * prepared.band_hz
-    reference = fit_band(band, start_values(band))
+    if prepared.perturbation is None:
+        reference = fit_band(band, start_values(band))
+    else:
+        # Where the device reacts to the subject, output error is off as well.
+        reference = instruments.solve(prepared, band).values
     bias = predicted_bias(prepared, band, reference, "tustin", free=free)
     large = bias is None or bool((np.abs(bias) > LARGEST).any())
     if large and prepared.cutoff_hz is None and prepared.decimation == 1:
@@ -56,10 +61,11 @@ def solve(prepared: Prepared, band: Band) -> Estimate:
 
 
 def _with_bias(estimate: Estimate, bias: FloatArray | None, reference: FloatArray) -> Estimate:
-    """Intervals that hold what is known to be off, predicted or seen against output error.
+    """Intervals that hold what is known to be off, predicted or seen against the reference.
 
     The prediction knows the sensors' noise only; the subject's own torque is noise of the equation
-    too and moves least squares away from what output error finds in the same record.
+    too and moves least squares away from what output error, or instruments where the perturbation
+    is recorded, find in the same record.
     """
     seen = estimate.values / reference - 1
     predicted = np.zeros(3) if bias is None else bias

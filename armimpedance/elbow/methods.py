@@ -48,9 +48,9 @@ METHODS: Final = {
         ),
         Method(
             "iv",
-            "refined instruments in discrete time, from the device's perturbation if recorded",
+            "refined instruments in continuous time, from the device's perturbation if recorded",
             5.0,
-            "P. C. Young, Recursive Estimation and Time-Series Analysis (2011), chapter 7",
+            "P. C. Young, Recursive Estimation and Time-Series Analysis (2011), chapters 7, 8",
             instruments.solve,
         ),
         Method(
