@@ -16,6 +16,9 @@ TORQUE_FIELD: Final = (
     '"interaction" (measured between limb and device) or "commanded" (the motor\'s: arm and device)'
 )
 
+#: What is told of samples whose torque is the commanded one.
+COMMANDED: Final = "the torque is the motor's command: I, B, K are those of arm and device"
+
 
 @dataclass(frozen=True)
 class JointSamples:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 import numpy as np
 
 from armimpedance.elbow.result import VaryingImpedance
-from armimpedance.elbow.samples import JointSamples
+from armimpedance.elbow.samples import COMMANDED, JointSamples
 from armimpedance.elbow.snr import channel_snr
 from armimpedance.elbow.varying_beginning import begin
 from armimpedance.elbow.varying_data import VaryingData, decimated, varying_data
@@ -13,7 +15,11 @@ from armimpedance.elbow.varying_found import Found
 from armimpedance.elbow.varying_methods import DEFAULT_VARYING, varying_method_named
 from armimpedance.errors import InputError
 from armimpedance.records import FloatArray
+from armimpedance.regression.fit import t_factor
 from armimpedance.regression.summary import NamedParameter
+
+#: Half of K's 95 % band over K, above which the subject's own torque is told to limit it.
+WIDE: Final = 0.1
 
 
 def identify_varying(
@@ -120,9 +126,35 @@ def _result(
         inertia=inertia,
         snr=channel_snr(samples),
         dof=found.dof,
-        preparation=(*data.notes, *found.notes),
-        warnings=(*_negative(found), *found.warnings),
-        details=found.details,
+        preparation=(*data.notes, *_own_note(data), *found.notes),
+        warnings=_warnings(samples, data, found),
+        details={"own_torque_rms": data.own.rms, **found.details},
+    )
+
+
+def _own_note(data: VaryingData) -> tuple[str, ...]:
+    if not data.own.order:
+        return ()
+    return (
+        f"beside the sensors' noise the torque holds one of the subject's own, {data.own.rms:.2g} "
+        f"Nm (rms), an autoregression of order {data.own.order} by Whittle's likelihood",
+    )
+
+
+def _warnings(samples: JointSamples, data: VaryingData, found: Found) -> tuple[str, ...]:
+    commanded = (COMMANDED,) if samples.torque_is == "commanded" else ()
+    return (*commanded, *_negative(found), *_limited(data, found), *found.warnings)
+
+
+def _limited(data: VaryingData, found: Found) -> tuple[str, ...]:
+    """The subject's own torque, where K's band is wide because of it."""
+    half = float(np.median(t_factor(found.dof) * found.sd_K / np.abs(found.K)))
+    if not data.own.order or half < WIDE:
+        return ()
+    return (
+        f"a torque of the subject's own, {data.own.rms:.2g} Nm (rms), limits K: its 95 % band is "
+        f"about +-{100 * half:.0f} %; a stronger perturbation at low frequencies, or a steadier "
+        "subject, would narrow it",
     )
 
 
@@ -130,7 +162,7 @@ def _negative(found: Found) -> tuple[str, ...]:
     """A joint that pushes or feeds energy: more likely a sign or too much noise."""
     parts = {"B": float((found.B < 0).mean()), "K": float((found.K < 0).mean())}
     told = [
-        f"{name} is negative in {100 * part:.0f} % of the time: the sign of the torque, or too "
+        f"{name} is negative in {_percent(part)} of the time: the sign of the torque, or too "
         "little motion for so fast a course"
         for name, part in parts.items()
         if part > 0
@@ -138,3 +170,7 @@ def _negative(found: Found) -> tuple[str, ...]:
     if found.inertia < 0:
         told.append("the inertia is negative: the sign of the torque, or too much noise")
     return tuple(told)
+
+
+def _percent(part: float) -> str:
+    return "less than 1 %" if part < 0.01 else f"{100 * part:.0f} %"

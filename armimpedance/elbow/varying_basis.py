@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -26,8 +27,11 @@ SETTLED: Final = 0.02
 UNSETTLED: Final = 0.5
 #: Part of the whitened residual's spectrum in which a joint moves: an excess there is no noise.
 LOW_PART: Final = 0.125
-#: Blocks of rows whose scores are taken as independent, where regressors have errors.
+#: Blocks of rows whose scores are taken as independent, where regressors have errors: so many, or
+#: more in a long record, of so many seconds each.
 BLOCKS: Final = 50
+MOST_BLOCKS: Final = 150
+BLOCK_S: Final = 0.5
 
 
 @dataclass(frozen=True)
@@ -63,6 +67,9 @@ def fit_basis(
     of_K: FloatArray,
     error: FloatArray | None = None,
     prior: FloatArray | None = None,
+    *,
+    strict: bool = True,
+    rounds: int = ROUNDS,
 ) -> BasisFit:
     """Solve for B = of_B b and K = of_K k.
 
@@ -76,6 +83,10 @@ def fit_basis(
         Draws of what the functions carry as errors: their moments are taken off.
     prior : (p_B + p_K, p_B + p_K) or None
         Information that the coefficients have before the samples.
+    strict : bool
+        Rounds that still move count as a failure.
+    rounds : int
+        At most.
 
     Raises
     ------
@@ -83,11 +94,10 @@ def fit_basis(
         The functions are not determined by the record, or the rounds do not settle.
     """
     course, pB, step = first, of_B.shape[1], Step()
-    for turn in range(ROUNDS):
+    for turn in range(rounds):
         eq = linearise(data, course)
         columns = basis_columns(eq, of_B, of_K)
-        at_rows = None if error is None else error[:, eq.centre]
-        p, covariance = _solve(eq, columns, at_rows, pB, prior)
+        p, covariance = _solve(data, eq, columns, error, pB, prior)
         b, k = p[1 : 1 + pB], p[1 + pB : 1 + pB + of_K.shape[1]]
         new = replace(course, inertia=float(p[0]), B=of_B @ b, K=of_K @ k)
         course, step = step.taken(course, with_offsets(new, p[1 + pB + len(k) :]))
@@ -96,7 +106,7 @@ def fit_basis(
         if turn and step.moved < SETTLED * typical:
             break
     else:
-        if not step.moved < UNSETTLED * typical:
+        if strict and not step.moved < UNSETTLED * typical:
             raise EstimationError(f"B(t) and K(t) do not settle within {ROUNDS} rounds")
     residual = eq.whitened((eq.y - columns @ p)[:, None])[:, 0]
     # clustered errors hold all that residuals have beyond the sensors' noise
@@ -127,6 +137,7 @@ def low_excess(white: FloatArray) -> float:
 
 
 def _solve(
+    data: VaryingData,
     eq: Linearised,
     columns: FloatArray,
     error: FloatArray | None,
@@ -140,43 +151,49 @@ def _solve(
         A[1 : 1 + len(prior), 1 : 1 + len(prior)] += prior
     if error is None:
         return solve_gram(A, b, eq.prior_sd)
-    S = error_moments(eq, columns.shape[1], error, pB)
+    inner = np.arange(1, 1 + error.shape[2])
+    S = error_moments(data, eq, columns.shape[1], error_columns(eq, error, pB), inner)
     p, inverse = solve_gram(A - S.sum(axis=0), b, eq.prior_sd)
-    return p, clustered(white, p, inverse, S)
+    return p, clustered(blocked(data, white), p, inverse, S)
 
 
-def error_moments(eq: Linearised, q: int, error: FloatArray, pB: int) -> FloatArray:
-    """``E[U_b^T Sigma^-1 U_b]`` (blocks, q, q) of errors U of the regressors.
-
-    U is the functions' errors times the motion; blocks are those of `blocks_of`.
-    """
-    starts = blocks_of(len(eq.y))
-    S = np.zeros((len(starts), q, q))
-    inner = slice(1, 1 + error.shape[2])
+def error_columns(eq: Linearised, error: FloatArray, pB: int) -> Iterator[FloatArray]:
+    """What draws (M, N, k) of the functions' errors do to their columns: (R, k) each."""
     motion = np.where(np.arange(error.shape[2]) < pB, eq.x1[:, None], eq.x0[:, None])
-    for draw in error:
-        S[:, inner, inner] += _block_grams(eq.whitened(draw * motion), starts) / len(error)
+    return (draw[eq.centre] * motion for draw in error)
+
+
+def error_moments(
+    data: VaryingData, eq: Linearised, q: int, draws: Iterable[FloatArray], inner: IntArray
+) -> FloatArray:
+    """``E[U_b^T Sigma^-1 U_b]`` (blocks, q, q) of errors U of the columns `inner` of q.
+
+    Each draw of U is (R, k); blocks are those of `blocked`.
+    """
+    total: FloatArray = np.zeros(1)
+    count = 0
+    for draw in draws:
+        total, count = total + blocked(data, eq.whitened(draw)), count + 1
+    S = np.zeros((len(total), q, q))
+    S[:, inner[:, None], inner] = total / count
     return S
 
 
-def blocks_of(rows: int) -> IntArray:
-    """First rows of some `BLOCKS` equal blocks."""
-    return np.unique(np.linspace(0, rows, min(BLOCKS, rows) + 1).astype(np.int64)[:-1])
+def blocked(data: VaryingData, white: FloatArray) -> FloatArray:
+    """Grams (C, q, q) of blocks of whitened rows (R, q)."""
+    rows = len(white)
+    count = min(max(BLOCKS, round(rows / (BLOCK_S * data.rate_hz))), MOST_BLOCKS, rows)
+    starts = np.unique(np.linspace(0, rows, count + 1).astype(np.int64)[:-1])
+    return np.stack([part.T @ part for part in np.split(white, starts[1:])])
 
 
-def clustered(white: FloatArray, p: FloatArray, inverse: FloatArray, S: FloatArray) -> FloatArray:
+def clustered(grams: FloatArray, p: FloatArray, inverse: FloatArray, S: FloatArray) -> FloatArray:
     """Covariance (q, q) of p from scores of blocks: where errors of regressors add to the noise.
 
-    ``s_b = X_b^T y_b - (X_b^T X_b - S_b) p`` of the whitened [X, y] (R, q + 1).
+    ``s_b = X_b^T y_b - (X_b^T X_b - S_b) p`` of the blocks' moments of [X, y], (C, q + 1, q + 1).
     """
-    grams = _block_grams(white, blocks_of(len(white)))
     scores = grams[:, :-1, -1] - (grams[:, :-1, :-1] - S) @ p
     count = len(scores)
     # C (q, q) = M^-1 (sum_b s_b s_b^T) M^-1, M the corrected moments
     moved = scores @ inverse
     return np.asarray(moved.T @ moved) * count / max(count - len(p), 1)
-
-
-def _block_grams(rows: FloatArray, starts: IntArray) -> FloatArray:
-    parts = np.split(rows, starts[1:])
-    return np.stack([part.T @ part for part in parts])

@@ -22,10 +22,10 @@ def smoother(begun: Beginning, *, every_s: float | None = None) -> Found:
     at, course = grid(data, every_s), made.course
     levels = made.levels
     warnings = []
-    if levels.torque > MUCH_NOISE:
+    if levels.torque > MUCH_NOISE and not data.own.order:
         warnings.append(
-            f"residuals are {levels.torque:.1f} times the torque sensor's noise: voluntary torque, "
-            "or a joint that is not of second order; the bands take it in"
+            f"residuals are {levels.torque:.1f} times the torque sensor's noise: a torque of the "
+            "subject's own, or a joint that is not of second order; the bands take it in"
         )
     for name, level in (("B", levels.B), ("K", levels.K)):
         if level > FAST:

@@ -28,6 +28,9 @@ PIECE_S: Final = 15.0
 #: A weak prior: so rough an integrated random walk, over the mean, s^-1.5.
 WEAK_INTENSITY: Final = 30.0
 
+#: Knots per second, at least, that tell what the chosen ones cannot follow.
+LEAST_DENSER: Final = 2.0
+
 Rates = tuple[float, float]
 
 
@@ -64,12 +67,14 @@ def spline(begun: Beginning, *, every_s: float | None = None) -> Found:
 
 def _fit(data: VaryingData, course: Course, rates: Rates, scale: FloatArray) -> BasisFit:
     of_B, of_K = (spline_basis(data, rate) for rate in rates)
-    return fit_basis(data, course, of_B, of_K, prior=_prior(data, rates, scale))
+    prior = _prior(data, rates, scale)
+    # sound data must not end in an error: the last rounds, halved again and again, stand
+    return fit_basis(data, course, of_B, of_K, prior=prior, strict=False)
 
 
 def _bias(data: VaryingData, fit: BasisFit, rates: Rates, scale: FloatArray) -> FloatArray:
     """What the knots cannot follow, rms (2,): how far denser ones move B and K beyond noise."""
-    denser = tuple(_next(rate) for rate in rates)
+    denser = tuple(max(_next(rate), LEAST_DENSER) for rate in rates)
     other = _fit(data, fit.course, (denser[0], denser[1]), scale)
     apart = np.stack([fit.course.B - other.course.B, fit.course.K - other.course.K], axis=1)
     more = _variances(data, other, (denser[0], denser[1])) - _variances(data, fit, rates)
