@@ -50,6 +50,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
         metavar="N|auto",
         help="keep every N-th sample after the filter (default: chosen and reported)",
     )
+    parser.add_argument(
+        "--lowest-hz",
+        metavar="HZ",
+        help="leave out the motion below this: reflexes and what the subject does (default: all)",
+    )
     parser.add_argument("--joint", type=int, default=1, metavar="N", help="axis (default: 1)")
     parser.add_argument("--condition", metavar="NAME", help="trials of this condition only")
     parser.add_argument(

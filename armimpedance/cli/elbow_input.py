@@ -39,11 +39,16 @@ def check_choices(arguments: argparse.Namespace) -> None:
         raise InputError("--flexor, --extensor", expected="them with an analysis of EMG")
     decimation(arguments)
     if varying:
-        if arguments.decimation != "auto":
-            raise InputError("--decimation with --time-varying", expected="a fit at one point")
+        for given, option in (
+            (arguments.decimation != "auto", "--decimation"),
+            (arguments.lowest_hz is not None, "--lowest-hz"),
+        ):
+            if given:
+                raise InputError(f"{option} with --time-varying", expected="a fit at one point")
         band_edge(arguments)
     else:
         cutoff(arguments)
+        lowest(arguments)
 
 
 def read_elbow(path: Path, condition: str | None) -> Recording:
@@ -81,6 +86,7 @@ def fit_recording(recording: Recording, arguments: argparse.Namespace) -> ElbowF
             method=arguments.method or DEFAULT,
             cutoff_hz=cutoff(arguments),
             decimation=decimation(arguments),
+            lowest_hz=lowest(arguments),
         )
 
 
@@ -165,6 +171,14 @@ def cutoff(arguments: argparse.Namespace) -> float | None | Literal["auto"]:
     if word == "auto":
         return "auto"
     return None if word == "none" else number(word, "--cutoff-hz", "more than 0 Hz, auto or none")
+
+
+def lowest(arguments: argparse.Namespace) -> float | None:
+    """Of --lowest-hz: where the band of the fit begins; None: at the lowest frequency."""
+    from armimpedance.cli.checks import number
+
+    word = arguments.lowest_hz
+    return None if word is None else number(word, "--lowest-hz", "more than 0 Hz")
 
 
 def band_edge(arguments: argparse.Namespace) -> float | None:

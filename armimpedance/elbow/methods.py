@@ -43,7 +43,7 @@ METHODS: Final = {
             "arx",
             "least squares in discrete time on filtered, decimated samples",
             15.0,
-            "A. F. Ruiz et al., Appl. Bionics Biomech. 8 (2011), eqs. (5)-(8)",
+            "A. F. Ruiz et al. (2011), eqs. (5)-(8)",
             arx.solve,
         ),
         Method(

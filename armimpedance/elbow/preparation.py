@@ -203,7 +203,8 @@ def _decimation(
             return 1, "no decimation"
         keep = max(int(samples.sample_rate_hz / (SAMPLES_PER_PERIOD * cutoff_hz)), 1)
         if keep == 1:
-            return 1, f"no decimation: {SAMPLES_PER_PERIOD} samples per period of the cut-off"
+            per = samples.sample_rate_hz / cutoff_hz
+            return 1, f"no decimation: {per:.3g} samples per period of the cut-off"
         return keep, (
             f"every {keep}. sample kept, {samples.sample_rate_hz / keep:g} Hz: "
             f"{SAMPLES_PER_PERIOD} or more per period of the cut-off"

@@ -111,7 +111,7 @@ def from_recording(recording: Recording, joint: int = 1) -> JointSamples:
     if not 1 <= joint <= recording.axes:
         raise InputError(f"no joint {joint}", expected=f"1 to {recording.axes}")
     column = perturbation_columns(recording.axes)[joint - 1]
-    notes = ()
+    notes: tuple[str, ...] = ()
     if recording.perturbation != "stochastic":
         notes = ("taken as a random perturbation, though recording.json does not say stochastic",)
     return JointSamples(
