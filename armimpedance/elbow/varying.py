@@ -9,7 +9,7 @@ import numpy as np
 from armimpedance.elbow.result import VaryingImpedance
 from armimpedance.elbow.samples import COMMANDED, JointSamples
 from armimpedance.elbow.snr import channel_snr
-from armimpedance.elbow.varying_beginning import begin
+from armimpedance.elbow.varying_beginning import Beginning, begin
 from armimpedance.elbow.varying_data import VaryingData, decimated, varying_data
 from armimpedance.elbow.varying_found import Found
 from armimpedance.elbow.varying_methods import DEFAULT_VARYING, varying_method_named
@@ -73,7 +73,7 @@ def identify_varying(
         found = chosen.identify(begun, amplitude=a, amplitude_sd=sd, every_s=every_s)
     else:
         found = chosen.identify(begun, every_s=every_s)
-    return _result(method, samples, data, found)
+    return _result(method, samples, begun, found)
 
 
 def _amplitudes(
@@ -107,9 +107,8 @@ def _amplitudes(
     return np.stack(columns, axis=1), errors
 
 
-def _result(
-    method: str, samples: JointSamples, data: VaryingData, found: Found
-) -> VaryingImpedance:
+def _result(method: str, samples: JointSamples, begun: Beginning, found: Found) -> VaryingImpedance:
+    data = begun.data
     counts = np.bincount(found.trial, minlength=len(data.trials))
     inertia = NamedParameter(
         "I", found.inertia, found.sd_inertia, found.sd_inertia, "kg m^2", found.dof, samples.joint
@@ -127,7 +126,7 @@ def _result(
         snr=channel_snr(samples),
         dof=found.dof,
         preparation=(*data.notes, *_own_note(data), *found.notes),
-        warnings=_warnings(samples, data, found),
+        warnings=_warnings(samples, begun, found),
         details={"own_torque_rms": data.own.rms, **found.details},
     )
 
@@ -141,9 +140,10 @@ def _own_note(data: VaryingData) -> tuple[str, ...]:
     )
 
 
-def _warnings(samples: JointSamples, data: VaryingData, found: Found) -> tuple[str, ...]:
+def _warnings(samples: JointSamples, begun: Beginning, found: Found) -> tuple[str, ...]:
     commanded = (COMMANDED,) if samples.torque_is == "commanded" else ()
-    return (*commanded, *_negative(found), *_limited(data, found), *found.warnings)
+    own = (*begun.warnings, *_limited(begun.data, found))
+    return (*commanded, *_negative(found), *own, *found.warnings)
 
 
 def _limited(data: VaryingData, found: Found) -> tuple[str, ...]:

@@ -32,6 +32,8 @@ from armimpedance.records import FloatArray
 FIRST_ROUNDS: Final = 4
 #: Freer than any course that can be told: +-30 % at 3 Hz asks for less, s^-1.5.
 FREE_INTENSITY: Final = 30.0
+#: The torque may change the inertia of a constant joint by this part.
+INERTIA_KEPT: Final = 0.3
 #: Rounds that look for the subject's own torque, the draws of each, and the change of its rms and
 #: its innovation that ends them.
 OWN_ROUNDS: Final = 12
@@ -48,6 +50,7 @@ class Beginning:
     data: VaryingData
     course: Course
     levels: Levels
+    warnings: tuple[str, ...] = ()
 
 
 def begin(data: VaryingData) -> Beginning:
@@ -68,7 +71,20 @@ def begin(data: VaryingData) -> Beginning:
     course = settle(data, course, free, scale, strict=False, rounds=FIRST_ROUNDS)
     if not _own_torque_again(data, course, free, scale).data.own.order:
         return Beginning(data, course, free)
-    return _maximised(data, constant, usual, scale)
+    begun = _maximised(data, constant, usual, scale)
+    if abs(begun.course.inertia / constant.inertia - 1) > INERTIA_KEPT:
+        return Beginning(data, course, free, (_no_torque(begun, constant),))
+    return begun
+
+
+def _no_torque(begun: Beginning, constant: Course) -> str:
+    """Inertia is what fast motion says most surely: weights that change it are wrong."""
+    return (
+        "the residuals hold far more than the sensors' noise, and it is no torque of the subject's "
+        f"own: weighed so, I would be {begun.course.inertia:.2g}, not {constant.inertia:.2g} "
+        "kg m^2; the equation does not hold up to the band's edge (give a lower cut-off), and "
+        "bands that rest on white noise are too narrow"
+    )
 
 
 def _maximised(data: VaryingData, constant: Course, levels: Levels, scale: FloatArray) -> Beginning:

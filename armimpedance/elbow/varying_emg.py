@@ -20,9 +20,10 @@ from armimpedance.elbow.varying_beginning import Beginning
 from armimpedance.elbow.varying_data import VaryingData
 from armimpedance.elbow.varying_departures import departures
 from armimpedance.elbow.varying_directions import Directions, directions_of
+from armimpedance.elbow.varying_equation import Course
 from armimpedance.elbow.varying_found import Found, grid
 from armimpedance.elbow.varying_voluntary import own_torque, residual_of
-from armimpedance.errors import InputError
+from armimpedance.errors import EstimationError, InputError
 from armimpedance.records import FloatArray
 from armimpedance.signals.filters import lowpass
 
@@ -81,7 +82,7 @@ def scheduled(
         course = fit_basis(data, course, law, law, error, strict=False, rounds=FEW_ROUNDS).course
         # what the law leaves, errors of the amplitudes with it, is what its rows err by
         data = replace(data, own=own_torque(residual_of(data, course)))
-    fit = fit_basis(data, course, law, law, error)
+    fit, once = _law_fit(data, begun.course, course, law, error)
     at, m = grid(data, every_s), law.shape[1]
     # covariance (c, c) of the errors of the law's amplitudes at a sample
     spread = (
@@ -98,9 +99,22 @@ def scheduled(
         inertia=fit.course.inertia,
         sd_inertia=fit.sd_inertia,
         notes=(_note(details, told_apart),),
-        warnings=(*told_apart.warnings, *departures(data, fit, law, error)),
+        warnings=(*told_apart.warnings, *once, *departures(data, fit, law, error)),
         details=details,
     )
+
+
+def _law_fit(
+    data: VaryingData, free: Course, near: Course, law: FloatArray, error: FloatArray | None
+) -> tuple[BasisFit, tuple[str, ...]]:
+    """The settled fit; or one step from the free course, which is consistent itself, if told so."""
+    try:
+        return fit_basis(data, near, law, law, error), ()
+    except EstimationError:
+        if error is None:
+            raise
+    told = "the law's rounds do not settle: solved once about a free course; K is hardly told"
+    return fit_basis(data, free, law, law, error, strict=False, rounds=1), (told,)
 
 
 def _names(count: int) -> tuple[str, ...]:
