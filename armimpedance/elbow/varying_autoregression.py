@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import toeplitz
 
 from armimpedance.records import FloatArray, IntArray
@@ -59,9 +60,11 @@ class Autoregression:
 
     def spectrum(self, frequency: FloatArray) -> FloatArray:
         """Power per sample at frequencies (f,) in cycles per sample; its mean is the variance."""
-        k = np.arange(1, self.order + 1)
-        transfer = 1 - np.exp(-2j * np.pi * frequency[:, None] * k) @ self.coefficients
-        return np.asarray(self.sd**2 / np.abs(transfer) ** 2)
+        return self.spectrum_at(phases(frequency, self.order))
+
+    def spectrum_at(self, phase: NDArray[np.complex128]) -> FloatArray:
+        """The same at `phases` (f, p)."""
+        return np.asarray(self.sd**2 / np.abs(1 - phase @ self.coefficients) ** 2)
 
     def operator(self, lengths: IntArray) -> FloatArray:
         """A of trials of so many rows, lower banded: ``A[i, i - k]`` at [k, i], (p + 1, R)."""
@@ -84,6 +87,11 @@ class Autoregression:
             return np.zeros((0, 0))
         lower = np.linalg.cholesky(toeplitz(self.covariance[:-1]))
         return np.asarray(self.sd * np.linalg.inv(lower))
+
+
+def phases(frequency: FloatArray, order: int) -> NDArray[np.complex128]:
+    """``exp(-2 pi i f k)`` of lags k = 1 to p, (f, p)."""
+    return np.asarray(np.exp(-2j * np.pi * frequency[:, None] * np.arange(1, order + 1)))
 
 
 def applied(operator: FloatArray, columns: FloatArray) -> FloatArray:

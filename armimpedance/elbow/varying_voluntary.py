@@ -19,6 +19,7 @@ from scipy.optimize import minimize
 from armimpedance.elbow.varying_autoregression import (
     Autoregression,
     from_reflections,
+    phases,
     reflections_of,
 )
 from armimpedance.elbow.varying_data import VaryingData
@@ -143,8 +144,11 @@ def _fitted(order: int, residual: Residual, near: Autoregression | None = None) 
     reflections, variance = reflections_of(covariance)
     first = np.append(np.arctanh(reflections / 1.001), 0.5 * np.log(variance))
 
+    phase = phases(residual.frequency, order)
+
     def objective(x: FloatArray) -> float:
-        return _score(_process(x), residual)
+        expected = residual.floor + _process(x).spectrum_at(phase)
+        return float(residual.count @ (np.log(expected) + residual.power / expected))
 
     bounds = [(-4.2, 4.2)] * order + [(first[-1] - 12, first[-1] + 12)]
     at = np.clip(first, *np.array(bounds).T)

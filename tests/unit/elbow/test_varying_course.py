@@ -216,7 +216,7 @@ def test_errors_of_the_amplitudes_are_accounted_for():
     samples, _ = _bench(0.7)
     clean = _amplitude(samples)
     off = []
-    for seed in range(6):
+    for seed in range(4):
         rng = np.random.default_rng(seed)
         noise = lowpass(rng.standard_normal(clean.shape), 10.0, 1000.0, order=5, axis=0)
         noisy = clean + 0.08 * noise / noise.std()
