@@ -169,7 +169,8 @@ def lowest(way: Way, bench: Bench, runs: int) -> list[float | None]:
 def study_snr(checks: Checks, benches: dict[str, Bench], runs: int) -> None:
     """Lowest SNR of each way for both joints."""
     for joint, bench in benches.items():
-        print(f"{joint} {tuple(bench.joint.tolist())}: lowest SNR (dB) with I/B/K within 10 %, {runs} runs")
+        numbers = tuple(bench.joint.tolist())
+        print(f"{joint} {numbers}: lowest SNR (dB) with I/B/K within 10 %, {runs} runs")
         for way in WAYS:
             found = lowest(way, bench, runs)
             shown = "/".join("never" if v is None else f"{v:g}" for v in found)

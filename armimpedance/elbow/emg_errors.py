@@ -12,7 +12,6 @@ the covariance is the regression core's, from clusters that are left out one at 
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
@@ -105,8 +104,7 @@ def solve_corrected(moments: ErrorMoments, small_sample: FloatArray | None = Non
     ----------
     moments : ErrorMoments
     small_sample : (p, p), optional
-        Takes off the bias of second order: `small_sample_term`, or
-        `emg_products.small_sample_of_products`.
+        Takes off the bias of second order: `small_sample_term`.
 
     Raises
     ------
@@ -157,12 +155,8 @@ def small_sample_term(moments: ErrorMoments) -> FloatArray:
         first = moments.gram @ inverse @ S
         return np.asarray(first.sum(axis=0) + np.einsum("c,cij->ij", traces, S))
 
-    return settled_term(moments, term)
-
-
-def settled_term(moments: ErrorMoments, term: Callable[[FloatArray], FloatArray]) -> FloatArray:
-    """T at ``(M + T)^-1``: the inverse of a sample's M is itself too large on average."""
-    M = (moments.gram - moments.error).sum(axis=0)
+    # at (M + T)^-1: the inverse of a sample's M is itself too large on average
+    M = (moments.gram - S).sum(axis=0)
     return term(np.linalg.inv(M + term(np.linalg.inv(M))))
 
 
