@@ -16,12 +16,11 @@ from armimpedance.report.numbers import (
     aligned_table,
     counted,
     numbered_notes,
-    percent,
     short,
     with_interval,
 )
+from armimpedance.report.parameter_table import parameter_table
 
-_HEADER = ("", "value (95 % interval)", "unit", "textbook sd", "robust sd", "well identified")
 _LEGEND = (
     "Intervals are made of the robust sd, which counts that residuals are correlated; the textbook "
     "sd takes them as independent. Well identified: twice the textbook sd below 10 %."
@@ -43,17 +42,6 @@ def elbow_text(
         Printed first.
     """
     s = fit.summary
-    rows = [
-        [
-            p.name,
-            with_interval(p.value, *p.ci95),
-            p.unit,
-            percent(p.relative_sd_percent),
-            percent(100 * p.sd_robust / abs(p.value)) if p.value else "-",
-            "yes" if p.well_identified else "no",
-        ]
-        for p in s.parameters
-    ]
     blocks = [
         *_filled(notes),
         f"{s.method}: {s.n} rows, condition of the scaled columns {s.cond_scaled:.3g}, "
@@ -62,7 +50,7 @@ def elbow_text(
         snr_line(fit.snr),
         whiteness_line(fit),
         "",
-        aligned_table(_HEADER, rows),
+        parameter_table(s.parameters, "textbook sd"),
     ]
     if parts:
         blocks += ["", _parts_table(parts)]

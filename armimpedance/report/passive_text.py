@@ -13,10 +13,9 @@ from armimpedance.report.numbers import (
     fixed,
     numbered_notes,
     percent,
-    with_interval,
 )
+from armimpedance.report.parameter_table import parameter_table
 
-_HEADER = ("", "value (95 % interval)", "unit", "source's sd", "robust sd", "well identified")
 _TORQUE_HEADER = ("torque", "rms (Nm)", "R^2", "variance accounted for")
 _LEGEND = (
     "Source's sd: independent residuals (Venture, eqs. 9-11); well identified: twice that below "
@@ -39,21 +38,10 @@ def passive_text(
 
 def _joint_lines(fit: PassiveFit, other: Validation | None) -> list[str]:
     cutoff = "no filter" if fit.cutoff_hz is None else f"filter {fit.cutoff_hz:g} Hz"
-    rows = [
-        [
-            p.name,
-            with_interval(p.value, *p.ci95),
-            p.unit,
-            percent(p.relative_sd_percent),
-            percent(100 * p.sd_robust / abs(p.value)) if p.value else "-",
-            "yes" if p.well_identified else "no",
-        ]
-        for p in fit.parameters
-    ]
     return [
         f"{fit.joint}: {fit.method}, {fit.n} rows, {cutoff}, condition "
         f"{fixed(fit.cond_raw, 2)} (columns scaled {fixed(fit.cond_scaled, 2)})",
-        aligned_table(_HEADER, rows),
+        parameter_table(fit.parameters, "source's sd"),
         "",
         aligned_table(_TORQUE_HEADER, _torque_rows(fit, other)),
         f"friction makes {percent(fit.friction_share_percent)} of the torque",
