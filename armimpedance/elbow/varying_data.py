@@ -22,6 +22,9 @@ from armimpedance.records import FloatArray, IntArray, frozen_array
 SAMPLES_PER_PERIOD: Final = 8.0
 #: The band holds this part of the torque's power.
 BAND_POWER: Final = 0.995
+#: Unless told otherwise the band ends here: above, a limb in a device is no longer one inertia
+#: (soft tissue, straps, the device's own resonance), and little of B and K shows there.
+HIGHEST_HZ: Final = 20.0
 #: Lowest rate, Hz: two thirds of it below the resonance of a stiff elbow.
 LOWEST_RATE_HZ: Final = 60.0
 SHORTEST_S: Final = 2.0
@@ -98,7 +101,8 @@ def varying_data(samples: JointSamples, cutoff_hz: float | None = None) -> Varyi
     ----------
     samples : JointSamples
     cutoff_hz : float or None
-        Highest frequency of the motion that counts; None: from the torque's spectrum.
+        Highest frequency of the motion that counts; None: from the torque's spectrum, at most
+        `HIGHEST_HZ`.
 
     Raises
     ------
@@ -110,7 +114,8 @@ def varying_data(samples: JointSamples, cutoff_hz: float | None = None) -> Varyi
     rows = [samples.samples_of(t) for t in range(samples.n_trials)]
     for trial, row in zip(samples.trials, rows, strict=True):
         _check_trial(trial, samples, row)
-    band = cutoff_hz if cutoff_hz is not None else _band(samples, rows)
+    held = _band(samples, rows)
+    band = min(held, HIGHEST_HZ) if cutoff_hz is None else cutoff_hz
     if not 0 < band < rate / 2:
         raise InputError(
             f"band edge {band:g} Hz of samples at {rate:g} Hz",
@@ -138,6 +143,7 @@ def varying_data(samples: JointSamples, cutoff_hz: float | None = None) -> Varyi
         notes=(
             f"each trial's mean torque and angle taken off; band to {band:.3g} Hz, decimated from "
             f"{rate:g} to {rate / every:.4g} Hz behind a zero-phase filter",
+            *_above(band, held),
         ),
     )
 
@@ -204,6 +210,13 @@ def _band(samples: JointSamples, rows: list[slice]) -> float:
         edge = max(int(np.searchsorted(share, BAND_POWER)), 1)
         edges.append(edge * samples.sample_rate_hz / len(torque))
     return float(min(max(edges), samples.sample_rate_hz / 2 * 0.99))
+
+
+def _above(band_hz: float, held_hz: float) -> tuple[str, ...]:
+    """A sentence where the torque reaches far beyond the band."""
+    if held_hz < 1.2 * band_hz:
+        return ()
+    return (f"the torque reaches up to {held_hz:.3g} Hz: what is above the band is left out",)
 
 
 def _refuse_noise(snr: ChannelSnr) -> None:

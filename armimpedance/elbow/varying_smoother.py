@@ -121,14 +121,19 @@ def settle(
     rounds: int = ROUNDS,
 ) -> Course:
     """Linearise and solve until B and K stay where they are."""
-    step = Step()
-    for _ in range(rounds):
+    step, sd = Step(), 0.0
+    for turn in range(rounds):
         model = smoother_model(data, linearise(data, course), scale)
-        new, variance, _ = solve_course(course, model, levels)
+        if turn == 0:
+            # variances cost far more than the course; the first round's say what is little
+            new, variance, _ = solve_course(course, model, levels)
+            sd = float(np.sqrt(variance[:, 1].mean()))
+        else:
+            new = course_of(course, model, levels, factor_of(model, levels))
         course, step = step.taken(course, new)
-        if step.moved < SETTLED * np.sqrt(variance[:, 1].mean()):
+        if step.moved < SETTLED * sd:
             return course
-    if strict and not step.moved < UNSETTLED * np.sqrt(variance[:, 1].mean()):
+    if strict and not step.moved < UNSETTLED * sd:
         raise EstimationError(f"B(t) and K(t) do not settle within {ROUNDS} rounds")
     return course
 
@@ -170,11 +175,13 @@ def negative_log(model: SmootherModel, levels: Levels) -> float:
     shared parameters eliminated from both terms.
     """
     try:
-        factor = cholesky_banded(model.information(levels), lower=True)
+        factor = cholesky_banded(
+            model.information(levels), overwrite_ab=True, lower=True, check_finite=False
+        )
     except np.linalg.LinAlgError:
         return 1e30
     right = model.right(levels)
-    solved = cho_solve_banded((factor, True), right)
+    solved = cho_solve_banded((factor, True), right, check_finite=False)
     cross = right.T @ solved
     weight = levels.torque**-2
     # S (s, s) = H_uu - V^T H^-1 V
@@ -193,7 +200,11 @@ def negative_log(model: SmootherModel, levels: Levels) -> float:
 def factor_of(model: SmootherModel, levels: Levels) -> FloatArray:
     """Banded Cholesky factor of the information."""
     try:
-        return np.asarray(cholesky_banded(model.information(levels), lower=True))
+        return np.asarray(
+            cholesky_banded(
+                model.information(levels), overwrite_ab=True, lower=True, check_finite=False
+            )
+        )
     except np.linalg.LinAlgError as error:
         raise EstimationError("the smoother's information matrix is not positive definite") from (
             error

@@ -130,3 +130,13 @@ def test_short_and_constant_trials_are_refused():
 def test_too_much_noise_is_refused_before_anything_is_fitted():
     with pytest.raises(InputError, match="noise of the angle is"):
         varying_data(_samples(snr_db=(30.0, 5.0)))
+
+
+def test_the_band_ends_where_a_limb_in_a_device_is_no_longer_one_inertia():
+    samples = from_recording(simulate_bench(0.02, 1.2, 110.0, cutoff_hz=100.0, snr_db=60)[0])
+    data = varying_data(samples)
+    assert data.rate_hz <= 1000 / 6
+    assert "left out" in data.notes[1]
+    assert varying_data(samples, 100.0).rate_hz > data.rate_hz
+    (note,) = varying_data(_samples(snr_db=40)).notes
+    assert "20 Hz" not in note
