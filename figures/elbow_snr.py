@@ -11,6 +11,7 @@ import numpy as np
 
 from armimpedance.elbow.arx import solve_structure
 from armimpedance.elbow.band import band_of
+from armimpedance.elbow.instruments import weighed_band
 from armimpedance.elbow.methods import METHODS, method_named
 from armimpedance.elbow.preparation import prepare
 from armimpedance.elbow.samples import JointSamples, from_recording
@@ -73,7 +74,8 @@ def _by(name: str) -> Callable[[JointSamples], FloatArray]:
 
     def solve(samples: JointSamples) -> FloatArray:
         prepared = prepare(samples)
-        return method_named(name).identify(prepared, band_of(prepared)).values
+        band = weighed_band(prepared, band_of(prepared))
+        return method_named(name).identify(prepared, band).values
 
     return solve
 
