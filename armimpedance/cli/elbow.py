@@ -66,6 +66,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--emg-law", action="store_true", help="B and K of each trial over the EMG amplitudes"
     )
+    parser.add_argument(
+        "--emg-cutoff-hz",
+        metavar="HZ",
+        help="of the amplitudes' low-pass, --time-varying emg: the lower, the less noisy, so long "
+        "as the muscles are slower (default: 10)",
+    )
     parser.add_argument("--flexor", metavar="MUSCLE", help="default: the recording's first muscle")
     parser.add_argument("--extensor", metavar="MUSCLE", help="default: the second")
     parser.add_argument(
@@ -111,7 +117,7 @@ def _at_one_point(recording: Recording, arguments: argparse.Namespace) -> int:
 
 def _over_time(recording: Recording, arguments: argparse.Namespace) -> int:
     from armimpedance.cli.checks import naming
-    from armimpedance.cli.elbow_input import amplitudes, band_edge
+    from armimpedance.cli.elbow_input import amplitudes, band_edge, emg_cutoff
     from armimpedance.elbow.samples import from_recording
     from armimpedance.elbow.varying import identify_varying
     from armimpedance.report.elbow_text import varying_text
@@ -126,6 +132,7 @@ def _over_time(recording: Recording, arguments: argparse.Namespace) -> int:
             amplitude=None if emg is None else emg.amplitude,
             # one standard error per muscle: the mean square over time
             amplitude_sd=None if emg is None else (emg.sd**2).mean(axis=0) ** 0.5,
+            amplitude_cutoff_hz=emg_cutoff(arguments),
             window_s=arguments.window_s,
             cutoff_hz=band_edge(arguments),
         )

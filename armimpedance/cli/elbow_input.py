@@ -38,6 +38,9 @@ def check_choices(arguments: argparse.Namespace) -> None:
     if (arguments.flexor or arguments.extensor) and not (law or arguments.time_varying == "emg"):
         raise InputError("--flexor, --extensor", expected="them with an analysis of EMG")
     decimation(arguments)
+    if arguments.emg_cutoff_hz is not None and arguments.time_varying != "emg":
+        raise InputError("--emg-cutoff-hz", expected="it with --time-varying emg")
+    emg_cutoff(arguments)
     if varying:
         for given, option in (
             (arguments.decimation != "auto", "--decimation"),
@@ -137,7 +140,17 @@ def amplitudes(recording: Recording, arguments: argparse.Namespace) -> EmgAmplit
     """
     from armimpedance.signals.emg_amplitude import emg_amplitude
 
-    return emg_amplitude(two_muscles(recording, arguments))
+    muscles = two_muscles(recording, arguments)
+    return emg_amplitude(muscles, cutoff_hz=emg_cutoff(arguments))
+
+
+def emg_cutoff(arguments: argparse.Namespace) -> float:
+    """Of --emg-cutoff-hz, Hz."""
+    from armimpedance.cli.checks import number
+    from armimpedance.signals.emg_amplitude import CUTOFF_HZ
+
+    word = arguments.emg_cutoff_hz
+    return CUTOFF_HZ if word is None else number(word, "--emg-cutoff-hz", "more than 0 Hz")
 
 
 def two_muscles(recording: Recording, arguments: argparse.Namespace) -> Recording:

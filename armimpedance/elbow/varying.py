@@ -17,6 +17,7 @@ from armimpedance.errors import InputError
 from armimpedance.records import FloatArray
 from armimpedance.regression.fit import t_factor
 from armimpedance.regression.summary import NamedParameter
+from armimpedance.signals.emg_amplitude import CUTOFF_HZ
 
 #: Half of K's 95 % band over K, above which the subject's own torque is told to limit it.
 WIDE: Final = 0.1
@@ -28,6 +29,7 @@ def identify_varying(
     method: str = DEFAULT_VARYING,
     amplitude: FloatArray | None = None,
     amplitude_sd: FloatArray | None = None,
+    amplitude_cutoff_hz: float = CUTOFF_HZ,
     window_s: float | None = None,
     cutoff_hz: float | None = None,
     every_s: float | None = None,
@@ -44,6 +46,8 @@ def identify_varying(
         extensor. For "emg" only.
     amplitude_sd : (m,) or None
         Their standard errors.
+    amplitude_cutoff_hz : float
+        Of the low-pass that made them: their errors lie below it.
     window_s : float or None
         Length of a window, for "windows" and "quadratic"; None: the method's own.
     cutoff_hz : float or None
@@ -70,7 +74,13 @@ def identify_varying(
         found = chosen.identify(begun, window_s=window_s, every_s=every_s)
     elif chosen.needs == "amplitude":
         a, sd = _amplitudes(samples, data, amplitude, amplitude_sd)
-        found = chosen.identify(begun, amplitude=a, amplitude_sd=sd, every_s=every_s)
+        found = chosen.identify(
+            begun,
+            amplitude=a,
+            amplitude_sd=sd,
+            amplitude_cutoff_hz=amplitude_cutoff_hz,
+            every_s=every_s,
+        )
     else:
         found = chosen.identify(begun, every_s=every_s)
     return _result(method, samples, begun, found)

@@ -25,10 +25,9 @@ from armimpedance.elbow.varying_found import Found, grid
 from armimpedance.elbow.varying_voluntary import own_torque, residual_of
 from armimpedance.errors import EstimationError, InputError
 from armimpedance.records import FloatArray
+from armimpedance.signals.emg_amplitude import CUTOFF_HZ
 from armimpedance.signals.filters import lowpass
 
-#: Band of the amplitudes' errors, Hz: of the envelope.
-ERROR_BAND_HZ: Final = 10.0
 ERROR_DRAWS: Final = 32
 #: What an amplitude holds above this is error, for telling when it is large, Hz.
 SLOW_HZ: Final = 2.5
@@ -45,6 +44,7 @@ def scheduled(
     *,
     amplitude: FloatArray,
     amplitude_sd: FloatArray | None = None,
+    amplitude_cutoff_hz: float = CUTOFF_HZ,
     every_s: float | None = None,
 ) -> Found:
     """K and B linear in the amplitudes.
@@ -76,7 +76,11 @@ def scheduled(
     told_apart = directions_of(amplitude, amplitude_sd, tuple(_word(n) for n in names))
     W = told_apart.weights
     law = np.column_stack([np.ones(len(amplitude)), amplitude @ W])
-    error = None if amplitude_sd is None else _errors(data, amplitude, amplitude_sd, W)
+    error = (
+        None
+        if amplitude_sd is None
+        else _errors(data, amplitude, amplitude_sd, W, amplitude_cutoff_hz)
+    )
     course = begun.course
     for _ in range(WEIGHT_ROUNDS):
         course = fit_basis(data, course, law, law, error, strict=False, rounds=FEW_ROUNDS).course
@@ -145,13 +149,15 @@ def _note(details: dict[str, Any], apart: Directions) -> str:
 
 
 def _errors(
-    data: VaryingData, amplitude: FloatArray, sd: FloatArray, weights: FloatArray
+    data: VaryingData, amplitude: FloatArray, sd: FloatArray, weights: FloatArray, band_hz: float
 ) -> FloatArray:
-    """Draws (M, N, 2 (1 + m)) of the amplitudes' errors in the functions of B, then of K."""
+    """Draws (M, N, 2 (1 + m)) of the amplitudes' errors in the functions of B, then of K.
+
+    Errors of an envelope lie in the band of its low-pass.
+    """
     rng = np.random.default_rng(0)
     white = rng.standard_normal((ERROR_DRAWS, len(data.angle), len(sd)))
-    band = min(ERROR_BAND_HZ, 0.45 * data.rate_hz)
-    smooth = lowpass(white, band, data.rate_hz, order=5, axis=1)
+    smooth = lowpass(white, min(band_hz, 0.45 * data.rate_hz), data.rate_hz, order=5, axis=1)
     smooth *= _profile(data, amplitude, sd) / smooth.std(axis=(0, 1))
     none = np.zeros((*smooth.shape[:2], 1))
     one = np.concatenate([none, smooth @ weights], axis=2)

@@ -202,6 +202,8 @@ def test_raw_samples_are_refused_for_arx_before_the_fit(bench_folder, refusal):
         (["--time-varying", "smoother", "--window-s", "1"], "windows or quadratic"),
         (["--time-varying", "smoother", "--cutoff-hz", "none"], "--cutoff-hz none"),
         (["--time-varying", "smoother", "--cutoff-hz", "600"], "500 Hz"),
+        (["--emg-cutoff-hz", "6"], "--time-varying emg"),
+        (["--emg-cutoff-hz", "0", "--time-varying", "emg"], "--emg-cutoff-hz 0"),
         (["--imcj", "there"], "--emg-law"),
         (["--flexor", "biceps"], "EMG"),
         (["--figure", "drawing.gif"], ".png"),
