@@ -8,15 +8,9 @@ from typing import Final
 
 import numpy as np
 
+from armimpedance.elbow.varying_course import Course, Step, with_offsets
 from armimpedance.elbow.varying_data import VaryingData
-from armimpedance.elbow.varying_equation import (
-    Course,
-    Linearised,
-    Step,
-    linearise,
-    solve_gram,
-    with_offsets,
-)
+from armimpedance.elbow.varying_equation import Linearised, linearise, solve_gram
 from armimpedance.errors import EstimationError
 from armimpedance.records import FloatArray, IntArray
 

@@ -9,8 +9,9 @@ import numpy as np
 from scipy.linalg.lapack import dtbtrs
 
 from armimpedance.elbow.varying_autoregression import Autoregression
+from armimpedance.elbow.varying_course import Course
 from armimpedance.elbow.varying_data import VaryingData
-from armimpedance.elbow.varying_equation import Course, linearise, start
+from armimpedance.elbow.varying_equation import linearise, start
 from armimpedance.elbow.varying_smoother import (
     INTENSITY_RANGE,
     START_INTENSITY,

@@ -6,8 +6,7 @@ record and held against their spread between the blocks. With C blocks and k ter
     T = r^T V^-1 r,   r = sum_b s_b,   V = sum_b s_b s_b^T,   T / C ~ Beta(k / 2, (C - k) / 2)
 
 for normal scores, whatever their common covariance: the level holds though errors are coloured, or
-as large as the amplitudes' own errors make them (B. E. Hansen's advice for few clusters is the same
-with a bootstrap in place of the Beta).
+as large as the amplitudes' own errors make them.
 """
 
 from __future__ import annotations

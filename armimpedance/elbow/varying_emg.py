@@ -17,10 +17,10 @@ from scipy.optimize import nnls
 
 from armimpedance.elbow.varying_basis import BasisFit, fit_basis
 from armimpedance.elbow.varying_beginning import Beginning
+from armimpedance.elbow.varying_course import Course
 from armimpedance.elbow.varying_data import VaryingData
 from armimpedance.elbow.varying_departures import departures
 from armimpedance.elbow.varying_directions import Directions, directions_of
-from armimpedance.elbow.varying_equation import Course
 from armimpedance.elbow.varying_found import Found, grid
 from armimpedance.elbow.varying_voluntary import own_torque, residual_of
 from armimpedance.errors import EstimationError, InputError
@@ -64,23 +64,16 @@ def scheduled(
     NotIdentifiableError
         Amplitudes whose errors explain most of what is seen of every combination of them.
     """
-    data = begun.data
-    names = _names(amplitude.shape[1])
-    change = amplitude.std(axis=0)
-    for name, size in zip(names, change, strict=True):
-        if size < LEAST_CHANGE:
-            raise InputError(
-                f"the amplitude of the {_word(name)} changes by {size:.1g} only",
-                expected=f"more than {LEAST_CHANGE:g}: a contraction that varies",
-            )
+    data, names = begun.data, _names(amplitude.shape[1])
+    _refuse_still(amplitude, names)
     told_apart = directions_of(amplitude, amplitude_sd, tuple(_word(n) for n in names))
     W = told_apart.weights
     law = np.column_stack([np.ones(len(amplitude)), amplitude @ W])
-    error = (
-        None
-        if amplitude_sd is None
-        else _errors(data, amplitude, amplitude_sd, W, amplitude_cutoff_hz)
-    )
+    # covariance (c, c) of the errors of the law's amplitudes at a sample
+    error, spread = None, np.zeros((W.shape[1],) * 2)
+    if amplitude_sd is not None:
+        error = _errors(data, amplitude, amplitude_sd, W, amplitude_cutoff_hz)
+        spread = W.T @ (amplitude_sd[:, None] ** 2 * W)
     course = begun.course
     for _ in range(WEIGHT_ROUNDS):
         course = fit_basis(data, course, law, law, error, strict=False, rounds=FEW_ROUNDS).course
@@ -88,10 +81,6 @@ def scheduled(
         data = replace(data, own=own_torque(residual_of(data, course)))
     fit, once = _law_fit(data, begun.course, course, law, error)
     at, m = grid(data, every_s), law.shape[1]
-    # covariance (c, c) of the errors of the law's amplitudes at a sample
-    spread = (
-        np.zeros((m - 1,) * 2) if amplitude_sd is None else W.T @ (amplitude_sd[:, None] ** 2 * W)
-    )
     details = {"residual_over_noise": fit.excess, **_details(fit, names, told_apart)}
     return Found(
         trial=data.trial_of[at],
@@ -106,6 +95,15 @@ def scheduled(
         warnings=(*told_apart.warnings, *once, *departures(data, fit, law, error)),
         details=details,
     )
+
+
+def _refuse_still(amplitude: FloatArray, names: tuple[str, ...]) -> None:
+    for name, size in zip(names, amplitude.std(axis=0), strict=True):
+        if size < LEAST_CHANGE:
+            raise InputError(
+                f"the amplitude of the {_word(name)} changes by {size:.1g} only",
+                expected=f"more than {LEAST_CHANGE:g}: a contraction that varies",
+            )
 
 
 def _law_fit(

@@ -17,7 +17,7 @@ new L and theta^, and solve again.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Final
 
@@ -26,14 +26,13 @@ from scipy.linalg import cho_solve_banded, cholesky_banded
 from scipy.linalg.lapack import dtbtrs
 
 from armimpedance.elbow.varying_autoregression import Autoregression, applied, transposed
+from armimpedance.elbow.varying_course import Course, with_offsets
 from armimpedance.elbow.varying_data import EDGE, VaryingData
 from armimpedance.errors import EstimationError
 from armimpedance.records import FloatArray, IntArray
 
 #: Samples on either side that a difference uses: order 8.
 HALF: Final = 4
-#: No step is shorter than this part of the one that the equation asks for.
-SHORTEST_STEP: Final = 0.125
 WIDTH: Final = 2 * HALF + 1
 #: First and second difference of order 8 (B. Fornberg, Math. Comp. 51 (1988) 699-706), times the
 #: step and its square.
@@ -41,25 +40,6 @@ FIRST: Final = np.array([1 / 280, -4 / 105, 1 / 5, -4 / 5, 0, 4 / 5, -1 / 5, 4 /
 SECOND: Final = np.array(
     [-1 / 560, 8 / 315, -1 / 5, 8 / 5, -205 / 72, 8 / 5, -1 / 5, 8 / 315, -1 / 560]
 )
-
-
-@dataclass(frozen=True)
-class Course:
-    """Where an iteration stands.
-
-    Attributes
-    ----------
-    inertia : float
-    B, K : (N,)
-    torque_offset, angle_offset : (T,)
-        What the means of a trial missed of its operating point: Nm, rad.
-    """
-
-    inertia: float
-    B: FloatArray
-    K: FloatArray
-    torque_offset: FloatArray
-    angle_offset: FloatArray
 
 
 @dataclass(frozen=True)
@@ -178,37 +158,6 @@ def start(data: VaryingData) -> Course:
             replace(course, inertia=float(p[0]), B=np.full(N, p[1]), K=np.full(N, p[2])), p[3:]
         )
     return course
-
-
-def with_offsets(course: Course, offsets: FloatArray) -> Course:
-    """The same course with the offsets (2 T,) of the nuisance columns."""
-    T = len(course.torque_offset)
-    return replace(course, torque_offset=offsets[:T], angle_offset=offsets[T:])
-
-
-@dataclass(frozen=True)
-class Step:
-    """Length of the next step, and the size of the last one.
-
-    A round that moves hardly less than the one before swings to and fro: from then on courses go
-    half as far.
-    """
-
-    length: float = 1.0
-    moved: float = float("inf")
-
-    def taken(self, old: Course, new: Course) -> tuple[Course, Step]:
-        """Go from `old` towards `new`."""
-        size = float(np.sqrt(((new.K - old.K) ** 2).mean()))
-        swings = size > 0.7 * self.moved
-        length = max(self.length / 2, SHORTEST_STEP) if swings else self.length
-        if length == 1:
-            return new, Step(length, size)
-        mixed = {
-            f.name: (1 - length) * getattr(old, f.name) + length * getattr(new, f.name)
-            for f in fields(Course)
-        }
-        return Course(**mixed), Step(length, size)
 
 
 def linearise(data: VaryingData, course: Course) -> Linearised:

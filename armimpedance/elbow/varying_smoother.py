@@ -22,14 +22,9 @@ from scipy.linalg import cho_solve_banded, cholesky_banded
 from scipy.optimize import minimize
 
 from armimpedance.elbow.varying_chain import smooth_chain
+from armimpedance.elbow.varying_course import Course, Step, with_offsets
 from armimpedance.elbow.varying_data import VaryingData
-from armimpedance.elbow.varying_equation import (
-    Course,
-    Step,
-    linearise,
-    start,
-    with_offsets,
-)
+from armimpedance.elbow.varying_equation import linearise, start
 from armimpedance.elbow.varying_smoother_bands import band_variance, own_error
 from armimpedance.elbow.varying_smoother_model import (
     Levels,

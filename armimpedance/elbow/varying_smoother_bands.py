@@ -7,8 +7,8 @@ from typing import Final
 import numpy as np
 from scipy.linalg import cho_solve_banded, cholesky_banded
 
+from armimpedance.elbow.varying_course import Course
 from armimpedance.elbow.varying_data import VaryingData
-from armimpedance.elbow.varying_equation import Course
 from armimpedance.elbow.varying_smoother_model import DIFFERENCE, Levels, SmootherModel
 from armimpedance.records import FloatArray
 

@@ -10,8 +10,9 @@ from scipy.linalg import block_diag, cho_factor, cho_solve
 
 from armimpedance.elbow.varying_basis import BasisFit, fit_basis
 from armimpedance.elbow.varying_beginning import Beginning
+from armimpedance.elbow.varying_course import Course
 from armimpedance.elbow.varying_data import VaryingData
-from armimpedance.elbow.varying_equation import Course, Linearised, linearise
+from armimpedance.elbow.varying_equation import Linearised, linearise
 from armimpedance.elbow.varying_found import Found, grid
 from armimpedance.records import FloatArray, IntArray
 

@@ -22,8 +22,9 @@ from armimpedance.elbow.varying_autoregression import (
     phases,
     reflections_of,
 )
+from armimpedance.elbow.varying_course import Course
 from armimpedance.elbow.varying_data import VaryingData
-from armimpedance.elbow.varying_equation import HALF, WIDTH, Course, Linearised, linearise
+from armimpedance.elbow.varying_equation import HALF, WIDTH, Linearised, linearise
 from armimpedance.records import FloatArray, IntArray
 
 #: Orders that are compared beside none.

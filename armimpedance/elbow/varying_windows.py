@@ -14,15 +14,9 @@ from typing import Final
 import numpy as np
 
 from armimpedance.elbow.varying_beginning import Beginning
+from armimpedance.elbow.varying_course import Course, with_offsets
 from armimpedance.elbow.varying_data import VaryingData
-from armimpedance.elbow.varying_equation import (
-    WIDTH,
-    Course,
-    Linearised,
-    linearise,
-    solve_gram,
-    with_offsets,
-)
+from armimpedance.elbow.varying_equation import WIDTH, Linearised, linearise, solve_gram
 from armimpedance.elbow.varying_found import Found
 from armimpedance.errors import EstimationError, InputError
 from armimpedance.records import FloatArray, IntArray
