@@ -67,9 +67,15 @@ def whiteness_warning(
     """
     if unexplained < ENOUGH or white.p > UNLIKELY or abs(white.largest_correlation) < SMALL:
         return None
+    values = "the subject's own does not bias the values" if independent else "the values may not"
     return (
-        f"the residuals are not white (Ljung-Box p {white.p:.1g}, correlation up to "
+        f"the residuals are not white (Ljung-Box {probability(white.p)}, correlation up to "
         f"{white.largest_correlation:.2f}): more than I, B, K and sensors' noise is in the "
         "torque (the subject's own, a reflex, a joint that changed); the intervals allow for it, "
-        + ("the values for the subject's own" if independent else "the values may not")
+        f"{values}"
     )
+
+
+def probability(p: float) -> str:
+    """``p 0.03``, ``p < 1e-6``."""
+    return "p < 1e-6" if p < 1e-6 else f"p {p:.2g}"

@@ -84,7 +84,9 @@ def plot_varying_both(varying: VaryingImpedance, trial: int = 0) -> Figure:
     plot_varying(varying, "K", trial=trial, ax=upper)
     plot_varying(varying, "B", trial=trial, ax=lower)
     upper.set_xlabel("")
-    upper.set_title(f"{varying.method}, trial {varying.trials[trial]}", loc="left")
+    with print_style():
+        title = f"{varying.method}, trial {varying.trials[trial]}, 95 % bands"
+        upper.set_title(title, loc="left", fontsize=9)
     return figure
 
 

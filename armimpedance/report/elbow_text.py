@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from armimpedance.elbow.result import NAMES, ChannelSnr, ElbowFit, VaryingImpedance
+from armimpedance.elbow.whiteness import probability
 from armimpedance.report.fit_json import summary_object
 from armimpedance.report.numbers import (
     TABLE_WIDTH,
@@ -71,8 +72,8 @@ def whiteness_line(fit: ElbowFit) -> str:
     w = fit.whiteness
     said = "white" if w.p >= 0.05 else "correlated"
     return (
-        f"residuals: {said} (Ljung-Box over {counted(w.lags, 'lag')}: p "
-        f"{w.p:.2g}; largest correlation {w.largest_correlation:.2f})"
+        f"residuals: {said} (Ljung-Box over {counted(w.lags, 'lag')}: {probability(w.p)}; "
+        f"largest correlation {w.largest_correlation:.2f})"
     )
 
 

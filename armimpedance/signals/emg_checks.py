@@ -207,7 +207,7 @@ def _signal(q: EmgQuality) -> tuple[Check, ...]:
     """Checks of flat, saturated, humming, moving and weak channels."""
     never = np.inf
     mains = f"{{:.0f}} % of the power is hum at multiples of {q.mains_hz:g} Hz"
-    moved = f"{{:.0f}} % of the power is below {ARTEFACT_HZ:g} Hz: the electrodes move"
+    moved = f"{{:.0f}} % of the power is below {ARTEFACT_HZ:g} Hz, where electrodes that move show"
     hum, loud = 100 * q.above(q.hum, AUDIBLE), 100 * q.above(q.hum, LOUD)
     artefact = 100 * q.above(q.artefact, MOVED)
     made = [
