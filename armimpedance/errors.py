@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import TypeVar
+
+Entry = TypeVar("Entry")
+
 
 class ArmImpedanceError(Exception):
     """Root of all errors that the toolkit raises on purpose; the command line exits 2 on it."""
@@ -70,3 +75,16 @@ class NotIdentifiableError(ArmImpedanceError):
 
 class EstimationError(ArmImpedanceError):
     """A numerical method ended without an answer that can be trusted."""
+
+
+def look_up(table: Mapping[str, Entry], name: str, kind: str) -> Entry:
+    """The entry of a table of methods, laws, formats.
+
+    Raises
+    ------
+    InputError
+        There is none of that name; lists those that there are.
+    """
+    if name not in table:
+        raise InputError(f"unknown {kind} {name!r}", expected=f"one of {', '.join(table)}")
+    return table[name]

@@ -10,7 +10,7 @@ from armimpedance.elbow import arx, derivative, instruments, output_error
 from armimpedance.elbow.band import Band
 from armimpedance.elbow.estimate import Estimate
 from armimpedance.elbow.preparation import Prepared
-from armimpedance.errors import InputError
+from armimpedance.errors import look_up
 
 
 @dataclass(frozen=True)
@@ -81,6 +81,4 @@ def method_named(name: str) -> Method:
     InputError
         If there is none of that name; lists those that there are.
     """
-    if name not in METHODS:
-        raise InputError(f"unknown method {name!r}", expected=f"one of {', '.join(METHODS)}")
-    return METHODS[name]
+    return look_up(METHODS, name, "method")

@@ -11,7 +11,7 @@ from armimpedance.elbow.varying_found import Found
 from armimpedance.elbow.varying_smoothed import smoother
 from armimpedance.elbow.varying_spline import spline
 from armimpedance.elbow.varying_windows import quadratic, windows
-from armimpedance.errors import InputError
+from armimpedance.errors import look_up
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,4 @@ def varying_method_named(name: str) -> VaryingMethod:
     InputError
         If there is none of that name; lists those that there are.
     """
-    if name not in VARYING_METHODS:
-        known = ", ".join(VARYING_METHODS)
-        raise InputError(f"unknown method {name!r}", expected=f"one of {known}")
-    return VARYING_METHODS[name]
+    return look_up(VARYING_METHODS, name, "method")

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from armimpedance.conventions import Kind
-from armimpedance.errors import InputError
+from armimpedance.errors import look_up
 from armimpedance.impedance import (
     definite,
     exact,
@@ -125,6 +125,4 @@ def method_named(name: str) -> Method:
     InputError
         If there is none of that name; lists those that there are.
     """
-    if name not in METHODS:
-        raise InputError(f"unknown method {name!r}", expected=f"one of {', '.join(METHODS)}")
-    return METHODS[name]
+    return look_up(METHODS, name, "method")

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
-from armimpedance.errors import InputError
+from armimpedance.errors import look_up
 from armimpedance.passive import ls, output_error, parallel
 from armimpedance.passive.equations import Equations
 from armimpedance.passive.linear import TwoFits
@@ -76,6 +76,4 @@ def method_named(name: str) -> Method:
     InputError
         If there is none of that name; lists those that there are.
     """
-    if name not in METHODS:
-        raise InputError(f"unknown method {name!r}", expected=f"one of {', '.join(METHODS)}")
-    return METHODS[name]
+    return look_up(METHODS, name, "method")
