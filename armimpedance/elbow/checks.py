@@ -36,9 +36,15 @@ def check_samples(samples: JointSamples) -> None:
             f"trial {samples.trials[row]} lasts {seconds[row]:.2f} s",
             expected=f"{SHORTEST_S:g} s or more",
         )
-    for name, channel in (("torque", samples.torque), ("angle", samples.angle)):
-        for row, trial in enumerate(samples.trials):
-            _check_channel(channel[samples.samples_of(row)], rate, f"{name} of trial {trial}")
+    for row, trial in enumerate(samples.trials):
+        inside = samples.samples_of(row)
+        _check_channel(samples.torque[inside], rate, f"torque of trial {trial}")
+        _check_channel(samples.angle[inside], rate, f"angle of trial {trial}")
+        if samples.perturbation is not None and np.ptp(samples.perturbation[inside]) == 0:
+            raise InputError(
+                f"the perturbation of trial {trial} does not vary",
+                expected="one that does, or none",
+            )
 
 
 def _check_channel(values: FloatArray, rate: float, where: str) -> None:

@@ -114,6 +114,10 @@ def from_recording(recording: Recording, joint: int = 1) -> JointSamples:
     notes: tuple[str, ...] = ()
     if recording.perturbation != "stochastic":
         notes = ("taken as a random perturbation, though recording.json does not say stochastic",)
+    perturbation = recording.extra.get(column)
+    if perturbation is not None and not _varies(perturbation, recording.offsets):
+        perturbation = None
+        notes = (*notes, f"{column} does not vary in every trial: not used")
     return JointSamples(
         sample_rate_hz=recording.sample_rate_hz,
         trials=tuple(str(t) for t in recording.trials["trial"]),
@@ -121,7 +125,13 @@ def from_recording(recording: Recording, joint: int = 1) -> JointSamples:
         torque=-recording.force[:, joint - 1],
         angle=recording.position[:, joint - 1],
         torque_is=recording.torque,
-        perturbation=recording.extra.get(column),
+        perturbation=perturbation,
         joint=joint,
         notes=notes,
     )
+
+
+def _varies(signal: FloatArray, offsets: IntArray) -> bool:
+    """Whether it varies in every trial."""
+    ends = zip(offsets[:-1], offsets[1:], strict=True)
+    return all(bool(np.ptp(signal[first:last]) > 0) for first, last in ends)

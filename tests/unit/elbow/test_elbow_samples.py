@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from armimpedance.elbow.frequency_response import frequency_response, model_compliance
+from armimpedance.elbow.identify import identify_elbow
 from armimpedance.elbow.samples import JointSamples, from_recording
 from armimpedance.errors import InputError, RecordError
 from manipulandum_sim.joint_bench import simulate_bench
@@ -35,6 +36,18 @@ def test_a_perturbation_that_is_not_said_to_be_random_is_told():
     assert from_recording(recording).notes == ()
     (note,) = from_recording(replace(recording, perturbation="returning")).notes
     assert "stochastic" in note
+
+
+def test_a_perturbation_that_was_never_written_is_not_used():
+    recording, _ = simulate_bench(*JOINT, duration_s=4.0, trials=2, snr_db=30)
+    (column,) = recording.extra
+    blank = np.where(np.arange(8000) < 4000, recording.extra[column], 0.0)
+    samples = from_recording(replace(recording, extra={column: blank}))
+    assert samples.perturbation is None
+    assert "not used" in samples.notes[0]
+    assert identify_elbow(samples).stiffness.value == pytest.approx(JOINT[2], rel=0.1)
+    with pytest.raises(InputError, match="perturbation of trial 2"):
+        identify_elbow(replace(samples, perturbation=blank))
 
 
 @pytest.mark.parametrize("joint", [0, 2, -1])
