@@ -97,7 +97,7 @@ def test_both_have_stiffness_above_viscosity_and_say_the_trial(varying):
     upper, lower = plot_varying_both(varying, trial=1).axes
     assert upper.get_ylabel().startswith("K")
     assert lower.get_ylabel().startswith("B")
-    assert upper.get_title(loc="left") == "windows, trial 7"
+    assert upper.get_title(loc="left") == "windows, trial 7, 95 % bands"
     assert upper.get_xlabel() == ""
     assert lower.get_xlabel() == "time (s)"
 
