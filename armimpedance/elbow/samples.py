@@ -10,6 +10,7 @@ import numpy as np
 from armimpedance.conventions import perturbation_columns
 from armimpedance.errors import InputError, RecordError
 from armimpedance.records import FloatArray, IntArray, Recording, frozen_array
+from armimpedance.signals.radians import refuse_degrees
 
 #: What must be in `recording.json`, and why.
 TORQUE_FIELD: Final = (
@@ -99,8 +100,8 @@ def from_recording(recording: Recording, joint: int = 1) -> JointSamples:
     Raises
     ------
     InputError
-        Another kind of recording, no such joint, or a recording that does not say whether it
-        holds the interaction torque or the commanded one.
+        Another kind of recording, no such joint, angles that cannot be radians, or a recording
+        that does not say whether it holds the interaction torque or the commanded one.
     """
     if recording.kind != "joint":
         raise InputError(f"a recording of kind {recording.kind!r}", expected="kind 'joint'")
@@ -110,6 +111,7 @@ def from_recording(recording: Recording, joint: int = 1) -> JointSamples:
         )
     if not 1 <= joint <= recording.axes:
         raise InputError(f"no joint {joint}", expected=f"1 to {recording.axes}")
+    refuse_degrees(recording.position[:, [joint - 1]], (f"q{joint}",))
     column = perturbation_columns(recording.axes)[joint - 1]
     notes: tuple[str, ...] = ()
     if recording.perturbation != "stochastic":

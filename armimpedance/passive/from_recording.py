@@ -9,11 +9,12 @@ import numpy as np
 from armimpedance.errors import InputError, NotIdentifiableError
 from armimpedance.passive.equations import parallel_equations
 from armimpedance.passive.linear import solve_linear
-from armimpedance.passive.samples import PassiveSamples, refuse_degrees
+from armimpedance.passive.samples import PassiveSamples
 from armimpedance.passive.terms import Terms
 from armimpedance.records import FloatArray, Recording
 from armimpedance.regression.fit import Fit
 from armimpedance.signals.filters import lowpass
+from armimpedance.signals.radians import refuse_degrees
 from armimpedance.signals.spline_derivatives import smoothed_derivatives
 
 #: Hz.

@@ -15,9 +15,6 @@ from armimpedance.errors import InputError, RecordError
 from armimpedance.passive.hinge import HingeDynamics
 from armimpedance.records import FloatArray, IntArray, frozen_array
 
-#: No human joint turns further than this from its zero; degrees given as radians do.
-LARGEST_ANGLE_RAD = 2 * np.pi
-
 
 @dataclass(frozen=True)
 class PassiveSamples:
@@ -159,20 +156,3 @@ class PassiveSamples:
         turned = None if self.measured_torque is None else -self.measured_torque
         notes = (*self.notes, sentence)
         return replace(self, torque=-self.torque, measured_torque=turned, notes=notes)
-
-
-def refuse_degrees(q: FloatArray, joints: tuple[str, ...]) -> None:
-    """Refuse angles (N, j) that no joint in radians can have.
-
-    Raises
-    ------
-    InputError
-        Names the joint.
-    """
-    largest = np.abs(q).max(axis=0)
-    for name, angle in zip(joints, largest, strict=True):
-        if angle > LARGEST_ANGLE_RAD:
-            raise InputError(
-                f"angles of {name} up to {angle:.4g} rad",
-                expected="radians within a turn of zero; are these degrees?",
-            )

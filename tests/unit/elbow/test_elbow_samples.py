@@ -50,6 +50,12 @@ def test_a_perturbation_that_was_never_written_is_not_used():
         identify_elbow(replace(samples, perturbation=blank))
 
 
+def test_degrees_are_not_taken_for_radians():
+    recording, _ = simulate_bench(*JOINT, duration_s=1.0)
+    with pytest.raises(InputError, match="q1 up to .* degrees"):
+        from_recording(replace(recording, position=70 + 180 / np.pi * recording.position))
+
+
 @pytest.mark.parametrize("joint", [0, 2, -1])
 def test_a_joint_that_is_not_there_is_refused(joint):
     recording, _ = simulate_bench(*JOINT, duration_s=1.0)

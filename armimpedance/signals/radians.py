@@ -1,0 +1,28 @@
+"""Angles in radians, or perhaps in degrees by mistake."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from armimpedance.errors import InputError
+from armimpedance.records import FloatArray
+
+#: No human joint turns further than this from its zero; degrees given as radians do.
+LARGEST_ANGLE_RAD = 2 * np.pi
+
+
+def refuse_degrees(q: FloatArray, joints: tuple[str, ...]) -> None:
+    """Refuse angles (N, j) that no joint in radians can have.
+
+    Raises
+    ------
+    InputError
+        Names the joint.
+    """
+    largest = np.abs(q).max(axis=0)
+    for name, angle in zip(joints, largest, strict=True):
+        if angle > LARGEST_ANGLE_RAD:
+            raise InputError(
+                f"angles of {name} up to {angle:.4g} rad",
+                expected="radians within a turn of zero; are these degrees?",
+            )
