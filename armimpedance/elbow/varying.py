@@ -8,7 +8,6 @@ import numpy as np
 
 from armimpedance.elbow.result import VaryingImpedance
 from armimpedance.elbow.samples import COMMANDED, JointSamples
-from armimpedance.elbow.snr import channel_snr
 from armimpedance.elbow.varying_beginning import Beginning, begin
 from armimpedance.elbow.varying_data import VaryingData, decimated, varying_data
 from armimpedance.elbow.varying_found import Found
@@ -133,7 +132,7 @@ def _result(method: str, samples: JointSamples, begun: Beginning, found: Found) 
         sd_B=found.sd_B,
         sd_K=found.sd_K,
         inertia=inertia,
-        snr=channel_snr(samples),
+        snr=data.snr,
         dof=found.dof,
         preparation=(*data.notes, *_own_note(data), *found.notes),
         warnings=_warnings(samples, begun, found),

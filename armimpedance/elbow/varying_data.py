@@ -12,8 +12,10 @@ from typing import Final
 
 import numpy as np
 
+from armimpedance.elbow.checks import check_samples
 from armimpedance.elbow.result import ChannelSnr
 from armimpedance.elbow.samples import JointSamples
+from armimpedance.elbow.snr import channel_snr
 from armimpedance.elbow.varying_autoregression import Autoregression
 from armimpedance.errors import InputError
 from armimpedance.records import FloatArray, IntArray, frozen_array
@@ -27,7 +29,6 @@ BAND_POWER: Final = 0.995
 HIGHEST_HZ: Final = 20.0
 #: Lowest rate, Hz: two thirds of it below the resonance of a stiff elbow.
 LOWEST_RATE_HZ: Final = 60.0
-SHORTEST_S: Final = 2.0
 #: Below this the first linearisation may lead to another minimum, dB (10 dB is measured sound).
 LOWEST_SNR_DB: Final = 9.0
 #: The spectrum is averaged over this band before its edge is read, Hz.
@@ -107,13 +108,14 @@ def varying_data(samples: JointSamples, cutoff_hz: float | None = None) -> Varyi
     Raises
     ------
     InputError
-        A trial shorter than `SHORTEST_S`, a channel that does not vary, or a cut-off beyond
+        Samples that no method can use (`checks.check_samples`), too much noise, or a cut-off beyond
         what the rate holds.
     """
     rate = samples.sample_rate_hz
     rows = [samples.samples_of(t) for t in range(samples.n_trials)]
-    for trial, row in zip(samples.trials, rows, strict=True):
-        _check_trial(trial, samples, row)
+    check_samples(samples)
+    snr = channel_snr(samples)
+    _refuse_noise(snr)
     held = _band(samples, rows)
     band = min(held, HIGHEST_HZ) if cutoff_hz is None else cutoff_hz
     if not 0 < band < rate / 2:
@@ -126,8 +128,6 @@ def varying_data(samples: JointSamples, cutoff_hz: float | None = None) -> Varyi
     angle = [decimated(samples.angle[r] - samples.angle[r].mean(), every) for r in rows]
     noise = np.array([[_floor(samples.torque[r]), _floor(samples.angle[r])] for r in rows])
     power = np.array([[samples.torque[r].var(), samples.angle[r].var()] for r in rows])
-    snr = _snr(power.sum(axis=0), noise.sum(axis=0))
-    _refuse_noise(snr)
     least = LEAST_NOISE**2 * power
     at_rate = np.sqrt(np.maximum(noise / every, least))
     return VaryingData(
@@ -168,19 +168,6 @@ def decimated(signal: FloatArray, every: int) -> FloatArray:
     count = -(-len(signal) // every)
     first = pad // every
     return np.asarray(resample_poly(longer, 1, every)[first : first + count])
-
-
-def _check_trial(trial: str, samples: JointSamples, row: slice) -> None:
-    seconds = (row.stop - row.start) / samples.sample_rate_hz
-    if seconds < SHORTEST_S:
-        raise InputError(
-            f"trial {trial} lasts {seconds:.2f} s", expected=f"{SHORTEST_S:g} s or longer"
-        )
-    for name, channel in (("torque", samples.torque), ("angle", samples.angle)):
-        if np.ptp(channel[row]) == 0:
-            raise InputError(
-                f"trial {trial} holds one value only", column=name, expected="a perturbed joint"
-            )
 
 
 def _spectrum(signal: FloatArray) -> FloatArray:
@@ -227,12 +214,3 @@ def _refuse_noise(snr: ChannelSnr) -> None:
                 expected=f"{LOWEST_SNR_DB:g} dB or more for a course over time; a stronger "
                 "perturbation, or a method for a constant joint",
             )
-
-
-def _snr(power: FloatArray, noise: FloatArray) -> ChannelSnr:
-    """dB of signal over noise of torque and angle; None where no floor can be seen."""
-    db = [
-        float(10 * np.log10((p - n) / n)) if 0 < n < p and n > 1e-12 * p else None
-        for p, n in zip(power, noise, strict=True)
-    ]
-    return ChannelSnr(*db)

@@ -268,6 +268,21 @@ def test_a_damaged_recording_is_one_line(bench, damaged, refusal, damage, match,
     assert match in refusal("elbow", folder, "--method", method, "--out", "fit.json")
 
 
+@pytest.mark.parametrize(
+    ("damage", "match"),
+    [
+        (a_clipped_angle, "angle"),
+        (a_clipped_torque, "torque"),
+        (a_still_joint, "angle"),
+        (a_noisy_angle, "dB"),
+    ],
+)
+@pytest.mark.parametrize("method", ["windows", "quadratic", "smoother", "spline"])
+def test_a_damaged_recording_has_no_course(bench, damaged, refusal, damage, match, method):
+    folder = damaged(**damage(bench))
+    assert match in refusal("elbow", folder, "--time-varying", method, "--out", "course.csv")
+
+
 def test_a_gap_in_the_samples_names_its_row(bench_folder, tmp_path, refusal):
     folder = shutil.copytree(bench_folder, tmp_path / "gap")
     lines = (folder / "samples.csv").read_text().splitlines()
