@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import os
 from dataclasses import dataclass, fields
-from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
-from armimpedance.errors import InputError
-from armimpedance.outputs import staged_file
 from armimpedance.records import FloatArray, frozen_array
+
+from .truth_file import reading_values, write_values
 
 #: Columns of `BodyTruth.parameters`.
 PARAMETERS: Final = ("m", "mx", "my", "mz", "Ixx", "Ixy", "Iyy", "Ixz", "Iyz", "Izz")
@@ -67,10 +65,9 @@ class BodyTruth:
         plain = {
             "segments": list(self.segments),
             "coordinates": list(self.coordinates),
-            "parameters": self.parameters.tolist(),
+            "parameters": self.parameters,
         }
-        with staged_file(path) as staged:
-            staged.write_text(json.dumps(plain, indent=1) + "\n", encoding="utf-8")
+        write_values(plain, path, indent=1)
 
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> BodyTruth:
@@ -81,8 +78,5 @@ class BodyTruth:
         InputError
             If the file is not a body's truth.
         """
-        try:
-            plain: dict[str, Any] = json.loads(Path(path).read_text(encoding="utf-8"))
+        with reading_values(path, "a body's truth") as plain:
             return cls(**plain)
-        except (OSError, ValueError, TypeError, AttributeError) as error:
-            raise InputError(f"not a body's truth: {error}", file=path) from error

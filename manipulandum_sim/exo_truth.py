@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import json
 import os
 from dataclasses import dataclass, fields
-from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
-from armimpedance.errors import InputError, RecordError
-from armimpedance.outputs import staged_file
+from armimpedance.errors import RecordError
 from armimpedance.records import FloatArray, IntArray, frozen_array
+
+from .truth_file import reading_values, write_values
 
 #: Columns over the samples that are often the same throughout a trial, and written so.
 _COURSES: Final = ("K", "B", "K_muscle", "activation")
@@ -140,12 +139,10 @@ class ElbowTruth:
         What stays the same throughout a trial is written once for it.
         """
         values = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "motion"}
-        plain = {k: v.tolist() if isinstance(v, np.ndarray) else v for k, v in values.items()}
         for name in _COURSES:
             parts = [values[name][self.samples_of(row)] for row in range(self.n_trials)]
-            plain[name] = [(p[:1] if (p == p[0]).all() else p).tolist() for p in parts]
-        with staged_file(path) as staged:
-            staged.write_text(json.dumps(plain) + "\n", encoding="utf-8")
+            values[name] = [(p[:1] if (p == p[0]).all() else p).tolist() for p in parts]
+        write_values(values, path)
 
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> ElbowTruth:
@@ -156,8 +153,7 @@ class ElbowTruth:
         InputError
             If the file is not such a truth.
         """
-        try:
-            plain: dict[str, Any] = json.loads(Path(path).read_text(encoding="utf-8"))
+        with reading_values(path, "a truth of an elbow") as plain:
             lengths = np.diff(plain["offsets"])
             for name in _COURSES:
                 parts = [np.array(p, dtype=float) for p in plain[name]]
@@ -167,7 +163,3 @@ class ElbowTruth:
                 ]
                 plain[name] = np.concatenate(whole)
             return cls(**plain)
-        except RecordError:
-            raise
-        except (OSError, ValueError, TypeError, KeyError, AttributeError) as error:
-            raise InputError(f"not a truth of an elbow: {error}", file=path) from error

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import json
 import os
 from dataclasses import dataclass, fields
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from armimpedance.errors import InputError, RecordError
+from armimpedance.errors import RecordError
 from armimpedance.motion import MarkerRecording, MotionRecording
-from armimpedance.outputs import staged_file
 from armimpedance.records import BoolArray, FloatArray, frozen_array
+
+from .truth_file import reading_values, write_values
 
 _NAMES = ("joints", "coordinates")
 
@@ -96,9 +94,7 @@ class PassiveTruth:
     def write(self, path: str | os.PathLike[str]) -> None:
         """Write as JSON (``truth.json``), arrays row by row; replaced at once or not at all."""
         values = {f.name: getattr(self, f.name) for f in fields(self)}
-        plain = {k: v.tolist() if isinstance(v, np.ndarray) else v for k, v in values.items()}
-        with staged_file(path) as staged:
-            staged.write_text(json.dumps(plain) + "\n", encoding="utf-8")
+        write_values(values, path)
 
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> PassiveTruth:
@@ -109,14 +105,9 @@ class PassiveTruth:
         InputError
             If the file is not such a truth.
         """
-        try:
-            plain: dict[str, Any] = json.loads(Path(path).read_text(encoding="utf-8"))
+        with reading_values(path, "a passive truth") as plain:
             values: dict[str, Any] = {
                 k: np.array(v) if isinstance(v, list) and k not in _NAMES else v
                 for k, v in plain.items()
             }
             return cls(**values)
-        except RecordError:
-            raise
-        except (OSError, ValueError, TypeError, AttributeError) as error:
-            raise InputError(f"not a passive truth: {error}", file=path) from error

@@ -6,23 +6,21 @@ differences of the plant's force and torque, so that the analysis's mappings can
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
-from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
 from armimpedance.errors import InputError
-from armimpedance.outputs import staged_file
 from armimpedance.records import FloatArray, frozen_array
 
 from .arm_plant import Arm, Motion, MuscleCommand, force_on_handle, muscle_stretch
 from .equilibrium import muscle_command, solve_activation
 from .experiments import Condition
 from .muscles import joint_basis
+from .truth_file import reading_values, write_values
 
 #: Steps of the differences: the error of the five-point formula is below 1e-9 of the result.
 STEP_M: Final = 5e-4
@@ -106,9 +104,7 @@ class Truth:
         A file of that name is replaced at once or not at all.
         """
         values = {f.name: getattr(self, f.name) for f in fields(self)}
-        plain = {k: v.tolist() if isinstance(v, np.ndarray) else v for k, v in values.items()}
-        with staged_file(path) as staged:
-            staged.write_text(json.dumps(plain, indent=1) + "\n", encoding="utf-8")
+        write_values(values, path, indent=1)
 
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> Truth:
@@ -119,15 +115,12 @@ class Truth:
         InputError
             If the file is not a truth.
         """
-        try:
-            plain = json.loads(Path(path).read_text(encoding="utf-8"))
+        with reading_values(path, "a truth") as plain:
             values: dict[str, Any] = {
                 k: np.array(v) if isinstance(v, list) and k != "conditions" else v
                 for k, v in plain.items()
             }
             return cls(**values)
-        except (ValueError, TypeError, AttributeError) as error:
-            raise InputError(f"not a truth: {error}", file=path) from error
 
 
 def derivative(function: Field, at: FloatArray, step: float) -> FloatArray:
