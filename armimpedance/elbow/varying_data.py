@@ -178,7 +178,11 @@ def _spectrum(signal: FloatArray) -> FloatArray:
 
 
 def _floor(signal: FloatArray) -> float:
-    """Variance of white noise with the density seen near the Nyquist frequency."""
+    """Variance of white noise with the density seen near the Nyquist frequency.
+
+    Always a number, of each trial: the covariance of the equation needs one, also where `snr` sees
+    no floor because the spectrum still falls.
+    """
     power = _spectrum(signal)
     low, high = (int(part * len(power)) for part in FLOOR_BAND)
     return float(power[low:high].mean())
