@@ -1,0 +1,1 @@
+"""The patient's contribution in robot-assisted therapy, after Guidali (2013)."""
