@@ -8,7 +8,7 @@ passive movements of the person in the robot.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final, Literal
+from typing import Final
 
 import numpy as np
 
@@ -40,7 +40,7 @@ class ArmSegment:
     """
 
     name: str
-    link: Literal["upper_arm", "forearm"]
+    link: str
     mass_kg: float
     com_m: float
     inertia_kgm2: float = 0.0
@@ -234,7 +234,7 @@ def winter_segments(
     def one(name: str, ratios: SegmentRatios, link: str, start: float, length: float) -> ArmSegment:
         mass = mass_kg * ratios.mass
         inertia = 0.0 if point_masses else mass * (ratios.gyration * length) ** 2
-        return ArmSegment(name, link, mass, start + ratios.com * length, inertia)  # type: ignore[arg-type]
+        return ArmSegment(name, link, mass, start + ratios.com * length, inertia)
 
     return (
         one("upper_arm", WINTER.upper_arm, UPPER_ARM, 0.0, upper_arm_m),
