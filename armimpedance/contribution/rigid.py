@@ -52,6 +52,11 @@ class RigidBodies:
             found[i, chain] = pin.rnea(self.model, self.data, a, b, c)
         return found
 
+    def potential_J(self, q: FloatArray) -> FloatArray:
+        """Energy of the weight (S,) at angles (S, n), about an arbitrary zero."""
+        rows = np.ascontiguousarray(q[:, self.chain])
+        return np.array([pin.computePotentialEnergy(self.model, self.data, a) for a in rows])
+
 
 def robot_bodies(robot: TherapyRobot) -> RigidBodies:
     """The empty robot's links and rotors."""
