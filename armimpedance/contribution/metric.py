@@ -1,0 +1,447 @@
+"""The patient's contribution: per sample (3), per movement (4), as a projection, over time.
+
+(3) and (4) divide by torques that pass through zero, in horizontal rotation about the angle at
+which the shoulder rests. The projection ``100 sum(tau_user tau_h) / sum(tau_h^2)`` does not: it is
+the share of tau_h that tau_user follows over the movement. Where tau_h is constant all three are
+the same. Where the arm is let down its weight drives the movement: 100 % is then to carry the
+whole arm all the way down, and whoever pushes downwards contributes less, not more.
+
+When a value is valid:
+
+- a sample (3): ``|tau_h|`` is at least `AWAY_SAMPLE` times its own standard error and that of the
+  torque's noise;
+- the sum (4): ``|sum tau_h| / sum |tau_h|`` is at least `LEAST_SUM_RATIO`, and ``|sum tau_h|`` at
+  least `AWAY_SUM` times its standard error;
+- the projection: the root mean square of tau_h is at least `AWAY_SUM` times that of its standard
+  errors, and the projection's own standard error at most `LARGEST_SD` points, or that many per
+  cent of a larger value.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Any, Final
+
+import numpy as np
+
+from armimpedance.contribution.arm import Elastic, PassiveArm
+from armimpedance.contribution.reference import reference_contribution, reference_of
+from armimpedance.contribution.robot import TherapyRobot
+from armimpedance.contribution.sums import (
+    ABS_ARM,
+    ABS_MOTOR,
+    ARM,
+    LOWERING,
+    ONE,
+    SATURATED,
+    USER,
+    movement_rows,
+    products_of,
+    sums_of,
+    window_sums,
+)
+from armimpedance.contribution.torques import MovementTorques
+from armimpedance.contribution.uncertainty import (
+    ErrorLaw,
+    Quotient,
+    VarianceShares,
+    error_law,
+    half_width,
+    projection,
+    ratio,
+    shares,
+    variance_parts,
+)
+from armimpedance.errors import InputError
+from armimpedance.records import BoolArray, FloatArray, frozen, frozen_array
+
+AWAY_SAMPLE: Final = 5.0
+AWAY_SUM: Final = 3.0
+LEAST_SUM_RATIO: Final = 0.2
+#: Percentage points.
+LARGEST_SD: Final = 10.0
+
+#: Length of the running view's window, s.
+WINDOW_S: Final = 0.5
+
+#: A mean |tau_h| below this is no load at all, Nm.
+NO_LOAD_NM: Final = 1e-6
+#: Angles may leave the range of the passive calibration by this much without a word, rad.
+BEYOND_RAD: Final = np.deg2rad(5.0)
+
+
+@dataclass(frozen=True)
+class Contribution:
+    """A person's share in one movement; per cent of what the passive arm needs.
+
+    Attributes
+    ----------
+    trial, condition, movement, axis_name : str
+    n_samples : int
+    duration_s : float
+    ratio_percent, ratio_sd : float
+        (4) and its standard error; NaN where the denominator is exactly zero.
+    ratio_ci95 : (2,)
+    ratio_valid : bool
+    sum_ratio : float
+        ``|sum tau_h| / sum |tau_h|``.
+    projection_percent, projection_sd : float
+    projection_ci95 : (2,)
+    projection_valid : bool
+    reference_percent, reference_sd : float or None
+        (19); None where the arm has no reference of this movement.
+    reference_valid : bool
+    mean_support_Nm, mean_arm_Nm : float
+        Of (18) and of tau_h.
+    mean_reference_Nm : float or None
+    lowering_share, saturated_share : float
+        Of the samples: the passive arm drives the movement; the motor is at its limit.
+    ratio_shares, projection_shares : VarianceShares
+    notes : tuple of str
+    """
+
+    trial: str
+    condition: str
+    movement: str
+    axis_name: str
+    n_samples: int
+    duration_s: float
+    ratio_percent: float
+    ratio_sd: float
+    ratio_ci95: FloatArray
+    ratio_valid: bool
+    sum_ratio: float
+    projection_percent: float
+    projection_sd: float
+    projection_ci95: FloatArray
+    projection_valid: bool
+    reference_percent: float | None
+    reference_sd: float | None
+    reference_valid: bool
+    mean_support_Nm: float
+    mean_arm_Nm: float
+    mean_reference_Nm: float | None
+    lowering_share: float
+    saturated_share: float
+    ratio_shares: VarianceShares
+    projection_shares: VarianceShares
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        # an interval about a denominator of zero is NaN, which frozen_array would refuse
+        for name in ("ratio_ci95", "projection_ci95"):
+            object.__setattr__(self, name, frozen(np.array(getattr(self, name), dtype=float)))
+
+
+@dataclass(frozen=True)
+class SampleContribution:
+    """(3) over a movement of S samples.
+
+    Attributes
+    ----------
+    time_s, user, arm : (S,)
+        s, Nm.
+    percent, sd : (S,)
+        NaN where tau_h is exactly zero.
+    valid : (S,) bool
+    """
+
+    time_s: FloatArray
+    user: FloatArray
+    arm: FloatArray
+    percent: FloatArray
+    sd: FloatArray
+    valid: BoolArray
+
+    def __post_init__(self) -> None:
+        _freeze(self, finite=("time_s", "user", "arm"))
+
+
+@dataclass(frozen=True)
+class RunningContribution:
+    """The projection over the last `window_s` seconds, at each of S samples; for a display.
+
+    Attributes
+    ----------
+    window_s : float
+        Shorter at the movement's start.
+    time_s, percent, sd : (S,)
+    valid : (S,) bool
+    """
+
+    window_s: float
+    time_s: FloatArray
+    percent: FloatArray
+    sd: FloatArray
+    valid: BoolArray
+
+    def __post_init__(self) -> None:
+        _freeze(self, finite=("time_s",))
+
+
+def _freeze(result: Any, finite: tuple[str, ...]) -> None:
+    for field in fields(result):
+        value = getattr(result, field.name)
+        if field.name in finite:
+            object.__setattr__(result, field.name, frozen_array(value, field.name, (None,)))
+        elif isinstance(value, np.ndarray):
+            object.__setattr__(result, field.name, frozen(value.copy()))
+
+
+@dataclass(frozen=True)
+class Labels:
+    """What a movement is called, and where it starts and ends."""
+
+    trial: str
+    condition: str
+    movement: str
+    axis_name: str
+    from_rad: float
+    to_rad: float
+    notes: tuple[str, ...] = ()
+
+
+def contribution_of(
+    torques: MovementTorques, robot: TherapyRobot, arm: PassiveArm, *, unidentified: bool = False
+) -> Contribution:
+    """A person's share in one movement, with standard errors.
+
+    Parameters
+    ----------
+    torques : MovementTorques
+    robot : TherapyRobot
+        Identified.
+    arm : PassiveArm
+    unidentified : bool
+        Go on where the passive repetitions of this axis did not agree.
+
+    Raises
+    ------
+    InputError
+        No motor torque, an axis on which the arm is no load, or an axis whose passive stiffness
+        was not measured or not identified.
+    """
+    elastic = usable_elastic(arm, torques.axis_name, unidentified=unidentified)
+    law = error_law(robot, arm, torques.axis_name, torques.sample_rate_hz)
+    rows = movement_rows(torques, float(robot.torque_limit_Nm[torques.axis]))
+    labels = Labels(
+        torques.trial,
+        torques.condition,
+        torques.movement,
+        torques.axis_name,
+        float(torques.q[0]),
+        float(torques.q[-1]),
+        (*torques.notes, *range_notes(elastic, float(torques.q.min()), float(torques.q.max()))),
+    )
+    return contribution_from(sums_of(rows), law, labels, arm, torques.sample_rate_hz)
+
+
+def sample_contribution(
+    torques: MovementTorques, robot: TherapyRobot, arm: PassiveArm
+) -> SampleContribution:
+    """(3) of every sample, its standard error, and whether tau_h is well away from zero.
+
+    Raises
+    ------
+    InputError
+        The robot or this axis of the arm was not calibrated.
+    """
+    law = error_law(robot, arm, torques.axis_name, torques.sample_rate_hz)
+    rows = movement_rows(torques, float(robot.torque_limit_Nm[torques.axis]))
+    products = products_of(rows)
+    value = ratio(products, law, law.kernel_gain)
+    return SampleContribution(
+        torques.time_s,
+        torques.user,
+        torques.arm,
+        value.percent,
+        value.sd,
+        sample_valid(products, law),
+    )
+
+
+def running_contribution(
+    torques: MovementTorques, robot: TherapyRobot, arm: PassiveArm, window_s: float = WINDOW_S
+) -> RunningContribution:
+    """The projection in a causal window over the movement, with its standard error.
+
+    Parameters
+    ----------
+    window_s : float
+        Seconds up to each sample.
+
+    Raises
+    ------
+    InputError
+        A window shorter than two samples, or as `sample_contribution`.
+    """
+    law = error_law(robot, arm, torques.axis_name, torques.sample_rate_hz)
+    rows = movement_rows(torques, float(robot.torque_limit_Nm[torques.axis]))
+    sums = window_sums(rows, window_samples(window_s, torques.sample_rate_hz))
+    value = projection(sums, law)
+    return RunningContribution(
+        window_s, torques.time_s, value.percent, value.sd, projection_valid(sums, value, law)
+    )
+
+
+def window_samples(window_s: float, sample_rate_hz: float) -> int:
+    """Samples of a running window.
+
+    Raises
+    ------
+    InputError
+        Fewer than two, or more than a minute.
+    """
+    if not 2 <= window_s * sample_rate_hz <= 60 * sample_rate_hz:
+        raise InputError(f"a running window of {window_s} s", expected="two samples to 60 s")
+    return round(window_s * sample_rate_hz)
+
+
+def usable_elastic(arm: PassiveArm, axis_name: str, *, unidentified: bool) -> Elastic:
+    """The axis' passive stiffness.
+
+    Raises
+    ------
+    InputError
+        It was not measured, or neither stiffness nor rest angle could be identified.
+    """
+    elastic = arm.elastic_of(axis_name)
+    if not (elastic.stiffness_identified or elastic.rest_identified or unidentified):
+        raise InputError(
+            f"subject {arm.subject}: axis {axis_name} has no passive model: {elastic.verdict}",
+            expected="passive repetitions that agree",
+        )
+    return elastic
+
+
+def range_notes(elastic: Elastic, lowest_rad: float, highest_rad: float) -> tuple[str, ...]:
+    """A note where a movement leaves the angles over which the stiffness was measured."""
+    low, high = elastic.range_rad
+    past = max(low - lowest_rad, highest_rad - high)
+    if past <= BEYOND_RAD:
+        return ()
+    return (f"up to {np.degrees(past):.0f} degrees outside of the passive calibration",)
+
+
+def sample_valid(products: FloatArray, law: ErrorLaw) -> BoolArray:
+    """Whether tau_h of samples is well away from zero, (...) of sums (..., 5, k) of one each."""
+    variance = law.variance_of_arm_sum(products) + law.noise * law.kernel_gain
+    arm = products[..., ONE, ARM]
+    return np.asarray((arm != 0) & (arm**2 >= AWAY_SAMPLE**2 * variance))
+
+
+def ratio_valid(sums: FloatArray, law: ErrorLaw) -> BoolArray:
+    """Whether (4) has a denominator, (...) of sums (..., 5, k)."""
+    arm = sums[..., ONE, ARM]
+    one_sided = abs(arm) >= LEAST_SUM_RATIO * sums[..., ONE, ABS_ARM]
+    known = arm**2 >= AWAY_SUM**2 * law.variance_of_arm_sum(sums)
+    return np.asarray((arm != 0) & one_sided & known)
+
+
+def projection_valid(sums: FloatArray, value: Quotient, law: ErrorLaw) -> BoolArray:
+    """Whether the projection can be told, (...) of sums (..., 5, k)."""
+    power = sums[..., ARM, ARM]
+    known = power >= AWAY_SUM**2 * law.summed_arm_variance(sums)
+    sharp = value.sd <= np.maximum(LARGEST_SD, LARGEST_SD / 100 * abs(value.percent))
+    return np.asarray((power > 0) & known & sharp)
+
+
+def contribution_from(
+    sums: FloatArray, law: ErrorLaw, labels: Labels, arm: PassiveArm, sample_rate_hz: float
+) -> Contribution:
+    """The result of a movement from its sums (5, k) alone.
+
+    Raises
+    ------
+    InputError
+        No motor torque, or an axis on which the arm is no load.
+    """
+    total = sums[ONE]
+    n = total[ONE]
+    refuse_no_torque(total, labels)
+    whole, projected = ratio(sums, law), projection(sums, law)
+    whole_parts, projected_parts = variance_parts(whole, law), variance_parts(projected, law)
+    reference = reference_of(arm, labels.movement, labels.axis_name)
+    compared = (
+        reference_contribution(sums, law, reference, labels.from_rad, labels.to_rad)
+        if reference is not None
+        else None
+    )
+    valid = bool(ratio_valid(sums, law))
+    notes = list(labels.notes)
+    if not valid:
+        notes.append(_why_no_ratio(sums, law))
+    if compared is not None and not compared.valid:
+        notes.append(f"no comparison by (19): {compared.why_not}")
+    return Contribution(
+        trial=labels.trial,
+        condition=labels.condition,
+        movement=labels.movement,
+        axis_name=labels.axis_name,
+        n_samples=int(n),
+        duration_s=float((n - 1) / sample_rate_hz),
+        ratio_percent=float(whole.percent),
+        ratio_sd=float(whole.sd),
+        ratio_ci95=_interval(whole, half_width(whole_parts, law)),
+        ratio_valid=valid,
+        sum_ratio=float(abs(total[ARM]) / total[ABS_ARM]),
+        projection_percent=float(projected.percent),
+        projection_sd=float(projected.sd),
+        projection_ci95=_interval(projected, half_width(projected_parts, law)),
+        projection_valid=bool(projection_valid(sums, projected, law)),
+        reference_percent=None if compared is None else compared.percent,
+        reference_sd=None if compared is None else compared.sd,
+        reference_valid=compared is not None and compared.valid,
+        mean_support_Nm=float((total[ARM] - total[USER]) / n),
+        mean_arm_Nm=float(total[ARM] / n),
+        mean_reference_Nm=None if compared is None else compared.mean_reference_Nm,
+        lowering_share=float(total[LOWERING] / n),
+        saturated_share=float(total[SATURATED] / n),
+        ratio_shares=shares(whole_parts),
+        projection_shares=shares(projected_parts),
+        notes=(*notes, *_course_notes(total)),
+    )
+
+
+def refuse_no_torque(total: FloatArray, labels: Labels) -> None:
+    """Refuse a movement (sums of its rows, (k,)) that nothing can be a share of.
+
+    Raises
+    ------
+    InputError
+    """
+    where = f"trial {labels.trial}, axis {labels.axis_name}"
+    if total[ABS_MOTOR] == 0:
+        raise InputError(f"{where}: the motor torque is zero throughout", expected="tau_motor")
+    if not total[ABS_ARM] > NO_LOAD_NM * total[ONE]:
+        raise InputError(
+            f"{where}: the passive arm needs no torque (tau_h is zero throughout)",
+            expected="an axis that the arm's mass or stiffness loads",
+        )
+
+
+def _interval(value: Quotient, half: float) -> FloatArray:
+    return np.array([value.percent - half, value.percent + half])
+
+
+def _why_no_ratio(sums: FloatArray, law: ErrorLaw) -> str:
+    total = sums[ONE]
+    share = abs(total[ARM]) / total[ABS_ARM]
+    if share < LEAST_SUM_RATIO:
+        return f"(4) is singular: tau_h cancels out to {100 * share:.0f} % of its size"
+    error = float(np.sqrt(law.variance_of_arm_sum(sums))) / total[ONE]
+    return f"(4) has no denominator: mean tau_h {total[ARM] / total[ONE]:.3g} +- {error:.2g} Nm"
+
+
+def _course_notes(total: FloatArray) -> tuple[str, ...]:
+    """Words on lowering and saturation, of sums of rows (k,)."""
+    notes: tuple[str, ...] = ()
+    lowering, saturated = total[LOWERING] / total[ONE], total[SATURATED] / total[ONE]
+    if lowering > 0.5:
+        notes += (
+            f"the passive arm drives {100 * lowering:.0f} % of the movement: 100 % is to carry the "
+            "whole arm on its way, who pushes along contributes less",
+        )
+    if saturated > 0:
+        notes += (f"the motor was at its limit in {100 * saturated:.1f} % of the samples",)
+    return notes
