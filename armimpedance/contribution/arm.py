@@ -83,6 +83,10 @@ class Elastic:
         Whether k_s and q_0 are known well enough to be quoted.
     verdict : str
         Why, in one line.
+    repeatable : bool
+        Whether the repetitions agree. Where they do not, neither number is identified and no
+        contribution should be told of this axis. A number that is merely too uncertain to be quoted
+        is no such reason: its covariance carries that.
     """
 
     axis: str
@@ -98,6 +102,7 @@ class Elastic:
     stiffness_identified: bool = True
     rest_identified: bool = True
     verdict: str = ""
+    repeatable: bool = True
 
     def __post_init__(self) -> None:
         put = object.__setattr__

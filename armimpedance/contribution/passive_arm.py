@@ -1,0 +1,357 @@
+"""A person's passive arm from passive movements in the robot, (20)-(21), and the verdict on it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from armimpedance.contribution.arm import MASS_SD, ArmSegment, Elastic, PassiveArm, Reference
+from armimpedance.contribution.axis_stiffness import AxisFit, fit_axis
+from armimpedance.contribution.checks import check_recording
+from armimpedance.contribution.movements import elastic_torque, movement_torques
+from armimpedance.contribution.robot import Loads, TherapyRobot
+from armimpedance.contribution.torques import MovementTorques
+from armimpedance.errors import InputError
+from armimpedance.records import FloatArray, Recording
+from armimpedance.regression.fit import t_factor
+from armimpedance.regression.summary import FitSummary, NamedParameter
+
+#: Repetitions of every movement, as in the source.
+FEWEST: Final = 3
+#: Largest half-width of a 95 % interval of an identified k_s, Nm/rad, and q_0, rad.
+WIDEST_STIFFNESS: Final = 0.3
+WIDEST_REST_RAD: Final = 0.1
+#: A residual about the repetitions' own lines beyond this, and beyond this share of the arm's
+#: torque (rms), is no passive arm's.
+LARGEST_RESIDUAL_NM: Final = 0.5
+RESIDUAL_SHARE: Final = 0.1
+#: Length that a robot has been adjusted to where a recording does not say, m.
+USUAL_UPPER_ARM_M: Final = 0.30
+
+
+@dataclass(frozen=True)
+class AxisCalibration:
+    """What is known of one axis of the passive arm.
+
+    Attributes
+    ----------
+    axis : int
+        Column of the recording, from 0.
+    elastic : Elastic
+    fitted : AxisFit
+    stiffness, rest : NamedParameter
+        k_s and q_0; `sd` of the repetitions alone, `sd_robust` and the interval with masses and
+        robot. q_0 is NaN where k_s is not different from 0.
+    direction_Nm : NamedParameter or None
+        Half of what moving up needs more than moving down, beyond the robot's model: friction that
+        it misses, or resistance of the arm. None where the axis was moved one way only.
+    warnings : tuple of str
+    """
+
+    axis: int
+    elastic: Elastic
+    fitted: AxisFit
+    stiffness: NamedParameter
+    rest: NamedParameter
+    direction_Nm: NamedParameter | None
+    warnings: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class ArmCalibration:
+    """The passive arm and how far to trust it.
+
+    Attributes
+    ----------
+    arm : PassiveArm
+    summary : FitSummary
+        k_s and q_0 of every axis, `joint` counted from 1.
+    axes : tuple of AxisCalibration
+    movements : tuple of MovementTorques
+        The passive movements with the stiffness that was found: what is left is `user`.
+    """
+
+    arm: PassiveArm
+    summary: FitSummary
+    axes: tuple[AxisCalibration, ...]
+    movements: tuple[MovementTorques, ...]
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Of all axes."""
+        return self.summary.warnings
+
+
+def identify_arm(
+    recording: Recording,
+    robot: TherapyRobot,
+    segments: Sequence[ArmSegment],
+    *,
+    upper_arm_m: float | None = None,
+    mass_sd: float = MASS_SD,
+    condition: str = "passive",
+) -> ArmCalibration:
+    """k_s and q_0 of every axis that was moved passively, and the reference torques of (19).
+
+    Parameters
+    ----------
+    recording : Recording
+        Three or more passive repetitions of every movement; other conditions are not looked at.
+    robot : TherapyRobot
+        Identified.
+    segments : sequence of ArmSegment
+        From `person.segments_of`, or of a mock-up that was weighed.
+    upper_arm_m : float, optional
+        That the robot was adjusted to; by default the subject's of the recording, else
+        `USUAL_UPPER_ARM_M`.
+    mass_sd : float
+        Relative sd of the masses; goes into the intervals.
+    condition : str
+        That the passive trials bear.
+
+    Raises
+    ------
+    InputError
+        No passive trials, fewer than three repetitions of a movement, one movement about two axes,
+        or what `checks.check_recording` and `movements.movement_torques` refuse.
+    """
+    robot.identified  # noqa: B018 - before anything that is slow
+    passive = _passive(recording, condition)
+    check_recording(passive, robot)
+    length = upper_arm_m if upper_arm_m is not None else recording.subject.upper_arm_m
+    arm = PassiveArm(
+        subject=recording.subject.id,
+        robot=robot.name,
+        upper_arm_m=USUAL_UPPER_ARM_M if length is None else length,
+        segments=tuple(segments),
+        mass_sd=mass_sd,
+    )
+    movements = movement_torques(passive, robot, arm)
+    named = _by_movement(movements)
+    axes = tuple(
+        _calibrate([m for m in movements if m.axis == axis], robot.identified, mass_sd)
+        for axis in sorted({m.axis for m in movements})
+    )
+    known = replace(
+        arm,
+        elastic=tuple(a.elastic for a in axes),
+        references=tuple(_reference(group) for group in named.values()),
+    )
+    return ArmCalibration(
+        arm=known,
+        summary=_summary(axes),
+        axes=axes,
+        movements=tuple(
+            replace(m, elastic=elastic_torque(known, m.axis_name, m.q)) for m in movements
+        ),
+    )
+
+
+def _passive(recording: Recording, condition: str) -> Recording:
+    rows = (recording.trials["condition"].astype(str) == condition).to_numpy()
+    if not rows.any():
+        found = ", ".join(sorted(set(recording.trials["condition"].astype(str))))
+        raise InputError(
+            f"missing passive calibration: no trial of the condition {condition!r} among {found}",
+            column="condition",
+            expected=f"{FEWEST} or more passive repetitions of every movement",
+        )
+    return recording.select(rows)
+
+
+def _by_movement(
+    movements: Sequence[MovementTorques],
+) -> Mapping[str, Sequence[MovementTorques]]:
+    named: dict[str, list[MovementTorques]] = {}
+    for movement in movements:
+        named.setdefault(movement.movement, []).append(movement)
+    for name, group in named.items():
+        if len(group) < FEWEST:
+            raise InputError(
+                f"{len(group)} passive repetition{'s'[: len(group) != 1]} of the movement {name}",
+                expected=f"{FEWEST} or more: their scatter tells how far the arm can be trusted",
+            )
+        if len({m.axis for m in group}) > 1:
+            axes = sorted({m.axis_name for m in group})
+            raise InputError(
+                f"the movement {name} is about {' and '.join(axes)}", expected="one axis"
+            )
+    return named
+
+
+def _reference(group: Sequence[MovementTorques]) -> Reference:
+    """The denominator of (19), over the whole movement as (19) has it."""
+    return Reference(
+        movement=group[0].movement,
+        axis=group[0].axis_name,
+        support_Nm=np.array([m.support.mean() for m in group]),
+        from_rad=float(np.mean([m.q[0] for m in group])),
+        to_rad=float(np.mean([m.q[-1] for m in group])),
+    )
+
+
+def _calibrate(
+    movements: Sequence[MovementTorques], loads: Loads, mass_sd: float
+) -> AxisCalibration:
+    axis, name = movements[0].axis, movements[0].axis_name
+    found = fit_axis(movements, float(loads.rise_rad_s[axis]))
+    stiffness, rest = _parameters(found, loads, mass_sd, axis + 1)
+    repeatable = not found.scatter.disagrees(found.arm_rms_Nm)
+    elastic = Elastic(
+        axis=name,
+        stiffness=float(found.fit.parameters[0]),
+        offset=float(found.fit.parameters[1]),
+        covariance=found.covariance,
+        dof=found.scatter.dof,
+        range_rad=found.range_rad,
+        between=found.scatter.covariance,
+        noise_density=found.noise_density,
+        mass_gradient=found.mass_gradient,
+        robot_gradient=found.robot_gradient,
+        stiffness_identified=repeatable and _half_width(stiffness) <= WIDEST_STIFFNESS,
+        rest_identified=repeatable and _half_width(rest) <= WIDEST_REST_RAD,
+        verdict=_verdict(found, stiffness, rest, repeatable),
+        repeatable=repeatable,
+    )
+    return AxisCalibration(
+        axis=axis,
+        elastic=elastic,
+        fitted=found,
+        stiffness=stiffness,
+        rest=rest,
+        direction_Nm=_direction(found, axis + 1),
+        warnings=_warnings(elastic, found, movements),
+    )
+
+
+def _parameters(
+    found: AxisFit, loads: Loads, mass_sd: float, joint: int
+) -> tuple[NamedParameter, NamedParameter]:
+    """k_s and q_0 with all that they depend on."""
+    k, offset = found.fit.parameters[:2]
+    # C (2, 2) = scatter + g sd^2 g^T + G C_theta G^T, g (2,) of the mass factor, G (2, p)
+    g, G = mass_sd * found.mass_gradient, found.robot_gradient
+    parts = found.covariance, np.outer(g, g), G @ loads.covariance @ G.T
+    dofs = found.scatter.dof, np.inf, loads.dof
+    stiffness = _derived("k_s", "Nm/rad", k, np.array([1.0, 0.0]), parts, dofs, joint)
+    low, high = stiffness.ci95
+    if low <= 0 <= high or k <= 0:
+        return stiffness, NamedParameter("q_0", np.nan, np.nan, np.nan, "rad", joint=joint)
+    # q_0 = -b / k: dq_0 = -(q_0 dk + db) / k
+    slope = -np.array([-offset / k, 1.0]) / k
+    return stiffness, _derived("q_0", "rad", -offset / k, slope, parts, dofs, joint)
+
+
+def _derived(
+    name: str,
+    unit: str,
+    value: float,
+    slope: FloatArray,
+    parts: Sequence[FloatArray],
+    dofs: Sequence[float],
+    joint: int,
+) -> NamedParameter:
+    """A function of (k_s, offset) by the delta method; degrees of freedom after Satterthwaite."""
+    variances = np.array([slope @ C @ slope for C in parts])
+    total = float(variances.sum())
+    spread = float((variances**2 / np.array(dofs)).sum())
+    return NamedParameter(
+        name=name,
+        value=float(value),
+        sd=float(np.sqrt(variances[0])),
+        sd_robust=float(np.sqrt(total)),
+        unit=unit,
+        dof=total**2 / spread if spread > 0 else float("inf"),
+        joint=joint,
+    )
+
+
+def _half_width(parameter: NamedParameter) -> float:
+    """Of the 95 % interval; infinite where there is no value."""
+    width = t_factor(parameter.dof) * parameter.sd_robust
+    return float(width) if np.isfinite(width) else float("inf")
+
+
+def _direction(found: AxisFit, joint: int) -> NamedParameter | None:
+    if len(found.fit.parameters) < 3:
+        return None
+    sd = float(found.fit.sd[2])
+    return NamedParameter(
+        "direction", float(found.fit.parameters[2]), sd, sd, "Nm", found.fit.dof, joint
+    )
+
+
+def _verdict(
+    found: AxisFit, stiffness: NamedParameter, rest: NamedParameter, repeatable: bool
+) -> str:
+    if not repeatable:
+        return (
+            "refused: the passive repetitions are too different, they scatter by "
+            f"{found.scatter.rms_Nm:.2g} Nm where the arm needs {found.arm_rms_Nm:.2g} Nm (rms)"
+        )
+    parts = []
+    for parameter, widest in ((stiffness, WIDEST_STIFFNESS), (rest, WIDEST_REST_RAD)):
+        width = _half_width(parameter)
+        if not np.isfinite(width):
+            parts.append(f"{parameter.name} not identified: k_s is not above 0 beyond its error")
+        elif width > widest:
+            parts.append(
+                f"{parameter.name} not identified: known to {width:.2g} {parameter.unit} only"
+            )
+        else:
+            parts.append(f"{parameter.name} identified")
+    return "; ".join(parts)
+
+
+def _warnings(
+    elastic: Elastic, found: AxisFit, movements: Sequence[MovementTorques]
+) -> tuple[str, ...]:
+    said = []
+    if not elastic.repeatable:
+        said.append(f"axis {elastic.axis} {elastic.verdict}")
+    limit = max(LARGEST_RESIDUAL_NM, RESIDUAL_SHARE * found.arm_rms_Nm)
+    if found.residual_rms_Nm > limit:
+        said.append(
+            f"axis {elastic.axis}: single repetitions lie {found.residual_rms_Nm:.2g} Nm (rms) off "
+            "a line; the person may not have been passive"
+        )
+    if elastic.stiffness < 0 and elastic.stiffness < -2 * np.sqrt(elastic.covariance[0, 0]):
+        said.append(
+            f"axis {elastic.axis}: k_s is negative; the masses may be wrong or the person active"
+        )
+    said += [_drift(group, found) for group in _by_movement(movements).values()]
+    return tuple(sentence for sentence in said if sentence)
+
+
+def _drift(group: Sequence[MovementTorques], found: AxisFit) -> str:
+    """A support that rises or falls from one repetition to the next by more than is expected."""
+    support = np.array([m.support.mean() for m in group])
+    steps = np.diff(support)
+    middle = np.array([np.mean([m.q.mean() for m in group]), 1.0])
+    usual = float(np.sqrt(2 * middle @ found.scatter.expected @ middle))
+    if not ((steps > 0).all() or (steps < 0).all()) or abs(support[-1] - support[0]) < 3 * usual:
+        return ""
+    return (
+        f"{group[0].movement}: the support goes from {support[0]:.3g} to {support[-1]:.3g} Nm over "
+        "the repetitions; the person may not yet have been passive"
+    )
+
+
+def _summary(axes: Sequence[AxisCalibration]) -> FitSummary:
+    fits = [a.fitted.fit for a in axes]
+    left = sum(float(f.residual_covariance[0, 0]) * f.n_rows for f in fits)
+    whole = sum(float(f.residual_covariance[0, 0]) * f.n_rows / max(1 - f.r2, 1e-12) for f in fits)
+    return FitSummary(
+        method="passive repetitions",
+        n=sum(f.n_rows for f in fits),
+        cond_raw=max(f.cond_raw for f in fits),
+        cond_scaled=max(f.cond_scaled for f in fits),
+        rank=sum(f.rank for f in fits),
+        r2=1 - left / whole,
+        vaf=1 - left / whole,
+        parameters=tuple(p for a in axes for p in (a.stiffness, a.rest)),
+        warnings=tuple(s for a in axes for s in (*a.fitted.fit.warnings, *a.warnings)),
+    )
