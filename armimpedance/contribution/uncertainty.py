@@ -40,6 +40,9 @@ PARTS: Final = ("robot", "mass", "elastic", "between", "noise")
 #: Columns of a row that the arm's errors act through.
 _ARM_COLUMNS: Final = (ONE, ANGLE, RIGID)
 
+#: A denominator below this, in Nm or Nm^2, is zero; its square would be no number.
+_ZERO: Final = 1e-30
+
 
 @dataclass(frozen=True)
 class VarianceShares:
@@ -175,14 +178,14 @@ def _root(covariance: FloatArray) -> FloatArray:
     return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
 
 
-def ratio(sums: FloatArray, law: ErrorLaw, noise_gain: float = 1.0) -> Quotient:
+def ratio(sums: FloatArray, law: ErrorLaw, noise_gain: float | FloatArray = 1.0) -> Quotient:
     """``C = 100 sum tau_user / sum tau_h`` (4); (3) where the sums are of one sample.
 
     Parameters
     ----------
     sums : (..., 5, k)
     law : ErrorLaw
-    noise_gain : float
+    noise_gain : float or (...)
         `ErrorLaw.kernel_gain` for a single sample.
     """
     total = sums[..., ONE, :]
@@ -214,7 +217,7 @@ def projection(sums: FloatArray, law: ErrorLaw) -> Quotient:
 
 
 def _not_zero(denominator: FloatArray) -> FloatArray:
-    return np.where(denominator == 0, np.nan, denominator)
+    return np.where(abs(denominator) < _ZERO, np.nan, denominator)
 
 
 def variance_parts(quotient: Quotient, law: ErrorLaw) -> FloatArray:
