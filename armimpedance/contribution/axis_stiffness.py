@@ -95,7 +95,7 @@ def fit_axis(
     InputError
         A repetition without samples that are fast enough.
     """
-    kept = [_sliding(m, sliding * rise_rad_s) for m in movements]
+    kept = [sliding_samples(m, sliding * rise_rad_s) for m in movements]
     q = [m.q[rows] for m, rows in zip(movements, kept, strict=True)]
     S = [(m.support - m.rigid_arm)[rows] for m, rows in zip(movements, kept, strict=True)]
     lines = [np.stack([x, np.ones_like(x)], axis=1) for x in q]
@@ -104,7 +104,7 @@ def fit_axis(
     rate = movements[0].sample_rate_hz
     scatter = scatter_of(
         single,
-        [f"{m.movement} {_direction(m):g}" for m in movements],
+        [f"{m.movement} {direction_of(m):g}" for m in movements],
         fluctuation_covariance(lines, residual, rate),
         np.concatenate(q),
     )
@@ -133,8 +133,14 @@ def fit_axis(
     )
 
 
-def _sliding(movement: MovementTorques, least_rad_s: float) -> slice:
-    """From the first to the last sample that is fast enough."""
+def sliding_samples(movement: MovementTorques, least_rad_s: float) -> slice:
+    """From the first to the last sample of this speed (or of `FAST_SHARE` of the peak).
+
+    Raises
+    ------
+    InputError
+        Next to none is.
+    """
     speed = np.abs(movement.qd)
     fast = np.flatnonzero(speed >= min(least_rad_s, FAST_SHARE * float(speed.max())))
     if len(fast) < 10 or not speed.max() > 0:
@@ -142,7 +148,8 @@ def _sliding(movement: MovementTorques, least_rad_s: float) -> slice:
     return slice(int(fast[0]), int(fast[-1]) + 1)
 
 
-def _direction(movement: MovementTorques) -> float:
+def direction_of(movement: MovementTorques) -> float:
+    """1: the angle grows over the movement, -1: it falls."""
     return float(np.sign(movement.q[-1] - movement.q[0]))
 
 
@@ -156,7 +163,7 @@ def _line(w: FloatArray, s: FloatArray) -> FloatArray:
 def _with_direction(
     lines: list[FloatArray], movements: Sequence[MovementTorques]
 ) -> list[FloatArray]:
-    signs = [_direction(m) for m in movements]
+    signs = [direction_of(m) for m in movements]
     if len(set(signs)) < 2:
         return lines
     return [np.column_stack([w, np.full(len(w), s)]) for w, s in zip(lines, signs, strict=True)]
