@@ -86,11 +86,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Read, fit, print, write."""
     from armimpedance.cli.checks import check_outputs
-    from armimpedance.cli.elbow_input import check_choices, read_elbow
+    from armimpedance.cli.elbow_input import check_choices
+    from armimpedance.cli.joint_input import read_joint
 
     check_outputs(figure=arguments.figure, out=arguments.out)
     check_choices(arguments)
-    recording = read_elbow(arguments.recording, arguments.condition)
+    recording = read_joint(arguments.recording, arguments.condition)
     if arguments.time_varying is not None:
         return _over_time(recording, arguments)
     if arguments.emg_law:

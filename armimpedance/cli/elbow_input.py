@@ -54,28 +54,6 @@ def check_choices(arguments: argparse.Namespace) -> None:
         lowest(arguments)
 
 
-def read_elbow(path: Path, condition: str | None) -> Recording:
-    """A recording of kind "joint", or its trials of one condition.
-
-    Raises
-    ------
-    InputError
-        It cannot be read, is of another kind, or has no such condition.
-    """
-    from armimpedance.cli.estimate import open_checked
-
-    recording = open_checked(path, None)
-    if recording.kind != "joint":
-        raise InputError(f"a recording of kind {recording.kind!r}", file=path, expected="'joint'")
-    if condition is None:
-        return recording
-    chosen = (recording.trials["condition"].astype(str) == condition).to_numpy()
-    if not chosen.any():
-        known = ", ".join(map(str, recording.trials["condition"].unique()))
-        raise InputError(f"no condition {condition!r}", file=path, expected=f"one of {known}")
-    return recording.select(chosen)
-
-
 def fit_recording(recording: Recording, arguments: argparse.Namespace) -> ElbowFit:
     """I, B and K of all trials together; errors name the recording."""
     from armimpedance.cli.checks import naming

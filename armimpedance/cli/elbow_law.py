@@ -91,12 +91,12 @@ class _Index:
 
 def _index(recording: Recording, arguments: argparse.Namespace, rows: list[int]) -> _Index:
     from armimpedance.cli.checks import naming
-    from armimpedance.cli.elbow_input import read_elbow
+    from armimpedance.cli.joint_input import read_joint
     from armimpedance.elbow.imcj import calibrate_imcj, imcj
     from armimpedance.signals.emg_amplitude import segment_amplitude
 
     with naming(arguments.imcj):
-        calibration = calibrate_imcj(read_elbow(arguments.imcj, None), joint=arguments.joint)
+        calibration = calibrate_imcj(read_joint(arguments.imcj), joint=arguments.joint)
     if missing := sorted(set(calibration.muscles) - set(recording.muscles)):
         raise InputError(
             f"no EMG of {', '.join(missing)}",

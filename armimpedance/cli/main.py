@@ -28,6 +28,9 @@ COMMANDS = {
     "passive": "stiffness, viscosity and friction of relaxed joints (motion capture or torque)",
     "body": "masses and inertias of a moving body from contact forces; a robot's from its torques",
     "elbow": "one joint under a random perturbation: I, B, K, over time, over EMG",
+    "robot": "a therapy robot's friction, cables and spring, from sweeps and holds",
+    "arm": "what a relaxed arm needs in the therapy robot: weight, inertia, stiffness",
+    "contribution": "how much of a robot-assisted movement is the patient's own",
     "discriminate": "can one number tell two groups of people apart?",
     "convert": "turn a lab's files into a recording",
     "figures": "draw the sources' figures from simulated subjects",
@@ -54,6 +57,11 @@ Relaxed joints and moving bodies, from motion capture:
 One joint under a random perturbation, as of an exoskeleton:
   armimpedance simulate elbow --out session
   armimpedance elbow session --out fit.json
+
+How much a patient contributes to a movement with a therapy robot:
+  armimpedance robot calibration --drawings drawings.json --out robot.json
+  armimpedance arm session --robot robot.json --out arm.json
+  armimpedance contribution session --robot robot.json --arm arm.json --out result.csv
 """
 
 

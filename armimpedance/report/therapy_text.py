@@ -1,0 +1,196 @@
+"""A therapy robot and a passive arm as text for a terminal, and what their files say beside."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import degrees, isfinite
+from typing import Any
+
+import numpy as np
+
+from armimpedance.contribution.calibrate import RobotCalibration
+from armimpedance.contribution.mockup import MockupCheck
+from armimpedance.contribution.passive_arm import ArmCalibration, AxisCalibration
+from armimpedance.contribution.robot_validation import AxisValidation
+from armimpedance.regression.fit import t_factor
+from armimpedance.regression.summary import FitSummary, NamedParameter
+from armimpedance.report.numbers import aligned_table, counted, numbered_notes, with_half_width
+
+_LOADS_HEADER = (
+    *("axis", "tau_c (Nm)", "k_v (Nms/rad)", "k_c (Nm/rad)", "q_c (deg)"),
+    *("fitted from (deg/s)", "v_s (deg/s)"),
+)
+_INTERVALS = "± is the half-width of the 95 % interval."
+_VALIDATION_HEADER = ("axis", "R^2", "rms (Nm)", "moving: R^2", "rms (Nm)", "share of samples")
+_MASSES = (
+    "± is the half-width of the 95 % interval: repetitions, the person's masses about the table "
+    "and what is not known of the robot."
+)
+
+
+def robot_text(calibration: RobotCalibration, validation: Sequence[AxisValidation] = ()) -> str:
+    """Friction and cables per axis, the spring, predictions of other movements, then notes."""
+    robot, summary = calibration.robot, calibration.summary
+    rows = [
+        [
+            f"{sweeps.axis + 1} {robot.axes[sweeps.axis]}",
+            *(_cell(summary, name, sweeps.axis + 1) for name in ("tau_c", "k_v", "k_c")),
+            _cell(summary, "q_c", sweeps.axis + 1, angle=True),
+            f"{degrees(sweeps.lowest_used_rad_s):.3g}",
+            f"{degrees(sweeps.rise_rad_s):.2g}",
+        ]
+        for sweeps in calibration.axes
+    ]
+    spring = calibration.spring
+    joint = robot.spring_axis + 1
+    terms = ", ".join(f"{n} {_cell(summary, n, joint)}" for n in ("c_0", "c_1", "c_2"))
+    lines = [
+        f"robot {robot.name}, {counted(robot.n_axes, 'axis').replace('axiss', 'axes')}",
+        "",
+        aligned_table(_LOADS_HEADER, rows),
+        "",
+        f"spring on axis {joint}, c_0 + c_1 q + c_2 q^2 (Nm, rad), from holds at "
+        f"{counted(len(spring.angle_rad), 'angle')}:",
+        f"  {terms}",
+    ]
+    if validation:
+        lines += ["", "movements that were not fitted", _validation_table(validation)]
+    return "\n".join([*lines, "", *numbered_notes([*calibration.notes, _INTERVALS])])
+
+
+def _validation_table(validation: Sequence[AxisValidation]) -> str:
+    rows = [
+        [
+            f"{v.axis + 1} {v.name}",
+            f"{v.r2:.3f}",
+            f"{v.rms_Nm:.3g}",
+            f"{v.moving_r2:.3f}",
+            f"{v.moving_rms_Nm:.3g}",
+            f"{100 * v.moving_share:.0f} %",
+        ]
+        for v in validation
+    ]
+    return aligned_table(_VALIDATION_HEADER, rows)
+
+
+def robot_object(
+    calibration: RobotCalibration, validation: Sequence[AxisValidation] = ()
+) -> dict[str, Any]:
+    """What ROBOT.json says beside the fit's summary."""
+    return {
+        "axes": [
+            {
+                "joint": sweeps.axis + 1,
+                "lowest_used_deg_s": degrees(sweeps.lowest_used_rad_s),
+                "static_range_deg_s": degrees(sweeps.static_range_rad_s),
+                "rise_deg_s": degrees(sweeps.rise_rad_s),
+                "points": [
+                    {
+                        "speed_deg_s": degrees(p.speed_rad_s),
+                        "up_Nm": p.up_Nm,
+                        "down_Nm": p.down_Nm,
+                        "used": p.used,
+                    }
+                    for p in sweeps.points
+                ],
+            }
+            for sweeps in calibration.axes
+        ],
+        "validation": [
+            {"joint": v.axis + 1, "r2": v.r2, "rms_Nm": v.rms_Nm, "moving_r2": v.moving_r2}
+            for v in validation
+        ],
+    }
+
+
+def arm_text(calibration: ArmCalibration) -> str:
+    """Masses, stiffness and verdict per axis, references of (19), then warnings."""
+    arm = calibration.arm
+    masses = ", ".join(f"{s.name} {s.mass_kg:.3g} kg at {s.com_m:.3g} m" for s in arm.segments)
+    lines = [
+        f"passive arm of subject {arm.subject} in robot {arm.robot}",
+        f"  {masses} of its link; upper arm {arm.upper_arm_m:g} m",
+        "",
+    ]
+    for axis in calibration.axes:
+        lines += _axis_lines(axis)
+    rows = [
+        [r.movement, r.axis, str(len(r.support_Nm)), _spread(r.support_Nm)] for r in arm.references
+    ]
+    header = ("movement", "axis", "repetitions", "mean support ± sd (Nm)")
+    lines += ["", aligned_table(header, rows), ""]
+    return "\n".join([*lines, *numbered_notes([*calibration.warnings, _MASSES])])
+
+
+def _axis_lines(axis: AxisCalibration) -> list[str]:
+    k, q = axis.stiffness, axis.rest
+    shown = f"k_s {_value(k)} Nm/rad"
+    if isfinite(q.value):
+        shown += f", q_0 {_value(q)} rad"
+    lines = [f"axis {axis.axis + 1} {axis.elastic.axis}: {shown}", f"  {axis.elastic.verdict}"]
+    if axis.direction_Nm is not None:
+        lines.append(
+            f"  both ways: {_value(axis.direction_Nm)} Nm more against the movement than modelled"
+        )
+    return lines
+
+
+def _spread(values: Any) -> str:
+    sd = float(np.std(values, ddof=1)) if len(values) > 1 else float("nan")
+    return f"{float(np.mean(values)):.3g} ± {sd:.2g}"
+
+
+def arm_object(calibration: ArmCalibration) -> dict[str, Any]:
+    """What ARM.json says beside the fit's summary."""
+    return {
+        "axes": [
+            {
+                "joint": a.axis + 1,
+                "name": a.elastic.axis,
+                "verdict": a.elastic.verdict,
+                "stiffness_identified": a.elastic.stiffness_identified,
+                "rest_identified": a.elastic.rest_identified,
+            }
+            for a in calibration.axes
+        ]
+    }
+
+
+def mockup_text(check: MockupCheck) -> str:
+    """What the robot measures of a mock-up beside what it weighs."""
+    header = ("", "measured", "from masses and lengths", "difference", "rms left (Nm)")
+    rows = [
+        [
+            "torque with the arm level (Nm)",
+            _value(check.gravity),
+            f"{check.gravity_model_Nm:.4g}",
+            _per_cent_off(check.gravity.value, check.gravity_model_Nm),
+            f"{check.gravity_rms_Nm:.2g}",
+        ],
+        [
+            "inertia about the vertical (kg m^2)",
+            _value(check.inertia),
+            f"{check.inertia_model_kgm2:.4g}",
+            _per_cent_off(check.inertia.value, check.inertia_model_kgm2),
+            f"{check.inertia_rms_Nm:.2g}",
+        ],
+    ]
+    return "\n".join([aligned_table(header, rows), "", _INTERVALS])
+
+
+def _per_cent_off(measured: float, model: float) -> str:
+    return f"{100 * (measured / model - 1):+.2f} %"
+
+
+def _cell(summary: FitSummary, name: str, joint: int, angle: bool = False) -> str:
+    found = [p for p in summary.parameters if (p.name, p.joint) == (name, joint)]
+    if not found:
+        return "-"
+    return _value(found[0], degrees(1.0) if angle else 1.0)
+
+
+def _value(parameter: NamedParameter, scale: float = 1.0) -> str:
+    if not (isfinite(parameter.value) and isfinite(parameter.sd_robust)):
+        return "not identified"
+    half = t_factor(parameter.dof) * parameter.sd_robust
+    return with_half_width(scale * parameter.value, scale * float(half))
