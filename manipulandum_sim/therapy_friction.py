@@ -1,7 +1,7 @@
 """Dry friction of geared axes that sticks: bristles that bend before they slip (LuGre).
 
 ``z' = v - s0 |v| z / g(v)``, ``tau = s0 z + s1 z' + k_v v``,
-``g(v) = tau_c + (tau_s - tau_c) exp(-|v| / v_s)``. At a constant velocity z' = 0, and what is left is
+``g(v) = tau_c + (tau_s - tau_c) exp(-|v| / v_s)``. At a constant velocity z' = 0, and there is
 ``sign(v) g(v) + k_v v``, odd in the velocity. At rest the bristles hold any torque within tau_s,
 whichever the axis stopped with.
 """

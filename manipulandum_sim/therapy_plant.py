@@ -324,7 +324,7 @@ class _Plant:
         M = np.moveaxis(self._with_rotors(M), (0, 1), (-2, -1))
         right = driving - np.moveaxis(bias, 0, -1) - friction - springs - stiff
         # qdd (n,) = M^-1 (n, n) (motor + user - b - friction - springs - passive) (n,)
-        qdd = np.linalg.solve(M, right[..., None])[..., 0]
+        qdd = np.asarray(np.linalg.solve(M, right[..., None])[..., 0], dtype=np.float64)
         turned = np.moveaxis(qdd, -1, 0)
         robot = np.moveaxis(inverse_dynamics(chain, links, q, qd, turned), 0, -1)
         return {
@@ -335,3 +335,37 @@ class _Plant:
             "arm": np.moveaxis(inverse_dynamics(chain, carried, q, qd, turned), 0, -1),
             "passive": stiff,
         }
+
+
+#: Of the position controller: Nm/rad, Nm s/rad, and the time constant of its integral, s.
+POSITION_GAIN: Final = (3000.0, 3000.0, 1500.0, 1000.0, 300.0)
+VELOCITY_GAIN: Final = (90.0, 90.0, 30.0, 22.0, 6.0)
+INTEGRAL_S: Final = 0.15
+
+
+class PositionController:
+    """PD about a reference, its static load fed forward, an integral while the reference moves.
+
+    The integral rests where the reference does: with stiction it would hunt. `Controller`.
+
+    Parameters
+    ----------
+    device : TherapyDevice
+        Whose weight and springs are fed forward.
+    q, qd : (S, T, n)
+        Reference, rad, rad/s; its first sample is held through the run-in.
+    """
+
+    def __init__(self, device: TherapyDevice, q: FloatArray, qd: FloatArray) -> None:
+        self._q, self._qd = q, qd
+        still = np.zeros((len(q), q.shape[2]))
+        load = [device.rigid_torque(q[:, t], still, still) for t in range(q.shape[1])]
+        self._load = np.stack(load, axis=1) + device.springs(q)
+        self._sum = np.zeros(q.shape[1:])
+
+    def __call__(self, k: int, q: FloatArray, qd: FloatArray) -> FloatArray:
+        i = max(k, 0)
+        error = self._q[i] - q
+        self._sum += np.where(self._qd[i] != 0, error, 0.0) / (INTEGRAL_S * RATE_HZ)
+        torque = self._load[i] + np.multiply(POSITION_GAIN, error + self._sum)
+        return np.asarray(torque + np.multiply(VELOCITY_GAIN, self._qd[i] - qd))

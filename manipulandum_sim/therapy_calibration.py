@@ -1,0 +1,355 @@
+"""Sessions with the empty therapy robot: sweeps, holds, and movements that validate its model.
+
+Sweeps move one axis at a constant velocity, holds keep axis 1 still after it came from below or
+from above, as M. Guidali et al. (2013) did; their velocities are from .1 to 60 deg/s, the numbers
+in between are ours. All other axes stand still at `NEUTRAL_DEG`.
+"""
+
+from __future__ import annotations
+
+import zlib
+from dataclasses import dataclass
+from typing import Any, Final, Literal, get_args
+
+import numpy as np
+import pandas as pd
+
+from armimpedance.conventions import command_columns
+from armimpedance.errors import InputError
+from armimpedance.records import FloatArray, IntArray, Recording, Subject
+
+from .therapy_device import RATE_HZ, TherapyDevice, therapy_device
+from .therapy_plant import Motion, PositionController, Progress, run
+from .therapy_truth import TherapyMotion, TherapyTruth, rows
+
+Noise = Literal["nominal", "none"]
+
+#: Speeds of the sweeps, and for how long at most each is held.
+SPEEDS_DEG_S: Final = (0.1, 0.5, 2.0, 5.0, 10.0, 20.0, 40.0, 60.0)
+LONGEST_S: Final = (4.0, 5.0, 4.0, 4.0, 4.0, 3.5, 3.0, 3.0)
+#: Where axes stand that do not move: no axis near its end, gravity on axes 1, 3 and 4.
+NEUTRAL_DEG: Final = (70.0, 30.0, 0.0, 60.0, 0.0)
+#: How many angles axis 1 is held at, and how far it comes from, deg.
+HOLDS: Final = 12
+APPROACH_DEG: Final = 6.0
+#: Nearest to the end of an axis' range, deg.
+MARGIN_DEG: Final = 3.0
+
+#: s: standing at either end, gaining speed, until the speed is steady; the last is longer for
+#: slow sweeps, as the bristles must bend and slip over this way, deg.
+_REST_S: Final = 0.1
+_RAMP_S: Final = 0.5
+_SETTLE_S: Final = 0.3
+_SETTLE_DEG: Final = 0.15
+#: s: coming to a hold, until it is still, held.
+_COMING_S: Final = 1.0
+_STILLING_S: Final = 0.3
+_HELD_S: Final = 0.6
+
+#: Validation: legs of a trial, mean speed of the axis with the longest way, shortest leg.
+LEGS: Final = 3
+LEG_SPEED_DEG_S: Final = 25.0
+SHORTEST_LEG_S: Final = 2.0
+
+_STREAMS: Final = ("torque", "sensor", "postures")
+
+
+@dataclass(frozen=True)
+class Seeds:
+    """Random streams that depend on seed, session and number of the trial alone."""
+
+    seed: int
+    session: str
+
+    def stream(self, trial: int, purpose: str) -> np.random.Generator:
+        """Of a trial, counted from 1."""
+        key = (zlib.crc32(self.session.encode()), trial, _STREAMS.index(purpose))
+        return np.random.default_rng(np.random.SeedSequence(self.seed, spawn_key=key))
+
+
+@dataclass(frozen=True)
+class Course:
+    """What one trial is told to do.
+
+    Attributes
+    ----------
+    q, qd : (S, n)
+        rad, rad/s.
+    row : dict
+        Of the trial table, the trial's number left out.
+    """
+
+    q: FloatArray
+    qd: FloatArray
+    row: dict[str, Any]
+
+
+def simulate_calibration(
+    *,
+    seed: int = 0,
+    device: TherapyDevice | None = None,
+    noise: Noise = "nominal",
+    progress: Progress | None = None,
+) -> tuple[Recording, TherapyTruth]:
+    """The empty robot's sweeps and holds, and their truth.
+
+    Parameters
+    ----------
+    seed : int
+        A trial's noise depends on seed and the trial's number alone.
+    device : TherapyDevice, optional
+    noise : {"nominal", "none"}
+        ``none``: no noise of torques, no steps of encoders.
+    progress : function, optional
+        Called with how many samples are done, of how many.
+
+    Returns
+    -------
+    (Recording, TherapyTruth)
+        Conditions "sweep" and "hold".
+
+    Raises
+    ------
+    InputError
+        An argument that makes no recording.
+    """
+    own = device or therapy_device()
+    _check(seed, noise)
+    return _session("calibration", [*sweeps(own), *holds(own)], own, seed, noise, progress)
+
+
+def simulate_validation(
+    *,
+    seed: int = 0,
+    trials: int = 8,
+    device: TherapyDevice | None = None,
+    noise: Noise = "nominal",
+    progress: Progress | None = None,
+) -> tuple[Recording, TherapyTruth]:
+    """The empty robot on minimum-jerk ways between random postures, all axes at once.
+
+    Parameters
+    ----------
+    seed : int
+        Postures and noise of a trial depend on seed and the trial's number alone.
+    trials : int
+    device, noise, progress
+        As in `simulate_calibration`.
+
+    Returns
+    -------
+    (Recording, TherapyTruth)
+        Condition "validation".
+
+    Raises
+    ------
+    InputError
+        An argument that makes no recording.
+    """
+    own = device or therapy_device()
+    _check(seed, noise)
+    if not 1 <= trials <= 1000:
+        raise InputError(f"{trials} trials", expected="1 to 1000")
+    seeds = Seeds(seed, "validation")
+    courses = [_wander(own, seeds.stream(t + 1, "postures"), t + 1) for t in range(trials)]
+    return _session("validation", courses, own, seed, noise, progress)
+
+
+def _check(seed: int, noise: str) -> None:
+    if noise not in get_args(Noise):
+        raise InputError(f"no noise level {noise!r}", expected=", ".join(get_args(Noise)))
+    if seed < 0:
+        raise InputError(f"seed {seed}", expected="0 or more")
+
+
+def sweeps(device: TherapyDevice) -> list[Course]:
+    """Every axis at every speed in both directions."""
+    return [
+        _sweep(device, axis, sign * speed, longest)
+        for axis in range(device.n_axes)
+        for speed, longest in zip(SPEEDS_DEG_S, LONGEST_S, strict=True)
+        for sign in (1, -1)
+    ]
+
+
+def _sweep(device: TherapyDevice, axis: int, velocity_deg_s: float, longest_s: float) -> Course:
+    """At rest, faster, steady, slower, at rest; about the middle of the axis' range."""
+    low, high = np.rad2deg(device.limits_rad[axis]) + (MARGIN_DEG, -MARGIN_DEG)
+    speed = abs(velocity_deg_s)
+    settle = _SETTLE_S + _SETTLE_DEG / speed
+    steady = min(settle + longest_s, (high - low) / speed - _RAMP_S)
+    samples = round((2 * _REST_S + 2 * _RAMP_S + steady) * RATE_HZ) + 1
+    time = np.arange(samples) / RATE_HZ - _REST_S
+    gain, gained = _ramp(time / _RAMP_S)
+    loss, lost = _ramp((time - _RAMP_S - steady) / _RAMP_S)
+    way = velocity_deg_s * (gained - lost) * _RAMP_S
+    q = (low + high) / 2 + way - way[-1] / 2
+    row = _row(device, "sweep", axis, _REST_S + _RAMP_S + settle, _REST_S + _RAMP_S + steady)
+    row["velocity_deg_s"] = velocity_deg_s
+    return _one_axis(axis, q, velocity_deg_s * (gain - loss), row)
+
+
+def holds(device: TherapyDevice) -> list[Course]:
+    """Axis 1 still at each angle, once from below and once from above."""
+    low, high = np.rad2deg(device.limits_rad[0])
+    reach = MARGIN_DEG + APPROACH_DEG
+    return [
+        _hold(device, angle, approach)
+        for angle in np.linspace(low + reach, high - reach, HOLDS)
+        for approach in (1, -1)
+    ]
+
+
+def _hold(device: TherapyDevice, angle_deg: float, approach: int) -> Course:
+    samples = round((_REST_S + _COMING_S + _STILLING_S + _HELD_S) * RATE_HZ) + 1
+    time = np.arange(samples) / RATE_HZ - _REST_S
+    share, rate = minimum_jerk(time / _COMING_S)
+    q = angle_deg - approach * APPROACH_DEG * (1 - share)
+    first = _REST_S + _COMING_S + _STILLING_S
+    row = _row(device, "hold", 0, first, first + _HELD_S)
+    row["approach"] = approach
+    return _one_axis(0, q, approach * APPROACH_DEG * rate / _COMING_S, row)
+
+
+def _one_axis(axis: int, q_deg: FloatArray, qd_deg: FloatArray, row: dict[str, Any]) -> Course:
+    q, qd = np.tile(np.array(NEUTRAL_DEG), (len(q_deg), 1)), np.zeros((len(q_deg), 5))
+    q[:, axis], qd[:, axis] = q_deg, qd_deg
+    return Course(np.deg2rad(q), np.deg2rad(qd), row)
+
+
+def _row(
+    device: TherapyDevice, condition: str, axis: int, onset_s: float, end_s: float
+) -> dict[str, Any]:
+    return {
+        "condition": condition,
+        "movement": device.axes[axis],
+        "axis": axis + 1,
+        "onset_s": round(onset_s, 3),
+        "end_s": round(end_s, 3),
+        "repetition": 1,
+    }
+
+
+def _wander(device: TherapyDevice, stream: np.random.Generator, repetition: int) -> Course:
+    """Minimum-jerk legs between random postures, all axes together."""
+    low, high = device.limits_rad.T
+    margin = 0.1 * (high - low)
+    postures = stream.uniform(low + margin, high - margin, (LEGS + 1, device.n_axes))
+    q, qd = [postures[:1].repeat(round(_REST_S * RATE_HZ), axis=0)], []
+    qd.append(np.zeros_like(q[0]))
+    for a, b in zip(postures[:-1], postures[1:], strict=True):
+        duration = max(SHORTEST_LEG_S, np.rad2deg(np.abs(b - a).max()) / LEG_SPEED_DEG_S)
+        share, rate = minimum_jerk(np.arange(round(duration * RATE_HZ)) / RATE_HZ / duration)
+        q.append(a + (b - a) * share[:, None])
+        qd.append((b - a) * rate[:, None] / duration)
+    q.append(postures[-1:].repeat(round(_REST_S * RATE_HZ), axis=0))
+    qd.append(np.zeros_like(q[-1]))
+    whole = np.concatenate(q)
+    row = _row(device, "validation", 0, _REST_S, len(whole) / RATE_HZ - _REST_S)
+    row |= {"movement": "multi-joint", "repetition": repetition}
+    return Course(whole, np.concatenate(qd), row)
+
+
+def minimum_jerk(phase: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Share of the way at phases 0 to 1 of its time, held beyond, and its derivative."""
+    x = np.clip(phase, 0.0, 1.0)
+    return x**3 * (10 - 15 * x + 6 * x * x), 30 * x * x * (1 - x) ** 2
+
+
+def _ramp(phase: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """A speed that rises smoothly to 1 over phases 0 to 1 and stays, and its integral."""
+    x = np.clip(phase, 0.0, 1.0)
+    speed = x**3 * (10 - 15 * x + 6 * x * x)
+    return speed, x**4 * (2.5 - 3 * x + x * x) + np.maximum(phase - 1, 0.0)
+
+
+def _session(
+    name: str,
+    courses: list[Course],
+    device: TherapyDevice,
+    seed: int,
+    noise: Noise,
+    progress: Progress | None,
+) -> tuple[Recording, TherapyTruth]:
+    lengths = np.array([len(course.q) for course in courses])
+    reference, rate = (
+        np.stack([_held(getattr(c, part), lengths.max()) for c in courses], axis=1)
+        for part in ("q", "qd")
+    )
+    for t, length in enumerate(lengths):
+        rate[length:, t] = 0.0
+    controller = PositionController(device, reference, rate)
+    motion = run(
+        device, None, reference[0], controller, len(reference),
+        measured=noise != "none", progress=progress,
+    )  # fmt: skip
+    table = pd.DataFrame({"trial": np.arange(len(courses)) + 1, **_columns(courses)})
+    said = f"Simulated: {name} of the empty robot {device.name}, seed {seed}, noise {noise}."
+    recording = therapy_recording(
+        device, motion, reference, table, lengths, Seeds(seed, name), noise, Subject("empty"), said
+    )
+    exact = TherapyMotion.of(motion, lengths)
+    return recording, TherapyTruth.of(name, "empty", device, recording.offsets, exact)
+
+
+def _held(values: FloatArray, samples: int) -> FloatArray:
+    """The last row repeated up to so many samples."""
+    return np.concatenate([values, values[-1:].repeat(samples - len(values), axis=0)])
+
+
+def _columns(courses: list[Course]) -> dict[str, list[Any]]:
+    names = list(dict.fromkeys(name for course in courses for name in course.row))
+    return {name: [course.row.get(name, np.nan) for course in courses] for name in names}
+
+
+def therapy_recording(
+    device: TherapyDevice,
+    motion: Motion,
+    reference: FloatArray,
+    table: pd.DataFrame,
+    lengths: IntArray,
+    seeds: Seeds,
+    noise: Noise,
+    subject: Subject,
+    said: str,
+) -> Recording:
+    """What the robot records of a motion, noise added.
+
+    Parameters
+    ----------
+    reference : (S, T, n)
+        Angles that the robot was told, rad.
+    table : DataFrame (T rows)
+    lengths : (T,) int
+        Samples of every trial that are kept, from its first.
+    seeds : Seeds
+        Whose streams go by the numbers in the table's column ``trial``.
+    said : str
+        Of the provenance.
+    """
+    motor, sensor = rows(motion.motor, lengths), rows(motion.sensor, lengths)
+    q = rows(motion.q, lengths)
+    offsets = np.concatenate([[0], np.cumsum(lengths)])
+    if noise != "none":
+        q = rows(motion.q_measured, lengths)
+        for number, first, last in zip(table["trial"], offsets, offsets[1:], strict=False):
+            white = seeds.stream(int(number), "torque").standard_normal((last - first, q.shape[1]))
+            motor[first:last] += device.torque_noise_Nm * white
+            white = seeds.stream(int(number), "sensor").standard_normal(last - first)
+            sensor[first:last] += device.sensor_noise_Nm * white
+    told = rows(reference, lengths)
+    extra = dict(zip(command_columns("joint", device.n_axes), told.T, strict=True))
+    return Recording(
+        kind="joint",
+        sample_rate_hz=RATE_HZ,
+        trials=table,
+        offsets=offsets,
+        time_s=np.concatenate([np.arange(length) / RATE_HZ for length in lengths]),
+        position=q,
+        # a recording holds torques by the limb on the device: the opposite of the motors'
+        force=-motor,
+        torque="commanded",
+        subject=subject,
+        extra=extra | {"sensor2_Nm": sensor},
+        provenance=(said,),
+    )
