@@ -60,15 +60,19 @@ class TherapyArm:
 
     def heavier(self, factor: float) -> TherapyArm:
         """The same arm of another density."""
-        return replace(
-            self, mass_kg=factor * self.mass_kg, inertia_kgm2=factor * self.inertia_kgm2
-        )
+        return replace(self, mass_kg=factor * self.mass_kg, inertia_kgm2=factor * self.inertia_kgm2)
 
     @property
-    def level_torque_Nm(self) -> float:
-        """Torque about the shoulder that holds the straight arm level, over g: kg m."""
+    def level_kgm(self) -> float:
+        """First moment of the straight arm's mass about the shoulder."""
         far = self.upper_arm_m + self.com_m[1]
         return float(self.mass_kg[0] * self.com_m[0] + self.mass_kg[1] * far)
+
+    @property
+    def inertia_level_kgm2(self) -> float:
+        """Of the straight arm about an axis across it through the shoulder."""
+        far = np.array([0.0, self.upper_arm_m]) + self.com_m
+        return float(self.inertia_kgm2[:, 0].sum() + self.mass_kg @ far**2)
 
 
 def winter_arm(mass_kg: float, height_m: float) -> TherapyArm:

@@ -1,0 +1,372 @@
+"""The trials of a therapy session: who does which movement in which way.
+
+Random numbers of a trial depend on the seed, the person, the movement, the condition and the
+repetition alone: what else is simulated does not change them.
+"""
+
+from __future__ import annotations
+
+import zlib
+from dataclasses import dataclass, replace
+from typing import Any, Final, Literal, get_args
+
+import numpy as np
+
+from armimpedance.errors import InputError
+from armimpedance.records import FloatArray
+from armimpedance.skeleton import GRAVITY_M_S2
+
+from .therapy_arm import LINKS, TherapyArm
+from .therapy_control import ASSIST, FREE, POSITION
+from .therapy_device import RATE_HZ, TherapyDevice
+from .therapy_dynamics import Payload
+from .therapy_effort import FOLLOW_DAMPING, LEAD_DAMPING, LEAD_STIFFNESS, Effort, slow_torque
+from .therapy_reference import MOVEMENTS, REST_S, Movement, Reference, find_movement, reference
+from .therapy_subject import (
+    FLUCTUATION_S,
+    FLUCTUATION_Nm,
+    TherapySubject,
+    passive_of_repetition,
+)
+
+Noise = Literal["nominal", "none"]
+CONDITIONS: Final = ("passive", "active", "half_active", "resistive")
+_PURPOSES: Final = ("passive", "effort", "unsteady", "sensors")
+#: Person and session, not one trial.
+_OF_PERSON: Final = 1_000_003
+OF_SESSION: Final = 1_000_004
+
+#: Own timing of a person who leads: delay s (least, most), sd of the logarithm of the duration's
+#: factor, sd of the error of the target, rad.
+DELAY_S: Final = (0.1, 0.4)
+PACE_SD: Final = 0.06
+TARGET_SD_rad: Final = float(np.deg2rad(0.7))
+#: Resistance: elevation as a share of what the passive arm needs in the middle of the movement,
+#: horizontal in Nm (far more than the arm needs, as in the source); least, most.
+RESISTED_SHARE: Final = (0.6, 2.2)
+RESISTED_Nm: Final = (3.0, 18.0)
+#: What motors can give a movement that is resisted, of their limit; friction takes its part.
+USABLE: Final = 0.7
+
+
+@dataclass(frozen=True)
+class TherapyOptions:
+    """What is done; see `therapy_session.simulate_therapy`."""
+
+    conditions: tuple[str, ...] = CONDITIONS
+    movements: tuple[str, ...] = ("elevation", "horizontal")
+    repetitions: int = 3
+    speed_deg_s: float = 20.0
+    share: float = 0.5
+    share_sd: float = 0.0
+    mass_sd: float = 0.03
+    rest_at_middle: bool = False
+    noise: Noise = "nominal"
+
+    def __post_init__(self) -> None:
+        for name in ("conditions", "movements"):
+            value = getattr(self, name)
+            if isinstance(value, str) or not value:
+                raise InputError(f"{name} {value!r}", expected="a list of names")
+            object.__setattr__(self, name, tuple(value))
+        for condition in self.conditions:
+            if condition not in CONDITIONS:
+                raise InputError(f"no condition {condition!r}", expected=" or ".join(CONDITIONS))
+        for movement in self.movements:
+            find_movement(movement)
+        if not (isinstance(self.repetitions, int) and 1 <= self.repetitions <= 100):
+            raise InputError(f"{self.repetitions} repetitions", expected="1 to 100")
+        if not (0 <= self.share <= 1.5 and 0 <= self.share_sd <= 0.5):
+            raise InputError(f"a share of {self.share}", expected="0 to 1.5, its sd 0 to 0.5")
+        if not 0 <= self.mass_sd <= 0.2:
+            raise InputError(f"mass_sd {self.mass_sd}", expected="0 to 0.2, a fraction")
+        if self.noise not in get_args(Noise):
+            known = " or ".join(get_args(Noise))
+            raise InputError(f"no noise level {self.noise!r}", expected=known)
+
+    @property
+    def noisy(self) -> bool:
+        """Whether people and sensors are unsteady."""
+        return self.noise != "none"
+
+
+@dataclass(frozen=True)
+class Streams:
+    """Random numbers of one person's session."""
+
+    seed: int
+    person: str
+
+    def __post_init__(self) -> None:
+        if not (isinstance(self.seed, int) and self.seed >= 0):
+            raise InputError(f"seed {self.seed}", expected="a whole number, 0 or more")
+
+    def of(self, *key: int) -> np.random.Generator:
+        """A generator of its own for each key."""
+        whole = (zlib.crc32(self.person.encode()), *key)
+        return np.random.default_rng(np.random.SeedSequence(self.seed, spawn_key=whole))
+
+    def of_trial(
+        self, movement: str, condition: str, repetition: int, purpose: str
+    ) -> np.random.Generator:
+        """For one purpose of one trial."""
+        places = (list(MOVEMENTS).index(movement), CONDITIONS.index(condition), repetition)
+        return self.of(*places, _PURPOSES.index(purpose))
+
+    def of_person(self) -> np.random.Generator:
+        """For what is the same in all trials of a person."""
+        return self.of(_OF_PERSON)
+
+
+@dataclass(frozen=True)
+class TherapyTrial:
+    """One person, one movement.
+
+    Attributes
+    ----------
+    streams : Streams
+    subject : TherapySubject
+    movement : Movement
+    condition : str
+    repetition : int
+        From 1.
+    arm : TherapyArm
+        As it truly is.
+    k, rest_rad : (2,)
+        Of this repetition; elevation, horizontal.
+    share, resistance_Nm : float
+    leads : bool
+    mode : int
+        Of the controller.
+    delay_s, pace, miss_rad : float
+        Own timing: when it starts, by which factor it takes longer, by how much it misses.
+    """
+
+    streams: Streams
+    subject: TherapySubject
+    movement: Movement
+    condition: str
+    repetition: int
+    arm: TherapyArm
+    k: FloatArray
+    rest_rad: FloatArray
+    share: float
+    resistance_Nm: float
+    leads: bool
+    mode: int
+    delay_s: float = 0.0
+    pace: float = 1.0
+    miss_rad: float = 0.0
+
+    def stream(self, purpose: str) -> np.random.Generator:
+        """Random numbers for one purpose."""
+        return self.streams.of_trial(self.movement.name, self.condition, self.repetition, purpose)
+
+
+def trials_of(
+    subject: TherapySubject, options: TherapyOptions, seed: int, torque_limit: FloatArray
+) -> list[TherapyTrial]:
+    """A person's session: movement by movement, condition by condition, repetitions in a row."""
+    streams = Streams(seed, subject.id)
+    # one draw each for mass and the two resistances, whatever of them is used
+    person = streams.of_person()
+    factor = 1 + options.mass_sd * person.standard_normal()
+    resists = person.random(2)
+    if options.rest_at_middle:
+        subject = _resting_at_middle(subject)
+    arm = subject.stated_arm.heavier(float(factor))
+    done = [c for c in options.conditions if not (subject.patient and c == "half_active")]
+    trials = []
+    for movement in (find_movement(name) for name in options.movements):
+        resisted = _resistance(subject, arm, movement, resists, torque_limit)
+        for condition in done:
+            for repetition in range(1, options.repetitions + 1):
+                plain = TherapyTrial(
+                    streams, subject, movement, condition, repetition, arm,
+                    subject.stiffness, subject.rest_rad,
+                    share=0.0, resistance_Nm=0.0, leads=False, mode=POSITION,
+                )  # fmt: skip
+                trials.append(_in_condition(plain, options, resisted))
+    return trials
+
+
+def _resting_at_middle(subject: TherapySubject) -> TherapySubject:
+    """With the horizontal rest angle in the middle of the movement: sum tau_h is about zero."""
+    movement = MOVEMENTS["horizontal"]
+    middle = np.deg2rad((movement.start_deg[movement.axis] + movement.to_deg) / 2)
+    return replace(subject, rest_rad=np.array([subject.rest_rad[0], middle]), trunk_moves=False)
+
+
+def _in_condition(trial: TherapyTrial, options: TherapyOptions, resisted: float) -> TherapyTrial:
+    subject, noisy = trial.subject, options.noisy
+    k, rest = passive_of_repetition(
+        subject, trial.repetition, trial.stream("passive") if noisy else None
+    )
+    trial = replace(trial, k=k, rest_rad=rest)
+    if trial.condition == "resistive":
+        return replace(trial, resistance_Nm=resisted)
+    draws = trial.stream("effort").standard_normal(4)
+    if trial.condition == "half_active":
+        share = options.share + options.share_sd * float(draws[3])
+        return replace(trial, share=share, mode=ASSIST)
+    if trial.condition == "active" and subject.patient:
+        return replace(trial, share=subject.active_share, mode=ASSIST)
+    if trial.condition == "active":
+        late, pace, miss = (draws[:3] if noisy else np.zeros(3)).tolist()
+        middle, half = sum(DELAY_S) / 2, (DELAY_S[1] - DELAY_S[0]) / 2
+        return replace(
+            trial,
+            share=subject.active_share,
+            leads=True,
+            mode=FREE,
+            delay_s=middle + half * float(np.tanh(late)),
+            pace=float(np.exp(PACE_SD * pace)),
+            miss_rad=TARGET_SD_rad * miss,
+        )
+    return trial
+
+
+def _resistance(
+    subject: TherapySubject,
+    arm: TherapyArm,
+    movement: Movement,
+    draws: FloatArray,
+    torque_limit: FloatArray,
+) -> float:
+    """Nm; as much as the motor can overcome beside friction and arm."""
+    axis, ends = (
+        movement.axis,
+        movement.start_deg[movement.axis]
+        + np.array([0.0, 0.5, 1.0]) * (movement.to_deg - movement.start_deg[movement.axis]),
+    )
+    q = np.deg2rad(ends)
+    weight = GRAVITY_M_S2 * arm.level_kgm * np.sin(q) if axis == 0 else np.zeros(3)
+    passive = weight + subject.stiffness[axis] * (q - subject.rest_rad[axis])
+    low, high = RESISTED_Nm
+    wanted = low + (high - low) * draws[1]
+    if axis == 0:
+        low, high = RESISTED_SHARE
+        wanted = (low + (high - low) * draws[0]) * abs(passive[1])
+    # friction of axis 1 takes about a fifth of its motor's torque
+    room = USABLE * torque_limit[axis] - np.abs(passive).max()
+    return float(np.clip(wanted, 1.0, max(room, 1.0)))
+
+
+def payload_of(trials: list[TherapyTrial], device: TherapyDevice) -> Payload:
+    """The persons' arms on the robot's links."""
+    return arm_payload([trial.arm for trial in trials], device)
+
+
+def arm_payload(arms: list[TherapyArm], device: TherapyDevice) -> Payload:
+    """Arms on the robot's links, the robot adjusted to each."""
+    names = [link.name for link in device.links]
+    count, n = len(arms), len(names)
+    mass, com, inertia = np.zeros((count, n)), np.zeros((count, n, 3)), np.zeros((count, n, 3, 3))
+    for t, arm in enumerate(arms):
+        for body, link in enumerate(LINKS):
+            i = names.index(link)
+            mass[t, i] = arm.mass_kg[body]
+            com[t, i, 2] = -arm.com_m[body]
+            inertia[t, i] = np.diag(arm.inertia_kgm2[body])
+    return Payload(mass, com, inertia, np.array([arm.upper_arm_m for arm in arms]))
+
+
+@dataclass(frozen=True)
+class PassiveLimbs:
+    """``K_s (q - q_0) + tone + b qd`` of T arms, all (T, 5)."""
+
+    k: FloatArray
+    rest_rad: FloatArray
+    tone_Nm: FloatArray
+    damping: FloatArray
+
+    @classmethod
+    def of(cls, trials: list[TherapyTrial]) -> PassiveLimbs:
+        """Of each trial's person in this repetition."""
+        k, rest = np.zeros((len(trials), 5)), np.zeros((len(trials), 5))
+        k[:, :2] = [trial.k for trial in trials]
+        rest[:, :2] = [trial.rest_rad for trial in trials]
+        tone = np.array([trial.subject.tone_Nm for trial in trials])
+        return cls(k, rest, tone, np.array([trial.subject.damping for trial in trials]))
+
+    def __call__(self, q: FloatArray, qd: FloatArray) -> FloatArray:
+        """(..., T, 5)."""
+        return np.asarray(self.elastic(q) + self.beside(qd))
+
+    def elastic(self, q: FloatArray) -> FloatArray:
+        """Stiffness alone."""
+        return np.asarray(self.k * (q - self.rest_rad))
+
+    def beside(self, qd: FloatArray) -> FloatArray:
+        """Tone and velocity-dependent resistance."""
+        return np.asarray(self.tone_Nm + self.damping * qd)
+
+
+def reference_of(trials: list[TherapyTrial], speed_deg_s: float) -> Reference:
+    """What the controller follows and the screen shows."""
+    return reference([trial.movement for trial in trials], speed_deg_s)
+
+
+def samples_of(trials: list[TherapyTrial], asked: Reference) -> Any:
+    """Samples (T,) that a trial may need: the movement in the person's own time, and rest."""
+    pace = np.array([trial.pace for trial in trials])
+    delay = np.array([trial.delay_s for trial in trials])
+    # who leads comes to rest a little after the own plan
+    late = np.where([trial.leads for trial in trials], 0.8, 0.0)
+    seconds = asked.begin_s + delay + asked.duration_s * pace + late + REST_S
+    return np.round(seconds * RATE_HZ).astype(np.int64) + 1
+
+
+def effort_of(
+    trials: list[TherapyTrial],
+    asked: Reference,
+    device: TherapyDevice,
+    samples: int,
+    noisy: bool,
+) -> Effort:
+    """What the persons do, over `samples` samples, those of the run-in included."""
+    rows = np.arange(len(trials))
+    axis, limbs = asked.axis, PassiveLimbs.of(trials)
+    size = asked.size + [trial.miss_rad for trial in trials]
+    plan = replace(
+        asked,
+        size=size,
+        begin_s=asked.begin_s + [trial.delay_s for trial in trials],
+        duration_s=asked.duration_s * [trial.pace for trial in trials],
+    )
+    leads = np.array([trial.leads for trial in trials])
+    modes = np.array([trial.mode for trial in trials])
+    rotor = device.motor_inertia_kgm2[axis]
+    return Effort(
+        plan=plan,
+        leads=leads,
+        share=np.array([trial.share for trial in trials]),
+        stiffness=np.where(leads, np.take(LEAD_STIFFNESS, axis), 0.0),
+        damping=np.where(
+            leads, np.take(LEAD_DAMPING, axis), np.where(modes == ASSIST, FOLLOW_DAMPING, 0.0)
+        ),
+        resistance_Nm=np.array([trial.resistance_Nm for trial in trials]),
+        level_kgm=np.array([trial.arm.level_kgm for trial in trials]),
+        inertia_kgm2=np.array([trial.arm.inertia_level_kgm2 for trial in trials]),
+        felt_kgm2=np.where(leads, FELT_kgm2 + rotor, 0.0),
+        k=limbs.k[rows, axis],
+        rest_rad=limbs.rest_rad[rows, axis],
+        tone_Nm=limbs.tone_Nm[rows, axis],
+        viscosity=limbs.damping[rows, axis],
+        unsteady_Nm=_unsteady(trials, samples, noisy),
+    )
+
+
+#: Inertia of the robot's links about the shoulder, as a person has learned it, kg m^2.
+FELT_kgm2: Final = 1.0
+
+
+def _unsteady(trials: list[TherapyTrial], samples: int, noisy: bool) -> FloatArray:
+    """Slow torques (samples, T, 5) of elevation and horizontal rotation."""
+    torque = np.zeros((samples, len(trials), 5))
+    if noisy:
+        for t, trial in enumerate(trials):
+            torque[:, t, :2] = slow_torque(
+                trial.stream("unsteady"), samples, np.array(FLUCTUATION_Nm), FLUCTUATION_S, RATE_HZ
+            )
+    return torque
