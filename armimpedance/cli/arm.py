@@ -146,4 +146,4 @@ def pipes(given: list[str]) -> tuple[ArmSegment, ...]:
             expected="two of them: mass in kg, length and diameter in m, such as 1.8,0.32,0.10",
         )
     upper, fore = numbers
-    return pipe(UPPER_ARM, *upper), pipe(FOREARM, *fore)
+    return pipe("upper_pipe", UPPER_ARM, *upper), pipe("lower_pipe", FOREARM, *fore)

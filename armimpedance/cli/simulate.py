@@ -7,6 +7,7 @@ Examples:
   armimpedance simulate p5 --subject 2 --out relaxed
   armimpedance simulate body --out walking
   armimpedance simulate elbow-varying --subject 3 --frequency-hz 1.5 --out moving
+  armimpedance simulate therapy --subject P2 --out patient
 
 Experiments of Tsuji (1997): postures (relaxed, 20 hand locations for subject A, 11 for B to D),
 cocontraction (0 to 30 % MVC), force (0.5 to 3 x 9.8 N). The folder also gets truth.json: M, B and
@@ -20,6 +21,11 @@ The elbow in a powered exoskeleton, after Ruiz (2011), subjects 1 to 4, with raw
 posture, random torque), elbow-cocontraction (levels of both muscles), elbow-varying (stiffness goes
 up and down), elbow-calibration (isometric, for the index of co-contraction), elbow-spring,
 elbow-damper, elbow-inertia (a rhythmic movement against a rendered load).
+
+A robot for arm therapy of five axes, after Guidali (2013): therapy (passive, active, half active,
+resistive movements; subjects S1 to S12, and P1 to P7 with neurological problems),
+therapy-calibration (sweeps and holds of the empty robot), therapy-validation (movements of the
+empty robot), therapy-mockup (two pipes for an arm). The folder also gets the robot's drawings.json.
 """
 
 from __future__ import annotations
@@ -35,6 +41,8 @@ if TYPE_CHECKING:
     from manipulandum_sim.truth import Truth
 
 TRUTH_FILE = "truth.json"
+#: Of disturbances, and repetitions of an elbow test.
+SETS = 5
 ELBOW_TESTS = {
     "elbow": "posture",
     **{
@@ -42,7 +50,8 @@ ELBOW_TESTS = {
         for test in ("cocontraction", "varying", "calibration", "spring", "damper", "inertia")
     },
 }
-RIGS = ("p5", "release", "body", *ELBOW_TESTS)
+THERAPY_TESTS = ("therapy", "therapy-calibration", "therapy-validation", "therapy-mockup")
+RIGS = ("p5", "release", "body", *ELBOW_TESTS, *THERAPY_TESTS)
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -50,21 +59,21 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "experiment",
         metavar="RIG|EXPERIMENT",
-        help="postures, cocontraction, force; p5, release, body; elbow, elbow-varying, ...",
+        help="postures, cocontraction, force; p5, release, body; elbow, elbow-varying, ...; "
+        "therapy, ...",
     )
     parser.add_argument("--out", type=Path, required=True, metavar="FOLDER")
     parser.add_argument(
         "--subject",
         metavar="NAME",
         help="A (default) to D; p5, release: 1 (default) or 2; body: A (default) or B; elbow: 1 "
-        "(default) to 4",
+        "(default) to 4; therapy: S1 (default) to S12, P1 to P7",
     )
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument(
         "--sets",
         type=int,
-        default=5,
-        help="sets of 8 disturbances; elbow: repetitions (default: 5)",
+        help="sets of 8 disturbances; elbow: repetitions (default: 5); therapy: the same (3)",
     )
     parser.add_argument("--noise", default="nominal", help="nominal (default), sensor or none")
     parser.add_argument("--disturbance", default="minimum_jerk", metavar="SHAPE")
@@ -98,6 +107,14 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--law", choices=("linear", "saturating"), help="elbow: of stiffness over EMG"
     )
+    parser.add_argument(
+        "--mismatched",
+        action="store_true",
+        help="therapy-validation: heavier, with more friction and stiffer cables than calibrated",
+    )
+    parser.add_argument(
+        "--lowering", action="store_true", help="therapy: the arm is let down again, recorded too"
+    )
     parser.add_argument("--table", choices=("parquet", "csv"), default="parquet")
 
 
@@ -107,12 +124,16 @@ def run(arguments: argparse.Namespace) -> int:
     from armimpedance.cli.inspect import describe
     from armimpedance.cli.progress import bar
     from armimpedance.cli.simulate_elbow import refuse_elbow_options, simulate_elbow_test
+    from armimpedance.cli.simulate_therapy import refuse_therapy_options, simulate_therapy_test
     from armimpedance.errors import InputError
     from manipulandum_sim.experiments import EXPERIMENTS
     from manipulandum_sim.rig import Reflex
     from manipulandum_sim.simulate import simulate
 
     check_seed(arguments.seed)
+    if arguments.experiment in THERAPY_TESTS:
+        return simulate_therapy_test(arguments, arguments.experiment)
+    refuse_therapy_options(arguments)
     if arguments.experiment in ELBOW_TESTS:
         return simulate_elbow_test(arguments, ELBOW_TESTS[arguments.experiment])
     refuse_elbow_options(arguments)
@@ -130,7 +151,7 @@ def run(arguments: argparse.Namespace) -> int:
             arguments.experiment,
             subject=arguments.subject or "A",
             seed=arguments.seed,
-            sets=arguments.sets,
+            sets=SETS if arguments.sets is None else arguments.sets,
             progress=progress,
             disturbance=arguments.disturbance,
             duration_s=0.3 if arguments.duration_s is None else arguments.duration_s,

@@ -35,7 +35,7 @@ def simulate_elbow_test(arguments: argparse.Namespace, test: str) -> int:
     """Simulate, write recording and truth, say what is there."""
     from armimpedance.cli.inspect import describe
     from armimpedance.cli.progress import bar
-    from armimpedance.cli.simulate import write_simulated
+    from armimpedance.cli.simulate import SETS, write_simulated
     from manipulandum_sim.exo_simulate import simulate_elbow
 
     for name, default in _OTHERS_ONLY.items():
@@ -51,7 +51,7 @@ def simulate_elbow_test(arguments: argparse.Namespace, test: str) -> int:
             test,  # type: ignore[arg-type]
             subject=arguments.subject or "1",
             seed=arguments.seed,
-            repetitions=arguments.sets,
+            repetitions=SETS if arguments.sets is None else arguments.sets,
             noise=arguments.noise,
             torque="commanded" if arguments.commanded else "interaction",
             progress=progress,

@@ -23,7 +23,7 @@ _HAND_ONLY: Final = {
     "amplitude_mm": 5.0,
     "servo": None,
     "reflex": None,
-    "sets": 5,
+    "sets": None,
 }
 
 
