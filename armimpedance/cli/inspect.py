@@ -59,12 +59,16 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _checks(recording: Recording) -> list[Check]:
-    """All checks; a joint that nothing disturbed is none the worse for `passive`."""
+    """All checks; a joint that nothing disturbed is none the worse for other commands."""
     from dataclasses import replace
 
     from armimpedance.impedance.delay import check_delay
     from armimpedance.signals.validity import Check, check_recording
 
+    if moves_a_robot(recording):
+        text = "the motors': `robot`, `arm` and `contribution` take such a recording"
+        checked = check_recording(replace(recording, perturbation="stochastic"))
+        return [*checked, Check("torque", "ok", text)]
     checks = [*check_recording(recording), *check_delay(recording), *_emg_checks(recording)]
     if recording.kind != "joint" or "onset_s" in recording.trials:
         return checks
@@ -91,6 +95,11 @@ def _emg_checks(recording: Recording) -> list[Check]:
     ]
 
 
+def moves_a_robot(recording: Recording) -> bool:
+    """Whether it holds the motors' torques of movements, and no disturbance."""
+    return recording.torque == "commanded" and recording.perturbation == "returning"
+
+
 def describe(recording: Recording, title: str) -> str:
     """What is in a recording, as lines of text."""
     from armimpedance.report.numbers import counted
@@ -98,9 +107,12 @@ def describe(recording: Recording, title: str) -> str:
     trials = recording.trials
     seconds = len(recording.time_s) / recording.sample_rate_hz
     axes = "1 axis" if recording.axes == 1 else f"{recording.axes} axes"
+    what = f"{recording.perturbation} perturbation"
+    if moves_a_robot(recording):
+        what = "movements of a robot, torques of its motors"
     lines = [
         title,
-        f"  {recording.kind}, {axes}, {recording.perturbation} perturbation",
+        f"  {recording.kind}, {axes}, {what}",
         f"  {counted(recording.n_trials, 'trial')}, "
         f"{counted(trials['condition'].nunique(), 'condition')}, "
         f"{seconds:.1f} s at {recording.sample_rate_hz:g} Hz",
@@ -137,6 +149,8 @@ def _missing(recording: Recording) -> list[str]:
             missing.append("handle_mass_kg (M will include whatever is held)")
         if subject.upper_arm_m is None or subject.forearm_hand_m is None:
             missing.append("subject.upper_arm_m, forearm_hand_m (needed by 'map --to joint')")
+    elif moves_a_robot(recording):
+        return missing if subject.mass_kg is not None else ["subject.mass_kg (needed by `arm`)"]
     elif recording.perturbation == "stochastic" and recording.torque is None:
         missing.append("torque: interaction or commanded (`elbow` refuses a recording without it)")
     if recording.emg is None:
