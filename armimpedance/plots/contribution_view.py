@@ -1,0 +1,226 @@
+"""The contribution as a therapist sees it: over each movement, with its uncertainty.
+
+A line is the projection over the last half second (`metric.running_contribution`), its band 95 %;
+where it cannot be told it is grey, without a band. At the right of a panel stands the projection
+over the whole movement with its 95 % interval.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from armimpedance.contribution.metric import Contribution, contribution_of, running_contribution
+from armimpedance.errors import InputError
+from armimpedance.plots.style import (
+    OKABE_ITO,
+    TWO_COLUMNS_IN,
+    label_axes,
+    new_axes,
+    new_figure,
+    print_style,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from armimpedance.contribution.arm import PassiveArm
+    from armimpedance.contribution.robot import TherapyRobot
+    from armimpedance.contribution.torques import MovementTorques
+    from armimpedance.records import FloatArray
+
+_ROW_IN: Final = 1.75
+#: Repetitions; more than these begin again.
+_COLORS: Final = tuple(OKABE_ITO[name] for name in ("blue", "vermillion", "green", "purple"))
+_INVALID: Final = "0.72"
+#: Order in which conditions are shown; others follow as they come.
+_ORDER: Final = ("passive", "half_active", "active", "resistive")
+#: A panel shows at least this range, per cent.
+_LEAST_RANGE: Final = (-30.0, 130.0)
+#: Part of a panel's width, at its right, for whole movements.
+_STRIP: Final = 0.2
+
+
+def plot_contribution(
+    torques: MovementTorques,
+    robot: TherapyRobot,
+    arm: PassiveArm,
+    ax: Axes | None = None,
+    *,
+    unrepeatable: bool = False,
+) -> Axes:
+    """Draw one movement's contribution over time, and at the right that of the whole movement.
+
+    Parameters
+    ----------
+    unrepeatable : bool
+        Go on where the passive repetitions of this axis did not agree.
+
+    Raises
+    ------
+    InputError
+        As `metric.contribution_of`.
+    """
+    whole = contribution_of(torques, robot, arm, unrepeatable=unrepeatable)
+    with print_style():
+        ax = new_axes(TWO_COLUMNS_IN, 3.0) if ax is None else ax
+        shown = [_course(ax, torques, robot, arm, whole, _COLORS[0])]
+        _finish(ax, [torques], [whole], _COLORS, shown)
+        name = f"{torques.movement}, {_spoken(torques.condition)}, trial {torques.trial}"
+        ax.set_title(f"{name}: {contribution_text(whole)}", loc="left", fontsize=9)
+        label_axes(ax, "time (s)", "contribution (%)")
+    return ax
+
+
+def plot_feedback(
+    movements: Sequence[MovementTorques],
+    robot: TherapyRobot,
+    arm: PassiveArm,
+    *,
+    unrepeatable: bool = False,
+) -> Figure:
+    """Draw a session: a row a condition, a column a movement, its repetitions in one panel.
+
+    A panel whose contribution is refused says why.
+
+    Parameters
+    ----------
+    movements : sequence of MovementTorques
+    unrepeatable : bool
+        Go on where the passive repetitions of an axis did not agree.
+
+    Raises
+    ------
+    InputError
+        No movements.
+    """
+    if not movements:
+        raise InputError("no movements to draw", expected="one or more")
+    conditions = _in_order(m.condition for m in movements)
+    names = tuple(dict.fromkeys(m.movement for m in movements))
+    figure = new_figure(TWO_COLUMNS_IN, _ROW_IN * len(conditions) + 0.5)
+    with print_style():
+        grid = figure.subplots(len(conditions), len(names), squeeze=False)
+        for row, condition in zip(grid, conditions, strict=True):
+            for ax, name in zip(row, names, strict=True):
+                group = [m for m in movements if (m.condition, m.movement) == (condition, name)]
+                _panel(ax, group, robot, arm, unrepeatable)
+        for ax in grid[:-1].flat:
+            ax.set_xlabel("")
+        for ax in grid[:, 1:].flat:
+            ax.set_ylabel("")
+    return figure
+
+
+def contribution_text(whole: Contribution) -> str:
+    """``52 ± 3 %``: the projection and half of its 95 % interval."""
+    half = float(np.ptp(whole.projection_ci95)) / 2
+    if not whole.projection_valid:
+        return "cannot be told"
+    return f"{whole.projection_percent + 0.0:.0f} ± {max(half, 1.0):.0f} %"
+
+
+def _panel(
+    ax: Axes,
+    group: Sequence[MovementTorques],
+    robot: TherapyRobot,
+    arm: PassiveArm,
+    unrepeatable: bool,
+) -> None:
+    if not group:
+        ax.axis("off")
+        return
+    title = f"{group[0].movement}, {_spoken(group[0].condition)}"
+    try:
+        whole = [contribution_of(m, robot, arm, unrepeatable=unrepeatable) for m in group]
+    except InputError as refused:
+        _say_why(ax, str(refused))
+        ax.set_title(title, loc="left", fontsize=8)
+        return
+    shown = [
+        _course(ax, m, robot, arm, w, _COLORS[i % len(_COLORS)])
+        for i, (m, w) in enumerate(zip(group, whole, strict=True))
+    ]
+    _finish(ax, group, whole, _COLORS, shown)
+    texts = [contribution_text(w).removesuffix(" %") for w in whole]
+    ax.set_title(f"{title}: {', '.join(texts)} %", loc="left", fontsize=8)
+    label_axes(ax, "time (s)", "contribution (%)")
+
+
+def _say_why(ax: Axes, reason: str) -> None:
+    from textwrap import fill
+
+    ax.set(xticks=[], yticks=[])
+    text = fill(f"no contribution: {reason}", 46)
+    ax.text(0.03, 0.9, text, transform=ax.transAxes, va="top", fontsize=7.5, color="0.3")
+
+
+def _course(
+    ax: Axes,
+    torques: MovementTorques,
+    robot: TherapyRobot,
+    arm: PassiveArm,
+    whole: Contribution,
+    color: str,
+) -> FloatArray:
+    """Line and band of one movement; the range (2,) of what can be told."""
+    running = running_contribution(torques, robot, arm)
+    time = running.time_s - running.time_s[0]
+    # the movement's own t factor: stiffness and its spread come from few repetitions
+    factor = float(np.ptp(whole.projection_ci95)) / 2 / whole.projection_sd
+    told = np.where(running.valid, running.percent, np.nan)
+    half = factor * running.sd
+    ax.plot(time, running.percent, color=_INVALID, lw=0.9, zorder=1.5)
+    ax.fill_between(time, told - half, told + half, color=color, alpha=0.18, lw=0)
+    ax.plot(time, told, color=color, lw=1.3)
+    if not running.valid.any():
+        return np.array([np.nan, np.nan])
+    return np.array([np.nanmin(told - half), np.nanmax(told + half)])
+
+
+def _finish(
+    ax: Axes,
+    group: Sequence[MovementTorques],
+    whole: Sequence[Contribution],
+    colors: Sequence[str],
+    shown: Sequence[FloatArray],
+) -> None:
+    """Whole movements at the right, lines of 0 and 100 %, limits."""
+    end = max(float(m.time_s[-1] - m.time_s[0]) for m in group)
+    width = _STRIP / (1 - _STRIP) * end
+    places = end + width * (np.arange(len(whole)) + 1) / (len(whole) + 1)
+    for i, (place, w) in enumerate(zip(places, whole, strict=True)):
+        color = colors[i % len(colors)] if w.projection_valid else _INVALID
+        half = float(np.ptp(w.projection_ci95)) / 2
+        ax.errorbar(
+            place, w.projection_percent, half, fmt="o", ms=4.5, color=color, elinewidth=1.4,
+            capsize=2.5,
+        )  # fmt: skip
+    ax.axvline(end, color="0.6", lw=0.6)
+    for level, style in ((0.0, "-"), (100.0, (0, (5, 2)))):
+        ax.axhline(level, color="0.35", lw=0.8, ls=style, zorder=1)
+    ax.set_xlim(0, end + width)
+    ax.set_ylim(_limits(whole, shown))
+    ticks = [t for t in ax.get_xticks() if 0 <= t <= end]
+    ax.set_xticks(ticks)
+
+
+def _limits(whole: Sequence[Contribution], shown: Sequence[FloatArray]) -> tuple[float, float]:
+    """Whole movements and whatever can be told, a little wider than either."""
+    ends = [e for w in whole if w.projection_valid for e in w.projection_ci95]
+    values = np.array([*_LEAST_RANGE, *ends, *(x for pair in shown for x in pair)])
+    low, high = float(np.nanmin(values)), float(np.nanmax(values))
+    return low - 0.04 * (high - low), high + 0.04 * (high - low)
+
+
+def _in_order(conditions: object) -> tuple[str, ...]:
+    found = tuple(dict.fromkeys(conditions))  # type: ignore[call-overload]
+    known = [c for c in _ORDER if c in found]
+    return (*known, *(c for c in found if c not in _ORDER))
+
+
+def _spoken(condition: str) -> str:
+    return condition.replace("_", " ")
