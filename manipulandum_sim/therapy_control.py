@@ -43,12 +43,14 @@ ASSIST_D: Final = np.array([40.0, 25.0, 0.0, 0.0, 0.0])
 #: Angle over which the assistance's damping fades in, rad.
 FADE_RAD: Final = float(np.deg2rad(0.5))
 
-COMPENSATED: Final = 0.97
-VISCOUS_COMPENSATED: Final = 0.90
+COMPENSATED: Final = 0.98
+VISCOUS_COMPENSATED: Final = 0.97
 #: v_0 and the bias, rad/s.
 REST_rad_s: Final = float(np.deg2rad(2.0))
 BIAS_rad_s: Final = float(np.deg2rad(4.0))
-#: Distance from the target over which the bias fades, rad.
+#: Time over which the bias of a free person fades in, s, and distance from the target over which
+#: it fades out, rad.
+GOING_S: Final = 0.2
 NEAR_RAD: Final = float(np.deg2rad(2.0))
 #: Speed of a reference at which the friction under position control is whole, rad/s.
 FOLLOWED_rad_s: Final = float(np.deg2rad(0.3))
@@ -92,6 +94,8 @@ class TherapyController:
         POSITION, ASSIST or FREE, of the moving axis.
     integral : (T, 5)
         Nm.
+    held, assisted : (T, 5) bool
+        Axes under position control, and with assistance.
     """
 
     model: TherapyDevice
@@ -100,44 +104,34 @@ class TherapyController:
     reference: Reference
     mode: Any
     integral: FloatArray
+    held: Any
+    assisted: Any
 
     @classmethod
     def of(
         cls, model: TherapyDevice, upper_arm_m: FloatArray, reference: Reference, mode: Any
     ) -> TherapyController:
         """Adjusted to upper arms (T,), before a run."""
-        trials = len(upper_arm_m)
+        trials, mode = len(upper_arm_m), np.asarray(mode)
+        moving = np.arange(model.n_axes) == np.asarray(reference.axis)[:, None]
         return cls(
             model,
             model.chain(upper_arm_m),
             model.moments(trials),
             reference,
-            np.asarray(mode),
-            np.zeros((trials, model.n_axes)),
+            mode,
+            integral=np.zeros((trials, model.n_axes)),
+            held=~moving | (mode == POSITION)[:, None],
+            assisted=moving & (mode == ASSIST)[:, None],
         )
 
     def __call__(self, k: int, q: FloatArray, qd: FloatArray) -> FloatArray:
         """Motor torques (T, 5) from measured angles and velocities (T, 5)."""
         time = k / RATE_HZ
         wanted = self.reference.at(time)
-        held = self._held
-        torque = np.where(held, self._follow(q, qd, wanted), 0.0)
-        torque += np.where(self._assisted, self._assist(q, qd, wanted), 0.0)
+        torque = np.where(self.held, self._follow(q, qd, wanted), 0.0)
+        torque += np.where(self.assisted, self._assist(q, qd, wanted), 0.0)
         return torque + self._robot(time, q, qd, wanted)
-
-    @property
-    def _moving(self) -> Any:
-        mask = np.zeros(self.integral.shape, dtype=bool)
-        mask[np.arange(len(mask)), self.reference.axis] = True
-        return mask
-
-    @property
-    def _held(self) -> Any:
-        return ~self._moving | (self.mode == POSITION)[:, None]
-
-    @property
-    def _assisted(self) -> Any:
-        return self._moving & (self.mode == ASSIST)[:, None]
 
     def _follow(self, q: FloatArray, qd: FloatArray, wanted: tuple[FloatArray, ...]) -> FloatArray:
         behind, slow = wanted[0] - q, wanted[1] - qd
@@ -159,7 +153,7 @@ class TherapyController:
         self, time: float, q: FloatArray, qd: FloatArray, wanted: tuple[FloatArray, ...]
     ) -> FloatArray:
         """What the model says that the robot needs; its inertia only where it is held."""
-        held, model = self._held, self.model
+        held, model = self.held, self.model
         acceleration = np.where(held, wanted[2], 0.0)
         rigid = inverse_dynamics(self.chain, self.bodies, q.T, np.zeros_like(q.T), acceleration.T)
         rotors = model.motor_inertia_kgm2 * acceleration
@@ -173,14 +167,14 @@ class TherapyController:
         biased = qd + self._bias(time, q, wanted[1])
         sensed = COMPENSATED * law.coulomb * friction_share(biased)
         sensed += VISCOUS_COMPENSATED * law.viscous * qd
-        return np.where(self._held, planned, sensed)
+        return np.where(self.held, planned, sensed)
 
     def _bias(self, time: float, q: FloatArray, planned: FloatArray) -> FloatArray:
         """Added to a measured velocity: the reference's, or towards the target once one may go."""
         plan = self.reference
         size = plan.size[:, None]
         left = (plan.start + size - q) * np.sign(size)
-        begun = (time >= plan.begin_s)[:, None]
+        begun = np.clip((time - plan.begin_s) / GOING_S, 0.0, 1.0)[:, None]
         goal = np.sign(size) * BIAS_rad_s * np.clip(left / NEAR_RAD, 0.0, 1.0) * begun
         free = (self.mode == FREE)[:, None]
         return np.where(free, goal, np.clip(planned, -BIAS_rad_s, BIAS_rad_s))

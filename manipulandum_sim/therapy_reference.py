@@ -14,8 +14,6 @@ from armimpedance.records import FloatArray
 SPEED_deg_s: Final = 20.0
 #: Rest before and after a movement, s.
 REST_S: Final = 0.5
-#: Seconds in which a constant speed is reached.
-RAMP_S: Final = 0.6
 
 
 @dataclass(frozen=True)
@@ -81,7 +79,7 @@ class Reference:
         Signed, rad.
     begin_s, duration_s : (T,)
         Of the movement, on the clock of the record.
-    ramp_s : float
+    ramp_s : (T,)
         0: minimum jerk. Else constant speed between two ramps of this length.
     """
 
@@ -90,13 +88,22 @@ class Reference:
     size: FloatArray
     begin_s: FloatArray
     duration_s: FloatArray
-    ramp_s: float = 0.0
+    ramp_s: FloatArray
 
     def course(self, time_s: float) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Displacement of the moving axis and its two derivatives, each (T,)."""
         since = time_s - self.begin_s
-        if self.ramp_s:
-            return self._cruise(since)
+        smooth = self._minimum_jerk(since)
+        cruises = self.ramp_s > 0
+        if not cruises.any():
+            return smooth
+        steady = self._cruise(since)
+        place, speed, acceleration = (
+            np.where(cruises, a, b) for a, b in zip(steady, smooth, strict=True)
+        )
+        return place, speed, acceleration
+
+    def _minimum_jerk(self, since: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         x = np.clip(since / self.duration_s, 0.0, 1.0)
         rate = self.size / self.duration_s
         place = self.size * (x * x * x * (10 + x * (6 * x - 15)))
@@ -105,13 +112,11 @@ class Reference:
 
     def _cruise(self, since: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Up to speed over one ramp, down over another: two smooth steps of the velocity."""
-        speed, (up, down) = self.size / (self.duration_s - self.ramp_s), self.ramps(since)
-        place, velocity, acceleration = (a - b for a, b in zip(_step(up), _step(down), strict=True))
-        return speed * self.ramp_s * place, speed * velocity, speed / self.ramp_s * acceleration
-
-    def ramps(self, since: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """How far the ramps at the beginning and at the end are done, in ramps, each (T,)."""
-        return since / self.ramp_s, (since - self.duration_s + self.ramp_s) / self.ramp_s
+        ramp = np.where(self.ramp_s > 0, self.ramp_s, 1.0)
+        speed = self.size / (self.duration_s - ramp)
+        up, down = _step(since / ramp), _step((since - self.duration_s) / ramp + 1)
+        place, velocity, acceleration = (a - b for a, b in zip(up, down, strict=True))
+        return speed * ramp * place, speed * velocity, speed / ramp * acceleration
 
     def at(self, time_s: float) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Angles, rates and accelerations of all axes, each (T, 5)."""
@@ -155,4 +160,5 @@ def reference(
         size=size,
         begin_s=np.full(len(movements), rest_s),
         duration_s=np.abs(size) / np.deg2rad(speed_deg_s),
+        ramp_s=np.zeros(len(movements)),
     )

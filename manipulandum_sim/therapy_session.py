@@ -46,7 +46,7 @@ SPEED_SHARE: Final = 0.05
 #: What is true of each trial; see `TherapyTruth`.
 _MEASURES: Final = ("contribution", "contribution_elastic", "projection", "cancellation")
 #: Trials that go through the plant together, at most: bounds the memory.
-BATCH: Final = 140
+BATCH: Final = 210
 
 
 def simulate_therapy(
@@ -101,7 +101,7 @@ def simulate_therapy(
     -------
     (Recording, TherapyTruth)
         `onset_s` and `end_s` are the reference's; of a person who moves freely, the first and last
-        instant at which the true speed is at least `SPEED_SHARE` of its peak.
+        instant about the true speed's peak at which it is at least `SPEED_SHARE` of that.
 
     Raises
     ------
@@ -339,9 +339,13 @@ def _columns(motion: Motion, rows: slice) -> Motion:
 
 
 def _moving(qd: FloatArray, axis: Any, needed: Any) -> tuple[IntArray, IntArray]:
-    """First and last sample (T,) at which an axis is faster than a share of its peak."""
+    """First and last sample (T,) about the peak at which an axis is faster than a share of it."""
     samples, trials = qd.shape[:2]
     speed = np.abs(qd[:, np.arange(trials), axis])
     speed[np.arange(samples)[:, None] >= needed] = 0.0
-    fast = speed >= SPEED_SHARE * speed.max(axis=0)
-    return fast.argmax(axis=0), samples - 1 - fast[::-1].argmax(axis=0)
+    peak = speed.argmax(axis=0)
+    slow = speed < SPEED_SHARE * speed.max(axis=0)
+    index = np.arange(samples)[:, None]
+    first = np.where(slow & (index < peak), index, -1).max(axis=0) + 1
+    last = np.where(slow & (index > peak), index, samples).min(axis=0) - 1
+    return first, last
