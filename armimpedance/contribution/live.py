@@ -117,7 +117,7 @@ class LiveContribution:
     sample_rate_hz : float
     window_s : float
         Of the running view.
-    unidentified : bool
+    unrepeatable : bool
         Go on where the passive repetitions of this axis did not agree.
 
     Raises
@@ -134,7 +134,7 @@ class LiveContribution:
         sample_rate_hz: float,
         *,
         window_s: float = WINDOW_S,
-        unidentified: bool = False,
+        unrepeatable: bool = False,
     ) -> None:
         from armimpedance.contribution.rigid import arm_bodies, robot_bodies
 
@@ -147,7 +147,7 @@ class LiveContribution:
             )
         self._robot = robot.adjusted_to(arm.upper_arm_m)
         self._arm, self._axis, self._rate = arm, axis, sample_rate_hz
-        self._elastic = usable_elastic(arm, robot.axes[axis], unidentified=unidentified)
+        self._elastic = usable_elastic(arm, robot.axes[axis], unrepeatable=unrepeatable)
         self._law = error_law(robot, arm, robot.axes[axis], sample_rate_hz)
         self._own, self._carried = robot_bodies(self._robot), arm_bodies(self._robot, arm)
         self._theta = robot.identified.theta

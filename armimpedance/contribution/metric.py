@@ -202,7 +202,7 @@ class Labels:
 
 
 def contribution_of(
-    torques: MovementTorques, robot: TherapyRobot, arm: PassiveArm, *, unidentified: bool = False
+    torques: MovementTorques, robot: TherapyRobot, arm: PassiveArm, *, unrepeatable: bool = False
 ) -> Contribution:
     """A person's share in one movement, with standard errors.
 
@@ -212,7 +212,7 @@ def contribution_of(
     robot : TherapyRobot
         Identified.
     arm : PassiveArm
-    unidentified : bool
+    unrepeatable : bool
         Go on where the passive repetitions of this axis did not agree.
 
     Raises
@@ -221,7 +221,7 @@ def contribution_of(
         No motor torque, an axis on which the arm is no load, or an axis whose passive stiffness
         was not measured or did not repeat.
     """
-    elastic = usable_elastic(arm, torques.axis_name, unidentified=unidentified)
+    elastic = usable_elastic(arm, torques.axis_name, unrepeatable=unrepeatable)
     law = error_law(robot, arm, torques.axis_name, torques.sample_rate_hz)
     rows = movement_rows(torques, float(robot.torque_limit_Nm[torques.axis]))
     labels = Labels(
@@ -297,7 +297,7 @@ def window_samples(window_s: float, sample_rate_hz: float) -> int:
     return round(window_s * sample_rate_hz)
 
 
-def usable_elastic(arm: PassiveArm, axis_name: str, *, unidentified: bool) -> Elastic:
+def usable_elastic(arm: PassiveArm, axis_name: str, *, unrepeatable: bool) -> Elastic:
     """The axis' passive stiffness.
 
     Raises
@@ -306,7 +306,7 @@ def usable_elastic(arm: PassiveArm, axis_name: str, *, unidentified: bool) -> El
         It was not measured, or its repetitions are too different.
     """
     elastic = arm.elastic_of(axis_name)
-    if not (elastic.repeatable or unidentified):
+    if not (elastic.repeatable or unrepeatable):
         raise InputError(
             f"subject {arm.subject}: axis {axis_name} has no passive model, {elastic.verdict}",
             expected="passive repetitions that agree",

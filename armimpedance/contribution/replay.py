@@ -59,7 +59,7 @@ def replay(
     arm: PassiveArm,
     *,
     window_s: float = WINDOW_S,
-    unidentified: bool = False,
+    unrepeatable: bool = False,
 ) -> LiveReport:
     """Play every trial to the live form, time each update, compare with the recorded form.
 
@@ -80,11 +80,11 @@ def replay(
                 torques.axis,
                 recording.sample_rate_hz,
                 window_s=window_s,
-                unidentified=unidentified,
+                unrepeatable=unrepeatable,
             )
         one = live[torques.axis]
         samples, spent = _play(recording, row, torques, one)
-        whole = contribution_of(torques, robot, arm, unidentified=unidentified)
+        whole = contribution_of(torques, robot, arm, unrepeatable=unrepeatable)
         movements.append(one.movement())
         difference, differ = _compare(samples, torques, robot, arm, window_s)
         differences += [difference, _movement_difference(movements[-1], whole)]

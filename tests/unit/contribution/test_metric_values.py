@@ -200,7 +200,7 @@ def test_an_axis_that_does_not_repeat_is_refused_unless_one_insists():
     seen = helping(motion("horizontal"), arm, 0.5)
     with pytest.raises(InputError, match="too different"):
         contribution_of(seen, bench_robot(), arm)
-    found = contribution_of(seen, bench_robot(), arm, unidentified=True)
+    found = contribution_of(seen, bench_robot(), arm, unrepeatable=True)
     assert found.projection_percent == pytest.approx(50)
 
 
