@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, Final
 
 import numpy as np
 
 from armimpedance.contribution.robot import TherapyRobot
-from armimpedance.contribution.smooth import WIDTH_S, SmoothTrial, smooth_trials
+from armimpedance.contribution.smooth import WIDTH_S, SmoothTrial, kernels_for, smooth_trials
 from armimpedance.errors import InputError, RecordError
 from armimpedance.records import FloatArray, IntArray, Recording, frozen_array
+from armimpedance.regression.fit import Fit
 
 #: After the kernel (-3 dB near 9 Hz) samples at this distance carry all there is, s.
 EVERY_S: Final = 0.01
@@ -87,6 +89,26 @@ def steady_parts(
     )
 
 
+def white_sd(found: Fit) -> FloatArray:
+    """Standard errors (p,) of a fit to steady parts whose torque noise was white.
+
+    The textbook's, times what the kernel makes neighbouring samples repeat each other.
+    """
+    inverse = np.linalg.inv(found.triangle)
+    sd = found.residual_sd * np.sqrt((inverse**2).sum(axis=1))
+    return np.asarray(sd * np.sqrt(_repeats()))
+
+
+@lru_cache(maxsize=1)
+def _repeats() -> float:
+    """Sum of the autocorrelation that the kernel gives to samples `EVERY_S` apart."""
+    weights = kernels_for(1000.0).smooth
+    correlation = np.correlate(weights, weights, mode="full")
+    middle, every = len(weights) - 1, round(1000.0 * EVERY_S)
+    lags = correlation[middle % every :: every]
+    return float(lags.sum() / correlation[middle])
+
+
 def _check_table(recording: Recording, rows: IntArray, n_axes: int) -> None:
     table = recording.trials
     for column in ("axis", "onset_s", "end_s"):
@@ -116,6 +138,13 @@ def _part(recording: Recording, smooth: SmoothTrial, bodies: Any, hold: bool) ->
             expected=f"{WIDTH_S + _LEAST_SAMPLES * EVERY_S:g} s or more between onset_s and end_s",
         )
     q, qd, qdd, motor = thin
+    speed = np.abs(qd.mean(axis=0))
+    if not hold and int(np.argmax(speed)) != axis:
+        raise InputError(
+            f"trial {trial}: a sweep of axis {axis + 1} in which axis {int(np.argmax(speed)) + 1} "
+            "moves fastest",
+            column="axis",
+        )
     # friction + cables + spring (S,) = tau_motor - (M qdd + C qd + G), of the robot alone
     load = motor[:, axis] - bodies.torque(q, qd, qdd)[:, axis]
     raw = recording.position[recording.samples_of(smooth.row), axis]

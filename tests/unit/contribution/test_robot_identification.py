@@ -12,7 +12,6 @@ from armimpedance.contribution.calibrate import identify_robot
 from armimpedance.contribution.checks import check_recording
 from armimpedance.contribution.rigid import robot_bodies
 from armimpedance.contribution.robot import (
-    SPRING_TERMS,
     Loads,
     TherapyRobot,
     load_torque,
@@ -159,3 +158,230 @@ def exact():
 
 def test_without_noise_the_truth_comes_back(exact):
     assert np.allclose(exact.robot.identified.theta, truth().identified.theta, rtol=1e-3, atol=1e-3)
+
+
+def test_with_noise_the_truth_lies_within_the_errors(nominal):
+    loads, true = nominal.robot.identified, truth().identified
+    sd = np.sqrt(np.diag(loads.covariance))
+    error = np.abs(loads.theta - true.theta)
+    assert (error <= 5 * sd + 1e-12).all()
+    assert (sd[:2] > 0).all()
+    assert (loads.theta[sd == 0] == 0).all()
+
+
+def test_intervals_cover_the_truth_about_as_often_as_they_say():
+    true = {}
+    for axis, (coulomb, viscous, k, rest) in enumerate(TABLE_3, start=1):
+        true |= {("tau_c", axis): coulomb, ("k_v", axis): viscous / DEG}
+        true |= {("k_c", axis): k / DEG, ("q_c", axis): rest * DEG}
+    true |= {(f"c_{k}", 1): SPRING[k] for k in range(3)}
+    inside = []
+    for seed in range(100, 112):
+        for p in identify_robot(calibration(seed=seed), bench()).summary.parameters:
+            low, high = p.ci95
+            inside.append(low <= true[p.name, p.joint] <= high)
+    # 156 intervals, but those of one session and axis hang together: count a third of them
+    expected, sd = 0.95, np.sqrt(0.95 * 0.05 / (len(inside) / 3))
+    assert np.mean(inside) > expected - 3 * sd
+
+
+def test_the_static_range_is_left_out(nominal):
+    for axis in nominal.axes:
+        used = {round(float(np.rad2deg(p.speed_rad_s)), 2) for p in axis.points if p.used}
+        assert used == {4.0, 10.0, 25.0, 60.0}
+        assert np.rad2deg(axis.static_range_rad_s) == pytest.approx(1.0, rel=1e-3)
+
+
+def test_without_a_static_range_every_speed_is_used(exact):
+    assert all(p.used for axis in exact.axes for p in axis.points)
+    assert all(axis.static_range_rad_s == 0 for axis in exact.axes)
+
+
+def test_the_law_is_odd_and_complete_at_the_lowest_speed_used(nominal):
+    for axis in nominal.axes:
+        v = np.linspace(-1, 1, 41)
+        assert np.array_equal(axis.friction(v), -axis.friction(-v))
+        lowest = axis.lowest_used_rad_s
+        coulomb, viscous = axis.fit.parameters[:2]
+        assert axis.friction(np.array(lowest)) == pytest.approx(
+            coulomb + viscous * lowest, rel=2e-3
+        )
+
+
+def test_friction_at_every_speed_used_lies_on_the_law(nominal):
+    for axis in nominal.axes:
+        for point in axis.points:
+            if point.used:
+                law = float(axis.friction(np.array(point.speed_rad_s)))
+                assert point.friction_Nm == pytest.approx(law, rel=0.02)
+
+
+def test_friction_that_is_not_odd_is_said_with_numbers(nominal):
+    def said(found):
+        return [n for n in found.notes if "not odd" in n]
+
+    assert said(nominal) == []
+    notes = said(identify_robot(calibration(even=2.0), bench()))
+    assert len(notes) == 3
+    assert "half difference 2 +-" in notes[2]
+
+
+def test_stiction_is_half_the_difference_of_both_approaches(nominal):
+    spring = nominal.spring
+    assert ((spring.stiction_Nm > 6) & (spring.stiction_Nm < 8.2)).all()
+    weightless = SPRING[0] + SPRING[1] * spring.angle_rad + SPRING[2] * spring.angle_rad**2
+    assert np.abs(spring.spring_Nm - weightless).max() < 1.0
+
+
+def test_holds_that_disagree_with_the_sweeps_are_said(nominal):
+    assert not any("between holds and sweeps" in n for n in nominal.notes)
+    recording = calibration()
+    holds = recording.trials["condition"] == "hold"
+    moved = recording.force.copy()
+    for row in np.flatnonzero(holds):
+        moved[recording.samples_of(row), 0] -= 3.0
+    notes = identify_robot(replace(recording, force=moved), bench()).notes
+    assert any("between holds and sweeps, by 3" in n or "by 2.9" in n for n in notes)
+
+
+def test_an_axis_without_cables_has_no_equilibrium():
+    loads = truth().identified
+    theta = loads.theta.copy()
+    theta[10:12] = 0.0
+    found = identify_robot(calibration(bench(replace(loads, theta=theta))), bench())
+    (rest,) = (p for p in found.summary.parameters if (p.name, p.joint) == ("q_c", 3))
+    assert np.isnan(rest.value)
+    assert any("axis 3: no cable stiffness" in note for note in found.notes)
+
+
+def without(recording, rows):
+    return recording.select(~np.asarray(rows))
+
+
+def test_one_direction_only_is_refused():
+    recording = calibration()
+    table = recording.trials
+    sweeps = (table["axis"] == 2) & (table["velocity_deg_s"] < 0)
+    with pytest.raises(InputError, match="axis 2: sweeps in one direction only"):
+        identify_robot(without(recording, sweeps), bench())
+    with pytest.raises(InputError, match="held from both directions"):
+        identify_robot(without(recording, table["approach"] == -1), bench())
+
+
+def test_too_few_speeds_above_the_static_range_are_refused():
+    with pytest.raises(InputError, match="axis 1: fewer than 3 of 4 speeds"):
+        identify_robot(calibration(speeds=(0.1, 0.3, 0.6, 10.0)), bench())
+    with pytest.raises(InputError, match="fewer than 3 of 2 speeds"):
+        identify_robot(calibration(speeds=(10.0, 30.0)), bench())
+
+
+def test_a_calibration_without_an_axis_or_without_holds_is_refused():
+    recording = calibration()
+    with pytest.raises(InputError, match="no sweeps of axis 2"):
+        identify_robot(without(recording, recording.trials["axis"] == 2), bench())
+    with pytest.raises(InputError, match="0 of 0 angles"):
+        identify_robot(without(recording, recording.trials["condition"] == "hold"), bench())
+
+
+@pytest.mark.parametrize(
+    ("column", "value", "words"),
+    [
+        ("axis", 4, "whole number from 1 to 3"),
+        ("axis", 2, "in which axis 1 moves fastest"),
+        ("end_s", 0.1, "a steady part of"),
+        ("onset_s", np.nan, "need this of every trial"),
+    ],
+)
+def test_a_wrong_trial_table_is_one_clear_line(column, value, words):
+    recording = calibration()
+    table = recording.trials.copy()
+    table.loc[0, column] = value
+    with pytest.raises(InputError, match=words) as caught:
+        identify_robot(replace(recording, trials=table), bench())
+    assert "\n" not in str(caught.value)
+
+
+def session_of_movements(robot=None, **given):
+    session = Session(robot or truth(), **{"static": 0.0, **given})
+    for start, end in (([0.2, 0.0, 0.1], [1.8, 1.5, 1.9]), ([1.9, 1.6, 1.8], [0.3, -0.5, 0.4])):
+        session.reach(np.array(start), np.array(end))
+    return session.recording()
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"torque": "interaction"}, "'commanded'"),
+        ({"torque": None}, "does not say what its torques are"),
+        ({"force": lambda r: 1000 * r.force}, "mNm rather than Nm"),
+        ({"force": lambda r: r.force / 1000}, "is the unit right"),
+        ({"force": lambda r: 0 * r.force}, "all zero"),
+        ({"force": lambda r: r.force * [1, 0, 1]}, "axis 2 moves with a motor torque of zero"),
+        ({"force": lambda r: -r.force}, "other sign"),
+        ({"position": lambda r: np.rad2deg(r.position)}, "degrees"),
+        ({"position": lambda r: r.position - [1.0, 0, 0]}, "range of axis 1"),
+    ],
+)
+def test_what_this_robot_cannot_have_recorded_is_one_clear_line(changes, words):
+    recording = session_of_movements()
+    check_recording(recording, truth())
+    made = {k: v(recording) if callable(v) else v for k, v in changes.items()}
+    with pytest.raises(InputError, match=words) as caught:
+        check_recording(replace(recording, **made), truth())
+    assert "\n" not in str(caught.value)
+
+
+def test_a_recording_of_other_axes_is_refused():
+    recording = session_of_movements()
+    fewer = replace(recording, position=recording.position[:, :2], force=recording.force[:, :2])
+    with pytest.raises(InputError, match="a recording of 2 axes"):
+        check_recording(fewer, truth())
+
+
+def test_a_matched_robot_explains_its_movements_and_a_bad_one_less():
+    recording = session_of_movements()
+    good = validate_robot(recording, truth())
+    # what is left is the noise after the kernel
+    assert all(a.r2 > 0.99 and a.rms_Nm < 0.1 for a in good)
+    loads = truth().identified
+    bad = bench(replace(loads, theta=0.5 * loads.theta))
+    assert all(a.r2 > b.r2 for a, b in zip(good, validate_robot(recording, bad), strict=True))
+
+
+def test_the_errors_of_a_validation_are_the_sources_sums():
+    recording = session_of_movements(noise=0.0)
+    shifted = recording.force - [2.0, 0.0, 0.0]
+    first, second, _ = validate_robot(replace(recording, force=shifted), truth())
+    assert first.rms_Nm == pytest.approx(2.0, abs=0.01)
+    assert second.rms_Nm < 0.01
+    spread = np.var(recording.force[50:-50, 0])
+    assert first.r2 == pytest.approx(1 - 4.0 / spread, abs=0.02)
+
+
+def test_slow_samples_are_left_out_of_the_second_numbers():
+    recording = session_of_movements(static=0.5)
+    for axis in validate_robot(recording, truth()):
+        assert axis.moving_share < 1
+        assert axis.moving_rms_Nm < axis.rms_Nm
+
+
+def test_what_was_fitted_is_no_validation():
+    with pytest.raises(InputError, match="sweeps and holds only"):
+        validate_robot(calibration(), truth())
+    with pytest.raises(InputError, match="armimpedance robot"):
+        validate_robot(session_of_movements(), bench())
+
+
+def test_the_same_recording_gives_the_same_bits(nominal):
+    again = identify_robot(calibration(), bench()).robot.identified
+    assert np.array_equal(again.theta, nominal.robot.identified.theta)
+    assert np.array_equal(again.covariance, nominal.robot.identified.covariance)
+
+
+def test_a_longer_arm_is_taken_from_the_recording():
+    longer = truth().adjusted_to(0.36)
+    recording = calibration(longer, noise=0.0, static=0.0)
+    told = replace(recording, subject=Subject("empty", upper_arm_m=0.36))
+    found = identify_robot(told, bench()).robot
+    assert np.allclose(found.identified.theta, truth().identified.theta, rtol=1e-3, atol=1e-3)
+    assert found.upper_arm_m == bench().upper_arm_m
