@@ -12,6 +12,7 @@ from armimpedance.contribution.arm import MASS_SD, ArmSegment, Elastic, PassiveA
 from armimpedance.contribution.axis_stiffness import AxisFit, fit_axis
 from armimpedance.contribution.checks import check_recording
 from armimpedance.contribution.movements import elastic_torque, movement_torques
+from armimpedance.contribution.repeatability import LARGEST_SCATTER_NM, LARGEST_SHARE
 from armimpedance.contribution.robot import Loads, TherapyRobot
 from armimpedance.contribution.torques import MovementTorques
 from armimpedance.errors import InputError
@@ -329,10 +330,11 @@ def _warnings(
 def _drift(group: Sequence[MovementTorques], found: AxisFit) -> str:
     """A support that rises or falls from one repetition to the next by more than is expected."""
     support = np.array([m.support.mean() for m in group])
-    steps = np.diff(support)
+    steps, whole = np.diff(support), abs(float(support[-1] - support[0]))
     middle = np.array([np.mean([m.q.mean() for m in group]), 1.0])
-    usual = float(np.sqrt(2 * middle @ found.scatter.expected @ middle))
-    if not ((steps > 0).all() or (steps < 0).all()) or abs(support[-1] - support[0]) < 3 * usual:
+    usual = 3 * float(np.sqrt(2 * middle @ found.scatter.expected @ middle))
+    one_way = (steps > 0).all() or (steps < 0).all()
+    if not one_way or whole < max(usual, LARGEST_SCATTER_NM, LARGEST_SHARE * found.arm_rms_Nm):
         return ""
     return (
         f"{group[0].movement}: the support goes from {support[0]:.3g} to {support[-1]:.3g} Nm over "
