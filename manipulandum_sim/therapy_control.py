@@ -5,7 +5,8 @@ All of them add what the robot itself needs, by a model of it that is about one 
 - position: the reference is followed (proportional, integral, derivative);
 - assist: one-sided. Only an axis that is below its reference is pushed, and only upwards; ahead of
   the reference the person is free, beyond the target a soft stop waits;
-- free: nothing else. The person's own timing.
+- free: nothing else. The person's own timing. The robot's inertia is left to the person, as in the
+  source, unless a share of it is compensated from the measured acceleration.
 
 The axes that do not move are held by the position controller throughout.
 
@@ -54,6 +55,8 @@ GOING_S: Final = 0.2
 NEAR_RAD: Final = float(np.deg2rad(2.0))
 #: Speed of a reference at which the friction under position control is whole, rad/s.
 FOLLOWED_rad_s: Final = float(np.deg2rad(0.3))
+#: Low-pass of the acceleration from which inertia is compensated, first order, Hz.
+ACCELERATION_HZ: Final = 5.0
 #: Sd of the model's parameters about the truth.
 MODEL_SD: Final = 0.01
 
@@ -96,6 +99,10 @@ class TherapyController:
         Nm.
     held, assisted : (T, 5) bool
         Axes under position control, and with assistance.
+    inertia_share : (T, 5)
+        Of the robot's inertia that is compensated, where the person is free.
+    last_rate, sensed : (T, 5)
+        The velocity one sample ago, rad/s, and the acceleration, rad/s^2.
     """
 
     model: TherapyDevice
@@ -106,10 +113,18 @@ class TherapyController:
     integral: FloatArray
     held: Any
     assisted: Any
+    inertia_share: FloatArray
+    last_rate: FloatArray
+    sensed: FloatArray
 
     @classmethod
     def of(
-        cls, model: TherapyDevice, upper_arm_m: FloatArray, reference: Reference, mode: Any
+        cls,
+        model: TherapyDevice,
+        upper_arm_m: FloatArray,
+        reference: Reference,
+        mode: Any,
+        inertia_share: float = 0.0,
     ) -> TherapyController:
         """Adjusted to upper arms (T,), before a run."""
         trials, mode = len(upper_arm_m), np.asarray(mode)
@@ -123,6 +138,9 @@ class TherapyController:
             integral=np.zeros((trials, model.n_axes)),
             held=~moving | (mode == POSITION)[:, None],
             assisted=moving & (mode == ASSIST)[:, None],
+            inertia_share=inertia_share * (moving & (mode == FREE)[:, None]),
+            last_rate=np.zeros((trials, model.n_axes)),
+            sensed=np.zeros((trials, model.n_axes)),
         )
 
     def __call__(self, k: int, q: FloatArray, qd: FloatArray) -> FloatArray:
@@ -154,7 +172,10 @@ class TherapyController:
     ) -> FloatArray:
         """What the model says that the robot needs; its inertia only where it is held."""
         held, model = self.held, self.model
-        acceleration = np.where(held, wanted[2], 0.0)
+        keep = np.exp(-2 * np.pi * ACCELERATION_HZ / RATE_HZ)
+        self.sensed = keep * self.sensed + (1 - keep) * RATE_HZ * (qd - self.last_rate)
+        self.last_rate = qd
+        acceleration = np.where(held, wanted[2], self.inertia_share * self.sensed)
         rigid = inverse_dynamics(self.chain, self.bodies, q.T, np.zeros_like(q.T), acceleration.T)
         rotors = model.motor_inertia_kgm2 * acceleration
         return np.asarray(rigid.T + rotors + model.springs(q) + self._friction(time, q, qd, wanted))

@@ -61,6 +61,7 @@ class TherapyOptions:
     share_sd: float = 0.0
     mass_sd: float = 0.03
     rest_at_middle: bool = False
+    inertia_compensation: float = 0.0
     noise: Noise = "nominal"
 
     def __post_init__(self) -> None:
@@ -80,6 +81,10 @@ class TherapyOptions:
             raise InputError(f"a share of {self.share}", expected="0 to 1.5, its sd 0 to 0.5")
         if not 0 <= self.mass_sd <= 0.2:
             raise InputError(f"mass_sd {self.mass_sd}", expected="0 to 0.2, a fraction")
+        if not 0 <= self.inertia_compensation <= 0.9:
+            raise InputError(
+                f"inertia_compensation {self.inertia_compensation}", expected="0 to 0.9"
+            )
         if self.noise not in get_args(Noise):
             known = " or ".join(get_args(Noise))
             raise InputError(f"no noise level {self.noise!r}", expected=known)
@@ -322,7 +327,7 @@ def effort_of(
     asked: Reference,
     device: TherapyDevice,
     samples: int,
-    noisy: bool,
+    options: TherapyOptions,
 ) -> Effort:
     """What the persons do, over `samples` samples, those of the run-in included."""
     rows = np.arange(len(trials))
@@ -336,7 +341,7 @@ def effort_of(
     )
     leads = np.array([trial.leads for trial in trials])
     modes = np.array([trial.mode for trial in trials])
-    rotor = device.motor_inertia_kgm2[axis]
+    rotor, felt = device.motor_inertia_kgm2[axis], 1 - options.inertia_compensation
     return Effort(
         plan=plan,
         leads=leads,
@@ -348,12 +353,12 @@ def effort_of(
         resistance_Nm=np.array([trial.resistance_Nm for trial in trials]),
         level_kgm=np.array([trial.arm.level_kgm for trial in trials]),
         inertia_kgm2=np.array([trial.arm.inertia_level_kgm2 for trial in trials]),
-        felt_kgm2=np.where(leads, FELT_kgm2 + rotor, 0.0),
+        felt_kgm2=np.where(leads, felt * (FELT_kgm2 + rotor), 0.0),
         k=limbs.k[rows, axis],
         rest_rad=limbs.rest_rad[rows, axis],
         tone_Nm=limbs.tone_Nm[rows, axis],
         viscosity=limbs.damping[rows, axis],
-        unsteady_Nm=_unsteady(trials, samples, noisy),
+        unsteady_Nm=_unsteady(trials, samples, options.noisy),
     )
 
 

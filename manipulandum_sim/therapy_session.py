@@ -63,6 +63,7 @@ def simulate_therapy(
     share_sd: float = 0.0,
     mass_sd: float = 0.03,
     rest_at_middle: bool = False,
+    inertia_compensation: float = 0.0,
     device: TherapyDevice | None = None,
     exact: bool = True,
     progress: Progress | None = None,
@@ -91,6 +92,9 @@ def simulate_therapy(
         Sd of the factor between the arm's true masses and those after the stated body mass.
     rest_at_middle : bool
         Horizontal rest angle at 45 degrees, where (4) has no denominator.
+    inertia_compensation : float
+        Share of the robot's own inertia that the controller takes from a person who moves freely;
+        the source's takes none.
     device : TherapyDevice, optional
     exact : bool
         Whether the truth keeps the exact course of every sample.
@@ -109,7 +113,7 @@ def simulate_therapy(
         An argument that makes no recording.
     """
     options = TherapyOptions(
-        conditions=tuple(conditions) if not isinstance(conditions, str) else conditions,
+        conditions=_names(conditions),
         movements=_with_lowering(movements, lowering),
         repetitions=repetitions,
         speed_deg_s=speed_deg_s,
@@ -117,6 +121,7 @@ def simulate_therapy(
         share_sd=share_sd,
         mass_sd=mass_sd,
         rest_at_middle=rest_at_middle,
+        inertia_compensation=inertia_compensation,
         noise=noise,
     )
     return simulate_therapy_many(
@@ -125,8 +130,12 @@ def simulate_therapy(
 
 
 def _with_lowering(movements: Sequence[str], lowering: bool) -> tuple[str, ...]:
-    named = (movements,) if isinstance(movements, str) else tuple(movements)
+    named = _names(movements)
     return (*named, "lowering") if lowering and "lowering" not in named else named
+
+
+def _names(given: Sequence[str]) -> tuple[str, ...]:
+    return (given,) if isinstance(given, str) else tuple(given)
 
 
 def simulate_therapy_many(
@@ -233,7 +242,7 @@ class _Session:
         asked, limbs = reference_of(trials, options.speed_deg_s), PassiveLimbs.of(trials)
         needed, run_in = samples_of(trials, asked), round(RUN_IN_S * RATE_HZ)
         samples = int(needed.max())
-        effort = effort_of(trials, asked, device, run_in + samples, options.noisy)
+        effort = effort_of(trials, asked, device, run_in + samples, options)
         payload = payload_of(trials, device)
         modes = np.array([trial.mode for trial in trials])
 
@@ -244,7 +253,9 @@ class _Session:
             device,
             payload,
             asked.start,
-            TherapyController.of(model, payload.upper_arm_m, asked, modes),
+            TherapyController.of(
+                model, payload.upper_arm_m, asked, modes, options.inertia_compensation
+            ),
             samples,
             user=user,
             passive=limbs,
@@ -320,11 +331,11 @@ class _Session:
             part = (slice(first, last + 1), t, self.trials[t].movement.axis)
             user, need = self.motion.user[part], (self.motion.arm + self.motion.passive)[part]
             beside = self.limbs.beside(self.motion.qd[part[0]])[:, t, part[2]]
-            found["contribution"].append(_percent(user.sum(), need.sum()))
+            found["contribution"].append(_percent(float(user.sum()), float(need.sum())))
             found["contribution_elastic"].append(
-                _percent((user - beside).sum(), (need - beside).sum())
+                _percent(float((user - beside).sum()), float((need - beside).sum()))
             )
-            found["projection"].append(_percent(user @ need, need @ need))
+            found["projection"].append(_percent(float(user @ need), float(need @ need)))
             found["cancellation"].append(float(abs(need.sum()) / np.abs(need).sum()))
         return {name: np.array(values) for name, values in found.items()}
 
