@@ -25,10 +25,12 @@ from armimpedance.contribution.metric import (
     window_samples,
 )
 from armimpedance.contribution.robot import TherapyRobot, load_gradient
+from armimpedance.contribution.sliding import least_speed
 from armimpedance.contribution.smooth import WIDTH_S, kernels_for
 from armimpedance.contribution.sums import (
     ARM,
     FACTORS,
+    ONE,
     USER,
     fill_rows,
     products_of,
@@ -39,8 +41,9 @@ from armimpedance.contribution.uncertainty import error_law, projection, ratio
 from armimpedance.errors import InputError
 from armimpedance.records import FloatArray
 
-#: Sums that are kept: of the sample, of the movement so far, of the running window.
-SAMPLE, MOVEMENT, WINDOW = range(3)
+#: Sums that are kept: of the sample, of the movement so far, of the running window, and of the
+#: movement with the samples that do not count.
+SAMPLE, MOVEMENT, WINDOW, EVERYTHING = range(4)
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,10 +56,12 @@ class LiveSample:
         Of that sample.
     q_rad, user_Nm, arm_Nm : float
         Of the moving axis.
+    counts : bool
+        Whether the axis moves.
     percent, sd, valid : float, float, bool
         (3).
     in_movement : bool
-        Whether it counts for the movement; before a movement its values are NaN.
+        Whether it lies in the movement; before a movement the movement's values are NaN.
     ratio_percent, ratio_sd, ratio_valid : float, float, bool
         (4) of the movement so far.
     projection_percent, projection_sd, projection_valid : float, float, bool
@@ -69,6 +74,7 @@ class LiveSample:
     q_rad: float
     user_Nm: float
     arm_Nm: float
+    counts: bool
     percent: float
     sd: float
     valid: bool
@@ -157,14 +163,16 @@ class LiveContribution:
         self._weights = np.stack([kernels.smooth, kernels.first, kernels.second])
         self._gain = np.array([self._law.kernel_gain, 1.0])
         self._window = window_samples(window_s, sample_rate_hz)
+        self._slides_rad_s = least_speed(float(robot.identified.rise_rad_s[axis]))
         self._row = np.empty(row_length(len(self._theta)))
+        self._nothing = np.zeros(len(self._row))
         self.reset()
 
     def reset(self) -> None:
         """Forget all samples: after a gap, or for the next trial."""
         self._measured = LastRows(2 * self._half + 1, self._robot.n_axes + 1)
         self._rows = LastRows(self._window, len(self._row))
-        self._sums = np.zeros((3, FACTORS, len(self._row)))
+        self._sums = np.zeros((4, FACTORS, len(self._row)))
         self._pushed = np.empty(self._robot.n_axes + 1)
         self._count, self._in_window = 0, 0
         self._time_s: float | None = None
@@ -176,7 +184,7 @@ class LiveContribution:
         self._last: int | None = None
         self._ends_rad = (0.0, 0.0)
         self._range_rad = (np.inf, -np.inf)
-        self._sums[MOVEMENT] = 0.0
+        self._sums[[MOVEMENT, EVERYTHING]] = 0.0
 
     @property
     def delay_s(self) -> float:
@@ -252,17 +260,17 @@ class LiveContribution:
         if self._count < 2 * self._half + 1:
             return None
         index = self._count - 1 - self._half
-        row, products = self._torques()
-        self._rows.push(row)
+        counts, products = self._torques()
+        self._rows.push(self._row if counts else self._nothing)
         if index == self._first:
             self._in_window = 0
         self._in_window = min(self._in_window + 1, self._window)
         self._sums[SAMPLE] = products
         self._sums[WINDOW] = sums_of(self._rows.last(self._in_window))
-        inside = self._counts(index)
+        inside = self._inside(index)
         if inside:
-            self._add_to_movement(products)
-        return self._sample(inside)
+            self._add_to_movement(counts, products)
+        return self._sample(counts, inside)
 
     def movement(self) -> Contribution:
         """The result of the movement as far as it has come out of the kernel.
@@ -270,15 +278,17 @@ class LiveContribution:
         Raises
         ------
         InputError
-            No sample of it yet, no motor torque, or an axis on which the arm is no load.
+            No sample of it yet, no motor torque, an axis on which the arm is no load, or that has
+            not moved.
         """
-        if not self._sums[MOVEMENT].any():
+        if not self._sums[EVERYTHING, ONE, ONE] > 0:
             raise InputError("no sample of a movement yet", expected="start(), then samples")
         name, trial, condition = self._names
         axis_name = self._robot.axes[self._axis]
         notes = range_notes(self._elastic, *self._range_rad)
         labels = Labels(trial, condition, name, axis_name, *self._ends_rad, notes)
-        return contribution_from(self._sums[MOVEMENT], self._law, labels, self._arm, self._rate)
+        counted, everything = self._sums[MOVEMENT], self._sums[EVERYTHING]
+        return contribution_from(counted, everything, self._law, labels, self._arm, self._rate)
 
     def _take(self, q: FloatArray, motor: FloatArray, time_s: float | None) -> None:
         n = self._robot.n_axes
@@ -314,8 +324,8 @@ class LiveContribution:
             )
         return float(time_s)
 
-    def _torques(self) -> tuple[FloatArray, FloatArray]:
-        """Row (k,) and products (5, k) of the sample in the kernel's middle."""
+    def _torques(self) -> tuple[bool, FloatArray]:
+        """Fill the row of the sample in the kernel's middle; whether it counts, its products."""
         axis, n = self._axis, self._robot.n_axes
         # (q, qd, qdd | motor) (3, n + 1) = weights (3, 2 h + 1) measured (2 h + 1, n + 1)
         state = self._weights @ self._measured.last(2 * self._half + 1)
@@ -333,25 +343,27 @@ class LiveContribution:
             torque_limit_Nm=self._limit,
         )
         self._q_rad = float(q[axis])
-        return self._row, products_of(self._row)
+        return bool(abs(qd[axis]) >= self._slides_rad_s), products_of(self._row)
 
-    def _counts(self, index: int) -> bool:
+    def _inside(self, index: int) -> bool:
         """Whether the sample of this number is one of the movement."""
         begun = self._first is not None and index >= self._first
         return begun and (self._last is None or index <= self._last)
 
-    def _add_to_movement(self, products: FloatArray) -> None:
-        started = self._sums[MOVEMENT].any()
+    def _add_to_movement(self, counts: bool, products: FloatArray) -> None:
+        started = self._sums[EVERYTHING, ONE, ONE] > 0
         q = self._q_rad
         self._ends_rad = (self._ends_rad[0] if started else q, q)
         self._range_rad = (min(self._range_rad[0], q), max(self._range_rad[1], q))
-        self._sums[MOVEMENT] += products
+        self._sums[EVERYTHING] += products
+        if counts:
+            self._sums[MOVEMENT] += products
 
-    def _sample(self, inside: bool) -> LiveSample:
+    def _sample(self, counts: bool, inside: bool) -> LiveSample:
         sums, law, half_s = self._sums, self._law, self.delay_s
         quotients = ratio(sums[:WINDOW], law, self._gain)
-        projections = projection(sums[MOVEMENT:], law)
-        known = projection_valid(sums[MOVEMENT:], projections, law)
+        projections = projection(sums[MOVEMENT:EVERYTHING], law)
+        known = projection_valid(sums[MOVEMENT:EVERYTHING], projections, law)
         percents, sds = quotients.percent, quotients.sd
         projected, errors = projections.percent, projections.sd
         return LiveSample(
@@ -359,9 +371,10 @@ class LiveContribution:
             q_rad=self._q_rad,
             user_Nm=float(self._row[USER]),
             arm_Nm=float(self._row[ARM]),
+            counts=counts,
             percent=float(percents[0]),
             sd=float(sds[0]),
-            valid=bool(sample_valid(sums[SAMPLE], law)),
+            valid=counts and bool(sample_valid(sums[SAMPLE], law)),
             in_movement=inside,
             ratio_percent=float(percents[1]),
             ratio_sd=float(sds[1]),

@@ -8,8 +8,8 @@ whole arm all the way down, and whoever pushes downwards contributes less, not m
 
 When a value is valid:
 
-- a sample (3): ``|tau_h|`` is at least `AWAY_SAMPLE` times its own standard error and that of the
-  torque's noise;
+- a sample (3): the axis moves, and ``|tau_h|`` is at least `AWAY_SAMPLE` times its own standard
+  error and that of the torque's noise;
 - the sum (4): ``|sum tau_h| / sum |tau_h|`` is at least `LEAST_SUM_RATIO`, and ``|sum tau_h|`` at
   least `AWAY_SUM` times its standard error;
 - the projection: the root mean square of tau_h is at least `AWAY_SUM` times that of its standard
@@ -25,8 +25,13 @@ from typing import Any, Final
 import numpy as np
 
 from armimpedance.contribution.arm import Elastic, PassiveArm
-from armimpedance.contribution.reference import reference_contribution, reference_of
+from armimpedance.contribution.reference import (
+    ReferenceContribution,
+    reference_contribution,
+    reference_of,
+)
 from armimpedance.contribution.robot import TherapyRobot
+from armimpedance.contribution.sliding import slides
 from armimpedance.contribution.sums import (
     ABS_ARM,
     ABS_MOTOR,
@@ -66,6 +71,8 @@ WINDOW_S: Final = 0.5
 
 #: A mean |tau_h| below this is no load at all, Nm.
 NO_LOAD_NM: Final = 1e-6
+#: A share of a movement from which on a reader must know of it.
+MUCH: Final = 0.5
 #: Angles may leave the range of the passive calibration by this much without a word, rad.
 BEYOND_RAD: Final = np.deg2rad(5.0)
 
@@ -78,11 +85,17 @@ class Contribution:
     ----------
     trial, condition, movement, axis_name : str
     n_samples : int
+        That count: the axis moves.
     duration_s : float
+        From onset to end.
+    still_share : float
+        Of the samples between, those that do not count.
     ratio_percent, ratio_sd : float
         (4) and its standard error; NaN where the denominator is exactly zero.
     ratio_ci95 : (2,)
     ratio_valid : bool
+    ratio_all_percent : float
+        (4) of all samples from onset to end.
     sum_ratio : float
         ``|sum tau_h| / sum |tau_h|``.
     projection_percent, projection_sd : float
@@ -106,10 +119,12 @@ class Contribution:
     axis_name: str
     n_samples: int
     duration_s: float
+    still_share: float
     ratio_percent: float
     ratio_sd: float
     ratio_ci95: FloatArray
     ratio_valid: bool
+    ratio_all_percent: float
     sum_ratio: float
     projection_percent: float
     projection_sd: float
@@ -141,6 +156,8 @@ class SampleContribution:
     ----------
     time_s, user, arm : (S,)
         s, Nm.
+    counts : (S,) bool
+        Whether the axis moves.
     percent, sd : (S,)
         NaN where tau_h is exactly zero.
     valid : (S,) bool
@@ -149,6 +166,7 @@ class SampleContribution:
     time_s: FloatArray
     user: FloatArray
     arm: FloatArray
+    counts: BoolArray
     percent: FloatArray
     sd: FloatArray
     valid: BoolArray
@@ -160,6 +178,8 @@ class SampleContribution:
 @dataclass(frozen=True)
 class RunningContribution:
     """The projection over the last `window_s` seconds, at each of S samples; for a display.
+
+    Where the axis stands still it is that of the samples before; NaN once there are none left.
 
     Attributes
     ----------
@@ -223,7 +243,7 @@ def contribution_of(
     """
     elastic = usable_elastic(arm, torques.axis_name, unrepeatable=unrepeatable)
     law = error_law(robot, arm, torques.axis_name, torques.sample_rate_hz)
-    rows = movement_rows(torques, float(robot.torque_limit_Nm[torques.axis]))
+    rows, counts = _rows(torques, robot)
     labels = Labels(
         torques.trial,
         torques.condition,
@@ -233,7 +253,15 @@ def contribution_of(
         float(torques.q[-1]),
         (*torques.notes, *range_notes(elastic, float(torques.q.min()), float(torques.q.max()))),
     )
-    return contribution_from(sums_of(rows), law, labels, arm, torques.sample_rate_hz)
+    counted, whole = sums_of(rows[counts]), sums_of(rows)
+    return contribution_from(counted, whole, law, labels, arm, torques.sample_rate_hz)
+
+
+def _rows(torques: MovementTorques, robot: TherapyRobot) -> tuple[FloatArray, BoolArray]:
+    """Rows (S, k) of a movement, and which of them count, (S,)."""
+    axis = torques.axis
+    rows = movement_rows(torques, float(robot.torque_limit_Nm[axis]))
+    return rows, slides(torques.qd, float(robot.identified.rise_rad_s[axis]))
 
 
 def sample_contribution(
@@ -247,16 +275,17 @@ def sample_contribution(
         The robot or this axis of the arm was not calibrated.
     """
     law = error_law(robot, arm, torques.axis_name, torques.sample_rate_hz)
-    rows = movement_rows(torques, float(robot.torque_limit_Nm[torques.axis]))
+    rows, counts = _rows(torques, robot)
     products = products_of(rows)
     value = ratio(products, law, law.kernel_gain)
     return SampleContribution(
         torques.time_s,
         torques.user,
         torques.arm,
+        counts,
         value.percent,
         value.sd,
-        sample_valid(products, law),
+        counts & sample_valid(products, law),
     )
 
 
@@ -276,8 +305,9 @@ def running_contribution(
         A window shorter than two samples, or as `sample_contribution`.
     """
     law = error_law(robot, arm, torques.axis_name, torques.sample_rate_hz)
-    rows = movement_rows(torques, float(robot.torque_limit_Nm[torques.axis]))
-    sums = window_sums(rows, window_samples(window_s, torques.sample_rate_hz))
+    rows, counts = _rows(torques, robot)
+    counted = rows * counts[:, None]
+    sums = window_sums(counted, window_samples(window_s, torques.sample_rate_hz))
     value = projection(sums, law)
     return RunningContribution(
         window_s, torques.time_s, value.percent, value.sd, projection_valid(sums, value, law)
@@ -347,43 +377,45 @@ def projection_valid(sums: FloatArray, value: Quotient, law: ErrorLaw) -> BoolAr
 
 
 def contribution_from(
-    sums: FloatArray, law: ErrorLaw, labels: Labels, arm: PassiveArm, sample_rate_hz: float
+    sums: FloatArray,
+    everything: FloatArray,
+    law: ErrorLaw,
+    labels: Labels,
+    arm: PassiveArm,
+    sample_rate_hz: float,
 ) -> Contribution:
-    """The result of a movement from its sums (5, k) alone.
+    """The result of a movement from its sums alone.
+
+    Parameters
+    ----------
+    sums, everything : (5, k)
+        Of the samples that count, and of all.
 
     Raises
     ------
     InputError
-        No motor torque, or an axis on which the arm is no load.
+        No motor torque, an axis on which the arm is no load, or one that does not move.
     """
-    total = sums[ONE]
+    refuse_no_torque(everything[ONE], sums[ONE, ONE], labels)
+    total, samples = sums[ONE], everything[ONE, ONE]
     n = total[ONE]
-    refuse_no_torque(total, labels)
     whole, projected = ratio(sums, law), projection(sums, law)
-    whole_parts, projected_parts = variance_parts(whole, law), variance_parts(projected, law)
-    reference = reference_of(arm, labels.movement, labels.axis_name)
-    compared = (
-        reference_contribution(sums, law, reference, labels.from_rad, labels.to_rad)
-        if reference is not None
-        else None
-    )
+    parts, projected_parts = variance_parts(whole, law), variance_parts(projected, law)
+    compared = _compared(sums, law, labels, arm)
     valid = bool(ratio_valid(sums, law))
-    notes = list(labels.notes)
-    if not valid:
-        notes.append(_why_no_ratio(sums, law))
-    if compared is not None and not compared.valid:
-        notes.append(f"no comparison by (19): {compared.why_not}")
     return Contribution(
         trial=labels.trial,
         condition=labels.condition,
         movement=labels.movement,
         axis_name=labels.axis_name,
         n_samples=int(n),
-        duration_s=float((n - 1) / sample_rate_hz),
+        duration_s=float((samples - 1) / sample_rate_hz),
+        still_share=float(1 - n / samples),
         ratio_percent=float(whole.percent),
         ratio_sd=float(whole.sd),
-        ratio_ci95=_interval(whole, half_width(whole_parts, law)),
+        ratio_ci95=_interval(whole, half_width(parts, law)),
         ratio_valid=valid,
+        ratio_all_percent=float(ratio(everything, law).percent),
         sum_ratio=float(abs(total[ARM]) / total[ABS_ARM]),
         projection_percent=float(projected.percent),
         projection_sd=float(projected.sd),
@@ -396,21 +428,37 @@ def contribution_from(
         mean_arm_Nm=float(total[ARM] / n),
         mean_reference_Nm=None if compared is None else compared.mean_reference_Nm,
         lowering_share=float(total[LOWERING] / n),
-        saturated_share=float(total[SATURATED] / n),
-        ratio_shares=shares(whole_parts),
+        saturated_share=float(everything[ONE, SATURATED] / samples),
+        ratio_shares=shares(parts),
         projection_shares=shares(projected_parts),
-        notes=(*notes, *_course_notes(total)),
+        notes=(
+            *labels.notes,
+            *(() if valid else (_why_no_ratio(sums, law),)),
+            *(() if compared is None or compared.valid else (f"(19): {compared.why_not}",)),
+            *_course_notes(total, everything[ONE]),
+        ),
     )
 
 
-def refuse_no_torque(total: FloatArray, labels: Labels) -> None:
-    """Refuse a movement (sums of its rows, (k,)) that nothing can be a share of.
+def _compared(
+    sums: FloatArray, law: ErrorLaw, labels: Labels, arm: PassiveArm
+) -> ReferenceContribution | None:
+    reference = reference_of(arm, labels.movement, labels.axis_name)
+    if reference is None:
+        return None
+    return reference_contribution(sums, law, reference, labels.from_rad, labels.to_rad)
+
+
+def refuse_no_torque(total: FloatArray, n_counted: float, labels: Labels) -> None:
+    """Refuse a movement (sums of all its rows, (k,)) that nothing can be a share of.
 
     Raises
     ------
     InputError
     """
     where = f"trial {labels.trial}, axis {labels.axis_name}"
+    if not n_counted > 0:
+        raise InputError(f"{where}: it does not move", expected="a movement")
     if total[ABS_MOTOR] == 0:
         raise InputError(f"{where}: the motor torque is zero throughout", expected="tau_motor")
     if not total[ABS_ARM] > NO_LOAD_NM * total[ONE]:
@@ -433,15 +481,19 @@ def _why_no_ratio(sums: FloatArray, law: ErrorLaw) -> str:
     return f"(4) has no denominator: mean tau_h {total[ARM] / total[ONE]:.3g} +- {error:.2g} Nm"
 
 
-def _course_notes(total: FloatArray) -> tuple[str, ...]:
-    """Words on lowering and saturation, of sums of rows (k,)."""
+def _course_notes(counted: FloatArray, everything: FloatArray) -> tuple[str, ...]:
+    """Words on lowering, standing still and saturation, of sums of rows (k,)."""
     notes: tuple[str, ...] = ()
-    lowering, saturated = total[LOWERING] / total[ONE], total[SATURATED] / total[ONE]
-    if lowering > 0.5:
+    lowering = counted[LOWERING] / counted[ONE]
+    still = 1 - counted[ONE] / everything[ONE]
+    saturated = everything[SATURATED] / everything[ONE]
+    if lowering > MUCH:
         notes += (
             f"the passive arm drives {100 * lowering:.0f} % of the movement: 100 % is to carry the "
             "whole arm on its way, who pushes along contributes less",
         )
+    if still > MUCH:
+        notes += (f"the axis stands still for {100 * still:.0f} % of the movement",)
     if saturated > 0:
         notes += (f"the motor was at its limit in {100 * saturated:.1f} % of the samples",)
     return notes

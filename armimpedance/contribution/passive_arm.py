@@ -14,6 +14,7 @@ from armimpedance.contribution.checks import check_recording
 from armimpedance.contribution.movements import elastic_torque, movement_torques
 from armimpedance.contribution.repeatability import LARGEST_SCATTER_NM, LARGEST_SHARE
 from armimpedance.contribution.robot import Loads, TherapyRobot
+from armimpedance.contribution.sliding import slides
 from armimpedance.contribution.torques import MovementTorques
 from armimpedance.errors import InputError
 from armimpedance.records import FloatArray, Recording
@@ -139,7 +140,7 @@ def identify_arm(
     known = replace(
         arm,
         elastic=tuple(a.elastic for a in axes),
-        references=tuple(_reference(group) for group in named.values()),
+        references=tuple(_reference(group, robot.identified) for group in named.values()),
     )
     return ArmCalibration(
         arm=known,
@@ -183,12 +184,19 @@ def _by_movement(
     return named
 
 
-def _reference(group: Sequence[MovementTorques]) -> Reference:
-    """The denominator of (19), over the whole movement as (19) has it."""
+def _reference(group: Sequence[MovementTorques], loads: Loads) -> Reference:
+    """The denominator of (19), over the samples that count for a contribution too."""
+    counted = [slides(m.qd, float(loads.rise_rad_s[m.axis])) for m in group]
+    for movement, rows in zip(group, counted, strict=True):
+        if not rows.any():
+            raise InputError(
+                f"trial {movement.trial}: axis {movement.axis_name} hardly moves",
+                expected="a movement faster than its friction's rise",
+            )
     return Reference(
         movement=group[0].movement,
         axis=group[0].axis_name,
-        support_Nm=np.array([m.support.mean() for m in group]),
+        support_Nm=np.array([m.support[c].mean() for m, c in zip(group, counted, strict=True)]),
         from_rad=float(np.mean([m.q[0] for m in group])),
         to_rad=float(np.mean([m.q[-1] for m in group])),
     )

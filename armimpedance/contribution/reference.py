@@ -22,6 +22,9 @@ from armimpedance.records import FloatArray
 AWAY_SD: Final = 3.0
 #: And this share of the mean size of the torques that it stands for.
 LEAST_SHARE: Final = 0.2
+#: A movement whose own mean tau_h differs from the reference by more than this share, and by more
+#: than the errors, was made with another timing.
+OTHER_SHARE: Final = 0.1
 #: A movement that starts or ends further from the reference's is another movement, rad.
 OTHER_RAD: Final = np.deg2rad(10.0)
 
@@ -67,7 +70,7 @@ def reference_contribution(
     scatter = float(reference.support_Nm.std(ddof=1)) if repetitions > 1 else float("nan")
     error = scatter * np.sqrt(1 + 1 / repetitions)
     size = max(total[ABS_ARM], total[ABS_SUPPORT]) / n
-    why_not = _why_not(mean, error, float(size))
+    why_not = _why_not(mean, error, float(size)) or _other_timing(mean, error, sums, law)
     away = max(abs(from_rad - reference.from_rad), abs(to_rad - reference.to_rad))
     if away > OTHER_RAD:
         why_not = f"starts or ends {np.degrees(away):.0f} degrees from where the reference does"
@@ -88,6 +91,16 @@ def _why_not(mean: float, error: float, size: float) -> str:
         return f"the mean reference {mean:.3g} Nm is less than {AWAY_SD:g} times its error"
     if not abs(mean) >= LEAST_SHARE * size:
         return f"the mean reference {mean:.3g} Nm is small against the torques of {size:.3g} Nm"
+    return ""
+
+
+def _other_timing(mean: float, error: float, sums: FloatArray, law: ErrorLaw) -> str:
+    """Why the reference is that of another course; empty where it is of this one."""
+    needs = float(sums[ONE, ARM] / sums[ONE, ONE])
+    known = float(law.variance_of_arm_sum(sums)) / sums[ONE, ONE] ** 2
+    apart = abs(needs - mean)
+    if apart > max(OTHER_SHARE * abs(mean), AWAY_SD * float(np.hypot(error, np.sqrt(known)))):
+        return f"the arm needs {needs:.3g} Nm over this movement, {mean:.3g} Nm over the reference"
     return ""
 
 

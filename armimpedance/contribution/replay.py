@@ -163,6 +163,7 @@ def _compare(
 
 def _movement_difference(live: Contribution, whole: Contribution) -> float:
     names = ["mean_support_Nm", "mean_arm_Nm", "lowering_share", "saturated_share", "sum_ratio"]
+    names += ["n_samples", "still_share", "duration_s"]
     for metric in ("ratio", "projection", "reference"):
         if getattr(live, f"{metric}_valid") and getattr(whole, f"{metric}_valid"):
             names += [f"{metric}_percent", f"{metric}_sd"]

@@ -74,7 +74,7 @@ def fill_rows(
 
 
 def movement_rows(torques: MovementTorques, torque_limit_Nm: float) -> FloatArray:
-    """Rows (S, k) of a movement."""
+    """Rows (S, k) of a movement, those in which the axis stands still with them."""
     rows = np.empty((len(torques.time_s), row_length(torques.robot_gradient.shape[1])))
     fill_rows(
         rows,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
@@ -197,6 +197,17 @@ def torques(m: Motion, arm, user, errors: Errors | None = None, **changes) -> Mo
 def helping(m: Motion, arm, share: float) -> MovementTorques:
     """A person who gives this share of what the arm needs, and no errors."""
     return torques(m, arm, share * true_arm(m, arm, no_errors(len(m.q))))
+
+
+def samples(seen: MovementTorques, rows) -> MovementTorques:
+    """Some samples of a movement."""
+    names = ("time_s", "q", "qd", "motor", "robot", "rigid_arm", "elastic", "robot_gradient")
+    return replace(seen, **{name: getattr(seen, name)[rows] for name in names})
+
+
+def counted(seen: MovementTorques) -> MovementTorques:
+    """The samples in which the bench's axis moves."""
+    return samples(seen, np.flatnonzero(np.abs(seen.qd) >= 0.05))
 
 
 def reference(name: str, support, arm=None) -> Reference:

@@ -11,6 +11,7 @@ from metric_bench import (
     bench_arm,
     bench_elastic,
     bench_robot,
+    counted,
     exact_robot,
     helping,
     known_exactly,
@@ -59,12 +60,15 @@ def any_user(m, seed=0):
 def test_the_sums_are_those_of_the_source():
     arm, m = bench_arm(), motion("elevation")
     seen = torques(m, arm, any_user(m))
-    user, needs = seen.robot + seen.arm - seen.motor, seen.arm
+    moving = counted(seen)
+    user, needs = moving.robot + moving.arm - moving.motor, moving.arm
     found = contribution_of(seen, bench_robot(), arm)
     assert found.ratio_percent == pytest.approx(100 * sum(user) / sum(needs))
     assert found.projection_percent == pytest.approx(100 * (user @ needs) / (needs @ needs))
     assert found.sum_ratio == pytest.approx(abs(sum(needs)) / sum(abs(needs)))
-    assert found.mean_support_Nm == pytest.approx(np.mean(seen.motor - seen.robot))
+    assert found.mean_support_Nm == pytest.approx(np.mean(moving.motor - moving.robot))
+    user, needs = seen.robot + seen.arm - seen.motor, seen.arm
+    assert found.ratio_all_percent == pytest.approx(100 * sum(user) / sum(needs))
     each = sample_contribution(seen, bench_robot(), arm)
     assert each.percent == pytest.approx(100 * user / needs)
 
@@ -125,7 +129,7 @@ def test_samples_are_valid_away_from_zero_and_the_better_known_the_arm_the_more(
         each = sample_contribution(helping(m, arm, 0.5), bench_robot(), arm)
         # between an invalid sample and zero there is no valid one on the same side
         for side in (each.arm > 0, each.arm < 0):
-            worst = np.abs(each.arm[side & ~each.valid]).max(initial=0)
+            worst = np.abs(each.arm[side & each.counts & ~each.valid]).max(initial=0)
             assert worst < 0.8 * np.abs(each.arm).max()
         assert not each.valid[np.abs(each.arm).argmin()]
         valid.append(each.valid.mean())
@@ -148,6 +152,29 @@ def test_who_pushes_down_while_the_arm_is_lowered_contributes_less_than_nothing(
     pushing = contribution_of(torques(m, arm, np.full(len(m.q), -3.0)), bench_robot(), arm)
     assert needs.mean() > 0
     assert pushing.ratio_percent < 0
+
+
+def test_a_stand_still_does_not_count_whatever_the_gears_bear_in_it():
+    arm, seen = bench_arm(), helping(motion("elevation"), bench_arm(), 0.5)
+    found = contribution_of(seen, bench_robot(), arm)
+    still = np.abs(seen.qd) < 0.05
+    assert found.still_share == pytest.approx(still.mean())
+    stuck = replace(seen, motor=seen.motor + 8.0 * still)
+    again = contribution_of(stuck, bench_robot(), arm)
+    assert again.ratio_percent == pytest.approx(found.ratio_percent)
+    assert again.projection_sd == pytest.approx(found.projection_sd)
+    assert again.ratio_all_percent < found.ratio_all_percent - 5
+    assert not sample_contribution(stuck, bench_robot(), arm).valid[still].any()
+
+
+def test_a_pause_is_told_and_nothing_but_a_pause_is_refused():
+    arm, seen = bench_arm(), helping(motion("elevation"), bench_arm(), 0.5)
+    n = len(seen.q)
+    paused = replace(seen, qd=np.where(np.arange(n) < 0.7 * n, 0.0, seen.qd))
+    found = contribution_of(paused, bench_robot(), arm)
+    assert any("stands still" in note for note in found.notes)
+    with pytest.raises(InputError, match="does not move"):
+        contribution_of(replace(seen, qd=0 * seen.qd), bench_robot(), arm)
 
 
 def test_saturation_is_told():
@@ -227,7 +254,7 @@ def test_a_result_is_plain_and_back():
 
 
 def mean_needs(name):
-    return float(true_arm(motion(name), bench_arm(), no_errors(len(motion(name).q))).mean())
+    return float(counted(helping(motion(name), bench_arm(), 0.0)).arm.mean())
 
 
 @pytest.mark.parametrize("share", SHARES)
@@ -271,6 +298,7 @@ def test_references_that_cannot_serve_are_flagged():
             replace(reference("elevation", [9.0, 9.1, 9.2]), to_rad=1.2),
             "degrees from where",
         ),
+        ("elevation", reference("elevation", [13.0, 13.1, 12.9]), "over the reference"),
     ):
         result = found(name, reference_)
         assert not result.reference_valid
