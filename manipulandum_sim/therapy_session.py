@@ -43,6 +43,8 @@ from .therapy_truth import TherapyMotion, TherapyTruth
 RUN_IN_S: Final = 1.0
 #: A person who moves freely moves while faster than this share of the own peak speed.
 SPEED_SHARE: Final = 0.05
+#: Steps that the progress of a batch is told in.
+PARTS: Final = 1000
 #: What is true of each trial; see `TherapyTruth`.
 _MEASURES: Final = ("contribution", "contribution_elastic", "projection", "cancellation")
 #: Trials that go through the plant together, at most: bounds the memory.
@@ -195,14 +197,15 @@ def _batches(plans: list[list[TherapyTrial]]) -> list[list[list[TherapyTrial]]]:
 
 @dataclass(frozen=True)
 class _Part:
-    """Progress of one batch of several."""
+    """Progress of one batch of several, which may differ in their steps."""
 
     progress: Progress
     number: int
     of: int
 
     def __call__(self, done: int, steps: int) -> None:
-        self.progress(self.number * steps + done, self.of * steps)
+        part = round(PARTS * done / steps)
+        self.progress(self.number * PARTS + part, self.of * PARTS)
 
 
 @dataclass(frozen=True)
