@@ -8,6 +8,7 @@ in between are ours. All other axes stand still at `NEUTRAL_DEG`.
 from __future__ import annotations
 
 import zlib
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Final, Literal, get_args
 
@@ -24,9 +25,8 @@ from .therapy_truth import TherapyMotion, TherapyTruth, rows
 
 Noise = Literal["nominal", "none"]
 
-#: Speeds of the sweeps, and for how long at most each is held.
+#: Speeds of the sweeps.
 SPEEDS_DEG_S: Final = (0.1, 0.5, 2.0, 5.0, 10.0, 20.0, 40.0, 60.0)
-LONGEST_S: Final = (4.0, 5.0, 4.0, 4.0, 4.0, 3.5, 3.0, 3.0)
 #: Where axes stand that do not move: no axis near its end, gravity on axes 1, 3 and 4.
 NEUTRAL_DEG: Final = (70.0, 30.0, 0.0, 60.0, 0.0)
 #: How many angles axis 1 is held at, and how far it comes from, deg.
@@ -41,15 +41,19 @@ _REST_S: Final = 0.1
 _RAMP_S: Final = 0.5
 _SETTLE_S: Final = 0.3
 _SETTLE_DEG: Final = 0.15
+#: Up to which speed, deg/s, a sweep stays steady for how long at most, s.
+_LONGEST: Final = ((0.2, 4.0), (1.0, 5.0), (15.0, 4.0), (30.0, 3.5), (90.0, 3.0))
 #: s: coming to a hold, until it is still, held.
 _COMING_S: Final = 1.0
 _STILLING_S: Final = 0.3
 _HELD_S: Final = 0.6
 
-#: Validation: legs of a trial, mean speed of the axis with the longest way, shortest leg.
+#: Validation: legs of a trial, mean speed of the axis with the longest way, shortest leg, and the
+#: share of a leg during which the next one has begun: no standstill at the postures between.
 LEGS: Final = 3
 LEG_SPEED_DEG_S: Final = 25.0
 SHORTEST_LEG_S: Final = 2.0
+OVERLAP: Final = 0.2
 
 _STREAMS: Final = ("torque", "sensor", "postures")
 
@@ -89,6 +93,8 @@ def simulate_calibration(
     seed: int = 0,
     device: TherapyDevice | None = None,
     noise: Noise = "nominal",
+    speeds_deg_s: Sequence[float] = SPEEDS_DEG_S,
+    held_angles: int = HOLDS,
     progress: Progress | None = None,
 ) -> tuple[Recording, TherapyTruth]:
     """The empty robot's sweeps and holds, and their truth.
@@ -98,6 +104,10 @@ def simulate_calibration(
     seed : int
         A trial's noise depends on seed and the trial's number alone.
     device : TherapyDevice, optional
+    speeds_deg_s : sequence of float
+        Of the sweeps.
+    held_angles : int
+        How many angles axis 1 is held at, from both sides.
     noise : {"nominal", "none"}
         ``none``: no noise of torques, no steps of encoders.
     progress : function, optional
@@ -115,7 +125,12 @@ def simulate_calibration(
     """
     own = device or therapy_device()
     _check(seed, noise)
-    return _session("calibration", [*sweeps(own), *holds(own)], own, seed, noise, progress)
+    if not (len(speeds_deg_s) > 0 and all(0.05 <= v <= 90 for v in speeds_deg_s)):
+        raise InputError(f"speeds {tuple(speeds_deg_s)}", expected="one or more, 0.05 to 90 deg/s")
+    if not 0 <= held_angles <= 1000:
+        raise InputError(f"{held_angles} held angles", expected="0 to 1000")
+    courses = [*_sweeps(own, speeds_deg_s), *_holds(own, held_angles)]
+    return _session("calibration", courses, own, seed, noise, progress)
 
 
 def simulate_validation(
@@ -162,21 +177,22 @@ def _check(seed: int, noise: str) -> None:
         raise InputError(f"seed {seed}", expected="0 or more")
 
 
-def sweeps(device: TherapyDevice) -> list[Course]:
+def _sweeps(device: TherapyDevice, speeds_deg_s: Sequence[float]) -> list[Course]:
     """Every axis at every speed in both directions."""
     return [
-        _sweep(device, axis, sign * speed, longest)
+        _sweep(device, axis, sign * speed)
         for axis in range(device.n_axes)
-        for speed, longest in zip(SPEEDS_DEG_S, LONGEST_S, strict=True)
+        for speed in speeds_deg_s
         for sign in (1, -1)
     ]
 
 
-def _sweep(device: TherapyDevice, axis: int, velocity_deg_s: float, longest_s: float) -> Course:
+def _sweep(device: TherapyDevice, axis: int, velocity_deg_s: float) -> Course:
     """At rest, faster, steady, slower, at rest; about the middle of the axis' range."""
     low, high = np.rad2deg(device.limits_rad[axis]) + (MARGIN_DEG, -MARGIN_DEG)
     speed = abs(velocity_deg_s)
     settle = _SETTLE_S + _SETTLE_DEG / speed
+    longest_s = next(longest for most, longest in _LONGEST if speed <= most)
     steady = min(settle + longest_s, (high - low) / speed - _RAMP_S)
     samples = round((2 * _REST_S + 2 * _RAMP_S + steady) * RATE_HZ) + 1
     time = np.arange(samples) / RATE_HZ - _REST_S
@@ -189,13 +205,13 @@ def _sweep(device: TherapyDevice, axis: int, velocity_deg_s: float, longest_s: f
     return _one_axis(axis, q, velocity_deg_s * (gain - loss), row)
 
 
-def holds(device: TherapyDevice) -> list[Course]:
+def _holds(device: TherapyDevice, count: int) -> list[Course]:
     """Axis 1 still at each angle, once from below and once from above."""
     low, high = np.rad2deg(device.limits_rad[0])
     reach = MARGIN_DEG + APPROACH_DEG
     return [
         _hold(device, angle, approach)
-        for angle in np.linspace(low + reach, high - reach, HOLDS)
+        for angle in np.linspace(low + reach, high - reach, count)
         for approach in (1, -1)
     ]
 
@@ -231,23 +247,32 @@ def _row(
 
 
 def _wander(device: TherapyDevice, stream: np.random.Generator, repetition: int) -> Course:
-    """Minimum-jerk legs between random postures, all axes together."""
-    low, high = device.limits_rad.T
-    margin = 0.1 * (high - low)
-    postures = stream.uniform(low + margin, high - margin, (LEGS + 1, device.n_axes))
-    q, qd = [postures[:1].repeat(round(_REST_S * RATE_HZ), axis=0)], []
-    qd.append(np.zeros_like(q[0]))
-    for a, b in zip(postures[:-1], postures[1:], strict=True):
-        duration = max(SHORTEST_LEG_S, np.rad2deg(np.abs(b - a).max()) / LEG_SPEED_DEG_S)
-        share, rate = minimum_jerk(np.arange(round(duration * RATE_HZ)) / RATE_HZ / duration)
-        q.append(a + (b - a) * share[:, None])
-        qd.append((b - a) * rate[:, None] / duration)
-    q.append(postures[-1:].repeat(round(_REST_S * RATE_HZ), axis=0))
-    qd.append(np.zeros_like(q[-1]))
-    whole = np.concatenate(q)
-    row = _row(device, "validation", 0, _REST_S, len(whole) / RATE_HZ - _REST_S)
+    """Minimum-jerk legs between random postures, all axes together, one leg into the next."""
+    postures = _far_postures(device, stream)
+    ways = np.diff(postures, axis=0)
+    lasting = np.maximum(SHORTEST_LEG_S, np.rad2deg(np.abs(ways).max(axis=1)) / LEG_SPEED_DEG_S)
+    starts = np.concatenate([[0.0], np.cumsum((1 - OVERLAP) * lasting[:-1])])
+    end = round(float(starts[-1] + lasting[-1]), 3)
+    time = np.arange(round((end + 2 * _REST_S) * RATE_HZ) + 1) / RATE_HZ - _REST_S
+    q, qd = np.tile(postures[0], (len(time), 1)), np.zeros((len(time), device.n_axes))
+    for way, start, duration in zip(ways, starts, lasting, strict=True):
+        share, rate = minimum_jerk((time - start) / duration)
+        q += way * share[:, None]
+        qd += way * rate[:, None] / duration
+    row = _row(device, "validation", 0, _REST_S, _REST_S + end)
     row |= {"movement": "multi-joint", "repetition": repetition}
-    return Course(whole, np.concatenate(qd), row)
+    return Course(q, qd, row)
+
+
+def _far_postures(device: TherapyDevice, stream: np.random.Generator) -> FloatArray:
+    """Postures (L + 1, n): every axis in the lower and the upper part of its range in turns.
+
+    So all axes move far in every leg: one that hardly moves shows nothing but stiction.
+    """
+    low, high = device.limits_rad.T
+    upper = (np.arange(LEGS + 1)[:, None] + stream.integers(0, 2, device.n_axes)) % 2
+    share = stream.uniform(0.08, 0.32, (LEGS + 1, device.n_axes))
+    return np.asarray(low + (high - low) * np.where(upper, 1 - share, share))
 
 
 def minimum_jerk(phase: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -224,6 +224,7 @@ class _Plant:
     chain: SerialChain
     links: Moments
     carried: Moments
+    whole: Moments
     rotors: FloatArray
     bristles: Bristles
 
@@ -241,11 +242,13 @@ class _Plant:
         if not ((start >= low) & (start <= high)).all():
             raise InputError("a trial starts outside of the robot's limits")
         rotors = device.motor_inertia_kgm2
+        links, carried = device.moments(trials), Moments.of(payload)
         return cls(
             device,
             device.chain(payload.upper_arm_m),
-            device.moments(trials),
-            Moments.of(payload),
+            links,
+            carried,
+            links + carried,
             rotors,
             device.friction.bristles(rotors),
         )
@@ -255,7 +258,7 @@ class _Plant:
         T = 1 / RATE_HZ
         qd = state.qd + T / 2 * state.qdd
         q = state.q + T / 2 * state.qd + T * T / 8 * state.qdd
-        M, bias = mass_and_bias(self.chain, self._bodies, q, qd)
+        M, bias = mass_and_bias(self.chain, self.whole, q, qd)
         inverse = np.moveaxis(np.linalg.inv(np.moveaxis(self._with_rotors(M), -1, 0)), 0, -1)
         held = driving - bias - self.device.springs(q.T).T - np.asarray(passive(q.T, qd.T)).T
         return self._leaps(state, np.ascontiguousarray(inverse), held, substeps)
@@ -275,10 +278,6 @@ class _Plant:
             v = after
             z = law.bent(z, v, dt if i + 1 < substeps else dt / 2)
         return _State(q, v, z, (v - state.qd) * RATE_HZ)
-
-    @property
-    def _bodies(self) -> Moments:
-        return self.links + self.carried
 
     def _with_rotors(self, M: FloatArray) -> FloatArray:
         n = len(self.rotors)
@@ -320,7 +319,7 @@ class _Plant:
         springs = self.device.springs(angles)
         stiff = np.asarray(passive(angles, rates))
         driving = np.moveaxis(course.motor[rows] + course.user[rows], 1, -1)
-        M, bias = mass_and_bias(chain, links + carried, q, qd)
+        M, bias = mass_and_bias(chain, self.whole.over_samples(), q, qd)
         M = np.moveaxis(self._with_rotors(M), (0, 1), (-2, -1))
         right = driving - np.moveaxis(bias, 0, -1) - friction - springs - stiff
         # qdd (n,) = M^-1 (n, n) (motor + user - b - friction - springs - passive) (n,)
