@@ -51,8 +51,8 @@ def _rise_note(sweeps: AxisSweeps, name: str, lowest_deg_s: float) -> str:
     )
     return (
         f"{name}: {where}, fitted from {lowest_deg_s:.3g} deg/s; v_s is set to "
-        f"{np.rad2deg(sweeps.rise_rad_s):.2g} deg/s (99.9 % of tau_c at the lowest speed used), "
-        "not measured"
+        f"{np.rad2deg(sweeps.rise_rad_s):.2g} deg/s, by rule and not measured: the "
+        "Coulomb friction is complete at the lowest speed used"
     )
 
 

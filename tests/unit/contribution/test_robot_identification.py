@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 import pandas as pd
@@ -146,9 +147,15 @@ def calibration(  # noqa: PLR0913
     return session.recording()
 
 
+@lru_cache(maxsize=1)
+def usual() -> Recording:
+    """The same session for all tests that change or read it."""
+    return calibration()
+
+
 @pytest.fixture(scope="module")
 def nominal():
-    return identify_robot(calibration(), bench())
+    return identify_robot(usual(), bench())
 
 
 @pytest.fixture(scope="module")
@@ -204,7 +211,7 @@ def test_the_law_is_odd_and_complete_at_the_lowest_speed_used(nominal):
         lowest = axis.lowest_used_rad_s
         coulomb, viscous = axis.fit.parameters[:2]
         assert axis.friction(np.array(lowest)) == pytest.approx(
-            coulomb + viscous * lowest, rel=2e-3
+            coulomb + viscous * lowest, rel=1e-5
         )
 
 
@@ -235,7 +242,7 @@ def test_stiction_is_half_the_difference_of_both_approaches(nominal):
 
 def test_holds_that_disagree_with_the_sweeps_are_said(nominal):
     assert not any("between holds and sweeps" in n for n in nominal.notes)
-    recording = calibration()
+    recording = usual()
     holds = recording.trials["condition"] == "hold"
     moved = recording.force.copy()
     for row in np.flatnonzero(holds):
@@ -259,7 +266,7 @@ def without(recording, rows):
 
 
 def test_one_direction_only_is_refused():
-    recording = calibration()
+    recording = usual()
     table = recording.trials
     sweeps = (table["axis"] == 2) & (table["velocity_deg_s"] < 0)
     with pytest.raises(InputError, match="axis 2: sweeps in one direction only"):
@@ -276,7 +283,7 @@ def test_too_few_speeds_above_the_static_range_are_refused():
 
 
 def test_a_calibration_without_an_axis_or_without_holds_is_refused():
-    recording = calibration()
+    recording = usual()
     with pytest.raises(InputError, match="no sweeps of axis 2"):
         identify_robot(without(recording, recording.trials["axis"] == 2), bench())
     with pytest.raises(InputError, match="0 of 0 angles"):
@@ -293,7 +300,7 @@ def test_a_calibration_without_an_axis_or_without_holds_is_refused():
     ],
 )
 def test_a_wrong_trial_table_is_one_clear_line(column, value, words):
-    recording = calibration()
+    recording = usual()
     table = recording.trials.copy()
     table.loc[0, column] = value
     with pytest.raises(InputError, match=words) as caught:
@@ -367,7 +374,7 @@ def test_slow_samples_are_left_out_of_the_second_numbers():
 
 def test_what_was_fitted_is_no_validation():
     with pytest.raises(InputError, match="sweeps and holds only"):
-        validate_robot(calibration(), truth())
+        validate_robot(usual(), truth())
     with pytest.raises(InputError, match="armimpedance robot"):
         validate_robot(session_of_movements(), bench())
 
