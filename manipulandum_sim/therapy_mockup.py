@@ -15,8 +15,10 @@ from .therapy_arm import pipe_arm
 from .therapy_calibration import Seeds, therapy_recording
 from .therapy_control import POSITION, TherapyController, identified
 from .therapy_device import RATE_HZ, TherapyDevice, therapy_device
-from .therapy_plan import OF_SESSION, Noise, Streams, arm_payload
+from .therapy_people import arm_payload
+from .therapy_plan import OF_SESSION, Noise, Streams
 from .therapy_plant import Progress, run
+from .therapy_record import RUN_IN_S
 from .therapy_reference import REST_S, Movement, Reference, SPEED_deg_s, reference
 from .therapy_truth import TherapyMotion, TherapyTruth
 
@@ -32,8 +34,6 @@ MOCKUP_MOVEMENTS: Final = (
 HORIZONTAL_deg_s: Final = 40.0
 #: In which a constant speed is reached and left, s.
 RAMP_S: Final = 0.4
-#: Before the record, s.
-RUN_IN_S: Final = 1.0
 
 
 def simulate_mockup(

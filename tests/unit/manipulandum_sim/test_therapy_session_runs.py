@@ -11,7 +11,8 @@ from manipulandum_sim.therapy_arm import pipe_arm
 from manipulandum_sim.therapy_device import RATE_HZ, therapy_device
 from manipulandum_sim.therapy_mockup import simulate_mockup
 from manipulandum_sim.therapy_plan import TherapyOptions
-from manipulandum_sim.therapy_session import SPEED_SHARE, simulate_therapy, simulate_therapy_many
+from manipulandum_sim.therapy_record import SPEED_SHARE
+from manipulandum_sim.therapy_session import simulate_therapy, simulate_therapy_many
 from manipulandum_sim.therapy_subject import find_therapy_subject
 
 #: Three times as fast as the source's, for the sake of time.
