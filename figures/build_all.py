@@ -10,8 +10,18 @@ from typing import Any
 
 from armimpedance.errors import ArmImpedanceError, InputError
 from armimpedance_figures import (
+    contribution_feedback,
     elbow_study_frequency,
     elbow_study_snr,
+    guidali2013_contribution_means,
+    guidali2013_fig02_friction,
+    guidali2013_fig03_cable,
+    guidali2013_fig04_mock_up,
+    guidali2013_fig05_passive_torques,
+    guidali2013_fig06_contribution,
+    guidali2013_table2,
+    guidali2013_table3,
+    guidali2013_table4,
     ruiz2011_fig05_time_varying,
     ruiz2011_fig06_loads,
     ruiz2011_fig09_windows,
@@ -65,6 +75,16 @@ CATALOGUE = {
         ruiz2011_fig10_subjects,
         elbow_study_snr,
         elbow_study_frequency,
+        guidali2013_fig02_friction,
+        guidali2013_table3,
+        guidali2013_fig03_cable,
+        guidali2013_table2,
+        guidali2013_fig04_mock_up,
+        guidali2013_fig05_passive_torques,
+        guidali2013_table4,
+        guidali2013_fig06_contribution,
+        guidali2013_contribution_means,
+        contribution_feedback,
     )
 }
 

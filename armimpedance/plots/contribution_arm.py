@@ -16,6 +16,7 @@ from armimpedance.plots.style import (
 )
 
 if TYPE_CHECKING:
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -32,11 +33,19 @@ def plot_passive_axis(
 ) -> Axes:
     """Draw the support (18) of every passive repetition about one axis, and the model (14).
 
-    The model's line is that of the first repetition of each movement; its weight and inertia alone
-    are drawn beside. A refused model is drawn in grey.
+    The model's line is that of the first repetition of each movement; weight and inertia alone
+    are drawn beside. A refused model is drawn in grey. Ends so slow that the gears may stick are
+    left out, as they are from the fit.
+
+    Parameters
+    ----------
+    calibration : ArmCalibration
+    axis : AxisCalibration
+        One of its axes.
     """
     movements = [m for m in calibration.movements if m.axis == axis.axis]
     refused = not axis.elastic.repeatable
+    low, high = axis.elastic.range_rad
     seen: dict[str, int] = {}
     with print_style():
         ax = new_axes(TWO_COLUMNS_IN, _ROW_IN) if ax is None else ax
@@ -44,19 +53,19 @@ def plot_passive_axis(
             number = seen[m.movement] = seen.get(m.movement, 0) + 1
             q, first = np.rad2deg(m.q), number == 1
             new = len(seen) == 1
-            ax.plot(
-                q, m.support, color=_SHADES[(number - 1) % len(_SHADES)], lw=0.9,
-                label=f"support, repetition {number}" if new else None,
-            )  # fmt: skip
+            slid = (m.q >= low) & (m.q <= high)
+            color = _SHADES[(number - 1) % len(_SHADES)]
+            label = f"repetition {number}" if new else None
+            ax.plot(q[slid], m.support[slid], color=color, lw=0.9, label=label)
             if first:
                 color = "0.5" if refused else OKABE_ITO["vermillion"]
                 own = "refused model" if refused else "model"
-                weight = "its weight and inertia"
+                weight = "weight and inertia"
                 ax.plot(q, m.arm, color=color, lw=1.6, label=own if new else None)
                 ax.plot(q, m.rigid_arm, ":", color="black", label=weight if new else None)
         ax.axhline(0, color="0.8", lw=0.6, zorder=0)
         ax.margins(x=0.02)
-        label_axes(ax, f"{movements[0].axis_name} (deg)", "torque (Nm)")
+        label_axes(ax, f"{movements[0].axis_name} (deg)", "support (Nm)")
     return ax
 
 
@@ -68,9 +77,14 @@ def plot_passive_arm(calibration: ArmCalibration) -> Figure:
         for ax, axis in zip(axes, calibration.axes, strict=True):
             plot_passive_axis(calibration, axis, ax)
             ax.set_title(_title(axis), loc="left", fontsize=8, linespacing=1.4)
-        fullest = max(axes, key=lambda ax: len(ax.get_legend_handles_labels()[1]))
-        handles, labels = fullest.get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside upper center", ncols=3)
+        once: dict[str, Artist] = {}
+        for ax in axes:
+            handles, labels = ax.get_legend_handles_labels()
+            once |= dict(zip(labels, handles, strict=True))
+        labels = sorted(once, key=lambda label: (not label.startswith("repetition"), label))
+        figure.legend(
+            [once[label] for label in labels], labels, loc="outside upper center", ncols=len(once)
+        )
     return figure
 
 

@@ -1,18 +1,23 @@
 """The contribution as a therapist sees it: over each movement, with its uncertainty.
 
 A line is the projection over the last half second (`metric.running_contribution`), its band 95 %;
-where it cannot be told it is grey, without a band. At the right of a panel stands the projection
-over the whole movement with its 95 % interval.
+where it cannot be told it is grey, without a band, and where the axis has not slid at all there is
+none. At the right of a panel stands the projection over the whole movement with its 95 % interval.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from armimpedance.contribution.metric import Contribution, contribution_of, running_contribution
+from armimpedance.contribution.metric import (
+    Contribution,
+    contribution_of,
+    running_contribution,
+)
 from armimpedance.errors import InputError
 from armimpedance.plots.style import (
     OKABE_ITO,
@@ -112,7 +117,21 @@ def plot_feedback(
             ax.set_xlabel("")
         for ax in grid[:, 1:].flat:
             ax.set_ylabel("")
+        _legend(figure, max(_repetitions(movements), 1))
     return figure
+
+
+def _repetitions(movements: Sequence[MovementTorques]) -> int:
+    counts = Counter((m.condition, m.movement) for m in movements)
+    return min(max(counts.values()), len(_COLORS))
+
+
+def _legend(figure: Figure, repetitions: int) -> None:
+    from matplotlib.lines import Line2D
+
+    lines = [Line2D([], [], color=c, lw=1.3) for c in (*_COLORS[:repetitions], _INVALID)]
+    labels = [*(f"repetition {i + 1}" for i in range(repetitions)), "cannot be told"]
+    figure.legend(lines, labels, loc="outside upper center", ncols=len(labels))
 
 
 def contribution_text(whole: Contribution) -> str:
@@ -196,16 +215,16 @@ def _finish(
         color = colors[i % len(colors)] if w.projection_valid else _INVALID
         half = float(np.ptp(w.projection_ci95)) / 2
         ax.errorbar(
-            place, w.projection_percent, half, fmt="o", ms=4.5, color=color, elinewidth=1.4,
-            capsize=2.5,
+            place, w.projection_percent, half, fmt="o", ms=3, color=color, elinewidth=1.4,
+            capsize=3,
         )  # fmt: skip
     ax.axvline(end, color="0.6", lw=0.6)
     for level, style in ((0.0, "-"), (100.0, (0, (5, 2)))):
         ax.axhline(level, color="0.35", lw=0.8, ls=style, zorder=1)
     ax.set_xlim(0, end + width)
     ax.set_ylim(_limits(whole, shown))
-    ticks = [t for t in ax.get_xticks() if 0 <= t <= end]
-    ax.set_xticks(ticks)
+    ticks = [float(t) for t in ax.get_xticks() if 0 <= t <= end]
+    ax.set_xticks([*ticks, end + width / 2], [*(f"{t:g}" for t in ticks), "whole"])
 
 
 def _limits(whole: Sequence[Contribution], shown: Sequence[FloatArray]) -> tuple[float, float]:
@@ -216,8 +235,8 @@ def _limits(whole: Sequence[Contribution], shown: Sequence[FloatArray]) -> tuple
     return low - 0.04 * (high - low), high + 0.04 * (high - low)
 
 
-def _in_order(conditions: object) -> tuple[str, ...]:
-    found = tuple(dict.fromkeys(conditions))  # type: ignore[call-overload]
+def _in_order(conditions: Iterable[str]) -> tuple[str, ...]:
+    found = tuple(dict.fromkeys(conditions))
     known = [c for c in _ORDER if c in found]
     return (*known, *(c for c in found if c not in _ORDER))
 

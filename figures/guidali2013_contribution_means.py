@@ -1,0 +1,120 @@
+"""Guidali (2013), text of the Results: mean contributions of all conditions, printed and ours."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from armimpedance.plots.tables import TableBlock, TableRow, plot_table
+from armimpedance.records import FloatArray
+from armimpedance_figures.guidali_groups import (
+    GROUPS,
+    conditions_of,
+    differences,
+    groups_of,
+    mean_and_sd,
+    measured_of,
+    projections,
+    ratios,
+    true_projections,
+    true_ratios,
+)
+from armimpedance_figures.guidali_printed import CONTRIBUTIONS
+from armimpedance_figures.source_figure import SourceFigure, script
+from armimpedance_figures.table_cells import number
+from armimpedance_figures.therapy_study import SUBJECTS, TherapyStudy, design, study
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+HEADER: Final = (
+    *("printed (4)", "(4)", "true (4)", "projection", "true proj.", "printed diff.", "difference"),
+)
+WIDTHS: Final = (0.95, 1.05, 1.05, 1.05, 1.05, 1.1, 1.0)
+
+
+def draw(studied: TherapyStudy) -> Figure:
+    """A block per movement and group."""
+    blocks = []
+    for key in groups_of(studied):
+        rows = tuple(_row(studied, *key, condition) for condition in conditions_of(*key))
+        blocks.append(TableBlock(GROUPS[key], rows))
+    return plot_table(HEADER, blocks, widths=WIDTHS).figure  # type: ignore[return-value]
+
+
+def _row(studied: TherapyStudy, movement: str, group: str, condition: str) -> TableRow:
+    printed = CONTRIBUTIONS[movement, group, condition]
+    measured = measured_of(studied, movement, group, condition)
+    cells = (
+        _spread((printed.mean, printed.sd)) + (" *" if printed.doubt else ""),
+        *(_found(each(measured)) for each in (ratios, true_ratios, projections, true_projections)),
+        _spread((printed.difference, printed.difference_sd)),
+        _found(differences(measured)),
+    )
+    return TableRow(condition.replace("_", " "), cells)
+
+
+def _found(values: FloatArray) -> str:
+    return _spread(mean_and_sd(values))
+
+
+def _spread(pair: tuple[float, float]) -> str:
+    mean, sd = pair
+    if not np.isfinite(mean):
+        return "-"
+    decimals = 0 if abs(mean) >= 100 or sd >= 20 else 1
+    shown = f"{mean:.{decimals}f}"
+    return shown if not np.isfinite(sd) else f"{shown} ± {sd:.{decimals}f}"
+
+
+def table(studied: TherapyStudy) -> list[list[str]]:
+    """One row per movement, group and condition."""
+    rows = [["movement", "group", "condition", "movements", "ratio_valid", "projection_valid"]]
+    names = ("ratio", "true_ratio", "projection", "true_projection", "reference_less_ratio")
+    rows[0] += [f"{name}_{what}" for name in names for what in ("mean", "sd")]
+    rows[0] += ["printed_mean", "printed_sd", "printed_difference", "printed_difference_sd"]
+    rows[0].append("doubt")
+    for movement, group in groups_of(studied):
+        for condition in conditions_of(movement, group):
+            measured = measured_of(studied, movement, group, condition)
+            printed = CONTRIBUTIONS[movement, group, condition]
+            columns = (ratios, true_ratios, projections, true_projections, differences)
+            own = [each(measured) for each in columns]
+            values = [x for v in own for x in mean_and_sd(v)]
+            values += [printed.mean, printed.sd, printed.difference, printed.difference_sd]
+            counts = [str(len(measured)), str(len(own[0])), str(len(own[2]))]
+            rows.append([movement, group, condition, *counts, *map(number, values), printed.doubt])
+    return rows
+
+
+def caption(studied: TherapyStudy) -> str:
+    """What is shown, what is doubtful, what differs."""
+    every = [m for person in studied.people for m in person.measured]
+    valid = sum(m.found.ratio_valid for m in every)
+    return (
+        "After Guidali et al. (2013), text of the Results: contribution in per cent, mean ± sd "
+        "over all repetitions of all people. Ours by (4) where it is valid "
+        f"({valid} of {len(every)} movements) and by the projection; true: either of the "
+        "simulated torques in the same movements; difference: the comparison by a measured "
+        "reference torque, (19), less (4), where both are valid. "
+        "* doubtful prints: -102.90 of resistive elevation repeats the digits of the active "
+        "condition; 1,487.25 of resistive horizontal has lost its minus. "
+        f"{design(studied)}. Differs from the source: simulated; how active or resistive people "
+        "are was chosen, the patients' active shares around its mean and sd, half active exactly "
+        "half: its spread is not to be compared."
+    )
+
+
+FIGURE = SourceFigure(
+    "guidali2013_contribution_means",
+    ("therapy",),
+    SUBJECTS,
+    draw,
+    caption,
+    table=table,
+    study=study,
+)
+
+if __name__ == "__main__":
+    script(FIGURE)
