@@ -3,7 +3,8 @@
 ``C' = 100 (1 - mean support / mean reference support)`` needs no model of the arm, but its own
 passive repetitions of every movement. The reference stands for what this repetition would have
 needed; repetitions differ by the scatter s of the R references, so that it errs by
-``s sqrt(1 + 1/R)``.
+``s sqrt(1 + 1/R)``, with R - 1 degrees of freedom. Errors of the robot's model are those of the
+reference too: they cancel out as far as the person is passive.
 """
 
 from __future__ import annotations
@@ -76,8 +77,10 @@ def reference_contribution(
         why_not = f"starts or ends {np.degrees(away):.0f} degrees from where the reference does"
     if mean == 0:
         return ReferenceContribution(float("nan"), float("nan"), mean, False, why_not)
+    # the robot's errors are in the support and in the reference: dC' = 100 (1 - s / ref) dr / ref
+    robot = (1 - support / mean) ** 2 * law.variance_of_robot_sum(sums) / n**2
     # noise of the mean support: variance law.noise / n
-    sd = 100 / abs(mean) * np.sqrt((support / mean * error) ** 2 + law.noise / n)
+    sd = 100 / abs(mean) * np.sqrt((support / mean * error) ** 2 + robot + law.noise / n)
     return ReferenceContribution(
         float(100 * (1 - support / mean)), float(sd), mean, not why_not, why_not
     )

@@ -98,6 +98,11 @@ class ErrorLaw:
         """``var(sum_i tau_h,i)`` (...) of sums (..., 5, k), Nm^2."""
         return np.asarray(((sums[..., ONE, :] @ self.arm) ** 2).sum(-1))
 
+    def variance_of_robot_sum(self, sums: FloatArray) -> FloatArray:
+        """``var(sum_i tau_r,i)`` (...) of sums (..., 5, k), Nm^2."""
+        own = sums[..., ONE, :] @ (self.user - self.arm)
+        return np.asarray((own**2).sum(-1))
+
 
 @dataclass(frozen=True)
 class Quotient:

@@ -273,11 +273,24 @@ def test_the_reference_errs_by_the_scatter_of_its_repetitions():
         support = needs + scatter * np.array([-1.0, 0.0, 1.0])
         elastic = replace(bench_elastic("elevation"), noise_density=0.0)
         arm = bench_arm(elastic=(elastic,), references=(reference("elevation", support),))
-        found = contribution_of(helping(motion("elevation"), arm, 0.25), bench_robot(), arm)
+        found = contribution_of(helping(motion("elevation"), arm, 0.25), exact_robot(), arm)
         sds.append(found.reference_sd)
         # mean support .75 of the reference, which stands for this one repetition
         assert found.reference_sd == pytest.approx(75 * scatter * np.sqrt(4 / 3) / needs)
     assert sds[1] == pytest.approx(2 * sds[0])
+
+
+def test_the_robots_errors_leave_the_reference_method_as_far_as_one_is_passive():
+    needs = mean_needs("elevation")
+    elastic = replace(bench_elastic("elevation"), noise_density=0.0)
+    arm = bench_arm(elastic=(elastic,), references=(reference("elevation", [needs] * 3),))
+    sds = []
+    for share in (0.0, 0.5, 1.0):
+        found = contribution_of(helping(motion("elevation"), arm, share), bench_robot(), arm)
+        sds.append(found.reference_sd)
+    mean = counted(helping(motion("elevation"), arm, 0.0)).robot_gradient.mean(axis=0)
+    variance = mean @ bench_robot().identified.covariance @ mean
+    assert sds == pytest.approx(np.array([0, 0.5, 1]) * 100 * np.sqrt(variance) / needs, abs=1e-6)
 
 
 def test_references_that_cannot_serve_are_flagged():
