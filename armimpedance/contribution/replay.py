@@ -70,36 +70,32 @@ def replay(
     EstimationError
         A movement that the live form gave fewer samples of.
     """
-    live: dict[int, LiveContribution] = {}
-    times, differences, flags, movements = [], [0.0], 0, []
+    forms: dict[int, LiveContribution] = {}
+    times, differences, flags, movements = [], [], 0, []
     for row, torques in enumerate(movement_torques(recording, robot, arm)):
-        if torques.axis not in live:
-            live[torques.axis] = LiveContribution(
-                robot,
-                arm,
-                torques.axis,
-                recording.sample_rate_hz,
-                window_s=window_s,
-                unrepeatable=unrepeatable,
+        axis, rate = torques.axis, recording.sample_rate_hz
+        if axis not in forms:
+            forms[axis] = LiveContribution(
+                robot, arm, axis, rate, window_s=window_s, unrepeatable=unrepeatable
             )
-        one = live[torques.axis]
-        samples, spent = _play(recording, row, torques, one)
+        live = forms[axis]
+        samples, spent = _play(recording, row, torques, live)
+        times.append(spent)
+        movements.append(live.movement())
         whole = contribution_of(torques, robot, arm, unrepeatable=unrepeatable)
-        movements.append(one.movement())
         difference, differ = _compare(samples, torques, robot, arm, window_s)
         differences += [difference, _movement_difference(movements[-1], whole)]
         flags += differ + _flags_differ(movements[-1], whole)
-        times.append(spent)
-    spent = np.concatenate(times)
+    each = np.concatenate(times)
     return LiveReport(
-        len(spent),
-        one.delay_s,
-        float(np.median(spent)),
-        float(np.quantile(spent, 0.99)),
-        float(spent.max()),
-        max(differences),
-        flags,
-        tuple(movements),
+        n_updates=len(each),
+        delay_s=live.delay_s,
+        median_s=float(np.median(each)),
+        p99_s=float(np.quantile(each, 0.99)),
+        longest_s=float(each.max()),
+        largest_difference=max(differences),
+        flags_differ=flags,
+        movements=tuple(movements),
     )
 
 
