@@ -20,6 +20,7 @@ from armimpedance.contribution.repeatability import (
     noise_density,
     scatter_of,
 )
+from armimpedance.contribution.sliding import least_speed
 from armimpedance.contribution.torques import MovementTorques
 from armimpedance.errors import InputError
 from armimpedance.records import FloatArray
@@ -28,10 +29,8 @@ from armimpedance.regression.fit import Fit
 from armimpedance.regression.pooled import pool
 from armimpedance.regression.solve import fit
 
-#: Samples slower than this multiple of the friction's rise are left out: there the gears may stick,
-#: and the model's friction is not yet what it slides with.
-SLIDING: Final = 5.0
-#: But never those faster than this share of the peak speed.
+#: Samples in which the axis does not slide are left out, but never those faster than this share of
+#: the peak speed.
 FAST_SHARE: Final = 0.3
 
 
@@ -74,9 +73,7 @@ class AxisFit:
     left_out: float
 
 
-def fit_axis(
-    movements: Sequence[MovementTorques], rise_rad_s: float, *, sliding: float = SLIDING
-) -> AxisFit:
+def fit_axis(movements: Sequence[MovementTorques], rise_rad_s: float) -> AxisFit:
     """k_s and offset of one axis.
 
     Parameters
@@ -85,8 +82,6 @@ def fit_axis(
         About the same axis; two or more of every movement.
     rise_rad_s : float
         v_s of the axis' friction.
-    sliding : float
-        Multiple of it below which samples are left out.
 
     Raises
     ------
@@ -95,7 +90,7 @@ def fit_axis(
     InputError
         A repetition without samples that are fast enough.
     """
-    kept = [sliding_samples(m, sliding * rise_rad_s) for m in movements]
+    kept = [sliding_samples(m, rise_rad_s) for m in movements]
     q = [m.q[rows] for m, rows in zip(movements, kept, strict=True)]
     S = [(m.support - m.rigid_arm)[rows] for m, rows in zip(movements, kept, strict=True)]
     lines = [np.stack([x, np.ones_like(x)], axis=1) for x in q]
@@ -133,8 +128,8 @@ def fit_axis(
     )
 
 
-def sliding_samples(movement: MovementTorques, least_rad_s: float) -> slice:
-    """From the first to the last sample of this speed (or of `FAST_SHARE` of the peak).
+def sliding_samples(movement: MovementTorques, rise_rad_s: float) -> slice:
+    """From the first to the last sample in which the axis slides (see `FAST_SHARE`).
 
     Raises
     ------
@@ -142,7 +137,7 @@ def sliding_samples(movement: MovementTorques, least_rad_s: float) -> slice:
         Next to none is.
     """
     speed = np.abs(movement.qd)
-    fast = np.flatnonzero(speed >= min(least_rad_s, FAST_SHARE * float(speed.max())))
+    fast = np.flatnonzero(speed >= min(least_speed(rise_rad_s), FAST_SHARE * float(speed.max())))
     if len(fast) < 10 or not speed.max() > 0:
         raise InputError(f"trial {movement.trial}: axis {movement.axis + 1} hardly moves")
     return slice(int(fast[0]), int(fast[-1]) + 1)

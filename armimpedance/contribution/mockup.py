@@ -17,7 +17,7 @@ from typing import Final
 import numpy as np
 
 from armimpedance.contribution.arm import ArmSegment, PassiveArm
-from armimpedance.contribution.axis_stiffness import SLIDING, direction_of, sliding_samples
+from armimpedance.contribution.axis_stiffness import direction_of, sliding_samples
 from armimpedance.contribution.checks import check_recording
 from armimpedance.contribution.movements import movement_torques
 from armimpedance.contribution.robot import FOREARM, UPPER_ARM, TherapyRobot
@@ -150,8 +150,8 @@ def _scaled(
     """The model's number times the scale that fits, and what is left, Nm rms."""
     group = _about(axis_name, torques)
     loads = robot.identified
-    least = SLIDING * float(loads.rise_rad_s[group[0].axis])
-    kept = [sliding_samples(t, least) for t in group]
+    rise = float(loads.rise_rad_s[group[0].axis])
+    kept = [sliding_samples(t, rise) for t in group]
     both_ways = len({direction_of(t) for t in group}) > 1
     columns = [_columns(t, rows, both_ways) for t, rows in zip(group, kept, strict=True)]
     names = tuple(columns[0])

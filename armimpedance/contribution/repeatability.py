@@ -34,8 +34,9 @@ LARGEST_SCATTER_NM: Final = 0.25
 #: And if chance gives such scatter less often than this.
 SIGNIFICANCE: Final = 0.01
 
-#: The fluctuation is followed in means over this time, s, for these correlation times, s.
-_BLOCK_S: Final = 0.05
+#: The fluctuation is looked at in these steps, s (closer, and the kernel's own memory would pass
+#: for the person's), with these correlation times, s.
+_STEP_S: Final = 0.1
 _TIMES_S: Final = tuple(np.geomspace(0.05, 3.0, 20))
 #: The slowest cosines are not in a residual: the line has taken them.
 _FIRST_COSINE: Final = 3
@@ -141,8 +142,9 @@ def fluctuation_covariance(
     """Covariance (2, 2) that a fluctuating torque gives the line of one repetition, their mean.
 
     The residuals E are taken as a process of correlation ``sigma^2 exp(-|t| / T_c)``. What the
-    lines have taken away from them is accounted for by the restricted likelihood; T_c is averaged
-    over that, since a movement of seconds does not tell it well.
+    lines have taken away from them is accounted for by the restricted likelihood; log T_c is
+    averaged over that, since seconds do not tell it well. On processes of .05 to 2 s the median
+    comes out at 1.5 to .65 of the true variance.
 
     Parameters
     ----------
@@ -152,15 +154,16 @@ def fluctuation_covariance(
         What its line leaves, Nm.
     sample_rate_hz : float
     """
-    size = max(round(_BLOCK_S * sample_rate_hz), 1)
-    step = size / sample_rate_hz
-    rows = [_blocks(w, size) for w in W]
-    left = [_blocks(e[:, None], size) for e in E]
+    stride = max(round(_STEP_S * sample_rate_hz), 1)
+    step = stride / sample_rate_hz
+    rows = [w[stride // 2 :: stride] for w in W]
+    left = [e[stride // 2 :: stride, None] for e in E]
     longest = len(max(rows, key=len)) * step
-    times = [t for t in _TIMES_S if t <= longest]
-    likelihood, found = zip(*(_at_time(rows, left, step / t) for t in times), strict=True)
-    weight = np.exp(np.array(likelihood) - max(likelihood))
-    return np.asarray(np.tensordot(weight / weight.sum(), np.array(found), axes=1))
+    times = np.array([t for t in _TIMES_S if t <= longest])
+    likelihood = np.array([_at_time(rows, left, step / t)[0] for t in times])
+    weight = np.exp(likelihood - likelihood.max())
+    time = float(np.exp(np.log(times) @ weight / weight.sum()))
+    return _at_time(rows, left, step / time)[1]
 
 
 def _at_time(
@@ -194,12 +197,6 @@ def _line_covariance(w: FloatArray, phi: float) -> FloatArray:
 
 def _whitened(x: FloatArray, phi: float) -> FloatArray:
     return np.concatenate([x[:1], (x[1:] - phi * x[:-1]) / np.sqrt(1 - phi**2)])
-
-
-def _blocks(x: FloatArray, size: int) -> FloatArray:
-    """Means (m, c) of so many rows of (S, c)."""
-    m = len(x) // size
-    return np.asarray(x[: m * size].reshape(m, size, -1).mean(axis=1))
 
 
 def noise_density(E: Sequence[FloatArray], sample_rate_hz: float) -> float:
