@@ -137,6 +137,7 @@ def simulate_validation(
     *,
     seed: int = 0,
     trials: int = 8,
+    legs: int = LEGS,
     device: TherapyDevice | None = None,
     noise: Noise = "nominal",
     progress: Progress | None = None,
@@ -147,7 +148,8 @@ def simulate_validation(
     ----------
     seed : int
         Postures and noise of a trial depend on seed and the trial's number alone.
-    trials : int
+    trials, legs : int
+        How many trials, of how many ways each.
     device, noise, progress
         As in `simulate_calibration`.
 
@@ -165,8 +167,10 @@ def simulate_validation(
     _check(seed, noise)
     if not 1 <= trials <= 1000:
         raise InputError(f"{trials} trials", expected="1 to 1000")
+    if not 1 <= legs <= 20:
+        raise InputError(f"{legs} legs", expected="1 to 20")
     seeds = Seeds(seed, "validation")
-    courses = [_wander(own, seeds.stream(t + 1, "postures"), t + 1) for t in range(trials)]
+    courses = [_wander(own, legs, seeds.stream(t + 1, "postures"), t + 1) for t in range(trials)]
     return _session("validation", courses, own, seed, noise, progress)
 
 
@@ -246,9 +250,11 @@ def _row(
     }
 
 
-def _wander(device: TherapyDevice, stream: np.random.Generator, repetition: int) -> Course:
+def _wander(
+    device: TherapyDevice, legs: int, stream: np.random.Generator, repetition: int
+) -> Course:
     """Minimum-jerk legs between random postures, all axes together, one leg into the next."""
-    postures = _far_postures(device, stream)
+    postures = _far_postures(device, legs + 1, stream)
     ways = np.diff(postures, axis=0)
     lasting = np.maximum(SHORTEST_LEG_S, np.rad2deg(np.abs(ways).max(axis=1)) / LEG_SPEED_DEG_S)
     starts = np.concatenate([[0.0], np.cumsum((1 - OVERLAP) * lasting[:-1])])
@@ -264,14 +270,14 @@ def _wander(device: TherapyDevice, stream: np.random.Generator, repetition: int)
     return Course(q, qd, row)
 
 
-def _far_postures(device: TherapyDevice, stream: np.random.Generator) -> FloatArray:
-    """Postures (L + 1, n): every axis in the lower and the upper part of its range in turns.
+def _far_postures(device: TherapyDevice, count: int, stream: np.random.Generator) -> FloatArray:
+    """Postures (count, n): every axis in the lower and the upper part of its range in turns.
 
     So all axes move far in every leg: one that hardly moves shows nothing but stiction.
     """
     low, high = device.limits_rad.T
-    upper = (np.arange(LEGS + 1)[:, None] + stream.integers(0, 2, device.n_axes)) % 2
-    share = stream.uniform(0.08, 0.32, (LEGS + 1, device.n_axes))
+    upper = (np.arange(count)[:, None] + stream.integers(0, 2, device.n_axes)) % 2
+    share = stream.uniform(0.08, 0.32, (count, device.n_axes))
     return np.asarray(low + (high - low) * np.where(upper, 1 - share, share))
 
 

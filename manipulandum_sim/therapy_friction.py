@@ -2,8 +2,9 @@
 
 ``z' = v - s0 |v| z / g(v)``, ``tau = s0 z + s1 z' + k_v v``,
 ``g(v) = tau_c + (tau_s - tau_c) exp(-|v| / v_s)``. At a constant velocity z' = 0, and there is
-``sign(v) g(v) + k_v v``, odd in the velocity. At rest the bristles hold any torque within tau_s,
-whichever the axis stopped with.
+``sign(v) g(v) + k_v v``, odd in the velocity. At rest the bristles hold the torque that the axis
+stopped with, up to tau_s. A load that grows finds less than tau_s where it grows fast, tau_c at
+least: the bristles creep before they slip.
 """
 
 from __future__ import annotations
@@ -100,15 +101,19 @@ class Bristles:
         level = self.coulomb + self.excess * np.exp(-speed * self.per_stribeck)
         return np.asarray(self.stiffness * speed / level)
 
-    def torque(self, bend: FloatArray, velocity: FloatArray) -> FloatArray:
-        """Friction (n, T), Nm, of bristles bent by z (n, T), rad."""
-        bending = velocity - self.rate(velocity) * bend
-        return np.asarray(self.stiffness * bend + self.damping * bending + self.viscous * velocity)
+    def torque(
+        self, bend: FloatArray, velocity: FloatArray, rate: FloatArray | None = None
+    ) -> FloatArray:
+        """Friction (n, T), Nm, of bristles bent by z (n, T), rad; `rate` where it is known."""
+        rate = self.rate(velocity) if rate is None else rate
+        damping = self.damping * (velocity - rate * bend)
+        return np.asarray(self.stiffness * bend + damping + self.viscous * velocity)
 
-    def bent(self, bend: FloatArray, velocity: FloatArray, dt: float) -> FloatArray:
+    @staticmethod
+    def bent(bend: FloatArray, velocity: FloatArray, rate: FloatArray, dt: float) -> FloatArray:
         """z after dt at a held velocity, implicit (the trapezoid), so stable at any speed.
 
-        ``z+ = ((1 - a dt / 2) z + dt v) / (1 + a dt / 2)``
+        ``z+ = ((1 - a dt / 2) z + dt v) / (1 + a dt / 2)`` with the rate a.
         """
-        half = self.rate(velocity) * (dt / 2)
+        half = rate * (dt / 2)
         return np.asarray(((1 - half) * bend + dt * velocity) / (1 + half))

@@ -270,13 +270,14 @@ class _Plant:
         """
         dt, law = 1 / RATE_HZ / substeps, self.bristles
         q, v = state.q, state.qd
-        z = law.bent(state.bend, v, dt / 2)
+        rate = law.rate(v)
+        z = law.bent(state.bend, v, rate, dt / 2)
         for i in range(substeps):
-            half = v + dt / 2 * (inverse * (held - law.torque(z, v))).sum(axis=1)
+            half = v + dt / 2 * (inverse * (held - law.torque(z, v, rate))).sum(axis=1)
             after = v + dt * (inverse * (held - law.torque(z, half))).sum(axis=1)
             q = q + dt / 2 * (v + after)
-            v = after
-            z = law.bent(z, v, dt if i + 1 < substeps else dt / 2)
+            v, rate = after, law.rate(after)
+            z = law.bent(z, v, rate, dt if i + 1 < substeps else dt / 2)
         return _State(q, v, z, (v - state.qd) * RATE_HZ)
 
     def _with_rotors(self, M: FloatArray) -> FloatArray:
