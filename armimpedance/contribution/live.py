@@ -12,18 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from armimpedance.contribution.arm import PassiveArm
-from armimpedance.contribution.metric import (
-    WINDOW_S,
-    Contribution,
-    Labels,
-    contribution_from,
-    projection_valid,
-    range_notes,
-    ratio_valid,
-    sample_valid,
-    usable_elastic,
-    window_samples,
-)
+from armimpedance.contribution.from_sums import Labels, contribution_from
+from armimpedance.contribution.metric import WINDOW_S, window_samples
+from armimpedance.contribution.metric_result import Contribution
 from armimpedance.contribution.robot import TherapyRobot, load_gradient
 from armimpedance.contribution.sliding import least_speed
 from armimpedance.contribution.smooth import WIDTH_S, kernels_for
@@ -38,6 +29,13 @@ from armimpedance.contribution.sums import (
     sums_of,
 )
 from armimpedance.contribution.uncertainty import error_law, projection, ratio
+from armimpedance.contribution.validity import (
+    projection_valid,
+    range_notes,
+    ratio_valid,
+    sample_valid,
+    usable_elastic,
+)
 from armimpedance.errors import InputError
 from armimpedance.records import FloatArray
 
