@@ -4,8 +4,8 @@
 which the shoulder rests. The projection ``100 sum(tau_user tau_h) / sum(tau_h^2)`` does not: it is
 the share of tau_h that tau_user follows over the movement. Where tau_h is constant all three are
 the same. Samples in which the axis stands still do not count (`sliding`); when a value is valid
-says `validity`. Where the arm is let down its weight drives the movement: 100 % is then to carry the
-whole arm all the way down, and whoever pushes downwards contributes less, not more.
+says `validity`. Where the arm is let down its weight drives the movement: 100 % is then to carry
+the whole arm all the way down, and whoever pushes downwards contributes less, not more.
 """
 
 from __future__ import annotations
