@@ -234,10 +234,15 @@ class WorldInertia:
     first: FloatArray
     second: FloatArray
 
+    def __add__(self, other: WorldInertia) -> WorldInertia:
+        return WorldInertia(
+            self.mass + other.mass, self.first + other.first, self.second + other.second
+        )
+
     def carried(self) -> WorldInertia:
         """Of each body with all those beyond it."""
         return WorldInertia(
-            _from_the_end(self.mass, 0), _from_the_end(self.first, 1), _from_the_end(self.second, 2)
+            _inwards(self.mass, 0), _inwards(self.first, 1), _inwards(self.second, 2)
         )
 
     def momentum(self, w: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -254,14 +259,7 @@ def mass_and_bias(
     """M (n, n, ..., T) and Coriolis and gravity torques (n, ..., T) of ``M qdd + b = tau``."""
     at = chain.place(q)
     inertia = at.inertia(bodies)
-    linear, angular = inertia.carried().momentum(at.e, at.v)
-    # M_ji (n, n) = e_j . angular_i + v_j . linear_i for hinges j that carry hinge i
-    M = (at.e[:, :, None] * angular[:, None]).sum(axis=0)
-    M += (at.v[:, :, None] * linear[:, None]).sum(axis=0)
-    for i in range(len(M)):
-        M[i + 1 :, i] = M[i, i + 1 :]
-    back = chain.back
-    return M[back][:, back], _torque(chain, at, inertia, qd, None)
+    return mass_matrix(chain, at, inertia), needed_torque(chain, at, inertia, qd)
 
 
 def inverse_dynamics(
@@ -269,20 +267,31 @@ def inverse_dynamics(
 ) -> FloatArray:
     """``M qdd + C qd + G`` (n, ..., T)."""
     at = chain.place(q)
-    return _torque(chain, at, at.inertia(bodies), qd, qdd)
+    return needed_torque(chain, at, at.inertia(bodies), qd, qdd)
 
 
-def _torque(
+def mass_matrix(chain: SerialChain, at: Placed, inertia: WorldInertia) -> FloatArray:
+    """M (n, n, ..., T) of placed bodies: composite rigid bodies."""
+    linear, angular = inertia.carried().momentum(at.e, at.v)
+    # M_ji (n, n) = e_j . angular_i + v_j . linear_i for hinges j that carry hinge i
+    M = (at.e[:, :, None] * angular[:, None]).sum(axis=0)
+    M += (at.v[:, :, None] * linear[:, None]).sum(axis=0)
+    for i in range(len(M)):
+        M[i + 1 :, i] = M[i, i + 1 :]
+    return np.asarray(M[np.ix_(chain.back, chain.back)])
+
+
+def needed_torque(
     chain: SerialChain,
     at: Placed,
     inertia: WorldInertia,
     qd: FloatArray,
-    qdd: FloatArray | None,
+    qdd: FloatArray | None = None,
 ) -> FloatArray:
-    """Newton and Euler outwards and back."""
+    """``M qdd + C qd + G`` of placed bodies: Newton and Euler outwards and back."""
     order = list(chain.order)
     rate = qd[order]
-    W, U = np.cumsum(at.e * rate, axis=1), np.cumsum(at.v * rate, axis=1)
+    W, U = _outwards(at.e * rate), _outwards(at.v * rate)
     before_w, before_u = np.zeros_like(W), np.zeros_like(U)
     before_w[:, 1:], before_u[:, 1:] = W[:, :-1], U[:, :-1]
     # the hinges' axes are carried by the links before them
@@ -291,17 +300,29 @@ def _torque(
     if qdd is not None:
         alpha += at.e * qdd[order]
         a += at.v * qdd[order]
-    alpha, a = np.cumsum(alpha, axis=1), np.cumsum(a, axis=1)
+    alpha, a = _outwards(alpha), _outwards(a)
     # gravity counts as the world's acceleration upwards
     a[2] += GRAVITY_M_S2
     linear, angular = inertia.momentum(W, U)
     force, moment = inertia.momentum(alpha, a)
     force += cross(W, linear)
     moment += cross(W, angular) + cross(U, linear)
-    force, moment = _from_the_end(force, 1), _from_the_end(moment, 1)
+    force, moment = _inwards(force, 1), _inwards(moment, 1)
     tau = (at.e * moment).sum(axis=0) + (at.v * force).sum(axis=0)
     return np.asarray(tau[chain.back])
 
 
-def _from_the_end(values: FloatArray, axis: int) -> FloatArray:
-    return np.asarray(np.flip(np.cumsum(np.flip(values, axis), axis=axis), axis))
+def _outwards(values: FloatArray) -> FloatArray:
+    """Sums from the base on over the second axis; changes `values`."""
+    for i in range(1, values.shape[1]):
+        values[:, i] += values[:, i - 1]
+    return values
+
+
+def _inwards(values: FloatArray, axis: int) -> FloatArray:
+    """Sums from the end back over an axis, a copy."""
+    sums = values.copy()
+    along = np.moveaxis(sums, axis, 0)
+    for i in range(len(along) - 2, -1, -1):
+        along[i] += along[i + 1]
+    return sums

@@ -23,7 +23,14 @@ from armimpedance.errors import EstimationError, InputError
 from armimpedance.records import FloatArray
 
 from .therapy_device import RATE_HZ, TherapyDevice
-from .therapy_dynamics import Moments, Payload, SerialChain, inverse_dynamics, mass_and_bias
+from .therapy_dynamics import (
+    Moments,
+    Payload,
+    SerialChain,
+    mass_and_bias,
+    mass_matrix,
+    needed_torque,
+)
 from .therapy_friction import Bristles
 
 Progress = Callable[[int, int], None]
@@ -37,11 +44,11 @@ User = Callable[[float, FloatArray, FloatArray], FloatArray]
 Passive = Callable[[FloatArray, FloatArray], FloatArray]
 
 #: Steps of bristles and velocities within a sample.
-SUBSTEPS: Final = 10
+SUBSTEPS: Final = 5
 #: Low-pass of the measured velocity, first order, Hz.
 VELOCITY_HZ: Final = 60.0
 #: Samples of all trials that are gone through at once after the run.
-_CHUNK: Final = 8192
+_CHUNK: Final = 2048
 _STEPS_TOLD: Final = 500
 
 
@@ -309,7 +316,6 @@ class _Plant:
     def _at_samples(self, course: _Course, rows: slice, passive: Passive) -> dict[str, FloatArray]:
         """Torques and accelerations (s, T, n) of some samples."""
         chain = self.chain.over_samples()
-        links, carried = self.links.over_samples(), self.carried.over_samples()
         # (n, s, T)
         q, qd = course.q[rows].transpose(1, 0, 2), course.qd[rows].transpose(1, 0, 2)
         bend = course.bend[rows].transpose(1, 0, 2)
@@ -320,19 +326,22 @@ class _Plant:
         springs = self.device.springs(angles)
         stiff = np.asarray(passive(angles, rates))
         driving = np.moveaxis(course.motor[rows] + course.user[rows], 1, -1)
-        M, bias = mass_and_bias(chain, self.whole.over_samples(), q, qd)
+        at = chain.place(q)
+        links, carried = (at.inertia(b.over_samples()) for b in (self.links, self.carried))
+        M = mass_matrix(chain, at, links + carried)
+        bias = needed_torque(chain, at, links + carried, qd)
         M = np.moveaxis(self._with_rotors(M), (0, 1), (-2, -1))
         right = driving - np.moveaxis(bias, 0, -1) - friction - springs - stiff
         # qdd (n,) = M^-1 (n, n) (motor + user - b - friction - springs - passive) (n,)
         qdd = np.asarray(np.linalg.solve(M, right[..., None])[..., 0], dtype=np.float64)
         turned = np.moveaxis(qdd, -1, 0)
-        robot = np.moveaxis(inverse_dynamics(chain, links, q, qd, turned), 0, -1)
+        robot = np.moveaxis(needed_torque(chain, at, links, qd, turned), 0, -1)
         return {
             "qdd": qdd,
             "friction": friction,
             "springs": springs,
             "robot": robot + self.rotors * qdd,
-            "arm": np.moveaxis(inverse_dynamics(chain, carried, q, qd, turned), 0, -1),
+            "arm": np.moveaxis(needed_torque(chain, at, carried, qd, turned), 0, -1),
             "passive": stiff,
         }
 
