@@ -9,27 +9,27 @@ from typing import Final
 import numpy as np
 
 from armimpedance.contribution.arm import MASS_SD, ArmSegment, Elastic, PassiveArm, Reference
+from armimpedance.contribution.arm_verdict import (
+    WIDEST_REST_RAD,
+    WIDEST_STIFFNESS,
+    axis_parameters,
+    axis_warnings,
+    direction_parameter,
+    half_width,
+    verdict_of,
+)
 from armimpedance.contribution.axis_stiffness import AxisFit, fit_axis
 from armimpedance.contribution.checks import check_recording
 from armimpedance.contribution.movements import elastic_torque, movement_torques
-from armimpedance.contribution.repeatability import LARGEST_SCATTER_NM, LARGEST_SHARE
 from armimpedance.contribution.robot import Loads, TherapyRobot
 from armimpedance.contribution.sliding import slides
 from armimpedance.contribution.torques import MovementTorques
 from armimpedance.errors import InputError
-from armimpedance.records import FloatArray, Recording
-from armimpedance.regression.fit import t_factor
+from armimpedance.records import Recording
 from armimpedance.regression.summary import FitSummary, NamedParameter
 
 #: Repetitions of every movement, as in the source.
 FEWEST: Final = 3
-#: Largest half-width of a 95 % interval of an identified k_s, Nm/rad, and q_0, rad.
-WIDEST_STIFFNESS: Final = 0.3
-WIDEST_REST_RAD: Final = 0.1
-#: A residual about the repetitions' own lines beyond this, and beyond this share of the arm's
-#: torque (rms), is no passive arm's.
-LARGEST_RESIDUAL_NM: Final = 0.5
-RESIDUAL_SHARE: Final = 0.1
 #: Length that a robot has been adjusted to where a recording does not say, m.
 USUAL_UPPER_ARM_M: Final = 0.30
 
@@ -207,7 +207,7 @@ def _calibrate(
 ) -> AxisCalibration:
     axis, name = movements[0].axis, movements[0].axis_name
     found = fit_axis(movements, float(loads.rise_rad_s[axis]))
-    stiffness, rest = _parameters(found, loads, mass_sd, axis + 1)
+    stiffness, rest = axis_parameters(found, loads, mass_sd, axis + 1)
     repeatable = not found.scatter.disagrees(found.arm_rms_Nm)
     elastic = Elastic(
         axis=name,
@@ -220,9 +220,9 @@ def _calibrate(
         noise_density=found.noise_density,
         mass_gradient=found.mass_gradient,
         robot_gradient=found.robot_gradient,
-        stiffness_identified=repeatable and _half_width(stiffness) <= WIDEST_STIFFNESS,
-        rest_identified=repeatable and _half_width(rest) <= WIDEST_REST_RAD,
-        verdict=_verdict(found, stiffness, rest, repeatable),
+        stiffness_identified=repeatable and half_width(stiffness) <= WIDEST_STIFFNESS,
+        rest_identified=repeatable and half_width(rest) <= WIDEST_REST_RAD,
+        verdict=verdict_of(found, stiffness, rest, repeatable),
         repeatable=repeatable,
     )
     return AxisCalibration(
@@ -231,122 +231,8 @@ def _calibrate(
         fitted=found,
         stiffness=stiffness,
         rest=rest,
-        direction_Nm=_direction(found, axis + 1),
-        warnings=_warnings(elastic, found, movements),
-    )
-
-
-def _parameters(
-    found: AxisFit, loads: Loads, mass_sd: float, joint: int
-) -> tuple[NamedParameter, NamedParameter]:
-    """k_s and q_0 with all that they depend on."""
-    k, offset = found.fit.parameters[:2]
-    # C (2, 2) = scatter + g sd^2 g^T + G C_theta G^T, g (2,) of the mass factor, G (2, p)
-    g, G = mass_sd * found.mass_gradient, found.robot_gradient
-    parts = found.covariance, np.outer(g, g), G @ loads.covariance @ G.T
-    dofs = found.scatter.dof, np.inf, loads.dof
-    stiffness = _derived("k_s", "Nm/rad", k, np.array([1.0, 0.0]), parts, dofs, joint)
-    low, high = stiffness.ci95
-    if low <= 0 <= high or k <= 0:
-        return stiffness, NamedParameter("q_0", np.nan, np.nan, np.nan, "rad", joint=joint)
-    # q_0 = -b / k: dq_0 = -(q_0 dk + db) / k
-    slope = -np.array([-offset / k, 1.0]) / k
-    return stiffness, _derived("q_0", "rad", -offset / k, slope, parts, dofs, joint)
-
-
-def _derived(
-    name: str,
-    unit: str,
-    value: float,
-    slope: FloatArray,
-    parts: Sequence[FloatArray],
-    dofs: Sequence[float],
-    joint: int,
-) -> NamedParameter:
-    """A function of (k_s, offset) by the delta method; degrees of freedom after Satterthwaite."""
-    variances = np.array([slope @ C @ slope for C in parts])
-    total = float(variances.sum())
-    spread = float((variances**2 / np.array(dofs)).sum())
-    return NamedParameter(
-        name=name,
-        value=float(value),
-        sd=float(np.sqrt(variances[0])),
-        sd_robust=float(np.sqrt(total)),
-        unit=unit,
-        dof=total**2 / spread if spread > 0 else float("inf"),
-        joint=joint,
-    )
-
-
-def _half_width(parameter: NamedParameter) -> float:
-    """Of the 95 % interval; infinite where there is no value."""
-    width = t_factor(parameter.dof) * parameter.sd_robust
-    return float(width) if np.isfinite(width) else float("inf")
-
-
-def _direction(found: AxisFit, joint: int) -> NamedParameter | None:
-    if len(found.fit.parameters) < 3:
-        return None
-    sd = float(found.fit.sd[2])
-    return NamedParameter(
-        "direction", float(found.fit.parameters[2]), sd, sd, "Nm", found.fit.dof, joint
-    )
-
-
-def _verdict(
-    found: AxisFit, stiffness: NamedParameter, rest: NamedParameter, repeatable: bool
-) -> str:
-    if not repeatable:
-        return (
-            "refused: the passive repetitions are too different, they scatter by "
-            f"{found.scatter.rms_Nm:.2g} Nm where the arm needs {found.arm_rms_Nm:.2g} Nm (rms)"
-        )
-    parts = []
-    for parameter, widest in ((stiffness, WIDEST_STIFFNESS), (rest, WIDEST_REST_RAD)):
-        width = _half_width(parameter)
-        if not np.isfinite(width):
-            parts.append(f"{parameter.name} not identified: k_s is not above 0 beyond its error")
-        elif width > widest:
-            parts.append(
-                f"{parameter.name} not identified: known to {width:.2g} {parameter.unit} only"
-            )
-        else:
-            parts.append(f"{parameter.name} identified")
-    return "; ".join(parts)
-
-
-def _warnings(
-    elastic: Elastic, found: AxisFit, movements: Sequence[MovementTorques]
-) -> tuple[str, ...]:
-    said = []
-    if not elastic.repeatable:
-        said.append(f"axis {elastic.axis} {elastic.verdict}")
-    limit = max(LARGEST_RESIDUAL_NM, RESIDUAL_SHARE * found.arm_rms_Nm)
-    if found.residual_rms_Nm > limit:
-        said.append(
-            f"axis {elastic.axis}: single repetitions lie {found.residual_rms_Nm:.2g} Nm (rms) off "
-            "a line; the person may not have been passive"
-        )
-    if elastic.stiffness < 0 and elastic.stiffness < -2 * np.sqrt(elastic.covariance[0, 0]):
-        said.append(
-            f"axis {elastic.axis}: k_s is negative; the masses may be wrong or the person active"
-        )
-    said += [_drift(group, found) for group in _by_movement(movements).values()]
-    return tuple(sentence for sentence in said if sentence)
-
-
-def _drift(group: Sequence[MovementTorques], found: AxisFit) -> str:
-    """A support that rises or falls from one repetition to the next by more than is expected."""
-    support = np.array([m.support.mean() for m in group])
-    steps, whole = np.diff(support), abs(float(support[-1] - support[0]))
-    middle = np.array([np.mean([m.q.mean() for m in group]), 1.0])
-    usual = 3 * float(np.sqrt(2 * middle @ found.scatter.expected @ middle))
-    one_way = (steps > 0).all() or (steps < 0).all()
-    if not one_way or whole < max(usual, LARGEST_SCATTER_NM, LARGEST_SHARE * found.arm_rms_Nm):
-        return ""
-    return (
-        f"{group[0].movement}: the support goes from {support[0]:.3g} to {support[-1]:.3g} Nm over "
-        "the repetitions; the person may not yet have been passive"
+        direction_Nm=direction_parameter(found, axis + 1),
+        warnings=axis_warnings(elastic, found, tuple(_by_movement(movements).values())),
     )
 
 
