@@ -43,8 +43,10 @@ def caption(studied: TherapyStudy) -> str:
         f"projection over the last {WINDOW_S:g} s with its 95 % band; at the right and in the "
         "titles that of each whole movement with its 95 % interval; 0 % is a passive arm, 100 % "
         "one that needs no support, below 0 it resists. Grey: cannot be told, because the passive "
-        "arm needs next to nothing there or because the axis is so slow that its gears may stick. "
-        f"The whole movements are at most {max(off):.1f} points from the simulated truth. "
+        "arm needs next to nothing there. Lines begin once the axis moves: what sticks bears "
+        "anything up to its static friction. "
+        f"The whole movements are at most {max(off):.1f} points from the simulated truth while "
+        "the axis moves. "
         f"{design(studied)}. Differs from the source: simulated, and the source shows no such view."
     )
 

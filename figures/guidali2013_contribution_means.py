@@ -8,6 +8,7 @@ import numpy as np
 
 from armimpedance.plots.tables import TableBlock, TableRow, plot_table
 from armimpedance.records import FloatArray
+from armimpedance.report.numbers import fixed
 from armimpedance_figures.guidali_groups import (
     GROUPS,
     conditions_of,
@@ -64,8 +65,8 @@ def _spread(pair: tuple[float, float]) -> str:
     if not np.isfinite(mean):
         return "-"
     decimals = 0 if abs(mean) >= 100 or sd >= 20 else 1
-    shown = f"{mean:.{decimals}f}"
-    return shown if not np.isfinite(sd) else f"{shown} ± {sd:.{decimals}f}"
+    shown = fixed(mean, decimals)
+    return shown if not np.isfinite(sd) else f"{shown} ± {fixed(sd, decimals)}"
 
 
 def table(studied: TherapyStudy) -> list[list[str]]:
@@ -96,8 +97,8 @@ def caption(studied: TherapyStudy) -> str:
         "After Guidali et al. (2013), text of the Results: contribution in per cent, mean ± sd "
         "over all repetitions of all people. Ours by (4) where it is valid "
         f"({valid} of {len(every)} movements) and by the projection; true: either of the "
-        "simulated torques in the same movements; difference: the comparison by a measured "
-        "reference torque, (19), less (4), where both are valid. "
+        "simulated torques in the same samples, those in which the axis moves; difference: the "
+        "comparison by a measured reference torque, (19), less (4), where both are valid. "
         "* doubtful prints: -102.90 of resistive elevation repeats the digits of the active "
         "condition; 1,487.25 of resistive horizontal has lost its minus. "
         f"{design(studied)}. Differs from the source: simulated; how active or resistive people "

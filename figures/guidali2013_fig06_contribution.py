@@ -118,6 +118,7 @@ def table(studied: TherapyStudy) -> list[list[str]]:
             *("subject", "movement", "condition", "trial", "ratio_percent", "ratio_sd"),
             *("ratio_valid", "sum_ratio", "projection_percent", "projection_sd"),
             *("projection_valid", "reference_percent", "true_ratio", "true_projection"),
+            "true_ratio_standstill_included",
         ]
     ]
     for person in studied.people:
@@ -131,7 +132,7 @@ def table(studied: TherapyStudy) -> list[list[str]]:
                     *map(number, [f.projection_percent, f.projection_sd]),
                     "yes" if f.projection_valid else "no",
                     "" if f.reference_percent is None else number(f.reference_percent),
-                    *map(number, [m.truth_percent, m.truth_projection_percent]),
+                    *map(number, [m.truth_percent, m.truth_projection_percent, m.whole_percent]),
                 ]
             )
     return rows
@@ -151,8 +152,8 @@ def caption(studied: TherapyStudy) -> str:
     left_out = f"left out: {', '.join(refused)} (no passive model)" if refused else "nobody refused"
     return (
         "After Guidali et al. (2013), Fig. 6: contribution by the source's (4), by the projection "
-        "on what the passive arm needs, and what either is of the simulated torques (true mean, "
-        f"of the same movements); {left_out}; boxes over all repetitions "
+        "on what the passive arm needs, and what either is of the simulated torques (true mean), "
+        f"all while the axis moves; {left_out}; boxes over all repetitions "
         f"({len(studied.people)} people), + outliers. In {singular} of {len(told)} movements (4) "
         "is flagged: what the passive arm needs cancels out. The 95 % interval of the projection "
         f"holds the truth in {100 * np.mean(held):.0f} %. The source scales its resistive boxes; "

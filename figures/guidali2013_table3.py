@@ -51,8 +51,8 @@ class Cell:
             return "-"
         off = self.value - self.true
         if self.name == "q_c":
-            return f"{off:+.2f} deg"
-        return f"{100 * off / self.true:+.2f} %" if self.true else f"{off:+.1g}"
+            return f"{fixed(off, 2)} deg"
+        return f"{fixed(100 * off / self.true, 2)} %" if self.true else f"{off:.1g}"
 
 
 def cells_of(studied: TherapyStudy, name: str) -> list[Cell]:

@@ -7,7 +7,7 @@ both the contribution of every movement.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Final
 
@@ -23,6 +23,7 @@ from armimpedance.contribution.passive_arm import ArmCalibration, identify_arm
 from armimpedance.contribution.person import segments_of
 from armimpedance.contribution.robot import TherapyRobot
 from armimpedance.contribution.robot_validation import AxisValidation, validate_robot
+from armimpedance.contribution.sliding import slides
 from armimpedance.contribution.torques import MovementTorques
 from armimpedance.errors import InputError
 from armimpedance.records import Recording
@@ -39,8 +40,8 @@ SUBJECTS: Final = ",".join(THERAPY_SUBJECTS)
 SHOWN: Final = "P2"
 #: Trials with the empty robot that validate it.
 VALIDATION_TRIALS = 8
-CONDITIONS: Final = ("passive", "half_active", "active", "resistive")
-MOVEMENTS: Final = ("elevation", "horizontal")
+#: People who are simulated side by side; bounds the memory that their exact courses take.
+AT_ONCE: Final = 5
 
 
 @dataclass(frozen=True)
@@ -67,14 +68,17 @@ class Measured:
     Attributes
     ----------
     found : Contribution
-    truth_percent : float
-        (4) of the simulated torques.
-    truth_projection_percent : float
+    truth_percent, truth_projection_percent : float
+        (4) and the projection of the simulated torques, of the samples that `found` counts: those
+        in which the axis moves.
+    whole_percent : float
+        (4) of the simulated torques from onset to end.
     """
 
     found: Contribution
     truth_percent: float
     truth_projection_percent: float
+    whole_percent: float
 
 
 @dataclass(frozen=True)
@@ -162,8 +166,12 @@ class TherapyStudy:
     @cached_property
     def people(self) -> tuple[Person, ...]:
         """Everybody's session."""
-        sessions = simulate_therapy_many(self.subjects, self.seed, exact=False)
-        return tuple(_person(*session, self.identified) for session in sessions)
+        people: list[Person] = []
+        for first in range(0, len(self.subjects), AT_ONCE):
+            some = self.subjects[first : first + AT_ONCE]
+            sessions = simulate_therapy_many(some, self.seed)
+            people += [_person(*session, self.identified) for session in sessions]
+        return tuple(people)
 
     def person(self, name: str) -> Person:
         """One of them.
@@ -199,19 +207,37 @@ def _person(recording: Recording, truth: TherapyTruth, robot: TherapyRobot) -> P
         except InputError as error:
             refused[movement.axis_name] = str(error)
             continue
-        if truth.contribution is None or truth.projection is None:
-            raise InputError(f"subject {name}: no true contributions")
-        own = float(truth.contribution[row]), float(truth.projection[row])
-        measured.append(Measured(found, *own))
+        measured.append(_beside_truth(found, movement, row, truth, robot))
     passive = (recording.trials["condition"] == "passive").to_numpy()
     return Person(
         name=name,
         passive=recording.select(np.flatnonzero(passive)),
-        truth=truth,
+        truth=replace(truth, motion=None),
         calibration=calibration,
         measured=tuple(measured),
         refused=tuple(refused.items()),
         movements=movements if name == SHOWN else (),
+    )
+
+
+def _beside_truth(
+    found: Contribution,
+    movement: MovementTorques,
+    row: int,
+    truth: TherapyTruth,
+    robot: TherapyRobot,
+) -> Measured:
+    if truth.motion is None or truth.contribution is None:
+        raise InputError(f"subject {truth.subject}: no true courses")
+    moves = slides(movement.qd, float(robot.identified.rise_rad_s[movement.axis]))
+    first = truth.samples_of(row).start
+    at = first + np.rint(movement.time_s[moves] * movement.sample_rate_hz).astype(np.int64)
+    user, needed = (part[at, movement.axis] for part in (truth.motion.user, truth.motion.tau_h))
+    return Measured(
+        found,
+        truth_percent=float(100 * user.sum() / needed.sum()),
+        truth_projection_percent=float(100 * (user @ needed) / (needed @ needed)),
+        whole_percent=float(truth.contribution[row]),
     )
 
 

@@ -139,7 +139,7 @@ def contribution_text(whole: Contribution) -> str:
     half = float(np.ptp(whole.projection_ci95)) / 2
     if not whole.projection_valid:
         return "cannot be told"
-    return f"{whole.projection_percent + 0.0:.0f} ± {max(half, 1.0):.0f} %"
+    return f"{round(whole.projection_percent)} ± {max(round(half), 1)} %"
 
 
 def _panel(

@@ -7,7 +7,7 @@ simulator's stiction, controllers and people have tests of their own.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import fields, replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -35,7 +35,7 @@ from armimpedance_figures.build_all import CATALOGUE
 from armimpedance_figures.source_figure import write
 from manipulandum_sim.therapy_device import therapy_device
 from manipulandum_sim.therapy_subject import THERAPY_SUBJECTS
-from manipulandum_sim.therapy_truth import TherapyTruth
+from manipulandum_sim.therapy_truth import TherapyMotion, TherapyTruth
 
 OURS = {n: f for n, f in CATALOGUE.items() if n.startswith(("guidali2013", "contribution_"))}
 PEOPLE = ("S5", "S4", "P2", "P6")
@@ -69,6 +69,7 @@ class Bench:
         self.links = robot_bodies(replace(robot, motor_inertia_kgm2=np.zeros(5)))
         self.carried = None if arm is None else arm_bodies(robot, arm)
         self.rows, self.q, self.motor, self.sensor = [], [], [], []
+        self.needed, self.user = [], []
 
     def add(self, row, motion, *, extra=0.0, stiff=0.0, user=0.0):
         """Motor torque that this motion needs; `stiff` and `user` of the moving axis."""
@@ -77,13 +78,24 @@ class Bench:
         axis = row["axis"] - 1
         arm[:, axis] += stiff
         motor = self.own.torque(q, qd, qdd) + load_torque(self.robot, q, qd) + arm
-        motor[:, axis] += extra - user * arm[:, axis]
+        own = np.zeros_like(q)
+        own[:, axis] = user * arm[:, axis]
+        motor[:, axis] += extra
+        motor -= own
+        self.needed.append(arm)
+        self.user.append(own)
         cable = DEVICE.cable_stiffness[1] * (q[:, 1] - DEVICE.cable_rest_rad[1])
         sensor = (self.links.torque(q, qd, qdd) + arm)[:, 1] + cable
         self.rows.append({"trial": len(self.rows) + 1, **row})
         self.q.append(q)
         self.motor.append(motor + 0.05 * self.rng.standard_normal(motor.shape))
         self.sensor.append(sensor + 0.02 * self.rng.standard_normal(len(sensor)))
+
+    def true_motion(self):
+        """The person's torques; what no figure looks at is 0."""
+        needed, user = np.concatenate(self.needed), np.concatenate(self.user)
+        courses = {f.name: 0 * user for f in fields(TherapyMotion)}
+        return TherapyMotion(**courses | {"user": user, "arm": needed, "sensor": 0 * user[:, 0]})
 
     def recording(self, subject):
         lengths = [len(q) for q in self.q]
@@ -178,8 +190,7 @@ def pipes(*, seed):
     return recording, TherapyTruth.of("mockup", "pipes", DEVICE, recording.offsets)
 
 
-def treat(subjects, seed, *, exact=True):
-    assert not exact
+def treat(subjects, seed):
     return [person(name, seed + i) for i, name in enumerate(subjects)]
 
 
@@ -205,7 +216,7 @@ def person(name, seed):
     recording = bench.recording(someone.record)
     true = np.array([100 * shares[c] for c in recording.trials["condition"]])
     truth = TherapyTruth.of(
-        "therapy", name, DEVICE, recording.offsets, contribution=true, projection=true,
+        "therapy", name, DEVICE, recording.offsets, bench.true_motion(), contribution=true,
         stiffness=np.array(k), rest_rad=np.array(rest),
     )  # fmt: skip
     return recording, truth
@@ -330,6 +341,15 @@ def test_contributions_of_known_shares_lie_in_their_intervals(studied):
         for low, high in [m.found.projection_ci95]
     ]
     assert np.mean(inside) > 0.85
+
+
+def test_the_truth_is_that_of_the_samples_that_count(studied):
+    for someone in studied.people:
+        shares = PATIENT_SHARES if someone.group == "P" else SHARES
+        for m in someone.measured:
+            true = 100 * shares[m.found.condition]
+            both = [m.truth_percent, m.truth_projection_percent]
+            np.testing.assert_allclose(both, true, atol=1e-9)
 
 
 def test_who_moves_the_trunk_is_refused_and_left_out(studied):
