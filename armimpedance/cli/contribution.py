@@ -9,7 +9,9 @@ Examples:
 
 0 % is a passive arm, 100 % an arm that needs no support, below 0 one that resists. One row a
 movement:
-  projection  100 sum(user arm) / sum(arm^2), with its 95 % interval: the number to read
+  share       c of tau_user = c tau_h + d (robot's own inertia), least squares: the number to read
+  projection  100 sum(user arm) / sum(arm^2): the same where the robot moves the arm; who moves
+              freely accelerates the robot too, which this one counts
   ratio       100 sum(user) / sum(arm), the source's (4): singular where the arm's torque changes
               its sign within the movement (valid: |sum| / sum|.| at least .2)
   reference   (19), against the mean support of the person's own passive repetitions
@@ -41,7 +43,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--live", action="store_true", help="sample by sample, and timed")
     parser.add_argument("--figure", type=Path, metavar="PATH.png", help="draw the movements")
     parser.add_argument(
-        "--unidentified",
+        "--unrepeatable",
         action="store_true",
         help="go on where the passive repetitions of an axis did not agree",
     )
@@ -64,9 +66,9 @@ def run(arguments: argparse.Namespace) -> int:
     recording = read_joint(arguments.recording, arguments.condition)
     with naming(arguments.recording):
         check_recording(recording, robot)
-        recording, refused = with_a_model(recording, robot, arm, arguments.unidentified)
+        recording, refused = with_a_model(recording, robot, arm, arguments.unrepeatable)
         movements = movement_torques(recording, robot, arm)
-        results = [contribution_of(m, robot, arm, unidentified=True) for m in movements]
+        results = [contribution_of(m, robot, arm, unrepeatable=True) for m in movements]
     print(contribution_text(results))
     for sentence in refused:
         print(f"\nleft out: {sentence}")
@@ -84,7 +86,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def with_a_model(
-    recording: Recording, robot: TherapyRobot, arm: PassiveArm, unidentified: bool
+    recording: Recording, robot: TherapyRobot, arm: PassiveArm, unrepeatable: bool
 ) -> tuple[Recording, list[str]]:
     """The trials whose axis has a passive model, and why the others have none.
 
@@ -102,7 +104,7 @@ def with_a_model(
     for axis in dict.fromkeys(axes):
         arm.elastic_of(axis)
         try:
-            usable_elastic(arm, axis, unidentified=unidentified)
+            usable_elastic(arm, axis, unrepeatable=unrepeatable)
         except InputError as error:
             refused[axis] = error
     if len(refused) == len(set(axes)):
@@ -134,7 +136,7 @@ def _draw(
 def _run_live(recording: Recording, robot: TherapyRobot, arm: PassiveArm) -> None:
     from armimpedance.contribution.replay import replay
 
-    report = replay(recording, robot, arm, unidentified=True)
+    report = replay(recording, robot, arm, unrepeatable=True)
     same = "the same flags" if report.flags_differ == 0 else f"{report.flags_differ} flags differ"
     print(
         f"\nlive: {report.n_updates} updates, {1e3 * report.median_s:.3f} ms each (median), 99 % "

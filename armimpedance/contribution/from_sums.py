@@ -18,8 +18,10 @@ from armimpedance.contribution.uncertainty import (
     ErrorLaw,
     Quotient,
     half_width,
+    inertia_share,
     projection,
     ratio,
+    share,
     shares,
     variance_parts,
 )
@@ -28,6 +30,7 @@ from armimpedance.contribution.validity import (
     projection_valid,
     ratio_valid,
     refuse_no_torque,
+    share_valid,
     why_no_ratio,
 )
 from armimpedance.records import FloatArray
@@ -58,7 +61,7 @@ def contribution_from(
 
     Parameters
     ----------
-    sums, everything : (5, k)
+    sums, everything : (6, k)
         Of the samples that count, and of all.
 
     Raises
@@ -72,6 +75,7 @@ def contribution_from(
     total, samples = sums[ONE], everything[ONE, ONE]
     n = total[ONE]
     whole, projected = ratio(sums, law), projection(sums, law)
+    beside = share(sums, law)
     parts, projected_parts = variance_parts(whole, law), variance_parts(projected, law)
     compared = _compared(sums, law, labels, arm)
     valid = bool(ratio_valid(sums, law))
@@ -93,6 +97,11 @@ def contribution_from(
         projection_sd=float(projected.sd),
         projection_ci95=_interval(projected, half_width(projected_parts, law)),
         projection_valid=bool(projection_valid(sums, projected, law)),
+        share_percent=float(beside.percent),
+        share_sd=float(beside.sd),
+        share_ci95=_interval(beside, half_width(variance_parts(beside, law), law)),
+        share_valid=bool(share_valid(sums, beside, law)),
+        inertia_percent=float(inertia_share(sums)),
         reference_percent=None if compared is None else compared.percent,
         reference_sd=None if compared is None else compared.sd,
         reference_valid=compared is not None and compared.valid,

@@ -336,6 +336,7 @@ class LiveContribution:
             motor=state[0, n],
             robot=self._own.torque(q, qd, qdd)[axis] + gradient @ self._theta,
             rigid_arm=self._carried.torque(q, qd, qdd)[axis],
+            robot_inertia=self._own.inertia_torque(q, qdd)[axis],
             elastic=self._elastic.stiffness * q[axis] + self._elastic.offset,
             robot_gradient=gradient,
             torque_limit_Nm=self._limit,

@@ -35,6 +35,12 @@ class Contribution:
     projection_percent, projection_sd : float
     projection_ci95 : (2,)
     projection_valid : bool
+    share_percent, share_sd : float
+        The share of tau_h in tau_user beside any share of the robot's own inertia torque.
+    share_ci95 : (2,)
+    share_valid : bool
+    inertia_percent : float
+        That share of the robot's inertia torque; NaN where the robot does not accelerate.
     reference_percent, reference_sd : float or None
         (19); None where the arm has no reference of this movement.
     reference_valid : bool
@@ -64,6 +70,11 @@ class Contribution:
     projection_sd: float
     projection_ci95: FloatArray
     projection_valid: bool
+    share_percent: float
+    share_sd: float
+    share_ci95: FloatArray
+    share_valid: bool
+    inertia_percent: float
     reference_percent: float | None
     reference_sd: float | None
     reference_valid: bool
@@ -78,7 +89,7 @@ class Contribution:
 
     def __post_init__(self) -> None:
         # an interval about a denominator of zero is NaN, which frozen_array would refuse
-        for name in ("ratio_ci95", "projection_ci95"):
+        for name in ("ratio_ci95", "projection_ci95", "share_ci95"):
             object.__setattr__(self, name, frozen(np.array(getattr(self, name), dtype=float)))
 
 

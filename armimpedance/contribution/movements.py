@@ -218,6 +218,7 @@ def _torques(
         robot=own.torque(*state)[:, axis] + load_torque(robot, *state[:2])[:, axis],
         rigid_arm=carried.torque(*state)[:, axis],
         elastic=elastic_torque(arm, robot.axes[axis], motion.q[:, axis]),
+        robot_inertia=own.inertia_torque(motion.q, motion.qdd)[:, axis],
         robot_gradient=frozen(load_gradient(robot, axis, *state[:2])),
         notes=movement.notes,
     )

@@ -57,7 +57,7 @@ def reference_contribution(
 
     Parameters
     ----------
-    sums : (5, k)
+    sums : (6, k)
         Of the movement.
     law : ErrorLaw
     reference : Reference

@@ -160,7 +160,7 @@ def _compare(
 def _movement_difference(live: Contribution, whole: Contribution) -> float:
     names = ["mean_support_Nm", "mean_arm_Nm", "lowering_share", "saturated_share", "sum_ratio"]
     names += ["n_samples", "still_share", "duration_s"]
-    for metric in ("ratio", "projection", "reference"):
+    for metric in ("ratio", "projection", "share", "reference"):
         if getattr(live, f"{metric}_valid") and getattr(whole, f"{metric}_valid"):
             names += [f"{metric}_percent", f"{metric}_sd"]
     a, b = (np.array([getattr(result, name) for name in names]) for result in (live, whole))
@@ -168,7 +168,7 @@ def _movement_difference(live: Contribution, whole: Contribution) -> float:
 
 
 def _flags_differ(live: Contribution, whole: Contribution) -> int:
-    names = ("ratio_valid", "projection_valid", "reference_valid")
+    names = ("ratio_valid", "projection_valid", "share_valid", "reference_valid")
     return sum(getattr(live, name) != getattr(whole, name) for name in names)
 
 

@@ -52,6 +52,11 @@ class RigidBodies:
             found[i, chain] = pin.rnea(self.model, self.data, a, b, c)
         return found
 
+    def inertia_torque(self, q: FloatArray, qdd: FloatArray) -> FloatArray:
+        """``M qdd`` alone of one sample (n,) or of several (S, n)."""
+        still = np.zeros_like(q)
+        return self.torque(q, still, qdd) - self.torque(q, still, still)
+
     def potential_J(self, q: FloatArray) -> FloatArray:
         """Energy of the weight (S,) at angles (S, n), about an arbitrary zero."""
         rows = np.ascontiguousarray(q[:, self.chain])

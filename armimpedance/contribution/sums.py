@@ -1,9 +1,9 @@
 """What is kept of a movement: sums of products that do not grow with it.
 
-Every sample gives a row ``w = (1, tau_user, tau_h, q, rigid, ..., d tau_r / d theta)``. The sums
-``B = sum w[:5]^T w`` hold numerator and denominator of every metric and all that their standard
-errors need. A recording adds them up at once, a running robot sample by sample: what follows from
-them is the same code.
+Every sample gives a row ``w = (1, tau_user, tau_h, q, rigid, M_r qdd, ..., d tau_r / d theta)``.
+The sums ``B = sum w[:6]^T w`` hold numerator and denominator of every metric and all that their
+standard errors need. A recording adds them up at once, a running robot sample by sample: what
+follows from them is the same code.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from armimpedance.contribution.torques import MovementTorques
 from armimpedance.records import FloatArray
 
 #: Columns of a sample's row; products are kept of the first `FACTORS` with all others.
-ONE, USER, ARM, ANGLE, RIGID = range(5)
-FACTORS: Final = 5
+ONE, USER, ARM, ANGLE, RIGID, INERTIA = range(6)
+FACTORS: Final = 6
 #: Then magnitudes, and truths as 0 or 1.
-ABS_ARM, ABS_SUPPORT, ABS_MOTOR, LOWERING, SATURATED = range(5, 10)
+ABS_ARM, ABS_SUPPORT, ABS_MOTOR, LOWERING, SATURATED = range(6, 11)
 #: Then ``d tau_r / d theta``.
-GRADIENT: Final = 10
+GRADIENT: Final = 11
 
 #: W. The arm drives the movement where ``-tau_h qd`` is more; at rest, rounding decides its sign.
 DRIVING_W: Final = 1e-3
@@ -44,6 +44,7 @@ def fill_rows(
     robot: FloatArray,
     rigid_arm: FloatArray,
     elastic: FloatArray,
+    robot_inertia: FloatArray,
     robot_gradient: FloatArray,
     torque_limit_Nm: float,
 ) -> None:
@@ -53,7 +54,7 @@ def fill_rows(
     ----------
     rows : (S, k) or (k,)
         Written to.
-    q, qd, motor, robot, rigid_arm, elastic : (S,) or ()
+    q, qd, motor, robot, rigid_arm, elastic, robot_inertia : (S,) or ()
         As in `MovementTorques`.
     robot_gradient : (S, p) or (p,)
     torque_limit_Nm : float
@@ -65,6 +66,7 @@ def fill_rows(
     rows[..., ARM] = arm
     rows[..., ANGLE] = q
     rows[..., RIGID] = rigid_arm
+    rows[..., INERTIA] = robot_inertia
     rows[..., ABS_ARM] = abs(arm)
     rows[..., ABS_SUPPORT] = abs(support)
     rows[..., ABS_MOTOR] = abs(motor)
@@ -84,6 +86,7 @@ def movement_rows(torques: MovementTorques, torque_limit_Nm: float) -> FloatArra
         robot=torques.robot,
         rigid_arm=torques.rigid_arm,
         elastic=torques.elastic,
+        robot_inertia=torques.robot_inertia,
         robot_gradient=torques.robot_gradient,
         torque_limit_Nm=torque_limit_Nm,
     )
@@ -91,17 +94,17 @@ def movement_rows(torques: MovementTorques, torque_limit_Nm: float) -> FloatArra
 
 
 def sums_of(rows: FloatArray) -> FloatArray:
-    """Sums B (5, k) of the rows (S, k) of a movement."""
+    """Sums B (6, k) of the rows (S, k) of a movement."""
     return np.asarray(rows[:, :FACTORS].T @ rows)
 
 
 def products_of(rows: FloatArray) -> FloatArray:
-    """The sums of every sample alone, (S, 5, k) of (S, k)."""
+    """The sums of every sample alone, (S, 6, k) of (S, k)."""
     return np.asarray(rows[..., :FACTORS, None] * rows[..., None, :])
 
 
 def window_sums(rows: FloatArray, window: int) -> FloatArray:
-    """Sums (S, 5, k) over the last `window` samples up to each one; fewer at the start.
+    """Sums (S, 6, k) over the last `window` samples up to each one; fewer at the start.
 
     Parameters
     ----------

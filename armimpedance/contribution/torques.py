@@ -30,6 +30,8 @@ class MovementTorques:
         Inertia and weight of the arm about this axis.
     elastic : (S,)
         ``k_s q + offset``; 0 where it is not known yet.
+    robot_inertia : (S,)
+        The part of `robot` that accelerates it, ``M qdd``.
     robot_gradient : (S, p)
         ``d robot / d theta``.
     notes : tuple of str
@@ -49,6 +51,7 @@ class MovementTorques:
     robot: FloatArray
     rigid_arm: FloatArray
     elastic: FloatArray
+    robot_inertia: FloatArray
     robot_gradient: FloatArray
     notes: tuple[str, ...] = ()
 
@@ -58,7 +61,7 @@ class MovementTorques:
         if len(self.time_s) < 2:
             raise RecordError(f"trial {self.trial}: a movement of {len(self.time_s)} samples")
         shape = self.time_s.shape
-        for name in ("q", "qd", "motor", "robot", "rigid_arm", "elastic"):
+        for name in ("q", "qd", "motor", "robot", "rigid_arm", "elastic", "robot_inertia"):
             put(self, name, frozen_array(getattr(self, name), name, shape))
         gradient = frozen_array(self.robot_gradient, "robot_gradient", (shape[0], None))
         put(self, "robot_gradient", gradient)

@@ -27,6 +27,7 @@ from armimpedance.contribution.sums import (
     ANGLE,
     ARM,
     GRADIENT,
+    INERTIA,
     ONE,
     RIGID,
     USER,
@@ -89,17 +90,17 @@ class ErrorLaw:
         put(self, "_arm_gram", frozen_array(columns @ columns.T, "arm", (3, 3)))
 
     def summed_arm_variance(self, sums: FloatArray) -> FloatArray:
-        """``sum_i var(tau_h,i)`` (...) of sums (..., 5, k), Nm^2."""
+        """``sum_i var(tau_h,i)`` (...) of sums (..., 6, k), Nm^2."""
         products = sums[..., _ARM_COLUMNS, :][..., _ARM_COLUMNS]
         # sum_i w_i H H^T w_i^T = tr(H H^T sum_i w_i^T w_i)
         return np.asarray((products * self._arm_gram).sum((-2, -1)))  # type: ignore[attr-defined]
 
     def variance_of_arm_sum(self, sums: FloatArray) -> FloatArray:
-        """``var(sum_i tau_h,i)`` (...) of sums (..., 5, k), Nm^2."""
+        """``var(sum_i tau_h,i)`` (...) of sums (..., 6, k), Nm^2."""
         return np.asarray(((sums[..., ONE, :] @ self.arm) ** 2).sum(-1))
 
     def variance_of_robot_sum(self, sums: FloatArray) -> FloatArray:
-        """``var(sum_i tau_r,i)`` (...) of sums (..., 5, k), Nm^2."""
+        """``var(sum_i tau_r,i)`` (...) of sums (..., 6, k), Nm^2."""
         own = sums[..., ONE, :] @ (self.user - self.arm)
         return np.asarray((own**2).sum(-1))
 
@@ -188,7 +189,7 @@ def ratio(sums: FloatArray, law: ErrorLaw, noise_gain: float | FloatArray = 1.0)
 
     Parameters
     ----------
-    sums : (..., 5, k)
+    sums : (..., 6, k)
     law : ErrorLaw
     noise_gain : float or (...)
         `ErrorLaw.kernel_gain` for a single sample.
@@ -207,7 +208,7 @@ def projection(sums: FloatArray, law: ErrorLaw) -> Quotient:
 
     Parameters
     ----------
-    sums : (..., 5, k)
+    sums : (..., 6, k)
     law : ErrorLaw
     """
     by_user, by_arm = sums[..., USER, :], sums[..., ARM, :]
@@ -219,6 +220,52 @@ def projection(sums: FloatArray, law: ErrorLaw) -> Quotient:
     )
     noise = scale**2 * law.noise * bottom
     return Quotient(100 * share, errors, noise)
+
+
+def share(sums: FloatArray, law: ErrorLaw) -> Quotient:
+    """The share of tau_h in tau_user beside any share of the robot's own inertia torque.
+
+    Whoever moves freely moves the robot too. Its inertia is no part of tau_h, but resembles it
+    where the arm's torque is small, and the projection counts it. Least squares on both,
+    ``tau_user = c tau_h + d M_r qdd``, does not: with h' and u' what is left of tau_h and tau_user
+    beside ``M_r qdd``, ``c = sum(u h') / sum(h h')``.
+
+    Parameters
+    ----------
+    sums : (..., 6, k)
+    law : ErrorLaw
+    """
+    by_user, by_arm = _beside_inertia(sums, USER), _beside_inertia(sums, ARM)
+    bottom = _not_zero(by_arm[..., ARM])
+    part, scale = by_arm[..., USER] / bottom, 100 / bottom
+    # dc (..., m) = 100 / D (sum h' w U + sum u' w H - 2 c sum h' w H)
+    errors = scale[..., None] * (
+        by_arm @ law.user + (by_user - 2 * part[..., None] * by_arm) @ law.arm
+    )
+    return Quotient(100 * part, errors, scale**2 * law.noise * bottom)
+
+
+def inertia_share(sums: FloatArray) -> FloatArray:
+    """d of `share`, per cent: how much of the robot's inertia the person moves, (...)."""
+    own = sums[..., INERTIA, :]
+    arm, user = _beside_inertia(sums, ARM), sums[..., USER, :]
+    part = arm[..., USER] / _not_zero(arm[..., ARM])
+    left = user[..., INERTIA] - part * sums[..., ARM, INERTIA]
+    return np.asarray(100 * left / _not_zero(own[..., INERTIA]))
+
+
+def beside_inertia(sums: FloatArray) -> FloatArray:
+    """``sum h'^2 / sum tau_h^2``, (...): what of tau_h is no multiple of the robot's inertia."""
+    square = np.maximum(sums[..., ARM, ARM], _ZERO)
+    return np.asarray(_beside_inertia(sums, ARM)[..., ARM] / square)
+
+
+def _beside_inertia(sums: FloatArray, column: int) -> FloatArray:
+    """``sum (x - beta M_r qdd) w`` (..., k) for the column x, beta its least-squares share."""
+    own = sums[..., INERTIA, :]
+    square = own[..., INERTIA]
+    beta = np.where(square < _ZERO, 0.0, sums[..., column, INERTIA] / np.maximum(square, _ZERO))
+    return np.asarray(sums[..., column, :] - beta[..., None] * own)
 
 
 def _not_zero(denominator: FloatArray) -> FloatArray:

@@ -7,6 +7,8 @@
 - The projection: the root mean square of tau_h is at least `AWAY_SUM` times that of its standard
   errors, and the projection's own standard error at most `LARGEST_SD` points, or that many per
   cent of a larger value.
+- The share beside the robot's inertia: the same, and at least `LEAST_BESIDE` of the squares of
+  tau_h are left.
 """
 
 from __future__ import annotations
@@ -24,7 +26,7 @@ from armimpedance.contribution.sums import (
     ONE,
     SATURATED,
 )
-from armimpedance.contribution.uncertainty import ErrorLaw, Quotient
+from armimpedance.contribution.uncertainty import ErrorLaw, Quotient, beside_inertia
 from armimpedance.errors import InputError
 from armimpedance.records import BoolArray, FloatArray
 
@@ -34,6 +36,8 @@ LEAST_SUM_RATIO: Final = 0.2
 #: Percentage points.
 LARGEST_SD: Final = 10.0
 
+#: Share of tau_h (in squares) that must be left beside the robot's inertia torque.
+LEAST_BESIDE: Final = 0.05
 #: A mean |tau_h| below this is no load at all, Nm.
 NO_LOAD_NM: Final = 1e-6
 #: A share of a movement from which on a reader must know of it.
@@ -43,14 +47,14 @@ BEYOND_RAD: Final = np.deg2rad(5.0)
 
 
 def sample_valid(products: FloatArray, law: ErrorLaw) -> BoolArray:
-    """Whether tau_h of samples is well away from zero, (...) of sums (..., 5, k) of one each."""
+    """Whether tau_h of samples is well away from zero, (...) of sums (..., 6, k) of one each."""
     variance = law.variance_of_arm_sum(products) + law.noise * law.kernel_gain
     arm = products[..., ONE, ARM]
     return np.asarray((arm != 0) & (arm**2 >= AWAY_SAMPLE**2 * variance))
 
 
 def ratio_valid(sums: FloatArray, law: ErrorLaw) -> BoolArray:
-    """Whether (4) has a denominator, (...) of sums (..., 5, k)."""
+    """Whether (4) has a denominator, (...) of sums (..., 6, k)."""
     arm = sums[..., ONE, ARM]
     one_sided = abs(arm) >= LEAST_SUM_RATIO * sums[..., ONE, ABS_ARM]
     known = arm**2 >= AWAY_SUM**2 * law.variance_of_arm_sum(sums)
@@ -58,11 +62,20 @@ def ratio_valid(sums: FloatArray, law: ErrorLaw) -> BoolArray:
 
 
 def projection_valid(sums: FloatArray, value: Quotient, law: ErrorLaw) -> BoolArray:
-    """Whether the projection can be told, (...) of sums (..., 5, k)."""
+    """Whether the projection can be told, (...) of sums (..., 6, k)."""
     power = sums[..., ARM, ARM]
     known = power >= AWAY_SUM**2 * law.summed_arm_variance(sums)
     sharp = value.sd <= np.maximum(LARGEST_SD, LARGEST_SD / 100 * abs(value.percent))
     return np.asarray((power > 0) & known & sharp)
+
+
+def share_valid(sums: FloatArray, value: Quotient, law: ErrorLaw) -> BoolArray:
+    """Whether the share beside the robot's inertia can be told, (...) of sums (..., 6, k).
+
+    As the projection; and enough of tau_h must be left beside the robot's inertia.
+    """
+    left = ~np.isnan(value.percent) & (beside_inertia(sums) >= LEAST_BESIDE)
+    return np.asarray(left & projection_valid(sums, value, law))
 
 
 def usable_elastic(arm: PassiveArm, axis_name: str, *, unrepeatable: bool) -> Elastic:
@@ -120,7 +133,7 @@ def range_notes(elastic: Elastic, lowest_rad: float, highest_rad: float) -> tupl
 
 
 def why_no_ratio(sums: FloatArray, law: ErrorLaw) -> str:
-    """Why (4) of sums (5, k) is not valid."""
+    """Why (4) of sums (6, k) is not valid."""
     total = sums[ONE]
     share = abs(total[ARM]) / total[ABS_ARM]
     if share < LEAST_SUM_RATIO:

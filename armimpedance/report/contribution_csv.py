@@ -14,16 +14,19 @@ from armimpedance.contribution.torques import MovementTorques
 from armimpedance.outputs import staged_file
 
 COLUMNS: Final = (
-    *("trial", "condition", "movement", "axis", "n_samples", "duration_s"),
+    *("trial", "condition", "movement", "axis", "n_samples", "duration_s", "still_share"),
+    *("share_percent", "sd_share", "ci_low_share", "ci_high_share", "share_valid"),
+    *("robot_inertia_percent",),
     *("projection_percent", "sd_projection", "ci_low_projection", "ci_high_projection"),
-    *("projection_valid", "ratio_percent", "sd_ratio", "sum_ratio", "ratio_valid"),
+    *("projection_valid", "ratio_percent", "sd_ratio", "ci_low_ratio", "ci_high_ratio"),
+    *("ratio_valid", "sum_ratio", "ratio_all_samples_percent"),
     *("reference_percent", "sd_reference", "reference_valid"),
     *("mean_support_Nm", "mean_reference_Nm", "lowering_share", "saturated_share", "notes"),
 )
 
 SAMPLE_COLUMNS: Final = (
     *("trial", "time_s", "q_rad", "qd_rad_s", "tau_motor_Nm", "tau_robot_Nm", "tau_arm_Nm"),
-    *("tau_user_Nm", "contribution_percent", "sd_contribution", "valid"),
+    *("tau_user_Nm", "counts", "contribution_percent", "sd_contribution", "valid"),
 )
 
 
@@ -59,27 +62,30 @@ def _write(path: str | Path, header: Sequence[str], rows: Iterable[Sequence[str]
 
 
 def _row(result: Contribution) -> list[str]:
-    low, high = result.projection_ci95
+    r = result
     return [
-        *(result.trial, result.condition, result.movement, result.axis_name),
-        *(str(result.n_samples), _text(result.duration_s)),
-        *map(_text, (result.projection_percent, result.projection_sd, low, high)),
-        _truth(result.projection_valid),
-        *map(_text, (result.ratio_percent, result.ratio_sd, result.sum_ratio)),
-        _truth(result.ratio_valid),
-        *map(_text, (result.reference_percent, result.reference_sd)),
-        _truth(result.reference_valid),
-        *map(_text, (result.mean_support_Nm, result.mean_reference_Nm)),
-        *map(_text, (result.lowering_share, result.saturated_share)),
-        "; ".join(result.notes),
+        *(r.trial, r.condition, r.movement, r.axis_name),
+        *(str(r.n_samples), _text(r.duration_s), _text(r.still_share)),
+        *map(_text, (r.share_percent, r.share_sd, *r.share_ci95)),
+        *(_truth(r.share_valid), _text(r.inertia_percent)),
+        *map(_text, (r.projection_percent, r.projection_sd, *r.projection_ci95)),
+        _truth(r.projection_valid),
+        *map(_text, (r.ratio_percent, r.ratio_sd, *r.ratio_ci95)),
+        *(_truth(r.ratio_valid), _text(r.sum_ratio), _text(r.ratio_all_percent)),
+        *map(_text, (r.reference_percent, r.reference_sd)),
+        _truth(r.reference_valid),
+        *map(_text, (r.mean_support_Nm, r.mean_reference_Nm)),
+        *map(_text, (r.lowering_share, r.saturated_share)),
+        "; ".join(r.notes),
     ]
 
 
 def _samples(torques: MovementTorques, samples: SampleContribution) -> Iterable[list[str]]:
     moved = (torques.time_s, torques.q, torques.qd, torques.motor, torques.robot, torques.arm)
-    columns = (*moved, torques.user, samples.percent, samples.sd)
-    for *values, valid in zip(*(c.tolist() for c in columns), samples.valid.tolist(), strict=True):
-        yield [torques.trial, *map(_text, values), _truth(valid)]
+    columns = (*moved, torques.user, samples.counts, samples.percent, samples.sd, samples.valid)
+    for *values, counts, percent, sd, valid in zip(*(c.tolist() for c in columns), strict=True):
+        shown = (_truth(counts), _text(percent), _text(sd), _truth(valid))
+        yield [torques.trial, *map(_text, values), *shown]
 
 
 def _text(value: float | None) -> str:

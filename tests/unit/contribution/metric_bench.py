@@ -144,6 +144,7 @@ class Motion:
     qd: np.ndarray
     rigid: np.ndarray
     robot: np.ndarray
+    inertia: np.ndarray
     gradient: np.ndarray
 
 
@@ -160,7 +161,8 @@ def motion(name: str, robot=None, arm=None, every: int = 1) -> Motion:
     needs = robot_bodies(robot).torque(q, qd, qdd) + load_torque(robot, q, qd)
     rigid = arm_bodies(robot, arm).torque(q, qd, qdd)
     gradient = load_gradient(robot, axis, q, qd)
-    return Motion(axis, q[:, axis], qd[:, axis], rigid[:, axis], needs[:, axis], gradient)
+    inertia = robot_bodies(robot).inertia_torque(q, qdd)[:, axis]
+    return Motion(axis, q[:, axis], qd[:, axis], rigid[:, axis], needs[:, axis], inertia, gradient)
 
 
 def true_arm(m: Motion, arm, errors: Errors) -> np.ndarray:
@@ -189,6 +191,7 @@ def torques(m: Motion, arm, user, errors: Errors | None = None, **changes) -> Mo
         "robot": m.robot,
         "rigid_arm": m.rigid,
         "elastic": e.stiffness * m.q + e.offset,
+        "robot_inertia": m.inertia,
         "robot_gradient": m.gradient,
     }
     return MovementTorques(**{**given, **changes})
@@ -201,7 +204,17 @@ def helping(m: Motion, arm, share: float) -> MovementTorques:
 
 def samples(seen: MovementTorques, rows) -> MovementTorques:
     """Some samples of a movement."""
-    names = ("time_s", "q", "qd", "motor", "robot", "rigid_arm", "elastic", "robot_gradient")
+    names = (
+        "time_s",
+        "q",
+        "qd",
+        "motor",
+        "robot",
+        "rigid_arm",
+        "elastic",
+        "robot_inertia",
+        "robot_gradient",
+    )
     return replace(seen, **{name: getattr(seen, name)[rows] for name in names})
 
 

@@ -36,16 +36,19 @@ from armimpedance.errors import InputError
 
 
 def plain_metrics(seen, theta, mass, line, own, arm):
-    """(4) and the projection with other parameters than the stated ones, written out."""
+    """(4), projection and share with other parameters than the stated ones, written out."""
     e = arm.elastic_of(seen.axis_name)
     k, offset = line + own + e.mass_gradient * mass + e.robot_gradient @ theta
     needs = (1 + mass) * seen.rigid_arm + seen.elastic + k * seen.q + offset
     user = seen.robot + seen.robot_gradient @ theta + needs - seen.motor
-    return np.array([100 * user.sum() / needs.sum(), 100 * (user @ needs) / (needs @ needs)])
+    both = np.stack([needs, seen.robot_inertia], axis=1)
+    share = np.linalg.lstsq(both, user, rcond=None)[0][0]
+    whole = user.sum() / needs.sum()
+    return 100 * np.array([whole, (user @ needs) / (needs @ needs), share])
 
 
 def slow_parts(seen, robot, arm, step=1e-5):
-    """Variances (5, 2) by finite differences, parameter by parameter."""
+    """Variances (5, 3) by finite differences, parameter by parameter."""
     e, zero = arm.elastic_of(seen.axis_name), [np.zeros(P), 0.0, np.zeros(2), np.zeros(2)]
 
     def slopes(place, size):
@@ -65,8 +68,12 @@ def slow_parts(seen, robot, arm, step=1e-5):
 
     needs, dt = seen.arm, 1 / seen.sample_rate_hz
     # user = ... - motor: noise of density S moves an integral over w by S int w^2 dt
-    integrals = needs.sum() * dt, (needs @ needs) * dt
-    squares = len(needs) * dt, (needs @ needs) * dt
+    own = seen.robot_inertia
+    # one sample alone, given twice, leaves nothing beside the robot's inertia
+    alone = np.ptp(needs) == 0
+    left = needs if alone else needs - (needs @ own) / (own @ own) * own
+    integrals = needs.sum() * dt, (needs @ needs) * dt, (left @ left) * dt
+    squares = len(needs) * dt, *integrals[1:]
     noise = [1e4 * e.noise_density * s / i**2 for s, i in zip(squares, integrals, strict=True)]
     return np.array(
         [
@@ -88,8 +95,10 @@ def test_standard_errors_are_those_of_the_slow_delta_method(name, share):
     user = share * true_arm(m, arm, drawn_errors(robot, arm, AXES[m.axis], len(m.q), rng(1)))
     seen = torques(m, arm, user, drawn_errors(robot, arm, AXES[m.axis], len(m.q), rng(2)))
     found, slow = contribution_of(seen, robot, arm), slow_parts(counted(seen), robot, arm)
+    variances = slow.sum(axis=0)
+    assert found.share_sd == pytest.approx(np.sqrt(variances[2]), rel=1e-5)
     for column, metric in enumerate(("ratio", "projection")):
-        variance = slow[:, column].sum()
+        variance = variances[column]
         assert getattr(found, f"{metric}_sd") == pytest.approx(np.sqrt(variance), rel=1e-5)
         shares = getattr(found, f"{metric}_shares")
         parts = [getattr(shares, part) for part in PARTS]
@@ -201,23 +210,25 @@ def test_intervals_hold_the_truth_as_often_as_they_say(name, share):
     draws, source = 400, rng(7)
     robot, stated, m = bench_robot(), bench_arm(), motion(name, every=20)
     axis_name = AXES[m.axis]
-    elastic, inside = stated.elastic_of(axis_name), np.zeros((draws, 2))
+    elastic, inside = stated.elastic_of(axis_name), np.zeros((draws, 3))
     for i in range(draws):
         # noise of the thinned movement: twenty times the density at a twentieth of the samples
         errors = drawn_errors(robot, stated, axis_name, len(m.q), source)
         needs = true_arm(m, stated, errors)
-        user = share * needs + 0.3 * np.sin(3 * m.q)
+        # and a part of the robot's own inertia, as of somebody who moves freely
+        user = share * needs + 0.3 * np.sin(3 * m.q) + 0.6 * m.inertia
         scale = source.chisquare(elastic.dof) / elastic.dof
         seen_elastic = replace(
             elastic, covariance=scale * elastic.covariance, between=scale * elastic.between
         )
         arm = replace(stated, elastic=(seen_elastic,))
         found = contribution_of(torques(m, stated, user, errors), robot, arm)
-        u, h = (x[np.abs(m.qd) >= 0.05] for x in (user, needs))
-        truth = 100 * u.sum() / h.sum(), 100 * (u @ h) / (h @ h)
-        for j, ci in enumerate((found.ratio_ci95, found.projection_ci95)):
+        u, h, r = (x[np.abs(m.qd) >= 0.05] for x in (user, needs, m.inertia))
+        beside = np.linalg.lstsq(np.stack([h, r], axis=1), u, rcond=None)[0][0]
+        truth = 100 * u.sum() / h.sum(), 100 * (u @ h) / (h @ h), 100 * beside
+        for j, ci in enumerate((found.ratio_ci95, found.projection_ci95, found.share_ci95)):
             inside[i, j] = ci[0] <= truth[j] <= ci[1]
     coverage, error = inside.mean(axis=0), np.sqrt(0.95 * 0.05 / draws)
-    assert coverage[1] == pytest.approx(0.95, abs=3 * error)
+    assert coverage[1:] == pytest.approx(0.95, abs=3 * error)
     if name == "elevation":
         assert coverage[0] == pytest.approx(0.95, abs=3 * error)

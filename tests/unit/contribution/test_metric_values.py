@@ -44,11 +44,33 @@ def test_a_constant_share_is_what_every_form_gives(name, share):
     if whole.ratio_valid:
         assert whole.ratio_percent == pytest.approx(100 * share, abs=1e-9)
     assert whole.projection_percent == pytest.approx(100 * share, abs=1e-9)
+    assert whole.share_percent == pytest.approx(100 * share, abs=1e-9)
+    assert whole.inertia_percent == pytest.approx(0, abs=1e-9)
     each = sample_contribution(seen, robot, arm)
     assert each.percent[each.valid] == pytest.approx(100 * share, abs=1e-6)
     assert each.valid.any()
     running = running_contribution(seen, robot, arm)
     assert running.percent[running.valid] == pytest.approx(100 * share, abs=1e-6)
+
+
+@pytest.mark.parametrize("name", MOVEMENTS)
+@pytest.mark.parametrize("moved", [0.4, 1.0])
+def test_who_moves_the_robot_too_is_given_the_share_of_the_arm(name, moved):
+    """A free arm carries itself and accelerates the robot: 100 %, which the projection misses."""
+    arm, robot, m = bench_arm(), bench_robot(), motion(name)
+    own = true_arm(m, arm, no_errors(len(m.q)))
+    found = contribution_of(torques(m, arm, own + moved * m.inertia), robot, arm)
+    assert found.share_percent == pytest.approx(100, abs=1e-8)
+    assert found.inertia_percent == pytest.approx(100 * moved, abs=1e-8)
+    if name == "horizontal":
+        assert abs(found.projection_percent - 100) > 10
+
+
+def test_an_arm_without_stiffness_cannot_be_told_from_the_robots_inertia():
+    line = bench_elastic("horizontal", stiffness=1e-3, offset=0.0)
+    arm = bench_arm(elastic=(bench_elastic("elevation"), line))
+    found = contribution_of(helping(motion("horizontal"), arm, 1.0), bench_robot(), arm)
+    assert not found.share_valid
 
 
 def any_user(m, seed=0):
@@ -78,7 +100,7 @@ def test_the_order_of_samples_does_not_matter_and_what_the_robot_needs_neither()
     seen = torques(m, arm, any_user(m))
     found = contribution_of(seen, bench_robot(), arm)
     order = np.random.default_rng(0).permutation(len(m.q))
-    names = ("q", "qd", "motor", "robot", "rigid_arm", "elastic", "robot_gradient")
+    names = ("q", "qd", "motor", "robot", "rigid_arm", "elastic", "robot_inertia", "robot_gradient")
     mixed = replace(seen, **{name: getattr(seen, name)[order] for name in names})
     extra = 3 * np.sin(np.arange(len(m.q)) / 100)
     heavier = replace(seen, motor=seen.motor + extra, robot=seen.robot + extra)

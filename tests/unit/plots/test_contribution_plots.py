@@ -142,6 +142,7 @@ def movement(condition, name="elevation", *, trial="1", share=None, weight=8.0):
         robot=np.zeros(n),
         rigid_arm=rigid,
         elastic=stiff,
+        robot_inertia=np.zeros(n),
         robot_gradient=np.zeros((n, parameter_count(3))),
     )
 
