@@ -156,7 +156,7 @@ def caption(studied: TherapyStudy) -> str:
         f"all while the axis moves; {left_out}; boxes over all repetitions "
         f"({len(studied.people)} people), + outliers. In {singular} of {len(told)} movements (4) "
         "is flagged: what the passive arm needs cancels out. The 95 % interval of the projection "
-        f"holds the truth in {100 * np.mean(held):.0f} %. The source scales its resistive boxes; "
+        f"holds the truth in {100 * np.mean(held):.1f} %. The source scales its resistive boxes; "
         f"here the axis is logarithmic beyond ±{LINEAR:.0f} %. Hollow diamonds: -102.90 of "
         "resistive elevation repeats the digits of the active condition, 1,487.25 of resistive "
         f"horizontal has lost its minus. {design(studied)}. Differs from the source: simulated; "
