@@ -130,7 +130,11 @@ def _draw(
     from armimpedance.plots.contribution import plot_feedback
     from armimpedance.plots.style import save
 
-    save(plot_feedback(movements, robot, arm), path.with_suffix(""), (path.suffix[1:],))
+    save(
+        plot_feedback(movements, robot, arm, unrepeatable=True),
+        path.with_suffix(""),
+        (path.suffix[1:],),
+    )
 
 
 def _run_live(recording: Recording, robot: TherapyRobot, arm: PassiveArm) -> None:

@@ -16,8 +16,10 @@ from armimpedance.records import FloatArray
 from armimpedance.regression.fit import t_factor
 from armimpedance.regression.summary import NamedParameter
 
-#: Largest half-width of a 95 % interval of an identified k_s, Nm/rad, and q_0, rad.
+#: Largest half-width of a 95 % interval of an identified k_s: Nm/rad, or a share of k_s where that
+#: is more (nobody asks for 12 Nm/rad to a fortieth); and of q_0, rad.
 WIDEST_STIFFNESS: Final = 0.3
+WIDEST_STIFFNESS_SHARE: Final = 0.1
 WIDEST_REST_RAD: Final = 0.1
 #: A residual about the repetitions' own lines beyond this, and beyond this share of the arm's
 #: torque (rms), is no passive arm's.
@@ -96,17 +98,30 @@ def verdict_of(
             f"{found.scatter.rms_Nm:.2g} Nm where the arm needs {found.arm_rms_Nm:.2g} Nm (rms)"
         )
     parts = []
-    for parameter, widest in ((stiffness, WIDEST_STIFFNESS), (rest, WIDEST_REST_RAD)):
+    for parameter in (stiffness, rest):
         width = half_width(parameter)
         if not np.isfinite(width):
             parts.append(f"{parameter.name} not identified: k_s is not above 0 beyond its error")
-        elif width > widest:
+        elif not is_identified(parameter):
             parts.append(
-                f"{parameter.name} not identified: known to {width:.2g} {parameter.unit} only"
+                f"{parameter.name} not identified: known to {width:.2g} {parameter.unit} only, "
+                f"{widest(parameter):.2g} is asked"
             )
         else:
             parts.append(f"{parameter.name} identified")
     return "; ".join(parts)
+
+
+def widest(parameter: NamedParameter) -> float:
+    """Half-width up to which k_s or q_0 counts as identified."""
+    if parameter.name == "q_0":
+        return WIDEST_REST_RAD
+    return max(WIDEST_STIFFNESS, WIDEST_STIFFNESS_SHARE * parameter.value)
+
+
+def is_identified(parameter: NamedParameter) -> bool:
+    """Whether k_s or q_0 is known well enough to be quoted."""
+    return half_width(parameter) <= widest(parameter)
 
 
 def axis_warnings(

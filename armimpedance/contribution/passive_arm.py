@@ -10,12 +10,10 @@ import numpy as np
 
 from armimpedance.contribution.arm import MASS_SD, ArmSegment, Elastic, PassiveArm, Reference
 from armimpedance.contribution.arm_verdict import (
-    WIDEST_REST_RAD,
-    WIDEST_STIFFNESS,
     axis_parameters,
     axis_warnings,
     direction_parameter,
-    half_width,
+    is_identified,
     verdict_of,
 )
 from armimpedance.contribution.axis_stiffness import AxisFit, fit_axis
@@ -220,8 +218,8 @@ def _calibrate(
         noise_density=found.noise_density,
         mass_gradient=found.mass_gradient,
         robot_gradient=found.robot_gradient,
-        stiffness_identified=repeatable and half_width(stiffness) <= WIDEST_STIFFNESS,
-        rest_identified=repeatable and half_width(rest) <= WIDEST_REST_RAD,
+        stiffness_identified=repeatable and is_identified(stiffness),
+        rest_identified=repeatable and is_identified(rest),
         verdict=verdict_of(found, stiffness, rest, repeatable),
         repeatable=repeatable,
     )
