@@ -70,7 +70,8 @@ class Elastic:
     range_rad : (2,)
         Angles over which it was measured.
     between : (2, 2)
-        Covariance of the two between repetitions: what the next movement may differ by.
+        Covariance of the two between repetitions: by what the next movement's arm may differ. The
+        slow torque of the person is not in it.
     noise_density : float
         Nm^2 s, of the residual at low frequencies: its integral over T seconds has the variance
         ``noise_density T``.

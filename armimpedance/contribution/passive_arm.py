@@ -214,7 +214,7 @@ def _calibrate(
         covariance=found.covariance,
         dof=found.scatter.dof,
         range_rad=found.range_rad,
-        between=found.scatter.covariance,
+        between=found.scatter.between,
         noise_density=found.noise_density,
         mass_gradient=found.mass_gradient,
         robot_gradient=found.robot_gradient,

@@ -57,6 +57,9 @@ class Scatter:
         As the repetitions scatter.
     seen_dof : int
     expected : (2, 2)
+    between : (2, 2)
+        What of `covariance` is the arm's: without the fluctuation of the person's torque, which
+        is the person's own in every movement.
     rms_Nm : float
         Root mean square of the seen scatter's torque over the angles of the movement.
     chance : float
@@ -68,6 +71,7 @@ class Scatter:
     seen: FloatArray
     seen_dof: int
     expected: FloatArray
+    between: FloatArray
     rms_Nm: float
     chance: float
 
@@ -108,13 +112,15 @@ def scatter_of(
     k, offset = single.mean(axis=0)
     expected = noise + _repeats(float(k), float(offset))
     total = prior_dof + dof
+    covariance = (prior_dof * expected + dof * seen) / total
     gram = np.array([[(q**2).mean(), q.mean()], [q.mean(), 1.0]])
     return Scatter(
-        covariance=(prior_dof * expected + dof * seen) / total,
+        covariance=covariance,
         dof=total,
         seen=seen,
         seen_dof=dof,
         expected=expected,
+        between=_semidefinite(covariance - noise),
         rms_Nm=float(np.sqrt(np.trace(gram @ seen))),
         chance=_chance(seen, expected, dof),
     )
@@ -126,6 +132,14 @@ def _repeats(k: float, offset: float) -> FloatArray:
     both = np.array([k, offset])
     # k (1 + e), q_0 + d: d(k, b) = e (k, b) - d (0, k)
     return share * np.outer(both, both) + np.diag([0.0, shift * k**2])
+
+
+def _semidefinite(C: FloatArray) -> FloatArray:
+    """The nearest covariance (2, 2), in the scale of its own entries."""
+    scale = np.sqrt(np.maximum(np.abs(np.diag(C)), 1e-300))
+    values, vectors = np.linalg.eigh(C / np.outer(scale, scale))
+    clipped = (vectors * np.maximum(values, 0.0)) @ vectors.T
+    return np.asarray(clipped * np.outer(scale, scale))
 
 
 def _chance(seen: FloatArray, expected: FloatArray, dof: int) -> float:

@@ -103,3 +103,17 @@ def test_density_of_white_noise():
     # the variance of an integral over T is density T
     integrals = [e.sum() / RATE for e in E]
     assert np.var(integrals) == pytest.approx(expected * 800 / RATE, rel=4 * np.sqrt(2 / 200))
+
+
+@pytest.mark.parametrize("size", [1e-3, 0.1, 10.0])
+def test_what_is_the_arms_is_the_scatter_less_the_persons_own_torque(size):
+    single = np.array([[5.0, -6.0], [5.2, -6.1], [4.9, -6.0]])
+    noise = size * NOISE
+    found = scatter_of(single, ["a"] * 3, noise, Q)
+    least = np.linalg.eigvalsh(found.between)[0]
+    assert least >= -1e-12 * np.trace(found.between)
+    left = found.covariance - noise
+    if np.linalg.eigvalsh(left)[0] > 0:
+        assert found.between == pytest.approx(left)
+    # never more than all of it, in any direction
+    assert np.linalg.eigvalsh(found.covariance - found.between)[0] > -1e-9 * np.trace(noise)
