@@ -7,31 +7,49 @@ Examples:
   armimpedance simulate therapy-mockup --out pipes
   armimpedance arm pipes --robot robot.json --pipe 1.8,0.32,0.10 --pipe 1.7,0.30,0.09
 
-Masses come from Winter's table, lengths and body mass from the recording's subject or the options;
-k_s and q_0 (Guidali, 21) from the trials of the condition "passive", three or more of a movement.
-Intervals count that the table's masses are some per cent off (--mass-sd-percent) and what is not
-known of the robot. An axis whose repetitions do not agree is not identified, and said so.
---pipe is a mock-up instead of a person: mass (kg), length, diameter (m), the upper arm first.
+The robot moves the relaxed arm: trials of the condition "passive", three or more of a movement.
+They give the stiffness k_s and rest angle q_0 of each axis, Guidali (21). Its masses come from
+Winter's table; body mass and lengths are those of the recording's subject, or the options.
+Intervals count the scatter of the repetitions, that the table's masses are some per cent off
+(--mass-sd-percent), and what is not known of the robot. Where repetitions do not agree, the axis
+has no model: the command says so, and `contribution` leaves it out.
+--pipe checks the robot with a mock-up of two weighed pipes instead of a person: mass (kg), length,
+diameter (m), the upper arm first. It prints what the robot measures beside what they weigh.
 """
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
     from armimpedance.contribution.arm import ArmSegment
     from armimpedance.contribution.robot import TherapyRobot
-    from armimpedance.records import Recording
+    from armimpedance.records import Recording, Subject
+
+_OF_A_PERSON: Final = "a person: a mock-up was weighed and has no ARM.json"
+#: What a person's arm needs, and where the recording may say it.
+_WANTED: Final = {
+    "mass_kg": ("the body mass", "subject.mass_kg"),
+    "upper_arm_m": ("the upper arm's length", "subject.upper_arm_m or height_m"),
+    "forearm_m": ("the forearm's length", "subject.forearm_hand_m or height_m"),
+    "hand_m": ("the hand's length", "subject.forearm_hand_m or height_m"),
+}
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
     parser.add_argument("recording", metavar="RECORDING", type=Path)
-    parser.add_argument("--robot", type=Path, required=True, metavar="ROBOT.json")
-    parser.add_argument("--out", type=Path, metavar="ARM.json")
-    parser.add_argument("--mass-kg", type=float, metavar="KG", help="of the body")
+    parser.add_argument(
+        "--robot",
+        type=Path,
+        required=True,
+        metavar="ROBOT.json",
+        help="as `armimpedance robot` wrote it",
+    )
+    parser.add_argument("--out", type=Path, metavar="ARM.json", help="for `contribution`")
+    parser.add_argument("--mass-kg", type=float, metavar="KG", help="mass of the whole body")
     for name, what in (
         ("upper-arm", "shoulder to elbow"),
         ("forearm", "elbow to wrist"),
@@ -39,21 +57,23 @@ def configure(parser: argparse.ArgumentParser) -> None:
     ):
         parser.add_argument(f"--{name}-m", type=float, metavar="M", help=what)
     parser.add_argument(
-        "--point-masses", action="store_true", help="as the source: no inertia of their own"
+        "--point-masses", action="store_true", help="no inertia of their own, as in the source"
     )
     parser.add_argument(
         "--mass-sd-percent",
         type=float,
         metavar="PERCENT",
-        help="by which a person's masses depart from the table (default: 3; pipes: 0)",
+        help="sd of a person's masses about the table (default: 3); goes into the intervals",
     )
     parser.add_argument(
         "--pipe",
         action="append",
         metavar="KG,M,M",
-        help="a mock-up's upper arm, then its forearm: mass, length, diameter",
+        help="twice: a mock-up's upper arm, then its forearm; mass, length, diameter",
     )
-    parser.add_argument("--figure", type=Path, metavar="PATH.png", help="draw torques and model")
+    parser.add_argument(
+        "--figure", type=Path, metavar="PATH.png", help="draw passive torques and their model"
+    )
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -63,22 +83,53 @@ def run(arguments: argparse.Namespace) -> int:
     from armimpedance.report.therapy_json import read_robot
 
     check_outputs(figure=arguments.figure, out=arguments.out)
+    mass_sd, tubes = _mass_sd(arguments), _mock_up_of(arguments)
     robot = read_robot(arguments.robot)
+    with naming(arguments.robot):
+        robot.identified  # noqa: B018 - the file at fault is the robot's
     recording = read_joint(arguments.recording)
     with naming(arguments.recording):
-        if arguments.pipe:
-            return _mock_up(recording, robot, arguments)
-        return _person(recording, robot, arguments)
+        if tubes:
+            return _mock_up(recording, robot, tubes, arguments)
+        return _person(recording, robot, mass_sd, arguments)
 
 
-def _person(recording: Recording, robot: TherapyRobot, arguments: argparse.Namespace) -> int:
+def _mass_sd(arguments: argparse.Namespace) -> float:
     from armimpedance.contribution.arm import MASS_SD
+    from armimpedance.errors import InputError
+
+    percent = arguments.mass_sd_percent
+    if percent is None:
+        return MASS_SD
+    if not 0 <= percent < 50:
+        raise InputError(f"--mass-sd-percent {percent:g}", expected="0 or more, less than 50")
+    return float(percent) / 100
+
+
+def _mock_up_of(arguments: argparse.Namespace) -> tuple[ArmSegment, ...]:
+    """The pipes of a mock-up; none for a person."""
+    from armimpedance.errors import InputError
+
+    if not arguments.pipe:
+        return ()
+    for name in ("out", "figure", "mass_kg", "forearm_m", "hand_m", "mass_sd_percent"):
+        if getattr(arguments, name) is not None:
+            raise InputError(f"--{name.replace('_', '-')} with --pipe", expected=_OF_A_PERSON)
+    if arguments.point_masses:
+        raise InputError("--point-masses with --pipe", expected=_OF_A_PERSON)
+    return pipes(arguments.pipe)
+
+
+def _person(
+    recording: Recording, robot: TherapyRobot, mass_sd: float, arguments: argparse.Namespace
+) -> int:
     from armimpedance.contribution.passive_arm import identify_arm
     from armimpedance.contribution.person import segments_of, upper_arm_length
     from armimpedance.report.therapy_json import write_arm
     from armimpedance.report.therapy_text import arm_object, arm_text
 
     subject = recording.subject
+    _refuse_unknown(subject, arguments)
     segments = segments_of(
         subject,
         mass_kg=arguments.mass_kg,
@@ -87,13 +138,12 @@ def _person(recording: Recording, robot: TherapyRobot, arguments: argparse.Names
         hand_m=arguments.hand_m,
         point_masses=arguments.point_masses,
     )
-    spread = arguments.mass_sd_percent
     calibration = identify_arm(
         recording,
         robot,
         segments,
         upper_arm_m=upper_arm_length(subject, arguments.upper_arm_m),
-        mass_sd=MASS_SD if spread is None else spread / 100,
+        mass_sd=mass_sd,
     )
     print(arm_text(calibration))
     if arguments.out is not None:
@@ -111,15 +161,36 @@ def _person(recording: Recording, robot: TherapyRobot, arguments: argparse.Names
     return 0
 
 
-def _mock_up(recording: Recording, robot: TherapyRobot, arguments: argparse.Namespace) -> int:
-    from armimpedance.contribution.mockup import check_mockup
+def _refuse_unknown(subject: Subject, arguments: argparse.Namespace) -> None:
+    """Say with which option a mass or length can be given that the recording does not have."""
     from armimpedance.errors import InputError
+
+    tall, beyond = subject.height_m is not None, subject.forearm_hand_m is not None
+    for name, known in (
+        ("mass_kg", subject.mass_kg is not None),
+        ("upper_arm_m", subject.upper_arm_m is not None or tall),
+        ("forearm_m", beyond or tall),
+        ("hand_m", beyond or tall),
+    ):
+        if not known and getattr(arguments, name) is None:
+            what, where = _WANTED[name]
+            raise InputError(
+                f"subject {subject.id}: {what} is not known",
+                expected=f"{where} in recording.json, or --{name.replace('_', '-')}",
+            )
+
+
+def _mock_up(
+    recording: Recording,
+    robot: TherapyRobot,
+    tubes: tuple[ArmSegment, ...],
+    arguments: argparse.Namespace,
+) -> int:
+    from armimpedance.contribution.mockup import check_mockup
     from armimpedance.report.therapy_text import mockup_text
 
-    if arguments.out is not None:
-        raise InputError("--out with --pipe", expected="a person: a mock-up has no ARM.json")
-    segments = pipes(arguments.pipe)
-    print(mockup_text(check_mockup(recording, robot, segments)))
+    check = check_mockup(recording, robot, tubes, upper_arm_m=arguments.upper_arm_m)
+    print(mockup_text(check))
     return 0
 
 
@@ -140,10 +211,13 @@ def pipes(given: list[str]) -> tuple[ArmSegment, ...]:
         numbers = [[float(part) for part in parts] for parts in words]
     except ValueError:
         numbers = []
-    if len(numbers) != 2 or any(len(n) != 3 or not min(n) > 0 for n in numbers):
+    if len(numbers) != 2 or any(
+        len(n) != 3 or not all(0 < part < float("inf") for part in n) for n in numbers
+    ):
         raise InputError(
             f"--pipe {' --pipe '.join(given)}",
-            expected="two of them: mass in kg, length and diameter in m, such as 1.8,0.32,0.10",
+            expected="--pipe twice, each with a mass in kg, a length and a diameter in m, such as "
+            "1.8,0.32,0.10",
         )
     upper, fore = numbers
     return pipe("upper_pipe", UPPER_ARM, *upper), pipe("lower_pipe", FOREARM, *fore)

@@ -7,21 +7,27 @@ Examples:
   armimpedance contribution session --robot robot.json --arm arm.json --samples samples.csv
   armimpedance contribution session --robot robot.json --arm arm.json --live
 
-0 % is a passive arm, 100 % an arm that needs no support, below 0 one that resists. One row a
-movement:
-  share       c of tau_user = c tau_h + d (robot's own inertia), least squares: the number to read
-  projection  100 sum(user arm) / sum(arm^2): the same where the robot moves the arm; who moves
-              freely accelerates the robot too, which this one counts
-  ratio       100 sum(user) / sum(arm), the source's (4): singular where the arm's torque changes
-              its sign within the movement (valid: |sum| / sum|.| at least .2)
+The robot must have been identified (`armimpedance robot`), the person's relaxed arm measured in it
+(`armimpedance arm`). 0 % is a passive arm, 100 % an arm that needs no support, below 0 one that
+resists. tau_h is what the passive arm needs, tau_user what of it the person gives: tau_h less the
+support, which is the motor's torque beyond what the robot itself needs. One row a movement:
+  share       the number to read: c of tau_user = c tau_h + d (robot's inertia torque), by least
+              squares, so that to accelerate the robot too is not counted as carrying the arm
+  projection  100 sum(tau_user tau_h) / sum(tau_h^2): the same where the robot moves the arm; who
+              moves freely accelerates the robot too, which this one counts
+  ratio       100 sum(tau_user) / sum(tau_h), the source's (4): not valid where tau_h changes its
+              sign within the movement, that is where |sum(tau_h)| / sum|tau_h| is below .2
   reference   (19), against the mean support of the person's own passive repetitions
+Sums are over the samples in which the axis moves. An axis whose passive repetitions did not agree
+is left out, and the command says so; --unrepeatable goes on all the same.
 --samples writes every sample, (3); --live runs the recording through the live form, one sample at a
-time, and says how long an update takes and how far it is from the batch.
+time, and says how long an update takes and how far it is from the results in one piece.
 """
 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -35,10 +41,18 @@ if TYPE_CHECKING:
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
     parser.add_argument("recording", metavar="RECORDING", type=Path)
-    parser.add_argument("--robot", type=Path, required=True, metavar="ROBOT.json")
-    parser.add_argument("--arm", type=Path, required=True, metavar="ARM.json")
-    parser.add_argument("--out", type=Path, metavar="RESULT.csv")
-    parser.add_argument("--samples", type=Path, metavar="SAMPLES.csv", help="every sample too")
+    parser.add_argument(
+        "--robot",
+        type=Path,
+        required=True,
+        metavar="ROBOT.json",
+        help="as `armimpedance robot` wrote it",
+    )
+    parser.add_argument(
+        "--arm", type=Path, required=True, metavar="ARM.json", help="as `armimpedance arm` wrote it"
+    )
+    parser.add_argument("--out", type=Path, metavar="RESULT.csv", help="one row a movement")
+    parser.add_argument("--samples", type=Path, metavar="SAMPLES.csv", help="one row a sample")
     parser.add_argument("--condition", metavar="NAME", help="trials of this condition only")
     parser.add_argument("--live", action="store_true", help="sample by sample, and timed")
     parser.add_argument("--figure", type=Path, metavar="PATH.png", help="draw the movements")
@@ -55,22 +69,28 @@ def run(arguments: argparse.Namespace) -> int:
     from armimpedance.cli.joint_input import read_joint
     from armimpedance.contribution.checks import check_recording
     from armimpedance.contribution.metric import contribution_of
-    from armimpedance.contribution.movements import movement_torques
+    from armimpedance.contribution.movements import cut_movements, movement_torques
     from armimpedance.report.contribution_csv import write_contributions
     from armimpedance.report.contribution_text import contribution_text
-    from armimpedance.report.therapy_json import read_arm, read_robot
 
     check_outputs(figure=arguments.figure, out=arguments.out)
     check_outputs(figure=None, out=arguments.samples)
-    robot, arm = read_robot(arguments.robot), read_arm(arguments.arm)
+    _refuse_one_file(arguments)
+    robot, arm = _robot_and_arm(arguments)
     recording = read_joint(arguments.recording, arguments.condition)
     with naming(arguments.recording):
         check_recording(recording, robot)
-        recording, refused = with_a_model(recording, robot, arm, arguments.unrepeatable)
+        axes = [robot.axes[m.axis] for m in cut_movements(recording, robot)]
+    with naming(arguments.arm):
+        refused = axes_without_model(axes, arm, arguments.unrepeatable)
+    with naming(arguments.recording):
+        recording = recording.select([axis not in refused for axis in axes])
         movements = movement_torques(recording, robot, arm)
         results = [contribution_of(m, robot, arm, unrepeatable=True) for m in movements]
+        # before anything is written: what the live form refuses leaves no half result
+        live = _live(recording, robot, arm) if arguments.live else ""
     print(contribution_text(results))
-    for sentence in refused:
+    for sentence in refused.values():
         print(f"\nleft out: {sentence}")
     if arguments.out is not None:
         write_contributions(results, arguments.out)
@@ -79,16 +99,41 @@ def run(arguments: argparse.Namespace) -> int:
         _write_samples(movements, robot, arm, arguments.samples)
     if arguments.figure is not None:
         _draw(movements, robot, arm, arguments.figure)
-    if arguments.live:
-        with naming(arguments.recording):
-            _run_live(recording, robot, arm)
+    if live:
+        print(f"\n{live}")
     return 0
 
 
-def with_a_model(
-    recording: Recording, robot: TherapyRobot, arm: PassiveArm, unrepeatable: bool
-) -> tuple[Recording, list[str]]:
-    """The trials whose axis has a passive model, and why the others have none.
+def _refuse_one_file(arguments: argparse.Namespace) -> None:
+    """Refuse two outputs of one name: the second would replace the first."""
+    from armimpedance.errors import InputError
+
+    given = [p.absolute() for p in (arguments.out, arguments.samples) if p is not None]
+    if len(set(given)) < len(given):
+        raise InputError("given to --out and to --samples", file=given[0], expected="two files")
+
+
+def _robot_and_arm(arguments: argparse.Namespace) -> tuple[TherapyRobot, PassiveArm]:
+    """Robot and arm that belong together; errors name the file that is at fault."""
+    from armimpedance.cli.checks import naming
+    from armimpedance.errors import InputError
+    from armimpedance.report.therapy_json import read_arm, read_robot
+
+    robot, arm = read_robot(arguments.robot), read_arm(arguments.arm)
+    with naming(arguments.robot):
+        robot.identified  # noqa: B018
+    with naming(arguments.arm):
+        if arm.robot != robot.name:
+            raise InputError(
+                f"the arm of subject {arm.subject} was measured in the robot {arm.robot!r}",
+                expected=f"one measured in {robot.name!r}, the robot of {arguments.robot}",
+            )
+        robot.adjusted_to(arm.upper_arm_m)
+    return robot, arm
+
+
+def axes_without_model(axes: Sequence[str], arm: PassiveArm, unrepeatable: bool) -> dict[str, str]:
+    """The moving axes that have no passive model, each with a sentence that says why.
 
     Raises
     ------
@@ -96,21 +141,21 @@ def with_a_model(
         An axis without passive calibration, or no axis with a model.
     """
     from armimpedance.contribution.metric import usable_elastic
-    from armimpedance.contribution.movements import cut_movements
     from armimpedance.errors import InputError
 
-    axes = [robot.axes[m.axis] for m in cut_movements(recording, robot)]
     refused = {}
     for axis in dict.fromkeys(axes):
         arm.elastic_of(axis)
         try:
             usable_elastic(arm, axis, unrepeatable=unrepeatable)
         except InputError as error:
-            refused[axis] = error
+            refused[axis] = error.problem
     if len(refused) == len(set(axes)):
-        raise next(iter(refused.values()))
-    kept = [axis not in refused for axis in axes]
-    return recording.select(kept), [str(error) for error in refused.values()]
+        raise InputError(
+            next(iter(refused.values())),
+            expected="passive repetitions that agree, or --unrepeatable to go on with these",
+        )
+    return {axis: f"{problem}; --unrepeatable goes on" for axis, problem in refused.items()}
 
 
 def _write_samples(
@@ -137,13 +182,14 @@ def _draw(
     )
 
 
-def _run_live(recording: Recording, robot: TherapyRobot, arm: PassiveArm) -> None:
+def _live(recording: Recording, robot: TherapyRobot, arm: PassiveArm) -> str:
+    """What the live form says, and how long it takes."""
     from armimpedance.contribution.replay import replay
 
     report = replay(recording, robot, arm, unrepeatable=True)
     same = "the same flags" if report.flags_differ == 0 else f"{report.flags_differ} flags differ"
-    print(
-        f"\nlive: {report.n_updates} updates, {1e3 * report.median_s:.3f} ms each (median), 99 % "
+    return (
+        f"live: {report.n_updates} updates, {1e3 * report.median_s:.3f} ms each (median), 99 % "
         f"within {1e3 * report.p99_s:.3f} ms, results {1e3 * report.delay_s:.0f} ms late; at most "
         f"{report.largest_difference:.1g} from the results in one piece, {same}"
     )

@@ -7,11 +7,14 @@ Examples:
   armimpedance robot calibration --drawings calibration/drawings.json --validate moving
 
 The recording is of kind "joint", the robot empty, with the motors' torques ("torque": "commanded").
-Its trial table has the columns axis (from 1), onset_s, end_s and, in the condition "sweep", a
-constant velocity both ways at several speeds; in the condition "hold", axis 1 held still at several
-angles, each reached from below and from above (column approach: 1 or -1).
+Each trial is a sweep or a hold; its table says so in the column condition, and has the columns axis
+(from 1), onset_s and end_s (of the steady part).
+  sweep  one axis at a constant velocity; every axis at three or more speeds, both ways
+  hold   axis 1 still; at four or more angles, each reached from below and from above (column
+         approach: 1 or -1), since a held axis sticks
 The drawings are a ROBOT.json without loads: axes, links with their masses, rotors, limits.
---validate predicts a recording of other movements: rms and R^2 per axis, Guidali (16)-(17).
+--validate predicts the torques of a recording of other movements of the empty robot: rms and R^2 of
+each axis, Guidali (16)-(17).
 """
 
 from __future__ import annotations
@@ -24,9 +27,17 @@ from typing import Any
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
     parser.add_argument("recording", metavar="RECORDING", type=Path)
-    parser.add_argument("--drawings", type=Path, required=True, metavar="DRAWINGS.json")
-    parser.add_argument("--out", type=Path, metavar="ROBOT.json")
-    parser.add_argument("--validate", type=Path, metavar="RECORDING", help="predict its torques")
+    parser.add_argument(
+        "--drawings",
+        type=Path,
+        required=True,
+        metavar="DRAWINGS.json",
+        help="what is known of the robot before",
+    )
+    parser.add_argument("--out", type=Path, metavar="ROBOT.json", help="for `arm`, `contribution`")
+    parser.add_argument(
+        "--validate", type=Path, metavar="RECORDING", help="of other movements: predict its torques"
+    )
     parser.add_argument("--figure", type=Path, metavar="PATH.png", help="draw friction and spring")
 
 

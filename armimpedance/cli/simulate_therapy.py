@@ -47,7 +47,9 @@ def refuse_therapy_options(arguments: argparse.Namespace) -> None:
     """
     for name in ("mismatched", "lowering"):
         if getattr(arguments, name):
-            raise InputError(f"--{name} with {arguments.experiment}", expected="it with therapy")
+            raise InputError(
+                f"--{name} with {arguments.experiment}", expected=f"it with {_OWN[name][0]}"
+            )
 
 
 def simulate_therapy_test(arguments: argparse.Namespace, test: str) -> int:
@@ -61,10 +63,12 @@ def simulate_therapy_test(arguments: argparse.Namespace, test: str) -> int:
             option = f"--{name.replace('_', '-')} with {arguments.experiment}"
             raise InputError(option, expected="an experiment that has it")
     for name, tests in _OWN.items():
-        if getattr(arguments, name) not in (None, False) and test not in tests:
+        # --sets 0 is given, though 0 equals False
+        given = getattr(arguments, name) is not None and getattr(arguments, name) is not False
+        if given and test not in tests:
             raise InputError(f"--{name} with {test}", expected=f"it with {' or '.join(tests)}")
     if arguments.noise not in ("nominal", "none"):
-        raise InputError(f"--noise {arguments.noise}", expected="nominal or none")
+        raise InputError(f"--noise {arguments.noise} with {test}", expected="nominal or none")
     with bar("simulating") as progress:
         recording, truth, device = _simulated(arguments, test, progress)
     write_therapy(recording, truth, drawings_of(device), arguments.out, arguments.table)

@@ -76,7 +76,8 @@ def _write(
 
 def _read(file: Path, form: str, name: str, kind: type[Record]) -> Record:
     given = Fields(file, load_json(file))
-    given.choice("format", (form,), required=True)
+    if given.values.get("format") != form:
+        raise given.wrong("format", f'"{form}": a file that `armimpedance {name}` wrote')
     if given.number("version", required=True) != VERSION:
         raise given.wrong("version", str(VERSION))
     plain = given.values.get(name)
@@ -85,6 +86,7 @@ def _read(file: Path, form: str, name: str, kind: type[Record]) -> Record:
     try:
         return from_plain(kind, plain, name)
     except InputError as error:
+        expected = error.expected or f"a file that `armimpedance {name}` wrote"
         raise InputError(
-            error.problem, file=file, column=error.column, expected=error.expected
+            error.problem, file=file, column=error.column or name, expected=expected
         ) from None
