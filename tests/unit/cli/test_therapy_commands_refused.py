@@ -1,0 +1,529 @@
+"""What `robot`, `arm` and `contribution` refuse: one line that says what to do, nothing written."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from armimpedance.__main__ import main
+from armimpedance.cli.simulate_therapy import drawings_of
+from armimpedance.contribution.arm import PassiveArm
+from armimpedance.contribution.person import segments_of
+from armimpedance.contribution.rigid import arm_bodies, robot_bodies
+from armimpedance.contribution.robot import Loads, load_torque, parameter_count
+from armimpedance.recordings.folder import write_folder
+from armimpedance.records import Recording, Subject
+from armimpedance.report.therapy_json import write_robot
+from manipulandum_sim.therapy_device import therapy_device
+
+RATE = 1000.0
+DRAWINGS = drawings_of(therapy_device())
+#: Coulomb and viscous friction, cables' stiffness and offset, of all five axes.
+LOADS = ((8.0, 7.0, 0.0, 0.0), (1.2, 1.5, 0.9, -0.6), *3 * ((1.0, 0.7, 0.8, -0.1),))
+SPRING = (-3.0, -12.0, 4.0)
+#: Of the moving axis of a person's arm.
+STIFFNESS, REST_RAD = 5.0, 1.0
+PERSON = Subject("S", mass_kg=70.0, upper_arm_m=0.3, forearm_hand_m=0.35)
+MIDDLE_RAD = np.array([1.2, 0.5, 0.0, 1.0, 0.0])
+
+
+def truth():
+    theta = np.zeros(parameter_count(5))
+    theta[:-3], theta[-3:] = np.ravel(LOADS), SPRING
+    zero = np.zeros((len(theta), len(theta)))
+    return replace(DRAWINGS, loads=Loads(theta, zero, np.full(5, 0.005)))
+
+
+def recorded(trials, subject, arm=None):
+    """A recording of trials (t, q, qd, qdd, row): what the motors give without any control."""
+    robot, rng, motor = truth(), np.random.default_rng(0), []
+    if arm is not None:
+        robot = robot.adjusted_to(arm.upper_arm_m)
+    own, carried = robot_bodies(robot), None if arm is None else arm_bodies(robot, arm)
+    for _, q, qd, qdd, row in trials:
+        torque = own.torque(q, qd, qdd) + load_torque(robot, q, qd)
+        if carried is not None:
+            needs, axis = carried.torque(q, qd, qdd), row["axis"] - 1
+            needs[:, axis] += STIFFNESS * (q[:, axis] - REST_RAD)
+            torque += needs * (0.5 if row["condition"] == "half_active" else 1.0)
+        motor.append(torque + 0.02 * rng.standard_normal(torque.shape))
+    table = pd.DataFrame([row for *_, row in trials])
+    table.insert(0, "trial", np.arange(1, len(table) + 1))
+    return Recording(
+        kind="joint",
+        sample_rate_hz=RATE,
+        trials=table,
+        offsets=np.cumsum([0, *(len(t) for t, *_ in trials)]),
+        time_s=np.concatenate([t for t, *_ in trials]),
+        position=np.concatenate([q for _, q, *_ in trials]),
+        force=-np.concatenate(motor),
+        torque="commanded",
+        subject=subject,
+    )
+
+
+def steady(axis, start_rad, speed_rad_s, **row):
+    t = np.arange(401) / RATE
+    q, qd = np.tile(MIDDLE_RAD, (len(t), 1)), np.zeros((len(t), 5))
+    q[:, axis], qd[:, axis] = start_rad + speed_rad_s * (t - 0.2), speed_rad_s
+    return t, q, qd, np.zeros_like(q), {**row, "axis": axis + 1, "onset_s": 0.0, "end_s": 0.4}
+
+
+def calibration():
+    """Sweeps at four speeds, both ways; holds at five angles, from both sides."""
+    sweeps = [
+        steady(axis, MIDDLE_RAD[axis] + place, sign * speed, condition="sweep")
+        for axis in range(5)
+        for speed, place in ((0.2, -0.2), (0.4, 0.1), (0.7, 0.2), (1.0, -0.1))
+        for sign in (1, -1)
+    ]
+    holds = [
+        steady(0, angle, 0.0, condition="hold", approach=approach)
+        for angle in (0.9, 1.1, 1.3, 1.5, 1.7)
+        for approach in (1, -1)
+    ]
+    return recorded([*sweeps, *holds], Subject("empty"))
+
+
+def lifted(condition, axis=0, seconds=1.5):
+    """Minimum jerk over a radian, at rest before and after it."""
+    t = np.arange(round(1000 * (seconds + 0.4)) + 1) / RATE
+    s = np.clip((t - 0.2) / seconds, 0, 1)
+    q, qd, qdd = np.tile(MIDDLE_RAD, (len(t), 1)), np.zeros((len(t), 5)), np.zeros((len(t), 5))
+    q[:, axis] = 0.8 + 10 * s**3 - 15 * s**4 + 6 * s**5
+    qd[:, axis] = (30 * s**2 - 60 * s**3 + 30 * s**4) / seconds
+    qdd[:, axis] = (60 * s - 180 * s**2 + 120 * s**3) / seconds**2
+    row = {"condition": condition, "movement": DRAWINGS.axes[axis], "axis": axis + 1}
+    return t, q, qd, qdd, row | {"onset_s": 0.2, "end_s": 0.2 + seconds}
+
+
+def session():
+    """Three passive repetitions of a person, and one who carries half."""
+    arm = PassiveArm("S", DRAWINGS.name, 0.3, segments_of(PERSON))
+    trials = [lifted(c) for c in ("passive", "passive", "passive", "half_active")]
+    return recorded(trials, PERSON, arm)
+
+
+@dataclass(frozen=True)
+class Bench:
+    """Sound files, and the recordings that they hold."""
+
+    folder: Path
+    calibration: Recording
+    session: Recording
+
+    def call(self, command, *options, **given):
+        """Arguments of a command on the sound files, some of them replaced."""
+        files = {name: given.get(name, self.folder / f"{name}.json") for name in ("robot", "arm")}
+        out = ("--out", given.get("out", "out.file"))
+        if command == "robot":
+            drawings = given.get("drawings", self.folder / "drawings.json")
+            recording = given.get("recording", self.folder / "calibration")
+            return ("robot", recording, "--drawings", drawings, *out, *options)
+        recording = given.get("recording", self.folder / "session")
+        known = ("--robot", files["robot"], *(("--arm", files["arm"]) * (command != "arm")))
+        return (command, recording, *known, *out, *options)
+
+
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("therapy")
+    made = Bench(folder, calibration(), session())
+    write_folder(made.calibration, folder / "calibration")
+    write_folder(made.session, folder / "session")
+    write_robot(DRAWINGS, folder / "drawings.json")
+    for command in ("robot", "arm", "contribution"):
+        out = folder / f"{command}.json"
+        assert main([str(a) for a in made.call(command, out=out)]) == 0
+    return made
+
+
+def table_with(recording, **columns):
+    return replace(recording, trials=recording.trials.assign(**columns))
+
+
+def without(recording, column):
+    return replace(recording, trials=recording.trials.drop(columns=column))
+
+
+def where(recording, **values):
+    """Trials in which any of these columns has this value."""
+    rows = np.zeros(recording.n_trials, dtype=bool)
+    for column, value in values.items():
+        rows |= (recording.trials[column] == value).to_numpy()
+    return recording.select(rows)
+
+
+def three_axes(recording):
+    return replace(recording, position=recording.position[:, :3], force=recording.force[:, :3])
+
+
+def sweeps_up(recording):
+    """Without the second sweep of every pair, which goes down."""
+    sweep = recording.trials["condition"].eq("sweep").to_numpy()
+    return recording.select(~(sweep & (np.arange(len(sweep)) % 2 == 1)))
+
+
+def two_speeds(recording):
+    """The first four of an axis' eight sweeps, and the holds."""
+    rows = np.arange(recording.n_trials)
+    return recording.select((rows % 8 < 4) | (rows >= 40))
+
+
+#: What happens to a recording, and words that its one line must hold.
+OF_ANY = {
+    "torque in mNm": (lambda r: replace(r, force=1e3 * r.force), ("tau1_Nm", "mNm", "59.5 Nm")),
+    "torque in kNm": (lambda r: replace(r, force=1e-3 * r.force), ("unit", "weight")),
+    "wrong sign": (lambda r: replace(r, force=-r.force), ("other sign", "force_by")),
+    "interaction": (lambda r: replace(r, torque="interaction"), ("interaction", "'commanded'")),
+    "which torque": (lambda r: replace(r, torque=None), ("does not say", "'commanded'")),
+    "degrees": (lambda r: replace(r, position=np.rad2deg(r.position)), ("degrees", "radians")),
+    "far angles": (lambda r: replace(r, position=2.5 * r.position), ("q1_rad", "range of axis 1")),
+    "no torque": (lambda r: replace(r, force=0 * r.force), ("motor torques are all zero",)),
+    "three axes": (three_axes, ("3 axes", "the 5", "pronation")),
+}
+OF_CALIBRATION = {
+    "no axis": (lambda r: without(r, "axis"), ("column axis",)),
+    "no onset": (lambda r: without(r, "onset_s"), ("column onset_s",)),
+    "axis 9": (lambda r: table_with(r, axis=9), ("axis 9", "1 to 5")),
+    "sweeps one way": (sweeps_up, ("axis 1", "one direction only", "both")),
+    "two speeds": (two_speeds, ("axis 1", "speeds", "3 or more")),
+    "no sweeps": (lambda r: where(r, condition="hold"), ("no sweeps of axis 1", "'sweep'")),
+    "neither": (lambda r: table_with(r, condition="passive"), ("no sweeps of axis 1", "'sweep'")),
+    "holds one way": (
+        lambda r: where(r, condition="sweep", approach=1),
+        ("column approach", "from below (1)", "from above (-1)"),
+    ),
+    "no approach": (lambda r: without(r, "approach"), ("column approach", "0 of 5 angles")),
+    "half an approach": (lambda r: table_with(r, approach=0.5), ("approach 0.5", "-1 from above")),
+    "no holds": (lambda r: where(r, condition="sweep"), ("held from both directions", "4 or more")),
+    "short": (lambda r: table_with(r, end_s=0.1), ("trial 1", "end_s", "0.15 s or more")),
+}
+OF_SESSION = {
+    "two": (lambda r: r.select([0, 1, 3]), ("2 passive repetitions of", "elevation", "3 or more")),
+    "one": (lambda r: r.select([0, 3]), ("1 passive repetition of", "elevation", "3 or more")),
+    "none": (lambda r: r.select([3]), ("missing passive calibration", "half_active", "3 or more")),
+    "no mass": (
+        lambda r: replace(r, subject=replace(PERSON, mass_kg=None)),
+        ("body mass is not known", "subject.mass_kg", "--mass-kg"),
+    ),
+    "no length": (
+        lambda r: replace(r, subject=replace(PERSON, upper_arm_m=None)),
+        ("upper arm's length is not known", "--upper-arm-m"),
+    ),
+    "no forearm": (
+        lambda r: replace(r, subject=replace(PERSON, forearm_hand_m=None)),
+        ("forearm's length is not known", "--forearm-m"),
+    ),
+    "axis 0": (lambda r: table_with(r, axis=0), ("trial 1", "axis 0", "1 to 5")),
+    "late": (lambda r: table_with(r, onset_s=9.0, end_s=10.0), ("trials.csv, row 2", "onset_s")),
+}
+
+
+def cases(table):
+    return pytest.mark.parametrize("case", table.values(), ids=list(table))
+
+
+def refused(refusal, bench, command, case, folder):
+    """The line about a recording that was damaged, which must name it."""
+    damage, words = case
+    whole = bench.calibration if command == "robot" else bench.session
+    write_folder(damage(whole), folder)
+    said = refusal(*bench.call(command, recording=folder))
+    for word in (str(folder), *words):
+        assert word in said, said
+
+
+@pytest.mark.parametrize("command", ["robot", "arm", "contribution"])
+@cases(OF_ANY)
+def test_a_recording_that_this_robot_cannot_have_made(refusal, bench, command, case, tmp_path):
+    refused(refusal, bench, command, case, tmp_path / "damaged")
+
+
+@cases(OF_CALIBRATION)
+def test_a_calibration_that_lacks_something(refusal, bench, case, tmp_path):
+    refused(refusal, bench, "robot", case, tmp_path / "damaged")
+
+
+@cases(OF_SESSION)
+def test_passive_repetitions_that_make_no_arm(refusal, bench, case, tmp_path):
+    refused(refusal, bench, "arm", case, tmp_path / "damaged")
+
+
+def cell(lines, row, column, word):
+    """The lines of a CSV with one cell changed."""
+    place, cells = lines[0].split(",").index(column), lines[row - 1].split(",")
+    cells[place] = word
+    return [*lines[: row - 1], ",".join(cells), *lines[row:]]
+
+
+@pytest.mark.parametrize("word", ["nan", "", "x", "inf"])
+@pytest.mark.parametrize("column", ["q4_rad", "tau2_Nm"])
+def test_a_cell_that_is_no_number_names_its_row(refusal, bench, word, column, tmp_path):
+    write_folder(bench.session, tmp_path / "damaged", table="csv")
+    samples = tmp_path / "damaged" / "samples.csv"
+    samples.write_text("\n".join(cell(samples.read_text().splitlines(), 51, column, word)) + "\n")
+    said = refusal(*bench.call("contribution", recording=tmp_path / "damaged"))
+    assert f"samples.csv, row 51, column {column}" in said
+    assert "expected a finite number" in said
+
+
+def edited(bench, tmp_path, name, change):
+    """A copy of ROBOT.json or ARM.json whose record was changed."""
+    content = json.loads((bench.folder / f"{name}.json").read_text())
+    change(content[name])
+    path = tmp_path / f"another_{name}.json"
+    path.write_text(json.dumps(content))
+    return path
+
+
+def other_axes(robot):
+    robot["axes"][4] = "grip"
+
+
+def three_of_five(robot):
+    for field in ("axes", "limits_rad", "torque_limit_Nm", "motor_inertia_kgm2"):
+        robot[field] = robot[field][:3]
+
+
+def no_limits(robot):
+    del robot["limits_rad"]
+
+
+def no_number(robot):
+    robot["loads"]["theta"][0] = "nan"
+
+
+#: What happens to ROBOT.json; which file the line names; words that it must hold.
+ROBOTS = {
+    "axes": (other_axes, "robot", ("grip", "pronation")),
+    "three axes": (three_of_five, "robot", ("pronation", "elevation, horizontal, rotation")),
+    "limits": (
+        lambda r: r.update(limits_rad=[[0.0, 0.5]] * 5),
+        "recording",
+        ("q1_rad", "another robot", "0 to 0.5 rad"),
+    ),
+    "motors": (lambda r: r.update(torque_limit_Nm=[5.0] * 5), "recording", ("at most", "5 Nm")),
+    "no limits": (no_limits, "robot", ("no limits_rad", "`armimpedance robot`")),
+    "no number": (no_number, "robot", ("theta", "finite")),
+    "drawings": (lambda r: r.update(loads=None), "robot", ("not known", "`armimpedance robot`")),
+}
+
+
+@pytest.mark.parametrize("command", ["arm", "contribution"])
+@cases(ROBOTS)
+def test_another_robots_file(refusal, bench, command, case, tmp_path):
+    change, at_fault, words = case
+    path = edited(bench, tmp_path, "robot", change)
+    said = refusal(*bench.call(command, robot=path))
+    for word in (str({"robot": path, "recording": bench.folder / "session"}[at_fault]), *words):
+        assert word in said, said
+
+
+def massless(arm):
+    for segment in arm["segments"]:
+        segment.update(mass_kg=0.0, inertia_kgm2=0.0, inertia_long_kgm2=0.0)
+    for elastic in arm["elastic"]:
+        elastic.update(stiffness=0.0, offset=0.0)
+
+
+def not_repeated(arm):
+    arm["elastic"][0].update(repeatable=False, verdict="refused: they are too different")
+
+
+def of_two_parameters(arm):
+    arm["elastic"][0].update(robot_gradient=[[0.0, 0.0], [0.0, 0.0]])
+
+
+#: What happens to ARM.json; which file the line names; words that it must hold.
+ARMS = {
+    "another robot's": (
+        lambda a: a.update(robot="ARMin IV"),
+        "arm",
+        ("'ARMin IV'", "'ARMin III (simulated)'", "robot.json"),
+    ),
+    "no stiffness": (
+        lambda a: a.update(elastic=[]),
+        "arm",
+        ("no passive calibration of axis elevation", "`armimpedance arm`"),
+    ),
+    "not repeated": (not_repeated, "arm", ("axis elevation", "--unrepeatable")),
+    "too long": (lambda a: a.update(upper_arm_m=3.0), "arm", ("3.0 m", "0.15 to 0.5 m")),
+    "massless": (massless, "recording", ("trial 1", "tau_h is zero", "mass or stiffness")),
+    "other parameters": (of_two_parameters, "recording", ("2 parameters", "has 23")),
+}
+
+
+@cases(ARMS)
+def test_an_arm_that_the_recording_cannot_be_held_against(refusal, bench, case, tmp_path):
+    change, at_fault, words = case
+    path = edited(bench, tmp_path, "arm", change)
+    said = refusal(*bench.call("contribution", arm=path))
+    for word in (str({"arm": path, "recording": bench.folder / "session"}[at_fault]), *words):
+        assert word in said, said
+
+
+def test_files_that_hold_something_else_are_named(refusal, bench, tmp_path):
+    robot, arm = bench.folder / "robot.json", bench.folder / "arm.json"
+    for command in ("arm", "contribution"):
+        said = refusal(*bench.call(command, robot=arm))
+        assert str(arm) in said
+        assert "`armimpedance robot`" in said
+    said = refusal(*bench.call("contribution", arm=robot))
+    assert str(robot) in said
+    assert "`armimpedance arm`" in said
+    broken = tmp_path / "broken.json"
+    for text, words in (('{"format": "armimp', "broken JSON"), ("", "empty"), ("[]", "object")):
+        broken.write_text(text)
+        for call in (("robot", "drawings"), ("arm", "robot"), ("contribution", "arm")):
+            said = refusal(*bench.call(call[0], **{call[1]: broken}))
+            assert str(broken) in said
+            assert words in said
+    for call in (("robot", "drawings"), ("arm", "robot"), ("contribution", "recording")):
+        assert "not_there" in refusal(*bench.call(call[0], **{call[1]: tmp_path / "not_there"}))
+
+
+@pytest.mark.parametrize(
+    ("command", "options", "words"),
+    [
+        *((c, ("--figure", "x.gif"), ("x.gif", ".png")) for c in ("robot", "arm", "contribution")),
+        ("contribution", ("--samples", "no/such.csv"), ("no: no such folder",)),
+        ("contribution", ("--samples", "out.file"), ("--out and to --samples", "two files")),
+        ("contribution", ("--condition", "activ"), ("'activ'", "one of passive, half_active")),
+        ("arm", ("--mass-kg", "0"), ("body mass", "more than 0")),
+        ("arm", ("--mass-kg", "nan"), ("body mass", "more than 0")),
+        ("arm", ("--mass-kg", "heavy"), ("--mass-kg", "heavy")),
+        ("arm", ("--upper-arm-m", "30"), ("upper_arm_m", "at most 0.5")),
+        ("arm", ("--upper-arm-m", "0.1"), ("0.1 m", "0.15 to 0.5 m")),
+        ("arm", ("--forearm-m", "-1"), ("forearm_m", "more than 0")),
+        ("arm", ("--hand-m", "inf"), ("hand_m", "at most 0.3")),
+        ("arm", ("--mass-sd-percent", "-3"), ("--mass-sd-percent -3", "less than 50")),
+        ("arm", ("--mass-sd-percent", "300"), ("--mass-sd-percent 300", "less than 50")),
+        ("arm", ("--mass-sd-percent", "nan"), ("--mass-sd-percent nan", "less than 50")),
+    ],
+    ids=lambda v: " ".join(v) if isinstance(v, tuple) else v,
+)
+def test_options_that_cannot_be(refusal, bench, command, options, words):
+    said = refusal(*bench.call(command, *options))
+    for word in words:
+        assert word in said, said
+
+
+@pytest.mark.parametrize("command", ["robot", "arm", "contribution"])
+def test_an_output_has_a_folder(refusal, bench, command):
+    assert "existing folder" in refusal(*bench.call(command, out="no/such/out.file"))
+
+
+def test_what_was_fitted_does_not_validate_a_robot(refusal, bench):
+    said = refusal(*bench.call("robot", "--validate", bench.folder / "calibration"))
+    assert str(bench.folder / "calibration") in said
+    assert "sweeps and holds only" in said
+
+
+PIPE = ("--pipe", "1.8,0.32,0.10")
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        PIPE,
+        3 * PIPE,
+        (*PIPE, "--pipe", "1.7,0.30"),
+        (*PIPE, "--pipe", "heavy,0.3,0.1"),
+        (*PIPE, "--pipe=-1.7,0.3,0.1"),
+        (*PIPE, "--pipe", "nan,0.3,0.1"),
+        (*PIPE, "--pipe", "inf,0.3,0.1"),
+        (*PIPE, "--pipe", "1.7,0,0.1"),
+    ],
+    ids=" ".join,
+)
+def test_a_pipe_that_is_no_pipe(refusal, bench, given):
+    call = bench.call("arm")[:-2]
+    said = refusal(*call, *given)
+    assert "--pipe twice" in said
+    assert "such as 1.8,0.32,0.10" in said
+
+
+@pytest.mark.parametrize(
+    "option",
+    [
+        ("--out", "arm.json"),
+        ("--figure", "pipes.png"),
+        ("--mass-kg", "70"),
+        ("--hand-m", "0.2"),
+        ("--mass-sd-percent", "3"),
+        ("--point-masses",),
+    ],
+    ids=" ".join,
+)
+def test_a_mock_up_takes_no_options_of_a_person(refusal, bench, option):
+    said = refusal(*bench.call("arm")[:-2], *2 * PIPE, *option)
+    assert f"{option[0]} with --pipe" in said
+
+
+def test_a_mock_up_is_moved_up_and_down(refusal, bench):
+    said = refusal(*bench.call("arm")[:-2], *2 * PIPE)
+    assert str(bench.folder / "session") in said
+    assert "up and down" in said
+
+
+@pytest.mark.parametrize("command", ["robot", "arm", "contribution"])
+def test_an_output_that_was_there_is_kept(refusal, bench, command, tmp_path):
+    recording = bench.calibration if command == "robot" else bench.session
+    write_folder(replace(recording, force=-recording.force), tmp_path / "turned")
+    kept = tmp_path / "kept"
+    kept.mkdir()
+    (kept / "out").write_text("somebody's only copy")
+    refusal(*bench.call(command, recording=tmp_path / "turned", out=kept / "out"))
+    assert [path.name for path in kept.iterdir()] == ["out"]
+    assert (kept / "out").read_text() == "somebody's only copy"
+
+
+@pytest.mark.parametrize(
+    ("experiment", "option", "belongs"),
+    [
+        ("postures", ("--lowering",), "it with therapy)"),
+        ("elbow", ("--lowering",), "it with therapy)"),
+        ("body", ("--mismatched",), "it with therapy-validation)"),
+        ("therapy", ("--mismatched",), "it with therapy-validation)"),
+        ("therapy-mockup", ("--lowering",), "it with therapy)"),
+        ("therapy-mockup", ("--subject", "S1"), "it with therapy)"),
+        ("therapy-calibration", ("--subject", "S1"), "it with therapy)"),
+        ("therapy-calibration", ("--sets", "2"), "it with therapy or therapy-mockup)"),
+        ("therapy-calibration", ("--sets", "0"), "it with therapy or therapy-mockup)"),
+        ("therapy", ("--duration-s", "3"), "an experiment that has it"),
+        ("therapy", ("--amplitude-mm", "3"), "an experiment that has it"),
+        ("therapy", ("--servo", "ideal"), "an experiment that has it"),
+        ("therapy", ("--reflex", "0.2"), "an experiment that has it"),
+        ("therapy", ("--disturbance", "biphasic"), "an experiment that has it"),
+        ("therapy", ("--markers",), "an experiment that has it"),
+        ("therapy", ("--commanded",), "it with an elbow test"),
+        ("therapy", ("--law", "linear"), "it with an elbow test"),
+        ("therapy", ("--frequency-hz", "1"), "it with an elbow test"),
+    ],
+    ids=lambda v: " ".join(v) if isinstance(v, tuple) else str(v),
+)
+def test_options_belong_to_their_experiment(refusal, experiment, option, belongs):
+    said = refusal("simulate", experiment, "--out", "session", *option)
+    assert f"{option[0]} with {experiment}" in said
+    assert belongs in said
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "expected"),
+    [
+        ("--noise", "sensor", "nominal or none"),
+        ("--subject", "Z9", "one of S1, S2"),
+        ("--sets", "0", "1 to 100"),
+        ("--seed", "-1", "0 or more"),
+    ],
+)
+def test_an_experiment_with_what_it_does_not_have(refusal, option, value, expected):
+    said = refusal("simulate", "therapy", "--out", "session", option, value)
+    assert value in said
+    assert expected in said
