@@ -26,7 +26,7 @@ from armimpedance.contribution.robot_validation import AxisValidation, validate_
 from armimpedance.contribution.sliding import slides
 from armimpedance.contribution.torques import MovementTorques
 from armimpedance.errors import InputError
-from armimpedance.records import Recording
+from armimpedance.records import FloatArray, Recording
 from manipulandum_sim.therapy_calibration import simulate_calibration, simulate_validation
 from manipulandum_sim.therapy_device import therapy_device
 from manipulandum_sim.therapy_mockup import simulate_mockup
@@ -68,9 +68,9 @@ class Measured:
     Attributes
     ----------
     found : Contribution
-    truth_percent, truth_projection_percent : float
-        (4) and the projection of the simulated torques, of the samples that `found` counts: those
-        in which the axis moves.
+    truth_percent, truth_projection_percent, truth_share_percent : float
+        (4), the projection, and the share beside the robot's own inertia torque, of the simulated
+        torques in the samples that `found` counts: those in which the axis moves.
     whole_percent : float
         (4) of the simulated torques from onset to end.
     """
@@ -78,6 +78,7 @@ class Measured:
     found: Contribution
     truth_percent: float
     truth_projection_percent: float
+    truth_share_percent: float
     whole_percent: float
 
 
@@ -237,8 +238,18 @@ def _beside_truth(
         found,
         truth_percent=float(100 * user.sum() / needed.sum()),
         truth_projection_percent=float(100 * (user @ needed) / (needed @ needed)),
+        truth_share_percent=_share(user, needed, movement.robot_inertia[moves]),
         whole_percent=float(truth.contribution[row]),
     )
+
+
+def _share(user: FloatArray, needed: FloatArray, robot_inertia: FloatArray) -> float:
+    """c of ``user = c needed + d robot_inertia``, per cent; all (S,)."""
+    along = float(np.linalg.norm(robot_inertia)) or 1.0
+    direction = robot_inertia / along
+    # c = u h' / h' h', h' (S,) = h - e e^T h: what is left of h beside the unit vector e
+    left = needed - (direction @ needed) * direction
+    return float(100 * (user @ left) / (left @ left))
 
 
 def study(experiment: str, *, subject: str, seed: int, sets: int) -> TherapyStudy:

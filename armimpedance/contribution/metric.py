@@ -10,12 +10,15 @@ the whole arm all the way down, and whoever pushes downwards contributes less, n
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Final, Literal
+
+import numpy as np
 
 from armimpedance.contribution.arm import PassiveArm
 from armimpedance.contribution.from_sums import Labels, contribution_from
 from armimpedance.contribution.metric_result import (
     Contribution,
+    ContributionSoFar,
     RunningContribution,
     SampleContribution,
 )
@@ -23,11 +26,12 @@ from armimpedance.contribution.robot import TherapyRobot
 from armimpedance.contribution.sliding import slides
 from armimpedance.contribution.sums import movement_rows, products_of, sums_of, window_sums
 from armimpedance.contribution.torques import MovementTorques
-from armimpedance.contribution.uncertainty import error_law, projection, ratio
+from armimpedance.contribution.uncertainty import error_law, projection, ratio, share
 from armimpedance.contribution.validity import (
     projection_valid,
     range_notes,
     sample_valid,
+    share_valid,
     usable_elastic,
 )
 from armimpedance.errors import InputError
@@ -35,6 +39,9 @@ from armimpedance.records import BoolArray, FloatArray
 
 #: Length of the running view's window, s.
 WINDOW_S: Final = 0.5
+#: How long the share so far must have been valid before it is shown, s: at the onset, arm and
+#: robot may seem to differ for a tenth of a second.
+STEADY_S: Final = 0.2
 
 
 def contribution_of(
@@ -128,6 +135,41 @@ def running_contribution(
     return RunningContribution(
         window_s, torques.time_s, value.percent, value.sd, projection_valid(sums, value, law)
     )
+
+
+def contribution_so_far(
+    torques: MovementTorques,
+    robot: TherapyRobot,
+    arm: PassiveArm,
+    metric: Literal["share", "projection"] = "share",
+) -> ContributionSoFar:
+    """The share, or the projection, from the onset up to each sample, with its standard error.
+
+    A window shorter than the movement cannot tell arm and robot apart where either changes little;
+    the sums so far can, and end at the value of the whole movement.
+
+    Raises
+    ------
+    InputError
+        As `sample_contribution`.
+    """
+    law = error_law(robot, arm, torques.axis_name, torques.sample_rate_hz)
+    rows, counts = _rows(torques, robot)
+    sums = np.cumsum(products_of(rows * counts[:, None]), axis=0)
+    if metric == "share":
+        value = share(sums, law)
+        valid = share_valid(sums, value, law)
+    else:
+        value = projection(sums, law)
+        valid = projection_valid(sums, value, law)
+    steady = _steady(valid, round(STEADY_S * torques.sample_rate_hz))
+    return ContributionSoFar(metric, torques.time_s, value.percent, value.sd, steady)
+
+
+def _steady(valid: BoolArray, samples: int) -> BoolArray:
+    """Where the last so many samples are all valid, (S,); none before there are as many."""
+    total = np.concatenate([np.zeros(samples), np.cumsum(valid)])
+    return np.asarray(total[samples:] - total[:-samples] == samples)
 
 
 def window_samples(window_s: float, sample_rate_hz: float) -> int:

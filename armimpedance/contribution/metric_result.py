@@ -144,6 +144,32 @@ class RunningContribution:
         _freeze(self, finite=("time_s",))
 
 
+@dataclass(frozen=True)
+class ContributionSoFar:
+    """A movement's share or projection from its onset up to each of S samples.
+
+    It ends at that of the whole movement. Where the axis stands still it does not change.
+
+    Attributes
+    ----------
+    metric : str
+        "share" or "projection".
+    time_s, percent, sd : (S,)
+        NaN before there is a denominator.
+    valid : (S,) bool
+        For a while already: what can just be told for a moment flickers.
+    """
+
+    metric: str
+    time_s: FloatArray
+    percent: FloatArray
+    sd: FloatArray
+    valid: BoolArray
+
+    def __post_init__(self) -> None:
+        _freeze(self, finite=("time_s",))
+
+
 def _freeze(result: Any, finite: tuple[str, ...]) -> None:
     for field in fields(result):
         value = getattr(result, field.name)

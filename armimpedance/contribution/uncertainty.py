@@ -43,6 +43,8 @@ _ARM_COLUMNS: Final = (ONE, ANGLE, RIGID)
 
 #: A denominator below this, in Nm or Nm^2, is zero; its square would be no number.
 _ZERO: Final = 1e-30
+#: What is left of tau_h beside the robot's inertia, in squares, is rounding below this part of it.
+_ROUNDING: Final = 1e-9
 
 
 @dataclass(frozen=True)
@@ -236,7 +238,8 @@ def share(sums: FloatArray, law: ErrorLaw) -> Quotient:
     law : ErrorLaw
     """
     by_user, by_arm = _beside_inertia(sums, USER), _beside_inertia(sums, ARM)
-    bottom = _not_zero(by_arm[..., ARM])
+    alone = by_arm[..., ARM] > _ROUNDING * sums[..., ARM, ARM]
+    bottom = _not_zero(np.where(alone, by_arm[..., ARM], 0.0))
     part, scale = by_arm[..., USER] / bottom, 100 / bottom
     # dc (..., m) = 100 / D (sum h' w U + sum u' w H - 2 c sum h' w H)
     errors = scale[..., None] * (
