@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from armimpedance.plots.contribution_arm import plot_passive_arm, plot_passive_axis
+from armimpedance.plots.contribution_number import contribution_text
 from armimpedance.plots.contribution_robot import (
     plot_friction,
     plot_robot_calibration,
     plot_spring,
 )
 from armimpedance.plots.contribution_view import (
-    contribution_text,
     plot_contribution,
     plot_feedback,
 )

@@ -1,8 +1,9 @@
 """The contribution as a therapist sees it: over each movement, with its uncertainty.
 
-A line is the projection over the last half second (`metric.running_contribution`), its band 95 %;
-where it cannot be told it is grey, without a band, and where the axis has not slid at all there is
-none. At the right of a panel stands the projection over the whole movement with its 95 % interval.
+A line is the share of the movement so far (`metric.contribution_so_far`) with its 95 % band; it
+begins once it can be told and ends at the share of the whole movement, which stands at the right of
+a panel with its 95 % interval. Where the share cannot be told in the end the projection takes its
+place, hollow and dashed and said so in the title; where neither can, its dot is grey.
 """
 
 from __future__ import annotations
@@ -14,11 +15,15 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from armimpedance.contribution.metric import (
-    Contribution,
     contribution_of,
-    running_contribution,
+    contribution_so_far,
 )
 from armimpedance.errors import InputError
+from armimpedance.plots.contribution_number import (
+    WholeMovement,
+    contribution_text,
+    contribution_texts,
+)
 from armimpedance.plots.style import (
     OKABE_ITO,
     TWO_COLUMNS_IN,
@@ -47,6 +52,8 @@ _ORDER: Final = ("passive", "half_active", "active", "resistive")
 _LEAST_RANGE: Final = (-30.0, 130.0)
 #: Part of a panel's width, at its right, for whole movements.
 _STRIP: Final = 0.2
+_PROJECTION: Final = "projection"
+_UNTOLD: Final = "cannot be told"
 
 
 def plot_contribution(
@@ -70,10 +77,11 @@ def plot_contribution(
         As `metric.contribution_of`.
     """
     whole = contribution_of(torques, robot, arm, unrepeatable=unrepeatable)
+    told = WholeMovement.of(whole)
     with print_style():
         ax = new_axes(TWO_COLUMNS_IN, 3.0) if ax is None else ax
-        shown = [_course(ax, torques, robot, arm, whole, _COLORS[0])]
-        _finish(ax, [torques], [whole], _COLORS, shown)
+        shown = [_course(ax, torques, robot, arm, told, _COLORS[0])]
+        _finish(ax, [torques], [told], _COLORS, shown)
         name = f"{torques.movement}, {_spoken(torques.condition)}, trial {torques.trial}"
         ax.set_title(f"{name}: {contribution_text(whole)}", loc="left", fontsize=9)
         label_axes(ax, "time (s)", "contribution (%)")
@@ -117,7 +125,7 @@ def plot_feedback(
             ax.set_xlabel("")
         for ax in grid[:, 1:].flat:
             ax.set_ylabel("")
-        _legend(figure, max(_repetitions(movements), 1))
+        _legend(figure, movements, grid.flat)
     return figure
 
 
@@ -126,20 +134,25 @@ def _repetitions(movements: Sequence[MovementTorques]) -> int:
     return min(max(counts.values()), len(_COLORS))
 
 
-def _legend(figure: Figure, repetitions: int) -> None:
+def _legend(figure: Figure, movements: Sequence[MovementTorques], axes: Iterable[Axes]) -> None:
+    """Repetitions, and of the marks of exceptions those that are there."""
     from matplotlib.lines import Line2D
 
-    lines = [Line2D([], [], color=c, lw=1.3) for c in (*_COLORS[:repetitions], _INVALID)]
-    labels = [*(f"repetition {i + 1}" for i in range(repetitions)), "cannot be told"]
-    figure.legend(lines, labels, loc="outside upper center", ncols=len(labels))
-
-
-def contribution_text(whole: Contribution) -> str:
-    """``52 ± 3 %``: the projection and half of its 95 % interval."""
-    half = float(np.ptp(whole.projection_ci95)) / 2
-    if not whole.projection_valid:
-        return "cannot be told"
-    return f"{round(whole.projection_percent)} ± {max(round(half), 1)} %"
+    repetitions = _repetitions(movements)
+    entries = {
+        f"repetition {i + 1}": Line2D([], [], color=_COLORS[i], lw=1.3) for i in range(repetitions)
+    }
+    there = {c.get_label() for ax in axes for c in ax.containers}
+    look = {"ls": "", "marker": "o", "ms": 4}
+    for label, name, color, fill in (
+        (_PROJECTION, "p: projection", "black", "white"),
+        (_UNTOLD, _UNTOLD, _INVALID, _INVALID),
+    ):
+        if label in there:
+            entries[name] = Line2D([], [], color=color, mfc=fill, **look)  # type: ignore[arg-type]
+    figure.legend(
+        list(entries.values()), list(entries), loc="outside upper center", ncols=len(entries)
+    )
 
 
 def _panel(
@@ -154,18 +167,18 @@ def _panel(
         return
     title = f"{group[0].movement}, {_spoken(group[0].condition)}"
     try:
-        whole = [contribution_of(m, robot, arm, unrepeatable=unrepeatable) for m in group]
+        found = [contribution_of(m, robot, arm, unrepeatable=unrepeatable) for m in group]
     except InputError as refused:
         _say_why(ax, str(refused))
         ax.set_title(title, loc="left", fontsize=8)
         return
+    whole = [WholeMovement.of(one) for one in found]
     shown = [
         _course(ax, m, robot, arm, w, _COLORS[i % len(_COLORS)])
         for i, (m, w) in enumerate(zip(group, whole, strict=True))
     ]
     _finish(ax, group, whole, _COLORS, shown)
-    texts = [contribution_text(w).removesuffix(" %") for w in whole]
-    ax.set_title(f"{title}: {', '.join(texts)} %", loc="left", fontsize=8)
+    ax.set_title(f"{title}: {contribution_texts(whole)}", loc="left", fontsize=8)
     label_axes(ax, "time (s)", "contribution (%)")
 
 
@@ -182,20 +195,18 @@ def _course(
     torques: MovementTorques,
     robot: TherapyRobot,
     arm: PassiveArm,
-    whole: Contribution,
+    whole: WholeMovement,
     color: str,
 ) -> FloatArray:
     """Line and band of one movement; the range (2,) of what can be told."""
-    running = running_contribution(torques, robot, arm)
-    time = running.time_s - running.time_s[0]
+    so_far = contribution_so_far(torques, robot, arm, whole.metric)
+    time = so_far.time_s - so_far.time_s[0]
+    told = np.where(so_far.valid, so_far.percent, np.nan)
     # the movement's own t factor: stiffness and its spread come from few repetitions
-    factor = float(np.ptp(whole.projection_ci95)) / 2 / whole.projection_sd
-    told = np.where(running.valid, running.percent, np.nan)
-    half = factor * running.sd
-    ax.plot(time, running.percent, color=_INVALID, lw=0.9, zorder=1.5)
+    half = whole.half * so_far.sd / whole.sd
     ax.fill_between(time, told - half, told + half, color=color, alpha=0.18, lw=0)
-    ax.plot(time, told, color=color, lw=1.3)
-    if not running.valid.any():
+    ax.plot(time, told, color=color, lw=1.3, ls="-" if whole.metric == "share" else (0, (4, 2)))
+    if not so_far.valid.any():
         return np.array([np.nan, np.nan])
     return np.array([np.nanmin(told - half), np.nanmax(told + half)])
 
@@ -203,7 +214,7 @@ def _course(
 def _finish(
     ax: Axes,
     group: Sequence[MovementTorques],
-    whole: Sequence[Contribution],
+    whole: Sequence[WholeMovement],
     colors: Sequence[str],
     shown: Sequence[FloatArray],
 ) -> None:
@@ -212,11 +223,11 @@ def _finish(
     width = _STRIP / (1 - _STRIP) * end
     places = end + width * (np.arange(len(whole)) + 1) / (len(whole) + 1)
     for i, (place, w) in enumerate(zip(places, whole, strict=True)):
-        color = colors[i % len(colors)] if w.projection_valid else _INVALID
-        half = float(np.ptp(w.projection_ci95)) / 2
+        own = colors[i % len(colors)]
+        color, label = (own, w.metric) if w.valid else (_INVALID, _UNTOLD)
         ax.errorbar(
-            place, w.projection_percent, half, fmt="o", ms=3, color=color, elinewidth=1.4,
-            capsize=3,
+            place, w.percent, w.half, fmt="o", ms=3, color=color, elinewidth=1.4, capsize=3,
+            mfc="white" if label == _PROJECTION else color, label=label,
         )  # fmt: skip
     ax.axvline(end, color="0.6", lw=0.6)
     for level, style in ((0.0, "-"), (100.0, (0, (5, 2)))):
@@ -227,9 +238,9 @@ def _finish(
     ax.set_xticks([*ticks, end + width / 2], [*(f"{t:g}" for t in ticks), "whole"])
 
 
-def _limits(whole: Sequence[Contribution], shown: Sequence[FloatArray]) -> tuple[float, float]:
+def _limits(whole: Sequence[WholeMovement], shown: Sequence[FloatArray]) -> tuple[float, float]:
     """Whole movements and whatever can be told, a little wider than either."""
-    ends = [e for w in whole if w.projection_valid for e in w.projection_ci95]
+    ends = [e for w in whole if w.valid for e in (w.percent - w.half, w.percent + w.half)]
     values = np.array([*_LEAST_RANGE, *ends, *(x for pair in shown for x in pair)])
     low, high = float(np.nanmin(values)), float(np.nanmax(values))
     return low - 0.04 * (high - low), high + 0.04 * (high - low)

@@ -263,7 +263,7 @@ def test_ends_at_which_the_gears_may_stick_are_not_drawn():
 @pytest.mark.parametrize(("condition", "share"), SHARES.items())
 def test_a_steady_share_is_a_level_line_and_stands_in_the_title(condition, share, robot, arm):
     ax = plot_contribution(movement(condition), robot, arm)
-    told = ax.lines[1].get_ydata()
+    told = np.asarray(ax.lines[0].get_ydata())
     np.testing.assert_allclose(told[~np.isnan(told)], 100 * share, atol=1e-6)
     assert not np.isnan(told[-1])
     assert f": {100 * share + 0.0:.0f} ± " in ax.get_title(loc="left")
@@ -272,16 +272,56 @@ def test_a_steady_share_is_a_level_line_and_stands_in_the_title(condition, share
     assert high > 100
 
 
-def test_what_cannot_be_told_is_grey(robot, arm):
-    """An arm that needs next to nothing at the beginning."""
+def test_the_line_begins_once_it_can_be_told_and_ends_at_the_dot(robot, arm):
+    """A person who also accelerates the robot, which does not stand beside the arm at the onset."""
     m = movement("active")
-    light = replace(m, rigid_arm=-m.elastic + np.linspace(0, 6, len(m.q)) ** 2)
-    ax = plot_contribution(replace(light, motor=0.4 * light.arm), robot, arm)
-    grey, told = (line.get_ydata() for line in ax.lines[:2])
+    inertia = 9.0 * np.cos(np.linspace(0, np.pi, len(m.q)))
+    free = replace(m, robot_inertia=inertia, motor=0.4 * m.arm - 0.8 * inertia)
+    ax = plot_contribution(free, robot, arm)
+    told = np.asarray(ax.lines[0].get_ydata())
     assert np.isnan(told[:100]).all()
-    # at the very first sample tau_h is exactly 0, and there is no number at all
-    assert not np.isnan(grey[1:100]).any()
-    assert not np.isnan(told[-500:]).any()
+    first = np.flatnonzero(~np.isnan(told))[0]
+    assert not np.isnan(told[first:]).any()
+    np.testing.assert_allclose(told[first:], 60.0, atol=1e-6)
+    (dot,) = ax.containers
+    assert dot.lines[0].get_ydata()[0] == pytest.approx(told[-1])
+    assert dot.get_label() == "share"
+
+
+def like_the_robot(condition, *, share):
+    """An arm whose torque has the course of the robot's own inertia torque."""
+    m = movement(condition)
+    course = 10.0 * np.cos(np.linspace(0, np.pi, len(m.q)))
+    alike = replace(m, rigid_arm=course - m.elastic, robot_inertia=0.3 * course)
+    return replace(alike, motor=(1 - share) * course)
+
+
+def test_where_arm_and_robot_cannot_be_told_apart_the_projection_stands_and_says_so(robot, arm):
+    figure = plot_feedback([like_the_robot("active", share=0.4)], robot, arm)
+    (ax,) = figure.axes
+    (dot,) = ax.containers
+    assert dot.lines[0].get_ydata()[0] == pytest.approx(40, abs=1e-6)
+    assert dot.lines[0].get_markerfacecolor() == "white"
+    assert ": 40p ± " in ax.get_title(loc="left")
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert labels == ["repetition 1", "p: projection"]
+    alone = plot_contribution(like_the_robot("active", share=0.4), robot, arm)
+    assert alone.get_title(loc="left").endswith("% (projection)")
+
+
+@pytest.mark.parametrize("alike", [False, True])
+def test_what_neither_can_tell_is_grey_and_says_so(robot, arm, alike):
+    """An arm that needs next to nothing; also where the share has no number at all."""
+    m = movement("active")
+    needed = 0.01 * np.cos(np.linspace(0, np.pi, len(m.q)))
+    inertia = 30 * needed if alike else m.robot_inertia
+    light = replace(m, rigid_arm=needed - m.elastic, motor=0.4 * needed, robot_inertia=inertia)
+    figure = plot_feedback([light], robot, arm)
+    (ax,) = figure.axes
+    assert ax.get_title(loc="left").endswith("cannot be told")
+    assert np.isnan(np.asarray(ax.lines[0].get_ydata())).all()
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert labels == ["repetition 1", "cannot be told"]
 
 
 def test_a_session_is_a_row_a_condition_and_a_column_a_movement(robot, arm):
@@ -291,7 +331,7 @@ def test_a_session_is_a_row_a_condition_and_a_column_a_movement(robot, arm):
     assert titles == wanted
     assert all(len(ax.containers) == 3 for ax in figure.axes)
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert legend == ["repetition 1", "repetition 2", "repetition 3", "cannot be told"]
+    assert legend == ["repetition 1", "repetition 2", "repetition 3"]
 
 
 def test_whole_movements_stand_right_of_their_course(robot, arm):
