@@ -65,6 +65,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Read, compute, print, write."""
+    from textwrap import fill
+
     from armimpedance.cli.checks import check_outputs, naming
     from armimpedance.cli.joint_input import read_joint
     from armimpedance.contribution.checks import check_recording
@@ -72,6 +74,7 @@ def run(arguments: argparse.Namespace) -> int:
     from armimpedance.contribution.movements import cut_movements, movement_torques
     from armimpedance.report.contribution_csv import write_contributions
     from armimpedance.report.contribution_text import contribution_text
+    from armimpedance.report.numbers import TABLE_WIDTH
 
     check_outputs(figure=arguments.figure, out=arguments.out)
     check_outputs(figure=None, out=arguments.samples)
@@ -91,7 +94,7 @@ def run(arguments: argparse.Namespace) -> int:
         live = _live(recording, robot, arm) if arguments.live else ""
     print(contribution_text(results))
     for sentence in refused.values():
-        print(f"\nleft out: {sentence}")
+        print("\n" + fill(f"left out: {sentence}", TABLE_WIDTH))
     if arguments.out is not None:
         write_contributions(results, arguments.out)
         print(f"\n{len(results)} rows written to {arguments.out}")
@@ -100,7 +103,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.figure is not None:
         _draw(movements, robot, arm, arguments.figure)
     if live:
-        print(f"\n{live}")
+        print("\n" + fill(live, TABLE_WIDTH))
     return 0
 
 

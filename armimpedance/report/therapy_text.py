@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from math import degrees, isfinite
 from typing import Any
@@ -14,12 +15,19 @@ from armimpedance.contribution.passive_arm import ArmCalibration, AxisCalibratio
 from armimpedance.contribution.robot_validation import AxisValidation
 from armimpedance.regression.fit import t_factor
 from armimpedance.regression.summary import FitSummary, NamedParameter
-from armimpedance.report.numbers import aligned_table, counted, numbered_notes, with_half_width
+from armimpedance.report.numbers import (
+    TABLE_WIDTH,
+    aligned_table,
+    counted,
+    numbered_notes,
+    with_half_width,
+)
 
 _LOADS_HEADER = (
-    *("axis", "tau_c (Nm)", "k_v (Nms/rad)", "k_c (Nm/rad)", "q_c (deg)"),
-    *("fitted from (deg/s)", "v_s (deg/s)"),
+    *("axis", "tau_c (Nm)", "k_v (Nms/rad)"),
+    *("k_c (Nm/rad)", "q_c (deg)", "from (deg/s)"),
 )
+_FROM = "from: the lowest speed that was fitted, above the static range."
 _INTERVALS = "± is the half-width of the 95 % interval."
 _VALIDATION_HEADER = ("axis", "R^2", "rms (Nm)", "moving: R^2", "rms (Nm)", "share of samples")
 _MASSES = (
@@ -37,7 +45,6 @@ def robot_text(calibration: RobotCalibration, validation: Sequence[AxisValidatio
             *(_cell(summary, name, sweeps.axis + 1) for name in ("tau_c", "k_v", "k_c")),
             _cell(summary, "q_c", sweeps.axis + 1, angle=True),
             f"{degrees(sweeps.lowest_used_rad_s):.3g}",
-            f"{degrees(sweeps.rise_rad_s):.2g}",
         ]
         for sweeps in calibration.axes
     ]
@@ -55,7 +62,7 @@ def robot_text(calibration: RobotCalibration, validation: Sequence[AxisValidatio
     ]
     if validation:
         lines += ["", "movements that were not fitted", _validation_table(validation)]
-    return "\n".join([*lines, "", *numbered_notes([*calibration.notes, _INTERVALS])])
+    return "\n".join([*lines, "", *numbered_notes([*calibration.notes, _FROM, _INTERVALS])])
 
 
 def _validation_table(validation: Sequence[AxisValidation]) -> str:
@@ -109,7 +116,7 @@ def arm_text(calibration: ArmCalibration) -> str:
     masses = ", ".join(f"{s.name} {s.mass_kg:.3g} kg at {s.com_m:.3g} m" for s in arm.segments)
     lines = [
         f"passive arm of subject {arm.subject} in robot {arm.robot}",
-        f"  {masses} of its link; upper arm {arm.upper_arm_m:g} m",
+        _indented(f"{masses} of its link; upper arm {arm.upper_arm_m:.3g} m"),
         "",
     ]
     for axis in calibration.axes:
@@ -127,12 +134,16 @@ def _axis_lines(axis: AxisCalibration) -> list[str]:
     shown = f"k_s {_value(k)} Nm/rad"
     if isfinite(q.value):
         shown += f", q_0 {_value(q)} rad"
-    lines = [f"axis {axis.axis + 1} {axis.elastic.axis}: {shown}", f"  {axis.elastic.verdict}"]
+    lines = [f"axis {axis.axis + 1} {axis.elastic.axis}: {shown}", _indented(axis.elastic.verdict)]
     if axis.direction_Nm is not None:
         lines.append(
             f"  both ways: {_value(axis.direction_Nm)} Nm more against the movement than modelled"
         )
     return lines
+
+
+def _indented(sentence: str) -> str:
+    return textwrap.fill(sentence, TABLE_WIDTH, initial_indent="  ", subsequent_indent="  ")
 
 
 def _spread(values: Any) -> str:
