@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -11,6 +12,7 @@ import pandas as pd
 import pytest
 
 from armimpedance.__main__ import main
+from armimpedance.cli.arm import pipes
 from armimpedance.cli.simulate_therapy import drawings_of
 from armimpedance.contribution.arm import PassiveArm
 from armimpedance.contribution.person import segments_of
@@ -29,6 +31,7 @@ SPRING = (-3.0, -12.0, 4.0)
 #: Of the moving axis of a person's arm.
 STIFFNESS, REST_RAD = 5.0, 1.0
 PERSON = Subject("S", mass_kg=70.0, upper_arm_m=0.3, forearm_hand_m=0.35)
+PIPE = ("--pipe", "1.8,0.32,0.10")
 MIDDLE_RAD = np.array([1.2, 0.5, 0.0, 1.0, 0.0])
 
 
@@ -39,7 +42,7 @@ def truth():
     return replace(DRAWINGS, loads=Loads(theta, zero, np.full(5, 0.005)))
 
 
-def recorded(trials, subject, arm=None):
+def recorded(trials, subject, arm=None, elastic=True):
     """A recording of trials (t, q, qd, qdd, row): what the motors give without any control."""
     robot, rng, motor = truth(), np.random.default_rng(0), []
     if arm is not None:
@@ -49,7 +52,7 @@ def recorded(trials, subject, arm=None):
         torque = own.torque(q, qd, qdd) + load_torque(robot, q, qd)
         if carried is not None:
             needs, axis = carried.torque(q, qd, qdd), row["axis"] - 1
-            needs[:, axis] += STIFFNESS * (q[:, axis] - REST_RAD)
+            needs[:, axis] += elastic * STIFFNESS * (q[:, axis] - REST_RAD)
             torque += needs * (0.5 if row["condition"] == "half_active" else 1.0)
         motor.append(torque + 0.02 * rng.standard_normal(torque.shape))
     table = pd.DataFrame([row for *_, row in trials])
@@ -141,6 +144,34 @@ def bench(tmp_path_factory):
         out = folder / f"{command}.json"
         assert main([str(a) for a in made.call(command, out=out)]) == 0
     return made
+
+
+def test_sound_files_are_taken_and_predict_other_movements(bench, tmp_path, capsys):
+    moving = recorded([lifted("validation", axis) for axis in (0, 1, 3)], Subject("empty"))
+    write_folder(moving, tmp_path / "moving")
+    out = tmp_path / "robot.json"
+    call = bench.call("robot", "--validate", tmp_path / "moving", out=out)
+    assert main([str(a) for a in call]) == 0
+    assert "movements that were not fitted" in capsys.readouterr().out
+    validation = json.loads(out.read_text())["validation"]
+    assert [v["joint"] for v in validation] == [1, 2, 3, 4, 5]
+    # but for the slowest samples: v_s is set by rule, and is not the bench's
+    assert min(validation[axis]["moving_r2"] for axis in (0, 1, 3)) > 0.99
+
+
+def test_pipes_are_weighed(bench, tmp_path, capsys):
+    ways = [lifted("passive", axis) for axis in (0, 1)]
+    ways += [(t, q[::-1], -qd[::-1], qdd[::-1], row) for t, q, qd, qdd, row in ways]
+    arm = PassiveArm("pipes", DRAWINGS.name, 0.32, pipes([PIPE[1], "1.7,0.30,0.09"]))
+    # without its length: --upper-arm-m says it
+    write_folder(recorded(ways, Subject("pipes"), arm, elastic=False), tmp_path / "pipes")
+    call = ("arm", tmp_path / "pipes", "--robot", bench.folder / "robot.json", *PIPE)
+    call = (*call, "--pipe", "1.7,0.30,0.09", "--upper-arm-m", "0.32")
+    assert main([str(a) for a in call]) == 0
+    said = capsys.readouterr().out
+    off = [float(word) for word in re.findall(r"([+-]\d+\.\d+) %", said)]
+    assert len(off) == 2
+    assert max(map(abs, off)) < 1.0
 
 
 def table_with(recording, **columns):
@@ -425,9 +456,6 @@ def test_what_was_fitted_does_not_validate_a_robot(refusal, bench):
     assert "sweeps and holds only" in said
 
 
-PIPE = ("--pipe", "1.8,0.32,0.10")
-
-
 @pytest.mark.parametrize(
     "given",
     [
@@ -482,48 +510,3 @@ def test_an_output_that_was_there_is_kept(refusal, bench, command, tmp_path):
     refusal(*bench.call(command, recording=tmp_path / "turned", out=kept / "out"))
     assert [path.name for path in kept.iterdir()] == ["out"]
     assert (kept / "out").read_text() == "somebody's only copy"
-
-
-@pytest.mark.parametrize(
-    ("experiment", "option", "belongs"),
-    [
-        ("postures", ("--lowering",), "it with therapy)"),
-        ("elbow", ("--lowering",), "it with therapy)"),
-        ("body", ("--mismatched",), "it with therapy-validation)"),
-        ("therapy", ("--mismatched",), "it with therapy-validation)"),
-        ("therapy-mockup", ("--lowering",), "it with therapy)"),
-        ("therapy-mockup", ("--subject", "S1"), "it with therapy)"),
-        ("therapy-calibration", ("--subject", "S1"), "it with therapy)"),
-        ("therapy-calibration", ("--sets", "2"), "it with therapy or therapy-mockup)"),
-        ("therapy-calibration", ("--sets", "0"), "it with therapy or therapy-mockup)"),
-        ("therapy", ("--duration-s", "3"), "an experiment that has it"),
-        ("therapy", ("--amplitude-mm", "3"), "an experiment that has it"),
-        ("therapy", ("--servo", "ideal"), "an experiment that has it"),
-        ("therapy", ("--reflex", "0.2"), "an experiment that has it"),
-        ("therapy", ("--disturbance", "biphasic"), "an experiment that has it"),
-        ("therapy", ("--markers",), "an experiment that has it"),
-        ("therapy", ("--commanded",), "it with an elbow test"),
-        ("therapy", ("--law", "linear"), "it with an elbow test"),
-        ("therapy", ("--frequency-hz", "1"), "it with an elbow test"),
-    ],
-    ids=lambda v: " ".join(v) if isinstance(v, tuple) else str(v),
-)
-def test_options_belong_to_their_experiment(refusal, experiment, option, belongs):
-    said = refusal("simulate", experiment, "--out", "session", *option)
-    assert f"{option[0]} with {experiment}" in said
-    assert belongs in said
-
-
-@pytest.mark.parametrize(
-    ("option", "value", "expected"),
-    [
-        ("--noise", "sensor", "nominal or none"),
-        ("--subject", "Z9", "one of S1, S2"),
-        ("--sets", "0", "1 to 100"),
-        ("--seed", "-1", "0 or more"),
-    ],
-)
-def test_an_experiment_with_what_it_does_not_have(refusal, option, value, expected):
-    said = refusal("simulate", "therapy", "--out", "session", option, value)
-    assert value in said
-    assert expected in said
