@@ -28,12 +28,13 @@ from armimpedance.contribution.sums import (
     row_length,
     sums_of,
 )
-from armimpedance.contribution.uncertainty import error_law, projection, ratio
+from armimpedance.contribution.uncertainty import error_law, projection, ratio, share
 from armimpedance.contribution.validity import (
     projection_valid,
     range_notes,
     ratio_valid,
     sample_valid,
+    share_valid,
     usable_elastic,
 )
 from armimpedance.errors import InputError
@@ -64,6 +65,8 @@ class LiveSample:
         (4) of the movement so far.
     projection_percent, projection_sd, projection_valid : float, float, bool
         Of the movement so far.
+    share_percent, share_sd, share_valid : float, float, bool
+        Share beside the robot's inertia, of the movement so far; what a display shows.
     running_percent, running_sd, running_valid : float, float, bool
         Projection in the running window.
     """
@@ -83,6 +86,9 @@ class LiveSample:
     projection_percent: float
     projection_sd: float
     projection_valid: bool
+    share_percent: float
+    share_sd: float
+    share_valid: bool
     running_percent: float
     running_sd: float
     running_valid: bool
@@ -365,6 +371,7 @@ class LiveContribution:
         known = projection_valid(sums[MOVEMENT:EVERYTHING], projections, law)
         percents, sds = quotients.percent, quotients.sd
         projected, errors = projections.percent, projections.sd
+        beside = share(sums[MOVEMENT], law)
         return LiveSample(
             time_s=(self._time_s or 0.0) - half_s,
             q_rad=self._q_rad,
@@ -381,6 +388,9 @@ class LiveContribution:
             projection_percent=float(projected[0]),
             projection_sd=float(errors[0]),
             projection_valid=bool(known[0]),
+            share_percent=float(beside.percent),
+            share_sd=float(beside.sd),
+            share_valid=bool(share_valid(sums[MOVEMENT], beside, law)),
             running_percent=float(projected[1]),
             running_sd=float(errors[1]),
             running_valid=bool(known[1]),

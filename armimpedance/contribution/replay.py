@@ -13,6 +13,7 @@ from armimpedance.contribution.metric import (
     WINDOW_S,
     Contribution,
     contribution_of,
+    contribution_so_far,
     running_contribution,
     sample_contribution,
 )
@@ -139,17 +140,21 @@ def _compare(
     """Largest difference over a movement's samples, and how many flags differ."""
     each = sample_contribution(torques, robot, arm)
     running = running_contribution(torques, robot, arm, window_s)
+    so_far = contribution_so_far(torques, robot, arm)
 
     def course(name: str) -> FloatArray:
         return np.array([getattr(sample, name) for sample in samples])
 
     both = np.logical_and(course("valid"), each.valid)
     shown = np.logical_and(course("running_valid"), running.valid)
+    known = np.logical_and(course("share_valid"), so_far.valid)
     pairs = (
         (course("user_Nm"), each.user),
         (course("arm_Nm"), each.arm),
         (course("percent")[both], each.percent[both]),
         (course("sd")[both], each.sd[both]),
+        (course("share_percent")[known], so_far.percent[known]),
+        (course("share_sd")[known], so_far.sd[known]),
         (course("running_percent")[shown], running.percent[shown]),
         (course("running_sd")[shown], running.sd[shown]),
     )

@@ -131,6 +131,8 @@ def test_the_result_so_far_is_that_of_the_samples_so_far():
     so_far = feed(again, q, motor, 100, 150 + HALF)[-1]
     assert so_far.projection_percent == pytest.approx(shorter.movement().projection_percent)
     assert so_far.ratio_sd == pytest.approx(shorter.movement().ratio_sd)
+    assert so_far.share_percent == pytest.approx(shorter.movement().share_percent)
+    assert so_far.share_sd == pytest.approx(shorter.movement().share_sd)
     assert longer.movement().n_samples > shorter.movement().n_samples
 
 
