@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from armimpedance.contribution.metric import WINDOW_S
+from armimpedance.contribution.metric import STEADY_S
 from armimpedance.plots.contribution import plot_feedback
 from armimpedance_figures.source_figure import SourceFigure, script
 from armimpedance_figures.table_cells import number
@@ -25,11 +25,14 @@ def draw(studied: TherapyStudy) -> Figure:
 
 def table(studied: TherapyStudy) -> list[list[str]]:
     """One row per movement."""
-    rows = [["trial", "movement", "condition", "projection_percent", "ci95_low", "ci95_high"]]
-    rows[0].append("true_projection")
+    rows = [["trial", "movement", "condition", "share_valid"]]
+    for name in ("share", "projection"):
+        rows[0] += [f"{name}_percent", f"{name}_ci95_low", f"{name}_ci95_high", f"true_{name}"]
     for m in studied.person(SHOWN).measured:
-        values = [m.found.projection_percent, *m.found.projection_ci95, m.truth_projection_percent]
-        names = [m.found.trial, m.found.movement, m.found.condition]
+        f = m.found
+        values = [f.share_percent, *f.share_ci95, m.truth_share_percent]
+        values += [f.projection_percent, *f.projection_ci95, m.truth_projection_percent]
+        names = [f.trial, f.movement, f.condition, "yes" if f.share_valid else "no"]
         rows.append([*names, *map(number, values)])
     return rows
 
@@ -37,14 +40,14 @@ def table(studied: TherapyStudy) -> list[list[str]]:
 def caption(studied: TherapyStudy) -> str:
     """What is shown and how far off it is."""
     measured = studied.person(SHOWN).measured
-    off = [abs(m.found.projection_percent - m.truth_projection_percent) for m in measured]
+    off = [abs(m.found.share_percent - m.truth_share_percent) for m in measured]
     return (
         f"The session of patient {SHOWN} as `armimpedance contribution --figure` shows it: "
-        f"projection over the last {WINDOW_S:g} s with its 95 % band; at the right and in the "
-        "titles that of each whole movement with its 95 % interval; 0 % is a passive arm, 100 % "
-        "one that needs no support, below 0 it resists. Grey: cannot be told, because the passive "
-        "arm needs next to nothing there. Lines begin once the axis moves: what sticks bears "
-        "anything up to its static friction. "
+        "share of the movement so far, beside the robot's own inertia torque, with its 95 % band; "
+        "at the right and in the titles that of each whole movement with its 95 % interval (in the "
+        "titles the widest); 0 % is a passive arm, 100 % one that needs no support, below 0 it "
+        f"resists. Lines begin once the share has been told for {STEADY_S:g} s: the axis moves, "
+        "and what the arm needs no longer looks like the robot's inertia. "
         f"The whole movements are at most {max(off):.1f} points from the simulated truth while "
         "the axis moves. "
         f"{design(studied)}. Differs from the source: simulated, and the source shows no such view."

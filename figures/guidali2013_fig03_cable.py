@@ -12,7 +12,13 @@ from armimpedance.plots.style import OKABE_ITO, TWO_COLUMNS_IN, new_figure, prin
 from armimpedance.records import FloatArray
 from armimpedance_figures.source_figure import SourceFigure, script
 from armimpedance_figures.table_cells import number
-from armimpedance_figures.therapy_study import SUBJECTS, TherapyStudy, design, study
+from armimpedance_figures.therapy_study import (
+    SUBJECTS,
+    UNFITTED_DEG_S,
+    TherapyStudy,
+    design,
+    study,
+)
 from armimpedance_figures.venture_layout import settle
 
 if TYPE_CHECKING:
@@ -20,8 +26,6 @@ if TYPE_CHECKING:
 
 #: Horizontal shoulder rotation, from 0.
 AXIS: Final = 1
-#: The sweep next to the source's 15 deg/s that covers most of the range.
-SPEED_DEG_S: Final = 20.0
 
 
 @dataclass(frozen=True)
@@ -58,9 +62,8 @@ class Swept:
 
 def sweeps_of(studied: TherapyStudy) -> list[Swept]:
     """Both directions."""
-    trials = studied.robot.recording.trials
-    chosen = (trials["axis"] == AXIS + 1) & (trials["velocity_deg_s"].abs() == SPEED_DEG_S)
-    recording = studied.robot.recording.select(np.flatnonzero(chosen))
+    session = studied.unfitted_sweeps
+    recording = session.select(np.flatnonzero(session.trials["axis"] == AXIS + 1))
     loads, axis = studied.identified.identified, studied.robot.found.axes[AXIS]
     stiffness, offset = (loads.term(n)[AXIS] for n in ("cable_stiffness", "cable_offset"))
     found = []
@@ -107,10 +110,10 @@ def caption(studied: TherapyStudy) -> str:
     without, with_ = (np.mean([s.rms(cables=c) for s in swept]) for c in (False, True))
     return (
         "After Guidali et al. (2013), Fig. 3: motor torque that moves axis 2 (horizontal shoulder "
-        f"rotation) at {SPEED_DEG_S:g} deg/s, and what the identified models say of it. Friction "
-        f"alone leaves {without:.2f} Nm rms, with the cables as a spring {with_:.3f} Nm. "
-        f"{design(studied)}. Differs from the source: simulated; {SPEED_DEG_S:g} deg/s, the "
-        "source shows 15; the sweeps are among those that were fitted; measured torque after the "
+        f"rotation) at {UNFITTED_DEG_S:g} deg/s, and what the identified models say of it. "
+        f"Friction alone leaves {without:.2f} Nm rms, with the cables as a spring {with_:.3f} Nm. "
+        "These sweeps are a session of their own, at a speed that is not among the fitted ones. "
+        f"{design(studied)}. Differs from the source: simulated; measured torque after the "
         "analysis' kernel of 0.1 s; both directions."
     )
 

@@ -8,6 +8,11 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from armimpedance.contribution.arm_verdict import (
+    WIDEST_REST_RAD,
+    WIDEST_STIFFNESS,
+    WIDEST_STIFFNESS_SHARE,
+)
 from armimpedance.plots.tables import TableBlock, TableRow, plot_table
 from armimpedance.records import FloatArray
 from armimpedance.regression.summary import NamedParameter
@@ -176,7 +181,8 @@ def caption(studied: TherapyStudy) -> str:
         "printed values are the simulated truth up to 2 % and 0.015 rad between repetitions. ±: "
         "half of the 95 % interval, which counts that body segments differ from the table of "
         f"masses by 3 %; {covered} of {len(known)} hold the truth. {quoted} of {len(known)} are "
-        "known to 0.3 Nm/rad or 0.1 rad, the others stand in brackets. As in the source S4 and P1 "
+        f"known: k_s to ± {WIDEST_STIFFNESS} Nm/rad or {100 * WIDEST_STIFFNESS_SHARE:.0f} % of it, "
+        f"q_0 to ± {WIDEST_REST_RAD} rad; the others stand in brackets. As in the source S4 and P1 "
         f"move their trunk; {who}. * the printed means of the horizontal columns do not follow "
         f"from the printed rows. {design(studied)}. Differs from the source: simulated; intervals."
     )

@@ -49,6 +49,11 @@ def projections(measured: Sequence[Measured]) -> FloatArray:
     )
 
 
+def shares(measured: Sequence[Measured]) -> FloatArray:
+    """The share beside the robot's inertia where it is valid."""
+    return values(measured, lambda m: m.found.share_valid, lambda m: m.found.share_percent)
+
+
 def true_ratios(measured: Sequence[Measured]) -> FloatArray:
     """(4) of the simulated torques, of the movements in which ours is valid."""
     return values(measured, lambda m: m.found.ratio_valid, lambda m: m.truth_percent)
@@ -59,6 +64,11 @@ def true_projections(measured: Sequence[Measured]) -> FloatArray:
     return values(
         measured, lambda m: m.found.projection_valid, lambda m: m.truth_projection_percent
     )
+
+
+def true_shares(measured: Sequence[Measured]) -> FloatArray:
+    """The share of the simulated torques, of the movements in which ours is valid."""
+    return values(measured, lambda m: m.found.share_valid, lambda m: m.truth_share_percent)
 
 
 def differences(measured: Sequence[Measured]) -> FloatArray:
@@ -77,6 +87,16 @@ def values(
 ) -> FloatArray:
     """One number each of those that are chosen."""
     return np.array([value(m) for m in measured if chosen(m)])
+
+
+def lowest(studied: TherapyStudy) -> str:
+    """A sentence on the lowest valid (4), and how little it divides by."""
+    valid = [(p, m.found) for p in studied.people for m in p.measured if m.found.ratio_valid]
+    person, found = min(valid, key=lambda pair: pair[1].ratio_percent)
+    return (
+        f"The lowest (4), {found.ratio_percent:.0f} %, is one of {person.name}, whose passive arm "
+        f"needs {found.mean_arm_Nm:.2g} Nm there."
+    )
 
 
 def mean_and_sd(found: FloatArray) -> tuple[float, float]:

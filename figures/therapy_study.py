@@ -40,6 +40,8 @@ SUBJECTS: Final = ",".join(THERAPY_SUBJECTS)
 SHOWN: Final = "P2"
 #: Trials with the empty robot that validate it.
 VALIDATION_TRIALS = 8
+#: Of sweeps that no model was fitted to, deg/s; the source's.
+UNFITTED_DEG_S: Final = 15.0
 #: People who are simulated side by side; bounds the memory that their exact courses take.
 AT_ONCE: Final = 5
 
@@ -134,6 +136,14 @@ class TherapyStudy:
         return CalibratedRobot(
             recording, truth, identify_robot(recording, drawings_of(therapy_device()))
         )
+
+    @cached_property
+    def unfitted_sweeps(self) -> Recording:
+        """Sweeps at a speed that the calibration leaves out, with noise of their own."""
+        recording, _ = simulate_calibration(
+            seed=self.seed + 1, speeds_deg_s=(UNFITTED_DEG_S,), held_angles=0
+        )
+        return recording
 
     @property
     def identified(self) -> TherapyRobot:

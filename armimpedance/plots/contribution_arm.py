@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from textwrap import fill
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,7 +24,9 @@ if TYPE_CHECKING:
     from armimpedance.contribution.passive_arm import ArmCalibration, AxisCalibration
     from armimpedance.regression.summary import NamedParameter
 
-_ROW_IN = 2.5
+_ROW_IN = 2.6
+#: Letters of a line of the verdict.
+_VERDICT = 110
 #: Repetitions, from the first to the last.
 _SHADES = (OKABE_ITO["sky"], OKABE_ITO["blue"], OKABE_ITO["green"], OKABE_ITO["orange"])
 
@@ -90,7 +93,7 @@ def plot_passive_arm(calibration: ArmCalibration) -> Figure:
 
 def _title(axis: AxisCalibration) -> str:
     words = f"{axis.elastic.axis}: {_known(axis.stiffness)}, {_known(axis.rest)}"
-    return f"{words}\n{axis.elastic.verdict}"
+    return f"{words}\n{fill(axis.elastic.verdict, _VERDICT)}"
 
 
 def _known(parameter: NamedParameter) -> str:
