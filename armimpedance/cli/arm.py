@@ -78,11 +78,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Read, fit, print, write."""
-    from armimpedance.cli.checks import check_outputs, naming
+    from armimpedance.cli.checks import check_outputs, naming, refuse_same_file
     from armimpedance.cli.joint_input import read_joint
     from armimpedance.report.therapy_json import read_robot
 
     check_outputs(figure=arguments.figure, out=arguments.out)
+    refuse_same_file({"robot": arguments.robot}, out=arguments.out)
     mass_sd, tubes = _mass_sd(arguments), _mock_up_of(arguments)
     robot = read_robot(arguments.robot)
     with naming(arguments.robot):

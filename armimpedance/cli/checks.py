@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -19,11 +19,35 @@ def check_outputs(*, figure: Path | None, out: Path | None) -> None:
     """
     if figure is not None and figure.suffix not in (".png", ".svg", ".pdf"):
         raise InputError(
-            "a figure's name", file=figure, expected="one that ends in .png, .svg or .pdf"
+            "not a figure's name", file=figure, expected="one that ends in .png, .svg or .pdf"
         )
     for path in (figure, out):
         if path is not None and not path.absolute().parent.is_dir():
             raise InputError("no such folder", file=path.parent, expected="an existing folder")
+        if path is not None and path.is_dir():
+            raise InputError("is a folder", file=path, expected="the name of a file")
+
+
+def refuse_same_file(read: Mapping[str, Path | None], **written: Path | None) -> None:
+    """What is written must replace neither what is read nor another output.
+
+    Parameters
+    ----------
+    read, written : option (without its dashes) -> path
+
+    Raises
+    ------
+    InputError
+        Naming the file and both options.
+    """
+    seen = {path.absolute(): name for name, path in read.items() if path is not None}
+    for name, path in written.items():
+        if path is None:
+            continue
+        if path.absolute() in seen:
+            options = f"--{seen[path.absolute()]} and to --{name}"
+            raise InputError(f"given to {options}", file=path, expected="two files")
+        seen[path.absolute()] = name
 
 
 def check_seed(seed: int) -> None:

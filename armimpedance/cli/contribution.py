@@ -67,7 +67,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Read, compute, print, write."""
     from textwrap import fill
 
-    from armimpedance.cli.checks import check_outputs, naming
+    from armimpedance.cli.checks import check_outputs, naming, refuse_same_file
     from armimpedance.cli.joint_input import read_joint
     from armimpedance.contribution.checks import check_recording
     from armimpedance.contribution.metric import contribution_of
@@ -78,13 +78,15 @@ def run(arguments: argparse.Namespace) -> int:
 
     check_outputs(figure=arguments.figure, out=arguments.out)
     check_outputs(figure=None, out=arguments.samples)
-    _refuse_one_file(arguments)
+    inputs = {"robot": arguments.robot, "arm": arguments.arm}
+    refuse_same_file(inputs, out=arguments.out, samples=arguments.samples)
     robot, arm = _robot_and_arm(arguments)
     recording = read_joint(arguments.recording, arguments.condition)
     with naming(arguments.recording):
         check_recording(recording, robot)
         axes = [robot.axes[m.axis] for m in cut_movements(recording, robot)]
     with naming(arguments.arm):
+        note = _same_person(arm, recording)
         refused = axes_without_model(axes, arm, arguments.unrepeatable)
     with naming(arguments.recording):
         recording = recording.select([axis not in refused for axis in axes])
@@ -92,7 +94,7 @@ def run(arguments: argparse.Namespace) -> int:
         results = [contribution_of(m, robot, arm, unrepeatable=True) for m in movements]
         # before anything is written: what the live form refuses leaves no half result
         live = _live(recording, robot, arm) if arguments.live else ""
-    print(contribution_text(results))
+    print(contribution_text(results) + note)
     for sentence in refused.values():
         print("\n" + fill(f"left out: {sentence}", TABLE_WIDTH))
     if arguments.out is not None:
@@ -105,15 +107,6 @@ def run(arguments: argparse.Namespace) -> int:
     if live:
         print("\n" + fill(live, TABLE_WIDTH))
     return 0
-
-
-def _refuse_one_file(arguments: argparse.Namespace) -> None:
-    """Refuse two outputs of one name: the second would replace the first."""
-    from armimpedance.errors import InputError
-
-    given = [p.absolute() for p in (arguments.out, arguments.samples) if p is not None]
-    if len(set(given)) < len(given):
-        raise InputError("given to --out and to --samples", file=given[0], expected="two files")
 
 
 def _robot_and_arm(arguments: argparse.Namespace) -> tuple[TherapyRobot, PassiveArm]:
@@ -133,6 +126,32 @@ def _robot_and_arm(arguments: argparse.Namespace) -> tuple[TherapyRobot, Passive
             )
         robot.adjusted_to(arm.upper_arm_m)
     return robot, arm
+
+
+def _same_person(arm: PassiveArm, recording: Recording) -> str:
+    """A note where the robot was adjusted differently; another person's arm is refused.
+
+    Raises
+    ------
+    InputError
+        The arm and the recording are of different subjects.
+    """
+    from armimpedance.errors import InputError
+    from armimpedance.records import Subject
+
+    subject = recording.subject
+    if Subject.id not in (arm.subject, subject.id) and arm.subject != subject.id:
+        raise InputError(
+            f"the passive arm of subject {arm.subject}",
+            expected=f"that of subject {subject.id}, whose recording this is",
+        )
+    length = subject.upper_arm_m
+    if length is None or abs(length - arm.upper_arm_m) < 1e-3:
+        return ""
+    return (
+        f"\n\nthe robot was adjusted to {arm.upper_arm_m:.3f} m when the arm was measured, and "
+        f"that was used;\nthe recording says {length:.3f} m"
+    )
 
 
 def axes_without_model(axes: Sequence[str], arm: PassiveArm, unrepeatable: bool) -> dict[str, str]:

@@ -43,7 +43,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Read, fit, print, write."""
-    from armimpedance.cli.checks import check_outputs, naming
+    from armimpedance.cli.checks import check_outputs, naming, refuse_same_file
     from armimpedance.cli.joint_input import read_joint
     from armimpedance.contribution.calibrate import identify_robot
     from armimpedance.contribution.robot_validation import validate_robot
@@ -51,6 +51,7 @@ def run(arguments: argparse.Namespace) -> int:
     from armimpedance.report.therapy_text import robot_object, robot_text
 
     check_outputs(figure=arguments.figure, out=arguments.out)
+    refuse_same_file({"drawings": arguments.drawings}, out=arguments.out)
     drawings = read_robot(arguments.drawings)
     recording = read_joint(arguments.recording)
     with naming(arguments.recording):

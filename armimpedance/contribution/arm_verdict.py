@@ -104,7 +104,7 @@ def verdict_of(
             parts.append(f"{parameter.name} not identified: k_s is not above 0 beyond its error")
         elif not is_identified(parameter):
             parts.append(
-                f"{parameter.name} not identified: known to {width:.2g} {parameter.unit} only, "
+                f"{parameter.name} not identified: known to {width:.3g} {parameter.unit} only, "
                 f"{widest(parameter):.2g} is asked"
             )
         else:

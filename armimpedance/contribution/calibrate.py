@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from armimpedance.contribution.calibration_notes import axis_notes, spring_notes
+from armimpedance.contribution.calibration_notes import axis_notes, rise_notes, spring_notes
 from armimpedance.contribution.checks import check_recording
 from armimpedance.contribution.holds import SpringHolds, fit_holds
 from armimpedance.contribution.robot import (
@@ -77,6 +77,7 @@ def identify_robot(recording: Recording, drawings: TherapyRobot) -> RobotCalibra
     spring = fit_holds(holds)
     loads = _loads(axes, spring, drawings)
     notes = (
+        *rise_notes(axes),
         *(note for a in axes for note in axis_notes(a, drawings)),
         *spring_notes(spring, axes[drawings.spring_axis]),
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
@@ -21,8 +22,7 @@ _SHARE: Final = 0.02
 def axis_notes(sweeps: AxisSweeps, robot: TherapyRobot) -> tuple[str, ...]:
     """Notes on the friction and the cables of one axis."""
     found, name = sweeps.fit, f"axis {sweeps.axis + 1}"
-    lowest = np.rad2deg(sweeps.lowest_used_rad_s)
-    notes = [*sweeps.notes, _rise_note(sweeps, name, lowest)]
+    notes = list(sweeps.notes)
     coulomb, viscous = found.parameters[:2]
     low, high = found.interval()[:2].T
     for label, at in (("Coulomb", 0), ("viscous", 1)):
@@ -44,13 +44,22 @@ def axis_notes(sweeps: AxisSweeps, robot: TherapyRobot) -> tuple[str, ...]:
     return tuple(notes)
 
 
-def _rise_note(sweeps: AxisSweeps, name: str, lowest_deg_s: float) -> str:
-    highest = sweeps.static_range_rad_s
-    where = (
-        f"static range up to {np.rad2deg(highest):.3g} deg/s" if highest else "no static range seen"
+def rise_notes(axes: Sequence[AxisSweeps]) -> tuple[str, ...]:
+    """From which speed each axis was fitted, and its v_s; axes that are alike share a note."""
+    alike: dict[str, list[int]] = {}
+    for sweeps in axes:
+        alike.setdefault(_rise_note(sweeps), []).append(sweeps.axis + 1)
+    return tuple(
+        f"ax{'is' if len(numbers) == 1 else 'es'} {', '.join(map(str, numbers))}: {text}"
+        for text, numbers in alike.items()
     )
+
+
+def _rise_note(sweeps: AxisSweeps) -> str:
+    highest, lowest = np.rad2deg([sweeps.static_range_rad_s, sweeps.lowest_used_rad_s])
+    where = f"static range up to {highest:.2g} deg/s" if highest else "no static range seen"
     return (
-        f"{name}: {where}, fitted from {lowest_deg_s:.3g} deg/s; v_s is set to "
+        f"{where}, fitted from {lowest:.3g} deg/s; v_s is set to "
         f"{np.rad2deg(sweeps.rise_rad_s):.2g} deg/s, by rule and not measured: the "
         "Coulomb friction is complete at the lowest speed used"
     )

@@ -30,7 +30,6 @@ from armimpedance.contribution.validity import (
     projection_valid,
     ratio_valid,
     refuse_no_torque,
-    share_valid,
     why_no_ratio,
 )
 from armimpedance.records import FloatArray
@@ -78,7 +77,7 @@ def contribution_from(
     beside = share(sums, law)
     parts, projected_parts = variance_parts(whole, law), variance_parts(projected, law)
     compared = _compared(sums, law, labels, arm)
-    valid = bool(ratio_valid(sums, law))
+    valid = bool(ratio_valid(sums, whole, law))
     return Contribution(
         trial=labels.trial,
         condition=labels.condition,
@@ -100,7 +99,7 @@ def contribution_from(
         share_percent=float(beside.percent),
         share_sd=float(beside.sd),
         share_ci95=_interval(beside, half_width(variance_parts(beside, law), law)),
-        share_valid=bool(share_valid(sums, beside, law)),
+        share_valid=bool(projection_valid(sums, beside, law)),
         inertia_percent=float(inertia_share(sums)),
         reference_percent=None if compared is None else compared.percent,
         reference_sd=None if compared is None else compared.sd,
@@ -114,7 +113,7 @@ def contribution_from(
         projection_shares=shares(projected_parts),
         notes=(
             *labels.notes,
-            *(() if valid else (why_no_ratio(sums, law),)),
+            *(() if valid else (why_no_ratio(sums, whole, law),)),
             *(() if compared is None or compared.valid else (f"(19): {compared.why_not}",)),
             *course_notes(total, everything[ONE]),
         ),

@@ -119,8 +119,9 @@ def _both_approaches(
             angles.append([part])
     both = [a for a in angles if len({p.approach for p in a}) == 2]
     if len(both) < LEAST_ANGLES:
+        held = f"{len(both)} of {len(angles)} angles were held from both directions"
         raise InputError(
-            f"{len(both)} of {len(angles)} angles were held from both directions",
+            held if angles else "no holds of the axis with the spring",
             column="approach",
             expected=f"{LEAST_ANGLES} or more angles, each approached from below (1) and from "
             "above (-1): a held axis sticks, and one direction takes the friction for the spring",

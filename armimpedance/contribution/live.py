@@ -34,7 +34,6 @@ from armimpedance.contribution.validity import (
     range_notes,
     ratio_valid,
     sample_valid,
-    share_valid,
     usable_elastic,
 )
 from armimpedance.errors import InputError
@@ -165,7 +164,6 @@ class LiveContribution:
         kernels = kernels_for(sample_rate_hz, WIDTH_S)
         self._half = kernels.half
         self._weights = np.stack([kernels.smooth, kernels.first, kernels.second])
-        self._gain = np.array([self._law.kernel_gain, 1.0])
         self._window = window_samples(window_s, sample_rate_hz)
         self._slides_rad_s = least_speed(float(robot.identified.rise_rad_s[axis]))
         self._row = np.empty(row_length(len(self._theta)))
@@ -366,10 +364,9 @@ class LiveContribution:
 
     def _sample(self, counts: bool, inside: bool) -> LiveSample:
         sums, law, half_s = self._sums, self._law, self.delay_s
-        quotients = ratio(sums[:WINDOW], law, self._gain)
+        each, whole = ratio(sums[SAMPLE], law, law.kernel_gain), ratio(sums[MOVEMENT], law)
         projections = projection(sums[MOVEMENT:EVERYTHING], law)
         known = projection_valid(sums[MOVEMENT:EVERYTHING], projections, law)
-        percents, sds = quotients.percent, quotients.sd
         projected, errors = projections.percent, projections.sd
         beside = share(sums[MOVEMENT], law)
         return LiveSample(
@@ -378,19 +375,19 @@ class LiveContribution:
             user_Nm=float(self._row[USER]),
             arm_Nm=float(self._row[ARM]),
             counts=counts,
-            percent=float(percents[0]),
-            sd=float(sds[0]),
+            percent=float(each.percent),
+            sd=float(each.sd),
             valid=counts and bool(sample_valid(sums[SAMPLE], law)),
             in_movement=inside,
-            ratio_percent=float(percents[1]),
-            ratio_sd=float(sds[1]),
-            ratio_valid=bool(ratio_valid(sums[MOVEMENT], law)),
+            ratio_percent=float(whole.percent),
+            ratio_sd=float(whole.sd),
+            ratio_valid=bool(ratio_valid(sums[MOVEMENT], whole, law)),
             projection_percent=float(projected[0]),
             projection_sd=float(errors[0]),
             projection_valid=bool(known[0]),
             share_percent=float(beside.percent),
             share_sd=float(beside.sd),
-            share_valid=bool(share_valid(sums[MOVEMENT], beside, law)),
+            share_valid=bool(projection_valid(sums[MOVEMENT], beside, law)),
             running_percent=float(projected[1]),
             running_sd=float(errors[1]),
             running_valid=bool(known[1]),

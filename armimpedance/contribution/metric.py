@@ -31,7 +31,6 @@ from armimpedance.contribution.validity import (
     projection_valid,
     range_notes,
     sample_valid,
-    share_valid,
     usable_elastic,
 )
 from armimpedance.errors import InputError
@@ -156,12 +155,8 @@ def contribution_so_far(
     law = error_law(robot, arm, torques.axis_name, torques.sample_rate_hz)
     rows, counts = _rows(torques, robot)
     sums = np.cumsum(products_of(rows * counts[:, None]), axis=0)
-    if metric == "share":
-        value = share(sums, law)
-        valid = share_valid(sums, value, law)
-    else:
-        value = projection(sums, law)
-        valid = projection_valid(sums, value, law)
+    value = share(sums, law) if metric == "share" else projection(sums, law)
+    valid = projection_valid(sums, value, law)
     steady = _steady(valid, round(STEADY_S * torques.sample_rate_hz))
     return ContributionSoFar(metric, torques.time_s, value.percent, value.sd, steady)
 

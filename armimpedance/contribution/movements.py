@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from armimpedance.contribution.arm import PassiveArm
+from armimpedance.contribution.cells import number_in
 from armimpedance.contribution.robot import TherapyRobot, load_gradient, load_torque
 from armimpedance.contribution.smooth import SmoothTrial, smooth_trials
 from armimpedance.contribution.torques import MovementTorques
@@ -132,12 +133,18 @@ def _movement(line: dict[Any, Any], trial: SmoothTrial, robot: TherapyRobot) -> 
             expected=f"a movement between {trial.time_s[0]:g} and {trial.time_s[-1]:g} s",
         )
     named = name if isinstance(name, str) and name else robot.axes[axis]
+    if named in robot.axes and named != robot.axes[axis]:
+        raise InputError(
+            f"trial {label}: the movement {named} is about axis {axis + 1}, {robot.axes[axis]}",
+            column="movement",
+            expected=f"axis {robot.axes.index(named) + 1} of robot {robot.name}, or another name",
+        )
     return Movement(label, str(line["condition"]), named, axis, motion, notes)
 
 
 def _axis(line: dict[Any, Any], trial: SmoothTrial, n_axes: int) -> int:
     """The moving axis, from 0."""
-    stated = _number(line, "axis")
+    stated = number_in(line, "axis")
     if stated is None:
         return int(np.ptp(trial.q, axis=0).argmax())
     if stated not in range(1, n_axes + 1):
@@ -151,7 +158,7 @@ def _window(
     line: dict[Any, Any], trial: SmoothTrial, axis: int
 ) -> tuple[float, float, tuple[str, ...]]:
     """From when to when, and what a reader must know of it."""
-    onset, end = _number(line, "onset_s"), _number(line, "end_s")
+    onset, end = number_in(line, "onset_s"), number_in(line, "end_s")
     notes: tuple[str, ...] = ()
     if onset is None or end is None:
         moving = _moving(line, trial, axis)
@@ -176,22 +183,6 @@ def _moving(line: dict[Any, Any], trial: SmoothTrial, axis: int) -> tuple[float,
         )
     fast = np.flatnonzero(speed >= SPEED_SHARE * speed.max())
     return float(trial.time_s[fast[0]]), float(trial.time_s[fast[-1]])
-
-
-def _number(line: dict[Any, Any], column: str) -> float | None:
-    """A number of the trial table; None where there is none."""
-    value = line.get(column)
-    if value is None:
-        return None
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        number = np.inf
-    if np.isinf(number):
-        raise InputError(
-            f"trial {line['trial']}: {value!r:.40}", column=column, expected="a number"
-        )
-    return None if np.isnan(number) else number
 
 
 def _torques(

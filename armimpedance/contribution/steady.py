@@ -8,6 +8,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from armimpedance.contribution.cells import number_in
 from armimpedance.contribution.robot import TherapyRobot
 from armimpedance.contribution.smooth import WIDTH_S, SmoothTrial, kernels_for, smooth_trials
 from armimpedance.errors import InputError, RecordError
@@ -111,14 +112,19 @@ def _repeats() -> float:
 
 def _check_table(recording: Recording, rows: IntArray, n_axes: int) -> None:
     table = recording.trials
-    for column in ("axis", "onset_s", "end_s"):
-        if column not in table or table[column].iloc[rows].isna().any():
-            raise InputError("sweeps and holds need this of every trial", column=column)
     for row in rows:
-        axis = float(table["axis"].iloc[row])
+        entry = table.iloc[row]
+        for column in ("axis", "onset_s", "end_s"):
+            if number_in(entry, column) is None:
+                raise InputError(
+                    f"trial {entry['trial']}: nothing there",
+                    column=column,
+                    expected="a number for every sweep and hold",
+                )
+        axis = number_in(entry, "axis")
         if axis not in range(1, n_axes + 1):
             raise InputError(
-                f"trial {table['trial'].iloc[row]}: axis {axis:g}",
+                f"trial {entry['trial']}: axis {axis:g}",
                 column="axis",
                 expected=f"a whole number from 1 to {n_axes}",
             )
@@ -154,12 +160,12 @@ def _part(recording: Recording, smooth: SmoothTrial, bodies: Any, hold: bool) ->
 
 def _approach(entry: Any, q: FloatArray) -> int:
     """From the table, else from where the trial began."""
-    given = entry.get("approach")
-    if given is None or not np.isfinite(float(given)):
+    given = number_in(entry, "approach")
+    if given is None:
         return 1 if q[-1] >= q[0] else -1
-    if float(given) not in (1.0, -1.0):
+    if given not in (1.0, -1.0):
         raise InputError(
-            f"trial {entry['trial']}: approach {given}",
+            f"trial {entry['trial']}: approach {given:g}",
             column="approach",
             expected="1 from below or -1 from above",
         )

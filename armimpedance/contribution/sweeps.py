@@ -211,8 +211,8 @@ def _above_static_range(speeds: list[list[SteadyPart]], order: int) -> list[list
     if len(used) < LEAST_SPEEDS:
         axis, highest = speeds[0][0].axis + 1, np.rad2deg(_speed(speeds[-1]))
         raise InputError(
-            f"axis {axis}: fewer than {LEAST_SPEEDS} of {len(speeds)} speeds up to "
-            f"{highest:.3g} deg/s follow the law of Coulomb and viscous friction",
+            f"axis {axis}: {len(speeds)} speeds up to {highest:.3g} deg/s, too few of which "
+            "follow the law of Coulomb and viscous friction",
             expected=f"sweeps at {LEAST_SPEEDS} or more speeds above the static range",
         )
     return used

@@ -2,13 +2,13 @@
 
 - A sample (3): the axis moves, and ``|tau_h|`` is at least `AWAY_SAMPLE` times its own standard
   error and that of the torque's noise.
-- The sum (4): ``|sum tau_h| / sum |tau_h|`` is at least `LEAST_SUM_RATIO`, and ``|sum tau_h|`` at
-  least `AWAY_SUM` times its standard error.
+- The sum (4): ``|sum tau_h| / sum |tau_h|`` is at least `LEAST_SUM_RATIO`, ``|sum tau_h|`` at least
+  `AWAY_SUM` times its standard error, and (4)'s own as small as the projection's.
 - The projection: the root mean square of tau_h is at least `AWAY_SUM` times that of its standard
   errors, and the projection's own standard error at most `LARGEST_SD` points, or that many per
   cent of a larger value.
-- The share beside the robot's inertia: the same, and at least `LEAST_BESIDE` of the squares of
-  tau_h are left.
+- The share beside the robot's inertia: the same. Where tau_h resembles the robot's inertia torque,
+  its standard error is large.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from armimpedance.contribution.sums import (
     ONE,
     SATURATED,
 )
-from armimpedance.contribution.uncertainty import ErrorLaw, Quotient, beside_inertia
+from armimpedance.contribution.uncertainty import ErrorLaw, Quotient
 from armimpedance.errors import InputError
 from armimpedance.records import BoolArray, FloatArray
 
@@ -36,8 +36,6 @@ LEAST_SUM_RATIO: Final = 0.2
 #: Percentage points.
 LARGEST_SD: Final = 10.0
 
-#: Share of tau_h (in squares) that must be left beside the robot's inertia torque.
-LEAST_BESIDE: Final = 0.05
 #: A mean |tau_h| below this is no load at all, Nm.
 NO_LOAD_NM: Final = 1e-6
 #: A share of a movement from which on a reader must know of it.
@@ -53,29 +51,24 @@ def sample_valid(products: FloatArray, law: ErrorLaw) -> BoolArray:
     return np.asarray((arm != 0) & (arm**2 >= AWAY_SAMPLE**2 * variance))
 
 
-def ratio_valid(sums: FloatArray, law: ErrorLaw) -> BoolArray:
-    """Whether (4) has a denominator, (...) of sums (..., 6, k)."""
+def ratio_valid(sums: FloatArray, value: Quotient, law: ErrorLaw) -> BoolArray:
+    """Whether (4) can be told, (...) of sums (..., 6, k)."""
     arm = sums[..., ONE, ARM]
     one_sided = abs(arm) >= LEAST_SUM_RATIO * sums[..., ONE, ABS_ARM]
     known = arm**2 >= AWAY_SUM**2 * law.variance_of_arm_sum(sums)
-    return np.asarray((arm != 0) & one_sided & known)
+    return np.asarray((arm != 0) & one_sided & known & _sharp(value))
 
 
 def projection_valid(sums: FloatArray, value: Quotient, law: ErrorLaw) -> BoolArray:
-    """Whether the projection can be told, (...) of sums (..., 6, k)."""
+    """Whether the projection, or the share, can be told, (...) of sums (..., 6, k)."""
     power = sums[..., ARM, ARM]
     known = power >= AWAY_SUM**2 * law.summed_arm_variance(sums)
-    sharp = value.sd <= np.maximum(LARGEST_SD, LARGEST_SD / 100 * abs(value.percent))
-    return np.asarray((power > 0) & known & sharp)
+    return np.asarray((power > 0) & known & _sharp(value))
 
 
-def share_valid(sums: FloatArray, value: Quotient, law: ErrorLaw) -> BoolArray:
-    """Whether the share beside the robot's inertia can be told, (...) of sums (..., 6, k).
-
-    As the projection; and enough of tau_h must be left beside the robot's inertia.
-    """
-    left = ~np.isnan(value.percent) & (beside_inertia(sums) >= LEAST_BESIDE)
-    return np.asarray(left & projection_valid(sums, value, law))
+def _sharp(value: Quotient) -> BoolArray:
+    """Whether the standard error is small; False where there is no number."""
+    return np.asarray(value.sd <= np.maximum(LARGEST_SD, LARGEST_SD / 100 * abs(value.percent)))
 
 
 def usable_elastic(arm: PassiveArm, axis_name: str, *, unrepeatable: bool) -> Elastic:
@@ -132,14 +125,16 @@ def range_notes(elastic: Elastic, lowest_rad: float, highest_rad: float) -> tupl
     return (f"up to {np.degrees(past):.0f} degrees outside of the passive calibration",)
 
 
-def why_no_ratio(sums: FloatArray, law: ErrorLaw) -> str:
+def why_no_ratio(sums: FloatArray, value: Quotient, law: ErrorLaw) -> str:
     """Why (4) of sums (6, k) is not valid."""
     total = sums[ONE]
     share = abs(total[ARM]) / total[ABS_ARM]
     if share < LEAST_SUM_RATIO:
         return f"(4) is singular: tau_h cancels out to {100 * share:.0f} % of its size"
-    error = float(np.sqrt(law.variance_of_arm_sum(sums))) / total[ONE]
-    return f"(4) has no denominator: mean tau_h {total[ARM] / total[ONE]:.3g} +- {error:.2g} Nm"
+    mean, error = total[ARM] / total[ONE], np.sqrt(law.variance_of_arm_sum(sums)) / total[ONE]
+    known = abs(mean) >= AWAY_SUM * error
+    what = f"an error of {float(value.sd):.2g} points" if known else "no denominator"
+    return f"(4) has {what}: mean tau_h {mean:.3g} +- {float(error):.2g} Nm"
 
 
 def course_notes(counted: FloatArray, everything: FloatArray) -> tuple[str, ...]:

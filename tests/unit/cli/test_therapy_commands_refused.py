@@ -220,7 +220,9 @@ OF_ANY = {
 }
 OF_CALIBRATION = {
     "no axis": (lambda r: without(r, "axis"), ("column axis",)),
-    "no onset": (lambda r: without(r, "onset_s"), ("column onset_s",)),
+    "no onset": (lambda r: without(r, "onset_s"), ("column onset_s", "a number for every sweep")),
+    "words": (lambda r: table_with(r, axis="one"), ("column axis", "trial 1: 'one'", "a number")),
+    "word": (lambda r: table_with(r, approach="below"), ("column approach", "'below'", "a number")),
     "axis 9": (lambda r: table_with(r, axis=9), ("axis 9", "1 to 5")),
     "sweeps one way": (sweeps_up, ("axis 1", "one direction only", "both")),
     "two speeds": (two_speeds, ("axis 1", "speeds", "3 or more")),
@@ -232,7 +234,7 @@ OF_CALIBRATION = {
     ),
     "no approach": (lambda r: without(r, "approach"), ("column approach", "0 of 5 angles")),
     "half an approach": (lambda r: table_with(r, approach=0.5), ("approach 0.5", "-1 from above")),
-    "no holds": (lambda r: where(r, condition="sweep"), ("held from both directions", "4 or more")),
+    "no holds": (lambda r: where(r, condition="sweep"), ("no holds", "spring", "4 or more")),
     "short": (lambda r: table_with(r, end_s=0.1), ("trial 1", "end_s", "0.15 s or more")),
 }
 OF_SESSION = {
@@ -252,6 +254,10 @@ OF_SESSION = {
         ("forearm's length is not known", "--forearm-m"),
     ),
     "axis 0": (lambda r: table_with(r, axis=0), ("trial 1", "axis 0", "1 to 5")),
+    "name": (
+        lambda r: table_with(r, movement="horizontal", axis=1),
+        ("movement horizontal is about axis 1, elevation", "axis 2 of robot"),
+    ),
     "late": (lambda r: table_with(r, onset_s=9.0, end_s=10.0), ("trials.csv, row 2", "onset_s")),
 }
 
@@ -378,6 +384,11 @@ ARMS = {
         "arm",
         ("'ARMin IV'", "'ARMin III (simulated)'", "robot.json"),
     ),
+    "another person's": (
+        lambda a: a.update(subject="Q9"),
+        "arm",
+        ("arm of subject Q9", "whose recording this is"),
+    ),
     "no stiffness": (
         lambda a: a.update(elastic=[]),
         "arm",
@@ -448,6 +459,25 @@ def test_options_that_cannot_be(refusal, bench, command, options, words):
 @pytest.mark.parametrize("command", ["robot", "arm", "contribution"])
 def test_an_output_has_a_folder(refusal, bench, command):
     assert "existing folder" in refusal(*bench.call(command, out="no/such/out.file"))
+
+
+@pytest.mark.parametrize("command", ["robot", "arm", "contribution"])
+def test_an_output_is_no_folder(refusal, bench, command, tmp_path):
+    said = refusal(*bench.call(command, out=tmp_path))
+    assert "is a folder (expected the name of a file)" in said
+
+
+def test_what_is_read_is_not_written_over(refusal, bench):
+    robot, arm = bench.folder / "robot.json", bench.folder / "arm.json"
+    for command, path, options in (
+        ("arm", robot, "--robot and to --out"),
+        ("contribution", arm, "--arm and to --out"),
+    ):
+        before = path.read_bytes()
+        said = refusal(*bench.call(command, out=path))
+        assert str(path) in said
+        assert options in said
+        assert path.read_bytes() == before
 
 
 def test_what_was_fitted_does_not_validate_a_robot(refusal, bench):

@@ -276,9 +276,9 @@ def test_one_direction_only_is_refused():
 
 
 def test_too_few_speeds_above_the_static_range_are_refused():
-    with pytest.raises(InputError, match="axis 1: fewer than 3 of 4 speeds"):
+    with pytest.raises(InputError, match="axis 1: 4 speeds up to .* too few"):
         identify_robot(calibration(speeds=(0.1, 0.3, 0.6, 10.0)), bench())
-    with pytest.raises(InputError, match="fewer than 3 of 2 speeds"):
+    with pytest.raises(InputError, match="2 speeds up to .* too few"):
         identify_robot(calibration(speeds=(10.0, 30.0)), bench())
 
 
@@ -286,7 +286,7 @@ def test_a_calibration_without_an_axis_or_without_holds_is_refused():
     recording = usual()
     with pytest.raises(InputError, match="no sweeps of axis 2"):
         identify_robot(without(recording, recording.trials["axis"] == 2), bench())
-    with pytest.raises(InputError, match="0 of 0 angles"):
+    with pytest.raises(InputError, match="no holds of the axis with the spring"):
         identify_robot(without(recording, recording.trials["condition"] == "hold"), bench())
 
 
@@ -296,7 +296,7 @@ def test_a_calibration_without_an_axis_or_without_holds_is_refused():
         ("axis", 4, "whole number from 1 to 3"),
         ("axis", 2, "in which axis 1 moves fastest"),
         ("end_s", 0.1, "a steady part of"),
-        ("onset_s", np.nan, "need this of every trial"),
+        ("onset_s", np.nan, "a number for every sweep"),
     ],
 )
 def test_a_wrong_trial_table_is_one_clear_line(column, value, words):
