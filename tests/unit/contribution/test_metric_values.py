@@ -135,6 +135,24 @@ def test_a_denominator_that_is_not_known_is_flagged_though_it_is_one_sided():
     assert any("no denominator" in note for note in found.notes)
 
 
+def test_a_sum_whose_error_is_tens_of_points_is_flagged_though_it_has_a_denominator():
+    m, seen = motion("horizontal"), {}
+    for offset in (0.4, 4.0):
+        arm = bench_arm(elastic=(bench_elastic(offset=offset),))
+        seen[offset] = contribution_of(helping(m, arm, 0.0), bench_robot(), arm)
+    wide, narrow = seen[0.4], seen[4.0]
+    # so much more torque, the same errors of it
+    assert narrow.ratio_sd < wide.ratio_sd
+    assert narrow.ratio_valid
+    spread = bench_elastic(offset=0.4, between=np.diag([0.05, 0.05]))
+    arm = bench_arm(elastic=(spread,))
+    found = contribution_of(helping(m, arm, 0.0), bench_robot(), arm)
+    assert found.sum_ratio > 0.9
+    assert found.ratio_sd > 10
+    assert not found.ratio_valid
+    assert any("an error of" in note and "points" in note for note in found.notes)
+
+
 def test_samples_are_valid_away_from_zero_and_the_better_known_the_arm_the_more():
     m, valid = motion("horizontal"), []
     for scale in (0.0, 1.0, 4.0):
