@@ -30,6 +30,7 @@ from armimpedance.contribution.validity import (
     projection_valid,
     ratio_valid,
     refuse_no_torque,
+    share_valid,
     why_no_ratio,
 )
 from armimpedance.records import FloatArray
@@ -99,7 +100,7 @@ def contribution_from(
         share_percent=float(beside.percent),
         share_sd=float(beside.sd),
         share_ci95=_interval(beside, half_width(variance_parts(beside, law), law)),
-        share_valid=bool(projection_valid(sums, beside, law)),
+        share_valid=bool(share_valid(sums, beside, law)),
         inertia_percent=float(inertia_share(sums)),
         reference_percent=None if compared is None else compared.percent,
         reference_sd=None if compared is None else compared.sd,

@@ -30,10 +30,12 @@ from armimpedance.contribution.sums import (
 )
 from armimpedance.contribution.uncertainty import error_law, projection, ratio, share
 from armimpedance.contribution.validity import (
+    LEAST_BESIDE_SO_FAR,
     projection_valid,
     range_notes,
     ratio_valid,
     sample_valid,
+    share_valid,
     usable_elastic,
 )
 from armimpedance.errors import InputError
@@ -387,7 +389,7 @@ class LiveContribution:
             projection_valid=bool(known[0]),
             share_percent=float(beside.percent),
             share_sd=float(beside.sd),
-            share_valid=bool(projection_valid(sums[MOVEMENT], beside, law)),
+            share_valid=bool(share_valid(sums[MOVEMENT], beside, law, LEAST_BESIDE_SO_FAR)),
             running_percent=float(projected[1]),
             running_sd=float(errors[1]),
             running_valid=bool(known[1]),

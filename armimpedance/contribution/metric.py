@@ -28,9 +28,11 @@ from armimpedance.contribution.sums import movement_rows, products_of, sums_of, 
 from armimpedance.contribution.torques import MovementTorques
 from armimpedance.contribution.uncertainty import error_law, projection, ratio, share
 from armimpedance.contribution.validity import (
+    LEAST_BESIDE_SO_FAR,
     projection_valid,
     range_notes,
     sample_valid,
+    share_valid,
     usable_elastic,
 )
 from armimpedance.errors import InputError
@@ -145,7 +147,8 @@ def contribution_so_far(
     """The share, or the projection, from the onset up to each sample, with its standard error.
 
     A window shorter than the movement cannot tell arm and robot apart where either changes little;
-    the sums so far can, and end at the value of the whole movement.
+    the sums so far can, and end at the value of the whole movement. The share so far is valid later
+    than that of a movement that is complete: nobody knows yet what follows.
 
     Raises
     ------
@@ -155,8 +158,12 @@ def contribution_so_far(
     law = error_law(robot, arm, torques.axis_name, torques.sample_rate_hz)
     rows, counts = _rows(torques, robot)
     sums = np.cumsum(products_of(rows * counts[:, None]), axis=0)
-    value = share(sums, law) if metric == "share" else projection(sums, law)
-    valid = projection_valid(sums, value, law)
+    if metric == "share":
+        value = share(sums, law)
+        valid = share_valid(sums, value, law, LEAST_BESIDE_SO_FAR)
+    else:
+        value = projection(sums, law)
+        valid = projection_valid(sums, value, law)
     steady = _steady(valid, round(STEADY_S * torques.sample_rate_hz))
     return ContributionSoFar(metric, torques.time_s, value.percent, value.sd, steady)
 

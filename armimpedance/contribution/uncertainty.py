@@ -257,6 +257,12 @@ def inertia_share(sums: FloatArray) -> FloatArray:
     return np.asarray(100 * left / _not_zero(own[..., INERTIA]))
 
 
+def beside_inertia(sums: FloatArray) -> FloatArray:
+    """``sum h'^2 / sum tau_h^2``, (...): what of tau_h is no multiple of the robot's inertia."""
+    square = np.maximum(sums[..., ARM, ARM], _ZERO)
+    return np.asarray(_beside_inertia(sums, ARM)[..., ARM] / square)
+
+
 def _beside_inertia(sums: FloatArray, column: int) -> FloatArray:
     """``sum (x - beta M_r qdd) w`` (..., k) for the column x, beta its least-squares share."""
     own = sums[..., INERTIA, :]

@@ -7,8 +7,9 @@
 - The projection: the root mean square of tau_h is at least `AWAY_SUM` times that of its standard
   errors, and the projection's own standard error at most `LARGEST_SD` points, or that many per
   cent of a larger value.
-- The share beside the robot's inertia: the same. Where tau_h resembles the robot's inertia torque,
-  its standard error is large.
+- The share beside the robot's inertia: the same, and at least `LEAST_BESIDE` of the squares of
+  tau_h are left; of a movement that has only begun `LEAST_BESIDE_SO_FAR`. What a person does that
+  is neither a share of the arm nor of the robot is else taken for the one or the other.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from armimpedance.contribution.sums import (
     ONE,
     SATURATED,
 )
-from armimpedance.contribution.uncertainty import ErrorLaw, Quotient
+from armimpedance.contribution.uncertainty import ErrorLaw, Quotient, beside_inertia
 from armimpedance.errors import InputError
 from armimpedance.records import BoolArray, FloatArray
 
@@ -36,6 +37,10 @@ LEAST_SUM_RATIO: Final = 0.2
 #: Percentage points.
 LARGEST_SD: Final = 10.0
 
+#: Share of tau_h (in squares) that must be left beside the robot's inertia torque. At the onset of
+#: a movement that is resisted less than a tenth let the share so far be off by hundreds of points.
+LEAST_BESIDE: Final = 0.02
+LEAST_BESIDE_SO_FAR: Final = 0.1
 #: A mean |tau_h| below this is no load at all, Nm.
 NO_LOAD_NM: Final = 1e-6
 #: A share of a movement from which on a reader must know of it.
@@ -60,10 +65,17 @@ def ratio_valid(sums: FloatArray, value: Quotient, law: ErrorLaw) -> BoolArray:
 
 
 def projection_valid(sums: FloatArray, value: Quotient, law: ErrorLaw) -> BoolArray:
-    """Whether the projection, or the share, can be told, (...) of sums (..., 6, k)."""
+    """Whether the projection can be told, (...) of sums (..., 6, k)."""
     power = sums[..., ARM, ARM]
     known = power >= AWAY_SUM**2 * law.summed_arm_variance(sums)
     return np.asarray((power > 0) & known & _sharp(value))
+
+
+def share_valid(
+    sums: FloatArray, value: Quotient, law: ErrorLaw, least: float = LEAST_BESIDE
+) -> BoolArray:
+    """Whether the share beside the robot's inertia can be told, (...) of sums (..., 6, k)."""
+    return np.asarray(projection_valid(sums, value, law) & (beside_inertia(sums) >= least))
 
 
 def _sharp(value: Quotient) -> BoolArray:
