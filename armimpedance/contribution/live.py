@@ -7,12 +7,12 @@ stored but the last kernel and the last window of samples, however long a moveme
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from armimpedance.contribution.arm import PassiveArm
 from armimpedance.contribution.from_sums import Labels, contribution_from
+from armimpedance.contribution.last_rows import LastRows
+from armimpedance.contribution.live_sample import LiveSample
 from armimpedance.contribution.metric import WINDOW_S, window_samples
 from armimpedance.contribution.metric_result import Contribution
 from armimpedance.contribution.robot import TherapyRobot, load_gradient
@@ -44,75 +44,6 @@ from armimpedance.records import FloatArray
 #: Sums that are kept: of the sample, of the movement so far, of the running window, and of the
 #: movement with the samples that do not count.
 SAMPLE, MOVEMENT, WINDOW, EVERYTHING = range(4)
-
-
-@dataclass(frozen=True, slots=True)
-class LiveSample:
-    """What is known of the sample half a kernel ago; per cent as in `Contribution`.
-
-    Attributes
-    ----------
-    time_s : float
-        Of that sample.
-    q_rad, user_Nm, arm_Nm : float
-        Of the moving axis.
-    counts : bool
-        Whether the axis moves.
-    percent, sd, valid : float, float, bool
-        (3).
-    in_movement : bool
-        Whether it lies in the movement; before a movement the movement's values are NaN.
-    ratio_percent, ratio_sd, ratio_valid : float, float, bool
-        (4) of the movement so far.
-    projection_percent, projection_sd, projection_valid : float, float, bool
-        Of the movement so far.
-    share_percent, share_sd, share_valid : float, float, bool
-        Share beside the robot's inertia, of the movement so far; what a display shows.
-    running_percent, running_sd, running_valid : float, float, bool
-        Projection in the running window.
-    """
-
-    time_s: float
-    q_rad: float
-    user_Nm: float
-    arm_Nm: float
-    counts: bool
-    percent: float
-    sd: float
-    valid: bool
-    in_movement: bool
-    ratio_percent: float
-    ratio_sd: float
-    ratio_valid: bool
-    projection_percent: float
-    projection_sd: float
-    projection_valid: bool
-    share_percent: float
-    share_sd: float
-    share_valid: bool
-    running_percent: float
-    running_sd: float
-    running_valid: bool
-
-
-class LastRows:
-    """The last rows that were pushed, one after another in memory."""
-
-    def __init__(self, length: int, width: int) -> None:
-        # every row stands twice: any `length` of them in turn are then one block
-        self._rows = np.zeros((2 * length, width))
-        self._length = length
-        self._next = 0
-
-    def push(self, row: FloatArray) -> None:
-        """Add a row (width,); the oldest one goes."""
-        self._rows[self._next] = self._rows[self._next + self._length] = row
-        self._next = (self._next + 1) % self._length
-
-    def last(self, count: int) -> FloatArray:
-        """The last rows (count, width), oldest first; a view that the next push changes."""
-        end = self._next + self._length
-        return self._rows[end - count : end]
 
 
 class LiveContribution:

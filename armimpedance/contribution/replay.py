@@ -8,7 +8,8 @@ from time import perf_counter_ns
 import numpy as np
 
 from armimpedance.contribution.arm import PassiveArm
-from armimpedance.contribution.live import LiveContribution, LiveSample
+from armimpedance.contribution.live import LiveContribution
+from armimpedance.contribution.live_sample import LiveSample
 from armimpedance.contribution.metric import (
     WINDOW_S,
     Contribution,

@@ -21,7 +21,8 @@ from metric_bench import (
     reference,
 )
 
-from armimpedance.contribution.live import LastRows, LiveContribution
+from armimpedance.contribution.last_rows import LastRows
+from armimpedance.contribution.live import LiveContribution
 from armimpedance.contribution.metric import contribution_of
 from armimpedance.contribution.movements import movement_torques
 from armimpedance.contribution.replay import replay
