@@ -10,6 +10,7 @@ Exit status 0 also where a check warns; 2 where the recording cannot be used.
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
 
 #: Checks that fail where nothing pushed the joint and let it return.
 OF_DISTURBANCE = ("disturbance", "returns to start", "force sign")
+#: An axis of a robot that travels further than this moves, rad.
+MOVES_RAD = 0.05
 MARKS = {"ok": "ok  ", "warning": "WARN", "unusable": "STOP"}
 
 
@@ -60,15 +63,13 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _checks(recording: Recording) -> list[Check]:
     """All checks; a joint that nothing disturbed is none the worse for other commands."""
-    from dataclasses import replace
-
     from armimpedance.impedance.delay import check_delay
     from armimpedance.signals.validity import Check, check_recording
 
     if moves_a_robot(recording):
         text = "the motors': `robot`, `arm` and `contribution` take such a recording"
-        checked = check_recording(replace(recording, perturbation="stochastic"))
-        return [*checked, Check("torque", "ok", text)]
+        moving = _moving_axes(replace(recording, perturbation="stochastic"))
+        return [*check_recording(moving), Check("torque", "ok", text)]
     checks = [*check_recording(recording), *check_delay(recording), *_emg_checks(recording)]
     if recording.kind != "joint" or "onset_s" in recording.trials:
         return checks
@@ -81,8 +82,6 @@ def _checks(recording: Recording) -> list[Check]:
 
 def _emg_checks(recording: Recording) -> list[Check]:
     """Of the raw EMG beside a random perturbation; without it I, B and K can still be fitted."""
-    from dataclasses import replace
-
     from armimpedance.signals.emg_checks import check_emg
 
     if recording.emg is None or recording.perturbation != "stochastic":
@@ -98,6 +97,17 @@ def _emg_checks(recording: Recording) -> list[Check]:
 def moves_a_robot(recording: Recording) -> bool:
     """Whether it holds the motors' torques of movements, and no disturbance."""
     return recording.torque == "commanded" and recording.perturbation == "returning"
+
+
+def _moving_axes(recording: Recording) -> Recording:
+    """The axes that move: one that is held stays within a step or two of its encoder."""
+    import numpy as np
+
+    moves = np.ptp(recording.position, axis=0) > MOVES_RAD
+    if not moves.any():
+        return recording
+    position, force = recording.position[:, moves], recording.force[:, moves]
+    return replace(recording, position=position, force=force)
 
 
 def describe(recording: Recording, title: str) -> str:

@@ -82,8 +82,8 @@ def test_inspect_calls_them_usable(folder, name, capsys):
     call("inspect", folder / name)
     said = capsys.readouterr().out
     assert "`robot`, `arm` and `contribution` take such a recording" in said
-    assert re.search("^Usable", said, re.MULTILINE)
-    assert "STOP" not in said
+    # axes that are held stay within their encoders' steps, which is no fault
+    assert re.search("^Usable$", said, re.MULTILINE)
 
 
 @pytest.mark.parametrize("name", ["robot", "arm"])
