@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from armimpedance.contribution.calibration_notes import axis_notes, rise_notes, spring_notes
-from armimpedance.contribution.checks import check_recording
+from armimpedance.contribution.checks import check_recording, refuse_person
 from armimpedance.contribution.holds import SpringHolds, fit_holds
 from armimpedance.contribution.robot import (
     AXIS_TERMS,
@@ -63,11 +63,12 @@ def identify_robot(recording: Recording, drawings: TherapyRobot) -> RobotCalibra
     Raises
     ------
     InputError
-        Not a recording of this robot, an axis without sweeps, sweeps or holds in one direction
-        only, or too few speeds above the static range.
+        Not a recording of this robot, somebody in it, an axis without sweeps, sweeps or holds in one
+        direction only, or too few speeds above the static range.
     NotIdentifiableError
         The sweeps of an axis do not tell its terms apart.
     """
+    refuse_person(recording)
     check_recording(recording, replace(drawings, loads=None))
     length = recording.subject.upper_arm_m
     adjusted = drawings if length is None else drawings.adjusted_to(length)

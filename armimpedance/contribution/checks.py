@@ -50,6 +50,22 @@ def check_recording(recording: Recording, robot: TherapyRobot) -> None:
     _check_weight_and_work(recording, robot)
 
 
+def refuse_person(recording: Recording) -> None:
+    """Refuse a recording of somebody in the robot, where the empty robot is asked for.
+
+    Raises
+    ------
+    InputError
+        Its subject has a body mass.
+    """
+    if recording.subject.mass_kg is not None:
+        raise InputError(
+            f"subject {recording.subject.id} is in the robot",
+            column="subject.mass_kg",
+            expected="a recording of the empty robot, whose subject has no body mass",
+        )
+
+
 def _check_kind(recording: Recording, robot: TherapyRobot) -> None:
     if recording.kind != "joint":
         raise InputError(f"a recording of kind {recording.kind!r}", expected="'joint'")

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.contribution.checks import check_recording
+from armimpedance.contribution.checks import check_recording, refuse_person
 from armimpedance.contribution.robot import TherapyRobot, load_torque
 from armimpedance.contribution.smooth import smooth_trials
 from armimpedance.errors import InputError
@@ -86,6 +86,7 @@ def predicted_torque(
     """tau_r (13), tau_motor and the velocities (N, n) of all movements, one after another."""
     from armimpedance.contribution.rigid import robot_bodies
 
+    refuse_person(recording)
     check_recording(recording, robot)
     robot.identified  # noqa: B018
     rows = np.flatnonzero(~recording.trials["condition"].astype(str).isin(_USED))

@@ -480,6 +480,17 @@ def test_what_is_read_is_not_written_over(refusal, bench):
         assert path.read_bytes() == before
 
 
+def test_a_person_is_not_taken_for_the_empty_robot(refusal, bench):
+    for call in (
+        bench.call("robot", recording=bench.folder / "session"),
+        bench.call("robot", "--validate", bench.folder / "session"),
+    ):
+        said = refusal(*call)
+        assert str(bench.folder / "session") in said
+        assert "is in the robot" in said
+        assert "the empty robot" in said
+
+
 def test_what_was_fitted_does_not_validate_a_robot(refusal, bench):
     said = refusal(*bench.call("robot", "--validate", bench.folder / "calibration"))
     assert str(bench.folder / "calibration") in said
