@@ -63,8 +63,8 @@ def identify_robot(recording: Recording, drawings: TherapyRobot) -> RobotCalibra
     Raises
     ------
     InputError
-        Not a recording of this robot, somebody in it, an axis without sweeps, sweeps or holds in one
-        direction only, or too few speeds above the static range.
+        Not a recording of this robot, somebody in it, an axis without sweeps, sweeps or holds in
+        one direction only, or too few speeds above the static range.
     NotIdentifiableError
         The sweeps of an axis do not tell its terms apart.
     """
