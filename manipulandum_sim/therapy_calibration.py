@@ -21,6 +21,7 @@ from armimpedance.records import FloatArray, IntArray, Recording, Subject
 
 from .therapy_device import RATE_HZ, TherapyDevice, therapy_device
 from .therapy_plant import Motion, PositionController, Progress, run
+from .therapy_steps import smooth_step
 from .therapy_truth import TherapyMotion, TherapyTruth, rows
 
 Noise = Literal["nominal", "none"]
@@ -200,13 +201,13 @@ def _sweep(device: TherapyDevice, axis: int, velocity_deg_s: float) -> Course:
     steady = min(settle + longest_s, (high - low) / speed - _RAMP_S)
     samples = round((2 * _REST_S + 2 * _RAMP_S + steady) * RATE_HZ) + 1
     time = np.arange(samples) / RATE_HZ - _REST_S
-    gain, gained = _ramp(time / _RAMP_S)
-    loss, lost = _ramp((time - _RAMP_S - steady) / _RAMP_S)
-    way = velocity_deg_s * (gained - lost) * _RAMP_S
+    faster = smooth_step(time / _RAMP_S)
+    slower = smooth_step((time - _RAMP_S - steady) / _RAMP_S)
+    way = velocity_deg_s * (faster.integral - slower.integral) * _RAMP_S
     q = (low + high) / 2 + way - way[-1] / 2
     row = _row(device, "sweep", axis, _REST_S + _RAMP_S + settle, _REST_S + _RAMP_S + steady)
     row["velocity_deg_s"] = velocity_deg_s
-    return _one_axis(axis, q, velocity_deg_s * (gain - loss), row)
+    return _one_axis(axis, q, velocity_deg_s * (faster.value - slower.value), row)
 
 
 def _holds(device: TherapyDevice, count: int) -> list[Course]:
@@ -223,12 +224,12 @@ def _holds(device: TherapyDevice, count: int) -> list[Course]:
 def _hold(device: TherapyDevice, angle_deg: float, approach: int) -> Course:
     samples = round((_REST_S + _COMING_S + _STILLING_S + _HELD_S) * RATE_HZ) + 1
     time = np.arange(samples) / RATE_HZ - _REST_S
-    share, rate = minimum_jerk(time / _COMING_S)
-    q = angle_deg - approach * APPROACH_DEG * (1 - share)
+    coming = smooth_step(time / _COMING_S)
+    q = angle_deg - approach * APPROACH_DEG * (1 - coming.value)
     first = _REST_S + _COMING_S + _STILLING_S
     row = _row(device, "hold", 0, first, first + _HELD_S)
     row["approach"] = approach
-    return _one_axis(0, q, approach * APPROACH_DEG * rate / _COMING_S, row)
+    return _one_axis(0, q, approach * APPROACH_DEG * coming.slope / _COMING_S, row)
 
 
 def _one_axis(axis: int, q_deg: FloatArray, qd_deg: FloatArray, row: dict[str, Any]) -> Course:
@@ -262,9 +263,9 @@ def _wander(
     time = np.arange(round((end + 2 * _REST_S) * RATE_HZ) + 1) / RATE_HZ - _REST_S
     q, qd = np.tile(postures[0], (len(time), 1)), np.zeros((len(time), device.n_axes))
     for way, start, duration in zip(ways, starts, lasting, strict=True):
-        share, rate = minimum_jerk((time - start) / duration)
-        q += way * share[:, None]
-        qd += way * rate[:, None] / duration
+        leg = smooth_step((time - start) / duration)
+        q += way * leg.value[:, None]
+        qd += way * leg.slope[:, None] / duration
     row = _row(device, "validation", 0, _REST_S, _REST_S + end)
     row |= {"movement": "multi-joint", "repetition": repetition}
     return Course(q, qd, row)
@@ -279,19 +280,6 @@ def _far_postures(device: TherapyDevice, count: int, stream: np.random.Generator
     upper = (np.arange(count)[:, None] + stream.integers(0, 2, device.n_axes)) % 2
     share = stream.uniform(0.08, 0.32, (count, device.n_axes))
     return np.asarray(low + (high - low) * np.where(upper, 1 - share, share))
-
-
-def minimum_jerk(phase: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Share of the way at phases 0 to 1 of its time, held beyond, and its derivative."""
-    x = np.clip(phase, 0.0, 1.0)
-    return x**3 * (10 - 15 * x + 6 * x * x), 30 * x * x * (1 - x) ** 2
-
-
-def _ramp(phase: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """A speed that rises smoothly to 1 over phases 0 to 1 and stays, and its integral."""
-    x = np.clip(phase, 0.0, 1.0)
-    speed = x**3 * (10 - 15 * x + 6 * x * x)
-    return speed, x**4 * (2.5 - 3 * x + x * x) + np.maximum(phase - 1, 0.0)
 
 
 def _session(

@@ -10,6 +10,8 @@ import numpy as np
 from armimpedance.errors import InputError
 from armimpedance.records import FloatArray
 
+from .therapy_steps import smooth_step
+
 #: Mean speed of a minimum-jerk movement, deg/s.
 SPEED_deg_s: Final = 20.0
 #: Rest before and after a movement, s.
@@ -104,19 +106,20 @@ class Reference:
         return place, speed, acceleration
 
     def _minimum_jerk(self, since: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        x = np.clip(since / self.duration_s, 0.0, 1.0)
-        rate = self.size / self.duration_s
-        place = self.size * (x * x * x * (10 + x * (6 * x - 15)))
-        speed = rate * (30 * (x * (1 - x)) ** 2)
-        return place, speed, rate / self.duration_s * (60 * x * (1 - x) * (1 - 2 * x))
+        step, rate = smooth_step(since / self.duration_s), self.size / self.duration_s
+        return self.size * step.value, rate * step.slope, rate / self.duration_s * step.curvature
 
     def _cruise(self, since: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Up to speed over one ramp, down over another: two smooth steps of the velocity."""
         ramp = np.where(self.ramp_s > 0, self.ramp_s, 1.0)
         speed = self.size / (self.duration_s - ramp)
-        up, down = _step(since / ramp), _step((since - self.duration_s) / ramp + 1)
-        place, velocity, acceleration = (a - b for a, b in zip(up, down, strict=True))
-        return speed * ramp * place, speed * velocity, speed / ramp * acceleration
+        up = smooth_step(since / ramp)
+        down = smooth_step((since - self.duration_s) / ramp + 1)
+        return (
+            speed * ramp * (up.integral - down.integral),
+            speed * (up.value - down.value),
+            speed / ramp * (up.slope - down.slope),
+        )
 
     def at(self, time_s: float) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Angles, rates and accelerations of all axes, each (T, 5)."""
@@ -132,13 +135,6 @@ class Reference:
     def end_s(self) -> FloatArray:
         """(T,)."""
         return np.asarray(self.begin_s + self.duration_s)
-
-
-def _step(x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Smooth step ``10 x^3 - 15 x^4 + 6 x^5``: its integral, itself, its derivative."""
-    y = np.clip(x, 0.0, 1.0)
-    whole = y**4 * (2.5 + y * (y - 3)) + np.maximum(x - 1, 0.0)
-    return whole, y**3 * (10 + y * (6 * y - 15)), 30 * (y * (1 - y)) ** 2
 
 
 def reference(
