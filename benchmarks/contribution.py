@@ -33,41 +33,20 @@ from armimpedance.contribution.person import segments_of
 from armimpedance.contribution.replay import replay
 from armimpedance.contribution.robot import TherapyRobot
 from armimpedance.contribution.robot_validation import validate_robot
-from armimpedance.records import FloatArray, Recording
+from armimpedance.records import Recording
 from manipulandum_sim.therapy_calibration import simulate_calibration, simulate_validation
 from manipulandum_sim.therapy_device import therapy_device
 from manipulandum_sim.therapy_mockup import simulate_mockup
 from manipulandum_sim.therapy_plan import TherapyOptions
 from manipulandum_sim.therapy_session import simulate_therapy_many
 from manipulandum_sim.therapy_subject import THERAPY_SUBJECTS
-from manipulandum_sim.therapy_truth import TherapyTruth
+from manipulandum_sim.therapy_truth import TherapyTruth, TrueContribution
 
 METRICS = ("ratio", "projection", "share")
 #: Subjects simulated side by side: more would need more memory.
 BATCH = 4
 #: Subjects whose trunk moves: the horizontal axis of theirs cannot be identified.
 RESTLESS = ("S4", "P1")
-
-
-def true_metrics(
-    truth: TherapyTruth, row: int, recording: Recording, torques, counts: FloatArray
-) -> dict[str, float]:
-    """(4), projection, share and |sum| / sum|.| of the true torques in the samples that count."""
-    first = truth.samples_of(row).start
-    clock = recording.time_s[recording.samples_of(row)]
-    at = first + np.rint((torques.time_s - clock[0]) * recording.sample_rate_hz).astype(int)
-    at = at[counts]
-    user, arm = truth.motion.user[at, torques.axis], truth.motion.tau_h[at, torques.axis]
-    both = np.stack([arm, torques.robot_inertia[counts]], axis=1)
-    share = np.linalg.lstsq(both, user, rcond=None)[0][0]
-    whole = user.sum() / arm.sum()
-    projected = (user @ arm) / (arm @ arm)
-    return {
-        "ratio": 100 * whole,
-        "projection": 100 * projected,
-        "share": 100 * share,
-        "sum_ratio": abs(arm.sum()) / np.abs(arm).sum(),
-    }
 
 
 @dataclass
@@ -216,17 +195,18 @@ def movement_rows_of(
             continue
         found = contribution_of(torques, robot, arm)
         counts = sample_contribution(torques, robot, arm).counts
-        true = true_metrics(truth, row, recording, torques, counts)
+        at = truth.samples_at(row, torques.time_s[counts])
+        true = truth.motion.contribution(torques.axis, at, torques.robot_inertia[counts])
         rows.append({"subject": name, "group": name[0], **flat(found, true)})
     return rows
 
 
-def flat(found: Contribution, true: dict[str, float]) -> dict:
+def flat(found: Contribution, true: TrueContribution) -> dict:
     """One row of the table."""
     cells = {
         "condition": found.condition,
         "movement": found.movement,
-        "sum_ratio_true": true["sum_ratio"],
+        "sum_ratio_true": true.cancellation,
         "reference": found.reference_percent,
         "reference_valid": found.reference_valid,
     }
@@ -236,8 +216,8 @@ def flat(found: Contribution, true: dict[str, float]) -> dict:
             metric: getattr(found, f"{metric}_percent"),
             f"{metric}_sd": getattr(found, f"{metric}_sd"),
             f"{metric}_valid": getattr(found, f"{metric}_valid"),
-            f"{metric}_true": true[metric],
-            f"{metric}_covered": low <= true[metric] <= high,
+            f"{metric}_true": getattr(true, metric),
+            f"{metric}_covered": low <= getattr(true, metric) <= high,
         }
     return cells
 

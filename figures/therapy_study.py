@@ -26,7 +26,7 @@ from armimpedance.contribution.robot_validation import AxisValidation, validate_
 from armimpedance.contribution.sliding import slides
 from armimpedance.contribution.torques import MovementTorques
 from armimpedance.errors import InputError
-from armimpedance.records import FloatArray, Recording
+from armimpedance.records import Recording
 from manipulandum_sim.therapy_calibration import simulate_calibration, simulate_validation
 from manipulandum_sim.therapy_device import therapy_device
 from manipulandum_sim.therapy_mockup import simulate_mockup
@@ -241,25 +241,15 @@ def _beside_truth(
     if truth.motion is None or truth.contribution is None:
         raise InputError(f"subject {truth.subject}: no true courses")
     moves = slides(movement.qd, float(robot.identified.rise_rad_s[movement.axis]))
-    first = truth.samples_of(row).start
-    at = first + np.rint(movement.time_s[moves] * movement.sample_rate_hz).astype(np.int64)
-    user, needed = (part[at, movement.axis] for part in (truth.motion.user, truth.motion.tau_h))
+    at = truth.samples_at(row, movement.time_s[moves])
+    true = truth.motion.contribution(movement.axis, at, movement.robot_inertia[moves])
     return Measured(
         found,
-        truth_percent=float(100 * user.sum() / needed.sum()),
-        truth_projection_percent=float(100 * (user @ needed) / (needed @ needed)),
-        truth_share_percent=_share(user, needed, movement.robot_inertia[moves]),
+        truth_percent=true.ratio,
+        truth_projection_percent=true.projection,
+        truth_share_percent=true.share,
         whole_percent=float(truth.contribution[row]),
     )
-
-
-def _share(user: FloatArray, needed: FloatArray, robot_inertia: FloatArray) -> float:
-    """c of ``user = c needed + d robot_inertia``, per cent; all (S,)."""
-    along = float(np.linalg.norm(robot_inertia)) or 1.0
-    direction = robot_inertia / along
-    # c = u h' / h' h', h' (S,) = h - e e^T h: what is left of h beside the unit vector e
-    left = needed - (direction @ needed) * direction
-    return float(100 * (user @ left) / (left @ left))
 
 
 def study(experiment: str, *, subject: str, seed: int, sets: int) -> TherapyStudy:

@@ -17,7 +17,7 @@ from .therapy_people import PassiveLimbs, effort_of, payload_of, reference_of, s
 from .therapy_plan import TherapyOptions, TherapyTrial
 from .therapy_plant import Motion, Progress, run
 from .therapy_reference import REST_S
-from .therapy_truth import TherapyMotion, TherapyTruth
+from .therapy_truth import TherapyMotion, TherapyTruth, true_contribution
 
 #: Seconds before the record in which everything settles.
 RUN_IN_S: Final = 1.0
@@ -144,27 +144,20 @@ class TherapyRun:
 
     def _contributions(self, rows: slice) -> dict[str, FloatArray]:
         """Per trial, of the moving axis from onset to end, percent; cancellation a fraction."""
-        found: dict[str, list[float]] = {
-            name: []
-            for name in ("contribution", "contribution_elastic", "projection", "cancellation")
-        }
+        found: dict[str, list[float]] = {name: [] for name in _MEASURES}
         for t in range(rows.start, rows.stop):
             first, last = (round(s[t] * RATE_HZ) for s in (self.onset_s, self.end_s))
             part = (slice(first, last + 1), t, self.trials[t].movement.axis)
             user, need = self.motion.user[part], (self.motion.arm + self.motion.passive)[part]
             beside = self.limbs.beside(self.motion.qd[part[0]])[:, t, part[2]]
-            found["contribution"].append(_percent(float(user.sum()), float(need.sum())))
+            true = true_contribution(user, need)
+            found["contribution"].append(true.ratio)
             found["contribution_elastic"].append(
-                _percent(float((user - beside).sum()), float((need - beside).sum()))
+                true_contribution(user - beside, need - beside).ratio
             )
-            found["projection"].append(_percent(float(user @ need), float(need @ need)))
-            found["cancellation"].append(float(abs(need.sum()) / np.abs(need).sum()))
+            found["projection"].append(true.projection)
+            found["cancellation"].append(true.cancellation)
         return {name: np.array(values) for name, values in found.items()}
-
-
-def _percent(part: float, whole: float) -> float:
-    """Never infinite: a denominator of exactly zero is no number that a truth can hold."""
-    return float(100 * part / (whole if whole else np.finfo(float).tiny ** 0.5))
 
 
 def _columns(motion: Motion, rows: slice) -> Motion:

@@ -11,7 +11,7 @@ import numpy as np
 from armimpedance.errors import RecordError
 from armimpedance.records import FloatArray, IntArray, frozen_array
 
-from .therapy_device import TherapyDevice
+from .therapy_device import RATE_HZ, TherapyDevice
 from .therapy_plant import Motion
 from .truth_file import reading_values, write_values
 
@@ -75,10 +75,64 @@ class TherapyMotion:
         """What the passive arm needs, (N, n)."""
         return self.arm + self.passive
 
+    def contribution(
+        self, axis: int, samples: slice | IntArray, beside: FloatArray | None = None
+    ) -> TrueContribution:
+        """What the person gave of what the passive arm needed, about one axis (from 0).
+
+        Parameters
+        ----------
+        samples : slice or (S,) int
+        beside : (S,), optional
+            Of `true_contribution`.
+        """
+        return true_contribution(self.user[samples, axis], self.tau_h[samples, axis], beside)
+
     @classmethod
     def of(cls, motion: Motion, lengths: IntArray) -> TherapyMotion:
         """The first samples (T,) of every trial, one trial after another."""
         return cls(**{f.name: rows(getattr(motion, f.name), lengths) for f in fields(cls)})
+
+
+@dataclass(frozen=True)
+class TrueContribution:
+    """Per cent: (4), the projection, the share beside another torque; ``|sum| / sum|.|`` of tau_h.
+
+    `share` is NaN where no other torque was named.
+    """
+
+    ratio: float
+    projection: float
+    share: float
+    cancellation: float
+
+
+def true_contribution(
+    user: FloatArray, need: FloatArray, beside: FloatArray | None = None
+) -> TrueContribution:
+    """Of torques (S,) of the person and of the passive arm, Nm.
+
+    Parameters
+    ----------
+    beside : (S,), optional
+        A torque of which the person may give any share, as the robot's own inertia.
+    """
+    share = float("nan")
+    if beside is not None:
+        both = np.stack([need, beside], axis=1)
+        # user (S,) = [need, beside] (S, 2) (c, d) (2,)
+        share = 100 * float(np.linalg.lstsq(both, user, rcond=None)[0][0])
+    return TrueContribution(
+        ratio=_percent(float(user.sum()), float(need.sum())),
+        projection=_percent(float(user @ need), float(need @ need)),
+        share=share,
+        cancellation=float(abs(need.sum()) / np.abs(need).sum()),
+    )
+
+
+def _percent(part: float, whole: float) -> float:
+    """Never infinite: a denominator of exactly zero is no number that a truth can hold."""
+    return float(100 * part / (whole if whole else np.finfo(float).tiny ** 0.5))
 
 
 def rows(values: FloatArray, lengths: IntArray) -> FloatArray:
@@ -172,6 +226,10 @@ class TherapyTruth:
     def samples_of(self, row: int) -> slice:
         """The samples of trial `row`, counted from 0."""
         return slice(int(self.offsets[row]), int(self.offsets[row + 1]))
+
+    def samples_at(self, row: int, time_s: FloatArray) -> IntArray:
+        """The samples (S,) of trial `row` at these times on its clock."""
+        return self.samples_of(row).start + np.rint(np.asarray(time_s) * RATE_HZ).astype(np.int64)
 
     @classmethod
     def of(

@@ -98,17 +98,10 @@ def test_stiffness_and_rest_angle_lie_within_their_own_intervals(session):
 def truth_of(recording, truth, movement, rise_rad_s):
     """(4), the projection and the share, %, of the exact torques where the axis slides."""
     row = int(np.flatnonzero(recording.trials["trial"].astype(str) == movement.trial)[0])
-    samples = recording.samples_of(row)
-    first = samples.start + np.searchsorted(recording.time_s[samples], movement.time_s[0] - 5e-4)
-    rows = first + np.flatnonzero(slides(movement.qd, rise_rad_s))
-    user, arm = truth.motion.user[rows, movement.axis], truth.motion.tau_h[rows, movement.axis]
-    # user (S,) = [tau_h, robot's inertia] (S, 2) (c, d) (2,), normal equations
-    W = np.stack([arm, movement.robot_inertia[rows - first]], axis=1)
-    return {
-        "ratio": 100 * user.sum() / arm.sum(),
-        "projection": 100 * (user @ arm) / (arm @ arm),
-        "share": 100 * np.linalg.solve(W.T @ W, W.T @ user)[0],
-    }
+    counts = slides(movement.qd, rise_rad_s)
+    at = truth.samples_at(row, movement.time_s[counts])
+    true = truth.motion.contribution(movement.axis, at, movement.robot_inertia[counts])
+    return {"ratio": true.ratio, "projection": true.projection, "share": true.share}
 
 
 @pytest.fixture(scope="module")

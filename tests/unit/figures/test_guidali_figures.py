@@ -350,15 +350,6 @@ def test_the_truth_is_that_of_the_samples_that_count(studied):
             np.testing.assert_allclose(each, true, atol=1e-9)
 
 
-def test_the_true_share_is_least_squares_beside_the_robot_s_inertia():
-    rng = np.random.default_rng(8)
-    user, needed, inertia = rng.standard_normal((3, 200))
-    wanted, _ = np.linalg.lstsq(np.stack([needed, inertia], axis=1), user, rcond=None)[0]
-    assert therapy_study._share(user, needed, inertia) == pytest.approx(100 * wanted)
-    alone = therapy_study._share(user, needed, 0 * inertia)
-    assert alone == pytest.approx(100 * (user @ needed) / (needed @ needed))
-
-
 def test_who_moves_the_trunk_is_refused_and_left_out(studied):
     refused = {p.name: [axis for axis, _ in p.refused] for p in studied.people}
     assert refused == {name: ["horizontal"] if name == "S4" else [] for name in PEOPLE}

@@ -18,6 +18,7 @@ from manipulandum_sim.therapy_plan import Streams, TherapyOptions, trials_of
 from manipulandum_sim.therapy_reference import MOVEMENTS, reference
 from manipulandum_sim.therapy_session import simulate_therapy, simulate_therapy_many
 from manipulandum_sim.therapy_subject import THERAPY_SUBJECTS, TherapySubject, find_therapy_subject
+from manipulandum_sim.therapy_truth import true_contribution
 
 LIMIT = therapy_device().torque_limit_Nm
 
@@ -217,3 +218,17 @@ def test_bad_people_and_mockups_are_refused():
         simulate_mockup(noise="loud")
     with pytest.raises(InputError, match="seed"):
         Streams(-1, "S1")
+
+
+def test_a_true_share_is_that_of_the_arm_whatever_else_is_moved():
+    user, need, beside = np.random.default_rng(8).standard_normal((3, 200))
+    for share, other in ((0.4, 0.0), (1.0, -2.0), (-0.3, 0.7)):
+        found = true_contribution(share * need + other * beside, need, beside)
+        assert found.share == pytest.approx(100 * share)
+    found = true_contribution(user, need, beside)
+    # what least squares leave is at right angles to both torques
+    left = need - (need @ beside) / (beside @ beside) * beside
+    assert (user - found.share / 100 * need) @ left == pytest.approx(0, abs=1e-9)
+    alone = true_contribution(user, need, 0 * beside)
+    assert alone.share == pytest.approx(alone.projection)
+    assert np.isnan(true_contribution(user, need).share)
