@@ -71,7 +71,7 @@ def run(arguments: argparse.Namespace) -> int:
     from armimpedance.cli.joint_input import read_joint
     from armimpedance.contribution.checks import check_recording
     from armimpedance.contribution.metric import contribution_of
-    from armimpedance.contribution.movements import cut_movements, movement_torques
+    from armimpedance.contribution.movements import movement_torques
     from armimpedance.report.contribution_csv import write_contributions
     from armimpedance.report.contribution_text import contribution_text
     from armimpedance.report.numbers import TABLE_WIDTH
@@ -82,18 +82,19 @@ def run(arguments: argparse.Namespace) -> int:
     refuse_same_file(inputs, out=arguments.out, samples=arguments.samples)
     robot, arm = _robot_and_arm(arguments)
     recording = read_joint(arguments.recording, arguments.condition)
-    with naming(arguments.recording):
-        check_recording(recording, robot)
-        axes = [robot.axes[m.axis] for m in cut_movements(recording, robot)]
     with naming(arguments.arm):
         note = _same_person(arm, recording)
-        refused = axes_without_model(axes, arm, arguments.unrepeatable)
     with naming(arguments.recording):
-        recording = recording.select([axis not in refused for axis in axes])
-        movements = movement_torques(recording, robot, arm)
+        check_recording(recording, robot)
+        every = movement_torques(recording, robot, arm)
+    with naming(arguments.arm):
+        refused = axes_without_model([m.axis_name for m in every], arm, arguments.unrepeatable)
+    kept = [m.axis_name not in refused for m in every]
+    movements = tuple(m for m, keep in zip(every, kept, strict=True) if keep)
+    with naming(arguments.recording):
         results = [contribution_of(m, robot, arm, unrepeatable=True) for m in movements]
         # before anything is written: what the live form refuses leaves no half result
-        live = _live(recording, robot, arm) if arguments.live else ""
+        live = _live(recording.select(kept), robot, arm) if arguments.live else ""
     print(contribution_text(results) + note)
     for sentence in refused.values():
         print("\n" + fill(f"left out: {sentence}", TABLE_WIDTH))

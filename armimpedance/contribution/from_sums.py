@@ -76,7 +76,6 @@ def contribution_from(
     n = total[ONE]
     whole, projected = ratio(sums, law), projection(sums, law)
     beside = share(sums, law)
-    parts, projected_parts = variance_parts(whole, law), variance_parts(projected, law)
     compared = _compared(sums, law, labels, arm)
     valid = bool(ratio_valid(sums, whole, law))
     return Contribution(
@@ -89,17 +88,17 @@ def contribution_from(
         still_share=float(1 - n / samples),
         ratio_percent=float(whole.percent),
         ratio_sd=float(whole.sd),
-        ratio_ci95=_interval(whole, half_width(parts, law)),
+        ratio_ci95=_interval(whole, law),
         ratio_valid=valid,
         ratio_all_percent=float(ratio(everything, law).percent),
         sum_ratio=float(abs(total[ARM]) / total[ABS_ARM]),
         projection_percent=float(projected.percent),
         projection_sd=float(projected.sd),
-        projection_ci95=_interval(projected, half_width(projected_parts, law)),
+        projection_ci95=_interval(projected, law),
         projection_valid=bool(projection_valid(sums, projected, law)),
         share_percent=float(beside.percent),
         share_sd=float(beside.sd),
-        share_ci95=_interval(beside, half_width(variance_parts(beside, law), law)),
+        share_ci95=_interval(beside, law),
         share_valid=bool(share_valid(sums, beside, law)),
         inertia_percent=float(inertia_share(sums)),
         reference_percent=None if compared is None else compared.percent,
@@ -110,8 +109,7 @@ def contribution_from(
         mean_reference_Nm=None if compared is None else compared.mean_reference_Nm,
         lowering_share=float(total[LOWERING] / n),
         saturated_share=float(everything[ONE, SATURATED] / samples),
-        ratio_shares=shares(parts),
-        projection_shares=shares(projected_parts),
+        share_variance=shares(variance_parts(beside, law)),
         notes=(
             *labels.notes,
             *(() if valid else (why_no_ratio(sums, whole, law),)),
@@ -130,5 +128,6 @@ def _compared(
     return reference_contribution(sums, law, reference, labels.from_rad, labels.to_rad)
 
 
-def _interval(value: Quotient, half: float) -> FloatArray:
+def _interval(value: Quotient, law: ErrorLaw) -> FloatArray:
+    half = half_width(variance_parts(value, law), law)
     return np.array([value.percent - half, value.percent + half])

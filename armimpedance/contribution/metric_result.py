@@ -49,7 +49,8 @@ class Contribution:
     mean_reference_Nm : float or None
     lowering_share, saturated_share : float
         Of the samples: the passive arm drives the movement; the motor is at its limit.
-    ratio_shares, projection_shares : VarianceShares
+    share_variance : VarianceShares
+        What the uncertainty of `share_percent` is made of.
     notes : tuple of str
     """
 
@@ -83,8 +84,7 @@ class Contribution:
     mean_reference_Nm: float | None
     lowering_share: float
     saturated_share: float
-    ratio_shares: VarianceShares
-    projection_shares: VarianceShares
+    share_variance: VarianceShares
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
@@ -54,8 +53,6 @@ def movement_torques(
     recording: Recording,
     robot: TherapyRobot,
     arm: PassiveArm,
-    *,
-    conditions: Sequence[str] | None = None,
 ) -> tuple[MovementTorques, ...]:
     """Everything that acts on the moving axis, one for each trial in the table's order.
 
@@ -67,13 +64,11 @@ def movement_torques(
         Identified; it is adjusted to the arm's length here.
     arm : PassiveArm
         Where the stiffness of an axis is not known, `MovementTorques.elastic` is 0.
-    conditions : sequence of str, optional
-        These only.
 
     Raises
     ------
     InputError
-        No trial of these conditions, a movement outside of its trial, a trial in which nothing
+        A movement outside of its trial, a trial in which nothing
         moves, loads that are not known, an arm that was measured in another robot.
     """
     from armimpedance.contribution.rigid import arm_bodies, robot_bodies
@@ -85,13 +80,11 @@ def movement_torques(
         )
     fitted = robot.adjusted_to(arm.upper_arm_m)
     bodies = robot_bodies(fitted), arm_bodies(fitted, arm)
-    found = cut_movements(recording, fitted, conditions=conditions)
+    found = cut_movements(recording, fitted)
     return tuple(_torques(one, fitted, arm, *bodies, recording.sample_rate_hz) for one in found)
 
 
-def cut_movements(
-    recording: Recording, robot: TherapyRobot, *, conditions: Sequence[str] | None = None
-) -> tuple[Movement, ...]:
+def cut_movements(recording: Recording, robot: TherapyRobot) -> tuple[Movement, ...]:
     """The movements alone: which axis, from when to when.
 
     The axis is that of the column `axis` (from 1), else the one that moves most. Times are those of
@@ -107,18 +100,10 @@ def cut_movements(
         raise InputError(
             f"a recording of {recording.axes} axes", expected=f"the {robot.n_axes} of {robot.name}"
         )
-    wanted = recording if conditions is None else _only(recording, conditions)
     return tuple(
-        _movement(dict(wanted.trials.iloc[trial.row]), trial, robot)
-        for trial in smooth_trials(wanted)
+        _movement(dict(recording.trials.iloc[trial.row]), trial, robot)
+        for trial in smooth_trials(recording)
     )
-
-
-def _only(recording: Recording, conditions: Sequence[str]) -> Recording:
-    rows = recording.trials["condition"].astype(str).isin(list(conditions)).to_numpy()
-    if not rows.any():
-        raise InputError(f"no trial of the condition {' or '.join(conditions)}", column="condition")
-    return recording.select(rows)
 
 
 def _movement(line: dict[Any, Any], trial: SmoothTrial, robot: TherapyRobot) -> Movement:

@@ -11,6 +11,7 @@ import numpy as np
 
 from armimpedance.contribution.metric import Contribution, SampleContribution
 from armimpedance.contribution.torques import MovementTorques
+from armimpedance.contribution.uncertainty import PARTS
 from armimpedance.outputs import staged_file
 
 COLUMNS: Final = (
@@ -21,7 +22,10 @@ COLUMNS: Final = (
     *("projection_valid", "ratio_percent", "sd_ratio", "ci_low_ratio", "ci_high_ratio"),
     *("ratio_valid", "sum_ratio", "ratio_all_samples_percent"),
     *("reference_percent", "sd_reference", "reference_valid"),
-    *("mean_support_Nm", "mean_reference_Nm", "lowering_share", "saturated_share", "notes"),
+    *("mean_support_Nm", "mean_arm_Nm", "mean_reference_Nm"),
+    *("lowering_share", "saturated_share"),
+    *(f"variance_from_{part}" for part in PARTS),
+    "notes",
 )
 
 SAMPLE_COLUMNS: Final = (
@@ -74,8 +78,9 @@ def _row(result: Contribution) -> list[str]:
         *(_truth(r.ratio_valid), _text(r.sum_ratio), _text(r.ratio_all_percent)),
         *map(_text, (r.reference_percent, r.reference_sd)),
         _truth(r.reference_valid),
-        *map(_text, (r.mean_support_Nm, r.mean_reference_Nm)),
+        *map(_text, (r.mean_support_Nm, r.mean_arm_Nm, r.mean_reference_Nm)),
         *map(_text, (r.lowering_share, r.saturated_share)),
+        *(_text(getattr(r.share_variance, part)) for part in PARTS),
         "; ".join(r.notes),
     ]
 

@@ -53,7 +53,7 @@ def test_a_replayed_recording_gives_what_the_recording_gives():
         assert live.notes == batch.notes
         assert (live.trial, live.n_samples) == (batch.trial, batch.n_samples)
         assert live.projection_ci95 == pytest.approx(batch.projection_ci95, rel=1e-9)
-        assert to_plain(live.projection_shares) == pytest.approx(to_plain(batch.projection_shares))
+        assert to_plain(live.share_variance) == pytest.approx(to_plain(batch.share_variance))
 
 
 def feed(live, q, motor, start=0, count=None, time=True):

@@ -96,14 +96,11 @@ def test_standard_errors_are_those_of_the_slow_delta_method(name, share):
     seen = torques(m, arm, user, drawn_errors(robot, arm, AXES[m.axis], len(m.q), rng(2)))
     found, slow = contribution_of(seen, robot, arm), slow_parts(counted(seen), robot, arm)
     variances = slow.sum(axis=0)
-    assert found.share_sd == pytest.approx(np.sqrt(variances[2]), rel=1e-5)
-    for column, metric in enumerate(("ratio", "projection")):
-        variance = variances[column]
+    for variance, metric in zip(variances, ("ratio", "projection", "share"), strict=True):
         assert getattr(found, f"{metric}_sd") == pytest.approx(np.sqrt(variance), rel=1e-5)
-        shares = getattr(found, f"{metric}_shares")
-        parts = [getattr(shares, part) for part in PARTS]
-        assert parts == pytest.approx(slow[:, column] / variance, abs=1e-5)
-        assert sum(parts) == pytest.approx(1)
+    parts = [getattr(found.share_variance, part) for part in PARTS]
+    assert parts == pytest.approx(slow[:, 2] / variances[2], abs=1e-5)
+    assert sum(parts) == pytest.approx(1)
 
 
 def rng(seed):
@@ -166,7 +163,7 @@ def test_what_is_known_exactly_has_no_error():
     found = contribution_of(helping(motion("elevation"), arm, 0.5), exact_robot(), arm)
     assert found.ratio_sd == found.projection_sd == 0
     assert found.ratio_ci95 == pytest.approx([50, 50])
-    assert sum(getattr(found.ratio_shares, part) for part in PARTS) == 0
+    assert sum(getattr(found.share_variance, part) for part in PARTS) == 0
 
 
 @pytest.mark.parametrize(

@@ -89,12 +89,6 @@ def test_a_window_that_the_kernel_cuts_is_said():
     assert any("missing" in note for note in movement.notes)
 
 
-def test_other_conditions_are_left_out():
-    session = repeated(Session(), times=1).add("elevation", condition="active")
-    found = movement_torques(session.recording(), bench(), arm(), conditions=["active"])
-    assert [t.trial for t in found] == ["3"]
-
-
 @pytest.mark.parametrize(
     ("columns", "said"),
     [
@@ -115,12 +109,10 @@ def test_a_table_that_cannot_be_is_refused_in_one_line(columns, said):
     assert "expected" in str(refused.value)
 
 
-def test_an_arm_of_another_robot_a_robot_of_other_axes_and_no_such_trials_are_refused():
+def test_an_arm_of_another_robot_and_a_robot_of_other_axes_are_refused():
     recording = Session().add("elevation").recording()
     with pytest.raises(InputError, match="measured in the robot 'other'"):
         movement_torques(recording, bench(), arm(robot="other"))
-    with pytest.raises(InputError, match="no trial of the condition active"):
-        movement_torques(recording, bench(), arm(), conditions=["active"])
     with pytest.raises(InputError, match="not known"):
         movement_torques(recording, bench(loads=None), arm())
     narrow = recording.with_step(
