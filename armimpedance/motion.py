@@ -13,8 +13,9 @@ from typing import Any, Final, Literal
 import numpy as np
 import pandas as pd
 
+from armimpedance.arrays import FloatArray, IntArray, frozen_array
 from armimpedance.errors import RecordError
-from armimpedance.records import FloatArray, IntArray, Subject, frozen_array
+from armimpedance.records import Subject
 from armimpedance.skeleton import Skeleton
 
 #: A force plate's columns: force, then moment about the plate's origin, in the world's frame.

@@ -14,8 +14,8 @@ from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 
+from armimpedance.arrays import FloatArray, IntArray
 from armimpedance.errors import InputError
-from armimpedance.records import FloatArray, IntArray
 
 Record = TypeVar("Record")
 

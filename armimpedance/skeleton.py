@@ -13,8 +13,8 @@ from typing import Final
 
 import numpy as np
 
+from armimpedance.arrays import FloatArray, frozen_array
 from armimpedance.errors import RecordError
-from armimpedance.records import FloatArray, frozen_array
 
 #: m/s^2, along -z (standard gravity).
 GRAVITY_M_S2: Final = 9.80665

@@ -25,6 +25,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from armimpedance.arrays import FloatArray
 from armimpedance.body.base_parameters import BaseParameters, essential_base_parameters
 from armimpedance.body.equations import body_equations
 from armimpedance.body.identify import CUTOFF_HZ, METHODS, identify_body
@@ -32,8 +33,7 @@ from armimpedance.body.parameters import inertial_parameters
 from armimpedance.body.result import BodyFit
 from armimpedance.body.rows import RowChoice, each_trial
 from armimpedance.motion import MotionRecording
-from armimpedance.records import FloatArray
-from manipulandum_sim.simulate_body import simulate_body
+from manipulandum_sim.body.simulate import simulate_body
 
 ANGLE_NOISE = (5e-4, 1e-3, 2e-3)
 MIDDLE = 1e-3

@@ -19,13 +19,13 @@ import numpy as np
 from limbs import experiments, frobenius_percent
 from tqdm import tqdm
 
+from armimpedance.arrays import FloatArray
 from armimpedance.errors import ArmImpedanceError
-from armimpedance.impedance.estimate import Options, estimate_window
-from armimpedance.impedance.methods import DEFAULT_METHOD, METHODS
+from armimpedance.impedance.estimation import Options, estimate_window
+from armimpedance.impedance.methods.table import DEFAULT_METHOD, METHODS
 from armimpedance.impedance.parallel import in_order
 from armimpedance.impedance.result import Group
-from armimpedance.records import FloatArray
-from manipulandum_sim.robot import Servo
+from manipulandum_sim.hand.robot import Servo
 
 BLOCK = 10
 

@@ -33,15 +33,15 @@ from armimpedance.comparison.matrix_test import MATRIX_NAMES
 from armimpedance.comparison.parametric import parametric_test
 from armimpedance.comparison.permutation import permutation_test
 from armimpedance.comparison.subjects import random_effects
-from armimpedance.impedance.estimate import Options
-from armimpedance.impedance.methods import DEFAULT_METHOD
-from manipulandum_sim.arm_plant import Arm
-from manipulandum_sim.disturbances import DISTURBANCES
-from manipulandum_sim.experiments import Condition, nominal_hand
-from manipulandum_sim.noise import NOMINAL
-from manipulandum_sim.simulate import simulate_condition
-from manipulandum_sim.subjects import find_subject
-from manipulandum_sim.truth import Truth, find_truth
+from armimpedance.impedance.estimation import Options
+from armimpedance.impedance.methods.table import DEFAULT_METHOD
+from manipulandum_sim.hand.arm_plant import Arm
+from manipulandum_sim.hand.disturbances import DISTURBANCES
+from manipulandum_sim.hand.experiments import Condition, nominal_hand
+from manipulandum_sim.hand.noise import NOMINAL
+from manipulandum_sim.hand.simulate import simulate_condition
+from manipulandum_sim.hand.subjects import find_subject
+from manipulandum_sim.hand.truth import Truth, find_truth
 
 Rows = Iterator[tuple[str, str, str, bool]]
 

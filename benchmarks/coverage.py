@@ -25,14 +25,15 @@ import numpy as np
 from limbs import experiments, frobenius_percent, true_bound
 from tqdm import tqdm
 
+from armimpedance.arrays import FloatArray
 from armimpedance.ellipses import ellipse, ellipse_of
 from armimpedance.errors import ArmImpedanceError
-from armimpedance.impedance.estimate import Options, estimate_window
-from armimpedance.impedance.methods import DEFAULT_METHOD, METHODS
+from armimpedance.impedance.estimation import Options, estimate_window
+from armimpedance.impedance.methods.table import DEFAULT_METHOD, METHODS
 from armimpedance.impedance.parallel import in_order
 from armimpedance.impedance.result import Group
 from armimpedance.outputs import staged_file
-from armimpedance.records import FloatArray, ImpedanceEstimate
+from armimpedance.records import ImpedanceEstimate
 from armimpedance.regression.fit import t_interval
 
 BLOCK = 10

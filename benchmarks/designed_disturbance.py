@@ -21,7 +21,7 @@ import numpy as np
 from limbs import LINEAR, linear_window
 from tqdm import tqdm
 
-from armimpedance.impedance.estimate import Options, estimate, estimate_window
+from armimpedance.impedance.estimation import Options, estimate, estimate_window
 from armimpedance.impedance.result import Group
 from armimpedance.planning.design import Goal, Limits, design
 from armimpedance.planning.motion import PlannedMotion
@@ -29,8 +29,8 @@ from armimpedance.planning.noise_level import NOMINAL
 from armimpedance.planning.precision import Precision, precision
 from armimpedance.planning.setting import PlannedArm, Setting
 from armimpedance.planning.shapes import Profile, shape_named
-from manipulandum_sim.robot import Servo
-from manipulandum_sim.simulate import simulate_condition
+from manipulandum_sim.hand.robot import Servo
+from manipulandum_sim.hand.simulate import simulate_condition
 
 TRIALS = 40
 #: Shape and duration (s).

@@ -20,10 +20,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from armimpedance.impedance.estimate import Options, estimate
-from armimpedance.recordings.folder import read_folder, write_folder
+from armimpedance.files.results_csv import write_results
+from armimpedance.impedance.estimation import Options, estimate
+from armimpedance.recordings.tables.folder import read_folder, write_folder
 from armimpedance.records import Recording
-from armimpedance.report.results_csv import write_results
 from armimpedance.signals.filters import lowpass
 
 RATE = 1000.0

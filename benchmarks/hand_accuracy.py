@@ -21,15 +21,15 @@ from limbs import LINEAR, linear_window
 from tqdm import tqdm
 
 from armimpedance.ellipses import ellipse, ellipse_of
-from armimpedance.impedance import paper
-from armimpedance.impedance.estimate import Options, estimate, estimate_window
+from armimpedance.impedance.estimation import Options, estimate, estimate_window
+from armimpedance.impedance.methods import paper
 from armimpedance.impedance.regressors import to_matrix_order
 from armimpedance.impedance.result import Group
 from armimpedance.records import ImpedanceEstimate
 from armimpedance.regression.fit import t_interval
 from armimpedance.regression.solve import fit
-from manipulandum_sim.robot import IDEAL, Servo
-from manipulandum_sim.simulate import simulate_condition
+from manipulandum_sim.hand.robot import IDEAL, Servo
+from manipulandum_sim.hand.simulate import simulate_condition
 
 REPLICATES = Options(covariance="replicates")
 ASKED_RMSE = {"nominal": (1.8, 3.3, 8.5), "sensor": (0.12, 0.15, 0.30)}

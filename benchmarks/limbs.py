@@ -6,14 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from armimpedance.arrays import FloatArray
 from armimpedance.impedance.bound import bound
-from armimpedance.impedance.modal import ModalEquation, modal_equation
-from armimpedance.impedance.noise import through_impedance
+from armimpedance.impedance.methods.modal import ModalEquation, modal_equation
+from armimpedance.impedance.methods.noise import through_impedance
 from armimpedance.planning.shapes import Profile, shape_named
-from armimpedance.records import FloatArray, Window
+from armimpedance.records import Window
 from armimpedance.signals.encoder import position_noise
 from armimpedance.signals.windows import cut_windows
-from manipulandum_sim.simulate import simulate_condition
+from manipulandum_sim.hand.simulate import simulate_condition
 
 RATE = 1000.0
 HANDLE_KG = 0.164

@@ -17,8 +17,8 @@ import time
 from estimate_speed import make_recording
 
 from armimpedance.errors import ArmImpedanceError
-from armimpedance.impedance.estimate import Options, estimate
-from armimpedance.impedance.methods import DEFAULT_METHOD, METHODS
+from armimpedance.impedance.estimation import Options, estimate
+from armimpedance.impedance.methods.table import DEFAULT_METHOD, METHODS
 
 ASKED_S = 30.0
 WORKERS = 2

@@ -138,7 +138,7 @@ def main() -> int:
         cells = [f"{fit.values[i]:.3f} +- {1.96 * fit.sd_robust[i]:.3f}" for i in at]
         print(f"{what:20s}", "  ".join(cells))
     if given.folder is not None:
-        from armimpedance.recordings.motion_folder import write_motion
+        from armimpedance.recordings.motion.motion_folder import write_motion
 
         write_motion(motion, given.folder)
     if given.figure is not None:

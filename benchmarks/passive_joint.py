@@ -22,8 +22,8 @@ from armimpedance.passive.from_motion import from_motion
 from armimpedance.passive.identify import identify_passive
 from armimpedance.passive.methods import METHODS
 from armimpedance.passive.samples import PassiveSamples
-from manipulandum_sim.passive_subject import find_passive_subject
-from manipulandum_sim.passive_swing import simulate_passive_many
+from manipulandum_sim.passive.subject import find_passive_subject
+from manipulandum_sim.passive.swing import simulate_passive_many
 from manipulandum_sim.studio import Studio
 
 ELBOW = "right_elbow_flexion"

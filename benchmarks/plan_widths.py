@@ -24,7 +24,7 @@ from designed_disturbance import LIMB_NOISE, WEIGHTED
 from limbs import LINEAR, linear_window
 
 from armimpedance.ellipses.ellipse import ellipse_of
-from armimpedance.impedance.estimate import estimate, estimate_window
+from armimpedance.impedance.estimation import estimate, estimate_window
 from armimpedance.impedance.result import Group
 from armimpedance.planning.motion import PlannedMotion
 from armimpedance.planning.noise_level import NOISE_LEVELS
@@ -34,8 +34,8 @@ from armimpedance.planning.setting import PlannedArm, Setting
 from armimpedance.planning.shapes import Profile, shape_named
 from armimpedance.records import ImpedanceEstimate
 from armimpedance.regression.fit import t_interval
-from manipulandum_sim import robot
-from manipulandum_sim.simulate import simulate_condition
+from manipulandum_sim.hand import robot
+from manipulandum_sim.hand.simulate import simulate_condition
 
 ASKED = 0.10
 #: Robot links and handle of the simulator as felt at the nominal place (kg).

@@ -30,20 +30,20 @@ from tqdm import tqdm
 
 from armimpedance.muscles.angle_scaling import AngleScaling, measured_scaling
 from armimpedance.muscles.joint_rows import JointRows, matrix, triple
-from armimpedance.muscles.posture_certificate import smallest_eigenvalues
-from armimpedance.muscles.posture_data import PostureData, stiffness_data
-from armimpedance.muscles.posture_fit import fit_posture_model
-from armimpedance.muscles.posture_gram import STRUCTURES
-from armimpedance.muscles.posture_polynomial import fit_polynomial
-from armimpedance.muscles.posture_program import GramProgram
-from armimpedance.muscles.posture_sos import choose, posterior
-from armimpedance.muscles.posture_terms import exponents, monomials
+from armimpedance.muscles.posture.certificate import smallest_eigenvalues
+from armimpedance.muscles.posture.data import PostureData, stiffness_data
+from armimpedance.muscles.posture.fit import fit_posture_model
+from armimpedance.muscles.posture.gram import STRUCTURES
+from armimpedance.muscles.posture.polynomial import fit_polynomial
+from armimpedance.muscles.posture.program import GramProgram
+from armimpedance.muscles.posture.sos import choose, posterior
+from armimpedance.muscles.posture.terms import exponents, monomials
 from armimpedance.muscles.region import Region
-from armimpedance_figures.experiment import study
-from manipulandum_sim.arm_plant import Arm
-from manipulandum_sim.experiments import find_experiment
-from manipulandum_sim.subjects import find_subject
-from manipulandum_sim.truth import joint_angles
+from armimpedance_figures.tsuji1997.study import study
+from manipulandum_sim.hand.arm_plant import Arm
+from manipulandum_sim.hand.experiments import find_experiment
+from manipulandum_sim.hand.subjects import find_subject
+from manipulandum_sim.hand.truth import joint_angles
 
 Truth = Callable[[np.ndarray], np.ndarray]
 Row = tuple[str, str, str, bool]

@@ -21,14 +21,14 @@ import numpy as np
 from scipy.stats import t
 from tqdm import tqdm
 
-from armimpedance.impedance.estimate import groups_of
-from armimpedance.impedance.reflex import guard_window
-from armimpedance.impedance.reflex_verdict import ReflexVerdict
+from armimpedance.impedance.estimation import groups_of
+from armimpedance.impedance.reflex.guard import guard_window
+from armimpedance.impedance.reflex.verdict import ReflexVerdict
 from armimpedance.records import Window
 from armimpedance.signals.windows import cut_windows, disturbance_times
-from manipulandum_sim.rig import Reflex
-from manipulandum_sim.simulate import simulate_condition
-from manipulandum_sim.truth import Truth
+from manipulandum_sim.hand.rig import Reflex
+from manipulandum_sim.hand.simulate import simulate_condition
+from manipulandum_sim.hand.truth import Truth
 
 DELAY_S, GAIN = 0.055, 0.25
 BUMPS = (0.15, 0.20, 0.30)

@@ -24,16 +24,16 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "oracles"
 
 from joint_space_plant import JointSpacePlant
 
-from manipulandum_sim.arm_plant import Arm
-from manipulandum_sim.coupled import CoupledPlant, Course, Track, integrate
-from manipulandum_sim.equilibrium import muscle_command
-from manipulandum_sim.experiments import Condition, nominal_hand
-from manipulandum_sim.rig import RATE_HZ, Rig
-from manipulandum_sim.robot import servo_gains
-from manipulandum_sim.schedule import Run, make_schedule
-from manipulandum_sim.subjects import SUBJECTS
-from manipulandum_sim.trials import Batch, make_course
-from manipulandum_sim.truth import find_truth
+from manipulandum_sim.hand.arm_plant import Arm
+from manipulandum_sim.hand.coupled import CoupledPlant, Course, Track, integrate
+from manipulandum_sim.hand.equilibrium import muscle_command
+from manipulandum_sim.hand.experiments import Condition, nominal_hand
+from manipulandum_sim.hand.rig import RATE_HZ, Rig
+from manipulandum_sim.hand.robot import servo_gains
+from manipulandum_sim.hand.schedule import Run, make_schedule
+from manipulandum_sim.hand.subjects import SUBJECTS
+from manipulandum_sim.hand.trials import Batch, make_course
+from manipulandum_sim.hand.truth import find_truth
 
 TRIALS = 1000
 ODEINT_TRIALS = 8

@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Any
 
 from armimpedance.outputs import staged_file
 from armimpedance.plots.style import print_style, save
-from armimpedance_figures.experiment import study as study_hand
+from armimpedance_figures.tsuji1997.study import study as study_hand
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from armimpedance_figures.experiment import StudiedExperiment
+    from armimpedance_figures.tsuji1997.study import StudiedExperiment
 
 #: What all figures of estimates do otherwise than the source.
 POOLED = (

@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.records import FloatArray
+from armimpedance.arrays import FloatArray
 
 BAND_HZ: Final = (20.0, 450.0)
 ORDER: Final = 2

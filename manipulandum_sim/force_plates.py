@@ -6,10 +6,9 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.records import FloatArray
+from armimpedance.arrays import FloatArray
 from armimpedance.skeleton import Skeleton
-
-from .tree_dynamics import SegmentMotion
+from manipulandum_sim.tree_dynamics import SegmentMotion
 
 #: Origins (m) of the right foot's and the left foot's plate, at their centres on the floor; they
 #: meet at the x axis.

@@ -9,11 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
 from armimpedance.motion import EmgSignals, MarkerRecording, MotionRecording
-from armimpedance.records import FloatArray
-
-from .tree_dynamics import marker_positions, move
+from manipulandum_sim.tree_dynamics import marker_positions, move
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,7 @@ import numpy as np
 
 from armimpedance.errors import InputError
 from armimpedance.motion import EmgSignals, MotionRecording
-
-from .emg_carrier import RATE_HZ, carrier
+from manipulandum_sim.emg_carrier import RATE_HZ, carrier
 
 #: Time in which a burst rises and falls, s.
 EDGE_S: Final = 0.05

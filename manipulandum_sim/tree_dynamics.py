@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.records import FloatArray
+from armimpedance.arrays import FloatArray
 from armimpedance.skeleton import GRAVITY_M_S2, Segment, Skeleton
 
 GRAVITY: Final = np.array([0.0, 0.0, -GRAVITY_M_S2])

@@ -12,8 +12,8 @@ from typing import Final, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
+from armimpedance.arrays import FloatArray, frozen_array
 from armimpedance.errors import InputError
-from armimpedance.records import FloatArray, frozen_array
 
 #: Stiffness over tension (1/m) where nothing better is known: Selen, Franklin and Wolpert 2009 (J
 #: Neurosci 29:12606-12616), Table 1.

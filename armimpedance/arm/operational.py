@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError, NotIdentifiableError
-from armimpedance.records import FloatArray
 
 #: Above this condition of J the hand cannot move along some direction, to rounding.
 SINGULAR_CONDITION = 1e8

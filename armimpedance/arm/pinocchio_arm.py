@@ -14,8 +14,9 @@ import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from armimpedance.arm.anthropometry import SegmentRatios, Sex, arm_ratios
+from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
-from armimpedance.records import ArmPosture, FloatArray
+from armimpedance.records import ArmPosture
 
 _WORLD = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
 

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from armimpedance.arm.muscle_paths import check_angles
+from armimpedance.arrays import BoolArray, FloatArray, IntArray, frozen_array
 from armimpedance.errors import InputError, NotIdentifiableError
-from armimpedance.records import BoolArray, FloatArray, IntArray, frozen_array
 
 
 @dataclass(frozen=True)

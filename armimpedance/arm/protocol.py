@@ -6,7 +6,8 @@ from typing import Protocol
 
 from numpy.typing import ArrayLike
 
-from armimpedance.records import ArmPosture, FloatArray
+from armimpedance.arrays import FloatArray
+from armimpedance.records import ArmPosture
 
 
 class Arm(Protocol):

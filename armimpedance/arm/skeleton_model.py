@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from armimpedance.records import FloatArray
+from armimpedance.arrays import FloatArray
 from armimpedance.skeleton import GRAVITY_M_S2, Segment, Skeleton
 
 #: Name of the frame of marker m in the model.

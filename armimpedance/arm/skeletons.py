@@ -21,14 +21,9 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arm.anthropometry import (
-    DE_LEVA,
-    WINTER,
-    SegmentRatios,
-    two_link_arm,
-)
+from armimpedance.arm.anthropometry import DE_LEVA, WINTER, SegmentRatios, two_link_arm
+from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
-from armimpedance.records import FloatArray
 from armimpedance.skeleton import Hinge, MarkerSite, Segment, Skeleton
 
 #: Winter: trunk, head and neck; length from hip to shoulder.

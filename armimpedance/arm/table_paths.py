@@ -13,8 +13,8 @@ from scipy.sparse import csr_array, diags_array, eye_array, kron, vstack
 from scipy.sparse.linalg import lsqr
 
 from armimpedance.arm.muscle_paths import check_angles
+from armimpedance.arrays import FloatArray, frozen_array
 from armimpedance.errors import InputError
-from armimpedance.records import FloatArray, frozen_array
 
 #: Fewer angles than these along a joint do not hold a cubic spline.
 LEAST_ANGLES: Final = 4

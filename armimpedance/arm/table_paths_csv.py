@@ -19,8 +19,8 @@ import numpy as np
 
 from armimpedance.arm.muscle_paths import STIFFNESS_PER_TENSION, MuscularArm
 from armimpedance.arm.table_paths import TablePaths
+from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
-from armimpedance.records import FloatArray
 
 ANGLES: Final = ("q_shoulder_rad", "q_elbow_rad")
 ARMS: Final = ("G_shoulder_m", "G_elbow_m")

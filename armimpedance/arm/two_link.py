@@ -12,8 +12,9 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import ArrayLike
 
+from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
-from armimpedance.records import ArmPosture, FloatArray
+from armimpedance.records import ArmPosture
 
 #: A hand this much (relative to the reach) outside of the workspace is rounding, not out of reach.
 _REACH_ROUNDING = 1e-9

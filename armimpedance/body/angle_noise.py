@@ -19,9 +19,9 @@ from typing import Final
 
 import numpy as np
 
+from armimpedance.arrays import FloatArray, frozen_array
 from armimpedance.body.rows import RowChoice
 from armimpedance.motion import MotionRecording
-from armimpedance.records import FloatArray, frozen_array
 from armimpedance.signals.filters import lowpass
 
 Progress = Callable[[int, int], None]

@@ -16,11 +16,11 @@ import numpy as np
 from scipy.linalg import qr, solve_triangular
 
 from armimpedance.arm.skeleton_model import skeleton_model
+from armimpedance.arrays import FloatArray, IntArray, frozen_array
 from armimpedance.body.joint_terms import term_columns
 from armimpedance.body.regressor import regressor
 from armimpedance.body.rows import RowChoice
 from armimpedance.errors import EstimationError, InputError
-from armimpedance.records import FloatArray, IntArray, frozen_array
 from armimpedance.skeleton import Skeleton
 
 #: A direction that the scaled regressor shows this much less than the clearest is not shown.

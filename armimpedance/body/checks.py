@@ -6,10 +6,10 @@ from typing import Final
 
 import numpy as np
 
+from armimpedance.arrays import FloatArray
 from armimpedance.body.contacts import LEAST_LOAD_N, about_world_origin
 from armimpedance.errors import InputError
 from armimpedance.motion import MotionRecording
-from armimpedance.records import FloatArray
 from armimpedance.skeleton import GRAVITY_M_S2
 
 #: The mean vertical force may differ from the weight by this part.

@@ -21,11 +21,11 @@ from typing import Final
 import numpy as np
 from scipy.linalg import solve_triangular
 
+from armimpedance.arrays import FloatArray, frozen_array
 from armimpedance.body.base_parameters import BaseParameters
 from armimpedance.body.equations import BodyEquations
 from armimpedance.body.parameters import pseudo_inertia_basis, pseudo_inertias
 from armimpedance.errors import EstimationError, InputError
-from armimpedance.records import FloatArray, frozen_array
 
 #: Without a prior: how much worse than the minimum the fit may be, part of the residual squares,
 _GAP: Final = 1e-9

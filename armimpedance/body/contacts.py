@@ -13,10 +13,10 @@ from typing import Any, Final
 import numpy as np
 import pinocchio as pin
 
+from armimpedance.arrays import FloatArray, IntArray
 from armimpedance.body.regressor import root_rotation
 from armimpedance.errors import InputError
 from armimpedance.motion import MotionRecording
-from armimpedance.records import FloatArray, IntArray
 from armimpedance.skeleton import Skeleton
 
 #: A plate that bears less than this is not stood upon, N.

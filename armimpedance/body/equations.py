@@ -12,10 +12,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from armimpedance.arrays import FloatArray, IntArray, frozen_array
 from armimpedance.body.rows import RowChoice, each_trial
 from armimpedance.errors import InputError
 from armimpedance.motion import MotionRecording
-from armimpedance.records import FloatArray, IntArray, frozen_array
 from armimpedance.regression.factors import TrialFactors
 
 

@@ -12,12 +12,12 @@ from typing import Literal
 import numpy as np
 from scipy.linalg import solve_triangular
 
+from armimpedance.arrays import FloatArray, frozen_array
 from armimpedance.body.base_parameters import BaseParameters
 from armimpedance.body.equations import BodyEquations, trial_factors_of
 from armimpedance.body.rows import RowChoice, each_trial
 from armimpedance.errors import InputError
 from armimpedance.motion import MotionRecording
-from armimpedance.records import FloatArray, frozen_array
 from armimpedance.regression.factors import split_blocks
 from armimpedance.regression.fit import Fit
 from armimpedance.regression.solve import fit

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from armimpedance.arrays import FloatArray
 from armimpedance.body.base_parameters import BaseParameters
 from armimpedance.body.equations import BodyEquations
 from armimpedance.errors import InputError
-from armimpedance.records import FloatArray
 
 #: Singular values below this part of the largest count as none.
 _NOTHING = 1e-12

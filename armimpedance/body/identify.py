@@ -12,6 +12,7 @@ from typing import Literal
 
 import numpy as np
 
+from armimpedance.arrays import FloatArray
 from armimpedance.body.angle_noise import NoiseShift, Progress, can_tell_noise, noise_shift
 from armimpedance.body.base_parameters import (
     BaseParameters,
@@ -34,7 +35,6 @@ from armimpedance.body.rows import RowChoice
 from armimpedance.body.validation import validate
 from armimpedance.errors import EstimationError, InputError, NotIdentifiableError
 from armimpedance.motion import MotionRecording
-from armimpedance.records import FloatArray
 from armimpedance.skeleton import Skeleton
 
 Method = Literal["least_squares", "weighted", "consistent", "prior"]

@@ -13,8 +13,8 @@ from typing import Final, Literal
 
 import numpy as np
 
+from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
-from armimpedance.records import FloatArray
 from armimpedance.signals.filtered_sign import filtered_sign
 from armimpedance.signals.filters import lowpass
 from armimpedance.skeleton import Skeleton

@@ -11,8 +11,8 @@ from typing import Final
 
 import numpy as np
 
+from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
-from armimpedance.records import FloatArray
 from armimpedance.skeleton import Segment, Skeleton
 
 PARAMETERS: Final = ("m", "mx", "my", "mz", "Ixx", "Ixy", "Iyy", "Ixz", "Iyz", "Izz")

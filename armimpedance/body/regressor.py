@@ -12,9 +12,9 @@ from typing import Any, Final
 import numpy as np
 import pinocchio as pin
 
+from armimpedance.arrays import FloatArray, IntArray
 from armimpedance.errors import InputError
 from armimpedance.motion import WRENCH
-from armimpedance.records import FloatArray, IntArray
 
 #: Rows of the root's wrench.
 ROOT_ROWS: Final = WRENCH

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from armimpedance.arrays import BoolArray, FloatArray, frozen_array
 from armimpedance.body.angle_noise import NoiseShift
 from armimpedance.body.base_parameters import BaseParameters
 from armimpedance.body.exciting import MotionChoice
 from armimpedance.body.validation import BodyValidation
-from armimpedance.records import BoolArray, FloatArray, frozen_array
 from armimpedance.regression.summary import FitSummary, NamedParameter
 
 

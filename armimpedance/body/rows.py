@@ -14,6 +14,7 @@ from typing import Any, Literal
 import numpy as np
 
 from armimpedance.arm.skeleton_model import skeleton_model
+from armimpedance.arrays import FloatArray, IntArray
 from armimpedance.body.contacts import (
     about_world_origin,
     contact_torques,
@@ -25,7 +26,6 @@ from armimpedance.body.parameters import parameter_names, parameter_units
 from armimpedance.body.regressor import ROOT_ROWS, regressor, root_wrench
 from armimpedance.errors import InputError
 from armimpedance.motion import MotionRecording
-from armimpedance.records import FloatArray, IntArray
 from armimpedance.signals.filters import lowpass
 from armimpedance.signals.spline_derivatives import smoothed_derivatives
 from armimpedance.skeleton import Skeleton

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from armimpedance.arrays import FloatArray, IntArray
 from armimpedance.body.equations import BodyEquations
-from armimpedance.records import FloatArray, IntArray
 
 
 @dataclass(frozen=True)

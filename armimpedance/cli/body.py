@@ -21,8 +21,8 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from armimpedance.cli.checks import naming, number
-from armimpedance.cli.passive_input import read_joint_motion
+from armimpedance.cli.parts.checks import naming, number
+from armimpedance.cli.parts.passive_input import read_joint_motion
 from armimpedance.errors import InputError
 
 if TYPE_CHECKING:
@@ -100,10 +100,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Read, identify, print, write."""
     from armimpedance.body.identify import identify_body
-    from armimpedance.cli.checks import check_outputs
-    from armimpedance.cli.progress import bar
+    from armimpedance.cli.parts.checks import check_outputs
+    from armimpedance.cli.parts.progress import bar
+    from armimpedance.files.fit_json import write_fit
     from armimpedance.report.body_text import body_object, body_text
-    from armimpedance.report.fit_json import write_fit
 
     check_outputs(figure=arguments.figure, out=arguments.out)
     if arguments.method not in METHODS:

@@ -79,9 +79,9 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _compare_groups(groups: list[ComparedGroup], arguments: argparse.Namespace) -> int:
-    from armimpedance.cli.progress import bar
+    from armimpedance.cli.parts.progress import bar
     from armimpedance.comparison.compare import compare
-    from armimpedance.report.comparison_csv import write_differences
+    from armimpedance.files.comparison_csv import write_differences
     from armimpedance.report.comparison_text import comparison_text
 
     with bar("exchanging trials") as progress:
@@ -103,7 +103,7 @@ def _compare_groups(groups: list[ComparedGroup], arguments: argparse.Namespace) 
 
 def _compare_subjects(subjects: Subjects, arguments: argparse.Namespace) -> int:
     from armimpedance.comparison.subjects import compare_subjects
-    from armimpedance.report.comparison_csv import write_subjects
+    from armimpedance.files.comparison_csv import write_subjects
     from armimpedance.report.comparison_text import subjects_text
 
     found: list[SubjectsChange] = compare_subjects(subjects, against=arguments.against)
@@ -119,9 +119,9 @@ def _compare_subjects(subjects: Subjects, arguments: argparse.Namespace) -> int:
 
 def _check(arguments: argparse.Namespace) -> None:
     """Refuse before any work what cannot end well."""
-    from armimpedance.cli.checks import check_outputs, check_seed
+    from armimpedance.cli.parts.checks import check_outputs, check_seed
     from armimpedance.errors import InputError
-    from armimpedance.impedance.methods import DEFAULT_METHOD, method_named
+    from armimpedance.impedance.methods.table import DEFAULT_METHOD, method_named
 
     method_named(arguments.method or DEFAULT_METHOD)
     if arguments.permutations is not None and arguments.permutations < 1:
@@ -170,7 +170,7 @@ def _of_results(arguments: argparse.Namespace) -> Subjects:
 
 def _with_errors(path: Path) -> list[ImpedanceEstimate]:
     from armimpedance.errors import InputError
-    from armimpedance.report.results_csv import read_results
+    from armimpedance.files.results_csv import read_results
 
     try:
         return read_results(path)
@@ -200,10 +200,10 @@ def _of_recordings(arguments: argparse.Namespace) -> Subjects:
 
 def _groups_of(path: Path, by: list[str], arguments: argparse.Namespace) -> list[ComparedGroup]:
     from armimpedance.cli.estimate import open_checked
-    from armimpedance.cli.progress import bar
+    from armimpedance.cli.parts.progress import bar
     from armimpedance.comparison.groups import groups_of_recording
     from armimpedance.errors import ArmImpedanceError, InputError
-    from armimpedance.impedance.estimate import Options
+    from armimpedance.impedance.estimation import Options
 
     recording = open_checked(path, arguments.force_by)
     options = Options(method=arguments.method) if arguments.method else Options()

@@ -23,13 +23,13 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from armimpedance.cli.convert_motion import (
+from armimpedance.cli.estimate import add_force_by
+from armimpedance.cli.parts.convert_motion import (
     add_options,
     convert_motion,
     is_motion_capture,
     pairs,
 )
-from armimpedance.cli.estimate import add_force_by
 
 if TYPE_CHECKING:
     from armimpedance.records import Recording
@@ -66,8 +66,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Read, write, say what was done."""
     from armimpedance.cli.inspect import describe
-    from armimpedance.recordings.convert import ReadOptions, open_recording
-    from armimpedance.recordings.folder import write_folder
+    from armimpedance.recordings.formats import ReadOptions, open_recording
+    from armimpedance.recordings.tables.folder import write_folder
 
     channels = pairs(arguments.emg, "--emg", "CHANNEL=MUSCLE, as ACH0=biceps_long")
     if is_motion_capture(arguments.input):

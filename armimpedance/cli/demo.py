@@ -19,8 +19,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from armimpedance.cli.demo_models import DemoModel
-    from armimpedance_figures.experiment import StudiedExperiment
+    from armimpedance.cli.parts.demo_models import DemoModel
+    from armimpedance_figures.tsuji1997.study import StudiedExperiment
 
 EXPERIMENTS = ("postures", "cocontraction", "force")
 
@@ -35,8 +35,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Simulate, estimate, map, draw, and compare with the truth."""
-    from armimpedance.cli.demo_models import fit_models, models_text
-    from armimpedance.cli.demo_summary import summary
+    from armimpedance.cli.parts.demo_models import fit_models, models_text
+    from armimpedance.cli.parts.demo_summary import summary
 
     print(f"Simulated subject {arguments.subject}: three experiments of Tsuji (1997)")
     studied = _study_all(arguments)
@@ -50,8 +50,8 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _study_all(arguments: argparse.Namespace) -> dict[str, StudiedExperiment]:
-    from armimpedance.cli.progress import bar
-    from armimpedance_figures.experiment import study
+    from armimpedance.cli.parts.progress import bar
+    from armimpedance_figures.tsuji1997.study import study
 
     studied = {}
     for name in EXPERIMENTS:
@@ -70,8 +70,8 @@ def _study_all(arguments: argparse.Namespace) -> dict[str, StudiedExperiment]:
 
 def _quick_conditions(experiment: str, subject: str) -> list[str]:
     """What the figures need, and little more."""
-    from manipulandum_sim.experiments import find_experiment
-    from manipulandum_sim.subjects import find_subject
+    from manipulandum_sim.hand.experiments import find_experiment
+    from manipulandum_sim.hand.subjects import find_subject
 
     names = [c.name for c in find_experiment(experiment).conditions(find_subject(subject))]
     every = {"postures": 3, "cocontraction": 2, "force": 1}[experiment]
@@ -88,9 +88,9 @@ def _write_all(
 ) -> list[str]:
     """Write everything; one line per thing written."""
     from armimpedance.cli.simulate import write_simulated
+    from armimpedance.files.model_json import write_model
+    from armimpedance.files.results_csv import write_results
     from armimpedance.outputs import staged_file
-    from armimpedance.report.model_json import write_model
-    from armimpedance.report.results_csv import write_results
     from armimpedance_figures.build_all import draw_from
     from armimpedance_figures.source_figure import FORMATS
 

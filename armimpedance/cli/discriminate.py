@@ -38,11 +38,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Read, tell apart, print, write."""
-    from armimpedance.cli.checks import check_outputs
+    from armimpedance.cli.parts.checks import check_outputs
     from armimpedance.comparison.discrimination import discriminate
     from armimpedance.errors import InputError
+    from armimpedance.files.fit_json import write_json
     from armimpedance.report.discrimination_text import discrimination_object, discrimination_text
-    from armimpedance.report.fit_json import write_json
 
     check_outputs(figure=arguments.figure, out=arguments.out)
     if len(arguments.group) != 2:
@@ -70,7 +70,7 @@ def _group(given: list[str], arguments: argparse.Namespace) -> tuple[Group, str]
 
     from armimpedance.comparison.discrimination import Group
     from armimpedance.errors import InputError
-    from armimpedance.report.fit_json import read_parameter
+    from armimpedance.files.fit_json import read_parameter
 
     name, *files = given
     if not files:

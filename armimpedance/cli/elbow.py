@@ -85,9 +85,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Read, fit, print, write."""
-    from armimpedance.cli.checks import check_outputs
-    from armimpedance.cli.elbow_input import check_choices
-    from armimpedance.cli.joint_input import read_joint
+    from armimpedance.cli.parts.checks import check_outputs
+    from armimpedance.cli.parts.elbow_input import check_choices
+    from armimpedance.cli.parts.joint_input import read_joint
 
     check_outputs(figure=arguments.figure, out=arguments.out)
     check_choices(arguments)
@@ -95,16 +95,16 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.time_varying is not None:
         return _over_time(recording, arguments)
     if arguments.emg_law:
-        from armimpedance.cli.elbow_law import run_law
+        from armimpedance.cli.parts.elbow_law import run_law
 
         return run_law(recording, arguments)
     return _at_one_point(recording, arguments)
 
 
 def _at_one_point(recording: Recording, arguments: argparse.Namespace) -> int:
-    from armimpedance.cli.elbow_input import fit_parts, fit_recording, with_pooling_told
+    from armimpedance.cli.parts.elbow_input import fit_parts, fit_recording, with_pooling_told
+    from armimpedance.files.fit_json import write_fit
     from armimpedance.report.elbow_text import elbow_object, elbow_text
-    from armimpedance.report.fit_json import write_fit
 
     parts = fit_parts(recording, arguments)
     fit = with_pooling_told(fit_recording(recording, arguments), parts)
@@ -117,12 +117,12 @@ def _at_one_point(recording: Recording, arguments: argparse.Namespace) -> int:
 
 
 def _over_time(recording: Recording, arguments: argparse.Namespace) -> int:
-    from armimpedance.cli.checks import naming
-    from armimpedance.cli.elbow_input import amplitudes, band_edge, emg_cutoff
+    from armimpedance.cli.parts.checks import naming
+    from armimpedance.cli.parts.elbow_input import amplitudes, band_edge, emg_cutoff
     from armimpedance.elbow.samples import from_recording
-    from armimpedance.elbow.varying import identify_varying
+    from armimpedance.elbow.varying.identify import identify_varying
+    from armimpedance.files.varying_csv import write_varying
     from armimpedance.report.elbow_text import varying_text
-    from armimpedance.report.varying_csv import write_varying
 
     with naming(arguments.recording):
         samples = from_recording(recording, arguments.joint)

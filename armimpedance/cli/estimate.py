@@ -78,7 +78,7 @@ def add_force_by(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Estimate, print a table, write the results."""
-    from armimpedance.cli.checks import check_seed
+    from armimpedance.cli.parts.checks import check_seed
     from armimpedance.report.text_table import summary_table
 
     check_seed(arguments.seed)
@@ -95,7 +95,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _run_all(arguments: argparse.Namespace) -> int:
     """Every method side by side."""
-    from armimpedance.impedance.methods import DEFAULT_METHOD
+    from armimpedance.impedance.methods.table import DEFAULT_METHOD
     from armimpedance.impedance.side_by_side import side_by_side
     from armimpedance.report.methods_table import methods_table
 
@@ -114,7 +114,7 @@ def _run_all(arguments: argparse.Namespace) -> int:
 def _estimate_one(path: Path, arguments: argparse.Namespace) -> list[ImpedanceEstimate]:
     from functools import partial
 
-    from armimpedance.impedance.estimate import estimate
+    from armimpedance.impedance.estimation import estimate
 
     with_workers = partial(estimate, workers=arguments.workers)
     return _named(_on_recording(with_workers, path, arguments), path, arguments)
@@ -126,10 +126,10 @@ def _on_recording(
     """Apply `estimate` or `side_by_side`; errors name the recording."""
     from dataclasses import replace
 
-    from armimpedance.cli.progress import bar
+    from armimpedance.cli.parts.progress import bar
     from armimpedance.errors import ArmImpedanceError, InputError
-    from armimpedance.impedance.estimate import DEFAULT_BY, Options
-    from armimpedance.report.result_row import check_group_columns
+    from armimpedance.files.result_row import check_group_columns
+    from armimpedance.impedance.estimation import DEFAULT_BY, Options
 
     recording = open_checked(path, arguments.force_by)
     options = Options(covariance=arguments.covariance, seed=arguments.seed)
@@ -159,13 +159,13 @@ def _named(
 
 def open_checked(path: Path, force_by: str | None) -> Recording:
     """Open any recording; errors name the file."""
-    from armimpedance.recordings.convert import ReadOptions, open_recording
+    from armimpedance.recordings.formats import ReadOptions, open_recording
 
     return open_recording(path, ReadOptions(force_by=force_by))  # type: ignore[arg-type]
 
 
 def _write(estimates: list[ImpedanceEstimate], arguments: argparse.Namespace) -> None:
-    from armimpedance.report.results_csv import write_results, write_results_json
+    from armimpedance.files.results_csv import write_results, write_results_json
 
     write = write_results if arguments.format == "csv" else write_results_json
     write(estimates, arguments.out)

@@ -29,7 +29,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Simulate, analyse, draw."""
-    from armimpedance.cli.progress import bar
+    from armimpedance.cli.parts.progress import bar
     from armimpedance_figures.build_all import build, chosen
     from armimpedance_figures.source_figure import SEED
 

@@ -24,8 +24,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from armimpedance.files.model_json import Model
     from armimpedance.muscles.joint_rows import JointRows
-    from armimpedance.report.model_json import Model
 
 #: Which kinds take which options; others are refused with these.
 _OF_KIND = {
@@ -99,9 +99,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Read the rows, fit, print how well, write the model."""
-    from armimpedance.cli.checks import check_outputs, check_seed
-    from armimpedance.report.joint_rows_csv import read_joint_rows
-    from armimpedance.report.model_json import write_model
+    from armimpedance.cli.parts.checks import check_outputs, check_seed
+    from armimpedance.files.joint_rows_csv import read_joint_rows
+    from armimpedance.files.model_json import write_model
     from armimpedance.report.model_text import model_text
 
     check_seed(arguments.seed)
@@ -129,8 +129,8 @@ def _check_options(arguments: argparse.Namespace) -> None:
 def _moment_arms(rows: JointRows, arguments: argparse.Namespace) -> Model:
     import numpy as np
 
-    from armimpedance.cli.progress import bar
-    from armimpedance.muscles.posture_fit import fit_posture_model
+    from armimpedance.cli.parts.progress import bar
+    from armimpedance.muscles.posture.fit import fit_posture_model
 
     box = None if arguments.box is None else np.radians(arguments.box).reshape(2, 2)
     with bar("fitting") as progress:
@@ -146,7 +146,7 @@ def _moment_arms(rows: JointRows, arguments: argparse.Namespace) -> Model:
 
 def _activation(rows: JointRows, arguments: argparse.Namespace) -> Model:
     from armimpedance.arm.muscular_arms import arm_named
-    from armimpedance.muscles.activation_fit import fit_activation_model
+    from armimpedance.muscles.activation.fit import fit_activation_model
 
     return fit_activation_model(
         rows,
@@ -162,7 +162,7 @@ def _activation(rows: JointRows, arguments: argparse.Namespace) -> Model:
 
 def _muscles(rows: JointRows, arguments: argparse.Namespace) -> Model:
     from armimpedance.arm.muscular_arms import arm_named
-    from armimpedance.muscles.muscle_model_fit import fit_muscle_model
+    from armimpedance.muscles.combined.fit import fit_muscle_model
 
     return fit_muscle_model(
         rows,

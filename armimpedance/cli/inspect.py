@@ -40,7 +40,7 @@ def run(arguments: argparse.Namespace) -> int:
     from armimpedance.report.numbers import counted
 
     if is_moving(arguments.recording):
-        from armimpedance.cli.inspect_motion import inspect_moving
+        from armimpedance.cli.parts.inspect_motion import inspect_moving
 
         return inspect_moving(arguments.recording, recording_kind(arguments.recording))
     recording = open_checked(arguments.recording, arguments.force_by)
@@ -63,11 +63,11 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _checks(recording: Recording) -> list[Check]:
     """All checks; a joint that nothing disturbed is none the worse for other commands."""
-    from armimpedance.impedance.delay import check_delay
+    from armimpedance.impedance.reflex.delay import check_delay
     from armimpedance.signals.validity import Check, check_recording
 
     if moves_a_robot(recording):
-        text = "the motors': `robot`, `arm` and `contribution` take such a recording"
+        text = "the motors': `therapy robot`, `arm` and `contribution` take such a recording"
         moving = _moving_axes(replace(recording, perturbation="stochastic"))
         return [*check_recording(moving), Check("torque", "ok", text)]
     checks = [*check_recording(recording), *check_delay(recording), *_emg_checks(recording)]
@@ -82,7 +82,7 @@ def _checks(recording: Recording) -> list[Check]:
 
 def _emg_checks(recording: Recording) -> list[Check]:
     """Of the raw EMG beside a random perturbation; without it I, B and K can still be fitted."""
-    from armimpedance.signals.emg_checks import check_emg
+    from armimpedance.signals.emg.checks import check_emg
 
     if recording.emg is None or recording.perturbation != "stochastic":
         return []
@@ -160,7 +160,7 @@ def _missing(recording: Recording) -> list[str]:
         if subject.upper_arm_m is None or subject.forearm_hand_m is None:
             missing.append("subject.upper_arm_m, forearm_hand_m (needed by 'map --to joint')")
     elif moves_a_robot(recording):
-        return missing if subject.mass_kg is not None else ["subject.mass_kg (needed by `arm`)"]
+        return missing if subject.mass_kg is not None else ["subject.mass_kg (`therapy arm`)"]
     elif recording.perturbation == "stochastic" and recording.torque is None:
         missing.append("torque: interaction or commanded (`elbow` refuses a recording without it)")
     if recording.emg is None:

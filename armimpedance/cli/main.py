@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from importlib import import_module
 from typing import NoReturn
 
@@ -28,9 +28,7 @@ COMMANDS = {
     "passive": "stiffness, viscosity and friction of relaxed joints (motion capture or torque)",
     "body": "masses and inertias of a moving body from contact forces; a robot's from its torques",
     "elbow": "one joint under a random perturbation: I, B, K, over time, over EMG",
-    "robot": "a therapy robot's friction, cables and spring, from sweeps and holds",
-    "arm": "what a relaxed arm needs in the therapy robot: weight, inertia, stiffness",
-    "contribution": "how much of a robot-assisted movement is the patient's own",
+    "therapy": "how much of a movement with a therapy robot is the patient's own",
     "discriminate": "can one number tell two groups of people apart?",
     "convert": "turn a lab's files into a recording",
     "figures": "draw the sources' figures from simulated subjects",
@@ -59,9 +57,9 @@ One joint under a random perturbation, as of an exoskeleton:
   armimpedance elbow session --out fit.json
 
 How much a patient contributes to a movement with a therapy robot:
-  armimpedance robot calibration --drawings drawings.json --out robot.json
-  armimpedance arm session --robot robot.json --out arm.json
-  armimpedance contribution session --robot robot.json --arm arm.json --out result.csv
+  armimpedance therapy robot calibration --drawings drawings.json --out robot.json
+  armimpedance therapy arm session --robot robot.json --out arm.json
+  armimpedance therapy contribution session --robot robot.json --arm arm.json --out result.csv
 """
 
 
@@ -80,20 +78,49 @@ def make_parser(argv: Sequence[str]) -> argparse.ArgumentParser:
     plain = argparse.RawDescriptionHelpFormatter
     parser = OneLineParser(prog="armimpedance", description=OVERVIEW, formatter_class=plain)
     parser.add_argument("--version", action="version", version=f"armimpedance {__version__}")
+    add_commands(parser, COMMANDS, "armimpedance.cli", "COMMAND", argv)
+    return parser
+
+
+def add_commands(
+    parser: argparse.ArgumentParser,
+    lines: Mapping[str, str],
+    package: str,
+    metavar: str,
+    argv: Sequence[str] | None = None,
+) -> None:
+    """Add a subcommand for each module of a package.
+
+    Parameters
+    ----------
+    parser : ArgumentParser
+    lines : mapping
+        Name of a module of `package` -> its line in the overview.
+    package : str
+        Each module has `configure`, `run` and a docstring, which is the subcommand's help.
+    metavar : str
+        What the help calls the subcommands.
+    argv : sequence of str, optional
+        The words of the call; modules that it does not name are not imported.
+    """
+    plain = argparse.RawDescriptionHelpFormatter
     commands = parser.add_subparsers(
-        dest="command", metavar="COMMAND", required=True, parser_class=OneLineParser
+        dest="command" if metavar == "COMMAND" else metavar.lower(),
+        metavar=metavar,
+        required=True,
+        parser_class=OneLineParser,
     )
-    for name, line in COMMANDS.items():
-        if name not in argv:
+    for name, line in lines.items():
+        if argv is not None and name not in argv:
             commands.add_parser(name, help=line)
             continue
-        module = import_module(f"armimpedance.cli.{name}")
+        module = import_module(f"{package}.{name}")
         sub = commands.add_parser(
             name, help=line, description=module.__doc__, formatter_class=plain
         )
+        if hasattr(module, "run"):
+            sub.set_defaults(run=module.run, prog=sub.prog)
         module.configure(sub)
-        sub.set_defaults(run=module.run)
-    return parser
 
 
 def _one_line(error: BaseException) -> str:
@@ -104,7 +131,7 @@ def run(argv: list[str]) -> int:
     """Run one call. Exit status: 0 done, 2 the input or the call is wrong, 1 anything else."""
     parser = make_parser(argv)
     arguments = parser.parse_args(argv)
-    prefix = f"armimpedance {arguments.command}"
+    prefix = arguments.prog
     try:
         return int(arguments.run(arguments) or 0)
     except ArmImpedanceError as error:

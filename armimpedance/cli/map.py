@@ -28,9 +28,10 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from armimpedance.arm.muscle_paths import MuscularArm
+    from armimpedance.arrays import FloatArray
     from armimpedance.levels.muscle_map import MuscleEstimate
-    from armimpedance.recordings.metadata import Metadata
-    from armimpedance.records import FloatArray, ImpedanceEstimate
+    from armimpedance.recordings.tables.metadata import Metadata
+    from armimpedance.records import ImpedanceEstimate
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -58,9 +59,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Map every row, print a table, write the results."""
-    from armimpedance.cli.checks import check_outputs
-    from armimpedance.recordings.metadata import read_metadata
-    from armimpedance.report.results_csv import read_results
+    from armimpedance.cli.parts.checks import check_outputs
+    from armimpedance.files.results_csv import read_results
+    from armimpedance.recordings.tables.metadata import read_metadata
 
     _check(arguments)
     check_outputs(figure=None, out=arguments.out)
@@ -106,8 +107,8 @@ def _at_muscle(
 ) -> list[MuscleEstimate]:
     from armimpedance.arm.muscular_arms import arm_named
     from armimpedance.errors import ArmImpedanceError, InputError
+    from armimpedance.files.quantities import condition_of
     from armimpedance.levels.muscle_map import to_muscle
-    from armimpedance.report.quantities import condition_of
 
     arm = arm_named(arguments.arm)
     found = []
@@ -161,7 +162,7 @@ def _activation(row: ImpedanceEstimate, recorded: Metadata, arm: MuscularArm) ->
 
 
 def _write_joint(rows: list[ImpedanceEstimate], out: Path) -> None:
-    from armimpedance.report.results_csv import write_results
+    from armimpedance.files.results_csv import write_results
     from armimpedance.report.text_table import summary_table
 
     print(summary_table(rows))
@@ -169,7 +170,7 @@ def _write_joint(rows: list[ImpedanceEstimate], out: Path) -> None:
 
 
 def _write_muscle(rows: list[MuscleEstimate], out: Path) -> None:
-    from armimpedance.report.muscle_csv import write_muscle_results
+    from armimpedance.files.muscle_csv import write_muscle_results
     from armimpedance.report.muscle_text import muscle_text
 
     print(muscle_text(rows))

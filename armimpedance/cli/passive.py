@@ -83,12 +83,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Read, fit, print, write."""
-    from armimpedance.cli.checks import check_outputs, naming
-    from armimpedance.cli.passive_input import read_passive
+    from armimpedance.cli.parts.checks import check_outputs, naming
+    from armimpedance.cli.parts.passive_input import read_passive
+    from armimpedance.files.fit_json import write_fit
     from armimpedance.passive.identify import identify_passive
     from armimpedance.passive.methods import DEFAULT_METHOD, method_named
     from armimpedance.passive.result import summarise
-    from armimpedance.report.fit_json import write_fit
     from armimpedance.report.passive_text import passive_text
 
     check_outputs(figure=arguments.figure, out=arguments.out)

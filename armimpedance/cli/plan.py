@@ -81,7 +81,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Plan, print, write profile and figure; an unmet wish is an error after the table."""
-    from armimpedance.cli.checks import check_outputs
+    from armimpedance.cli.parts.checks import check_outputs
     from armimpedance.errors import InputError
     from armimpedance.planning.plan import make_plan
     from armimpedance.planning.profile_csv import write_profile
@@ -199,9 +199,9 @@ def _servo(arguments: argparse.Namespace) -> Servo:
 
 def _arm_of_results(arguments: argparse.Namespace) -> PlannedArm:
     from armimpedance.errors import InputError
+    from armimpedance.files.quantities import condition_of
+    from armimpedance.files.results_csv import read_results
     from armimpedance.planning.setting import PlannedArm
-    from armimpedance.report.quantities import condition_of
-    from armimpedance.report.results_csv import read_results
 
     rows = read_results(arguments.results)
     wanted = arguments.condition

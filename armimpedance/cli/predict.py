@@ -49,9 +49,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Read, predict, write; say how much of it is extrapolated."""
-    from armimpedance.cli.checks import check_outputs
-    from armimpedance.report.model_json import read_model
-    from armimpedance.report.prediction_csv import write_predictions
+    from armimpedance.cli.parts.checks import check_outputs
+    from armimpedance.files.model_json import read_model
+    from armimpedance.files.prediction_csv import write_predictions
 
     check_outputs(figure=None, out=arguments.out)
     _check_hand(arguments)
@@ -77,7 +77,7 @@ def _check_hand(arguments: argparse.Namespace) -> None:
 
 def _predict(kind: str, model: Any, arguments: argparse.Namespace) -> JointPrediction:
     from armimpedance.errors import InputError
-    from armimpedance.report.prediction_csv import joined, read_activations, read_postures
+    from armimpedance.files.prediction_csv import joined, read_activations, read_postures
 
     for name in ("postures", "activations"):
         wanted = name in _NEEDS[kind]
@@ -99,7 +99,7 @@ def _predict(kind: str, model: Any, arguments: argparse.Namespace) -> JointPredi
 def _at_hand(predicted: JointPrediction, arguments: argparse.Namespace) -> Any:
     from armimpedance.levels.posture import kinematic_arm
     from armimpedance.muscles.at_hand import at_hand
-    from armimpedance.recordings.metadata import read_metadata
+    from armimpedance.recordings.tables.metadata import read_metadata
 
     subject = read_metadata(arguments.recording / "recording.json").subject
     return at_hand(predicted, kinematic_arm(subject), arguments.force)

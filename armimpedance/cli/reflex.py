@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from armimpedance.impedance.reflex_verdict import ReflexVerdict
+    from armimpedance.impedance.reflex.verdict import ReflexVerdict
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -61,7 +61,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _check(arguments: argparse.Namespace) -> None:
     """Refuse before any work what cannot end well."""
-    from armimpedance.cli.checks import check_outputs, check_seed
+    from armimpedance.cli.parts.checks import check_outputs, check_seed
 
     check_seed(arguments.seed)
     check_outputs(figure=arguments.figure, out=arguments.out)
@@ -69,9 +69,9 @@ def _check(arguments: argparse.Namespace) -> None:
 
 def _verdicts(arguments: argparse.Namespace) -> list[ReflexVerdict]:
     from armimpedance.cli.estimate import open_checked
-    from armimpedance.cli.progress import bar
+    from armimpedance.cli.parts.progress import bar
     from armimpedance.errors import ArmImpedanceError, InputError
-    from armimpedance.impedance.reflex import reflex_guard
+    from armimpedance.impedance.reflex.guard import reflex_guard
 
     recording = open_checked(arguments.recording, arguments.force_by)
     delay = None if arguments.delay_ms is None else arguments.delay_ms / 1e3

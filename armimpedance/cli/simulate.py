@@ -36,9 +36,9 @@ from typing import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
     from armimpedance.records import Recording
-    from manipulandum_sim.exo_truth import ElbowTruth
-    from manipulandum_sim.robot import Servo
-    from manipulandum_sim.truth import Truth
+    from manipulandum_sim.elbow.truth import ElbowTruth
+    from manipulandum_sim.hand.robot import Servo
+    from manipulandum_sim.hand.truth import Truth
 
 TRUTH_FILE = "truth.json"
 #: Of disturbances, and repetitions of an elbow test.
@@ -120,15 +120,15 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Simulate and write recording and truth."""
-    from armimpedance.cli.checks import check_seed
     from armimpedance.cli.inspect import describe
-    from armimpedance.cli.progress import bar
-    from armimpedance.cli.simulate_elbow import refuse_elbow_options, simulate_elbow_test
-    from armimpedance.cli.simulate_therapy import refuse_therapy_options, simulate_therapy_test
+    from armimpedance.cli.parts.checks import check_seed
+    from armimpedance.cli.parts.progress import bar
+    from armimpedance.cli.simulated.elbow import refuse_elbow_options, simulate_elbow_test
+    from armimpedance.cli.simulated.therapy import refuse_therapy_options, simulate_therapy_test
     from armimpedance.errors import InputError
-    from manipulandum_sim.experiments import EXPERIMENTS
-    from manipulandum_sim.rig import Reflex
-    from manipulandum_sim.simulate import simulate
+    from manipulandum_sim.hand.experiments import EXPERIMENTS
+    from manipulandum_sim.hand.rig import Reflex
+    from manipulandum_sim.hand.simulate import simulate
 
     check_seed(arguments.seed)
     if arguments.experiment in THERAPY_TESTS:
@@ -138,7 +138,7 @@ def run(arguments: argparse.Namespace) -> int:
         return simulate_elbow_test(arguments, ELBOW_TESTS[arguments.experiment])
     refuse_elbow_options(arguments)
     if arguments.experiment in RIGS:
-        from armimpedance.cli.simulate_rigs import simulate_rig
+        from armimpedance.cli.simulated.bodies import simulate_rig
 
         return simulate_rig(arguments)
     if arguments.experiment not in EXPERIMENTS:
@@ -173,7 +173,7 @@ def write_simulated(
 ) -> None:
     """Write a recording with its truth beside it, both or neither."""
     from armimpedance.outputs import RECORDING_FILES, staged_folder
-    from armimpedance.recordings.folder import write_folder
+    from armimpedance.recordings.tables.folder import write_folder
 
     folder.parent.mkdir(parents=True, exist_ok=True)
     with staged_folder(folder, known=(*RECORDING_FILES, TRUTH_FILE)) as staged:
@@ -183,7 +183,7 @@ def write_simulated(
 
 def _servo(asked: str | None) -> Servo:
     from armimpedance.errors import InputError
-    from manipulandum_sim.robot import IDEAL, Servo
+    from manipulandum_sim.hand.robot import IDEAL, Servo
 
     if asked is None:
         return Servo()

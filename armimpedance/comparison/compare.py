@@ -9,13 +9,13 @@ from typing import Final, Literal
 
 import numpy as np
 
+from armimpedance.arrays import IntArray
 from armimpedance.comparison.differences import Change, changes
 from armimpedance.comparison.groups import ComparedGroup, Progress
 from armimpedance.comparison.matrix_test import MatrixTest, adjusted
 from armimpedance.comparison.parametric import parametric_test
 from armimpedance.comparison.permutation import arrangements, permutation_test
 from armimpedance.errors import ArmImpedanceError, InputError
-from armimpedance.records import IntArray
 
 Basis = Literal["permutation", "covariance"]
 

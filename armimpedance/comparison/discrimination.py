@@ -17,8 +17,8 @@ from scipy.optimize import brentq
 from scipy.special import gammaln, nctdtrinc
 from scipy.stats import mannwhitneyu, norm
 
+from armimpedance.arrays import FloatArray, frozen_array
 from armimpedance.errors import InputError
-from armimpedance.records import FloatArray, frozen_array
 
 #: Fewer people in a group say nothing about the spread between them.
 FEWEST: Final = 3

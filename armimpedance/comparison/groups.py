@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from armimpedance.arrays import IntArray
 from armimpedance.errors import ArmImpedanceError, InputError, NotIdentifiableError
-from armimpedance.impedance.estimate import Options, estimate, estimate_window, groups_of
-from armimpedance.impedance.methods import method_named
+from armimpedance.impedance.estimation import Options, estimate, estimate_window, groups_of
+from armimpedance.impedance.methods.table import method_named
 from armimpedance.impedance.result import Group
-from armimpedance.records import ImpedanceEstimate, IntArray, Recording, Window
+from armimpedance.records import ImpedanceEstimate, Recording, Window
 from armimpedance.regression.equations import TrialEquations
 from armimpedance.signals.windows import Timing, cut_windows, disturbance_times
 

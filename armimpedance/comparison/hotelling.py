@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.special import chdtrc, fdtrc
 
-from armimpedance.records import FloatArray
+from armimpedance.arrays import FloatArray
 
 
 def hotelling(

@@ -8,13 +8,13 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike
 
+from armimpedance.arrays import FloatArray
 from armimpedance.comparison.distance import (
     affine_invariant_distance,
     expected_square,
     is_positive_definite,
 )
 from armimpedance.comparison.hotelling import hotelling
-from armimpedance.records import FloatArray
 
 #: The four hypotheses of a pair: each matrix the same, and all three.
 MATRIX_NAMES: Final = ("inertia", "viscosity", "stiffness", "all")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from armimpedance.arrays import FloatArray
 from armimpedance.comparison.distance import upper_elements
 from armimpedance.comparison.matrix_test import (
     MATRIX_NAMES,
@@ -12,7 +13,7 @@ from armimpedance.comparison.matrix_test import (
     statistics_between,
 )
 from armimpedance.errors import InputError
-from armimpedance.records import FloatArray, ImpedanceEstimate
+from armimpedance.records import ImpedanceEstimate
 
 
 def parametric_test(

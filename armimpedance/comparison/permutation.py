@@ -26,6 +26,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike
 
+from armimpedance.arrays import BoolArray, FloatArray, IntArray
 from armimpedance.comparison.distance import upper_elements
 from armimpedance.comparison.matrix_test import (
     MATRIX_NAMES,
@@ -35,7 +36,6 @@ from armimpedance.comparison.matrix_test import (
     statistics_between,
 )
 from armimpedance.errors import InputError, NotIdentifiableError
-from armimpedance.records import BoolArray, FloatArray, IntArray
 from armimpedance.regression.equations import WORST_CONDITION, TrialEquations
 
 #: Numbers held at once by one batch of permutations.

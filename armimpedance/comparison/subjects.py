@@ -22,11 +22,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import chdtri, stdtr, stdtrit
 
+from armimpedance.arrays import FloatArray
 from armimpedance.comparison.differences import LEVEL, Change, changes, wrap_half_turn
 from armimpedance.comparison.groups import ComparedGroup
 from armimpedance.comparison.matrix_test import holm
 from armimpedance.errors import InputError
-from armimpedance.records import FloatArray
 
 
 @dataclass(frozen=True)

@@ -6,9 +6,9 @@ from typing import Final
 
 import numpy as np
 
+from armimpedance.arrays import FloatArray
 from armimpedance.elbow.samples import JointSamples
 from armimpedance.errors import InputError
-from armimpedance.records import FloatArray
 
 SHORTEST_S: Final = 2.0
 #: A value at the extreme for longer than this is clipped (s).

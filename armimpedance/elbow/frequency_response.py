@@ -7,9 +7,9 @@ from typing import Final
 
 import numpy as np
 
+from armimpedance.arrays import FloatArray, frozen_array
 from armimpedance.elbow.samples import JointSamples
 from armimpedance.errors import InputError
-from armimpedance.records import FloatArray, frozen_array
 
 #: Length of the segments that spectra are averaged over (s). Leakage flattens a resonance: 2 s cost
 #: a lightly damped elbow (2.7 Hz, damping ratio .25) 15 % of its peak, 4 s 7 %.

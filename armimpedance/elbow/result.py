@@ -9,8 +9,8 @@ from typing import Any, Final
 
 import numpy as np
 
+from armimpedance.arrays import FloatArray, IntArray, frozen_array
 from armimpedance.errors import RecordError
-from armimpedance.records import FloatArray, IntArray, frozen_array
 from armimpedance.regression.fit import t_factor
 from armimpedance.regression.summary import FitSummary, NamedParameter
 

@@ -7,9 +7,10 @@ from typing import Final, Literal
 
 import numpy as np
 
+from armimpedance.arrays import FloatArray, IntArray, frozen_array
 from armimpedance.conventions import perturbation_columns
 from armimpedance.errors import InputError, RecordError
-from armimpedance.records import FloatArray, IntArray, Recording, frozen_array
+from armimpedance.records import Recording
 from armimpedance.signals.radians import refuse_degrees
 
 #: What must be in `recording.json`, and why.

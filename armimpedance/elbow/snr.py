@@ -13,9 +13,9 @@ from typing import Final
 
 import numpy as np
 
+from armimpedance.arrays import FloatArray
 from armimpedance.elbow.result import ChannelSnr
 from armimpedance.elbow.samples import JointSamples
-from armimpedance.records import FloatArray
 
 #: The floor is read between these parts of the Nyquist frequency, in two halves.
 FLOOR_BAND: Final = (0.5, 0.7, 0.9)

@@ -24,8 +24,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import stdtrit
 
+from armimpedance.arrays import FloatArray, frozen_array
 from armimpedance.errors import EstimationError, InputError
-from armimpedance.records import FloatArray, ImpedanceEstimate, frozen_array
+from armimpedance.records import ImpedanceEstimate
 
 Which = Literal["inertia", "viscosity", "stiffness"]
 

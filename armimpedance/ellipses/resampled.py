@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import stdtrit
 
+from armimpedance.arrays import FloatArray
 from armimpedance.ellipses.ellipse import Ellipse
 from armimpedance.errors import EstimationError, InputError
-from armimpedance.records import FloatArray
 
 #: More resamples than this part without an ellipse: the others do not stand for all.
 MOST_LOST = 0.1

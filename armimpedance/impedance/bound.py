@@ -13,8 +13,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from armimpedance.impedance.modal import ModalEquation, weighted_equations
-from armimpedance.records import FloatArray
+from armimpedance.arrays import FloatArray
+from armimpedance.impedance.methods.modal import ModalEquation, weighted_equations
 from armimpedance.regression.equations import TrialEquations
 
 

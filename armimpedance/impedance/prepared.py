@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from armimpedance.arrays import FloatArray
 from armimpedance.conventions import UNITS, Kind, parameter_names
 from armimpedance.impedance.regressors import output_major_order
-from armimpedance.records import FloatArray
 from armimpedance.regression.chart import Chart
 from armimpedance.regression.equations import TrialEquations, equations_of
 from armimpedance.regression.factors import TrialFactors

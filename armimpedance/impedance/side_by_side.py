@@ -19,19 +19,20 @@ from typing import Any
 
 import numpy as np
 
+from armimpedance.arrays import FloatArray
 from armimpedance.conventions import MATRICES, Kind
 from armimpedance.errors import ArmImpedanceError, InputError
-from armimpedance.impedance.estimate import (
+from armimpedance.impedance.estimation import (
     DEFAULT_BY,
     Options,
     error_in_group,
     estimate_window,
     groups_of,
 )
-from armimpedance.impedance.methods import METHODS, Method, method_named
+from armimpedance.impedance.methods.table import METHODS, Method, method_named
 from armimpedance.impedance.prepared import Prepared
 from armimpedance.impedance.result import Group
-from armimpedance.records import FloatArray, ImpedanceEstimate, Recording, Window
+from armimpedance.records import ImpedanceEstimate, Recording, Window
 from armimpedance.regression.equations import leave_one_out_shift, solve_total
 from armimpedance.signals.windows import cut_windows, disturbance_times
 

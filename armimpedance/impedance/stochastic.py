@@ -6,10 +6,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
 from armimpedance.impedance.regressors import impedance_factors
 from armimpedance.impedance.result import ClusteredKind, Group, to_estimate
-from armimpedance.records import FloatArray, ImpedanceEstimate, Recording, Response
+from armimpedance.records import ImpedanceEstimate, Recording, Response
 from armimpedance.signals.differentiate import spline_kernels
 from armimpedance.signals.filters import bandpass
 from armimpedance.signals.spectra import multiple_coherence

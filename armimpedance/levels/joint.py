@@ -14,9 +14,10 @@ from numpy.typing import ArrayLike
 from scipy.linalg import block_diag
 
 from armimpedance.arm.operational import SINGULAR_CONDITION, require_full_rank
+from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError, NotIdentifiableError
 from armimpedance.levels.symmetry import symmetric_part
-from armimpedance.records import ArmPosture, FloatArray, ImpedanceEstimate
+from armimpedance.records import ArmPosture, ImpedanceEstimate
 
 #: Above this condition of J, one per cent in a length is as large as J's smallest singular value.
 _NEARLY_SINGULAR = 100.0

@@ -23,8 +23,8 @@ from numpy.typing import ArrayLike
 from scipy.optimize import linprog, nnls
 from scipy.special import chdtri, fdtri
 
+from armimpedance.arrays import FloatArray, frozen_array
 from armimpedance.errors import EstimationError, InputError
-from armimpedance.records import FloatArray, frozen_array
 from armimpedance.regression.fit import t_factor
 
 #: Directions of A below this part of its largest singular value (columns scaled to 1) are none:

@@ -11,11 +11,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from armimpedance.arm.muscle_paths import MuscularArm
+from armimpedance.arrays import FloatArray, frozen_array
 from armimpedance.errors import InputError
 from armimpedance.levels.muscle import curvature_term
 from armimpedance.levels.muscle_identifiable import MuscleShare, muscle_share
 from armimpedance.levels.tension import tensions_for
-from armimpedance.records import FloatArray, ImpedanceEstimate, frozen_array
+from armimpedance.records import ImpedanceEstimate
 
 _JOINTS: Final = ("shoulder", "elbow")
 _NO_TORQUE: Final = (

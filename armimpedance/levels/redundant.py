@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from armimpedance.arm.operational import require_full_rank
+from armimpedance.arrays import FloatArray, frozen_array
 from armimpedance.errors import InputError
-from armimpedance.records import FloatArray, frozen_array
 
 
 @dataclass(frozen=True)

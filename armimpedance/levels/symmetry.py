@@ -11,8 +11,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import stdtr, stdtrit
 
+from armimpedance.arrays import FloatArray
 from armimpedance.conventions import MATRICES
-from armimpedance.records import FloatArray, ImpedanceEstimate
+from armimpedance.records import ImpedanceEstimate
 
 
 def transposition(k: int) -> FloatArray:

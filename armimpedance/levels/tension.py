@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import linprog
 
+from armimpedance.arrays import BoolArray, FloatArray, frozen_array
 from armimpedance.errors import EstimationError, InputError
-from armimpedance.records import BoolArray, FloatArray, frozen_array
 
 #: Torque that may be left over, as a part of what the strongest muscle can make.
 TOLERANCE: Final = 1e-10

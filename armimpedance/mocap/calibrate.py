@@ -8,10 +8,10 @@ from typing import Final
 
 import numpy as np
 
+from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
 from armimpedance.mocap.kinematics import marker_places, marker_tree
 from armimpedance.motion import MarkerRecording
-from armimpedance.records import FloatArray
 from armimpedance.skeleton import MarkerSite, Skeleton
 
 #: Somebody who stands sways by a few mm; a marker that moves more (rms) shows a movement.

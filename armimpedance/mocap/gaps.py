@@ -6,11 +6,11 @@ from typing import Final
 
 import numpy as np
 
+from armimpedance.arrays import BoolArray, FloatArray
 from armimpedance.errors import InputError
 from armimpedance.mocap.kinematics import MarkerTree
 from armimpedance.mocap.posture import iterated_pull, normal_equations
 from armimpedance.motion import MarkerRecording
-from armimpedance.records import BoolArray, FloatArray
 
 #: What the seen markers move by less than this is bridged, m/rad: at 0.5 mm of noise an angle
 #: that rests on less would be worse than a spline across a fifth of a second.

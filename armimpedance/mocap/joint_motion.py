@@ -8,13 +8,13 @@ from typing import Final
 
 import numpy as np
 
+from armimpedance.arrays import BoolArray, FloatArray, IntArray, frozen_array
 from armimpedance.errors import EstimationError, InputError
 from armimpedance.mocap.gaps import BRIDGE_M, bridge, short_frames
 from armimpedance.mocap.kinematics import MarkerTree, marker_places, marker_tree
 from armimpedance.mocap.posture import Postures, Progress, fit_postures
 from armimpedance.mocap.track import track_postures
 from armimpedance.motion import MarkerRecording, MotionRecording
-from armimpedance.records import BoolArray, FloatArray, IntArray, frozen_array
 from armimpedance.skeleton import Skeleton
 
 #: A root that leans further than this from upright loses its heading (its turns are about z, y, x).

@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.records import FloatArray
+from armimpedance.arrays import FloatArray
 from armimpedance.skeleton import MarkerSite, Skeleton
 
 _UNIT: Final = np.eye(3)

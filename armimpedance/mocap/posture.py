@@ -16,8 +16,8 @@ from typing import Final
 
 import numpy as np
 
+from armimpedance.arrays import BoolArray, FloatArray, IntArray
 from armimpedance.mocap.kinematics import MarkerTree, marker_jacobian, marker_places
-from armimpedance.records import BoolArray, FloatArray, IntArray
 
 Progress = Callable[[int, int], None]
 

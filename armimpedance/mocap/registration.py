@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.records import FloatArray
+from armimpedance.arrays import FloatArray
 
 #: Points nearer to one line than this (second singular value, m) leave a body free to turn.
 LINE_M: Final = 0.02

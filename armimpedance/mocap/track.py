@@ -11,10 +11,10 @@ from typing import Final
 
 import numpy as np
 
+from armimpedance.arrays import BoolArray, FloatArray, IntArray
 from armimpedance.mocap.kinematics import MarkerTree, marker_places
 from armimpedance.mocap.posture import Postures, Progress, fit_postures
 from armimpedance.mocap.registration import rigid_motion, root_coordinates
-from armimpedance.records import BoolArray, FloatArray, IntArray
 
 #: Time between two postures of the chain: a fast arm turns by less than 1.5 rad in it.
 ANCHOR_S: Final = 0.1

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from armimpedance.arrays import FloatArray, frozen_array
 from armimpedance.errors import InputError, NotIdentifiableError
-from armimpedance.records import FloatArray, frozen_array
 
 #: Half ranges below this (rad, half a degree) are the measuring error of the angles themselves.
 LEAST_HALF_RANGE_RAD = 0.009

@@ -6,10 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from armimpedance.arrays import FloatArray
 from armimpedance.conventions import group_name
 from armimpedance.errors import InputError
 from armimpedance.muscles.joint_rows import JointRows
-from armimpedance.records import FloatArray, ImpedanceEstimate
+from armimpedance.records import ImpedanceEstimate
 
 
 def joint_rows(estimates: Sequence[ImpedanceEstimate]) -> JointRows:

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from armimpedance.arrays import FloatArray, frozen_array
 from armimpedance.errors import InputError
-from armimpedance.records import FloatArray, frozen_array
 
 #: The elements of a symmetric 2 x 2 matrix in the order in which models hold them.
 ELEMENTS = ("ss", "se", "ee")

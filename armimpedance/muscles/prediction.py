@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from armimpedance.arrays import BoolArray, FloatArray, frozen_array
 from armimpedance.errors import InputError
 from armimpedance.muscles.joint_rows import matrix
-from armimpedance.records import BoolArray, FloatArray, frozen_array
 from armimpedance.regression.fit import t_factor
 
 #: Elements row by row (4,) from ``ss, se, ee`` (3,).

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from armimpedance.records import FloatArray
+from armimpedance.arrays import FloatArray
 
 #: Below this part of their size, predictions that differ are the same number rounded.
 _CONSTANT = 1e-9

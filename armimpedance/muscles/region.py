@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from armimpedance.arrays import BoolArray, FloatArray, frozen_array
 from armimpedance.errors import InputError
-from armimpedance.records import BoolArray, FloatArray, frozen_array
 
 #: How far outside of the hull still counts as inside, in scaled angles: one hundredth of the
 #: workspace's width, which for a width of 60 degrees is about the error of a measured angle.

@@ -8,11 +8,12 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
+from armimpedance.arrays import FloatArray, frozen_array
 from armimpedance.errors import InputError
 from armimpedance.motion import EmgSignals
-from armimpedance.records import FloatArray, Recording, frozen_array
-from armimpedance.signals.activation import mvc_column
-from armimpedance.signals.emg import envelope
+from armimpedance.records import Recording
+from armimpedance.signals.emg.activation import mvc_column
+from armimpedance.signals.emg.emg import envelope
 
 #: The source's envelope: rectified, second-order Butterworth forward and backward.
 ENVELOPE_HZ: Final = 6.0

@@ -8,10 +8,10 @@ from typing import Final
 
 import numpy as np
 
+from armimpedance.arrays import FloatArray, frozen_array
 from armimpedance.errors import InputError, NotIdentifiableError
 from armimpedance.passive.samples import PassiveSamples
 from armimpedance.passive.terms import Terms
-from armimpedance.records import FloatArray, frozen_array
 from armimpedance.regression.factors import TrialFactors, ragged_factors
 from armimpedance.signals.filtered_sign import filtered_sign
 

@@ -11,11 +11,11 @@ from typing import Any, Final
 import numpy as np
 
 from armimpedance.arm.skeleton_model import skeleton_model
+from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
 from armimpedance.motion import MotionRecording
 from armimpedance.passive.hinge import SUBSTEPS, HingeDynamics, hinge_coefficients
 from armimpedance.passive.samples import PassiveSamples
-from armimpedance.records import FloatArray
 from armimpedance.signals.radians import refuse_degrees
 from armimpedance.signals.spline_derivatives import DEGREE, smoothed_derivatives
 

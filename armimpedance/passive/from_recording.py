@@ -6,12 +6,13 @@ from typing import Final, Literal
 
 import numpy as np
 
+from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError, NotIdentifiableError
 from armimpedance.passive.equations import parallel_equations
 from armimpedance.passive.linear import solve_linear
 from armimpedance.passive.samples import PassiveSamples
 from armimpedance.passive.terms import Terms
-from armimpedance.records import FloatArray, Recording
+from armimpedance.records import Recording
 from armimpedance.regression.fit import Fit
 from armimpedance.signals.filters import lowpass
 from armimpedance.signals.radians import refuse_degrees

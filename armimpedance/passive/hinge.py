@@ -13,7 +13,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from armimpedance.records import FloatArray, frozen_array
+from armimpedance.arrays import FloatArray, frozen_array
 
 #: Steps of the forward simulation per sample.
 SUBSTEPS: Final = 4

@@ -13,12 +13,12 @@ from typing import Any, Final
 
 import numpy as np
 
+from armimpedance.arrays import FloatArray
 from armimpedance.errors import EstimationError, InputError
 from armimpedance.passive.equations import Equations, parallel_equations
 from armimpedance.passive.linear import TwoFits, solve_linear
 from armimpedance.passive.samples import PassiveSamples
 from armimpedance.passive.terms import Terms
-from armimpedance.records import FloatArray
 
 _DEGREE: Final = 5
 _MOST_TURNS: Final = 50

@@ -16,7 +16,7 @@ from typing import Final
 import numpy as np
 from scipy.linalg import solve_triangular
 
-from armimpedance.records import FloatArray
+from armimpedance.arrays import FloatArray
 from armimpedance.regression.fit import Fit, with_covariance
 
 #: The band about the swing's own frequencies whose noise counts, Hz.

@@ -7,11 +7,11 @@ from typing import Final
 
 import numpy as np
 
+from armimpedance.arrays import FloatArray
 from armimpedance.errors import ArmImpedanceError
 from armimpedance.passive.equations import Equations
 from armimpedance.passive.linear import solve_linear
 from armimpedance.passive.terms import UNITS, Terms
-from armimpedance.records import FloatArray
 
 #: Of the interval that must exclude the stated angle.
 _LEVEL: Final = 0.99

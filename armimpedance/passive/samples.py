@@ -11,9 +11,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from armimpedance.arrays import FloatArray, IntArray, frozen_array
 from armimpedance.errors import InputError, RecordError
 from armimpedance.passive.hinge import HingeDynamics
-from armimpedance.records import FloatArray, IntArray, frozen_array
 
 
 @dataclass(frozen=True)

@@ -11,9 +11,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from armimpedance.arrays import FloatArray
 from armimpedance.passive.hinge import SUBSTEPS
 from armimpedance.passive.terms import Terms
-from armimpedance.records import FloatArray
 
 
 def simulate_swings(

@@ -14,6 +14,7 @@ from typing import Final
 
 import numpy as np
 
+from armimpedance.arrays import FloatArray
 from armimpedance.errors import EstimationError, InputError
 from armimpedance.passive.equations import Equations, parallel_equations
 from armimpedance.passive.hinge import HingeDynamics
@@ -21,7 +22,6 @@ from armimpedance.passive.linear import TwoFits, solve_linear
 from armimpedance.passive.samples import PassiveSamples
 from armimpedance.passive.swing import simulate_swings
 from armimpedance.passive.terms import Terms
-from armimpedance.records import FloatArray
 from armimpedance.regression.covariance import CovarianceKind
 from armimpedance.regression.fit import Fit
 from armimpedance.regression.solve import fit

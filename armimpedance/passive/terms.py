@@ -13,8 +13,8 @@ from typing import Literal
 
 import numpy as np
 
+from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
-from armimpedance.records import FloatArray
 from armimpedance.regression.fit import Derived, Fit
 
 RestAngle = float | Literal["free"]

@@ -14,6 +14,7 @@ from typing import Any, Final
 
 import numpy as np
 
+from armimpedance.arrays import FloatArray
 from armimpedance.errors import EstimationError, InputError
 from armimpedance.impedance.bound import inverse_information
 from armimpedance.planning.motion import equation_rows, modal_motion
@@ -26,7 +27,6 @@ from armimpedance.planning.shapes import (
     polynomial_shape,
     rounded_ends,
 )
-from armimpedance.records import FloatArray
 
 #: Points at which displacement and acceleration are limited.
 _CHECKS: Final = np.linspace(0.0, 1.0, 161)

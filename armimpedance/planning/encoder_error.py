@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from armimpedance.records import FloatArray
+from armimpedance.arrays import FloatArray
 
 
 def rounding_covariance(displacement: FloatArray, step: float) -> FloatArray:

@@ -13,10 +13,10 @@ from functools import cached_property
 
 import numpy as np
 
+from armimpedance.arrays import FloatArray
 from armimpedance.planning.servo import follow
 from armimpedance.planning.setting import Setting
 from armimpedance.planning.shapes import Profile
-from armimpedance.records import FloatArray
 from armimpedance.signals.modes import Modes, delayed
 
 

@@ -11,10 +11,11 @@ from typing import Final, Protocol
 
 import numpy as np
 
+from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
-from armimpedance.impedance.noise import component_shapes
-from armimpedance.impedance.weighted import WeightedFit
-from armimpedance.records import FloatArray, Window
+from armimpedance.impedance.methods.noise import component_shapes
+from armimpedance.impedance.methods.weighted import WeightedFit
+from armimpedance.records import Window
 from armimpedance.regression.components import total_covariance
 from armimpedance.signals.encoder import position_noise
 from armimpedance.signals.modes import Modes, spline_modes

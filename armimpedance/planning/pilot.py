@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from armimpedance.errors import InputError
-from armimpedance.impedance.weighted import FEWEST_TRIALS, weighted_fit
+from armimpedance.impedance.methods.weighted import FEWEST_TRIALS, weighted_fit
 from armimpedance.planning.noise_level import PilotNoise
 from armimpedance.planning.precision import Precision, precision_of_pilot
 from armimpedance.planning.setting import PlannedArm, Setting

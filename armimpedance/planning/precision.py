@@ -16,13 +16,13 @@ from typing import Final
 import numpy as np
 from scipy.special import stdtrit
 
+from armimpedance.arrays import FloatArray, frozen_array
 from armimpedance.ellipses.ellipse import Ellipse, ellipse
 from armimpedance.errors import InputError, NotIdentifiableError
 from armimpedance.impedance.bound import bound_of, inverse_information
-from armimpedance.impedance.weighted import WeightedFit
+from armimpedance.impedance.methods.weighted import WeightedFit
 from armimpedance.planning.motion import PlannedMotion, information
 from armimpedance.planning.setting import DIRECTIONS, PlannedArm
-from armimpedance.records import FloatArray, frozen_array
 
 #: Standard errors of method `weighted` relative to the bound, for M, B and K: measured over the
 #: designs of benchmarks/plan_widths.py.

@@ -8,10 +8,10 @@ from typing import Final
 
 import numpy as np
 
+from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
 from armimpedance.outputs import staged_file
 from armimpedance.planning.shapes import Profile
-from armimpedance.records import FloatArray
 
 #: Columns, after two lines of comment.
 COLUMNS: Final = ("time_s", "displacement_m", "velocity_m_s", "acceleration_m_s2")

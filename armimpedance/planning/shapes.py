@@ -14,8 +14,8 @@ import numpy as np
 from numpy.polynomial import Legendre
 from numpy.typing import ArrayLike
 
+from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
-from armimpedance.records import FloatArray
 
 #: Points in [0, 1] at which peaks are looked for.
 FINE: Final = np.linspace(0.0, 1.0, 2001)

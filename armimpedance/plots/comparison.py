@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from armimpedance.arrays import FloatArray
 from armimpedance.comparison.compare import Pair
 from armimpedance.comparison.groups import ComparedGroup
 from armimpedance.conventions import MATRICES, UNITS
@@ -29,7 +30,6 @@ from armimpedance.plots.style import (
     new_axes,
     print_style,
 )
-from armimpedance.records import FloatArray
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from armimpedance.elbow.emg_law_result import EmgLaw, LinearLaw
+from armimpedance.elbow.emg.law_result import EmgLaw, LinearLaw
 from armimpedance.elbow.frequency_response import frequency_response, model_compliance
 from armimpedance.elbow.result import ElbowFit, VaryingImpedance
 from armimpedance.elbow.samples import JointSamples
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from armimpedance.records import FloatArray
+    from armimpedance.arrays import FloatArray
 
 _ROW_IN = 1.8
 #: Below it a gain is noise.

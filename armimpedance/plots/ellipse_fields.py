@@ -8,12 +8,13 @@ from typing import Literal
 
 import numpy as np
 
+from armimpedance.arrays import FloatArray, frozen_array
 from armimpedance.ellipses import NotPositiveDefiniteError, ellipse, ellipse_of
 from armimpedance.ellipses.ellipse import Ellipse
 from armimpedance.errors import InputError
 from armimpedance.muscles.at_hand import HandPrediction
 from armimpedance.muscles.joint_rows import matrix
-from armimpedance.records import FloatArray, ImpedanceEstimate, frozen_array
+from armimpedance.records import ImpedanceEstimate
 from armimpedance.regression.fit import t_factor
 
 Predicted = Literal["stiffness", "viscosity"]

@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from armimpedance.arrays import FloatArray
 from armimpedance.conventions import MATRICES, UNITS
 from armimpedance.ellipses import Which
 from armimpedance.errors import InputError
 from armimpedance.plots.outline import confidence_band
-from armimpedance.records import FloatArray, ImpedanceEstimate
+from armimpedance.records import ImpedanceEstimate
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

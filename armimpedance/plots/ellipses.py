@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from armimpedance.arrays import FloatArray
 from armimpedance.conventions import MATRICES, UNITS
 from armimpedance.ellipses import Which, locus
 from armimpedance.errors import InputError
@@ -40,7 +41,7 @@ from armimpedance.plots.style import (
     new_axes,
     print_style,
 )
-from armimpedance.records import FloatArray, ImpedanceEstimate
+from armimpedance.records import ImpedanceEstimate
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

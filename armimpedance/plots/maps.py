@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from armimpedance.arrays import FloatArray
 from armimpedance.plots.style import new_axes, print_style
 from armimpedance.plots.surfaces import (
     COLORS,
@@ -19,7 +20,6 @@ from armimpedance.plots.surfaces import (
     level_norm,
     surface_levels,
 )
-from armimpedance.records import FloatArray
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

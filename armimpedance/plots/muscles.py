@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from armimpedance.arm.two_link import TwoLinkArm
+from armimpedance.arrays import BoolArray, FloatArray
 from armimpedance.errors import InputError
-from armimpedance.muscles.activation_model import ActivationModel
+from armimpedance.muscles.activation.model import ActivationModel
 from armimpedance.muscles.at_hand import HandPrediction, at_hand
-from armimpedance.muscles.posture_model import PostureModel
+from armimpedance.muscles.posture.model import PostureModel
 from armimpedance.plots.ellipse_fields import (
     EllipseField,
     Predicted,
@@ -32,7 +33,7 @@ from armimpedance.plots.style import (
     print_style,
 )
 from armimpedance.plots.surfaces import MeasuredPoints, Surface, plot_surface
-from armimpedance.records import BoolArray, FloatArray, ImpedanceEstimate
+from armimpedance.records import ImpedanceEstimate
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -21,7 +21,7 @@ from armimpedance.plots.style import (
     new_figure,
     print_style,
 )
-from armimpedance.signals.emg import envelope
+from armimpedance.signals.emg.emg import envelope
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from armimpedance.arrays import FloatArray
 from armimpedance.conventions import UNITS
 from armimpedance.errors import InputError
-from armimpedance.impedance.reflex_ends import EARLY_S
-from armimpedance.impedance.reflex_verdict import ReflexVerdict
+from armimpedance.impedance.reflex.ends import EARLY_S
+from armimpedance.impedance.reflex.verdict import ReflexVerdict
 from armimpedance.plots.style import (
     LINE_STYLES,
     OKABE_ITO,
@@ -20,7 +21,6 @@ from armimpedance.plots.style import (
     new_figure,
     print_style,
 )
-from armimpedance.records import FloatArray
 from armimpedance.regression.fit import t_factor
 
 if TYPE_CHECKING:

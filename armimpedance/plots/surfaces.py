@@ -11,9 +11,9 @@ from typing import Any, Final
 
 import numpy as np
 
+from armimpedance.arrays import BoolArray, FloatArray, frozen_array
 from armimpedance.errors import InputError
 from armimpedance.plots.style import new_figure, print_style
-from armimpedance.records import BoolArray, FloatArray, frozen_array
 
 #: Light is much in print, dark is much on a screen for this one too; told apart without colour.
 COLORS: Final = "viridis"

@@ -19,8 +19,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
-from armimpedance.records import FloatArray
 
 BLOCK: Final = 512
 _KEY: Final = 0x50

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Final, Literal, cast
 
 from armimpedance.errors import InputError
-from armimpedance.recordings.folder import METADATA_FILE, is_recording_folder
-from armimpedance.recordings.metadata import recording_fields
+from armimpedance.recordings.tables.folder import METADATA_FILE, is_recording_folder
+from armimpedance.recordings.tables.metadata import recording_fields
 
 AnyKind = Literal["hand", "joint", "markers", "motion"]
 KINDS: Final = ("hand", "joint", "markers", "motion")

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from armimpedance.records import FloatArray, frozen_array
+from armimpedance.arrays import FloatArray, frozen_array
 from armimpedance.regression.equations import TrialEquations
 
 

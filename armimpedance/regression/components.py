@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from armimpedance.arrays import BoolArray, FloatArray
 from armimpedance.errors import InputError
-from armimpedance.records import BoolArray, FloatArray
 
 
 def fit_components(

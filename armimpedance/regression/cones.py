@@ -19,8 +19,8 @@ from typing import Literal
 
 import numpy as np
 
+from armimpedance.arrays import FloatArray
 from armimpedance.errors import EstimationError, InputError
-from armimpedance.records import FloatArray
 
 Place = Literal["inside", "surface", "apex"]
 

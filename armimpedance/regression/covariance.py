@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import solve_triangular
 
+from armimpedance.arrays import FloatArray, IntArray
 from armimpedance.errors import InputError
-from armimpedance.records import FloatArray, IntArray
 from armimpedance.regression.factors import TrialFactors
 from armimpedance.regression.pooled import Pooled, leave_out_scores
 

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from armimpedance.arrays import FloatArray
 from armimpedance.errors import NotIdentifiableError
-from armimpedance.records import FloatArray
 from armimpedance.regression.factors import TrialFactors
 
 #: A column takes part in a direction if its scaled weight is above this part of the largest.

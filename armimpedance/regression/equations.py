@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from armimpedance.arrays import FloatArray, frozen_array
 from armimpedance.errors import EstimationError, InputError, NotIdentifiableError
-from armimpedance.records import FloatArray, frozen_array
 from armimpedance.regression.covariance import check_strata, replicate_sum
 from armimpedance.regression.factors import TrialFactors
 from armimpedance.regression.resample import draw_counts

@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from armimpedance.arrays import FloatArray, IntArray, frozen_array
 from armimpedance.errors import InputError
-from armimpedance.records import FloatArray, IntArray, frozen_array
 
 #: A column whose relative range is below this is the model's constant.
 _CONSTANT_TOLERANCE = 1e-12

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import ndtri, stdtrit
 
+from armimpedance.arrays import BoolArray, FloatArray, frozen_array
 from armimpedance.errors import EstimationError, InputError
-from armimpedance.records import BoolArray, FloatArray, frozen_array
 
 Function = Callable[[FloatArray], ArrayLike]
 

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import solve_triangular
 
+from armimpedance.arrays import FloatArray
 from armimpedance.errors import NotIdentifiableError
-from armimpedance.records import FloatArray
 from armimpedance.regression.diagnose import Conditioning, conditioning, refuse_rank_loss
 from armimpedance.regression.factors import TrialFactors
 

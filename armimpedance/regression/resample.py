@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from armimpedance.arrays import FloatArray, IntArray
 from armimpedance.errors import EstimationError, InputError
-from armimpedance.records import FloatArray, IntArray
 from armimpedance.regression.factors import TrialFactors
 from armimpedance.regression.pooled import (
     LEAST_INFORMATION,

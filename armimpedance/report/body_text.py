@@ -10,13 +10,7 @@ import numpy as np
 from armimpedance.body.parameters import PARAMETERS, moving_segments
 from armimpedance.body.result import BodyFit
 from armimpedance.body.validation import BodyValidation
-from armimpedance.report.numbers import (
-    TABLE_WIDTH,
-    aligned_table,
-    percent,
-    short,
-    with_interval,
-)
+from armimpedance.report.numbers import TABLE_WIDTH, aligned_table, percent, short, with_interval
 from armimpedance.skeleton import Skeleton
 
 #: Parameters shown on a screen; all stand in FIT.json.

@@ -10,9 +10,9 @@ import numpy as np
 from armimpedance.comparison.compare import Pair
 from armimpedance.comparison.differences import Change
 from armimpedance.comparison.subjects import SubjectsChange
-from armimpedance.report.comparison_csv import in_degrees
+from armimpedance.files.comparison_csv import in_degrees
+from armimpedance.files.quantities import FIELDS
 from armimpedance.report.numbers import aligned_table, short, with_interval
-from armimpedance.report.quantities import FIELDS
 
 _WIDTH = 100
 _NAME = 30

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from armimpedance.contribution.metric import Contribution
 from armimpedance.report.numbers import (
     TABLE_WIDTH,
     aligned_table,
@@ -15,6 +14,7 @@ from armimpedance.report.numbers import (
     note_numbers,
     numbered_notes,
 )
+from armimpedance.therapy.share.metric import Contribution
 
 _HEADER = (
     *("trial", "condition", "movement", "share (95 %)", "projection", "ratio (4)"),

@@ -6,7 +6,7 @@ import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from armimpedance.elbow.emg_law_result import EmgLaw, LinearLaw
+from armimpedance.elbow.emg.law_result import EmgLaw, LinearLaw
 from armimpedance.regression.summary import FitSummary
 from armimpedance.report.numbers import (
     TABLE_WIDTH,

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from armimpedance.elbow.result import NAMES, ChannelSnr, ElbowFit, VaryingImpedance
-from armimpedance.elbow.whiteness import probability
-from armimpedance.report.fit_json import summary_object
+from armimpedance.elbow.stationary.whiteness import probability
+from armimpedance.files.fit_json import summary_object
 from armimpedance.report.numbers import (
     TABLE_WIDTH,
     aligned_table,

@@ -8,13 +8,11 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
+from armimpedance.arrays import FloatArray
 from armimpedance.conventions import FORCE_UNIT, MATRICES, POSITION_UNIT, UNITS
 from armimpedance.ellipses import Which
 from armimpedance.errors import InputError
-from armimpedance.records import FloatArray, ImpedanceEstimate
-from armimpedance.regression.fit import t_factor
-from armimpedance.report.numbers import aligned_table, fixed, with_half_width, with_interval
-from armimpedance.report.quantities import (
+from armimpedance.files.quantities import (
     FIELDS,
     antisymmetric,
     condition_of,
@@ -23,6 +21,9 @@ from armimpedance.report.quantities import (
     is_recording_of_joints,
     principal_values,
 )
+from armimpedance.records import ImpedanceEstimate
+from armimpedance.regression.fit import t_factor
+from armimpedance.report.numbers import aligned_table, fixed, with_half_width, with_interval
 
 _WIDTH = 100
 

@@ -8,12 +8,7 @@ from typing import Any
 from armimpedance.passive.emg_gate import EmgLevel
 from armimpedance.passive.result import PassiveFit
 from armimpedance.regression.fit import Validation
-from armimpedance.report.numbers import (
-    aligned_table,
-    fixed,
-    numbered_notes,
-    percent,
-)
+from armimpedance.report.numbers import aligned_table, fixed, numbered_notes, percent
 from armimpedance.report.parameter_table import parameter_table
 
 _TORQUE_HEADER = ("torque", "rms (Nm)", "R^2", "variance accounted for")

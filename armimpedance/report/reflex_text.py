@@ -10,9 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from armimpedance.arrays import FloatArray
 from armimpedance.conventions import UNITS, element_names, group_name
-from armimpedance.impedance.reflex_ends import WindowEnds
-from armimpedance.impedance.reflex_verdict import (
+from armimpedance.impedance.reflex.ends import WindowEnds
+from armimpedance.impedance.reflex.verdict import (
     LEVEL,
     NEGLIGIBLE_SHARE,
     TELLING_S,
@@ -20,7 +21,6 @@ from armimpedance.impedance.reflex_verdict import (
     Share,
 )
 from armimpedance.outputs import staged_file
-from armimpedance.records import FloatArray
 from armimpedance.regression.fit import t_factor
 from armimpedance.report.numbers import aligned_table, with_half_width
 

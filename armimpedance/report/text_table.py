@@ -7,9 +7,17 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from armimpedance.arrays import FloatArray
 from armimpedance.conventions import FORCE_UNIT, POSITION_UNIT, UNITS
 from armimpedance.ellipses import Which
-from armimpedance.records import FloatArray, ImpedanceEstimate
+from armimpedance.files.quantities import (
+    FIELDS,
+    condition_of,
+    ellipse_values,
+    is_recording_of_joints,
+    principal_values,
+)
+from armimpedance.records import ImpedanceEstimate
 from armimpedance.report.numbers import (
     TABLE_WIDTH,
     fixed,
@@ -17,13 +25,6 @@ from armimpedance.report.numbers import (
     numbered_notes,
     table_by_condition,
     with_half_width,
-)
-from armimpedance.report.quantities import (
-    FIELDS,
-    condition_of,
-    ellipse_values,
-    is_recording_of_joints,
-    principal_values,
 )
 
 _LEGEND = (

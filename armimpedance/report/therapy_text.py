@@ -9,10 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from armimpedance.contribution.calibrate import RobotCalibration
-from armimpedance.contribution.mockup import MockupCheck
-from armimpedance.contribution.passive_arm import ArmCalibration, AxisCalibration
-from armimpedance.contribution.robot_validation import AxisValidation
 from armimpedance.regression.fit import t_factor
 from armimpedance.regression.summary import FitSummary, NamedParameter
 from armimpedance.report.numbers import (
@@ -22,6 +18,10 @@ from armimpedance.report.numbers import (
     numbered_notes,
     with_half_width,
 )
+from armimpedance.therapy.arm.calibrate import ArmCalibration, AxisCalibration
+from armimpedance.therapy.arm.mockup import MockupCheck
+from armimpedance.therapy.robot.calibrate import RobotCalibration
+from armimpedance.therapy.robot.validation import AxisValidation
 
 _LOADS_HEADER = (
     *("axis", "tau_c (Nm)", "k_v (Nms/rad)"),

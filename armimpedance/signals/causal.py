@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
-from armimpedance.records import FloatArray
 
 
 def causal_lowpass(

@@ -17,8 +17,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
-from armimpedance.records import FloatArray
 
 
 def ramp_basis(lag_s: FloatArray) -> FloatArray:

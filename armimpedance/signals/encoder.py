@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from armimpedance.records import FloatArray
+from armimpedance.arrays import FloatArray
 from armimpedance.signals.modes import Modes
 
 #: A reading counts as in motion if it changes within this time before or after (s).

@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.records import FloatArray
+from armimpedance.arrays import FloatArray
 from armimpedance.signals.filters import lowpass
 
 #: The sign is taken this often per second before it is filtered, per sample at least `_LEAST`.

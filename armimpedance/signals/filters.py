@@ -6,8 +6,8 @@ from typing import Literal
 
 import numpy as np
 
+from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
-from armimpedance.records import FloatArray
 
 
 def _zero_phase(

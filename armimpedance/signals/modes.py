@@ -15,8 +15,8 @@ from functools import lru_cache
 import numpy as np
 from scipy.linalg import solve_triangular
 
+from armimpedance.arrays import FloatArray, frozen_array
 from armimpedance.errors import InputError
-from armimpedance.records import FloatArray, frozen_array
 
 DEGREE = 5
 #: Distance of the knots (s); docs/estimate.md says how it was chosen.

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
-from armimpedance.records import FloatArray
 
 #: Noise at rest is judged from this much of a trial's start (s).
 REST_S = 0.05

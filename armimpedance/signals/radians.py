@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
-from armimpedance.records import FloatArray
 
 #: No human joint turns further than this from its zero; degrees given as radians do.
 LARGEST_ANGLE_RAD = 2 * np.pi

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
-from armimpedance.records import FloatArray, Response, Window
+from armimpedance.records import Response, Window
 from armimpedance.signals.differentiate import Kernels, operator, spline_kernels
 from armimpedance.signals.drift import ramp_basis
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
-from armimpedance.records import FloatArray
 
 #: Length of the segments that spectra are averaged over (s).
 SEGMENT_S = 1.0

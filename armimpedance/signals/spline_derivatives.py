@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from typing import Final
 
+from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
-from armimpedance.records import FloatArray
 from armimpedance.signals.filters import lowpass
 
 DEGREE: Final = 5

@@ -8,9 +8,10 @@ from typing import Literal
 
 import numpy as np
 
+from armimpedance.arrays import BoolArray, FloatArray
 from armimpedance.conventions import FORCE_UNIT, POSITION_UNIT
 from armimpedance.errors import InputError
-from armimpedance.records import BoolArray, FloatArray, Recording, Window
+from armimpedance.records import Recording, Window
 from armimpedance.signals.differentiate import derivatives
 from armimpedance.signals.drift import end_operator
 from armimpedance.signals.windows import cut_windows

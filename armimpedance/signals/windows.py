@@ -7,9 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from armimpedance.arrays import FloatArray, IntArray, frozen
 from armimpedance.conventions import command_columns
 from armimpedance.errors import InputError
-from armimpedance.records import FloatArray, IntArray, Recording, Window, frozen
+from armimpedance.records import Recording, Window
 from armimpedance.signals.onset import detect_movement
 
 #: State at the onset (position, force, joint angles) is a mean over this much rest before it (s).

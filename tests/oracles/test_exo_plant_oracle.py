@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from manipulandum_sim.exo_device import (
+from manipulandum_sim.elbow.device import (
     GYROSCOPE,
     MOTOR_CURRENT,
     POTENTIOMETER,
@@ -15,7 +15,7 @@ from manipulandum_sim.exo_device import (
     Limits,
     Rendered,
 )
-from manipulandum_sim.exo_plant import Drive, run
+from manipulandum_sim.elbow.plant import Drive, run
 
 SAMPLES = 500
 I_LIMB, GRAVITY, Q0 = 0.07, 2.6, 1.2

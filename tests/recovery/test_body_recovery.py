@@ -14,7 +14,7 @@ from armimpedance.body.identify import METHODS, identify_body
 from armimpedance.body.parameters import pseudo_inertias
 from armimpedance.body.rows import RowChoice
 from armimpedance.errors import NotIdentifiableError
-from manipulandum_sim.simulate_body import simulate_body
+from manipulandum_sim.body.simulate import simulate_body
 
 MOTIONS = ("walk", "bending", "head_and_arms", "leg_swings", "all_joints")
 STILL = {"angle_noise_rad": 0.0, "force_noise_N": 0.0, "moment_noise_Nm": 0.0}

@@ -7,14 +7,14 @@ import pytest
 
 from armimpedance.arm.anthropometry import arm_of
 from armimpedance.ellipses import ellipse, ellipse_of
-from armimpedance.impedance.estimate import Options, estimate
+from armimpedance.impedance.estimation import Options, estimate
 from armimpedance.levels.joint import force_term, to_joint
 from armimpedance.levels.posture import arm_posture_for
 from armimpedance.regression.fit import t_interval
-from manipulandum_sim.experiments import Condition, hand_force, nominal_hand
-from manipulandum_sim.robot import IDEAL, Servo
-from manipulandum_sim.simulate import simulate, simulate_condition
-from manipulandum_sim.subjects import find_subject
+from manipulandum_sim.hand.experiments import Condition, hand_force, nominal_hand
+from manipulandum_sim.hand.robot import IDEAL, Servo
+from manipulandum_sim.hand.simulate import simulate, simulate_condition
+from manipulandum_sim.hand.subjects import find_subject
 
 NOISE_FREE = {
     "ideal servo": {"servo": IDEAL},

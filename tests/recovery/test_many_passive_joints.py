@@ -8,7 +8,7 @@ from armimpedance.mocap.joint_motion import joint_motion
 from armimpedance.passive.from_motion import from_motion
 from armimpedance.passive.identify import identify_passive
 from armimpedance.passive.result import summarise
-from manipulandum_sim.passive_swing import simulate_passive
+from manipulandum_sim.passive.swing import simulate_passive
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,7 @@ from armimpedance.mocap.joint_motion import joint_motion
 from armimpedance.passive.emg_gate import emg_gate
 from armimpedance.passive.from_motion import from_motion
 from armimpedance.passive.identify import identify_passive
-from manipulandum_sim.passive_swing import simulate_passive
+from manipulandum_sim.passive.swing import simulate_passive
 
 ELBOW = "right_elbow_flexion"
 

@@ -9,18 +9,18 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from armimpedance.cli.simulate_therapy import drawings_of
-from armimpedance.contribution.calibrate import identify_robot
-from armimpedance.contribution.metric import contribution_of
-from armimpedance.contribution.mockup import check_mockup, source_mockup
-from armimpedance.contribution.movements import movement_torques
-from armimpedance.contribution.passive_arm import identify_arm
-from armimpedance.contribution.person import segments_of
-from armimpedance.contribution.sliding import slides
-from manipulandum_sim.therapy_calibration import simulate_calibration
-from manipulandum_sim.therapy_device import therapy_device
-from manipulandum_sim.therapy_mockup import simulate_mockup
-from manipulandum_sim.therapy_session import simulate_therapy
+from armimpedance.cli.simulated.therapy import drawings_of
+from armimpedance.therapy.arm.calibrate import identify_arm
+from armimpedance.therapy.arm.mockup import check_mockup, source_mockup
+from armimpedance.therapy.movements import movement_torques
+from armimpedance.therapy.person import segments_of
+from armimpedance.therapy.robot.calibrate import identify_robot
+from armimpedance.therapy.share.metric import contribution_of
+from armimpedance.therapy.sliding import slides
+from manipulandum_sim.therapy.calibration import simulate_calibration
+from manipulandum_sim.therapy.device import therapy_device
+from manipulandum_sim.therapy.mockup import simulate_mockup
+from manipulandum_sim.therapy.session import simulate_therapy
 
 STANDARD_ERRORS = 4.0
 SEED = 3

@@ -16,7 +16,8 @@ RANKS = [
     {"__main__"},
     {"cli"},
     {"plots", "report"},
-    {"contribution"},
+    {"files"},
+    {"therapy"},
     {"body"},
     {"muscles", "passive", "elbow"},
     {"comparison", "planning"},
@@ -28,6 +29,7 @@ RANKS = [
     {"motion"},
     {"skeleton"},
     {"records"},
+    {"arrays"},
     {"outputs"},
     {"conventions", "errors"},
 ]
@@ -88,12 +90,14 @@ def test_rooms_import_downwards_only(path):
     "path", _modules("manipulandum_sim"), ids=lambda p: str(p.relative_to(ROOT))
 )
 def test_the_simulator_shares_no_dynamics_with_the_analysis(path):
-    allowed = {"records", "motion", "skeleton", "conventions", "errors", "outputs"}
+    allowed = {"arrays", "records", "motion", "skeleton", "conventions", "errors", "outputs"}
     rooms = {_room(module) for module, _ in _imports(path)} - {None}
     assert rooms <= allowed, f"{path.name} imports {rooms - allowed}"
 
 
-@pytest.mark.parametrize("arguments", [["--help"], ["estimate", "--help"], ["--version"]])
+@pytest.mark.parametrize(
+    "arguments", [["--help"], ["estimate", "--help"], ["therapy", "robot", "--help"], ["--version"]]
+)
 def test_help_imports_nothing_heavy(arguments):
     code = (
         "import sys\n"
@@ -110,7 +114,7 @@ def test_help_imports_nothing_heavy(arguments):
     assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.parametrize("module", ["estimate", "delay"])
+@pytest.mark.parametrize("module", ["estimation", "reflex.delay"])
 def test_importing_the_estimate_does_not_import_plotting_or_solvers(module):
     code = (
         f"import sys, armimpedance.impedance.{module}\n"

@@ -11,11 +11,7 @@ from armimpedance.body.base_parameters import essential_base_parameters
 from armimpedance.body.consistent import fit_consistent
 from armimpedance.body.equations import body_equations
 from armimpedance.body.estimate import fit_base
-from armimpedance.body.parameters import (
-    inertial_parameters,
-    pseudo_inertia_basis,
-    pseudo_inertias,
-)
+from armimpedance.body.parameters import inertial_parameters, pseudo_inertia_basis, pseudo_inertias
 from armimpedance.body.rows import RowChoice
 from armimpedance.errors import InputError
 

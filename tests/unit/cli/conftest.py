@@ -7,8 +7,8 @@ import shutil
 import pytest
 
 from armimpedance.__main__ import main
-from armimpedance.recordings.marker_folder import write_markers
-from manipulandum_sim.passive_swing import simulate_passive
+from armimpedance.recordings.motion.marker_folder import write_markers
+from manipulandum_sim.passive.swing import simulate_passive
 
 
 @pytest.fixture

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from armimpedance.__main__ import main
-from armimpedance.recordings.motion_folder import write_motion
+from armimpedance.recordings.motion.motion_folder import write_motion
 from armimpedance.records import Subject
 from armimpedance.skeleton import Skeleton
-from manipulandum_sim.simulate_body import simulate_body
+from manipulandum_sim.body.simulate import simulate_body
 
 MOTIONS = ("walk", "all_joints", "trunk_twist")
 
@@ -252,7 +252,7 @@ def test_wrong_folders_are_one_line(damage, says, studio, refusal, tmp_path):
 
 
 def test_other_kinds_are_one_line(limb, refusal, relaxed, tmp_path):
-    from armimpedance.recordings.folder import write_folder
+    from armimpedance.recordings.tables.folder import write_folder
 
     write_folder(limb.record(sets=1), tmp_path / "hand")
     line = refusal("body", tmp_path / "hand")

@@ -11,8 +11,8 @@ import pandas as pd
 import pytest
 
 from armimpedance.__main__ import main
-from armimpedance.recordings.folder import write_folder
-from armimpedance.report.results_csv import read_results
+from armimpedance.files.results_csv import read_results
+from armimpedance.recordings.tables.folder import write_folder
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from armimpedance.cli.main import run as main
-from armimpedance.recordings.folder import write_folder
+from armimpedance.recordings.tables.folder import write_folder
 from armimpedance.records import Subject
 
 STIFFER = 1.3

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from armimpedance.__main__ import main
-from armimpedance.recordings.marker_folder import read_markers
-from armimpedance.recordings.motion_folder import read_motion
-from armimpedance.recordings.skeleton_json import write_skeleton
+from armimpedance.recordings.motion.marker_folder import read_markers
+from armimpedance.recordings.motion.motion_folder import read_motion
+from armimpedance.recordings.motion.skeleton_json import write_skeleton
 
 BODY = ("--skeleton", "elbow", "--mass-kg", "70", "--height-m", "1.75")
 ANGLES = (

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from armimpedance.cli.demo_models import fit_models, models_text
-from armimpedance_figures.experiment import study
+from armimpedance.cli.parts.demo_models import fit_models, models_text
+from armimpedance_figures.tsuji1997.study import study
 
 
 @pytest.fixture(scope="module")

@@ -12,9 +12,9 @@ import pandas as pd
 import pytest
 
 from armimpedance.__main__ import main
-from armimpedance.recordings.folder import write_folder
-from manipulandum_sim.exo_simulate import simulate_elbow
-from manipulandum_sim.joint_bench import simulate_bench
+from armimpedance.recordings.tables.folder import write_folder
+from manipulandum_sim.elbow.bench import simulate_bench
+from manipulandum_sim.elbow.simulate import simulate_elbow
 
 JOINT = (0.07, 1.2, 20.0)
 METHODS = ("arx", "iv", "output-error", "derivative")

@@ -10,11 +10,11 @@ import pandas as pd
 import pytest
 
 from armimpedance.__main__ import main
-from armimpedance.recordings.folder import write_folder
-from armimpedance.recordings.marker_folder import write_markers
-from armimpedance.recordings.motion_folder import write_motion
+from armimpedance.recordings.motion.marker_folder import write_markers
+from armimpedance.recordings.motion.motion_folder import write_motion
+from armimpedance.recordings.tables.folder import write_folder
 from armimpedance.records import Recording
-from manipulandum_sim.simulate_body import simulate_body
+from manipulandum_sim.body.simulate import simulate_body
 
 
 @pytest.fixture(scope="module")

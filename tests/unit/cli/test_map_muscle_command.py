@@ -7,9 +7,9 @@ import pytest
 from armimpedance.__main__ import main
 from armimpedance.cli.simulate import write_simulated
 from armimpedance.conventions import MUSCLES
-from manipulandum_sim.muscles import human_paths, joint_basis
-from manipulandum_sim.simulate import simulate
-from manipulandum_sim.truth import Truth
+from manipulandum_sim.hand.muscles import human_paths, joint_basis
+from manipulandum_sim.hand.simulate import simulate
+from manipulandum_sim.hand.truth import Truth
 
 #: The simulated joints' own springs and dampers (Nm/rad, Nms/rad), beside single-joint muscles.
 TISSUE = {"K": 1.0, "B": 0.2}

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from armimpedance.cli.main import run as main
-from armimpedance.impedance.estimate import estimate
+from armimpedance.files.results_csv import write_results
+from armimpedance.impedance.estimation import estimate
 from armimpedance.planning.profile_csv import read_profile
-from armimpedance.recordings.folder import write_folder
-from armimpedance.report.results_csv import write_results
-from manipulandum_sim.simulate import simulate_condition
+from armimpedance.recordings.tables.folder import write_folder
+from manipulandum_sim.hand.simulate import simulate_condition
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from armimpedance.__main__ import main
-from armimpedance.recordings.folder import write_folder
+from armimpedance.recordings.tables.folder import write_folder
 
 
 def answering(recording, gain, delay=0.06):

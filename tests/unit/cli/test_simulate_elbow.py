@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from armimpedance.__main__ import main
-from armimpedance.recordings.folder import read_folder
-from manipulandum_sim.exo_truth import ElbowTruth
+from armimpedance.recordings.tables.folder import read_folder
+from manipulandum_sim.elbow.truth import ElbowTruth
 
 SHORT = ("--sets", "1", "--duration-s", "1.5")
 

@@ -7,8 +7,8 @@ from functools import partial
 
 import pytest
 
-import manipulandum_sim.passive_swing as passive_swing
-import manipulandum_sim.simulate_body as simulate_body
+import manipulandum_sim.body.simulate as simulate_body
+import manipulandum_sim.passive.swing as passive_swing
 from armimpedance.__main__ import main
 
 

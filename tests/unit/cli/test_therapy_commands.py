@@ -10,12 +10,12 @@ from functools import partial
 import numpy as np
 import pytest
 
-import manipulandum_sim.therapy_calibration as calibrations
-import manipulandum_sim.therapy_session as sessions
+import manipulandum_sim.therapy.calibration as calibrations
+import manipulandum_sim.therapy.session as sessions
 from armimpedance.__main__ import main
-from armimpedance.report.contribution_csv import COLUMNS, SAMPLE_COLUMNS
-from armimpedance.report.therapy_json import read_arm, read_robot
-from manipulandum_sim.therapy_truth import TherapyTruth
+from armimpedance.files.contribution_csv import COLUMNS, SAMPLE_COLUMNS
+from armimpedance.files.therapy_json import read_arm, read_robot
+from manipulandum_sim.therapy.truth import TherapyTruth
 
 #: Shorter than what a user gets, for the sake of time: fewer speeds and angles, faster movements.
 CALIBRATION = {"speeds_deg_s": (10.0, 20.0, 40.0), "held_angles": 4}
@@ -42,14 +42,14 @@ def folder(tmp_path_factory):
         call("simulate", "therapy", "--subject", SUBJECT, "--seed", 1, "--out", home / "session")
     drawings = home / "calibration" / "drawings.json"
     robot = home / "robot.json"
-    call("robot", home / "calibration", "--drawings", drawings, "--out", robot)
-    call("arm", home / "session", "--robot", robot, "--out", home / "arm.json")
+    call("therapy", "robot", home / "calibration", "--drawings", drawings, "--out", robot)
+    call("therapy", "arm", home / "session", "--robot", robot, "--out", home / "arm.json")
     return home
 
 
 def contribution(folder, *options):
     known = ("--robot", folder / "robot.json", "--arm", folder / "arm.json")
-    call("contribution", folder / "session", *known, *options)
+    call("therapy", "contribution", folder / "session", *known, *options)
 
 
 def table(path):
@@ -81,7 +81,7 @@ def test_simulated_folders_hold_recording_drawings_and_truth(folder):
 def test_inspect_calls_them_usable(folder, name, capsys):
     call("inspect", folder / name)
     said = capsys.readouterr().out
-    assert "`robot`, `arm` and `contribution` take such a recording" in said
+    assert "`therapy robot`, `arm` and `contribution` take such a recording" in said
     # axes that are held stay within their encoders' steps, which is no fault
     assert re.search("^Usable$", said, re.MULTILINE)
 
@@ -118,8 +118,8 @@ def test_robot_and_arm_are_read_back(folder):
 
 def test_what_is_printed_fits_a_terminal_and_a_reader(folder, capsys):
     drawings = folder / "calibration" / "drawings.json"
-    call("robot", folder / "calibration", "--drawings", drawings)
-    call("arm", folder / "session", "--robot", folder / "robot.json")
+    call("therapy", "robot", folder / "calibration", "--drawings", drawings)
+    call("therapy", "arm", folder / "session", "--robot", folder / "robot.json")
     contribution(folder)
     lines = capsys.readouterr().out.splitlines()
     assert not [line for line in lines if "nan" in line or re.search(r"\de[+-]\d", line)]
@@ -187,13 +187,15 @@ def test_an_axis_that_did_not_repeat_is_left_out_with_a_sentence(folder, results
 
 
 def test_nothing_but_such_an_axis_is_refused(folder, refusal, tmp_path):
-    from armimpedance.recordings.folder import read_folder, write_folder
+    from armimpedance.recordings.tables.folder import read_folder, write_folder
 
     recording = read_folder(folder / "session")
     rows = (recording.trials["movement"] == "horizontal").to_numpy()
     write_folder(recording.select(rows), tmp_path / "horizontal")
     known = ("--robot", folder / "robot.json", "--arm", folder / "arm.json")
-    said = refusal("contribution", tmp_path / "horizontal", *known, "--out", "result.csv")
+    said = refusal(
+        "therapy", "contribution", tmp_path / "horizontal", *known, "--out", "result.csv"
+    )
     for word in (str(folder / "arm.json"), "axis horizontal", "--unrepeatable to go on"):
         assert word in said
 
@@ -220,7 +222,7 @@ def test_one_condition_gives_its_rows_and_again_the_same_bytes(folder, results, 
 def test_figures_are_drawn_where_they_were_asked_for(folder, tmp_path):
     contribution(folder, "--condition", "half_active", "--figure", tmp_path / "movements.png")
     robot = ("--robot", folder / "robot.json")
-    call("arm", folder / "session", *robot, "--figure", tmp_path / "passive.svg")
+    call("therapy", "arm", folder / "session", *robot, "--figure", tmp_path / "passive.svg")
     assert (tmp_path / "movements.png").read_bytes().startswith(b"\x89PNG")
     assert b"<svg" in (tmp_path / "passive.svg").read_bytes()
     assert len(list(tmp_path.iterdir())) == 2

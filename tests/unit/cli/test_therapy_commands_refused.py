@@ -12,16 +12,16 @@ import pandas as pd
 import pytest
 
 from armimpedance.__main__ import main
-from armimpedance.cli.arm import pipes
-from armimpedance.cli.simulate_therapy import drawings_of
-from armimpedance.contribution.arm import PassiveArm
-from armimpedance.contribution.person import segments_of
-from armimpedance.contribution.rigid import arm_bodies, robot_bodies
-from armimpedance.contribution.robot import Loads, load_torque, parameter_count
-from armimpedance.recordings.folder import write_folder
+from armimpedance.cli.simulated.therapy import drawings_of
+from armimpedance.cli.therapy.arm import pipes
+from armimpedance.files.therapy_json import write_robot
+from armimpedance.recordings.tables.folder import write_folder
 from armimpedance.records import Recording, Subject
-from armimpedance.report.therapy_json import write_robot
-from manipulandum_sim.therapy_device import therapy_device
+from armimpedance.therapy.passive_arm import PassiveArm
+from armimpedance.therapy.person import segments_of
+from armimpedance.therapy.rigid import arm_bodies, robot_bodies
+from armimpedance.therapy.therapy_robot import Loads, load_torque, parameter_count
+from manipulandum_sim.therapy.device import therapy_device
 
 RATE = 1000.0
 DRAWINGS = drawings_of(therapy_device())
@@ -127,10 +127,10 @@ class Bench:
         if command == "robot":
             drawings = given.get("drawings", self.folder / "drawings.json")
             recording = given.get("recording", self.folder / "calibration")
-            return ("robot", recording, "--drawings", drawings, *out, *options)
+            return ("therapy", "robot", recording, "--drawings", drawings, *out, *options)
         recording = given.get("recording", self.folder / "session")
         known = ("--robot", files["robot"], *(("--arm", files["arm"]) * (command != "arm")))
-        return (command, recording, *known, *out, *options)
+        return ("therapy", command, recording, *known, *out, *options)
 
 
 @pytest.fixture(scope="module")
@@ -165,7 +165,7 @@ def test_pipes_are_weighed(bench, tmp_path, capsys):
     arm = PassiveArm("pipes", DRAWINGS.name, 0.32, pipes([PIPE[1], "1.7,0.30,0.09"]))
     # without its length: --upper-arm-m says it
     write_folder(recorded(ways, Subject("pipes"), arm, elastic=False), tmp_path / "pipes")
-    call = ("arm", tmp_path / "pipes", "--robot", bench.folder / "robot.json", *PIPE)
+    call = ("therapy", "arm", tmp_path / "pipes", "--robot", bench.folder / "robot.json", *PIPE)
     call = (*call, "--pipe", "1.7,0.30,0.09", "--upper-arm-m", "0.32")
     assert main([str(a) for a in call]) == 0
     said = capsys.readouterr().out
@@ -346,9 +346,13 @@ ROBOTS = {
         ("q1_rad", "another robot", "0 to 0.5 rad"),
     ),
     "motors": (lambda r: r.update(torque_limit_Nm=[5.0] * 5), "recording", ("at most", "5 Nm")),
-    "no limits": (no_limits, "robot", ("no limits_rad", "`armimpedance robot`")),
+    "no limits": (no_limits, "robot", ("no limits_rad", "`armimpedance therapy robot`")),
     "no number": (no_number, "robot", ("theta", "finite")),
-    "drawings": (lambda r: r.update(loads=None), "robot", ("not known", "`armimpedance robot`")),
+    "drawings": (
+        lambda r: r.update(loads=None),
+        "robot",
+        ("not known", "`armimpedance therapy robot`"),
+    ),
 }
 
 
@@ -392,7 +396,7 @@ ARMS = {
     "no stiffness": (
         lambda a: a.update(elastic=[]),
         "arm",
-        ("no passive calibration of axis elevation", "`armimpedance arm`"),
+        ("no passive calibration of axis elevation", "`armimpedance therapy arm`"),
     ),
     "not repeated": (not_repeated, "arm", ("axis elevation", "--unrepeatable")),
     "too long": (lambda a: a.update(upper_arm_m=3.0), "arm", ("3.0 m", "0.15 to 0.5 m")),
@@ -415,10 +419,10 @@ def test_files_that_hold_something_else_are_named(refusal, bench, tmp_path):
     for command in ("arm", "contribution"):
         said = refusal(*bench.call(command, robot=arm))
         assert str(arm) in said
-        assert "`armimpedance robot`" in said
+        assert "`armimpedance therapy robot`" in said
     said = refusal(*bench.call("contribution", arm=robot))
     assert str(robot) in said
-    assert "`armimpedance arm`" in said
+    assert "`armimpedance therapy arm`" in said
     broken = tmp_path / "broken.json"
     for text, words in (('{"format": "armimp', "broken JSON"), ("", "empty"), ("[]", "object")):
         broken.write_text(text)

@@ -14,7 +14,7 @@ from armimpedance.comparison.groups import (
 )
 from armimpedance.comparison.parametric import parametric_test
 from armimpedance.errors import InputError
-from armimpedance.impedance.estimate import Options
+from armimpedance.impedance.estimation import Options
 from armimpedance.regression.equations import solve_total
 
 

@@ -5,18 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.elbow.arx import solve_structure
-from armimpedance.elbow.band import band_of
-from armimpedance.elbow.identify import identify_elbow
-from armimpedance.elbow.methods import METHODS
-from armimpedance.elbow.noise_bias import predicted_bias
-from armimpedance.elbow.preparation import prepare
 from armimpedance.elbow.result import NAMES
 from armimpedance.elbow.samples import JointSamples, from_recording
-from armimpedance.elbow.whiteness import ljung_box
+from armimpedance.elbow.stationary.arx import solve_structure
+from armimpedance.elbow.stationary.band import band_of
+from armimpedance.elbow.stationary.identify import identify_elbow
+from armimpedance.elbow.stationary.methods import METHODS
+from armimpedance.elbow.stationary.noise_bias import predicted_bias
+from armimpedance.elbow.stationary.preparation import prepare
+from armimpedance.elbow.stationary.whiteness import ljung_box
 from armimpedance.errors import ArmImpedanceError, EstimationError, InputError
 from armimpedance.regression.fit import t_factor
-from manipulandum_sim.joint_bench import simulate_bench
+from manipulandum_sim.elbow.bench import simulate_bench
 
 JOINTS = {"underdamped": (0.07, 0.6, 20.0), "overdamped": (0.07, 3.5, 9.0)}
 RUNS = 36

@@ -5,15 +5,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from armimpedance.elbow.discrete import (
+from armimpedance.elbow.stationary.discrete import (
     DiscreteModel,
     jacobian,
     to_continuous,
     to_discrete,
 )
-from armimpedance.elbow.lagged import simulated
+from armimpedance.elbow.stationary.lagged import simulated
 from armimpedance.errors import ArmImpedanceError, EstimationError, InputError
-from manipulandum_sim.joint_bench import simulate_bench
+from manipulandum_sim.elbow.bench import simulate_bench
 
 JOINTS = {
     "underdamped": (0.07, 0.6, 20.0),

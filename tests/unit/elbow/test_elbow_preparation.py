@@ -6,13 +6,13 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from armimpedance.elbow.identify import identify_elbow
-from armimpedance.elbow.methods import METHODS, method_named
-from armimpedance.elbow.preparation import prepare, without_ramp
 from armimpedance.elbow.samples import JointSamples
 from armimpedance.elbow.snr import channel_snr, channel_spectrum
+from armimpedance.elbow.stationary.identify import identify_elbow
+from armimpedance.elbow.stationary.methods import METHODS, method_named
+from armimpedance.elbow.stationary.preparation import prepare, without_ramp
 from armimpedance.errors import InputError
-from manipulandum_sim.joint_bench import simulate_bench
+from manipulandum_sim.elbow.bench import simulate_bench
 
 JOINT = (0.07, 0.6, 20.0)
 

@@ -3,18 +3,18 @@
 import numpy as np
 import pytest
 
-from armimpedance.elbow.band import band_of
-from armimpedance.elbow.estimate import Solved
-from armimpedance.elbow.identify import identify_elbow
-from armimpedance.elbow.instruments import refined, weighed_band
-from armimpedance.elbow.methods import METHODS
-from armimpedance.elbow.preparation import prepare
-from armimpedance.elbow.residual_spectrum import LINES, RATIO, hats, knots_of
 from armimpedance.elbow.samples import JointSamples, from_recording
+from armimpedance.elbow.stationary.band import band_of
+from armimpedance.elbow.stationary.estimate import Solved
+from armimpedance.elbow.stationary.identify import identify_elbow
+from armimpedance.elbow.stationary.instruments import refined, weighed_band
+from armimpedance.elbow.stationary.methods import METHODS
+from armimpedance.elbow.stationary.preparation import prepare
+from armimpedance.elbow.stationary.residual_spectrum import LINES, RATIO, hats, knots_of
 from armimpedance.errors import EstimationError, InputError
 from armimpedance.regression.fit import t_factor
-from manipulandum_sim.exo_simulate import simulate_elbow
-from manipulandum_sim.joint_bench import simulate_bench
+from manipulandum_sim.elbow.bench import simulate_bench
+from manipulandum_sim.elbow.simulate import simulate_elbow
 
 JOINT = np.array([0.07, 0.6, 20.0])
 COUNT, RATE = 20_000, 1000.0

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from armimpedance.elbow.frequency_response import frequency_response, model_compliance
-from armimpedance.elbow.identify import identify_elbow
 from armimpedance.elbow.samples import JointSamples, from_recording
+from armimpedance.elbow.stationary.identify import identify_elbow
 from armimpedance.errors import InputError, RecordError
-from manipulandum_sim.joint_bench import simulate_bench
+from manipulandum_sim.elbow.bench import simulate_bench
 
 JOINT = (0.07, 0.6, 20.0)
 

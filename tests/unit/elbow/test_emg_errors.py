@@ -3,8 +3,12 @@
 import numpy as np
 import pytest
 
-from armimpedance.elbow.emg_errors import ErrorMoments, small_sample_term, solve_corrected
 from armimpedance.errors import InputError, NotIdentifiableError
+from armimpedance.regression.errors_in_regressors import (
+    ErrorMoments,
+    small_sample_term,
+    solve_corrected,
+)
 
 
 def point_moments(rng, x, sd, beta, noise):

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from armimpedance.elbow.emg_law import fit_emg_law, fit_law
+from armimpedance.elbow.emg.law import fit_emg_law, fit_law
 from armimpedance.errors import InputError, NotIdentifiableError
 
 TRUE = np.array([5.0, 20.0, 12.0])

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.elbow.emg_roles import roles_of
-from armimpedance.elbow.imcj import calibrate_imcj, imcj
+from armimpedance.elbow.emg.imcj import calibrate_imcj, imcj
+from armimpedance.elbow.emg.roles import roles_of
 from armimpedance.errors import InputError, NotIdentifiableError
-from manipulandum_sim.exo_simulate import simulate_elbow
+from manipulandum_sim.elbow.simulate import simulate_elbow
 
 
 @pytest.fixture(scope="module", params=[False, True], ids=["two", "four"])

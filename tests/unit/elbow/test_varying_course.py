@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from armimpedance.elbow.samples import COMMANDED, JointSamples, from_recording
-from armimpedance.elbow.varying import identify_varying
-from armimpedance.elbow.varying_data import varying_data
-from armimpedance.elbow.varying_equation import linearise
-from armimpedance.elbow.varying_methods import VARYING_METHODS
-from armimpedance.elbow.varying_smoother import free_course, smooth
-from armimpedance.elbow.varying_smoother_model import Levels, smoother_model
+from armimpedance.elbow.varying.data import varying_data
+from armimpedance.elbow.varying.equation import linearise
+from armimpedance.elbow.varying.identify import identify_varying
+from armimpedance.elbow.varying.methods import VARYING_METHODS
+from armimpedance.elbow.varying.smoother import free_course, smooth
+from armimpedance.elbow.varying.smoother_model import Levels, smoother_model
 from armimpedance.errors import InputError, NotIdentifiableError
-from manipulandum_sim.joint_bench import simulate_bench
+from manipulandum_sim.elbow.bench import simulate_bench
 
 INERTIA, B0, K0 = 0.07, 0.6, 20.0
 

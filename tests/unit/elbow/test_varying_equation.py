@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from armimpedance.elbow.samples import from_recording
-from armimpedance.elbow.varying_chain import smooth_chain
-from armimpedance.elbow.varying_data import decimated, varying_data
-from armimpedance.elbow.varying_equation import (
+from armimpedance.elbow.varying.chain import smooth_chain
+from armimpedance.elbow.varying.data import decimated, varying_data
+from armimpedance.elbow.varying.equation import (
     FIRST,
     HALF,
     SECOND,
@@ -15,7 +15,7 @@ from armimpedance.elbow.varying_equation import (
     start,
 )
 from armimpedance.errors import EstimationError, InputError
-from manipulandum_sim.joint_bench import simulate_bench
+from manipulandum_sim.elbow.bench import simulate_bench
 
 
 def _samples(**options):

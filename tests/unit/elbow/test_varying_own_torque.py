@@ -9,22 +9,22 @@ from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
 from armimpedance.elbow.samples import from_recording
-from armimpedance.elbow.varying import identify_varying
-from armimpedance.elbow.varying_autoregression import (
+from armimpedance.elbow.varying.autoregression import (
     Autoregression,
     applied,
     from_reflections,
     reflections_of,
     transposed,
 )
-from armimpedance.elbow.varying_beginning import begin
-from armimpedance.elbow.varying_data import varying_data
-from armimpedance.elbow.varying_departures import _probability
-from armimpedance.elbow.varying_equation import HALF, linearise, start
-from armimpedance.elbow.varying_smoother import course_of, factor_of, solve_course
-from armimpedance.elbow.varying_smoother_model import Levels, smoother_model
-from manipulandum_sim.exo_simulate import simulate_elbow
-from manipulandum_sim.joint_bench import simulate_bench
+from armimpedance.elbow.varying.beginning import begin
+from armimpedance.elbow.varying.data import varying_data
+from armimpedance.elbow.varying.departures import _probability
+from armimpedance.elbow.varying.equation import HALF, linearise, start
+from armimpedance.elbow.varying.identify import identify_varying
+from armimpedance.elbow.varying.smoother import course_of, factor_of, solve_course
+from armimpedance.elbow.varying.smoother_model import Levels, smoother_model
+from manipulandum_sim.elbow.bench import simulate_bench
+from manipulandum_sim.elbow.simulate import simulate_elbow
 
 PROCESS = from_reflections(np.array([0.95, -0.4, 0.2]), 0.01)
 
@@ -164,7 +164,7 @@ def test_the_score_test_keeps_its_level():
 
 
 def test_a_process_that_was_drawn_comes_back():
-    from armimpedance.elbow.varying_voluntary import Residual, own_torque
+    from armimpedance.elbow.varying.voluntary import Residual, own_torque
 
     rng = np.random.default_rng(0)
     v = lfilter([0.01], np.append(1, -PROCESS.coefficients), rng.standard_normal(20000))

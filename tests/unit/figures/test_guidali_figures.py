@@ -14,28 +14,25 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from armimpedance.cli.simulate_therapy import drawings_of
-from armimpedance.contribution.arm import PassiveArm
-from armimpedance.contribution.mockup import source_mockup
-from armimpedance.contribution.person import segments_of
-from armimpedance.contribution.rigid import arm_bodies, robot_bodies
-from armimpedance.contribution.robot import Loads, load_torque, parameter_count
+from armimpedance.cli.simulated.therapy import drawings_of
 from armimpedance.errors import InputError
 from armimpedance.records import Recording, Subject
-from armimpedance_figures import contribution_feedback as feedback
-from armimpedance_figures import guidali2013_contribution_means as means
-from armimpedance_figures import guidali2013_fig03_cable as fig03
-from armimpedance_figures import guidali2013_fig05_passive_torques as fig05
-from armimpedance_figures import guidali2013_fig06_contribution as fig06
-from armimpedance_figures import guidali2013_table3 as table3
-from armimpedance_figures import guidali2013_table4 as table4
-from armimpedance_figures import guidali_printed as printed
-from armimpedance_figures import therapy_study
+from armimpedance.therapy.arm.mockup import source_mockup
+from armimpedance.therapy.passive_arm import PassiveArm
+from armimpedance.therapy.person import segments_of
+from armimpedance.therapy.rigid import arm_bodies, robot_bodies
+from armimpedance.therapy.therapy_robot import Loads, load_torque, parameter_count
 from armimpedance_figures.build_all import CATALOGUE
+from armimpedance_figures.guidali2013 import contribution_means as means
+from armimpedance_figures.guidali2013 import feedback, printed, table3, table4
+from armimpedance_figures.guidali2013 import fig03_cable as fig03
+from armimpedance_figures.guidali2013 import fig05_passive_torques as fig05
+from armimpedance_figures.guidali2013 import fig06_contribution as fig06
+from armimpedance_figures.guidali2013 import study as therapy_study
 from armimpedance_figures.source_figure import write
-from manipulandum_sim.therapy_device import therapy_device
-from manipulandum_sim.therapy_subject import THERAPY_SUBJECTS
-from manipulandum_sim.therapy_truth import TherapyMotion, TherapyTruth
+from manipulandum_sim.therapy.device import therapy_device
+from manipulandum_sim.therapy.subject import THERAPY_SUBJECTS
+from manipulandum_sim.therapy.truth import TherapyMotion, TherapyTruth
 
 OURS = {n: f for n, f in CATALOGUE.items() if n.startswith(("guidali2013", "contribution_"))}
 PEOPLE = ("S5", "S4", "P2", "P6")

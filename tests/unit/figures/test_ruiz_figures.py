@@ -7,19 +7,21 @@ import pytest
 
 from armimpedance.elbow.samples import from_recording
 from armimpedance.errors import InputError
-from armimpedance_figures import elbow_frequency, elbow_session, elbow_snr
-from armimpedance_figures import elbow_study_frequency as by_frequency
-from armimpedance_figures import elbow_study_snr as by_snr
-from armimpedance_figures import ruiz2011_fig05_time_varying as fig05
-from armimpedance_figures import ruiz2011_fig06_loads as fig06
-from armimpedance_figures import ruiz2011_fig09_windows as fig09
-from armimpedance_figures import ruiz2011_fig10_subjects as fig10
 from armimpedance_figures.build_all import CATALOGUE
-from armimpedance_figures.elbow_bench import ACTIVE, DEPTH, SOURCES, SWINGING, varying_draws
-from armimpedance_figures.elbow_frequency import EXACT
-from armimpedance_figures.elbow_snr import RAW
+from armimpedance_figures.ruiz2011 import fig05_time_varying as fig05
+from armimpedance_figures.ruiz2011 import fig06_loads as fig06
+from armimpedance_figures.ruiz2011 import fig09_windows as fig09
+from armimpedance_figures.ruiz2011 import fig10_subjects as fig10
+from armimpedance_figures.ruiz2011 import frequency as elbow_frequency
+from armimpedance_figures.ruiz2011 import session as elbow_session
+from armimpedance_figures.ruiz2011 import snr as elbow_snr
+from armimpedance_figures.ruiz2011 import study_frequency as by_frequency
+from armimpedance_figures.ruiz2011 import study_snr as by_snr
+from armimpedance_figures.ruiz2011.bench import ACTIVE, DEPTH, SOURCES, SWINGING, varying_draws
+from armimpedance_figures.ruiz2011.frequency import EXACT
+from armimpedance_figures.ruiz2011.snr import RAW
 from armimpedance_figures.source_figure import write
-from manipulandum_sim.exo_device import RATE_HZ
+from manipulandum_sim.elbow.device import RATE_HZ
 
 OURS = {n: f for n, f in CATALOGUE.items() if n.startswith(("ruiz2011", "elbow_study"))}
 FEW_METHODS = ("windows", "smoother", EXACT)

@@ -15,18 +15,21 @@ from armimpedance.passive.methods import DEFAULT_METHOD
 from armimpedance.plots.discrimination import plot_discrimination
 from armimpedance.plots.passive import plot_emg_level
 from armimpedance.regression.summary import NamedParameter
-from armimpedance_figures import body_study, passive_study, venture_printed, venture_shoulders
-from armimpedance_figures import venture_elbow_fig04 as fig04
-from armimpedance_figures import venture_elbow_fig06_fig07 as fig06
-from armimpedance_figures import venture_elbow_fig08_fig09 as fig08
-from armimpedance_figures import venture_elbow_table2_table3 as tables
-from armimpedance_figures import venture_poster_conditions as conditions
-from armimpedance_figures import venture_poster_cross_validation as poster
-from armimpedance_figures import venture_poster_discrimination as groups
 from armimpedance_figures.build_all import CATALOGUE
 from armimpedance_figures.source_figure import write
-from armimpedance_figures.venture_shoulders import Population, Shoulder, StudiedShoulders
-from manipulandum_sim.passive_subject import PASSIVE_SUBJECTS
+from armimpedance_figures.venture_elbow import fig04
+from armimpedance_figures.venture_elbow import fig06_fig07 as fig06
+from armimpedance_figures.venture_elbow import fig08_fig09 as fig08
+from armimpedance_figures.venture_elbow import printed as venture_printed
+from armimpedance_figures.venture_elbow import study as passive_study
+from armimpedance_figures.venture_elbow import table2_table3 as tables
+from armimpedance_figures.venture_poster import conditions
+from armimpedance_figures.venture_poster import cross_validation as poster
+from armimpedance_figures.venture_poster import discrimination as groups
+from armimpedance_figures.venture_poster import shoulders as venture_shoulders
+from armimpedance_figures.venture_poster import study as body_study
+from armimpedance_figures.venture_poster.shoulders import Population, Shoulder, StudiedShoulders
+from manipulandum_sim.passive.subject import PASSIVE_SUBJECTS
 
 VENTURE = {name: figure for name, figure in CATALOGUE.items() if name.startswith("venture")}
 MOTIONS = ("all_joints", "front_squat", "bending")

@@ -7,11 +7,11 @@ import pytest
 
 from armimpedance.ellipses import ellipse_of
 from armimpedance.errors import EstimationError
-from armimpedance.impedance import definite, exact
-from armimpedance.impedance.estimate import Options, estimate
+from armimpedance.files.results_csv import read_results, write_results
+from armimpedance.impedance.estimation import Options, estimate
+from armimpedance.impedance.methods import definite, exact
 from armimpedance.levels.symmetry import antisymmetric_part
 from armimpedance.report.estimate_text import estimate_text
-from armimpedance.report.results_csv import read_results, write_results
 from armimpedance.report.text_table import summary_table
 from armimpedance.signals.windows import cut_windows
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.impedance.delay import check_delay
+from armimpedance.impedance.reflex.delay import check_delay
 
 
 def _late(samples, by):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from armimpedance.errors import InputError, NotIdentifiableError
-from armimpedance.impedance.estimate import Options, estimate
+from armimpedance.impedance.estimation import Options, estimate
 
 
 def _relative_errors(limb, made):

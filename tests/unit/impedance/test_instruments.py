@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from armimpedance.errors import InputError
-from armimpedance.impedance import exact, instruments
-from armimpedance.impedance.estimate import Options, estimate
-from armimpedance.impedance.instruments import instrumented, mean_of_others
+from armimpedance.impedance.estimation import Options, estimate
+from armimpedance.impedance.methods import exact, instruments
+from armimpedance.impedance.methods.instruments import instrumented, mean_of_others
 from armimpedance.impedance.prepared import Prepared
 from armimpedance.impedance.regressors import impedance_factors
 from armimpedance.regression.equations import solve_equations

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import minimize
 
-from armimpedance.impedance.estimate import Options, estimate
-from armimpedance.impedance.likelihood import score_equations
-from armimpedance.impedance.modal import modal_equation
-from armimpedance.impedance.noise import through_impedance
+from armimpedance.impedance.estimation import Options, estimate
+from armimpedance.impedance.methods.likelihood import score_equations
+from armimpedance.impedance.methods.modal import modal_equation
+from armimpedance.impedance.methods.noise import through_impedance
 from armimpedance.regression.equations import solve_total
 from armimpedance.signals.windows import cut_windows
 

@@ -7,10 +7,10 @@ import pandas as pd
 import pytest
 
 from armimpedance.__main__ import main
-from armimpedance.impedance.methods import DEFAULT_METHOD, METHODS
-from armimpedance.recordings.folder import read_folder, write_folder
+from armimpedance.files.results_csv import read_results
+from armimpedance.impedance.methods.table import DEFAULT_METHOD, METHODS
+from armimpedance.recordings.tables.folder import read_folder, write_folder
 from armimpedance.records import Subject
-from armimpedance.report.results_csv import read_results
 
 
 @pytest.fixture(scope="module")

@@ -10,9 +10,9 @@ import pytest
 
 from armimpedance.__main__ import main
 from armimpedance.errors import InputError, NotIdentifiableError
-from armimpedance.impedance.estimate import estimate
+from armimpedance.impedance.estimation import estimate
 from armimpedance.impedance.parallel import in_order
-from armimpedance.recordings.folder import write_folder
+from armimpedance.recordings.tables.folder import write_folder
 
 
 @pytest.mark.parametrize("workers", [1, 2])

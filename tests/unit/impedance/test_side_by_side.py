@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from armimpedance.errors import InputError, NotIdentifiableError
-from armimpedance.impedance.estimate import Options, estimate
-from armimpedance.impedance.methods import DEFAULT_METHOD, METHODS
+from armimpedance.impedance.estimation import Options, estimate
+from armimpedance.impedance.methods.table import DEFAULT_METHOD, METHODS
 from armimpedance.impedance.side_by_side import side_by_side
 from armimpedance.report.methods_table import methods_table
 

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from armimpedance.errors import InputError
-from armimpedance.impedance.estimate import Options, estimate
+from armimpedance.impedance.estimation import Options, estimate
 from armimpedance.records import Recording
 
 I_TRUE, B_TRUE, K_TRUE = 0.017, 1.2, 110.0

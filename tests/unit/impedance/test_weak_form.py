@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from armimpedance.errors import InputError
-from armimpedance.impedance.estimate import Options, estimate
-from armimpedance.impedance.weak_form import drift_free_splines, weak_rows
+from armimpedance.impedance.estimation import Options, estimate
+from armimpedance.impedance.methods.weak_form import drift_free_splines, weak_rows
 from armimpedance.regression.equations import solve_total
 from armimpedance.signals.windows import cut_windows
 

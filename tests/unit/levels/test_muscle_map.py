@@ -13,11 +13,11 @@ from armimpedance.errors import InputError
 from armimpedance.levels.muscle import curvature_term, joint_stiffness
 from armimpedance.levels.muscle_map import to_muscle
 from armimpedance.records import ImpedanceEstimate, Quality
-from manipulandum_sim.arm_plant import Arm
-from manipulandum_sim.experiments import Condition, hand_force, nominal_hand
-from manipulandum_sim.muscles import human_paths, joint_basis
-from manipulandum_sim.subjects import SUBJECTS
-from manipulandum_sim.truth import find_truth
+from manipulandum_sim.hand.arm_plant import Arm
+from manipulandum_sim.hand.experiments import Condition, hand_force, nominal_hand
+from manipulandum_sim.hand.muscles import human_paths, joint_basis
+from manipulandum_sim.hand.subjects import SUBJECTS
+from manipulandum_sim.hand.truth import find_truth
 
 #: Springs and dampers of the simulated joints' own tissue.
 TISSUE_K, TISSUE_B = np.eye(2), 0.2 * np.eye(2)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from armimpedance.errors import InputError
-from manipulandum_sim.body_legs import (
+from manipulandum_sim.body.legs import (
     LEG_ANGLES,
     FootPath,
     foot_of_angles,
@@ -15,7 +15,7 @@ from manipulandum_sim.body_legs import (
     leg_of,
     pelvis_ceiling,
 )
-from manipulandum_sim.body_subject import find_body_subject
+from manipulandum_sim.body.subject import find_body_subject
 from manipulandum_sim.tree_dynamics import move, turn_about
 
 SKELETON = find_body_subject("A").skeleton

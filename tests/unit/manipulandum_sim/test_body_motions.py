@@ -7,11 +7,11 @@ import pytest
 from scipy.interpolate import make_interp_spline
 
 from armimpedance.errors import InputError
-from manipulandum_sim.body_draft import Draft, bump, step
-from manipulandum_sim.body_motions import MOTIONS, body_motion
-from manipulandum_sim.body_plan import centre_of_pressure
-from manipulandum_sim.body_subject import find_body_subject
-from manipulandum_sim.body_table import (
+from manipulandum_sim.body.draft import Draft, bump, step
+from manipulandum_sim.body.motions import MOTIONS, body_motion
+from manipulandum_sim.body.plan import centre_of_pressure
+from manipulandum_sim.body.subject import find_body_subject
+from manipulandum_sim.body.table import (
     ANKLE_HEIGHT,
     BALL_BEFORE_ANKLE,
     FOOT_HALF_WIDTH,

@@ -10,10 +10,10 @@ import pytest
 from armimpedance.arm.skeleton_model import skeleton_model
 from armimpedance.errors import InputError
 from armimpedance.motion import MarkerRecording
-from manipulandum_sim.body_subject import find_body_subject
-from manipulandum_sim.body_truth import BodyTruth
+from manipulandum_sim.body.simulate import simulate_body
+from manipulandum_sim.body.subject import find_body_subject
+from manipulandum_sim.body.truth import BodyTruth
 from manipulandum_sim.force_plates import PLATE_ORIGINS_M, about, foot_wrenches
-from manipulandum_sim.simulate_body import simulate_body
 from manipulandum_sim.studio import Studio
 from manipulandum_sim.tree_dynamics import marker_positions
 

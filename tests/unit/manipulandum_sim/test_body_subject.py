@@ -8,7 +8,7 @@ import pytest
 
 from armimpedance.arm.skeleton_model import skeleton_model
 from armimpedance.errors import InputError
-from manipulandum_sim.body_subject import (
+from manipulandum_sim.body.subject import (
     body_subject,
     find_body_subject,
     inertial_parameters,

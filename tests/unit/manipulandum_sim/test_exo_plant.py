@@ -9,17 +9,17 @@ import pytest
 from scipy.integrate import simpson
 
 from armimpedance.errors import InputError
-from manipulandum_sim.exo_device import Exoskeleton, Limits, Rendered
-from manipulandum_sim.exo_plant import (
+from manipulandum_sim.elbow.device import Exoskeleton, Limits, Rendered
+from manipulandum_sim.elbow.plant import (
     HIDING_GAIN,
     HIDING_HZ,
     KINEMATICS_HZ,
     Drive,
     run,
 )
-from manipulandum_sim.exo_protocol import LOADS, RHYTHM_HZ
-from manipulandum_sim.exo_simulate import simulate_elbow
-from manipulandum_sim.exo_subject import ELBOW_SUBJECTS, OPERATING_ANGLE_RAD, effective
+from manipulandum_sim.elbow.protocol import LOADS, RHYTHM_HZ
+from manipulandum_sim.elbow.simulate import simulate_elbow
+from manipulandum_sim.elbow.subject import ELBOW_SUBJECTS, OPERATING_ANGLE_RAD, effective
 
 DEVICE = Exoskeleton()
 #: A device that is hardly there.

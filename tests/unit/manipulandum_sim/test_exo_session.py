@@ -6,21 +6,21 @@ import numpy as np
 import pytest
 
 from armimpedance.errors import InputError, RecordError
-from armimpedance.signals.activation import mvc_column, rest_column
-from manipulandum_sim.exo_device import (
+from armimpedance.signals.emg.activation import mvc_column, rest_column
+from manipulandum_sim.elbow.device import (
     EMG_INPUT,
     GYROSCOPE,
     MOTOR_COMMAND,
     POTENTIOMETER,
     STRAIN_GAUGE,
 )
-from manipulandum_sim.exo_emg import Electrodes, raw_emg
-from manipulandum_sim.exo_perturbation import CLOCK_HZ, CUTOFF_HZ, REGISTER, RMS_Nm, perturbation
-from manipulandum_sim.exo_protocol import ISOMETRIC, LEVELS
-from manipulandum_sim.exo_restless import TREMOR_Nm, VOLUNTARY_Nm, restless_torque
-from manipulandum_sim.exo_simulate import simulate_elbow
-from manipulandum_sim.exo_subject import ELBOW_SUBJECTS
-from manipulandum_sim.exo_truth import ElbowTruth
+from manipulandum_sim.elbow.emg import Electrodes, raw_emg
+from manipulandum_sim.elbow.perturbation import CLOCK_HZ, CUTOFF_HZ, REGISTER, RMS_Nm, perturbation
+from manipulandum_sim.elbow.protocol import ISOMETRIC, LEVELS
+from manipulandum_sim.elbow.restless import TREMOR_Nm, VOLUNTARY_Nm, restless_torque
+from manipulandum_sim.elbow.simulate import simulate_elbow
+from manipulandum_sim.elbow.subject import ELBOW_SUBJECTS
+from manipulandum_sim.elbow.truth import ElbowTruth
 
 SHORT = {"duration_s": 1.0, "repetitions": 1}
 

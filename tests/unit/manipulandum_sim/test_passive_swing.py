@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from armimpedance.errors import InputError, RecordError
-from manipulandum_sim.passive_chain import Chain, base_motion
-from manipulandum_sim.passive_subject import (
+from manipulandum_sim.passive.chain import Chain, base_motion
+from manipulandum_sim.passive.subject import (
     ELBOW,
     PASSIVE_SUBJECTS,
     SHOULDER,
@@ -18,8 +18,8 @@ from manipulandum_sim.passive_subject import (
     arm_skeleton,
     passive_subject,
 )
-from manipulandum_sim.passive_swing import simulate_passive, simulate_passive_many
-from manipulandum_sim.passive_truth import PassiveTruth
+from manipulandum_sim.passive.swing import simulate_passive, simulate_passive_many
+from manipulandum_sim.passive.truth import PassiveTruth
 from manipulandum_sim.tree_dynamics import inverse_dynamics, marker_positions, mass_matrix
 
 ONE = PASSIVE_SUBJECTS["1"]

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from armimpedance.errors import InputError
-from manipulandum_sim.disturbances import DISTURBANCES, custom, find_disturbance
-from manipulandum_sim.rig import Rig
-from manipulandum_sim.robot import IDEAL
-from manipulandum_sim.simulate import simulate_condition
+from manipulandum_sim.hand.disturbances import DISTURBANCES, custom, find_disturbance
+from manipulandum_sim.hand.rig import Rig
+from manipulandum_sim.hand.robot import IDEAL
+from manipulandum_sim.hand.simulate import simulate_condition
 
 
 def sampled():

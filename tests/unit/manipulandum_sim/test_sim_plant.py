@@ -7,14 +7,14 @@ import pytest
 
 from armimpedance.conventions import MUSCLE_SIGNS
 from armimpedance.errors import InputError
-from manipulandum_sim.arm_plant import Arm, PassiveJoints
-from manipulandum_sim.coupled import CoupledPlant, Course, integrate
-from manipulandum_sim.equilibrium import muscle_command, muscle_jacobian, solve_activation
-from manipulandum_sim.experiments import EXPERIMENTS, Condition, hand_force, nominal_hand
-from manipulandum_sim.muscles import joint_basis
-from manipulandum_sim.robot import Robot, Servo, servo_gains
-from manipulandum_sim.subjects import SUBJECTS
-from manipulandum_sim.truth import find_truth, joint_angles
+from manipulandum_sim.hand.arm_plant import Arm, PassiveJoints
+from manipulandum_sim.hand.coupled import CoupledPlant, Course, integrate
+from manipulandum_sim.hand.equilibrium import muscle_command, muscle_jacobian, solve_activation
+from manipulandum_sim.hand.experiments import EXPERIMENTS, Condition, hand_force, nominal_hand
+from manipulandum_sim.hand.muscles import joint_basis
+from manipulandum_sim.hand.robot import Robot, Servo, servo_gains
+from manipulandum_sim.hand.subjects import SUBJECTS
+from manipulandum_sim.hand.truth import find_truth, joint_angles
 
 A = SUBJECTS["A"]
 

@@ -5,13 +5,13 @@ import pytest
 
 from armimpedance.conventions import MUSCLES
 from armimpedance.errors import InputError
-from manipulandum_sim import simulate as simulate_module
-from manipulandum_sim.disturbances import find_disturbance
-from manipulandum_sim.noise import NOMINAL, draw, quantised, voluntary_force
-from manipulandum_sim.rig import Reflex
-from manipulandum_sim.robot import IDEAL, Servo
-from manipulandum_sim.simulate import simulate, simulate_condition
-from manipulandum_sim.truth import Truth
+from manipulandum_sim.hand import simulate as simulate_module
+from manipulandum_sim.hand.disturbances import find_disturbance
+from manipulandum_sim.hand.noise import NOMINAL, draw, quantised, voluntary_force
+from manipulandum_sim.hand.rig import Reflex
+from manipulandum_sim.hand.robot import IDEAL, Servo
+from manipulandum_sim.hand.simulate import simulate, simulate_condition
+from manipulandum_sim.hand.truth import Truth
 
 QUIET = {"noise": "none", "emg": False}
 

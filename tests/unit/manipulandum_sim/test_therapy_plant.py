@@ -11,15 +11,15 @@ from scipy.integrate import solve_ivp
 
 from armimpedance.arm.skeleton_model import skeleton_model
 from armimpedance.errors import ArmImpedanceError, EstimationError, InputError, RecordError
-from manipulandum_sim.therapy_device import RATE_HZ, therapy_device
-from manipulandum_sim.therapy_dynamics import (
+from manipulandum_sim.therapy.device import RATE_HZ, therapy_device
+from manipulandum_sim.therapy.dynamics import (
     Moments,
     Payload,
     inverse_dynamics,
     mass_and_bias,
 )
-from manipulandum_sim.therapy_friction import GIVE_RAD
-from manipulandum_sim.therapy_plant import Motion, run
+from manipulandum_sim.therapy.friction import GIVE_RAD
+from manipulandum_sim.therapy.plant import Motion, run
 
 DEVICE = therapy_device()
 #: Axis of a recording's column -> coordinate of the chain.

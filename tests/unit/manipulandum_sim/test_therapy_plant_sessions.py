@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from armimpedance.errors import InputError
-from armimpedance.recordings.folder import read_folder, write_folder
-from manipulandum_sim.therapy_calibration import Seeds, simulate_calibration, simulate_validation
-from manipulandum_sim.therapy_device import therapy_device
-from manipulandum_sim.therapy_truth import TherapyTruth
+from armimpedance.recordings.tables.folder import read_folder, write_folder
+from manipulandum_sim.therapy.calibration import Seeds, simulate_calibration, simulate_validation
+from manipulandum_sim.therapy.device import therapy_device
+from manipulandum_sim.therapy.truth import TherapyTruth
 
 DEVICE = therapy_device()
 SPEEDS = (60.0,)

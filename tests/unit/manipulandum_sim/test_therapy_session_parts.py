@@ -9,16 +9,16 @@ import pytest
 
 from armimpedance.errors import InputError
 from armimpedance.skeleton import GRAVITY_M_S2
-from manipulandum_sim.therapy_arm import COM, GYRATION, LENGTH, MASS, pipe_arm, winter_arm
-from manipulandum_sim.therapy_control import ASSIST, FREE, POSITION, friction_share, identified
-from manipulandum_sim.therapy_device import therapy_device
-from manipulandum_sim.therapy_effort import slow_torque
-from manipulandum_sim.therapy_mockup import simulate_mockup
-from manipulandum_sim.therapy_plan import Streams, TherapyOptions, trials_of
-from manipulandum_sim.therapy_reference import MOVEMENTS, reference
-from manipulandum_sim.therapy_session import simulate_therapy, simulate_therapy_many
-from manipulandum_sim.therapy_subject import THERAPY_SUBJECTS, TherapySubject, find_therapy_subject
-from manipulandum_sim.therapy_truth import true_contribution
+from manipulandum_sim.therapy.arm import COM, GYRATION, LENGTH, MASS, pipe_arm, winter_arm
+from manipulandum_sim.therapy.control import ASSIST, FREE, POSITION, friction_share, identified
+from manipulandum_sim.therapy.device import therapy_device
+from manipulandum_sim.therapy.effort import slow_torque
+from manipulandum_sim.therapy.mockup import simulate_mockup
+from manipulandum_sim.therapy.plan import Streams, TherapyOptions, trials_of
+from manipulandum_sim.therapy.reference import MOVEMENTS, reference
+from manipulandum_sim.therapy.session import simulate_therapy, simulate_therapy_many
+from manipulandum_sim.therapy.subject import THERAPY_SUBJECTS, TherapySubject, find_therapy_subject
+from manipulandum_sim.therapy.truth import true_contribution
 
 LIMIT = therapy_device().torque_limit_Nm
 

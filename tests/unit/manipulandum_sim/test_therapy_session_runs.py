@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from manipulandum_sim.therapy_arm import pipe_arm
-from manipulandum_sim.therapy_device import RATE_HZ, therapy_device
-from manipulandum_sim.therapy_mockup import simulate_mockup
-from manipulandum_sim.therapy_plan import TherapyOptions
-from manipulandum_sim.therapy_record import SPEED_SHARE
-from manipulandum_sim.therapy_session import simulate_therapy, simulate_therapy_many
-from manipulandum_sim.therapy_subject import find_therapy_subject
+from manipulandum_sim.therapy.arm import pipe_arm
+from manipulandum_sim.therapy.device import RATE_HZ, therapy_device
+from manipulandum_sim.therapy.mockup import simulate_mockup
+from manipulandum_sim.therapy.plan import TherapyOptions
+from manipulandum_sim.therapy.record import SPEED_SHARE
+from manipulandum_sim.therapy.session import simulate_therapy, simulate_therapy_many
+from manipulandum_sim.therapy.subject import find_therapy_subject
 
 #: Three times as fast as the source's, for the sake of time.
 FAST = {"repetitions": 2, "speed_deg_s": 60.0}

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from armimpedance.muscles.bernstein import (
+from armimpedance.muscles.activation.bernstein import (
     bernstein_basis,
     bernstein_slopes,
     increments,

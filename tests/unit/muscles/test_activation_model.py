@@ -11,9 +11,9 @@ from scipy.optimize import nnls
 
 from armimpedance.arm.muscular_arms import arm_named
 from armimpedance.errors import InputError, NotIdentifiableError
-from armimpedance.muscles.activation_design import muscle_patterns
-from armimpedance.muscles.activation_fit import ACTIVATION_MODELS, fit_activation_model
-from armimpedance.muscles.activation_model import ActivationModel
+from armimpedance.muscles.activation.design import muscle_patterns
+from armimpedance.muscles.activation.fit import ACTIVATION_MODELS, fit_activation_model
+from armimpedance.muscles.activation.model import ActivationModel
 from armimpedance.muscles.joint_rows import JointRows, matrix, triple
 
 POSTURE = np.array([1.04, 1.57])

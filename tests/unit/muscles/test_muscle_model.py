@@ -10,11 +10,11 @@ import pytest
 
 from armimpedance.arm.muscular_arms import arm_named
 from armimpedance.errors import InputError, NotIdentifiableError
+from armimpedance.muscles.combined.equations import MuscleEquations
+from armimpedance.muscles.combined.fit import fit_muscle_model
+from armimpedance.muscles.combined.lengths import corrected_lengths
+from armimpedance.muscles.combined.model import MuscleModel
 from armimpedance.muscles.joint_rows import JointRows, matrix
-from armimpedance.muscles.muscle_model import MuscleModel
-from armimpedance.muscles.muscle_model_equations import MuscleEquations
-from armimpedance.muscles.muscle_model_fit import fit_muscle_model
-from armimpedance.muscles.muscle_model_lengths import corrected_lengths
 
 ARM = arm_named("planar6")
 NOMINAL = np.array([1.04, 1.57])

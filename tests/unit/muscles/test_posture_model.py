@@ -10,8 +10,8 @@ import pytest
 
 from armimpedance.errors import InputError, RecordError
 from armimpedance.muscles.joint_rows import JointRows
-from armimpedance.muscles.posture_fit import POSTURE_MODELS, fit_posture_model
-from armimpedance.muscles.posture_model import PostureModel
+from armimpedance.muscles.posture.fit import POSTURE_MODELS, fit_posture_model
+from armimpedance.muscles.posture.model import PostureModel
 
 LOW, HIGH = np.array([0.3, 0.8]), np.array([1.6, 2.2])
 

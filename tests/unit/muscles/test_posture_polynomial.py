@@ -7,8 +7,8 @@ import pytest
 
 from armimpedance.errors import InputError, NotIdentifiableError
 from armimpedance.muscles.joint_rows import JointRows, triple
-from armimpedance.muscles.posture_fit import fit_posture_model
-from armimpedance.muscles.posture_terms import exponents, monomials
+from armimpedance.muscles.posture.fit import fit_posture_model
+from armimpedance.muscles.posture.terms import exponents, monomials
 
 BOX = np.array([[0.3, 1.6], [0.8, 2.2]])
 

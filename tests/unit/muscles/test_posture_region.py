@@ -12,12 +12,7 @@ from armimpedance.muscles.angle_scaling import (
     require_spread,
     stated_scaling,
 )
-from armimpedance.muscles.posture_terms import (
-    checked_order,
-    exponents,
-    monomials,
-    term_names,
-)
+from armimpedance.muscles.posture.terms import checked_order, exponents, monomials, term_names
 from armimpedance.muscles.region import Region
 
 

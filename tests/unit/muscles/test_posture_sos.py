@@ -10,7 +10,7 @@ import pytest
 from armimpedance.errors import EstimationError, InputError
 from armimpedance.muscles.angle_scaling import measured_scaling
 from armimpedance.muscles.joint_rows import JointRows, matrix, triple
-from armimpedance.muscles.posture_certificate import (
+from armimpedance.muscles.posture.certificate import (
     Gram,
     GramShape,
     coefficient_map,
@@ -18,14 +18,14 @@ from armimpedance.muscles.posture_certificate import (
     proves,
     smallest_eigenvalues,
 )
-from armimpedance.muscles.posture_data import PostureData, stiffness_data
-from armimpedance.muscles.posture_fit import fit_posture_model
-from armimpedance.muscles.posture_gram import STRUCTURES
-from armimpedance.muscles.posture_polynomial import fit_polynomial
-from armimpedance.muscles.posture_program import GramProgram, _Compiled
-from armimpedance.muscles.posture_sos import PENALTIES, choose, posterior
-from armimpedance.muscles.posture_tangent import tangent
-from armimpedance.muscles.posture_terms import exponents, monomials
+from armimpedance.muscles.posture.data import PostureData, stiffness_data
+from armimpedance.muscles.posture.fit import fit_posture_model
+from armimpedance.muscles.posture.gram import STRUCTURES
+from armimpedance.muscles.posture.polynomial import fit_polynomial
+from armimpedance.muscles.posture.program import GramProgram, _Compiled
+from armimpedance.muscles.posture.sos import PENALTIES, choose, posterior
+from armimpedance.muscles.posture.tangent import tangent
+from armimpedance.muscles.posture.terms import exponents, monomials
 from armimpedance.muscles.region import Region
 from armimpedance.regression.cones import nearest_semidefinite
 

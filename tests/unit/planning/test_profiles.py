@@ -12,7 +12,7 @@ from armimpedance.planning.profile_csv import (
     write_profile,
 )
 from armimpedance.planning.shapes import SHAPES, Profile, shape_named
-from manipulandum_sim.disturbances import DISTURBANCES
+from manipulandum_sim.hand.disturbances import DISTURBANCES
 
 T, AMPLITUDE = 0.3, 0.005
 

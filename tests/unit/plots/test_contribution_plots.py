@@ -8,14 +8,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from armimpedance.contribution.arm import Elastic, PassiveArm
-from armimpedance.contribution.holds import fit_holds
-from armimpedance.contribution.robot import Loads, TherapyRobot, parameter_count
-from armimpedance.contribution.steady import SteadyPart
-from armimpedance.contribution.sweeps import fit_axis
-from armimpedance.contribution.torques import MovementTorques
 from armimpedance.errors import InputError
-from armimpedance.plots.contribution import (
+from armimpedance.plots.style import new_axes
+from armimpedance.plots.therapy import (
     plot_contribution,
     plot_feedback,
     plot_friction,
@@ -23,9 +18,14 @@ from armimpedance.plots.contribution import (
     plot_robot_calibration,
     plot_spring,
 )
-from armimpedance.plots.style import new_axes
 from armimpedance.regression.summary import NamedParameter
 from armimpedance.skeleton import Hinge, Segment, Skeleton
+from armimpedance.therapy.passive_arm import Elastic, PassiveArm
+from armimpedance.therapy.robot.holds import fit_holds
+from armimpedance.therapy.robot.steady import SteadyPart
+from armimpedance.therapy.robot.sweeps import fit_axis
+from armimpedance.therapy.therapy_robot import Loads, TherapyRobot, parameter_count
+from armimpedance.therapy.torques import MovementTorques
 
 AXES = ("elevation", "horizontal")
 COULOMB, VISCOUS = 2.0, 0.8

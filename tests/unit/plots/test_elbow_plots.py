@@ -7,11 +7,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from armimpedance.elbow.emg_law import fit_emg_law
+from armimpedance.elbow.emg.law import fit_emg_law
 from armimpedance.elbow.frequency_response import frequency_response, model_compliance
-from armimpedance.elbow.identify import identify_elbow
 from armimpedance.elbow.result import ChannelSnr, VaryingImpedance
 from armimpedance.elbow.samples import from_recording
+from armimpedance.elbow.stationary.identify import identify_elbow
 from armimpedance.errors import InputError
 from armimpedance.plots.elbow import (
     plot_emg_law,
@@ -22,7 +22,7 @@ from armimpedance.plots.elbow import (
 )
 from armimpedance.plots.style import new_axes
 from armimpedance.regression.summary import NamedParameter
-from manipulandum_sim.joint_bench import simulate_bench
+from manipulandum_sim.elbow.bench import simulate_bench
 
 TRUTH = (0.07, 0.6, 20.0)
 AMPLITUDE = np.array([[0.1, 0.1], [0.1, 0.3], [0.3, 0.1], [0.3, 0.3], [0.2, 0.2], [0.4, 0.1]])

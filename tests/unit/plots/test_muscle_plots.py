@@ -20,7 +20,7 @@ from armimpedance.ellipses import ellipse, ellipse_of
 from armimpedance.errors import InputError
 from armimpedance.muscles.at_hand import at_hand
 from armimpedance.muscles.joint_rows import JointRows, matrix
-from armimpedance.muscles.posture_fit import fit_posture_model
+from armimpedance.muscles.posture.fit import fit_posture_model
 from armimpedance.muscles.prediction import JointPrediction
 from armimpedance.plots.ellipse_fields import (
     mean_axis_deg,

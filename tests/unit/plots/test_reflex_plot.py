@@ -8,13 +8,8 @@ import numpy as np
 import pytest
 
 from armimpedance.errors import InputError
-from armimpedance.impedance.reflex import guard_window
-from armimpedance.plots.reflex import (
-    MOST_GROUPS,
-    plot_delay_profile,
-    plot_reflex,
-    plot_window_ends,
-)
+from armimpedance.impedance.reflex.guard import guard_window
+from armimpedance.plots.reflex import MOST_GROUPS, plot_delay_profile, plot_reflex, plot_window_ends
 from armimpedance.signals.windows import cut_windows
 
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from armimpedance.errors import InputError
-from armimpedance.recordings import kinarm_files
-from armimpedance.recordings.convert import ReadOptions, open_recording
-from armimpedance.recordings.folder import read_folder, write_folder
-from armimpedance.recordings.kinarm import read_kinarm
+from armimpedance.recordings.formats import ReadOptions, open_recording
+from armimpedance.recordings.kinarm import files as kinarm_files
+from armimpedance.recordings.kinarm.exam import read_kinarm
+from armimpedance.recordings.tables.folder import read_folder, write_folder
 
 #: The file holds single precision: of 0.3 m, 3e-8 m; of two links, some more.
 SINGLE_M = 2e-7

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from armimpedance.errors import InputError
-from armimpedance.recordings.marker_c3d import read_marker_c3d
-from armimpedance.recordings.motion_capture import CaptureOptions, open_motion_capture
+from armimpedance.recordings.motion.marker_c3d import read_marker_c3d
+from armimpedance.recordings.motion.motion_capture import CaptureOptions, open_motion_capture
 
 RNG = np.random.default_rng(4)
 POINTS_MM = RNG.uniform(-900, 900, (6, 3, 3)).astype(np.float32)

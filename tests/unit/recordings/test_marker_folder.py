@@ -13,12 +13,12 @@ from armimpedance.arm.skeletons import elbow_skeleton
 from armimpedance.errors import InputError
 from armimpedance.motion import EmgSignals, MarkerRecording
 from armimpedance.plain import to_plain
-from armimpedance.recordings.convert import open_recording
-from armimpedance.recordings.folder import read_folder, write_folder
+from armimpedance.recordings.formats import open_recording
 from armimpedance.recordings.kind import recording_kind
-from armimpedance.recordings.marker_folder import read_markers, write_markers
-from armimpedance.recordings.motion_capture import CaptureOptions, open_motion_capture
-from armimpedance.recordings.motion_folder import read_motion
+from armimpedance.recordings.motion.marker_folder import read_markers, write_markers
+from armimpedance.recordings.motion.motion_capture import CaptureOptions, open_motion_capture
+from armimpedance.recordings.motion.motion_folder import read_motion
+from armimpedance.recordings.tables.folder import read_folder, write_folder
 from armimpedance.records import Subject
 
 LENGTHS = (20, 15)

@@ -13,10 +13,10 @@ from armimpedance.arm.skeletons import elbow_skeleton
 from armimpedance.errors import InputError
 from armimpedance.motion import MotionRecording
 from armimpedance.plain import to_plain
-from armimpedance.recordings.folder import read_folder
 from armimpedance.recordings.kind import recording_kind
-from armimpedance.recordings.motion_capture import open_motion_capture
-from armimpedance.recordings.motion_folder import read_motion, torque_columns, write_motion
+from armimpedance.recordings.motion.motion_capture import open_motion_capture
+from armimpedance.recordings.motion.motion_folder import read_motion, torque_columns, write_motion
+from armimpedance.recordings.tables.folder import read_folder
 
 SKELETON = elbow_skeleton(70.0, 1.75)
 

@@ -7,8 +7,8 @@ import pytest
 
 from armimpedance.arm.skeletons import elbow_skeleton
 from armimpedance.errors import InputError
-from armimpedance.recordings.motion_capture import CaptureOptions, open_motion_capture
-from armimpedance.recordings.opensim_table import opensim_motion, read_opensim_table
+from armimpedance.recordings.motion.motion_capture import CaptureOptions, open_motion_capture
+from armimpedance.recordings.motion.opensim_table import opensim_motion, read_opensim_table
 
 TIME = np.arange(8) / 50.0
 ELBOW_DEG = 60 + 20 * np.sin(TIME * 9)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from armimpedance.errors import InputError
-from armimpedance.recordings.folder import read_folder, write_folder
+from armimpedance.recordings.tables.folder import read_folder, write_folder
 from armimpedance.records import Recording, Subject
 
 

@@ -9,7 +9,7 @@ import pytest
 from armimpedance.arm.skeletons import body_skeleton, elbow_skeleton
 from armimpedance.errors import InputError
 from armimpedance.plain import to_plain
-from armimpedance.recordings.skeleton_json import read_skeleton, write_skeleton
+from armimpedance.recordings.motion.skeleton_json import read_skeleton, write_skeleton
 
 
 @pytest.mark.parametrize("skeleton", [elbow_skeleton(71.3, 1.77), body_skeleton(64.9, 1.66)])

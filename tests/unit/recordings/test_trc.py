@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from armimpedance.errors import InputError
-from armimpedance.recordings.motion_capture import open_motion_capture
-from armimpedance.recordings.trc import read_trc
+from armimpedance.recordings.motion.motion_capture import open_motion_capture
+from armimpedance.recordings.motion.trc import read_trc
 
 PLACES = np.random.default_rng(1).uniform(-0.9, 0.9, (5, 2, 3))
 

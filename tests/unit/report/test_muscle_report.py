@@ -8,9 +8,9 @@ from armimpedance.arm.muscle_paths import MuscularArm
 from armimpedance.arm.muscular_arms import arm_named
 from armimpedance.arm.polynomial_paths import constant_paths
 from armimpedance.errors import InputError
+from armimpedance.files.muscle_csv import write_muscle_results
 from armimpedance.levels.muscle_map import to_muscle
 from armimpedance.records import ImpedanceEstimate, Quality
-from armimpedance.report.muscle_csv import write_muscle_results
 from armimpedance.report.muscle_text import muscle_text
 
 POSSIBLE = np.array([[20.0, 8.0], [8.0, 22.0]])

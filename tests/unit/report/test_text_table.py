@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from armimpedance.errors import InputError
+from armimpedance.files.quantities import antisymmetric, principal_values
 from armimpedance.report.estimate_text import error_table, estimate_text
-from armimpedance.report.quantities import antisymmetric, principal_values
 from armimpedance.report.text_table import summary_table
 
 Z_95 = 1.959964

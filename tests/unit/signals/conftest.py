@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from armimpedance.records import Recording
-from manipulandum_sim.exo_emg import Electrodes, raw_emg
+from manipulandum_sim.elbow.emg import Electrodes, raw_emg
 
 MUSCLES = ("biceps", "triceps")
 MVC_V = np.array([4e-4, 6e-4])

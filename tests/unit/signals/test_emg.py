@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from armimpedance.errors import InputError
-from armimpedance.signals.emg import activation, envelope
+from armimpedance.signals.emg.emg import activation, envelope
 
 RATE = 1000.0
 

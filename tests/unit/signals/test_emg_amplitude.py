@@ -8,11 +8,11 @@ from scipy.signal import butter, sosfilt
 
 from armimpedance.errors import InputError
 from armimpedance.signals.causal import advanced, causal_lowpass, lowpass_delay_s
-from armimpedance.signals.emg import envelope
-from armimpedance.signals.emg_amplitude import emg_amplitude, segment_amplitude
-from armimpedance.signals.emg_carrier import lowpass_overlap, rectified_correlation, relative_sd
+from armimpedance.signals.emg.amplitude import emg_amplitude, segment_amplitude
+from armimpedance.signals.emg.carrier import lowpass_overlap, rectified_correlation, relative_sd
+from armimpedance.signals.emg.emg import envelope
 from armimpedance.signals.filters import lowpass
-from manipulandum_sim.exo_simulate import simulate_elbow
+from manipulandum_sim.elbow.simulate import simulate_elbow
 
 RATE = 1000.0
 TIME = np.arange(10_000) / RATE

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from armimpedance.errors import InputError
-from armimpedance.impedance.estimate import estimate
-from armimpedance.signals.activation import mean_activation, mvc_column
-from manipulandum_sim.simulate import simulate
+from armimpedance.impedance.estimation import estimate
+from armimpedance.signals.emg.activation import mean_activation, mvc_column
+from manipulandum_sim.hand.simulate import simulate
 
 CONDITION = "cocontraction_20"
 

@@ -1,0 +1,1 @@
+"""The rigs behind `armimpedance simulate`, one file each."""

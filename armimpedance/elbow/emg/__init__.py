@@ -1,0 +1,1 @@
+"""Stiffness and viscosity as laws of EMG amplitudes, and the index of co-contraction."""

@@ -1,0 +1,259 @@
+"""K and B linear in the EMG amplitudes of flexor and extensor, Ruiz (2011), (4).
+
+    K = k0 + kF s_F + kE s_E,   B = b0 + bF s_F + bE s_E
+
+Amplitudes are estimates too, and least squares, which the source uses, flattens slopes by what
+their errors explain. Here their errors are accounted for (`elbow.emg_errors`); the naive fit stands
+beside it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from armimpedance.arrays import FloatArray, frozen_array
+from armimpedance.elbow.emg.law_result import LAW_UNITS, EmgLaw, LinearLaw, constant_and
+from armimpedance.elbow.emg.rank import refuse_alike
+from armimpedance.elbow.result import ElbowFit
+from armimpedance.errors import EstimationError, InputError
+from armimpedance.regression.equations import solve_total
+from armimpedance.regression.errors_in_regressors import (
+    DOUBTFUL,
+    Corrected,
+    ErrorMoments,
+    refuse_unreliable,
+    small_sample_term,
+    solve_corrected,
+)
+
+#: Rounds of, and a relative change that ends, the search for weights and slopes.
+_ROUNDS, _SETTLED = 200, 1e-9
+#: Points without any error weigh as if they had this part of the variance of the values.
+_EXACT: Final = 1e-20
+
+
+def fit_emg_law(
+    stiffness: ArrayLike,
+    stiffness_sd: ArrayLike,
+    amplitude: ArrayLike,
+    amplitude_sd: ArrayLike,
+    *,
+    viscosity: ArrayLike | None = None,
+    viscosity_sd: ArrayLike | None = None,
+    muscles: Sequence[str] = ("flexor", "extensor"),
+) -> EmgLaw:
+    """Fit (4) to L operating points.
+
+    Parameters
+    ----------
+    stiffness, stiffness_sd : (L,)
+        Nm/rad, and standard errors (0: not known, points count alike).
+    amplitude : (L, m)
+        Parts of the maximum contraction.
+    amplitude_sd : (L, m), (m,) or float
+        Standard errors.
+    viscosity, viscosity_sd : (L,), optional
+        Nm s/rad.
+    muscles : sequence of m str
+
+    Raises
+    ------
+    InputError
+        Shapes that do not belong together, negative errors, no more points than coefficients.
+    NotIdentifiableError
+        Amplitudes that do not vary, that vary together, or that are errors for the most part.
+    EstimationError
+        Weights and slopes do not settle.
+    """
+    K = fit_law("K", stiffness, stiffness_sd, amplitude, amplitude_sd, muscles=muscles)
+    if viscosity is None:
+        return EmgLaw(K)
+    sd = np.zeros(len(np.asarray(viscosity))) if viscosity_sd is None else viscosity_sd
+    return EmgLaw(K, fit_law("B", viscosity, sd, amplitude, amplitude_sd, muscles=muscles))
+
+
+def fit_emg_law_of(
+    fits: Sequence[ElbowFit],
+    amplitude: ArrayLike,
+    amplitude_sd: ArrayLike,
+    *,
+    muscles: Sequence[str] = ("flexor", "extensor"),
+) -> EmgLaw:
+    """`fit_emg_law` of one `ElbowFit` per operating point, with their robust standard errors."""
+    K, B = [f.stiffness for f in fits], [f.viscosity for f in fits]
+    return fit_emg_law(
+        [k.value for k in K],
+        [k.sd_robust for k in K],
+        amplitude,
+        amplitude_sd,
+        viscosity=[b.value for b in B],
+        viscosity_sd=[b.sd_robust for b in B],
+        muscles=muscles,
+    )
+
+
+def fit_law(
+    symbol: str,
+    value: ArrayLike,
+    value_sd: ArrayLike,
+    amplitude: ArrayLike,
+    amplitude_sd: ArrayLike,
+    *,
+    muscles: Sequence[str],
+) -> LinearLaw:
+    """One linear law of m amplitudes; arguments and errors as of `fit_emg_law`.
+
+    Points weigh ``1 / (sd^2 + sum_i (c_i sd_i)^2 + scatter^2)``; the scatter is the one that makes
+    the weighted squares of the residuals as large as their number less that of the coefficients.
+    """
+    if symbol not in LAW_UNITS:
+        raise InputError(f"unknown law {symbol!r}", expected=f"one of {', '.join(LAW_UNITS)}")
+    y, sd, s, s_sd = _points(value, value_sd, amplitude, amplitude_sd, muscles)
+    names = ("constant", *muscles)
+    conds = refuse_alike(s, s_sd, tuple(muscles))
+    W, S = constant_and(s), _error_covariance(s_sd)
+    variance, scatter = _settled(W, y, sd, S, names)
+    moments = _moments(W, y, S, variance, names)
+    found = solve_corrected(moments, small_sample_term(moments))
+    residual = y - W @ found.coefficients
+    weight = 1 / variance
+    about = y - np.average(y, weights=weight)
+    law = LinearLaw(
+        symbol=symbol,
+        muscles=tuple(muscles),
+        coefficients=found.coefficients,
+        naive=found.naive,
+        covariance=found.covariance,
+        naive_covariance=found.naive_covariance,
+        dof=found.dof,
+        scatter=scatter,
+        r2=1 - float(weight @ residual**2) / max(float(weight @ about**2), 1e-300),
+        cond_raw=conds[0],
+        cond_scaled=conds[1],
+        reliability=found.reliability,
+        lowest=s.min(axis=0),
+        highest=s.max(axis=0),
+        n=len(y),
+    )
+    return _warned(law, found)
+
+
+def _points(
+    value: ArrayLike,
+    value_sd: ArrayLike,
+    amplitude: ArrayLike,
+    amplitude_sd: ArrayLike,
+    muscles: Sequence[str],
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Checked values and errors (L,), amplitudes and errors (L, m)."""
+    y = frozen_array(value, "values", (None,))
+    s = frozen_array(amplitude, "amplitudes", (len(y), len(muscles)))
+    if len(y) < s.shape[1] + 2:
+        raise InputError(
+            f"{len(y)} operating points for {s.shape[1] + 1} coefficients",
+            expected=f"{s.shape[1] + 2} or more",
+        )
+    try:
+        sd = np.broadcast_to(np.asarray(value_sd, dtype=np.float64), y.shape)
+        s_sd = np.broadcast_to(np.asarray(amplitude_sd, dtype=np.float64), s.shape)
+    except ValueError as error:
+        raise InputError(f"standard errors do not fit the points: {error}") from error
+    for name, errors in (("values", sd), ("amplitudes", s_sd)):
+        if not (np.isfinite(errors).all() and (errors >= 0).all()):
+            raise InputError(f"a standard error of the {name} is negative or not finite")
+    return y, sd, s, s_sd
+
+
+def _error_covariance(amplitude_sd: FloatArray) -> FloatArray:
+    """Covariance (L, m + 1, m + 1) of the errors of each row of W; the constant has none."""
+    L, m = amplitude_sd.shape
+    S = np.zeros((L, m + 1, m + 1))
+    S[:, np.arange(1, m + 1), np.arange(1, m + 1)] = amplitude_sd**2
+    return S
+
+
+def _moments(
+    W: FloatArray, y: FloatArray, S: FloatArray, variance: FloatArray, names: tuple[str, ...]
+) -> ErrorMoments:
+    """One cluster per point, weighted."""
+    w = 1 / variance
+    gram = np.einsum("l,li,lj->lij", w, W, W)
+    units = ("",) * len(names)
+    return ErrorMoments(gram, W * (w * y)[:, None], S * w[:, None, None], names, units)
+
+
+def _settled(
+    W: FloatArray, y: FloatArray, sd: FloatArray, S: FloatArray, names: tuple[str, ...]
+) -> tuple[FloatArray, float]:
+    """Variance (L,) of each point about the law, and its unexplained part as a deviation.
+
+    Weights need the slopes and slopes the weights: in turns until both stay.
+    """
+    base = np.full(len(y), float(y.var() + (sd**2).mean()) or 1.0)
+    refuse_unreliable(_moments(W, y, S, base, names), points=len(y))
+    variance, scatter = base, 0.0
+    for _ in range(_ROUNDS):
+        before = variance
+        beta = solve_total(_moments(W, y, S, variance, names).corrected)
+        # known (L,) = sd^2 + beta^T S_l beta
+        known = sd**2 + np.einsum("i,lij,j->l", beta, S, beta)
+        scatter = _unexplained(y - W @ beta, known, len(y) - len(beta))
+        variance = np.maximum(known + scatter, _EXACT * base)
+        if np.abs(variance - before).max() <= _SETTLED * variance.max():
+            return variance, float(np.sqrt(scatter))
+    raise EstimationError(
+        f"weights and slopes of {', '.join(names[1:])} do not settle in {_ROUNDS} rounds: "
+        "errors of the amplitudes are too large for these points"
+    )
+
+
+def _unexplained(residual: FloatArray, known: FloatArray, dof: int) -> float:
+    """t >= 0 with ``sum residual^2 / (known + t) = dof`` (R. C. Paule, J. Mandel, 1982)."""
+    from scipy.optimize import brentq
+
+    squares = residual**2
+    most = float(squares.sum()) / dof
+
+    def excess(t: float) -> float:
+        total = np.maximum(known + t, np.finfo(float).tiny)
+        return float((squares / total).sum()) - dof
+
+    if most == 0 or excess(0.0) <= 0:
+        return 0.0
+    if excess(most) >= 0:  # nothing else is known of the points' errors
+        return most
+    return float(brentq(excess, 0.0, most, xtol=1e-14 * most, rtol=1e-13))
+
+
+def _warned(law: LinearLaw, found: Corrected) -> LinearLaw:
+    """The law with what a reader must know."""
+    said = []
+    if law.reliability < DOUBTFUL:
+        said.append(
+            f"errors explain {100 - 100 * law.reliability:.0f} % of how the amplitude of "
+            f"{' and '.join(found.least_certain)} varies: least squares is flattened by it, and "
+            "the correction is rough"
+        )
+    if law.symbol in ("K", "B"):
+        said += _negative(law)
+    return replace(law, warnings=tuple(said))
+
+
+def _negative(law: LinearLaw) -> list[str]:
+    """Muscles that seem to lower K or B."""
+    said = []
+    for name, value, (low, high) in zip(
+        law.names[1:], law.coefficients[1:], law.interval()[1:], strict=True
+    ):
+        if value < 0:
+            sure = "surely so" if high < 0 else "perhaps by its errors"
+            said.append(
+                f"{name} is negative ({value:.3g}, {low:.3g} to {high:.3g}; {sure}): a muscle does "
+                f"not lower {law.symbol} as it becomes more active"
+            )
+    return said

@@ -1,0 +1,1 @@
+"""I, B and K of one joint at an operating point: one file a method, and their table."""

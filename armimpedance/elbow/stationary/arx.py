@@ -1,0 +1,109 @@
+"""ARX as the source does it, on filtered and decimated samples: least squares in discrete time.
+
+``y(t) = -a1 y(t-1) - a2 y(t-2) + b1 u(t-nk) + ... + e(t)``. Measured angles stand on both sides:
+their noise biases the estimate unless a filter took it away first. For torque without steps the
+bilinear structure holds with ``b = b1 (1, 2, 1)``, so that three numbers are fitted for three; the
+three b of nb = 3 can be left free, as at a low rate, where they take up what it warps.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from armimpedance.arrays import FloatArray
+from armimpedance.elbow.stationary import instruments
+from armimpedance.elbow.stationary.band import Band, start_values
+from armimpedance.elbow.stationary.discrete import Structure
+from armimpedance.elbow.stationary.estimate import Estimate, Rows, ramp, solve_rows, without
+from armimpedance.elbow.stationary.lagged import FREE, SHAPE, column_names, lagged, to_estimate
+from armimpedance.elbow.stationary.noise_bias import LARGEST, in_words, predicted_bias
+from armimpedance.elbow.stationary.output_error import fit_band
+from armimpedance.elbow.stationary.preparation import Prepared
+from armimpedance.errors import InputError
+from armimpedance.regression.fit import t_factor
+
+#: Below so many samples per period of the band's edge the three b are left free.
+WARPED: Final = 20
+
+
+def solve(prepared: Prepared, band: Band) -> Estimate:
+    """Least squares, bilinear structure; the interval holds the bias that sensors' noise makes.
+
+    Raises
+    ------
+    InputError
+        Samples that were neither filtered nor decimated, and noise that would decide the outcome.
+    EstimationError
+        The fitted poles or gain are no joint's.
+    NotIdentifiableError
+        The record does not tell the coefficients apart.
+    """
+    free = prepared.sample_rate_hz < WARPED * prepared.band_hz
+    if prepared.perturbation is None:
+        reference = fit_band(band, start_values(band))
+    else:
+        # Where the device reacts to the subject, output error is off as well.
+        reference = instruments.solve(prepared, band).values
+    bias = predicted_bias(prepared, band, reference, "tustin", free=free)
+    large = bias is None or bool((np.abs(bias) > LARGEST).any())
+    if large and prepared.cutoff_hz is None and prepared.decimation == 1:
+        raise InputError(
+            f"arx on raw samples at {prepared.sample_rate_hz:g} Hz: noise of the sensors would "
+            f"give {in_words(bias)}",
+            expected="a low-pass or decimation (automatic if not told), or method iv or "
+            "output-error",
+        )
+    estimate = solve_structure(prepared, "tustin", free=free)
+    return _with_bias(estimate, bias, reference)
+
+
+def _with_bias(estimate: Estimate, bias: FloatArray | None, reference: FloatArray) -> Estimate:
+    """Intervals that hold what is known to be off, predicted or seen against the reference.
+
+    The prediction knows the sensors' noise only; the subject's own torque is noise of the equation
+    too and moves least squares away from what output error, or instruments where the perturbation
+    is recorded, find in the same record.
+    """
+    seen = estimate.values / reference - 1
+    predicted = np.zeros(3) if bias is None else bias
+    sd = np.sqrt(np.diag(estimate.covariance)) / estimate.values
+    unforeseen = np.abs(seen) > np.abs(predicted) + t_factor(estimate.dof) * sd
+    # What is off by b (3,) is uncertain by it: C (3, 3) + b b^T
+    off = np.where(unforeseen, seen, predicted)
+    by = off * estimate.values
+    warnings: tuple[str, ...] = ()
+    if bias is None or (np.abs(off) > LARGEST).any():
+        told = in_words(None if bias is None and not unforeseen.any() else off)
+        why = "noise of the equation" if unforeseen.any() else "noise of the sensors and the rate"
+        warnings = (
+            f"least squares suffers from {why}: {told}; the intervals allow for it, methods iv "
+            "and output-error do not have it",
+        )
+    return replace(
+        estimate,
+        covariance=estimate.covariance + np.outer(by, by),
+        details={**estimate.details, "bias": tuple(float(b) for b in off)},
+        warnings=warnings,
+    )
+
+
+def solve_structure(prepared: Prepared, structure: Structure, *, free: bool = False) -> Estimate:
+    """Least squares in one of the two structures, its b in their proportions or `free`.
+
+    Raises
+    ------
+    EstimationError, NotIdentifiableError
+        As `solve`.
+    """
+    shape = (FREE if free else SHAPE)[structure]
+    rows = []
+    for row in range(prepared.n_trials):
+        inside = prepared.inside(row)
+        table = lagged(prepared.angle[inside], prepared.torque[inside], structure, shape)
+        X, y = without(ramp(len(table.y)), table.X, table.y)
+        rows.append(Rows(X, X, y, len(y) / prepared.sample_rate_hz))
+    solved = solve_rows(rows, column_names(shape))
+    return to_estimate(solved, prepared.sample_rate_hz, structure, shape)

@@ -1,0 +1,97 @@
+"""The same record another way: where two estimates differ by more than chance, one is biased.
+
+Both come from the same blocks of the same record, so most of their errors are common. Each tells
+what every block moved it by; the difference of these has the covariance of the difference (J. A.
+Hausman, Econometrica 46, 1978, with blocks for the variance). Two pairs are compared:
+
+- Output error against instruments from the device's perturbation. The device reacts to what the
+  subject pushes, so the measured torque holds it, and output error takes it for a cause of the
+  motion. It is not made to use the perturbation: it would then be the instruments once more.
+- Weights of the residual against weights of the sensors' floors. A joint of second order gives
+  the same under both; one whose stiffness depends on the frequency does not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from armimpedance.arrays import FloatArray
+from armimpedance.elbow.result import NAMES
+from armimpedance.elbow.stationary.band import Band
+from armimpedance.elbow.stationary.estimate import Estimate
+from armimpedance.elbow.stationary.instruments import solve as solve_instruments
+from armimpedance.elbow.stationary.methods import Method
+from armimpedance.elbow.stationary.preparation import Prepared
+from armimpedance.errors import EstimationError, NotIdentifiableError
+from armimpedance.regression.fit import t_factor
+
+#: Chance alone finds a difference in I, B or K this often.
+CHANCE: Final = 0.01
+#: Differences below this part of a value are of no consequence, however sure.
+SMALL: Final = 0.01
+
+
+def difference(first: Estimate, second: Estimate) -> FloatArray | None:
+    """``first - second`` of I, B, K (3,); None where chance explains it."""
+    d = first.values - second.values
+    if first.moved is None or second.moved is None or first.moved.shape != second.moved.shape:
+        return None
+    # C (3, 3) = (m1 - m2)^T (3, T) (m1 - m2) (T, 3)
+    sd = np.sqrt(((first.moved - second.moved) ** 2).sum(axis=0))
+    beyond = np.abs(d) > t_factor(first.dof, 1 - CHANCE / len(NAMES)) * sd
+    large = np.abs(d) > SMALL * np.abs(second.values)
+    return d if (beyond & large).any() else None
+
+
+def with_comparisons(
+    estimate: Estimate, method: Method, prepared: Prepared, floors: Band, band: Band
+) -> Estimate:
+    """The estimate with a warning, and a wider interval, where another way differs.
+
+    Parameters
+    ----------
+    estimate : Estimate
+        Of `method` with the weights of `band`.
+    method : Method
+    prepared : Prepared
+    floors, band : Band
+        Weights of the sensors alone, and those used.
+    """
+    if method.name == "output-error" and prepared.source.perturbation is not None:
+        estimate = _compared(
+            estimate,
+            lambda: solve_instruments(prepared, band),
+            "method iv, from the device's perturbation, finds {}: the measured torque reacts to "
+            "what the subject pushes, which biases output error; take iv",
+        )
+    if method.name != "arx" and band is not floors:
+        estimate = _compared(
+            estimate,
+            lambda: method.identify(prepared, floors),
+            "weighed by the sensors' noise alone the record gives {}: a stiffness that depends on "
+            "the frequency (a reflex), or the subject's answer in the torque; compare bands "
+            "(lowest and cut-off frequency)",
+        )
+    return estimate
+
+
+def _compared(estimate: Estimate, other_way: Callable[[], Estimate], sentence: str) -> Estimate:
+    try:
+        other = other_way()
+    except (EstimationError, NotIdentifiableError):
+        return estimate
+    d = difference(estimate, other)
+    if d is None:
+        return estimate
+    shown = ", ".join(f"{n} {v:.3g}" for n, v in zip(NAMES, other.values, strict=True))
+    # What may be off by d (3,) is uncertain by it: C (3, 3) + d d^T
+    return replace(
+        estimate,
+        covariance=estimate.covariance + np.outer(d, d),
+        warnings=(*estimate.warnings, f"{sentence.format(shown)}; the intervals allow for it"),
+        moved=None,
+    )

@@ -1,0 +1,51 @@
+"""What a time-varying method hands to the entry, which makes the result of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+import numpy as np
+
+from armimpedance.arrays import FloatArray, IntArray
+from armimpedance.elbow.varying.data import VaryingData
+
+#: Grid of the result where a method has none of its own, s.
+EVERY_S: Final = 0.02
+
+
+@dataclass(frozen=True)
+class Found:
+    """B and K at L points of the trials, with what was chosen and warned of.
+
+    Attributes
+    ----------
+    trial : (L,) int
+        From 0, rising.
+    time_s, B, K, sd_B, sd_K : (L,)
+    inertia, sd_inertia : float
+    dof : float
+    notes, warnings : tuple of str
+    details : mapping
+    """
+
+    trial: IntArray
+    time_s: FloatArray
+    B: FloatArray
+    K: FloatArray
+    sd_B: FloatArray
+    sd_K: FloatArray
+    inertia: float
+    sd_inertia: float
+    dof: float = float("inf")
+    notes: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+    details: Mapping[str, Any] = field(default_factory=dict)
+
+
+def grid(data: VaryingData, every_s: float | None) -> IntArray:
+    """Samples (L,) on the grid of the result, from each trial's first."""
+    step = max(round((every_s or EVERY_S) * data.rate_hz), 1)
+    pairs = zip(data.offsets[:-1], data.offsets[1:], strict=True)
+    return np.concatenate([np.arange(a, b, step) for a, b in pairs])

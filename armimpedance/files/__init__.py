@@ -1,0 +1,1 @@
+"""Results and models as files: written whole, and read back without loss."""

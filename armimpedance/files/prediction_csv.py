@@ -1,0 +1,148 @@
+"""Postures and activations to predict at, and the table of what was predicted."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from armimpedance.arrays import FloatArray
+from armimpedance.conventions import element_names
+from armimpedance.ellipses import NotPositiveDefiniteError, ellipse
+from armimpedance.errors import InputError
+from armimpedance.files.quantities import limits_of
+from armimpedance.files.result_row import Cells, ellipse_cells
+from armimpedance.files.table_row import TableRow, table_rows
+from armimpedance.muscles.at_hand import HandPrediction
+from armimpedance.muscles.prediction import JointPrediction, Predicted
+from armimpedance.outputs import staged_file
+from armimpedance.regression.fit import t_factor
+
+_MATRICES: Final = (("K", "stiffness"), ("B", "viscosity"))
+
+
+def read_postures(path: str | Path) -> FloatArray:
+    """Columns `q_shoulder_rad`, `q_elbow_rad` of a file, (P, 2).
+
+    Raises
+    ------
+    InputError
+        With file, row and column.
+    """
+    rows = table_rows(Path(path), "a table with q_shoulder_rad and q_elbow_rad")
+    names = ("q_shoulder_rad", "q_elbow_rad")
+    return np.array([[row.number(name) for name in names] for row in rows])
+
+
+def read_activations(path: str | Path, muscles: int) -> FloatArray:
+    """Columns `alpha_1 …` of a file, each 0..1, (P, muscles).
+
+    Raises
+    ------
+    InputError
+        With file, row and column.
+    """
+    rows = table_rows(Path(path), f"a table with alpha_1 … alpha_{muscles}")
+    return np.array([[_activation(row, i) for i in range(1, muscles + 1)] for row in rows])
+
+
+def _activation(row: TableRow, muscle: int) -> float:
+    name = f"alpha_{muscle}"
+    alpha = row.number(name)
+    if not 0 <= alpha <= 1:
+        raise row.error(f"{alpha:g}", name, "0 to 1 (1 is the maximum voluntary contraction)")
+    return alpha
+
+
+def write_predictions(predicted: JointPrediction | HandPrediction, path: str | Path) -> None:
+    """Write one row per posture and activation, whole or not at all.
+
+    Columns: `level`, the posture, `alpha_i` where the model has activations, `K_ij`, `B_ij` with
+    `sd_` and 95 % limits `ci_low_`, `ci_high_`, the ellipses' `K_size, K_orientation_deg, K_shape`
+    (of the hand: from the line shoulder to hand; of the joints: from the first axis) with limits,
+    `extrapolated` (0 or 1) and `reason`. Where a matrix is not positive definite its ellipse stays
+    empty.
+    """
+    joint = predicted.joint if isinstance(predicted, HandPrediction) else predicted
+    count = len(joint.joint_angles)
+    matrices = [_matrix_rows(predicted, symbol, field) for symbol, field in _MATRICES]
+    ellipses = [_ellipse_rows(predicted, symbol, field) for symbol, field in _MATRICES]
+    rows = [_place(predicted, joint, p) for p in range(count)]
+    for p, row in enumerate(rows):
+        for table in (*matrices, *ellipses):
+            row |= table[p]
+        row |= {"extrapolated": int(joint.extrapolated[p]), "reason": joint.reasons[p]}
+    with staged_file(path) as staged, open(staged, "w", newline="", encoding="utf-8") as stream:
+        writer = csv.DictWriter(stream, list(rows[0]), lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+
+
+def _place(predicted: JointPrediction | HandPrediction, joint: JointPrediction, p: int) -> Cells:
+    hand = isinstance(predicted, HandPrediction)
+    cells: Cells = {"level": "hand" if hand else "joint"}
+    cells |= _named(("q_shoulder_rad", "q_elbow_rad"), joint.joint_angles[p])
+    if isinstance(predicted, HandPrediction):
+        cells |= _named(("hand_x_m", "hand_y_m"), predicted.hand_position[p])
+    if joint.activation is not None:
+        alpha = joint.activation[p]
+        cells |= _named([f"alpha_{i}" for i in range(1, len(alpha) + 1)], alpha)
+    return cells
+
+
+def _matrix_rows(predicted: Predicted, symbol: str, field: str) -> list[Cells]:
+    """Elements of one matrix with their errors and limits, one mapping per row."""
+    values = getattr(predicted, f"{field}_matrices").reshape(-1, 4)
+    variance = np.einsum("pii->pi", predicted.element_covariance(field))
+    sd = np.sqrt(np.maximum(variance, 0.0))
+    half = t_factor(predicted.dof) * sd
+    tables = {"": values, "sd_": sd, "ci_low_": values - half, "ci_high_": values + half}
+    names = [prefix + name for prefix in tables for name in element_names(symbol, 2)]
+    return [_named(names, row) for row in np.hstack(list(tables.values()))]
+
+
+def _ellipse_rows(predicted: Predicted, symbol: str, field: str) -> list[Cells]:
+    """Ellipses of one matrix with their limits, one mapping per row; empty where there is none."""
+    matrices = getattr(predicted, f"{field}_matrices")
+    reference = np.zeros(len(matrices))
+    if isinstance(predicted, HandPrediction):
+        reference = predicted.reference_angle_rad
+    covariance = predicted.element_covariance(field)
+    rows = []
+    for A, C, line in zip(matrices, covariance, reference, strict=True):
+        try:
+            found = ellipse(A, reference_angle_rad=line, covariance=C, dof=predicted.dof)
+            rows.append(ellipse_cells(symbol, limits_of(found)))
+        except NotPositiveDefiniteError:
+            rows.append(ellipse_cells(symbol, {}))
+    return rows
+
+
+def _named(names: Sequence[str], values: FloatArray) -> Cells:
+    return dict(zip(names, map(float, values), strict=True))
+
+
+def joined(postures: FloatArray | None, activations: FloatArray | None) -> tuple[Any, Any]:
+    """Postures and activations row by row; a single row goes with all rows of the other.
+
+    Raises
+    ------
+    InputError
+        Neither is one row, and they differ in number.
+    """
+    if postures is None or activations is None:
+        return postures, activations
+    p, a = len(postures), len(activations)
+    if p != a and 1 not in (p, a):
+        raise InputError(
+            f"{p} postures and {a} activations",
+            expected="as many of one as of the other, or a single row of one",
+        )
+    rows = max(p, a)
+    return (
+        np.broadcast_to(postures, (rows, postures.shape[1])),
+        np.broadcast_to(activations, (rows, activations.shape[1])),
+    )

@@ -1,0 +1,201 @@
+"""RESULTS.csv: one row per estimate, written whole or not at all, and read back without loss."""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, get_args
+
+import numpy as np
+
+from armimpedance.arrays import FloatArray
+from armimpedance.conventions import AXES, Level, parameter_names
+from armimpedance.errors import InputError, RecordError
+from armimpedance.files.result_row import is_result_column, require_results, row_blocks
+from armimpedance.files.results_json import write_results_json
+from armimpedance.files.table_row import TableRow, table_rows
+from armimpedance.outputs import staged_file
+from armimpedance.records import ImpedanceEstimate, Quality
+
+__all__ = ["read_results", "write_results", "write_results_json"]
+
+_LINE_BREAKS = re.compile(r"[\r\n\x00]+")
+_NUMBER = re.compile(r"-?(0|[1-9]\d*)(\.\d+)?([eE][+-]?\d+)?")
+
+
+def write_results(estimates: Sequence[ImpedanceEstimate], path: str | Path) -> None:
+    """Write RESULTS.csv through a temporary name.
+
+    Estimates of one, two and three axes may stand in one file: the columns are those of all, the
+    cells that a row has no value for stay empty. Numbers are written with all their digits.
+    `position_i_rad` and `force_i_Nm` stand for a recording of joints, `position_i_m` and
+    `force_i_N` for all others (`quantities.is_recording_of_joints`). Line breaks inside a text
+    become spaces: a row is a line.
+
+    Raises
+    ------
+    InputError
+        Without estimates, or when a group's column is named like a column of the results.
+    """
+    require_results(estimates, path)
+    rows = [row_blocks(e) for e in estimates]
+    # Most axes first: its columns hold those of all others in the right order.
+    ordered = sorted(rows, key=lambda blocks: -len(blocks["matrices"]))
+    columns = list(
+        dict.fromkeys(
+            (block, name) for block in rows[0] for blocks in ordered for name in blocks[block]
+        )
+    )
+    with staged_file(path) as staged, open(staged, "w", newline="", encoding="utf-8") as stream:
+        table = csv.writer(stream, lineterminator="\n")
+        table.writerow([name for _, name in columns])
+        for blocks in rows:
+            table.writerow([_as_cell(blocks[block].get(name)) for block, name in columns])
+
+
+def _as_cell(value: Any) -> Any:
+    return _LINE_BREAKS.sub(" ", value) if isinstance(value, str) else value
+
+
+def read_results(path: str | Path) -> list[ImpedanceEstimate]:
+    """Read RESULTS.csv, ours or one that a script wrote to the same contract.
+
+    Needed are `n_trials`, `method`, `level`, all of `M_ij, B_ij, K_ij`, and either `covariance`
+    or all of `sd_M_ij, sd_B_ij, sd_K_ij`: with the latter alone the covariance is diagonal and the
+    estimate says so in a warning. Without `dof` it is taken as `n_trials - 1`. Intervals, ellipses
+    and antisymmetric parts are not read: they follow from the rest. Columns that are not the
+    results' own are the group's; there, what looks like a number is one (`condition` stays text).
+    A column without a name, such as a data frame's row numbers, is passed over.
+
+    Raises
+    ------
+    InputError
+        With file, row and column of what is missing or is not what it should be.
+    """
+    return [_estimate(row) for row in table_rows(Path(path))]
+
+
+def _estimate(row: TableRow) -> ImpedanceEstimate:
+    k = _axes(row)
+    quality = _quality(row)
+    covariance, warnings = _covariance(row, k)
+    places = _places(row, k)
+    handle = row.cells.get("M_with_handle_11")
+    try:
+        return ImpedanceEstimate(
+            level=row.text("level", get_args(Level)),  # type: ignore[arg-type]
+            method=row.text("method"),
+            inertia=row.matrix("M", k),
+            viscosity=row.matrix("B", k),
+            stiffness=row.matrix("K", k),
+            covariance=covariance,
+            dof=row.optional("dof", missing=max(quality.n_trials - 1, 1)),
+            quality=quality,
+            inertia_with_handle=row.matrix("M_with_handle", k) if handle else None,
+            keys=_group(row),
+            joint_angles=_joint_angles(row),
+            torque=row.vector("torque_{}_Nm", range(1, 10)),
+            activation=row.vector("alpha_{}", range(1, 100)),
+            activation_sd=row.vector("sd_alpha_{}", range(1, 100)),
+            muscles=_sentences(row, "muscles"),
+            **places,
+            warnings=(*_sentences(row, "warnings"), *warnings),
+            provenance=_sentences(row, "provenance"),
+        )
+    except RecordError as error:
+        raise InputError(
+            error.problem, file=row.file, row=row.line, expected=error.expected
+        ) from error
+
+
+def _axes(row: TableRow) -> int:
+    filled = [name for name, text in row.cells.items() if text and re.fullmatch(r"K_\d\d", name)]
+    return max((int(digit) for name in filled for digit in name[2:]), default=1)
+
+
+def _places(row: TableRow, k: int) -> dict[str, FloatArray | None]:
+    """Position, force and shoulder: where known, of the same number of axes."""
+    joints = row.cells.get("position_1_rad") or row.cells.get("force_1_Nm")
+    templates = {
+        "position": "position_{}_rad" if joints else "position_{}_m",
+        "force": "force_{}_Nm" if joints else "force_{}_N",
+        "shoulder_m": "shoulder_{}_m",
+    }
+    axes = k if row.cells.get("level") == "hand" else None
+    places: dict[str, FloatArray | None] = {}
+    for field, template in templates.items():
+        names = AXES if field == "shoulder_m" else range(1, 10)
+        places[field] = values = row.vector(template, names)
+        if values is None:
+            continue
+        axes = len(values) if axes is None else axes
+        if len(values) != axes:
+            column = template.format(names[min(len(values), axes, len(names) - 1)])
+            raise row.error(f"{len(values)} values", column, f"as many as axes: {axes}")
+    return places
+
+
+def _joint_angles(row: TableRow) -> FloatArray | None:
+    named = row.vector("q_{}_rad", ("shoulder", "elbow"))
+    return row.vector("q_{}_rad", range(1, 10)) if named is None else named
+
+
+def _quality(row: TableRow) -> Quality:
+    return Quality(
+        n_trials=row.count("n_trials", low=0),
+        n_rows=row.count("n_rows") if row.cells.get("n_rows") else 0,
+        multiple_correlation=row.optional("multiple_correlation"),
+        vaf=row.optional("vaf"),
+        cond_raw=row.optional("cond_raw"),
+        cond_scaled=row.optional("cond_scaled"),
+        rank=row.count("rank") if row.cells.get("rank") else 0,
+        residual_sd=row.optional("residual_sd"),
+        coherence=row.optional("coherence", missing=None),
+    )
+
+
+def _covariance(row: TableRow, k: int) -> tuple[FloatArray, tuple[str, ...]]:
+    """The covariance of M, B, K, and what to warn of."""
+    if not row.cells.get("covariance"):
+        sd = [row.number(f"sd_{name}", low=0) for name in parameter_names(k)]
+        sentence = "no covariance in the file: the errors of the elements taken as independent"
+        return np.diag(np.square(sd)), (sentence,)
+    p = 3 * k * k
+    count = p * (p + 1) // 2
+    try:
+        values = np.array(json.loads(row.cells["covariance"]), dtype=float)
+    except (ValueError, TypeError):
+        values = np.array([])
+    if values.shape != (count,) or not np.isfinite(values).all():
+        expected = f"a JSON list of {count} finite numbers (lower triangle)"
+        raise row.error("not a covariance", "covariance", expected)
+    covariance = np.zeros((p, p))
+    covariance[np.tril_indices(p)] = values
+    covariance += np.tril(covariance, -1).T
+    if (np.diag(covariance) < 0).any():
+        raise row.error("a variance is negative", "covariance", "variances of at least 0")
+    return covariance, ()
+
+
+def _sentences(row: TableRow, column: str) -> tuple[str, ...]:
+    text = row.cells.get(column, "")
+    return tuple(text.split("; ")) if text else ()
+
+
+def _group(row: TableRow) -> dict[str, Any]:
+    return {
+        name: text if name == "condition" else _plain(text)
+        for name, text in row.cells.items()
+        if name and text and not is_result_column(name)
+    }
+
+
+def _plain(text: str) -> int | float | str:
+    """A number where the text is one in its plain form (``007`` is not)."""
+    match = _NUMBER.fullmatch(text)
+    if not match:
+        return text
+    return float(text) if match[2] or match[3] else int(text)

@@ -1,0 +1,1 @@
+"""Estimators of hand impedance, one file each, and the table that lists them."""

@@ -1,0 +1,168 @@
+"""The impedance equation of every trial in terms of modes: few rows, any covariance.
+
+Against each test function, `M x'' + B x' + K x = -f` is a sum over the window; with n modes and d
+axes a trial is d n rows. Weighted by V = Sigma^-1 they give normal equations for M, B and K
+together, since noise ties the axes to each other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from armimpedance.arrays import FloatArray, IntArray, frozen_array
+from armimpedance.conventions import UNITS, Kind, element_names, parameter_names
+from armimpedance.records import Window
+from armimpedance.regression.equations import TrialEquations
+from armimpedance.signals.modes import Modes, delayed, spline_modes
+
+
+@dataclass(frozen=True, eq=False)
+class ModalEquation:
+    """``M x'' + B x' + K x (+ R x_delayed) = -f`` of T trials in n modes.
+
+    Attributes
+    ----------
+    modes : Modes
+    lag_s : (S,)
+        Of the window that the modes cover.
+    motion : (T, r, d, n)
+        x'', x', x of each axis, measured from where the hand rested before the onset; r > 3 where
+        delayed x follow.
+    force : (T, d, n)
+        -f, f being the force less its mean over all trials before the onset.
+    disturbance : (T,) int or None
+    """
+
+    modes: Modes
+    lag_s: FloatArray
+    motion: FloatArray
+    force: FloatArray
+    disturbance: IntArray | None = None
+
+    def __post_init__(self) -> None:
+        put, n = object.__setattr__, self.modes.count
+        put(self, "motion", frozen_array(self.motion, "motion", (None, None, None, n)))
+        shape = (len(self.motion), self.motion.shape[2], n)
+        put(self, "force", frozen_array(self.force, "force", shape))
+
+    @property
+    def axes(self) -> int:
+        """Number of axes d."""
+        return int(self.motion.shape[2])
+
+    @property
+    def trials(self) -> int:
+        """Number of trials T."""
+        return len(self.motion)
+
+    @property
+    def matrices(self) -> int:
+        """Number of unknown matrices r."""
+        return int(self.motion.shape[1])
+
+    @property
+    def regressors(self) -> FloatArray:
+        """x'', y'', x', y', x, y in modes, (T, r d, n)."""
+        return self.motion.reshape(self.trials, self.matrices * self.axes, self.modes.count)
+
+    def residual(self, parameters: FloatArray) -> FloatArray:
+        """``-f - M x'' - B x' - K x`` (T, d n) for M, B, K row by row (r d^2,)."""
+        d, r = self.axes, self.matrices
+        # [i, n] = sum_mk theta[m, i, k] motion[m, k, n]
+        stacked = parameters.reshape(r, d, d).transpose(1, 0, 2).reshape(d, r * d)
+        return np.asarray((self.force - stacked @ self.regressors).reshape(self.trials, -1))
+
+
+def modal_equation(
+    window: Window, modes: Modes | None = None, *, delay_s: float | Sequence[float] | None = None
+) -> ModalEquation:
+    """The usable trials of a window against its modes (default: `spline_modes`).
+
+    Parameters
+    ----------
+    window : Window
+    modes : Modes, optional
+    delay_s : float or sequence of float, optional
+        Adds the displacement of that much earlier as a further regressor, one for each delay; what
+        lies before the window is taken as rest.
+
+    Raises
+    ------
+    InputError
+        If the window is too short for any modes.
+    """
+    modes = modes or spline_modes(len(window.lag_s), window.sample_rate_hz)
+    used, d, n = window.usable, window.axes, modes.count
+    position = window.position[used] - window.position_at_onset[used][:, None]
+    force = window.force[used] - window.force_at_onset[used].mean(axis=0)
+    samples, trials = position.shape[1], len(position)
+    # all trials and axes at once: (3 n, S) (S, T d)
+    flat = position.transpose(1, 0, 2).reshape(samples, -1)
+    delays = () if delay_s is None else np.atleast_1d(delay_s)
+    rate = window.sample_rate_hz
+    late = [modes.smooth @ delayed(flat.T, delay * rate).T for delay in delays]
+    moved = np.concatenate([modes.stacked @ flat, *late])
+    pushed = modes.smooth @ force.transpose(1, 0, 2).reshape(samples, -1)
+    return ModalEquation(
+        modes=modes,
+        lag_s=window.lag_s,
+        motion=moved.reshape(-1, n, trials, d).transpose(2, 0, 3, 1),
+        force=-pushed.reshape(n, trials, d).transpose(1, 2, 0),
+        disturbance=None if window.disturbance is None else window.disturbance[used],
+    )
+
+
+def weighted_equations(
+    equation: ModalEquation,
+    weight: FloatArray,
+    kind: Kind,
+    instruments: FloatArray | None = None,
+    excess: FloatArray | None = None,
+) -> TrialEquations:
+    """Normal equations ``A_t = Z_t^T V W_t``, ``b_t = Z_t^T V y_t`` of every trial.
+
+    Row (i, n) of W has x_k^(m) of mode n in the column of the parameter (m, i, k), row i column k
+    of the matrix m.
+
+    Parameters
+    ----------
+    equation : ModalEquation
+    weight : (d n, d n)
+        V, symmetric.
+    kind : {"hand", "joint"}
+    instruments : (T, r d, n), optional
+        What stands in Z for the regressors; default: the regressors.
+    excess : (r d^2, r d^2), optional
+        Taken off every A_t: what noise in the regressors adds to it.
+    """
+    d, n, T, r = equation.axes, equation.modes.count, equation.trials, equation.matrices
+    X = equation.regressors
+    Z = X if instruments is None else instruments
+    V = weight.reshape(d, n, d, n).transpose(0, 2, 1, 3)
+    A = np.empty((T, r, d, d, r, d, d))
+    b = np.zeros((T, r, d, d))
+    for i in range(d):
+        for j in range(d):
+            # Z_t (r d, n) V_ij (n, n) of all trials
+            left = (Z.reshape(-1, n) @ V[i, j]).reshape(T, r * d, n)
+            A[:, :, i, :, :, j, :] = (left @ X.transpose(0, 2, 1)).reshape(T, r, d, r, d)
+            b[:, :, i, :] += (left @ equation.force[:, j, :, None]).reshape(T, r, d)
+    size = r * d * d
+    flat = A.reshape(T, size, size)
+    names, units = _names(kind, d, r)
+    return TrialEquations(
+        flat if excess is None else flat - excess, b.reshape(T, size), names, units
+    )
+
+
+def _names(kind: Kind, d: int, matrices: int) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Names and units of the parameters: M, B, K, then R, the answer to what was earlier."""
+    names = parameter_names(d)
+    units = tuple(UNITS[kind][name[0]] for name in names)
+    if matrices == 3:
+        return names, units
+    stiffness = UNITS[kind]["K"]
+    return (*names, *element_names("R", d)), (*units, *(stiffness,) * (d * d))

@@ -1,0 +1,1 @@
+"""Joint stiffness and viscosity over muscle activation at one posture."""

@@ -1,0 +1,267 @@
+"""Fit muscle stiffness and viscosity over activation at one posture (Tsuji 1997, section 5.3)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Final, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from armimpedance.arm.muscle_paths import MuscularArm
+from armimpedance.arrays import FloatArray
+from armimpedance.errors import EstimationError, InputError
+from armimpedance.muscles.activation.bernstein import increments, to_powers
+from armimpedance.muscles.activation.checks import check_rows
+from armimpedance.muscles.activation.design import muscle_patterns
+from armimpedance.muscles.activation.equations import ActivationEquations, solve_equations
+from armimpedance.muscles.activation.model import ActivationModel
+from armimpedance.muscles.activation.quality import activation_quality
+from armimpedance.muscles.activation.rank import activation_rank
+from armimpedance.muscles.activation.result import activation_result
+from armimpedance.muscles.joint_rows import JointRows, triple, triple_sd
+
+#: Orders N of the source's Table 2, and what is refused beyond.
+HIGHEST_ORDER: Final = 5
+#: Rounds of, and a relative change that ends, the search for the stiffness per tension.
+_KAPPA_ROUNDS, _KAPPA_SETTLED = 50, 1e-4
+
+
+@dataclass(frozen=True)
+class ActivationKind:
+    """A way to fit: its name, what it promises, and whether f_i stays nonnegative."""
+
+    name: str
+    promise: str
+    bounded: bool
+
+
+ACTIVATION_MODELS: Final = {
+    kind.name: kind
+    for kind in (
+        ActivationKind(
+            "polynomial",
+            "the source's least squares; a muscle's stiffness may fall below zero",
+            bounded=False,
+        ),
+        ActivationKind(
+            "bernstein",
+            "nonnegative stiffness of every muscle over its measured range of activation",
+            bounded=True,
+        ),
+    )
+}
+
+
+def fit_activation_model(
+    rows: JointRows,
+    arm: MuscularArm,
+    *,
+    order: int,
+    model: str | None = None,
+    torque: bool = False,
+    increasing: bool = False,
+    curvature: bool = True,
+    seed: int = 0,
+    torque_sd: float | ArrayLike | None = None,
+    stiffness_per_tension: float | Literal["fit"] | None = None,
+    proportion_sd: float = 0.1,
+) -> ActivationModel:
+    """Fit ``K_j(alpha) = sum_i f_i(alpha_i) A_i``, f_i of order N, and B_j likewise.
+
+    Tsuji (1997), eqs. (11), (31), (33)-(35), (38); `muscles.activation_design` has the equations.
+
+    Parameters
+    ----------
+    rows : JointRows
+        P conditions at one posture, with activations.
+    arm : MuscularArm
+        Moment arms, curvature, stiffness per tension.
+    order : int
+        N, from 1.
+    model : {"polynomial", "bernstein"}, optional
+        Default: polynomial.
+    torque : bool
+        Add ``tau = tau_0 - G^T t`` with tension t in proportion to the active stiffness, and
+        tau_0 free: it needs `stiffness_per_tension`.
+    increasing : bool
+        Stiffness and viscosity of a muscle never fall as it becomes more active (bernstein only).
+    curvature : bool
+        False leaves out what tension adds through the curvature of the muscles' lengths, as the
+        source does.
+    seed : int
+        Of the shuffles behind the null R.
+    torque_sd : float or (P, 2), optional
+        Standard error of the torque rows, Nm; without it, found from the residuals: that muscles
+        pull in proportion to their stiffness is less exact than any sensor.
+    stiffness_per_tension : float or "fit", optional
+        1/m; default: the arm's. "fit" finds it from stiffness and torque together.
+    proportion_sd : float
+        By what part single muscles may differ from `stiffness_per_tension`, one standard
+        deviation; it also covers what moment arms are wrong by.
+
+    Raises
+    ------
+    InputError
+        Rows without activation or (where asked) torque, at more than one posture, an unknown
+        model or order.
+    NotIdentifiableError
+        Conditions that cannot tell the muscles apart.
+    EstimationError
+        The fit does not settle.
+    """
+    kind = _kind(model, order, increasing)
+    rows = rows.of_muscles(arm.paths.muscles)
+    alpha, q = check_rows(rows, arm, torque=torque)
+    kappa = _kappa(arm, stiffness_per_tension, torque=torque)
+    of_K = _of_stiffness(rows, arm, alpha, q, order, kappa, curvature)
+    if torque:
+        G = arm.paths.moment_arms(q)
+        of_K = _with_torque(of_K, rows, G, torque_sd, proportion_sd)
+    of_B = _equations(rows, alpha, "viscosity", order, kappa)
+    of_B = replace(of_B, patterns=_patterns(arm, q, False, kappa))
+    rank = activation_rank(of_K, arm.paths.muscles)
+    if stiffness_per_tension == "fit":
+        of_K = _fitted_kappa(of_K, arm, q, kind, curvature, increasing)
+    cones = [_cone(e, increasing) if kind.bounded else None for e in (of_K, of_B)]
+    K, B = (solve_equations(e, cone) for e, cone in zip((of_K, of_B), cones, strict=True))
+    quality = (
+        *activation_quality("K", of_K, K, cones[0], seed),
+        *activation_quality("B", of_B, B, cones[1], seed),
+    )
+    return activation_result(kind.name, arm, q, (of_K, of_B), (K, B), rank, quality)
+
+
+def _kappa(arm: MuscularArm, asked: float | str | None, *, torque: bool) -> float:
+    """Stiffness per tension (1/m) to start from."""
+    if asked == "fit" and not torque:
+        raise InputError("stiffness per tension to fit without torque", expected="torque=True")
+    kappa = arm.stiffness_per_tension if asked is None or asked == "fit" else asked
+    if not isinstance(kappa, int | float) or not (np.isfinite(kappa) and kappa > 0):
+        raise InputError(
+            f"stiffness per tension {kappa}", expected='a positive number, 1/m, or "fit"'
+        )
+    return float(kappa)
+
+
+def _of_stiffness(
+    rows: JointRows,
+    arm: MuscularArm,
+    alpha: FloatArray,
+    q: FloatArray,
+    order: int,
+    kappa: float,
+    curvature: bool,
+) -> ActivationEquations:
+    equations = _equations(rows, alpha, "stiffness", order, kappa)
+    return replace(equations, patterns=_patterns(arm, q, curvature, kappa))
+
+
+def _fitted_kappa(
+    equations: ActivationEquations,
+    arm: MuscularArm,
+    q: FloatArray,
+    kind: ActivationKind,
+    curvature: bool,
+    increasing: bool,
+) -> ActivationEquations:
+    """The same equations with the stiffness per tension of largest likelihood.
+
+    A common factor 1 + e on all tensions is free; kappa / (1 + e) takes its place until e is zero.
+
+    Raises
+    ------
+    EstimationError
+        It does not settle.
+    """
+    now = replace(equations, free_proportion=True)
+    for _ in range(_KAPPA_ROUNDS):
+        solved = solve_equations(now, _cone(now, increasing) if kind.bounded else None)
+        e = float(solved.theta[-1])
+        if not e > -1:
+            break
+        if abs(e) < _KAPPA_SETTLED:
+            return now
+        kappa = now.stiffness_per_tension / (1 + e)
+        patterns = _patterns(arm, q, curvature, kappa)
+        now = replace(now, stiffness_per_tension=kappa, patterns=patterns)
+    raise EstimationError("the stiffness per tension does not follow from these torques")
+
+
+def _kind(model: str | None, order: int, increasing: bool) -> ActivationKind:
+    name = model or "polynomial"
+    if name not in ACTIVATION_MODELS:
+        raise InputError(f"no activation model {name!r}", expected=" or ".join(ACTIVATION_MODELS))
+    if isinstance(order, bool) or order != int(order) or not 1 <= order <= HIGHEST_ORDER:
+        raise InputError(f"order {order} of the activation model", expected=f"1 to {HIGHEST_ORDER}")
+    kind = ACTIVATION_MODELS[name]
+    if increasing and not kind.bounded:
+        raise InputError(f"the {name} model cannot promise to increase", expected="bernstein")
+    return kind
+
+
+def _patterns(arm: MuscularArm, q: FloatArray, curvature: bool, kappa: float) -> FloatArray:
+    return muscle_patterns(arm, q, curvature=curvature, stiffness_per_tension=kappa)
+
+
+def _equations(
+    rows: JointRows, alpha: FloatArray, which: str, order: int, kappa: float
+) -> ActivationEquations:
+    """Of K or B, without patterns yet."""
+    measured, sd = getattr(rows, which), getattr(rows, f"{which}_sd")
+    y = triple(measured)
+    exact = np.zeros_like(alpha)
+    return ActivationEquations(
+        activation=alpha,
+        activation_sd=exact if rows.activation_sd is None else rows.activation_sd,
+        outputs=y,
+        sd=np.ones_like(y) if sd is None else triple_sd(measured, sd),
+        group=np.zeros(3, dtype=int),
+        known=(sd is not None, False),
+        patterns=np.zeros((alpha.shape[1], 3)),
+        order=order,
+        moment_arms=None,
+        stiffness_per_tension=kappa,
+    )
+
+
+def _with_torque(
+    equations: ActivationEquations,
+    rows: JointRows,
+    G: FloatArray,
+    torque_sd: float | ArrayLike | None,
+    proportion_sd: float,
+) -> ActivationEquations:
+    torque = np.asarray(rows.torque)
+    sd = np.broadcast_to(1.0 if torque_sd is None else torque_sd, torque.shape)
+    if not (np.isfinite(sd).all() and (sd > 0).all()):
+        raise InputError("a torque_sd that is not positive", expected="more than 0 Nm")
+    if not (np.isfinite(proportion_sd) and proportion_sd > 0):
+        raise InputError(f"proportion_sd {proportion_sd}", expected="a positive number")
+    return replace(
+        equations,
+        outputs=np.hstack([equations.outputs, torque]),
+        sd=np.hstack([equations.sd, sd]),
+        group=np.array([0, 0, 0, 1, 1]),
+        known=(equations.known[0], torque_sd is not None),
+        moment_arms=G,
+        proportion_sd=proportion_sd,
+    )
+
+
+def _cone(equations: ActivationEquations, increasing: bool) -> FloatArray:
+    """Matrix (3 + m N, m (N + 1) + 2) from numbers >= 0 to ``K_0`` and the powers' coefficients.
+
+    The last two are the passive stiffness of shoulder and elbow, which no muscle has to make.
+    """
+    patterns, N = equations.patterns, equations.order
+    low, high = equations.activation.min(axis=0), equations.activation.max(axis=0)
+    m = len(patterns)
+    cone = np.zeros((3 + m * N, m * (N + 1) + 2))
+    cone[0, -2] = cone[2, -1] = 1.0
+    for i in range(m):
+        powers_of = to_powers(low[i], high[i], N) @ increments(N, increasing=increasing)
+        mine = slice(i * (N + 1), (i + 1) * (N + 1))
+        cone[:3, mine] = np.outer(patterns[i], powers_of[0])
+        cone[3 + i * N : 3 + (i + 1) * N, mine] = powers_of[1:]
+    return cone

@@ -1,0 +1,109 @@
+"""Solved equations of K and B as an activation model with its summary and warnings."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from armimpedance.arm.muscle_paths import MuscularArm
+from armimpedance.arrays import FloatArray
+from armimpedance.muscles.activation.checks import falling_muscles, unpredicted
+from armimpedance.muscles.activation.design import column_names
+from armimpedance.muscles.activation.equations import ActivationEquations, SolvedEquations
+from armimpedance.muscles.activation.model import ActivationModel, leverages
+from armimpedance.muscles.activation.rank import ActivationRank
+from armimpedance.muscles.quality import ElementQuality, explained
+from armimpedance.regression.summary import FitSummary, NamedParameter
+
+
+def activation_result(
+    name: str,
+    arm: MuscularArm,
+    q: FloatArray,
+    equations: tuple[ActivationEquations, ActivationEquations],
+    solved: tuple[SolvedEquations, SolvedEquations],
+    rank: ActivationRank,
+    quality: tuple[ElementQuality, ...],
+) -> ActivationModel:
+    """The model of solved equations of K and B at the posture q (2,)."""
+    of_K, of_B = equations
+    K, B = solved
+    n = 3 + of_K.n_active
+    X = of_K.columns(of_K.activation)[:, :3, :n]
+    flat = X.reshape(-1, n)
+    length = np.linalg.norm(flat, axis=0)
+    R = np.linalg.inv(np.linalg.qr(flat / length, mode="r")) / length[:, None]
+    leverage = R @ R.T
+    alpha = of_K.activation
+    reach = np.stack([alpha.min(axis=0), alpha.max(axis=0)], axis=1)
+    falling = falling_muscles(K.theta, reach, arm.paths.muscles, of_K)
+    warnings = (*rank.warnings, *falling, *unpredicted(quality))
+    return ActivationModel(
+        model=name,
+        order=of_K.order,
+        arm=arm.name,
+        muscles=arm.paths.muscles,
+        joint_angles=q,
+        patterns=of_K.patterns,
+        viscous_patterns=of_B.patterns,
+        stiffness_per_tension=of_K.stiffness_per_tension,
+        stiffness=K.theta[:n],
+        viscosity=B.theta,
+        stiffness_covariance=K.covariance[:n, :n],
+        viscosity_covariance=B.covariance,
+        dof=_dof(of_K, K),
+        activation_range=reach,
+        leverage=leverage,
+        leverage_limit=float(leverages(X, leverage).max()),
+        quality=quality,
+        summary=_summary(name, arm.paths.muscles, equations, solved, rank, warnings),
+    )
+
+
+def _dof(equations: ActivationEquations, solved: SolvedEquations) -> float:
+    return float(max(equations.outputs.size - len(solved.theta), 1))
+
+
+def _summary(
+    kind: str,
+    muscles: tuple[str, ...],
+    equations: tuple[ActivationEquations, ActivationEquations],
+    solved: tuple[SolvedEquations, SolvedEquations],
+    rank: ActivationRank,
+    warnings: tuple[str, ...],
+) -> FitSummary:
+    of_K = equations[0]
+    N = of_K.order
+    names = [column_names(symbol, muscles, N) for symbol in "KB"]
+    units = [("Nm/rad",) * 3 + ("N/m",) * of_K.n_active]
+    units.append(("Nms/rad",) * 3 + ("Ns/m",) * of_K.n_active)
+    if of_K.n_free:
+        names[0] = (*names[0], "tau_0_s", "tau_0_e", *(f"proportion_{name}" for name in muscles))
+        units[0] = (*units[0], "Nm", "Nm", *("1",) * len(muscles))
+    if of_K.free_proportion:
+        names[0], units[0] = (*names[0], "tension_factor"), (*units[0], "1")
+    parameters = [
+        NamedParameter(name, float(value), float(sd), float(sd), unit, dof)
+        for which in (0, 1)
+        for dof in (_dof(equations[which], solved[which]),)
+        for name, unit, value, sd in zip(
+            names[which],
+            units[which],
+            solved[which].theta,
+            np.sqrt(np.diag(solved[which].covariance)),
+            strict=True,
+        )
+    ]
+    measured = of_K.outputs[:, :3]
+    X = of_K.columns(of_K.activation)[:, :3]
+    r2, vaf = explained(measured, X @ solved[0].theta[: X.shape[-1]])
+    return FitSummary(
+        method=f"activation, {kind}, order {N}",
+        n=sum(e.outputs.size for e in equations),
+        cond_raw=rank.cond_raw,
+        cond_scaled=rank.cond_scaled,
+        rank=rank.rank,
+        r2=r2,
+        vaf=vaf,
+        parameters=tuple(parameters),
+        warnings=warnings,
+    )

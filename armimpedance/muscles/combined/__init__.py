@@ -1,0 +1,1 @@
+"""Muscles of an arm over posture and activation together."""

@@ -1,0 +1,246 @@
+"""Joint stiffness, viscosity and torque of the muscles of an arm, with derivatives.
+
+``K_j = K_p + sum_i [f_i(alpha_i) g_i(theta) g_i(theta)^T + t_i d2L_i(theta)]``, f_i in
+Bernstein form with coefficients that start at no less than zero and never fall; B_j likewise with
+b_i(alpha_i) and without curvature; ``tau = tau_p(theta) - sum_i (1 + e_i) g_i t_i``. The tension is
+``t_i = (f_i(alpha_i) - f_i(0)) / kappa``: a muscle at rest is stiff without pulling as hard as that
+stiffness would mean for an active one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from armimpedance.arrays import FloatArray, frozen_array
+from armimpedance.muscles.activation.bernstein import bernstein_basis, bernstein_slopes, increments
+from armimpedance.muscles.combined.lengths import CorrectedLengths
+
+
+@dataclass(frozen=True)
+class ParameterLayout:
+    """Where in the parameter vector x (n,) what stands.
+
+    Attributes
+    ----------
+    corrections : int
+        C, of the lengths: x[z].
+    muscles, order : int
+        m and N: m (N + 1) increments of f, in N/m, then of b, in Ns/m.
+    """
+
+    corrections: int
+    muscles: int
+    order: int
+
+    @property
+    def z(self) -> slice:
+        """Corrections of the lengths."""
+        return slice(0, self.corrections)
+
+    @property
+    def f(self) -> slice:
+        """Increments of f, muscle by muscle."""
+        return slice(self.corrections, self.corrections + self.muscles * (self.order + 1))
+
+    @property
+    def passive_K(self) -> slice:
+        """Stiffness of the passive joints, shoulder and elbow."""
+        return slice(self.f.stop, self.f.stop + 2)
+
+    @property
+    def b(self) -> slice:
+        """Increments of b."""
+        start = self.passive_K.stop
+        return slice(start, start + self.muscles * (self.order + 1))
+
+    @property
+    def passive_B(self) -> slice:
+        """Viscosity of the passive joints."""
+        return slice(self.b.stop, self.b.stop + 2)
+
+    @property
+    def n(self) -> int:
+        """Parameters of K and B."""
+        return self.passive_B.stop
+
+    @property
+    def tau_p(self) -> slice:
+        """Passive torque: constant, per scaled shoulder and elbow angle, of each joint."""
+        return slice(self.n, self.n + 6)
+
+    @property
+    def e(self) -> slice:
+        """What tensions differ by from proportion to stiffness."""
+        return slice(self.n + 6, self.n + 6 + self.muscles)
+
+
+@dataclass(frozen=True)
+class MuscleEquations:
+    """The model's form: everything but its parameters.
+
+    Attributes
+    ----------
+    lengths : CorrectedLengths
+    order : int
+        N.
+    highest : (m,)
+        Activation at which s = 1 in the Bernstein form.
+    stiffness_per_tension : float
+    curvature : bool
+    """
+
+    lengths: CorrectedLengths
+    order: int
+    highest: FloatArray
+    stiffness_per_tension: float
+    curvature: bool
+
+    def __post_init__(self) -> None:
+        m = len(self.lengths.muscles)
+        object.__setattr__(self, "highest", frozen_array(self.highest, "highest", (m,)))
+
+    @property
+    def layout(self) -> ParameterLayout:
+        """Of the parameters."""
+        return ParameterLayout(len(self.lengths.muscle), len(self.lengths.muscles), self.order)
+
+    def at(self, q: FloatArray, activation: FloatArray) -> EvaluatedEquations:
+        """The form at postures (P, 2) and activations (P, m)."""
+        gradient, second = self.lengths.derivatives(q)
+        rising = increments(self.order, increasing=True)
+        s = activation / self.highest
+        return EvaluatedEquations(
+            equations=self,
+            gradient=gradient,
+            second=second * (self.curvature / self.stiffness_per_tension),
+            basis=bernstein_basis(s, self.order) @ rising,
+            slopes=bernstein_slopes(s, self.order) @ rising / self.highest[:, None],
+            scaled=self.lengths.scaling.scaled(q),
+        )
+
+
+@dataclass(frozen=True)
+class EvaluatedEquations:
+    """The model at P postures and activations, for any parameters.
+
+    Attributes
+    ----------
+    equations : MuscleEquations
+    gradient, second : (P, 2, T), (P, 3, T)
+        Of the length terms; `second` over kappa, zero without curvature.
+    basis, slopes : (P, m, N + 1)
+        What the increments multiply in f, and its derivative by alpha; the first is f(0).
+    scaled : (P, 2)
+        Angles.
+    """
+
+    equations: MuscleEquations
+    gradient: FloatArray
+    second: FloatArray
+    basis: FloatArray
+    slopes: FloatArray
+    scaled: FloatArray
+
+    def stiffness(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """``ss, se, ee`` (P, 3) and derivatives (P, 3, n)."""
+        return self._matrix(x, "K")
+
+    def viscosity(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """``ss, se, ee`` (P, 3) and derivatives (P, 3, n)."""
+        return self._matrix(x, "B")
+
+    def by_activation(self, x: FloatArray, which: str) -> FloatArray:
+        """Derivatives (P, 3, m) of "K" or "B" by the activations."""
+        layout = self.equations.layout
+        coefficients = x[layout.f if which == "K" else layout.b]
+        rate = np.einsum("pmk,mk->pm", self.slopes, coefficients.reshape(self._per_muscle))
+        patterns = self.squares(x)[0]
+        if which == "K":
+            patterns = patterns + self.curvatures(x)[0]
+        return np.asarray((rate[..., None] * patterns).transpose(0, 2, 1))
+
+    @property
+    def _per_muscle(self) -> tuple[int, int]:
+        return self.equations.layout.muscles, self.equations.order + 1
+
+    def _arms(self, x: FloatArray) -> FloatArray:
+        """Moment arms (P, m, 2)."""
+        lengths = self.equations.lengths.coefficients(x[self.equations.layout.z])
+        return np.einsum("pjt,mt->pmj", self.gradient, lengths)
+
+    def squares(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """``g g^T`` of each muscle (P, m, 3), and its change (P, C, 3) by the muscle's own z."""
+        own = self.equations.lengths
+        g = self._arms(x)
+        squares = np.stack([g[..., 0] ** 2, g[..., 0] * g[..., 1], g[..., 1] ** 2], axis=-1)
+        # of the correction's own muscle: g (P, C, 2) and what the correction adds to it
+        mine, dg = g[:, own.muscle], np.einsum("pjt,ct->pcj", self.gradient, own.change)
+        change = np.stack(
+            [
+                2 * mine[..., 0] * dg[..., 0],
+                mine[..., 0] * dg[..., 1] + mine[..., 1] * dg[..., 0],
+                2 * mine[..., 1] * dg[..., 1],
+            ],
+            axis=-1,
+        )
+        return squares, change
+
+    def curvatures(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """``d2L / kappa`` of each muscle (P, m, 3), and its change (P, C, 3) by its z."""
+        own = self.equations.lengths
+        lengths = own.coefficients(x[self.equations.layout.z])
+        curvatures = np.einsum("pet,mt->pme", self.second, lengths)
+        return curvatures, np.einsum("pet,ct->pce", self.second, own.change)
+
+    def _matrix(self, x: FloatArray, which: str) -> tuple[FloatArray, FloatArray]:
+        layout, own = self.equations.layout, self.equations.lengths
+        stiff = which == "K"
+        active = layout.f if stiff else layout.b
+        passive = layout.passive_K if stiff else layout.passive_B
+        coefficients = x[active].reshape(self._per_muscle)
+        P = len(self.basis)
+        value, slope = np.zeros((P, 3)), np.zeros((P, 3, layout.n))
+        value[:, [0, 2]] = x[passive]
+        slope[:, [0, 2], [passive.start, passive.start + 1]] = 1.0
+        parts = [(self.basis, self.squares(x))]
+        if stiff:
+            parts.append((self._rising, self.curvatures(x)))
+        for basis, (patterns, change) in parts:
+            f = np.einsum("pmk,mk->pm", basis, coefficients)
+            value += np.einsum("pm,pme->pe", f, patterns)
+            slope[:, :, layout.z] += (f[:, own.muscle, None] * change).transpose(0, 2, 1)
+            by_f = basis[:, :, :, None] * patterns[:, :, None, :]
+            slope[:, :, active] += by_f.reshape(P, -1, 3).transpose(0, 2, 1)
+        return value, slope
+
+    @property
+    def _rising(self) -> FloatArray:
+        """`basis` without f(0)."""
+        rising = self.basis.copy()
+        rising[..., 0] = 0.0
+        return rising
+
+    def torque(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Joint torque (P, 2) and derivatives (P, 2, n + 6 + m)."""
+        layout, own = self.equations.layout, self.equations.lengths
+        kappa = self.equations.stiffness_per_tension
+        g = self._arms(x)
+        rising = self._rising
+        t = np.einsum("pmk,mk->pm", rising, x[layout.f].reshape(self._per_muscle)) / kappa
+        e = 1 + x[layout.e]
+        P = len(t)
+        ones = np.concatenate([np.ones((P, 1)), self.scaled], axis=1)
+        passive = x[layout.tau_p].reshape(2, 3)
+        value = ones @ passive.T - np.einsum("pmj,pm->pj", g, e * t)
+        slope = np.zeros((P, 2, layout.e.stop))
+        dg = np.einsum("pjt,ct->pcj", self.gradient, own.change)
+        slope[:, :, layout.z] = -((e * t)[:, own.muscle, None] * dg).transpose(0, 2, 1)
+        by_f = -rising[..., None] * (g * e[:, None])[:, :, None, :] / kappa
+        slope[:, :, layout.f] = by_f.reshape(P, -1, 2).transpose(0, 2, 1)
+        for joint in (0, 1):
+            start = layout.tau_p.start + 3 * joint
+            slope[:, joint, start : start + 3] = ones
+        slope[:, :, layout.e] = -(g * t[..., None]).transpose(0, 2, 1)
+        return value, slope

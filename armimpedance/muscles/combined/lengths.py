@@ -1,0 +1,168 @@
+"""Muscle lengths as an anatomical arm has them, and what a subject's may differ by.
+
+Lengths are polynomials of the scaled angles; a correction adds polynomials to the LENGTH, so that
+moment arms and curvature stay those of one length. From stiffness alone only ``sqrt(f_i) d_i`` can
+be told: what settles the rest is a prior, each correction having a moment arm of a stated part of
+the anatomical one as its standard deviation.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from armimpedance.arm.muscle_paths import MuscularArm
+from armimpedance.arm.polynomial_paths import PolynomialPaths, fit_paths, monomial_exponents
+from armimpedance.arrays import BoolArray, FloatArray, IntArray, frozen_array
+from armimpedance.muscles.angle_scaling import AngleScaling
+
+#: Postures of the box, per joint, at which the anatomical arm is looked at.
+_GRID = 9
+#: A joint with a smaller moment arm (m) everywhere is not spanned.
+_NO_ARM_M = 1e-6
+#: Order of the polynomials that stand for an anatomical arm of any form.
+_ARM_ORDER = 3
+
+
+@dataclass(frozen=True)
+class CorrectedLengths:
+    """``L_i = L_i0 + sum of z times the corrections of muscle i``, z of prior N(0, 1).
+
+    Attributes
+    ----------
+    muscles : (m,) tuple of str
+    exponents : (T, 2) int
+        Powers of the scaled angles.
+    base : (m, T)
+        The anatomical lengths, m.
+    muscle : (C,) int
+        Which muscle each correction belongs to.
+    change : (C, T)
+        What one standard deviation of it adds to that length, m.
+    box : (2, 2)
+        Joint angles (rad) that become -1 and 1.
+    rms : float
+        How far the polynomials are from the anatomical moment arms, m.
+    labels : (C,) tuple of str
+        ``arm_brachialis_e1``: muscle, joint or joints, order.
+    """
+
+    muscles: tuple[str, ...]
+    exponents: IntArray
+    base: FloatArray
+    muscle: IntArray
+    change: FloatArray
+    box: FloatArray
+    rms: float
+    labels: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        put = object.__setattr__
+        put(self, "exponents", frozen_array(self.exponents, "exponents", (None, 2), np.int64))
+        terms = len(self.exponents)
+        put(self, "base", frozen_array(self.base, "base", (len(self.muscles), terms)))
+        put(self, "muscle", frozen_array(self.muscle, "muscle", (None,), np.int64))
+        put(self, "change", frozen_array(self.change, "change", (len(self.muscle), terms)))
+        put(self, "box", frozen_array(self.box, "box", (2, 2)))
+
+    @property
+    def scaling(self) -> AngleScaling:
+        """Of the joint angles."""
+        return AngleScaling(self.box)
+
+    def coefficients(self, z: FloatArray) -> FloatArray:
+        """Of the corrected lengths, (m, T)."""
+        corrected = self.base.copy()
+        np.add.at(corrected, self.muscle, z[:, None] * self.change)
+        return corrected
+
+    def paths(self, z: FloatArray) -> PolynomialPaths:
+        """The corrected paths."""
+        return PolynomialPaths(self.muscles, self.exponents, self.coefficients(z), self.box)
+
+    def derivatives(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Of each term at postures (P, 2): gradients (P, 2, T), second derivatives (P, 3, T)."""
+        names = tuple(f"term {t}" for t in range(len(self.exponents)))
+        terms = PolynomialPaths(names, self.exponents, np.eye(len(names)), self.box)
+        second = terms.curvature(q)
+        elements = np.stack([second[..., 0, 0], second[..., 0, 1], second[..., 1, 1]], axis=1)
+        return terms.moment_arms(q).transpose(0, 2, 1), elements
+
+
+def corrected_lengths(
+    arm: MuscularArm, q: FloatArray, *, order: int, prior_part: float
+) -> CorrectedLengths:
+    """Corrections of order `order` to an arm's moment arms, over its range and all of q (P, 2).
+
+    Parameters
+    ----------
+    arm : MuscularArm
+        Its paths are taken over as polynomials.
+    q : (P, 2)
+        Measured postures, rad.
+    order : int
+        L of the moment arms' corrections, from 0.
+    prior_part : float
+        Standard deviation of a correction's moment arm over the anatomical one.
+    """
+    low = np.minimum(arm.angle_range[:, 0], q.min(axis=0))
+    high = np.maximum(arm.angle_range[:, 1], q.max(axis=0))
+    box = np.stack([low, high], axis=1)
+    inside = AngleScaling(np.asarray(arm.angle_range)).grid(_GRID)
+    G = arm.paths.moment_arms(inside)
+    spans: BoolArray = np.asarray((np.abs(G) > _NO_ARM_M).any(axis=0))
+    highest = max(order, _ARM_ORDER)
+    fitted = fit_paths(arm.paths.muscles, inside, G, highest, spans, box=box)
+    exponents = monomial_exponents(2, highest + 1)
+    size = np.sqrt((G**2).mean(axis=0))
+    half = (box[:, 1] - box[:, 0]) / 2
+    muscle: list[int] = []
+    change: list[FloatArray] = []
+    labels: list[str] = []
+    for i in range(len(spans)):
+        terms = _corrections(spans[i], size[i] * half, exponents, order)
+        muscle += [i] * len(terms)
+        change += [prior_part * term for term in terms.values()]
+        labels += [f"arm_{arm.paths.muscles[i]}_{kind}" for kind in terms]
+    return CorrectedLengths(
+        muscles=arm.paths.muscles,
+        exponents=exponents,
+        base=fitted.paths.coefficients,
+        muscle=np.array(muscle, dtype=np.int64),
+        change=np.array(change).reshape(-1, len(exponents)),
+        box=box,
+        rms=float(np.sqrt((fitted.rms**2).mean())),
+        labels=tuple(labels),
+    )
+
+
+def _corrections(
+    spans: np.ndarray, swing: FloatArray, exponents: IntArray, order: int
+) -> dict[str, FloatArray]:
+    """Length terms (T,) of one muscle whose arms are as large as the anatomical ones, by name.
+
+    Parameters
+    ----------
+    spans : (2,) bool
+    swing : (2,)
+        Anatomical moment arm times half the range of the angle, m.
+    """
+    found = {}
+    for joint in np.flatnonzero(spans):
+        for k in range(order + 1):
+            # the arm changes as the Legendre polynomial P_k of the angle: its integral, the length
+            legendre = (
+                np.polynomial.Legendre.basis(k).integ().convert(kind=np.polynomial.Polynomial)
+            )
+            term = np.zeros(len(exponents))
+            for power, value in enumerate(legendre.coef[1:], start=1):
+                at = (exponents[:, joint] == power) & (exponents[:, 1 - joint] == 0)
+                term[at] = swing[joint] * value
+            found[f"{'se'[joint]}{k}"] = term
+    if spans.all():
+        for a in range(1, order + 1):
+            for b in range(1, order + 2 - a):
+                both = (exponents[:, 0] == a) & (exponents[:, 1] == b)
+                found[f"s{a}e{b}"] = np.where(both, np.sqrt(swing.prod()) / max(a, b), 0.0)
+    return found

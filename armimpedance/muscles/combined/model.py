@@ -1,0 +1,216 @@
+"""Joint stiffness and viscosity of an arm's muscles at any posture and activation."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import product
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from armimpedance.arm.polynomial_paths import PolynomialPaths
+from armimpedance.arrays import FloatArray, IntArray, frozen_array
+from armimpedance.errors import InputError
+from armimpedance.muscles.activation.model import checked_activation
+from armimpedance.muscles.angle_scaling import AngleScaling
+from armimpedance.muscles.combined.equations import MuscleEquations
+from armimpedance.muscles.combined.lengths import CorrectedLengths
+from armimpedance.muscles.joint_rows import matrix
+from armimpedance.muscles.prediction import JointPrediction
+from armimpedance.muscles.quality import ElementQuality
+from armimpedance.muscles.region import Region
+from armimpedance.plain import from_plain, to_plain
+from armimpedance.regression.summary import FitSummary
+
+#: An activation this far beyond the measured range is still inside (rounding in a file).
+_EDGE = 1e-6
+#: Postures per joint at which the smallest eigenvalue is looked for.
+_GRID = 25
+
+
+@dataclass(frozen=True)
+class MuscleModel:
+    """`muscle_model_equations` with fitted parameters.
+
+    Attributes
+    ----------
+    arm : str
+        The anatomical arm that was corrected.
+    muscles : (m,) tuple of str
+    order : int
+        N of stiffness over activation.
+    stiffness_per_tension : float
+        kappa, 1/m.
+    curvature : bool
+    exponents, base, muscle, change, box
+        Of `muscle_model_lengths.CorrectedLengths`.
+    highest : (m,)
+        Measured range of each activation, from 0.
+    parameters : (n,)
+        Corrections z, increments of f (N/m), passive stiffness (2), increments of b (Ns/m),
+        passive viscosity (2): `muscle_model_equations.ParameterLayout`.
+    covariance : (n, n)
+    dof : float
+        Of the t distribution for intervals.
+    measured : (V, 2)
+        Hull of the measured postures, scaled angles.
+    quality : tuple of ElementQuality
+        K_ss, K_se, K_ee, B_ss, B_se, B_ee.
+    summary : FitSummary
+    """
+
+    arm: str
+    muscles: tuple[str, ...]
+    order: int
+    stiffness_per_tension: float
+    curvature: bool
+    exponents: IntArray
+    base: FloatArray
+    muscle: IntArray
+    change: FloatArray
+    box: FloatArray
+    highest: FloatArray
+    parameters: FloatArray
+    covariance: FloatArray
+    dof: float
+    measured: FloatArray
+    quality: tuple[ElementQuality, ...]
+    summary: FitSummary
+
+    def __post_init__(self) -> None:
+        put = object.__setattr__
+        put(self, "exponents", frozen_array(self.exponents, "exponents", (None, 2), np.int64))
+        put(self, "muscle", frozen_array(self.muscle, "muscle", (None,), np.int64))
+        m, terms, n = len(self.muscles), len(self.exponents), self.equations.layout.n
+        for name, shape in (
+            ("base", (m, terms)),
+            ("change", (len(self.muscle), terms)),
+            ("box", (2, 2)),
+            ("highest", (m,)),
+            ("parameters", (n,)),
+            ("covariance", (n, n)),
+            ("measured", (None, 2)),
+        ):
+            put(self, name, frozen_array(getattr(self, name), name, shape))
+        if not ((self.muscle >= 0) & (self.muscle < m)).all():
+            raise InputError("a correction of no muscle", expected=f"numbers 0 to {m - 1}")
+        if not (self.highest > 0).all():
+            raise InputError("a muscle without a range of activation", expected="more than 0")
+        if not self.dof > 0:
+            raise InputError(f"{self.dof} degrees of freedom", expected="more than 0")
+
+    @property
+    def equations(self) -> MuscleEquations:
+        """The form without the parameters."""
+        lengths = CorrectedLengths(
+            self.muscles, self.exponents, self.base, self.muscle, self.change, self.box, 0.0
+        )
+        return MuscleEquations(
+            lengths, self.order, self.highest, self.stiffness_per_tension, self.curvature
+        )
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Those of the fit."""
+        return self.summary.warnings
+
+    @property
+    def paths(self) -> PolynomialPaths:
+        """The muscles' paths as corrected."""
+        equations = self.equations
+        return equations.lengths.paths(self.parameters[equations.layout.z])
+
+    def predict(self, joint_angles: ArrayLike, activation: ArrayLike) -> JointPrediction:
+        """K_j and B_j at postures (P, 2) rad and activations (P, m), each 0..1; one may be (1, .).
+
+        Raises
+        ------
+        InputError
+            Shapes that do not belong together, or activations outside of 0..1.
+        """
+        alpha, q = checked_activation(activation, self.muscles), _checked_angles(joint_angles)
+        if len(alpha) != len(q) and 1 not in (len(alpha), len(q)):
+            raise InputError(f"{len(q)} postures, {len(alpha)} activations", expected="as many")
+        P = max(len(alpha), len(q))
+        alpha, q = np.broadcast_to(alpha, (P, len(self.muscles))), np.broadcast_to(q, (P, 2))
+        form = self.equations.at(q, alpha)
+        K, dK = form.stiffness(self.parameters)
+        B, dB = form.viscosity(self.parameters)
+        reasons = self._reasons(q, alpha)
+        return JointPrediction(
+            joint_angles=q,
+            stiffness=K,
+            viscosity=B,
+            stiffness_covariance=dK @ self.covariance @ dK.transpose(0, 2, 1),
+            viscosity_covariance=dB @ self.covariance @ dB.transpose(0, 2, 1),
+            dof=self.dof,
+            extrapolated=np.array([bool(reason) for reason in reasons]),
+            reasons=reasons,
+            activation=alpha,
+        )
+
+    def muscle_stiffness(self, activation: ArrayLike) -> FloatArray:
+        """Stiffness (P, m) of each muscle, N/m; what rows do not tell apart the prior has split."""
+        alpha = checked_activation(activation, self.muscles)
+        equations = self.equations
+        form = equations.at(np.zeros((len(alpha), 2)), alpha)
+        f = self.parameters[equations.layout.f].reshape(len(self.muscles), -1)
+        return np.asarray(np.einsum("pmk,mk->pm", form.basis, f))
+
+    def smallest_eigenvalue(self, box: ArrayLike | None = None) -> float:
+        """Of K_j over a box of postures (2, 2) rad and all activations from 0 to the highest.
+
+        Over activation it is exact: the smallest eigenvalue is concave in the muscles' stiffnesses,
+        hence smallest where each muscle is at rest or at its highest. Over posture it is the least
+        of a grid.
+        """
+        limits = AngleScaling(np.asarray(self.box if box is None else box, dtype=float))
+        q = limits.grid(_GRID)
+        layout = self.equations.layout
+        corners = np.array(list(product((0.0, 1.0), repeat=len(self.muscles)))) * self.highest
+        f, rest = self.muscle_stiffness(corners), self.muscle_stiffness(np.zeros_like(corners))
+        form = self.equations.at(q, np.zeros((len(q), len(self.muscles))))
+        # K (corners, P, 3) = K_p + f (corners, m) gg^T (P, m, 3) + (f - f(0)) d2L / kappa
+        K = np.einsum("cm,pme->cpe", f, form.squares(self.parameters)[0])
+        K += np.einsum("cm,pme->cpe", f - rest, form.curvatures(self.parameters)[0])
+        K[..., [0, 2]] += self.parameters[layout.passive_K]
+        return float(np.linalg.eigvalsh(matrix(K))[..., 0].min())
+
+    def _reasons(self, q: FloatArray, alpha: FloatArray) -> tuple[str, ...]:
+        inside = Region(self.measured).contains(AngleScaling(self.box).scaled(q))
+        above = alpha > self.highest + _EDGE
+        found = []
+        for p in range(len(q)):
+            said = [] if inside[p] else ["posture outside of the measured ones"]
+            if above[p].any():
+                names = ", ".join(np.array(self.muscles)[above[p]])
+                said.append(f"activation outside of the measured range: {names}")
+            found.append("; ".join(said))
+        return tuple(found)
+
+    def as_plain(self) -> dict[str, Any]:
+        """Numbers, texts, lists and dictionaries only: what JSON can hold."""
+        plain: dict[str, Any] = to_plain(self)
+        return plain
+
+    @classmethod
+    def from_plain(cls, plain: Mapping[str, Any]) -> MuscleModel:
+        """What `as_plain` made.
+
+        Raises
+        ------
+        InputError
+            A field is missing or is not what it should be.
+        """
+        return from_plain(cls, plain)
+
+
+def _checked_angles(joint_angles: ArrayLike) -> FloatArray:
+    q = np.atleast_2d(np.asarray(joint_angles, dtype=float))
+    if q.ndim != 2 or q.shape[1] != 2 or not np.isfinite(q).all():
+        raise InputError(
+            f"joint angles of shape {np.shape(joint_angles)}", expected="(P, 2), finite, rad"
+        )
+    return q

@@ -1,0 +1,170 @@
+"""How well the muscle model fits, element by element, and what the data say of each parameter."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from armimpedance.arrays import FloatArray
+from armimpedance.muscles.combined.equations import EvaluatedEquations, MuscleEquations
+from armimpedance.muscles.combined.solver import Measured, Posterior, Prior, minimised
+from armimpedance.muscles.joint_rows import ELEMENTS
+from armimpedance.muscles.quality import ElementQuality, correlation, element_quality, explained
+from armimpedance.regression.summary import FitSummary, NamedParameter
+
+#: Each shuffle is a search of its own.
+SHUFFLES = 5
+#: A parameter whose sd the data did not narrow below this part of the prior's is the prior's.
+_PRIOR_ONLY = 0.9
+
+
+def muscle_quality(
+    form: EvaluatedEquations, measured: Measured, prior: Prior, found: Posterior, seed: int
+) -> tuple[ElementQuality, ...]:
+    """Quality of ss, se, ee of K and B.
+
+    Left-out rows are predicted by one Newton step from the fit without them, bounds left out of
+    account; the null R is the mean over a few searches with shuffled rows, weighted as scattered.
+    """
+    null = _null(form, measured, prior, found, seed)
+    fits = form.stiffness(found.x)[0], form.viscosity(found.x)[0]
+    held_out = _left_out(measured, found)
+    quality = []
+    for k, (symbol, fit, data, out) in enumerate(
+        zip("KB", fits, (measured.stiffness, measured.viscosity), held_out, strict=True)
+    ):
+        for e, element in enumerate(ELEMENTS):
+            quality.append(
+                element_quality(
+                    f"{symbol}_{element}",
+                    data[:, e],
+                    fit[:, e],
+                    held_out=out[:, e],
+                    null_r=float(null[3 * k + e]),
+                    coefficients=found.spent / 6,
+                )
+            )
+    return tuple(quality)
+
+
+def _left_out(measured: Measured, found: Posterior) -> tuple[FloatArray, FloatArray]:
+    """Predictions (P, 3) of K and B without the own row."""
+    C = found.covariance
+    predicted = []
+    P = len(measured.stiffness)
+    own = np.concatenate(
+        [
+            np.arange(block.start, block.stop).reshape(P, -1)
+            for block in found.blocks
+            if block.stop > block.start
+        ],
+        axis=1,
+    )
+    J, error = found.jacobian[own], found.error[own]
+    # errors without the own row: (1 - H_p)^-1 e_p with H_p = J_p C J_p^T
+    H = J @ C @ J.transpose(0, 2, 1)
+    without = np.linalg.solve(np.eye(H.shape[1]) - H, error[..., None])[..., 0]
+    step = np.einsum("pij,pj->pi", H, without)
+    for k, data in enumerate((measured.stiffness, measured.viscosity)):
+        mine = slice(3 * k, 3 * k + 3)
+        # weighted errors back to the element's unit
+        plain = np.linalg.inv(found.weights[k])
+        moved = np.einsum("pij,pj->pi", plain, error[:, mine] + step[:, mine])
+        predicted.append(data + moved)
+    return predicted[0], predicted[1]
+
+
+def _null(
+    form: EvaluatedEquations, measured: Measured, prior: Prior, found: Posterior, seed: int
+) -> FloatArray:
+    rng = np.random.default_rng(seed)
+    rs = []
+    weights = _as_scattered(measured, found)
+    for _ in range(SHUFFLES):
+        order = rng.permutation(len(measured.stiffness))
+        shuffled = replace(
+            measured,
+            stiffness=measured.stiffness[order],
+            viscosity=measured.viscosity[order],
+            torque=None if measured.torque is None else measured.torque[order],
+        )
+        again = minimised(form, shuffled, prior, weights, found.x)
+        fits = np.hstack([form.stiffness(again)[0], form.viscosity(again)[0]])
+        data = np.hstack([shuffled.stiffness, shuffled.viscosity])
+        rs.append([correlation(data[:, e], fits[:, e]) for e in range(6)])
+    return np.asarray(np.mean(rs, axis=0))
+
+
+def _as_scattered(measured: Measured, found: Posterior) -> tuple[FloatArray, ...]:
+    """Weights with which shuffled rows have errors of unit variance about their mean."""
+    blocks = [measured.stiffness, measured.viscosity]
+    if measured.torque is not None:
+        blocks.append(measured.torque)
+    weights = []
+    for data, weight in zip(blocks, found.weights, strict=True):
+        scatter = np.einsum("pij,pj->pi", weight, data - data.mean(axis=0))
+        weights.append(weight / max(np.sqrt((scatter**2).mean()), 1.0))
+    return tuple(weights)
+
+
+def muscle_summary(
+    form: EvaluatedEquations, measured: Measured, prior: Prior, found: Posterior
+) -> FitSummary:
+    """Parameters with their standard errors, and warnings of those that the data do not tell."""
+    names, units = parameter_names(form.equations)
+    n = len(found.x)
+    names = (*names, *_torque_names(form))[:n]
+    units = (*units, *("Nm",) * 6, *("1",) * form.equations.layout.muscles)[:n]
+    sd = np.sqrt(np.diag(found.covariance))
+    dof = float(max(len(found.error) - found.spent, 1.0))
+    parameters = tuple(
+        NamedParameter(name, float(value), float(s), float(s), unit, dof)
+        for name, value, s, unit in zip(names, found.x, sd, units, strict=True)
+    )
+    scaled = found.jacobian * prior.sd
+    s = np.linalg.svd(scaled / np.maximum(np.linalg.norm(scaled, axis=0), 1e-300))[1]
+    raw = np.linalg.svd(found.jacobian)[1]
+    r2, vaf = explained(measured.stiffness, form.stiffness(found.x)[0])
+    return FitSummary(
+        method=f"muscles over posture and activation, order {form.equations.order}",
+        n=len(found.error),
+        cond_raw=float(raw[0] / max(raw[-1], 1e-300)),
+        cond_scaled=float(s[0] / max(s[-1], 1e-300)),
+        rank=int((s > 1e-3 * s[0]).sum()),
+        r2=r2,
+        vaf=vaf,
+        parameters=parameters,
+        warnings=_warnings(names, sd / prior.sd, found),
+    )
+
+
+def _warnings(names: tuple[str, ...], narrowed: FloatArray, found: Posterior) -> tuple[str, ...]:
+    untold = [n for n, part in zip(names, narrowed, strict=True) if part > _PRIOR_ONLY]
+    said = [
+        f"{len(names)} parameters, of which the rows settle {found.spent:.0f}; the prior the rest"
+    ]
+    if untold:
+        said.append(f"not told by the rows: {', '.join(untold)}")
+    return tuple(said)
+
+
+def parameter_names(equations: MuscleEquations) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Names and units of the n parameters of K and B."""
+    layout, muscles, z = equations.layout, equations.lengths.muscles, equations.lengths.labels
+    f = [f"f_{muscle}_{k}" for muscle in muscles for k in range(layout.order + 1)]
+    b = [f"b_{muscle}_{k}" for muscle in muscles for k in range(layout.order + 1)]
+    names = (*z, *f, "K_passive_s", "K_passive_e", *b, "B_passive_s", "B_passive_e")
+    units = (
+        *("1",) * len(z),
+        *("N/m",) * len(f),
+        *("Nm/rad",) * 2,
+        *("Ns/m",) * len(b),
+        *("Nms/rad",) * 2,
+    )
+    return names, units
+
+
+def _torque_names(form: EvaluatedEquations) -> tuple[str, ...]:
+    passive = [f"tau_p_{joint}_{k}" for joint in "se" for k in ("0", "s", "e")]
+    return (*passive, *(f"proportion_{muscle}" for muscle in form.equations.lengths.muscles))

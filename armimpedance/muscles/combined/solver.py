@@ -1,0 +1,266 @@
+"""The posterior mode of the muscles' parameters, and its covariance.
+
+Minimised is ``sum |weighted errors|^2 + sum ((x - mean) / sd)^2`` over bounds: one nonlinear
+least-squares problem with an analytic Jacobian. Weights hold the errors of the activations too
+(``S = diag(sd^2) + J diag(sd_alpha^2) J^T``), and factors of the standard errors that are not
+stated; both follow from the solution and are brought up to date by turns.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from armimpedance.arrays import FloatArray
+from armimpedance.errors import EstimationError
+from armimpedance.muscles.activation.equations import least_squares_in
+from armimpedance.muscles.combined.equations import EvaluatedEquations
+
+#: Rounds of weights and solution, and the relative change of the factors that ends them.
+_ROUNDS, _SETTLED = 20, 0.02
+#: Steps of one search. It has arrived when two steps in a row lower the cost, twice the negative
+#: logarithm of the posterior density, by less than this: parameters are then within some
+#: hundredths of a standard error of the mode.
+_STEPS, _ARRIVED = 500, 1e-3
+#: Damping of the first step.
+_DAMPING = 1e-2
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Blocks of rows with their standard errors; P conditions.
+
+    Attributes
+    ----------
+    stiffness, viscosity : (P, 3)
+        ``ss, se, ee``.
+    stiffness_sd, viscosity_sd : (P, 3)
+        Up to a factor unless `known`.
+    torque, torque_sd : (P, 2) or None
+    activation_sd : (P, m)
+    known : (bool, bool, bool)
+        Whether the sd of K, B, torque are what they say: their factors are then at least 1.
+    least : (3,)
+        Factors are not below these.
+    """
+
+    stiffness: FloatArray
+    viscosity: FloatArray
+    stiffness_sd: FloatArray
+    viscosity_sd: FloatArray
+    torque: FloatArray | None
+    torque_sd: FloatArray | None
+    activation_sd: FloatArray
+    known: tuple[bool, bool, bool]
+    least: FloatArray
+
+
+@dataclass(frozen=True)
+class Prior:
+    """Independent normal distributions, cut off at `low`.
+
+    Attributes
+    ----------
+    mean, sd, low : (n,)
+        sd also sets the scale of each parameter in the search; low is 0 or -inf.
+    """
+
+    mean: FloatArray
+    sd: FloatArray
+    low: FloatArray
+
+
+@dataclass(frozen=True)
+class Posterior:
+    """What the rows say, with the prior.
+
+    Attributes
+    ----------
+    x : (n,)
+    covariance : (n, n)
+        Of the linearised model, bounds left out of account.
+    factor : (3,)
+        Of the standard errors of K, B, torque.
+    jacobian, error : (rows, n), (rows,)
+        Of the weighted rows at x, without the prior's.
+    weights : tuple of (P, r, r)
+        Of K, B and torque.
+    blocks : (3,) tuple of slice
+        Rows of K, B, torque in them, P times 3, 3 and 2.
+    spent : float
+        Degrees of freedom that the rows, not the prior, settled.
+    cost : float
+    """
+
+    x: FloatArray
+    covariance: FloatArray
+    factor: FloatArray
+    jacobian: FloatArray
+    error: FloatArray
+    weights: tuple[FloatArray, ...]
+    blocks: tuple[slice, ...]
+    spent: float
+    cost: float
+
+
+def solve_posterior(
+    form: EvaluatedEquations, measured: Measured, prior: Prior, start: FloatArray
+) -> Posterior:
+    """Parameters x of largest posterior density.
+
+    Parameters
+    ----------
+    form : EvaluatedEquations
+        At the P conditions.
+    measured : Measured
+    prior : Prior
+    start : (n,)
+        Above the bounds.
+
+    Raises
+    ------
+    EstimationError
+        The search ends without having arrived.
+    """
+    factor, x = np.maximum(1.0, measured.least), start
+    found = None
+    for _ in range(_ROUNDS):
+        weights = _weights(form, measured, factor, x)
+        x = minimised(form, measured, prior, weights, x)
+        found = _posterior(form, measured, prior, weights, x, factor)
+        grown = _factors(found, measured)
+        if np.abs(grown / factor - 1).max() < _SETTLED:
+            return found
+        factor = grown
+    raise EstimationError("the errors of the muscle model's rows do not settle")
+
+
+def _weights(
+    form: EvaluatedEquations, measured: Measured, factor: FloatArray, x: FloatArray
+) -> tuple[FloatArray, ...]:
+    """Whitening matrices (P, r, r) of K, B and torque."""
+    found = []
+    for which, sd, scale in (
+        ("K", measured.stiffness_sd, factor[0]),
+        ("B", measured.viscosity_sd, factor[1]),
+    ):
+        S = (scale * sd[..., None]) ** 2 * np.eye(3)
+        if measured.activation_sd.any():
+            spread = form.by_activation(x, which) * measured.activation_sd[:, None, :]
+            S = S + spread @ spread.transpose(0, 2, 1)
+        found.append(np.linalg.inv(np.linalg.cholesky(S)))
+    if measured.torque_sd is not None:
+        found.append(np.eye(2) / (factor[2] * measured.torque_sd[..., None]))
+    return tuple(found)
+
+
+def _weighted(
+    form: EvaluatedEquations, measured: Measured, weights: tuple[FloatArray, ...], x: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Weighted errors (rows,), model less measured, and their Jacobian (rows, n)."""
+    parts = [(form.stiffness(x), measured.stiffness), (form.viscosity(x), measured.viscosity)]
+    if measured.torque is not None:
+        parts.append((form.torque(x), measured.torque))
+    errors, slopes = [], []
+    for ((value, slope), data), weight in zip(parts, weights, strict=True):
+        errors.append(np.einsum("pij,pj->pi", weight, value - data).ravel())
+        rows = (weight @ slope).reshape(-1, slope.shape[-1])
+        slopes.append(np.hstack([rows, np.zeros((len(rows), len(x) - rows.shape[1]))]))
+    return np.concatenate(errors), np.vstack(slopes)
+
+
+def minimised(
+    form: EvaluatedEquations,
+    measured: Measured,
+    prior: Prior,
+    weights: tuple[FloatArray, ...],
+    start: FloatArray,
+) -> FloatArray:
+    """Levenberg and Marquardt's search; each step is a bounded linear least-squares problem.
+
+    Bounds that hold are met exactly. SciPy's trust-region reflective search, which stays inside of
+    them, ended .02 to 3.8 higher in cost in five of six fits to experiments 1 to 3, equal in one.
+
+    Raises
+    ------
+    EstimationError
+        No minimum after many steps.
+    """
+    bounded, free = np.flatnonzero(np.isfinite(prior.low)), np.flatnonzero(np.isinf(prior.low))
+    order, n = np.concatenate([bounded, free]), len(start)
+    mean = prior.mean / prior.sd
+
+    def rows(y: FloatArray) -> tuple[FloatArray, FloatArray]:
+        error, slope = _weighted(form, measured, weights, y * prior.sd)
+        return np.append(error, y - mean), np.vstack([slope * prior.sd, np.eye(n)])
+
+    y, damping, small = start / prior.sd, _DAMPING, 0
+    error, slope = rows(y)
+    cost = float(error @ error)
+    for _ in range(_STEPS):
+        # |slope (y' - y) + error|^2 + damping |y' - y|^2, y' >= 0 where it is bounded
+        R, target = _triangle(slope, slope @ y - error)
+        X = np.vstack([R, np.sqrt(damping) * np.eye(n)])[:, order]
+        found = least_squares_in(
+            X, np.append(target, np.sqrt(damping) * y), np.eye(len(bounded)), len(free)
+        )
+        trial = np.empty(n)
+        trial[order] = found
+        error_there, slope_there = rows(trial)
+        there = float(error_there @ error_there)
+        if not there <= cost * (1 + 1e-12):
+            damping *= 8
+            continue
+        small = small + 1 if cost - there <= _ARRIVED else 0
+        y, error, slope, cost, damping = trial, error_there, slope_there, there, damping / 8
+        if small == 2:
+            return np.asarray(y * prior.sd)
+    raise EstimationError(f"the muscle model's search did not arrive in {_STEPS} steps")
+
+
+def _triangle(X: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """R (n, n) and Q^T y (n,) of X = Q R: the same least-squares problem in fewer rows."""
+    Q, R = np.linalg.qr(X)
+    return R, Q.T @ y
+
+
+def _posterior(
+    form: EvaluatedEquations,
+    measured: Measured,
+    prior: Prior,
+    weights: tuple[FloatArray, ...],
+    x: FloatArray,
+    factor: FloatArray,
+) -> Posterior:
+    error, jacobian = _weighted(form, measured, weights, x)
+    scaled = jacobian * prior.sd
+    # C (n, n) = (J^T J + 1)^-1 in units of the prior's sd
+    R = np.linalg.qr(np.vstack([scaled, np.eye(len(x))]), mode="r")
+    inverse = np.linalg.inv(R)
+    covariance = inverse @ inverse.T
+    P = len(measured.stiffness)
+    ends = np.cumsum([0, 3 * P, 3 * P, 0 if measured.torque is None else 2 * P])
+    return Posterior(
+        x=x,
+        covariance=covariance * np.outer(prior.sd, prior.sd),
+        factor=factor,
+        jacobian=jacobian,
+        error=error,
+        weights=weights,
+        blocks=tuple(slice(int(a), int(b)) for a, b in zip(ends[:-1], ends[1:], strict=True)),
+        spent=float(len(x) - np.trace(covariance)),
+        cost=float(error @ error + (((x - prior.mean) / prior.sd) ** 2).sum()),
+    )
+
+
+def _factors(found: Posterior, measured: Measured) -> FloatArray:
+    """Factors of the standard errors that the residuals ask for."""
+    factor = found.factor.copy()
+    leverage = ((found.jacobian @ found.covariance) * found.jacobian).sum(axis=1)
+    for g, block in enumerate(found.blocks):
+        count = block.stop - block.start
+        if count:
+            spare = max(count - leverage[block].sum(), 1.0)
+            factor[g] *= np.sqrt((found.error[block] ** 2).sum() / spare)
+    return np.maximum(factor, measured.least)

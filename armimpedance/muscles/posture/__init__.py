@@ -1,0 +1,1 @@
+"""Joint stiffness and viscosity over posture."""

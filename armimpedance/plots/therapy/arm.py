@@ -1,0 +1,107 @@
+"""A person's passive arm: what each repetition needed over the angle, the model, its verdict."""
+
+from __future__ import annotations
+
+from textwrap import fill
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from armimpedance.plots.style import (
+    OKABE_ITO,
+    TWO_COLUMNS_IN,
+    label_axes,
+    new_axes,
+    new_figure,
+    print_style,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from armimpedance.regression.summary import NamedParameter
+    from armimpedance.therapy.arm.calibrate import ArmCalibration, AxisCalibration
+
+_ROW_IN = 2.6
+#: Letters of a line of the verdict.
+_VERDICT = 110
+#: Repetitions, from the first to the last.
+_SHADES = (OKABE_ITO["sky"], OKABE_ITO["blue"], OKABE_ITO["green"], OKABE_ITO["orange"])
+
+
+def plot_passive_axis(
+    calibration: ArmCalibration, axis: AxisCalibration, ax: Axes | None = None
+) -> Axes:
+    """Draw the support (18) of every passive repetition about one axis, and the model (14).
+
+    The model's line is that of the first repetition of each movement; weight and inertia alone
+    are drawn beside. A refused model is drawn in grey. Ends so slow that the gears may stick are
+    left out, as they are from the fit.
+
+    Parameters
+    ----------
+    calibration : ArmCalibration
+    axis : AxisCalibration
+        One of its axes.
+    """
+    movements = [m for m in calibration.movements if m.axis == axis.axis]
+    refused = not axis.elastic.repeatable
+    low, high = axis.elastic.range_rad
+    seen: dict[str, int] = {}
+    with print_style():
+        ax = new_axes(TWO_COLUMNS_IN, _ROW_IN) if ax is None else ax
+        for m in movements:
+            number = seen[m.movement] = seen.get(m.movement, 0) + 1
+            q, first = np.rad2deg(m.q), number == 1
+            new = len(seen) == 1
+            slid = (m.q >= low) & (m.q <= high)
+            color = _SHADES[(number - 1) % len(_SHADES)]
+            label = f"repetition {number}" if new else None
+            ax.plot(q[slid], m.support[slid], color=color, lw=0.9, label=label)
+            if first:
+                color = "0.5" if refused else OKABE_ITO["vermillion"]
+                own = "refused model" if refused else "model"
+                weight = "weight and inertia"
+                ax.plot(q, m.arm, color=color, lw=1.6, label=own if new else None)
+                ax.plot(q, m.rigid_arm, ":", color="black", label=weight if new else None)
+        ax.axhline(0, color="0.8", lw=0.6, zorder=0)
+        ax.margins(x=0.02)
+        label_axes(ax, f"{movements[0].axis_name} (deg)", "support (Nm)")
+    return ax
+
+
+def plot_passive_arm(calibration: ArmCalibration) -> Figure:
+    """One row an axis, its stiffness, rest angle and verdict above it."""
+    figure = new_figure(TWO_COLUMNS_IN, _ROW_IN * len(calibration.axes) + 0.35)
+    with print_style():
+        axes = list(figure.subplots(len(calibration.axes), squeeze=False)[:, 0])
+        for ax, axis in zip(axes, calibration.axes, strict=True):
+            plot_passive_axis(calibration, axis, ax)
+            ax.set_title(_title(axis), loc="left", fontsize=8, linespacing=1.4)
+        once: dict[str, Artist] = {}
+        for ax in axes:
+            handles, labels = ax.get_legend_handles_labels()
+            once |= dict(zip(labels, handles, strict=True))
+        labels = sorted(once, key=lambda label: (not label.startswith("repetition"), label))
+        figure.legend(
+            [once[label] for label in labels], labels, loc="outside upper center", ncols=len(once)
+        )
+    return figure
+
+
+def _title(axis: AxisCalibration) -> str:
+    words = f"{axis.elastic.axis}: {_known(axis.stiffness)}, {_known(axis.rest)}"
+    return f"{words}\n{fill(axis.elastic.verdict, _VERDICT)}"
+
+
+def _known(parameter: NamedParameter) -> str:
+    """``k_s 4.79 ± .21 Nm/rad``: half of the 95 % interval."""
+    low, high = parameter.ci95
+    if not np.isfinite([parameter.value, low, high]).all():
+        return f"{parameter.name} unknown"
+    half = (high - low) / 2
+    decimals = max(0, 1 - int(np.floor(np.log10(half)))) if half > 0 else 3
+    unit = parameter.unit
+    return f"{parameter.name} {parameter.value:.{decimals}f} ± {half:.{decimals}f} {unit}"

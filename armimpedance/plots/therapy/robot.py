@@ -1,0 +1,121 @@
+"""The therapy robot as calibrated: friction over speed, counterbalance spring over its angle."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from armimpedance.plots.style import (
+    OKABE_ITO,
+    ONE_COLUMN_IN,
+    TWO_COLUMNS_IN,
+    label_axes,
+    new_axes,
+    new_figure,
+    print_style,
+)
+from armimpedance.regression.fit import t_factor
+from armimpedance.therapy.therapy_robot import SPRING_TERMS
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from armimpedance.therapy.robot.calibrate import RobotCalibration
+    from armimpedance.therapy.robot.holds import SpringHolds
+    from armimpedance.therapy.robot.sweeps import AxisSweeps
+
+_ROW_IN = 2.3
+_COLUMNS: Final = 3
+_UP, _DOWN, _LAW = OKABE_ITO["blue"], OKABE_ITO["vermillion"], "black"
+#: Points of a drawn law.
+_FINE: Final = 300
+
+
+def plot_friction(sweeps: AxisSweeps, ax: Axes | None = None) -> Axes:
+    """Draw the friction of one axis over the speed, both directions above each other.
+
+    The torque of the negative direction is turned round, so that a friction that is odd in the
+    velocity shows one course. Speeds in the shaded static range were not fitted and are hollow.
+    """
+    points = sweeps.points
+    speed = np.rad2deg([p.speed_rad_s for p in points])
+    used = np.array([p.used for p in points])
+    low, high = speed.min() / 1.6, speed.max() * 1.3
+    lowest = float(np.rad2deg(sweeps.lowest_used_rad_s))
+    with print_style():
+        ax = new_axes(ONE_COLUMN_IN, _ROW_IN) if ax is None else ax
+        ax.set_xscale("log")
+        if not used.all():
+            ax.axvspan(low, lowest / 1.1, color="0.92", lw=0, label="static range")
+        for part, style in ((low, ":"), (lowest, "-")):
+            drawn = np.geomspace(part, high if part == lowest else lowest, _FINE)
+            law = sweeps.friction(np.deg2rad(drawn))
+            ax.plot(drawn, law, style, color=_LAW, lw=1.2, label="law" if style == "-" else None)
+        for torque, color, marker, label in (
+            (np.array([p.up_Nm for p in points]), _UP, "^", "positive direction"),
+            (-np.array([p.down_Nm for p in points]), _DOWN, "v", "negative, turned round"),
+        ):
+            for shown, fill in ((used, color), (~used, "none")):
+                ax.plot(
+                    speed[shown], torque[shown], ls="", marker=marker, ms=5, color=color,
+                    mfc=fill, label=label if fill != "none" else None,
+                )  # fmt: skip
+        ax.set_xlim(low, high)
+        ax.set_ylim(0, None)
+        ax.xaxis.set_major_formatter("{x:g}")
+        label_axes(ax, "speed (deg/s)", "friction (Nm)")
+    return ax
+
+
+def plot_spring(spring: SpringHolds, ax: Axes | None = None) -> Axes:
+    """Draw the counterbalance spring's torque over the angle: holds both ways, polynomial, band."""
+    q = np.linspace(spring.angle_rad.min(), spring.angle_rad.max(), _FINE)
+    rows = np.stack([q**k for k in range(len(SPRING_TERMS))], axis=1)
+    at = [spring.fit.names.index(name) for name in SPRING_TERMS]
+    law = rows @ spring.fit.parameters[at]
+    # var (F,) = diag(rows (F, 3) C (3, 3) rows^T)
+    sd = np.sqrt(((rows @ spring.fit.covariance[np.ix_(at, at)]) * rows).sum(axis=1))
+    half = t_factor(spring.fit.dof) * sd
+    angle = np.rad2deg(spring.angle_rad)
+    with print_style():
+        ax = new_axes(ONE_COLUMN_IN, _ROW_IN) if ax is None else ax
+        ax.fill_between(np.rad2deg(q), law - half, law + half, color="0.8", lw=0, label="95 %")
+        ax.plot(np.rad2deg(q), law, color=_LAW, lw=1.2, label="polynomial")
+        for torque, color, marker, label in (
+            (spring.from_below_Nm, _UP, "^", "held from below"),
+            (spring.from_above_Nm, _DOWN, "v", "held from above"),
+        ):
+            ax.plot(angle, torque, ls="", marker=marker, ms=5, color=color, label=label)
+        ax.plot(angle, spring.spring_Nm, ls="", marker=".", ms=5, color="0.4", label="their mean")
+        label_axes(ax, "angle (deg)", "spring (Nm)")
+    return ax
+
+
+def plot_robot_calibration(calibration: RobotCalibration) -> Figure:
+    """Friction of every axis, and the spring of the one that has it."""
+    names, panels = calibration.robot.axes, len(calibration.axes) + 1
+    rows = -(-panels // _COLUMNS)
+    figure = new_figure(TWO_COLUMNS_IN, _ROW_IN * rows + 0.5)
+    with print_style():
+        axes = list(figure.subplots(rows, _COLUMNS, squeeze=False).flat)
+    for ax, sweeps in zip(axes, calibration.axes, strict=False):
+        plot_friction(sweeps, ax)
+        _title(ax, f"axis {sweeps.axis + 1}, {names[sweeps.axis]}")
+    plot_spring(calibration.spring, axes[panels - 1])
+    _title(axes[panels - 1], f"spring of axis {calibration.robot.spring_axis + 1}")
+    for ax in axes[panels:]:
+        ax.axis("off")
+    with print_style():
+        friction = max(axes[: panels - 1], key=lambda ax: len(ax.get_legend_handles_labels()[1]))
+        handles, labels = friction.get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside upper center", ncols=len(labels))
+        handles, labels = axes[panels - 1].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside lower center", ncols=len(labels))
+    return figure
+
+
+def _title(ax: Axes, text: str) -> None:
+    with print_style():
+        ax.set_title(text, loc="left", fontsize=9)

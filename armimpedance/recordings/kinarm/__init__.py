@@ -1,0 +1,1 @@
+"""Kinarm exams (Dexterit-E) as recordings of the hand."""

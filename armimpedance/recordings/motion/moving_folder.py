@@ -1,0 +1,241 @@
+"""What recordings of a moving body share on disk: trials, samples, force plates, EMG.
+
+A folder of `recording.json`, `trials.csv`, `samples.parquet` or `.csv` and, where there are any,
+`emg.parquet` or `.csv` (at its own rate) and `skeleton.json`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from armimpedance.arrays import FloatArray, IntArray
+from armimpedance.errors import InputError
+from armimpedance.motion import WRENCH, EmgSignals, MarkerRecording, MotionRecording
+from armimpedance.outputs import RECORDING_FILES, staged_folder
+from armimpedance.recordings.motion.emg_table import (
+    CLOCK,
+    EMG_FILES,
+    TableForm,
+    emg_columns,
+    read_emg,
+    write_table,
+)
+from armimpedance.recordings.motion.moving_metadata import (
+    MovingKind,
+    MovingMetadata,
+    moving_metadata_text,
+    read_moving_metadata,
+)
+from armimpedance.recordings.motion.skeleton_json import SKELETON_FILE, skeleton_text
+from armimpedance.recordings.tables.folder import (
+    METADATA_FILE,
+    TRIALS_FILE,
+    runs_of_trials,
+    table_file,
+)
+from armimpedance.recordings.tables.number_table import NumberTable, column_names, read_numbers
+from armimpedance.recordings.tables.sample_table import check_time, trial_runs
+from armimpedance.recordings.tables.trial_table import (
+    TrialTable,
+    check_onsets,
+    read_trials,
+    trials_text,
+)
+
+
+@dataclass(frozen=True)
+class MovingTables:
+    """The tables of a folder, the samples in the order of the trial table.
+
+    Attributes
+    ----------
+    table : NumberTable
+        The samples in the order of the file, for messages.
+    trials : DataFrame (T rows)
+    offsets : (T + 1,) int
+    columns : mapping str -> (N,)
+        All columns with a meaning.
+    wrenches : (N, K, 6) or None
+    emg : EmgSignals or None
+    remarks : tuple of str
+        What was left out.
+    """
+
+    table: NumberTable
+    trials: pd.DataFrame
+    offsets: IntArray
+    columns: Mapping[str, FloatArray]
+    wrenches: FloatArray | None
+    emg: EmgSignals | None
+    remarks: tuple[str, ...]
+
+    def stack(self, names: tuple[str, ...]) -> FloatArray:
+        """These columns side by side, (N, len(names))."""
+        return np.column_stack([self.columns[name] for name in names])
+
+
+def open_folder(folder: Path, kind: MovingKind) -> tuple[MovingMetadata, Path]:
+    """What a folder says of itself, once it is sure to be of this kind, and its samples' file.
+
+    Raises
+    ------
+    InputError
+    """
+    if not folder.is_dir():
+        raise InputError("no such folder", file=folder, expected="a recording's folder")
+    return read_moving_metadata(folder / METADATA_FILE, kind), table_file(folder)
+
+
+def read_tables(
+    folder: Path, metadata: MovingMetadata, wanted: Collection[str], *, gaps: bool
+) -> MovingTables:
+    """Read the tables of a recording.
+
+    Parameters
+    ----------
+    folder : Path
+    metadata : MovingMetadata
+    wanted : collection of str
+        The kind's own columns.
+    gaps : bool
+        Whether these columns may have gaps.
+
+    Raises
+    ------
+    InputError
+    """
+    table = read_trials(folder / TRIALS_FILE)
+    file = table_file(folder)
+    names = column_names(file)
+    plates = _plate_columns(file, names, metadata)
+    numbers = read_numbers(file, (*CLOCK, *wanted, *plates), gaps=wanted if gaps else ())
+    index, offsets = _in_order(table, numbers, metadata.sample_rate_hz)
+    columns = {n: numbers.columns[n][index] for n in (*CLOCK, *wanted, *plates)}
+    time = columns["time_s"]
+    step = 1.0 / metadata.sample_rate_hz
+    check_onsets(table, time[offsets[:-1]], time[offsets[1:] - 1], step)
+    wrenches = None
+    if metadata.plate_origins_m is not None:
+        stacked = np.column_stack([columns[n] for n in plates])
+        wrenches = stacked.reshape(len(time), -1, len(WRENCH))
+    emg = read_emg(folder, table, metadata, time[offsets[:-1]])
+    left_out = [n for n in names if n not in columns]
+    remarks = (f"Sample columns left out: {', '.join(left_out)}.",) if left_out else ()
+    return MovingTables(numbers, table.trials, offsets, columns, wrenches, emg, remarks)
+
+
+def write_tables(
+    recording: MarkerRecording | MotionRecording,
+    path: Path,
+    columns: Mapping[str, FloatArray],
+    table: TableForm,
+) -> None:
+    """Write a recording's folder, its own columns given; it appears only when it is complete.
+
+    Raises
+    ------
+    InputError
+        The folder cannot be written, or a name has no form on disk.
+    """
+    for name in columns:
+        if name != name.strip() or not name.isprintable():
+            raise InputError("cannot be a column's name", column=ascii(name).strip("'"))
+    trial = _trial_numbers(recording.trials)
+    samples: dict[str, FloatArray] = {
+        "trial": np.repeat(trial, np.diff(recording.offsets)),
+        "time_s": recording.time_s,
+        **columns,
+    }
+    if recording.wrenches is not None:
+        names = plate_columns(recording.wrenches.shape[1])
+        flat = recording.wrenches.reshape(len(recording.time_s), -1)
+        samples |= dict(zip(names, flat.T, strict=True))
+    known = (*RECORDING_FILES, *EMG_FILES, SKELETON_FILE)
+    with staged_folder(path, known=known) as folder:
+        (folder / METADATA_FILE).write_text(moving_metadata_text(recording), encoding="utf-8")
+        text = trials_text(recording.trials)
+        (folder / TRIALS_FILE).write_text(text, encoding="utf-8", newline="")
+        write_table(samples, folder, "samples", table)
+        if recording.emg is not None:
+            starts = recording.time_s[recording.offsets[:-1]]
+            write_table(emg_columns(recording.emg, trial, starts), folder, "emg", table)
+        if recording.skeleton is not None:
+            text = skeleton_text(recording.skeleton)
+            (folder / SKELETON_FILE).write_text(text, encoding="utf-8")
+
+
+def refuse_beyond(
+    table: NumberTable, names: Collection[str], limit: float, looks_like: str, expected: str
+) -> None:
+    """Refuse the first column with a value beyond +-`limit`; lost values pass.
+
+    Raises
+    ------
+    InputError
+    """
+    for name in names:
+        values = table.columns[name]
+        beyond = np.flatnonzero(np.abs(values) > limit)
+        if len(beyond):
+            i = int(beyond[0])
+            raise InputError(
+                f"{values[i]:.6g} looks like {looks_like}",
+                file=table.file,
+                row=table.row(i),
+                column=name,
+                expected=expected,
+            )
+
+
+def plate_columns(plates: int) -> tuple[str, ...]:
+    """Columns of K force plates: ``plate1_fx_N … plate1_mz_Nm``, then the next plate's."""
+    units = ["N" if name.startswith("f") else "Nm" for name in WRENCH]
+    return tuple(
+        f"plate{k}_{name}_{unit}"
+        for k in range(1, plates + 1)
+        for name, unit in zip(WRENCH, units, strict=True)
+    )
+
+
+def _plate_columns(file: Path, names: tuple[str, ...], metadata: MovingMetadata) -> tuple[str, ...]:
+    """The plates' columns in a table, all of those that `recording.json` lists."""
+    origins = metadata.plate_origins_m
+    wanted = plate_columns(0 if origins is None else len(origins))
+    possible = set(plate_columns(len(names)))
+    further = [n for n in names if n in possible and n not in wanted]
+    if further:
+        listed = 0 if origins is None else len(origins)
+        raise InputError(
+            f"a force plate that {METADATA_FILE} does not list (it lists {listed})",
+            file=file,
+            column=further[0],
+            expected='"plates" with the origin of each',
+        )
+    return wanted
+
+
+def _in_order(
+    table: TrialTable, numbers: NumberTable, rate_hz: float
+) -> tuple[slice | IntArray, IntArray]:
+    """Sample numbers in the order of the trial table, and where each trial starts there."""
+    runs, starts = trial_runs(numbers)
+    check_time(numbers, starts, rate_hz)
+    order = runs_of_trials(table, numbers, runs, starts)
+    lengths = np.diff(starts)[order]
+    offsets = np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64)
+    if np.array_equal(order, np.arange(len(order))):
+        return slice(None), offsets
+    index = np.repeat(starts[order] - offsets[:-1], lengths) + np.arange(offsets[-1])
+    return index, offsets
+
+
+def _trial_numbers(trials: pd.DataFrame) -> IntArray:
+    numbers = trials["trial"].to_numpy()
+    if not np.issubdtype(numbers.dtype, np.integer):
+        raise InputError("trial numbers are not integers", column="trial", expected="integers")
+    return np.asarray(numbers, np.int64)

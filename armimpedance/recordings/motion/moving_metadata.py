@@ -1,0 +1,136 @@
+"""`recording.json` of a moving body: kinds "markers" and "motion"."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final, Literal, cast
+
+import numpy as np
+
+from armimpedance.arrays import FloatArray
+from armimpedance.errors import InputError
+from armimpedance.motion import MarkerRecording, MotionRecording
+from armimpedance.recordings.tables.metadata import (
+    FORMAT,
+    VERSION,
+    Fields,
+    is_number,
+    recording_fields,
+    subject_of,
+)
+from armimpedance.records import Subject
+
+MovingKind = Literal["markers", "motion"]
+
+#: The walls of the largest studio; a place further off was given in mm.
+LARGEST_PLACE_M: Final = 20.0
+
+#: What a user who brings the wrong kind is told.
+_WHAT: Final = {
+    "hand": "a recording of the hand: `armimpedance estimate` takes it",
+    "joint": "a recording of one joint: `armimpedance estimate`, `passive` or `elbow` take it",
+    "markers": "a recording of markers, whose joint motion is not found yet",
+    "motion": "a recording of joint motion, without markers",
+}
+
+KNOWN_KEYS: Final = (
+    *("format", "version", "kind", "sample_rate_hz", "subject", "plates", "emg_rate_hz"),
+    *("emg_unit", "provenance"),
+)
+
+
+@dataclass(frozen=True)
+class MovingMetadata:
+    """The content of `recording.json`, checked.
+
+    Attributes
+    ----------
+    sample_rate_hz : float
+    subject : Subject
+    plate_origins_m : (K, 3) or None
+    emg_rate_hz : float or None
+    emg_unit : {"V", "normalised"}
+    provenance : tuple of str
+        With a remark on keys that nothing reads.
+    """
+
+    sample_rate_hz: float
+    subject: Subject
+    plate_origins_m: FloatArray | None
+    emg_rate_hz: float | None
+    emg_unit: Literal["V", "normalised"]
+    provenance: tuple[str, ...]
+
+
+def read_moving_metadata(file: Path, kind: MovingKind) -> MovingMetadata:
+    """Read and check `recording.json` of a recording of this kind.
+
+    Raises
+    ------
+    InputError
+        The file is missing or not JSON, a field is not what it must be, or another kind is in it.
+    """
+    given = recording_fields(file)
+    found = given.choice("kind", tuple(_WHAT), required=True)
+    if found != kind:
+        expected = f'kind "{kind}"'
+        raise InputError(_WHAT[str(found)], file=file, column="kind", expected=expected)
+    ignored = [key for key in given.values if key not in KNOWN_KEYS]
+    remarks = (f"Not read from {file.name}: {', '.join(ignored)}.",) if ignored else ()
+    return MovingMetadata(
+        sample_rate_hz=_rate(given, "sample_rate_hz", required=True) or 0.0,
+        subject=subject_of(given),
+        plate_origins_m=_plates(given),
+        emg_rate_hz=_rate(given, "emg_rate_hz"),
+        emg_unit=cast(Any, given.choice("emg_unit", ("V", "normalised")) or "normalised"),
+        provenance=(*(given.texts("provenance") or ()), *remarks),
+    )
+
+
+def moving_metadata_text(recording: MarkerRecording | MotionRecording) -> str:
+    """The text of `recording.json`."""
+    content: dict[str, object] = {
+        "format": FORMAT,
+        "version": VERSION,
+        "kind": "markers" if isinstance(recording, MarkerRecording) else "motion",
+        "sample_rate_hz": float(recording.sample_rate_hz),
+        "subject": {k: v for k, v in vars(recording.subject).items() if v is not None},
+        "provenance": list(recording.provenance),
+    }
+    if recording.plate_origins_m is not None:
+        content["plates"] = [{"origin_m": p} for p in recording.plate_origins_m.tolist()]
+    if recording.emg is not None:
+        content["emg_rate_hz"] = float(recording.emg.sample_rate_hz)
+        content["emg_unit"] = recording.emg.unit
+    return json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def _rate(given: Fields, key: str, required: bool = False) -> float | None:
+    rate = given.number(key, required)
+    if rate is not None and rate <= 0:
+        raise given.wrong(key, "a positive number")
+    return rate
+
+
+def _plates(given: Fields) -> FloatArray | None:
+    plates = given.values.get("plates")
+    if plates is None or plates == []:
+        return None
+    expected = 'a list such as [{"origin_m": [0.2, 0.3, 0]}]'
+    if not isinstance(plates, list):
+        raise given.wrong("plates", expected)
+    origins = []
+    for i, plate in enumerate(plates):
+        place = plate.get("origin_m") if isinstance(plate, dict) else None
+        if not isinstance(place, list) or len(place) != 3 or not all(map(is_number, place)):
+            raise InputError(
+                "is no plate", file=given.file, column=f"plates[{i}]", expected=expected
+            )
+        if max(abs(v) for v in place) > LARGEST_PLACE_M:
+            column = f"plates[{i}].origin_m"
+            problem = "looks like millimetres"
+            raise InputError(problem, file=given.file, column=column, expected="metres")
+        origins.append([float(v) for v in place])
+    return np.array(origins)

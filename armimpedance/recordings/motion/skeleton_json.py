@@ -1,0 +1,96 @@
+"""`skeleton.json`: segments, hinges and marker sites of one subject.
+
+``{"format": "armimpedance-skeleton", "version": 1, "segments": [...], "markers": [...],
+"floating": true}``, the fields of `armimpedance.skeleton.Skeleton`. What a segment may leave out:
+hinges, mass, centre of mass and inertia (none, 0); a skeleton: markers (none), floating (true).
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import Any, Final
+
+from armimpedance.errors import InputError
+from armimpedance.outputs import staged_file
+from armimpedance.plain import from_plain, to_plain
+from armimpedance.recordings.tables.metadata import Fields, load_json
+from armimpedance.skeleton import Skeleton
+
+FORMAT: Final = "armimpedance-skeleton"
+VERSION: Final = 1
+SKELETON_FILE: Final = "skeleton.json"
+
+_SEGMENT_DEFAULTS: Final = {
+    "hinges": [],
+    "mass_kg": 0.0,
+    "com_m": [0.0] * 3,
+    "inertia_kgm2": [[0.0] * 3] * 3,
+}
+_SKELETON_DEFAULTS: Final = {"markers": [], "floating": True}
+
+#: No joint of a person is further from the one above it; a longer bone was given in mm or cm.
+LONGEST_BONE_M: Final = 2.0
+
+
+def read_skeleton(path: str | os.PathLike[str]) -> Skeleton:
+    """Read and check a skeleton.
+
+    Raises
+    ------
+    InputError
+        The file is missing, is not JSON, a field is missing or not what it must be, or the
+        skeleton cannot be one.
+    """
+    file = Path(path)
+    given = Fields(file, load_json(file))
+    given.choice("format", (FORMAT,), required=True)
+    if given.number("version", required=True) != VERSION:
+        raise given.wrong("version", str(VERSION))
+    plain: dict[str, Any] = {**_SKELETON_DEFAULTS, **given.values}
+    plain.pop("format")
+    plain.pop("version")
+    segments = plain.get("segments")
+    if isinstance(segments, list):
+        plain["segments"] = [
+            {**_SEGMENT_DEFAULTS, **s} if isinstance(s, dict) else s for s in segments
+        ]
+    try:
+        skeleton = from_plain(Skeleton, plain)
+    except InputError as error:
+        raise InputError(
+            error.problem, file=file, column=error.column, expected=error.expected
+        ) from None
+    _check_metres(skeleton, file)
+    return skeleton
+
+
+def write_skeleton(skeleton: Skeleton, path: str | os.PathLike[str]) -> None:
+    """Write a skeleton; `read_skeleton` gives the same one back, bit by bit.
+
+    Raises
+    ------
+    InputError
+        The file cannot be written.
+    """
+    with staged_file(path) as file:
+        file.write_text(skeleton_text(skeleton), encoding="utf-8")
+
+
+def skeleton_text(skeleton: Skeleton) -> str:
+    """The text of `skeleton.json`."""
+    content = {"format": FORMAT, "version": VERSION, **to_plain(skeleton)}
+    return json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def _check_metres(skeleton: Skeleton, file: Path) -> None:
+    places = [(f"origin_m of {s.name}", s.origin_m) for s in skeleton.segments]
+    places += [(f"com_m of {s.name}", s.com_m) for s in skeleton.segments]
+    places += [(f"position_m of {m.name}", m.position_m) for m in skeleton.markers]
+    for name, place in places:
+        far = float(abs(place).max())
+        if far > LONGEST_BONE_M:
+            raise InputError(
+                f"{far:g} looks like millimetres", file=file, column=name, expected="metres"
+            )

@@ -1,0 +1,1 @@
+"""Recordings as a folder of three tables: metadata, trials, samples."""

@@ -1,0 +1,258 @@
+"""A table of numbers from CSV or Parquet: read fast, and on failure once more to name the cell."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.csv
+import pyarrow.parquet as pq
+
+from armimpedance.arrays import FloatArray
+from armimpedance.errors import InputError
+
+
+@dataclass(frozen=True)
+class NumberTable:
+    """Columns of equal length, all finite but for those with gaps (NaN).
+
+    `dropped` are further columns of the file that hold something else than finite numbers.
+    """
+
+    file: Path
+    columns: Mapping[str, FloatArray]
+    dropped: tuple[str, ...] = ()
+
+    def row(self, index: int) -> int:
+        """Where the user finds data row `index` (from 0).
+
+        For CSV the line as an editor shows it, counted from 1 with the header; for Parquet the
+        data row counted from 1.
+        """
+        if self.file.suffix == ".parquet":
+            return index + 1
+        with _csv_reader(self.file) as rows:
+            next(rows)
+            for number, (line, _) in enumerate(rows):
+                if number == index:
+                    return line
+        raise IndexError(index)
+
+
+def column_names(file: Path) -> tuple[str, ...]:
+    """The names of a table's columns, without reading it.
+
+    Raises
+    ------
+    InputError
+        The file is missing, empty or not of its kind, or a name stands twice.
+    """
+    if not file.is_file():
+        raise InputError("no such file", file=file)
+    if file.stat().st_size == 0:
+        raise InputError("is empty", file=file, expected="a header and one row per sample")
+    names = _parquet_names(file) if file.suffix == ".parquet" else _csv_names(file)
+    check_header(file, names)
+    return names
+
+
+def check_header(file: Path, names: Sequence[str]) -> None:
+    """Names of columns must be different, and fit on the line of a message.
+
+    Raises
+    ------
+    InputError
+    """
+    for name in names:
+        if names.count(name) > 1 or not name.isprintable():
+            problem = "stands twice in the header" if name.isprintable() else "cannot be a name"
+            raise InputError(problem, file=file, row=1, column=ascii(name).strip("'"))
+    if len(names) == 1 and any(mark in names[0] for mark in ";\t"):
+        raise InputError("no commas in the header", file=file, row=1, expected="commas as in CSV")
+
+
+def read_numbers(
+    file: Path, required: Collection[str], *, gaps: Collection[str] = ()
+) -> NumberTable:
+    """Read a table whose `required` columns must hold finite numbers.
+
+    Parameters
+    ----------
+    file : Path
+        `.csv` or `.parquet`.
+    required : collection of str
+        These must be in the file and numbers throughout; further columns are kept if they are.
+    gaps : collection of str
+        Those of the required columns in which an empty cell or NaN stands for a lost value.
+
+    Raises
+    ------
+    InputError
+        Which cell of a required column is empty, text or not finite; or the file cannot be read.
+    """
+    names = column_names(file)
+    missing = [name for name in required if name not in names]
+    if missing:
+        there = ", ".join(names[:12]) + (", …" if len(names) > 12 else "")
+        raise InputError(
+            "no such column", file=file, column=missing[0], expected=f"it beside {there}"
+        )
+    is_parquet = file.suffix == ".parquet"
+    table = _read_parquet(file) if is_parquet else _read_csv(file, names, required, gaps)
+    if table.num_rows == 0:
+        raise InputError("holds no samples", file=file, expected="one row per sample")
+    columns: dict[str, FloatArray] = {}
+    dropped = []
+    for name in names:
+        values = _as_floats(table.column(name), from_text=not is_parquet)
+        if values is not None and _is_whole(values, name in gaps):
+            columns[name] = values
+        elif name not in required:
+            dropped.append(name)
+        elif is_parquet:
+            raise _bad_parquet_cell(file, name, table.column(name), name in gaps)
+        else:
+            raise _bad_csv_cell(file, names, required, gaps)
+    return NumberTable(file, columns, tuple(dropped))
+
+
+def _is_whole(values: FloatArray, may_be_lost: bool) -> bool:
+    """Whether all values are finite, or lost where they may be."""
+    return bool(
+        (np.isfinite(values) | np.isnan(values) if may_be_lost else np.isfinite(values)).all()
+    )
+
+
+def _as_floats(column: pa.ChunkedArray, from_text: bool) -> FloatArray | None:
+    """The column as float64 with NaN for what is missing; None if it does not hold numbers."""
+    kind = column.type
+    if from_text and pa.types.is_string(kind):
+        try:
+            return np.asarray(column.cast(pa.float64()).to_numpy())
+        except pa.ArrowInvalid:
+            return None
+    if not (pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_decimal(kind)):
+        return None
+    if kind != pa.float64():
+        column = column.cast(pa.float64(), safe=False)
+    return np.asarray(column.to_numpy())
+
+
+def _read_parquet(file: Path) -> pa.Table:
+    try:
+        return pq.read_table(file)
+    except (pa.ArrowException, OSError, ValueError) as error:
+        raise _unreadable_parquet(file, error) from None
+
+
+def _parquet_names(file: Path) -> tuple[str, ...]:
+    try:
+        return tuple(pq.read_schema(file).names)
+    except (pa.ArrowException, OSError, ValueError) as error:
+        raise _unreadable_parquet(file, error) from None
+
+
+def _unreadable_parquet(file: Path, error: Exception) -> InputError:
+    first_line = str(error).splitlines()[0] if str(error) else type(error).__name__
+    return InputError(f"not a readable Parquet file: {first_line}", file=file)
+
+
+def _bad_parquet_cell(
+    file: Path, name: str, column: pa.ChunkedArray, may_be_lost: bool
+) -> InputError:
+    for row, value in enumerate(column.to_pylist(), start=1):
+        problem = _cell_problem("" if value is None else str(value), may_be_lost)
+        if problem:
+            return InputError(problem, file=file, row=row, column=name, expected="a finite number")
+    return InputError(f"holds {column.type}", file=file, column=name, expected="a number type")
+
+
+def _read_csv(
+    file: Path, names: tuple[str, ...], required: Collection[str], gaps: Collection[str]
+) -> pa.Table:
+    # Names are given by position: the file's own may carry blanks around them. What is not
+    # required is read as text first, so that a cell of it cannot stop the reading.
+    types = {name: pa.float64() if name in required else pa.string() for name in names}
+    options = pa.csv.ConvertOptions(column_types=types)
+    try:
+        return pa.csv.read_csv(
+            file,
+            read_options=pa.csv.ReadOptions(column_names=list(names), skip_rows=1),
+            convert_options=options,
+        )
+    except pa.ArrowInvalid as error:
+        if "Empty CSV" in str(error):
+            raise InputError("holds no samples", file=file, expected="one row each") from None
+        raise _bad_csv_cell(file, names, required, gaps, str(error)) from None
+
+
+def _bad_csv_cell(
+    file: Path,
+    names: tuple[str, ...],
+    required: Collection[str],
+    gaps: Collection[str],
+    reason: str = "not readable",
+) -> InputError:
+    """Find the first cell that is wrong, for the message."""
+    wanted = [(i, name) for i, name in enumerate(names) if name in required]
+    with _csv_reader(file) as rows:
+        next(rows)
+        for line, cells in rows:
+            if len(cells) != len(names):
+                expected = f"{len(names)}, as in the header"
+                return InputError(f"{len(cells)} cells", file=file, row=line, expected=expected)
+            for index, name in wanted:
+                problem = _cell_problem(cells[index], name in gaps)
+                if problem:
+                    return InputError(
+                        problem, file=file, row=line, column=name, expected="a finite number"
+                    )
+    return InputError(reason.splitlines()[0], file=file, expected="a table of numbers")
+
+
+def _cell_problem(cell: str, may_be_lost: bool) -> str:
+    """What is wrong with a cell that must hold a finite number; nothing: an empty text."""
+    text = cell.strip()
+    if may_be_lost and text.lower() in ("", "nan"):
+        return ""
+    if not text:
+        return "empty cell"
+    try:
+        value = float(text)
+    except ValueError:
+        value = None
+    if value is None or "_" in text:
+        return f"not a number: {text[:40]!r}"
+    return "" if math.isfinite(value) else f"not finite: {text}"
+
+
+def _csv_names(file: Path) -> tuple[str, ...]:
+    with _csv_reader(file) as rows:
+        first = next(rows, None)
+    names = tuple(cell.strip() for cell in first[1]) if first else ()
+    if not any(names):
+        raise InputError("has no header", file=file, expected="names of columns in the first line")
+    return names
+
+
+@contextmanager
+def _csv_reader(file: Path) -> Iterator[Iterator[tuple[int, list[str]]]]:
+    """The lines of a CSV file that are not blank, each with its number in an editor."""
+    with file.open(encoding="utf-8-sig", errors="replace", newline="") as stream:
+        reader = csv.reader(stream)
+
+        def rows() -> Iterator[tuple[int, list[str]]]:
+            try:
+                for cells in reader:
+                    if cells:
+                        yield reader.line_num, cells
+            except csv.Error as error:
+                raise InputError(f"not CSV: {error}", file=file, row=reader.line_num + 1) from None
+
+        yield rows()

@@ -1,0 +1,288 @@
+"""`samples.parquet` or `samples.csv`: which columns mean what, and whether they can be true."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from armimpedance.arrays import FloatArray, IntArray
+from armimpedance.conventions import AXES, Kind, force_columns, position_columns
+from armimpedance.errors import InputError
+from armimpedance.recordings.tables.metadata import LARGEST_COORDINATE_M, Metadata
+from armimpedance.recordings.tables.number_table import NumberTable, column_names, read_numbers
+
+ARM_ANGLE_COLUMNS: Final[tuple[str, ...]] = ("q_shoulder_rad", "q_elbow_rad")
+EMG_PREFIX: Final = "emg_"
+
+#: A hand's workspace is a disc of at most twice the arm's length, some 0.9 m in a tall person. A
+#: 5 mm disturbance given in mm spans 5 "m" even where the positions count from its start.
+LARGEST_SPAN_M: Final = 2.5
+
+#: From shoulder to hand, with the arm's length of 0.9 m and room for a seat that is off.
+LARGEST_REACH_M: Final = 3.0
+
+#: No joint turns further than once around from any zero that makes sense.
+LARGEST_ANGLE_RAD: Final = 2.0 * math.pi
+
+#: A step between two samples may differ from 1 / rate by this part of it (jitter of the clock)...
+STEP_TOLERANCE: Final = 0.1
+#: ... and the time since the trial's start by half a sample and the inaccuracy of a quartz clock.
+DRIFT_TOLERANCE_SAMPLES: Final = 0.5
+CLOCK_TOLERANCE: Final = 1e-4
+
+
+@dataclass(frozen=True)
+class SampleColumns:
+    """The names of a sample table's columns by meaning."""
+
+    position: tuple[str, ...]
+    force: tuple[str, ...]
+    joint_angles: tuple[str, ...]
+    emg: tuple[str, ...]
+    muscles: tuple[str, ...]
+
+    @property
+    def named(self) -> tuple[str, ...]:
+        """All columns that have a meaning; the rest is `Recording.extra`."""
+        kinematics = (*self.position, *self.force, *self.joint_angles)
+        return ("trial", "time_s", *kinematics, *self.emg)
+
+
+@dataclass(frozen=True)
+class Samples:
+    """All samples in the order of the file, with one run of samples per trial.
+
+    Attributes
+    ----------
+    trials : (T,) int
+        Trial numbers in the order of their samples.
+    offsets : (T + 1,) int
+        Where each trial's samples start.
+    """
+
+    table: NumberTable
+    columns: SampleColumns
+    trials: IntArray
+    offsets: IntArray
+
+    def stack(self, names: tuple[str, ...]) -> FloatArray:
+        """These columns side by side, (N, len(names))."""
+        return np.column_stack([self.table.columns[name] for name in names])
+
+
+def read_samples(file: Path, metadata: Metadata) -> Samples:
+    """Read the sample table and check all that can be checked without the trial table.
+
+    Raises
+    ------
+    InputError
+        A column is missing, a cell is no finite number, the samples of a trial are not in one
+        piece, time disagrees with the rate, or the values cannot have the unit of their column.
+    """
+    columns = sample_columns(column_names(file), metadata.kind, metadata.muscles)
+    table = read_numbers(file, columns.named)
+    trials, offsets = trial_runs(table)
+    samples = Samples(table, columns, trials, offsets)
+    axes = len(columns.position)
+    if metadata.shoulder_m is not None and len(metadata.shoulder_m) != axes:
+        raise InputError(
+            f"{len(metadata.shoulder_m)} numbers",
+            file=file.with_name("recording.json"),
+            column="shoulder_m",
+            expected=f"one per axis: {axes}",
+        )
+    check_time(table, offsets, metadata.sample_rate_hz)
+    if metadata.kind == "hand":
+        _check_metres(samples, metadata)
+        angles = columns.joint_angles
+    else:
+        angles = (*columns.position, *columns.joint_angles)
+    _check_radians(samples, angles)
+    return samples
+
+
+def arm_angle_columns(kind: Kind, joints: int) -> tuple[str, ...]:
+    """Names of the columns of the arm's measured joint angles.
+
+    Two joints are shoulder and elbow. For arms with another number of joints a recording of the
+    hand has `q1_rad, q2_rad, …`, the names that a recording of joints needs for its positions.
+    """
+    if joints == len(ARM_ANGLE_COLUMNS):
+        return ARM_ANGLE_COLUMNS
+    if kind == "joint":
+        raise InputError(
+            f"a recording of joints with {joints} further joint angles has no form on disk",
+            expected="shoulder and elbow",
+        )
+    return position_columns("joint", joints)
+
+
+def sample_columns(
+    names: Collection[str], kind: Kind, muscles: tuple[str, ...] | None
+) -> SampleColumns:
+    """What the columns of a sample table hold, by their names.
+
+    Parameters
+    ----------
+    names : collection of str
+        The columns of the table. Some that the result asks for may be missing among them.
+    kind : {"hand", "joint"}
+    muscles : tuple of str or None
+        The muscles that the recording lists; None: as in the table.
+    """
+    limit = len(AXES) if kind == "hand" else len(names)
+    there = [
+        position in names or force in names
+        for position, force in zip(
+            position_columns(kind, limit), force_columns(kind, limit), strict=True
+        )
+    ]
+    axes = max(2 if kind == "hand" else 1, *(i for i, has in enumerate(there, start=1) if has), 0)
+    emg = [n for n in names if n.startswith(EMG_PREFIX) and n != EMG_PREFIX]
+    recorded = tuple(n.removeprefix(EMG_PREFIX) for n in emg)
+    if muscles is None:
+        muscles = recorded
+    elif not set(muscles) & set(recorded):
+        muscles = ()
+    return SampleColumns(
+        position=position_columns(kind, axes),
+        force=force_columns(kind, axes),
+        joint_angles=_joint_angle_columns(names, kind),
+        emg=tuple(EMG_PREFIX + muscle for muscle in muscles),
+        muscles=muscles,
+    )
+
+
+def _joint_angle_columns(names: Collection[str], kind: Kind) -> tuple[str, ...]:
+    if set(ARM_ANGLE_COLUMNS) & set(names):
+        return ARM_ANGLE_COLUMNS
+    if kind == "joint":
+        return ()
+    numbered = [n for n in range(1, len(names) + 1) if f"q{n}_rad" in names]
+    return position_columns("joint", max(numbered, default=0))
+
+
+def trial_runs(table: NumberTable) -> tuple[IntArray, IntArray]:
+    """Trial numbers and where their samples start; every trial in one piece.
+
+    Raises
+    ------
+    InputError
+        A number is not whole, or a trial goes on after another one.
+    """
+    trial = table.columns["trial"]
+    broken = np.flatnonzero((trial != np.round(trial)) | (np.abs(trial) > 2**53))
+    if len(broken):
+        raise InputError(
+            f"not a whole number: {trial[broken[0]]:g}",
+            file=table.file,
+            row=table.row(int(broken[0])),
+            column="trial",
+            expected="the number of a trial",
+        )
+    starts = np.concatenate([[0], np.flatnonzero(np.diff(trial)) + 1])
+    numbers = trial[starts].astype(np.int64)
+    seen, first = np.unique(numbers, return_index=True)
+    if len(seen) < len(numbers):
+        again = int(np.setdiff1d(np.arange(len(numbers)), first)[0])
+        raise InputError(
+            f"trial {numbers[again]} goes on after other trials",
+            file=table.file,
+            row=table.row(int(starts[again])),
+            column="trial",
+            expected="each trial's samples in one piece",
+        )
+    return numbers, np.append(starts, len(trial)).astype(np.int64)
+
+
+def check_time(table: NumberTable, offsets: IntArray, rate_hz: float) -> None:
+    """Time must run forward in steps of 1 / rate.
+
+    Times are printed with so many decimals: where the step is no multiple of the last decimal,
+    rounding may shift each time by one unit of it, and the tolerances grow by that much. Where
+    that unit is longer than a step, several samples may print the same time.
+
+    Raises
+    ------
+    InputError
+    """
+    time = table.columns["time_s"]
+    dt = 1.0 / rate_hz
+    rounding = _rounding(time[:2000], dt)
+    lengths = np.diff(offsets)
+    index = np.arange(len(time)) - np.repeat(offsets[:-1], lengths)
+    step = np.diff(time, prepend=time[0] - dt)
+    step[offsets[:-1]] = dt
+    elapsed = time - np.repeat(time[offsets[:-1]], lengths)
+
+    def refuse(wrong: np.ndarray, problem: str) -> None:
+        at = np.flatnonzero(wrong)
+        if len(at):
+            i = int(at[0])
+            raise InputError(
+                problem.format(step=step[i], elapsed=elapsed[i]),
+                file=table.file,
+                row=table.row(i),
+                column="time_s",
+                expected=f"steps of {dt:.6g} s at {rate_hz:g} Hz",
+            )
+
+    refuse((step < 0) | ((step == 0) & (rounding < dt)), "time does not run forward")
+    refuse(
+        np.abs(step - dt) > STEP_TOLERANCE * dt + rounding,
+        "a step of {step:.6g} s: a gap, or another rate",
+    )
+    slack = DRIFT_TOLERANCE_SAMPLES * dt + rounding + CLOCK_TOLERANCE * elapsed
+    refuse(
+        np.abs(elapsed - index * dt) > slack,
+        "{elapsed:.6g} s after the trial's start, which disagrees with the rate",
+    )
+
+
+def _rounding(time: FloatArray, dt: float) -> float:
+    """By how much printing may have moved a time: the last decimal's unit, 0 if steps are exact."""
+    for decimals in range(10):
+        scaled = time * 10.0**decimals
+        if np.abs(scaled - np.round(scaled)).max() < 1e-6:
+            steps = dt * 10.0**decimals
+            exact = round(steps) > 0 and abs(steps - round(steps)) < 1e-9 * steps
+            return 0.0 if exact else 10.0**-decimals
+    return 0.0
+
+
+def _check_metres(samples: Samples, metadata: Metadata) -> None:
+    """Refuse positions that no hand can reach: millimetres, mostly."""
+    columns, shoulder = samples.columns.position, metadata.shoulder_m
+    limit = LARGEST_COORDINATE_M if shoulder is None else LARGEST_REACH_M
+    for name, origin in zip(columns, shoulder or (0.0,) * len(columns), strict=True):
+        _refuse_beyond(samples, name, origin, limit, "metres", "millimetres")
+        values = samples.table.columns[name]
+        middle = float(values.max() + values.min()) / 2.0
+        _refuse_beyond(samples, name, middle, LARGEST_SPAN_M / 2.0, "metres", "millimetres")
+
+
+def _check_radians(samples: Samples, columns: tuple[str, ...]) -> None:
+    for name in columns:
+        _refuse_beyond(samples, name, 0.0, LARGEST_ANGLE_RAD, "radians", "degrees")
+
+
+def _refuse_beyond(
+    samples: Samples, column: str, middle: float, limit: float, wanted: str, looks_like: str
+) -> None:
+    """Refuse a column with a value further than `limit` from `middle`."""
+    values = samples.table.columns[column]
+    if values.max() <= middle + limit and values.min() >= middle - limit:
+        return
+    sample = int(np.argmax((values > middle + limit) | (values < middle - limit)))
+    raise InputError(
+        f"{values[sample]:.6g} looks like {looks_like}",
+        file=samples.table.file,
+        row=samples.table.row(sample),
+        column=column,
+        expected=wanted,
+    )

@@ -1,0 +1,200 @@
+"""`trials.csv`: one row per trial, with line numbers for the messages."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+import pandas as pd
+
+from armimpedance.errors import InputError
+from armimpedance.recordings.tables.number_table import check_header
+from armimpedance.recordings.tables.sample_table import LARGEST_ANGLE_RAD
+
+#: Columns that hold a number in every row, where they are there at all.
+NUMBER_COLUMNS: Final = ("direction_deg", "onset_s", "end_s", "q_shoulder_rad", "q_elbow_rad")
+
+#: Columns of numbers that apply to some experiments only: a cell may be empty.
+OPTIONAL_NUMBER_COLUMNS: Final = ("target_activation", "target_force_x_N", "target_force_y_N")
+
+_WHOLE_NUMBER: Final = re.compile(r"[+-]?\d{1,18}")
+
+
+@dataclass(frozen=True)
+class TrialTable:
+    """The trial table and the line of the file on which each row stands."""
+
+    file: Path
+    trials: pd.DataFrame
+    lines: tuple[int, ...]
+
+    def error(self, problem: str, row: int, column: str, expected: str) -> InputError:
+        """An error at row `row` (from 0) of the table."""
+        line = self.lines[row]
+        return InputError(problem, file=self.file, row=line, column=column, expected=expected)
+
+
+def read_trials(file: Path) -> TrialTable:
+    """Read and check `trials.csv`.
+
+    Whole numbers stay integers; a column of numbers with empty cells is float with NaN; `True` and
+    `False` are booleans; the rest is text. `condition` is always text.
+
+    Raises
+    ------
+    InputError
+        The file is missing or empty, a column is missing or stands twice, a cell is empty or not
+        what its column holds, or a trial stands twice.
+    """
+    header, lines, rows = _read_cells(file)
+    columns = {name: [cells[i] for cells in rows] for i, name in enumerate(header)}
+    table = TrialTable(file, pd.DataFrame(index=range(len(rows))), lines)
+    for name in ("trial", "condition"):
+        if name not in columns:
+            there = ", ".join(header)
+            raise InputError(
+                "no such column", file=file, column=name, expected=f"it beside {there}"
+            )
+    for row, cell in enumerate(columns["trial"]):
+        if not _WHOLE_NUMBER.fullmatch(cell.strip()):
+            problem = f"not a whole number: {cell!r}" if cell.strip() else "empty cell"
+            raise table.error(problem, row, "trial", "the number of a trial")
+    for row, cell in enumerate(columns["condition"]):
+        if not cell.strip():
+            raise table.error("empty cell", row, "condition", "the name of the condition")
+    _check_numbers(table, columns)
+    typed = {
+        name: pd.Series(cells, dtype="str") if name == "condition" else _typed(cells)
+        for name, cells in columns.items()
+    }
+    read = TrialTable(file, pd.DataFrame(typed), lines)
+    _check_rows(read)
+    return read
+
+
+def trials_text(trials: pd.DataFrame) -> str:
+    """The text of `trials.csv`; `read_trials` gives back the same table."""
+    stream = io.StringIO()
+    trials.to_csv(stream, index=False, lineterminator="\n")
+    return stream.getvalue()
+
+
+def check_onsets(table: TrialTable, first_s: np.ndarray, last_s: np.ndarray, dt: float) -> None:
+    """Onset and end must lie inside of the trial, the end after the onset.
+
+    Parameters
+    ----------
+    table : TrialTable
+    first_s, last_s : (T,)
+        First and last time of each trial's samples.
+    dt : float
+        Time between two samples; half of it is granted to rounding.
+
+    Raises
+    ------
+    InputError
+    """
+    trials = table.trials
+    for name in ("onset_s", "end_s"):
+        if name not in trials:
+            continue
+        times = trials[name].to_numpy(float)
+        outside = np.flatnonzero((times < first_s - dt / 2) | (times > last_s + dt / 2))
+        if len(outside):
+            row = int(outside[0])
+            expected = f"a time from {first_s[row]:g} to {last_s[row]:g} s"
+            raise table.error(f"{times[row]:g} s lies outside of the trial", row, name, expected)
+    if "onset_s" in trials and "end_s" in trials:
+        late = np.flatnonzero(trials["end_s"].to_numpy(float) <= trials["onset_s"].to_numpy(float))
+        if len(late):
+            row = int(late[0])
+            onset = trials["onset_s"].iloc[row]
+            raise table.error(
+                f"{trials['end_s'].iloc[row]:g} s is not after the onset",
+                row,
+                "end_s",
+                f"a time after {onset:g} s",
+            )
+
+
+def _check_numbers(table: TrialTable, columns: dict[str, list[str]]) -> None:
+    for name in (*NUMBER_COLUMNS, *OPTIONAL_NUMBER_COLUMNS):
+        for row, cell in enumerate(columns.get(name, ())):
+            value = _number(cell)
+            if value is not None and math.isfinite(value):
+                continue
+            missing = not cell.strip() or (value is not None and math.isnan(value))
+            if missing and name in OPTIONAL_NUMBER_COLUMNS:
+                continue
+            problem = f"not a finite number: {cell!r}" if cell.strip() else "empty cell"
+            raise table.error(problem, row, name, "a finite number")
+
+
+def _check_rows(table: TrialTable) -> None:
+    trial = table.trials["trial"]
+    again = np.flatnonzero(trial.duplicated())
+    if len(again):
+        row = int(again[0])
+        raise table.error(
+            f"trial {trial.iloc[row]} stands twice", row, "trial", "one row per trial"
+        )
+    for name in ("q_shoulder_rad", "q_elbow_rad"):
+        if name in table.trials:
+            angle = table.trials[name].to_numpy(float)
+            wrong = np.flatnonzero(np.abs(angle) > LARGEST_ANGLE_RAD)
+            if len(wrong):
+                row = int(wrong[0])
+                raise table.error(f"{angle[row]:g} looks like degrees", row, name, "radians")
+
+
+def _typed(cells: list[str]) -> pd.Series:
+    """A column in the narrowest type that holds every cell: int, float, bool or text."""
+    if all(_WHOLE_NUMBER.fullmatch(cell.strip()) for cell in cells):
+        return pd.Series([int(cell) for cell in cells], dtype=np.int64)
+    if set(cells) <= {"True", "False"}:
+        return pd.Series([cell == "True" for cell in cells], dtype=bool)
+    numbers = [_number(cell) if cell.strip() else math.nan for cell in cells]
+    if any(cell.strip() for cell in cells) and None not in numbers:
+        return pd.Series(numbers, dtype=np.float64)
+    return pd.Series(cells, dtype="str")
+
+
+def _number(cell: str) -> float | None:
+    if "_" in cell:
+        return None
+    try:
+        return float(cell)
+    except ValueError:
+        return None
+
+
+def _read_cells(file: Path) -> tuple[list[str], tuple[int, ...], list[list[str]]]:
+    """Header, line numbers and cells of a CSV file; blank lines are passed over."""
+    try:
+        text = file.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError:
+        raise InputError("is not UTF-8 text", file=file, expected="CSV") from None
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror}", file=file) from None
+    reader = csv.reader(io.StringIO(text, newline=""))
+    try:
+        numbered = [(reader.line_num, cells) for cells in reader if cells]
+    except csv.Error as error:
+        raise InputError(f"not CSV: {error}", file=file, row=reader.line_num + 1) from None
+    if not numbered:
+        raise InputError("is empty", file=file, expected="a header and one row per trial")
+    header = [name.strip() for name in numbered[0][1]]
+    check_header(file, header)
+    if len(numbered) == 1:
+        raise InputError("holds no trials", file=file, expected="one row per trial")
+    for line, cells in numbered[1:]:
+        if len(cells) != len(header):
+            expected = f"{len(header)}, as in the header"
+            raise InputError(f"{len(cells)} cells", file=file, row=line, expected=expected)
+    return header, tuple(line for line, _ in numbered[1:]), [cells for _, cells in numbered[1:]]

@@ -1,0 +1,1 @@
+"""From raw EMG to muscle activation with its uncertainty."""

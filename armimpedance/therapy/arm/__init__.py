@@ -1,0 +1,1 @@
+"""Calibration of a person's relaxed arm in the robot."""

@@ -1,0 +1,199 @@
+"""Stiffness and rest angle of one axis from its passive repetitions, (20)-(21).
+
+``S_h = tau_motor - tau_r - M_h qdd - G_h = k_s q + offset``. The source takes the mean over the
+repetitions' own fits; all samples in one fit are the same where the repetitions cover the same
+angles, and better where they do not. Where the axis was moved both ways, a torque that turns round
+with the direction is fitted beside: friction that the robot's model misses.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from armimpedance.arrays import FloatArray
+from armimpedance.errors import InputError
+from armimpedance.regression.factors import ragged_factors
+from armimpedance.regression.fit import Fit
+from armimpedance.regression.pooled import pool
+from armimpedance.regression.solve import fit
+from armimpedance.therapy.arm.repeatability import (
+    Scatter,
+    fluctuation_covariance,
+    noise_density,
+    scatter_of,
+)
+from armimpedance.therapy.sliding import least_speed
+from armimpedance.therapy.torques import MovementTorques
+
+#: Samples in which the axis does not slide are left out, but never those faster than this share of
+#: the peak speed.
+FAST_SHARE: Final = 0.3
+
+
+@dataclass(frozen=True)
+class AxisFit:
+    """What the passive movements about one axis say.
+
+    Attributes
+    ----------
+    fit : Fit
+        k_s, offset and, where the axis moved both ways, half the difference between the two.
+    single : (R, 2)
+        k_s and offset of every repetition alone.
+    scatter : Scatter
+    covariance : (2, 2)
+        Of (k_s, offset), from the scatter: what the repetitions cannot tell.
+    noise_density : float
+        Nm^2 s.
+    mass_gradient : (2,)
+    robot_gradient : (2, p)
+    arm_rms_Nm : float
+        Of the arm's whole torque.
+    residual_rms_Nm : float
+        About every repetition's own line.
+    range_rad : (2,)
+    left_out : float
+        Share of the samples that were too slow.
+    """
+
+    fit: Fit
+    single: FloatArray
+    scatter: Scatter
+    covariance: FloatArray
+    noise_density: float
+    mass_gradient: FloatArray
+    robot_gradient: FloatArray
+    arm_rms_Nm: float
+    residual_rms_Nm: float
+    range_rad: FloatArray
+    left_out: float
+
+
+def fit_axis(movements: Sequence[MovementTorques], rise_rad_s: float) -> AxisFit:
+    """k_s and offset of one axis.
+
+    Parameters
+    ----------
+    movements : sequence of R MovementTorques
+        About the same axis; two or more of every movement.
+    rise_rad_s : float
+        v_s of the axis' friction.
+
+    Raises
+    ------
+    NotIdentifiableError
+        A repetition that covers a single angle.
+    InputError
+        A repetition without samples that are fast enough.
+    """
+    kept = [sliding_samples(m, rise_rad_s) for m in movements]
+    q = [m.q[rows] for m, rows in zip(movements, kept, strict=True)]
+    S = [(m.support - m.rigid_arm)[rows] for m, rows in zip(movements, kept, strict=True)]
+    lines = [np.stack([x, np.ones_like(x)], axis=1) for x in q]
+    single = np.stack([_line(w, s) for w, s in zip(lines, S, strict=True)])
+    residual = [s - w @ line for s, w, line in zip(S, lines, single, strict=True)]
+    rate = movements[0].sample_rate_hz
+    scatter = scatter_of(
+        single,
+        [f"{m.movement} {direction_of(m):g}" for m in movements],
+        fluctuation_covariance(lines, residual, rate),
+        np.concatenate(q),
+    )
+    W = _with_direction(lines, movements)
+    found, gradients, parts = _solve(W, S, movements, kept)
+    whole = np.concatenate(
+        [
+            w @ found.parameters[:2] + m.rigid_arm[rows]
+            for w, m, rows in zip(lines, movements, kept, strict=True)
+        ]
+    )
+    angles = np.concatenate(q)
+    return AxisFit(
+        fit=found,
+        single=single,
+        scatter=scatter,
+        # C (2, 2) = sum_t P_t V P_t^T, the repetitions' own fits enter theta = sum_t P_t theta_t
+        covariance=np.einsum("tij,jk,tlk->il", parts, scatter.covariance, parts),
+        noise_density=noise_density(residual, rate),
+        mass_gradient=-gradients[:2, 0],
+        robot_gradient=-gradients[:2, 1:],
+        arm_rms_Nm=float(np.sqrt((whole**2).mean())),
+        residual_rms_Nm=float(np.sqrt((np.concatenate(residual) ** 2).mean())),
+        range_rad=np.array([angles.min(), angles.max()]),
+        left_out=1 - len(angles) / sum(len(m.q) for m in movements),
+    )
+
+
+def sliding_samples(movement: MovementTorques, rise_rad_s: float) -> slice:
+    """From the first to the last sample in which the axis slides (see `FAST_SHARE`).
+
+    Raises
+    ------
+    InputError
+        Next to none is.
+    """
+    speed = np.abs(movement.qd)
+    fast = np.flatnonzero(speed >= min(least_speed(rise_rad_s), FAST_SHARE * float(speed.max())))
+    if len(fast) < 10 or not speed.max() > 0:
+        raise InputError(f"trial {movement.trial}: axis {movement.axis + 1} hardly moves")
+    return slice(int(fast[0]), int(fast[-1]) + 1)
+
+
+def direction_of(movement: MovementTorques) -> float:
+    """1: the angle grows over the movement, -1: it falls."""
+    return float(np.sign(movement.q[-1] - movement.q[0]))
+
+
+def _line(w: FloatArray, s: FloatArray) -> FloatArray:
+    """k_s and offset (2,) of one repetition, (21)."""
+    # S (S_t, 1) = [q, 1] (S_t, 2) (k_s, offset) (2,)
+    factors = ragged_factors([w], [s[:, None]], regressors=("k_s", "offset"), outputs=("S_h",))
+    return pool(factors).coefficients[:, 0]
+
+
+def _with_direction(
+    lines: list[FloatArray], movements: Sequence[MovementTorques]
+) -> list[FloatArray]:
+    signs = [direction_of(m) for m in movements]
+    if len(set(signs)) < 2:
+        return lines
+    return [np.column_stack([w, np.full(len(w), s)]) for w, s in zip(lines, signs, strict=True)]
+
+
+def _solve(
+    W: list[FloatArray],
+    S: list[FloatArray],
+    movements: Sequence[MovementTorques],
+    kept: list[slice],
+) -> tuple[Fit, FloatArray, FloatArray]:
+    """The fit, what takes its place for mass and theta (c, 1 + p), and P_t (R, 2, 2)."""
+    names = ("k_s", "offset", "direction")[: W[0].shape[1]]
+    units = ("rad", "", "")[: len(names)]
+    # S (N, 1) = [q, 1, direction] (N, c) (k_s, offset, h) (c,)
+    factors = ragged_factors(
+        W, [s[:, None] for s in S], regressors=names, outputs=("S_h",), regressor_units=units
+    )
+    found = fit(
+        factors,
+        covariance="cr1",
+        parameter_names=names,
+        parameter_units=("Nm/rad", "Nm", "Nm")[: len(names)],
+    )
+    others = [
+        np.column_stack([m.rigid_arm[rows], m.robot_gradient[rows]])
+        for m, rows in zip(movements, kept, strict=True)
+    ]
+    p = others[0].shape[1]
+    # the same regression of what S_h falls by: the arm's rigid torque and d tau_r / d theta
+    beside = ragged_factors(
+        W, others, regressors=names, outputs=tuple(f"part_{i}" for i in range(p))
+    )
+    gradients = pool(beside).coefficients
+    grams = factors.r[:, :, : len(names)].transpose(0, 2, 1) @ factors.r[:, :, : len(names)]
+    # P_t (2, 2) = (sum W^T W)^-1 W_t^T [q, 1]_t, first two rows
+    parts = np.linalg.solve(grams.sum(axis=0), grams[:, :, :2])[:, :2]
+    return found, gradients, parts

@@ -1,0 +1,251 @@
+"""A person's passive arm from passive movements in the robot, (20)-(21), and the verdict on it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from armimpedance.errors import InputError
+from armimpedance.records import Recording
+from armimpedance.regression.summary import FitSummary, NamedParameter
+from armimpedance.therapy.arm.axis_stiffness import AxisFit, fit_axis
+from armimpedance.therapy.arm.verdict import (
+    axis_parameters,
+    axis_warnings,
+    direction_parameter,
+    is_identified,
+    verdict_of,
+)
+from armimpedance.therapy.checks import check_recording
+from armimpedance.therapy.movements import elastic_torque, movement_torques
+from armimpedance.therapy.passive_arm import MASS_SD, ArmSegment, Elastic, PassiveArm, Reference
+from armimpedance.therapy.sliding import slides
+from armimpedance.therapy.therapy_robot import Loads, TherapyRobot
+from armimpedance.therapy.torques import MovementTorques
+
+#: Repetitions of every movement, as in the source.
+FEWEST: Final = 3
+#: Length that a robot has been adjusted to where a recording does not say, m.
+USUAL_UPPER_ARM_M: Final = 0.30
+
+
+@dataclass(frozen=True)
+class AxisCalibration:
+    """What is known of one axis of the passive arm.
+
+    Attributes
+    ----------
+    axis : int
+        Column of the recording, from 0.
+    elastic : Elastic
+    fitted : AxisFit
+    stiffness, rest : NamedParameter
+        k_s and q_0; `sd` of the repetitions alone, `sd_robust` and the interval with masses and
+        robot. q_0 is NaN where k_s is not different from 0.
+    direction_Nm : NamedParameter or None
+        Half of what moving up needs more than moving down, beyond the robot's model: friction that
+        it misses, or resistance of the arm. None where the axis was moved one way only.
+    warnings : tuple of str
+    """
+
+    axis: int
+    elastic: Elastic
+    fitted: AxisFit
+    stiffness: NamedParameter
+    rest: NamedParameter
+    direction_Nm: NamedParameter | None
+    warnings: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class ArmCalibration:
+    """The passive arm and how far to trust it.
+
+    Attributes
+    ----------
+    arm : PassiveArm
+    summary : FitSummary
+        k_s and q_0 of every axis, `joint` counted from 1.
+    axes : tuple of AxisCalibration
+    movements : tuple of MovementTorques
+        The passive movements with the stiffness that was found: what is left is `user`.
+    """
+
+    arm: PassiveArm
+    summary: FitSummary
+    axes: tuple[AxisCalibration, ...]
+    movements: tuple[MovementTorques, ...]
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Of all axes."""
+        return self.summary.warnings
+
+
+def identify_arm(
+    recording: Recording,
+    robot: TherapyRobot,
+    segments: Sequence[ArmSegment],
+    *,
+    upper_arm_m: float | None = None,
+    mass_sd: float = MASS_SD,
+    condition: str = "passive",
+) -> ArmCalibration:
+    """k_s and q_0 of every axis that was moved passively, and the reference torques of (19).
+
+    Parameters
+    ----------
+    recording : Recording
+        Three or more passive repetitions of every movement; other conditions are not looked at.
+    robot : TherapyRobot
+        Identified.
+    segments : sequence of ArmSegment
+        From `person.segments_of`, or of a mock-up that was weighed.
+    upper_arm_m : float, optional
+        That the robot was adjusted to; by default the subject's of the recording, else
+        `USUAL_UPPER_ARM_M`.
+    mass_sd : float
+        Relative sd of the masses; goes into the intervals.
+    condition : str
+        That the passive trials bear.
+
+    Raises
+    ------
+    InputError
+        No passive trials, fewer than three repetitions of a movement, one movement about two axes,
+        or what `checks.check_recording` and `movements.movement_torques` refuse.
+    """
+    robot.identified  # noqa: B018 - before anything that is slow
+    passive = _passive(recording, condition)
+    check_recording(passive, robot)
+    length = upper_arm_m if upper_arm_m is not None else recording.subject.upper_arm_m
+    arm = PassiveArm(
+        subject=recording.subject.id,
+        robot=robot.name,
+        upper_arm_m=USUAL_UPPER_ARM_M if length is None else length,
+        segments=tuple(segments),
+        mass_sd=mass_sd,
+    )
+    movements = movement_torques(passive, robot, arm)
+    named = _by_movement(movements)
+    axes = tuple(
+        _calibrate([m for m in movements if m.axis == axis], robot.identified, mass_sd)
+        for axis in sorted({m.axis for m in movements})
+    )
+    known = replace(
+        arm,
+        elastic=tuple(a.elastic for a in axes),
+        references=tuple(_reference(group, robot.identified) for group in named.values()),
+    )
+    return ArmCalibration(
+        arm=known,
+        summary=_summary(axes),
+        axes=axes,
+        movements=tuple(
+            replace(m, elastic=elastic_torque(known, m.axis_name, m.q)) for m in movements
+        ),
+    )
+
+
+def _passive(recording: Recording, condition: str) -> Recording:
+    rows = (recording.trials["condition"].astype(str) == condition).to_numpy()
+    if not rows.any():
+        found = ", ".join(sorted(set(recording.trials["condition"].astype(str))))
+        raise InputError(
+            f"missing passive calibration: no trial of the condition {condition!r} among {found}",
+            column="condition",
+            expected=f"{FEWEST} or more passive repetitions of every movement",
+        )
+    return recording.select(rows)
+
+
+def _by_movement(
+    movements: Sequence[MovementTorques],
+) -> Mapping[str, Sequence[MovementTorques]]:
+    named: dict[str, list[MovementTorques]] = {}
+    for movement in movements:
+        named.setdefault(movement.movement, []).append(movement)
+    for name, group in named.items():
+        if len(group) < FEWEST:
+            raise InputError(
+                f"{len(group)} passive repetition{'s'[: len(group) != 1]} of the movement {name}",
+                expected=f"{FEWEST} or more: their scatter tells how far the arm can be trusted",
+            )
+        if len({m.axis for m in group}) > 1:
+            axes = sorted({m.axis_name for m in group})
+            raise InputError(
+                f"the movement {name} is about {' and '.join(axes)}", expected="one axis"
+            )
+    return named
+
+
+def _reference(group: Sequence[MovementTorques], loads: Loads) -> Reference:
+    """The denominator of (19), over the samples that count for a contribution too."""
+    counted = [slides(m.qd, float(loads.rise_rad_s[m.axis])) for m in group]
+    for movement, rows in zip(group, counted, strict=True):
+        if not rows.any():
+            raise InputError(
+                f"trial {movement.trial}: axis {movement.axis_name} hardly moves",
+                expected="a movement faster than its friction's rise",
+            )
+    return Reference(
+        movement=group[0].movement,
+        axis=group[0].axis_name,
+        support_Nm=np.array([m.support[c].mean() for m, c in zip(group, counted, strict=True)]),
+        from_rad=float(np.mean([m.q[0] for m in group])),
+        to_rad=float(np.mean([m.q[-1] for m in group])),
+    )
+
+
+def _calibrate(
+    movements: Sequence[MovementTorques], loads: Loads, mass_sd: float
+) -> AxisCalibration:
+    axis, name = movements[0].axis, movements[0].axis_name
+    found = fit_axis(movements, float(loads.rise_rad_s[axis]))
+    stiffness, rest = axis_parameters(found, loads, mass_sd, axis + 1)
+    repeatable = not found.scatter.disagrees(found.arm_rms_Nm)
+    elastic = Elastic(
+        axis=name,
+        stiffness=float(found.fit.parameters[0]),
+        offset=float(found.fit.parameters[1]),
+        covariance=found.covariance,
+        dof=found.scatter.dof,
+        range_rad=found.range_rad,
+        between=found.scatter.between,
+        noise_density=found.noise_density,
+        mass_gradient=found.mass_gradient,
+        robot_gradient=found.robot_gradient,
+        stiffness_identified=repeatable and is_identified(stiffness),
+        rest_identified=repeatable and is_identified(rest),
+        verdict=verdict_of(found, stiffness, rest, repeatable),
+        repeatable=repeatable,
+    )
+    return AxisCalibration(
+        axis=axis,
+        elastic=elastic,
+        fitted=found,
+        stiffness=stiffness,
+        rest=rest,
+        direction_Nm=direction_parameter(found, axis + 1),
+        warnings=axis_warnings(elastic, found, tuple(_by_movement(movements).values())),
+    )
+
+
+def _summary(axes: Sequence[AxisCalibration]) -> FitSummary:
+    fits = [a.fitted.fit for a in axes]
+    left = sum(float(f.residual_covariance[0, 0]) * f.n_rows for f in fits)
+    whole = sum(float(f.residual_covariance[0, 0]) * f.n_rows / max(1 - f.r2, 1e-12) for f in fits)
+    return FitSummary(
+        method="passive repetitions",
+        n=sum(f.n_rows for f in fits),
+        cond_raw=max(f.cond_raw for f in fits),
+        cond_scaled=max(f.cond_scaled for f in fits),
+        rank=sum(f.rank for f in fits),
+        r2=1 - left / whole,
+        vaf=1 - left / whole,
+        parameters=tuple(p for a in axes for p in (a.stiffness, a.rest)),
+        warnings=tuple(s for a in axes for s in (*a.fitted.fit.warnings, *a.warnings)),
+    )

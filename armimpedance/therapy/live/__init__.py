@@ -1,0 +1,1 @@
+"""The share while the robot moves: one update a sample."""

@@ -1,0 +1,99 @@
+"""Torques of rigid bodies on the robot's axes: its own, and those of the arm that it carries.
+
+Import this module only where they are computed: it loads Pinocchio.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import pinocchio as pin
+
+from armimpedance.arm.skeleton_model import skeleton_model
+from armimpedance.arrays import FloatArray
+from armimpedance.skeleton import Skeleton
+from armimpedance.therapy.passive_arm import ArmSegment, PassiveArm
+from armimpedance.therapy.therapy_robot import TherapyRobot
+
+
+@dataclass(frozen=True, eq=False)
+class RigidBodies:
+    """Inverse dynamics of bodies on the robot's axes; columns in the order of a recording.
+
+    Attributes
+    ----------
+    model, data : pinocchio
+        `data` is scratch space: one object serves one thread.
+    chain : (n,) int
+        Axis of each of the model's coordinates.
+    """
+
+    model: Any
+    data: Any
+    chain: Any
+
+    def torque(self, q: FloatArray, qd: FloatArray, qdd: FloatArray) -> FloatArray:
+        """``M qdd + C qd + G`` of one sample (n,) or of several (S, n).
+
+        Parameters
+        ----------
+        q, qd, qdd : (n,) or (S, n)
+            rad, rad/s, rad/s^2.
+        """
+        chain = self.chain
+        found = np.empty_like(q)
+        if q.ndim == 1:
+            found[chain] = pin.rnea(self.model, self.data, q[chain], qd[chain], qdd[chain])
+            return found
+        rows = (np.ascontiguousarray(part[:, chain]) for part in (q, qd, qdd))
+        for i, (a, b, c) in enumerate(zip(*rows, strict=True)):
+            found[i, chain] = pin.rnea(self.model, self.data, a, b, c)
+        return found
+
+    def inertia_torque(self, q: FloatArray, qdd: FloatArray) -> FloatArray:
+        """``M qdd`` alone of one sample (n,) or of several (S, n)."""
+        still = np.zeros_like(q)
+        return self.torque(q, still, qdd) - self.torque(q, still, still)
+
+    def potential_J(self, q: FloatArray) -> FloatArray:
+        """Energy of the weight (S,) at angles (S, n), about an arbitrary zero."""
+        rows = np.ascontiguousarray(q[:, self.chain])
+        return np.array([pin.computePotentialEnergy(self.model, self.data, a) for a in rows])
+
+
+def robot_bodies(robot: TherapyRobot) -> RigidBodies:
+    """The empty robot's links and rotors."""
+    model = skeleton_model(robot.skeleton)
+    model.armature = robot.motor_inertia_kgm2[list(robot.chain)].copy()
+    return RigidBodies(model, model.createData(), np.array(robot.chain))
+
+
+def arm_bodies(robot: TherapyRobot, arm: PassiveArm) -> RigidBodies:
+    """The person's arm alone, moved by the robot's axes; without its passive stiffness."""
+    model = skeleton_model(arm_skeleton(robot.skeleton, arm.segments))
+    return RigidBodies(model, model.createData(), np.array(robot.chain))
+
+
+def arm_skeleton(frame: Skeleton, segments: tuple[ArmSegment, ...]) -> Skeleton:
+    """The robot's joints with the masses of an arm instead of its own.
+
+    Segments of the arm that share a link become one body.
+    """
+    bodies = []
+    for segment in frame.segments:
+        carried = [s for s in segments if s.link == segment.name]
+        mass = sum(s.mass_kg for s in carried)
+        com = sum(s.mass_kg * s.com_m for s in carried) / mass if mass > 0 else 0.0
+        # parallel axis: I = sum I_i + m_i (c_i - c)^2, about both transverse axes
+        own = sum(s.inertia_kgm2 + s.mass_kg * (s.com_m - com) ** 2 for s in carried)
+        bodies.append(
+            replace(
+                segment,
+                mass_kg=float(mass),
+                com_m=np.array([0.0, 0.0, -com]),
+                inertia_kgm2=np.diag([own, own, sum(s.inertia_long_kgm2 for s in carried)]),
+            )
+        )
+    return replace(frame, segments=tuple(bodies), markers=())

@@ -1,0 +1,1 @@
+"""Calibration of the empty therapy robot: friction, cables, counterbalance spring."""

@@ -1,0 +1,188 @@
+"""Friction, cables and spring of a therapy robot from sweeps and holds of the empty robot."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from armimpedance.arrays import FloatArray, IntArray
+from armimpedance.errors import InputError
+from armimpedance.records import Recording
+from armimpedance.regression.fit import Fit
+from armimpedance.regression.summary import FitSummary, NamedParameter
+from armimpedance.therapy.checks import check_recording, refuse_person
+from armimpedance.therapy.robot.holds import SpringHolds, fit_holds
+from armimpedance.therapy.robot.notes import axis_notes, rise_notes, spring_notes
+from armimpedance.therapy.robot.steady import SteadyPart, steady_parts
+from armimpedance.therapy.robot.sweeps import CABLE, FRICTION, AxisSweeps, fit_axis
+from armimpedance.therapy.therapy_robot import (
+    AXIS_TERMS,
+    SPRING_TERMS,
+    Loads,
+    TherapyRobot,
+    parameter_count,
+)
+
+#: Names in FIT.json of what `Loads` calls otherwise.
+_SHORT = {"coulomb": "tau_c", "viscous": "k_v", "cable_stiffness": "k_c"}
+
+
+@dataclass(frozen=True)
+class RobotCalibration:
+    """A robot whose loads were identified, and what a report shows of it.
+
+    Attributes
+    ----------
+    robot : TherapyRobot
+        The drawings with their `Loads`.
+    summary : FitSummary
+        tau_c, k_v, k_c, q_c of every axis, c_0, c_1, c_2 of the spring.
+    axes : tuple of AxisSweeps
+        In the order of the robot's axes.
+    spring : SpringHolds
+    notes : tuple of str
+    """
+
+    robot: TherapyRobot
+    summary: FitSummary
+    axes: tuple[AxisSweeps, ...]
+    spring: SpringHolds
+    notes: tuple[str, ...] = ()
+
+
+def identify_robot(recording: Recording, drawings: TherapyRobot) -> RobotCalibration:
+    """Friction and cables of every axis from sweeps, the spring from holds in both directions.
+
+    Parameters
+    ----------
+    recording : Recording
+        Of the empty robot, trials of the conditions "sweep" and "hold".
+    drawings : TherapyRobot
+        Its rigid bodies; loads that it has are not used.
+
+    Raises
+    ------
+    InputError
+        Not a recording of this robot, somebody in it, an axis without sweeps, sweeps or holds in
+        one direction only, or too few speeds above the static range.
+    NotIdentifiableError
+        The sweeps of an axis do not tell its terms apart.
+    """
+    refuse_person(recording)
+    check_recording(recording, replace(drawings, loads=None))
+    length = recording.subject.upper_arm_m
+    adjusted = drawings if length is None else drawings.adjusted_to(length)
+    sweeps = steady_parts(recording, adjusted, "sweep")
+    holds = [p for p in steady_parts(recording, adjusted, "hold") if p.axis == drawings.spring_axis]
+    axes = tuple(_axis(sweeps, i, drawings) for i in range(drawings.n_axes))
+    spring = fit_holds(holds)
+    loads = _loads(axes, spring, drawings)
+    notes = (
+        *rise_notes(axes),
+        *(note for a in axes for note in axis_notes(a, drawings)),
+        *spring_notes(spring, axes[drawings.spring_axis]),
+    )
+    return RobotCalibration(
+        robot=replace(drawings, loads=loads),
+        summary=_summary(axes, spring, drawings, notes),
+        axes=axes,
+        spring=spring,
+        notes=notes,
+    )
+
+
+def _axis(sweeps: tuple[SteadyPart, ...], axis: int, robot: TherapyRobot) -> AxisSweeps:
+    own = [p for p in sweeps if p.axis == axis]
+    if not own:
+        raise InputError(
+            f"no sweeps of axis {axis + 1} ({robot.axes[axis]})",
+            column="condition",
+            expected="trials of the condition 'sweep' for every axis",
+        )
+    return fit_axis(own, spring=axis == robot.spring_axis)
+
+
+def _loads(axes: tuple[AxisSweeps, ...], spring: SpringHolds, robot: TherapyRobot) -> Loads:
+    p, n_terms = parameter_count(len(axes)), len(AXIS_TERMS)
+    theta, covariance = np.zeros(p), np.zeros((p, p))
+
+    def put(found: Fit, names: tuple[str, ...], places: IntArray) -> None:
+        columns = [found.names.index(name) for name in names]
+        theta[places] = found.parameters[columns]
+        covariance[np.ix_(places, places)] = found.covariance[np.ix_(columns, columns)]
+
+    for i, sweeps in enumerate(axes):
+        names = FRICTION if i == robot.spring_axis else (*FRICTION, *CABLE)
+        put(sweeps.fit, names, np.array([n_terms * i + AXIS_TERMS.index(n) for n in names]))
+    put(spring.fit, SPRING_TERMS, np.arange(p - len(SPRING_TERMS), p))
+    return Loads(
+        theta,
+        covariance,
+        rise_rad_s=np.array([a.rise_rad_s for a in axes]),
+        dof=min(*(a.fit.dof for a in axes), spring.fit.dof),
+    )
+
+
+def _summary(
+    axes: tuple[AxisSweeps, ...],
+    spring: SpringHolds,
+    robot: TherapyRobot,
+    notes: tuple[str, ...],
+) -> FitSummary:
+    fits = [*(a.fit for a in axes), spring.fit]
+    parameters: list[NamedParameter] = []
+    for i, sweeps in enumerate(axes):
+        names = FRICTION if i == robot.spring_axis else (*FRICTION, "cable_stiffness")
+        parameters += [_named(sweeps.fit, n, _SHORT[n], i + 1) for n in names]
+        if i != robot.spring_axis:
+            parameters.append(cable_rest(sweeps.fit, i + 1))
+    for k, name in enumerate(SPRING_TERMS):
+        parameters.append(_named(spring.fit, name, f"c_{k}", robot.spring_axis + 1))
+    rows = np.array([f.n_rows for f in fits], dtype=float)
+    left = np.array([f.residual_sd**2 * (f.n_rows - f.rank) for f in fits])
+    # sums of squares about each fit's own mean, from its R^2
+    whole = np.array([x / (1 - f.r2) if f.r2 < 1 else x for x, f in zip(left, fits, strict=True)])
+    explained = float(1 - left.sum() / whole.sum()) if whole.sum() > 0 else 1.0
+    return FitSummary(
+        method="sweeps and holds",
+        n=int(rows.sum()),
+        cond_raw=max(f.cond_raw for f in fits),
+        cond_scaled=max(f.cond_scaled for f in fits),
+        rank=sum(f.rank for f in fits),
+        r2=explained,
+        vaf=explained,
+        parameters=tuple(parameters),
+        warnings=notes,
+    )
+
+
+def _named(found: Fit, term: str, name: str, joint: int) -> NamedParameter:
+    j = found.names.index(term)
+    return NamedParameter(
+        name=name,
+        value=float(found.parameters[j]),
+        sd=float(_classical_sd(found)[j]),
+        sd_robust=float(found.sd[j]),
+        unit=found.units[j],
+        dof=found.dof,
+        joint=joint,
+    )
+
+
+def _classical_sd(found: Fit) -> FloatArray:
+    inverse = np.linalg.inv(found.triangle)
+    return np.asarray(found.residual_sd * np.sqrt((inverse**2).sum(axis=1)))
+
+
+def cable_rest(found: Fit, joint: int) -> NamedParameter:
+    """q_c (11), where the cables pull to no side; NaN where k_c is not different from zero."""
+    b, k = (found.names.index(name) for name in CABLE)
+    low, high = found.interval()[k]
+    if low <= 0 <= high:
+        nan = float("nan")
+        return NamedParameter("q_c", nan, nan, nan, "rad", found.dof, joint)
+    rest = found.transform(lambda x: np.array([-x[b] / x[k]]), ("q_c",), ("rad",))
+    scale = _classical_sd(found)[k] / found.sd[k] if found.sd[k] > 0 else 1.0
+    sd = float(rest.sd[0])
+    return NamedParameter("q_c", float(rest.values[0]), sd * scale, sd, "rad", found.dof, joint)

@@ -1,0 +1,1 @@
+"""The patient's share in a movement, by four formulas with their errors."""

@@ -1,0 +1,1 @@
+"""The figures after Ruiz (2011)."""

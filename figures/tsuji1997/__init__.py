@@ -1,0 +1,1 @@
+"""The figures and tables after Tsuji (1997)."""

@@ -1,0 +1,11 @@
+"""Tsuji (1997), Fig. 10: the hand's stiffness ellipse over shoulder and elbow angle."""
+
+from __future__ import annotations
+
+from armimpedance_figures.source_figure import script
+from armimpedance_figures.tsuji1997.over_posture import figure_over_posture
+
+FIGURE = figure_over_posture("tsuji1997_fig10_stiffness_over_posture", 10, "stiffness")
+
+if __name__ == "__main__":
+    script(FIGURE)

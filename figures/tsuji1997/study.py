@@ -1,0 +1,68 @@
+"""An experiment on a simulated subject, from the recording to the joint level."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from armimpedance.arm.anthropometry import arm_of
+from armimpedance.arm.operational import hand_inertia
+from armimpedance.arrays import FloatArray
+from armimpedance.impedance.estimation import estimate
+from armimpedance.levels.joint import to_joint
+from armimpedance.levels.posture import arm_posture_for
+from armimpedance.records import ImpedanceEstimate, Recording
+from manipulandum_sim.hand.simulate import simulate
+from manipulandum_sim.hand.truth import Truth
+
+Progress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True)
+class StudiedExperiment:
+    """What a figure is drawn from.
+
+    Attributes
+    ----------
+    name : str
+        "postures", "cocontraction" or "force".
+    recording : Recording
+    truth : Truth
+        Of the simulated plant; drawn nowhere as if it were measured.
+    hand, joint : tuple of ImpedanceEstimate
+        One per condition, in the recording's order.
+    """
+
+    name: str
+    recording: Recording
+    truth: Truth
+    hand: tuple[ImpedanceEstimate, ...]
+    joint: tuple[ImpedanceEstimate, ...]
+
+    def of(self, condition: str) -> ImpedanceEstimate:
+        """The hand's estimate of one condition."""
+        return next(e for e in self.hand if e.keys["condition"] == condition)
+
+    def model_inertia(self, estimate_: ImpedanceEstimate) -> FloatArray:
+        """Lambda_e (17) of a two-link arm from the subject's mass and lengths (Winter), kg."""
+        posture, _ = arm_posture_for(estimate_, self.recording.subject)
+        mass_matrix = arm_of(self.recording.subject).inertia(posture.joint_angles)
+        return hand_inertia(posture.jacobian, mass_matrix)
+
+
+def study(
+    experiment: str,
+    *,
+    subject: str,
+    seed: int,
+    sets: int,
+    conditions: Sequence[str] | None = None,
+    progress: Progress | None = None,
+) -> StudiedExperiment:
+    """Simulate an experiment with nominal noise behind a servo of finite stiffness; analyse it."""
+    recording, truth = simulate(
+        experiment, subject=subject, seed=seed, sets=sets, conditions=conditions
+    )
+    hand = estimate(recording, progress=progress)
+    joint = [to_joint(e, arm_posture_for(e, recording.subject)[0]) for e in hand]
+    return StudiedExperiment(experiment, recording, truth, tuple(hand), tuple(joint))

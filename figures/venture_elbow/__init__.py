@@ -1,0 +1,1 @@
+"""The figures and tables after Venture's paper on the elbow."""

@@ -1,0 +1,1 @@
+"""The figures after Venture's poster on human-like systems."""

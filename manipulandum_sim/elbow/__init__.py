@@ -1,0 +1,1 @@
+"""An elbow in a powered exoskeleton, and a bench for one joint."""

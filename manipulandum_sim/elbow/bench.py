@@ -1,0 +1,169 @@
+"""A joint on a bench: torque in, angle out, parameters as one likes, noise of a stated level.
+
+The smallest rig there is, for studies of a method alone: no exoskeleton, no loop, no EMG. The
+torque is white noise behind a Butterworth low-pass, as in Ruiz (2011), section 4; the angle is
+integrated on a grid four times finer than the samples, so that no hold is built in.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+import pandas as pd
+
+from armimpedance.arrays import FloatArray
+from armimpedance.conventions import perturbation_columns
+from armimpedance.errors import InputError
+from armimpedance.records import Recording, Subject
+
+#: A constant, or a function of time: (S,) s -> (S,).
+Course = float | Callable[[FloatArray], FloatArray]
+RATE_HZ: Final = 1000.0
+FINER: Final = 4
+ORDER: Final = 4
+#: Seconds before the record in which the motion settles.
+RUN_IN_S: Final = 2.0
+
+
+@dataclass(frozen=True)
+class BenchTruth:
+    """Truth of a bench recording of T equal trials of S samples.
+
+    Attributes
+    ----------
+    I : float
+    B, K : (S,)
+        At the samples of every trial.
+    torque, angle : (T, S)
+        Without noise; the torque on the limb.
+    """
+
+    I: float  # noqa: E741
+    B: FloatArray
+    K: FloatArray
+    torque: FloatArray
+    angle: FloatArray
+
+
+def simulate_bench(
+    inertia: float,
+    viscosity: Course,
+    stiffness: Course,
+    *,
+    duration_s: float = 10.0,
+    trials: int = 1,
+    snr_db: float | tuple[float, float] | None = None,
+    cutoff_hz: float = 10.0,
+    torque_rms: float = 1.0,
+    seed: int = 0,
+) -> tuple[Recording, BenchTruth]:
+    """Random torque on a joint ``I theta'' + B(t) theta' + K(t) theta = tau``.
+
+    Parameters
+    ----------
+    inertia, viscosity, stiffness : float, or functions of time for the latter two
+        kg m^2, Nm s/rad, Nm/rad; time 0 is the first sample, the run-in before is at time < 0.
+    snr_db : float, (torque, angle) or None
+        White noise is added to each channel at 1 kHz; dB of power, signal over noise, whole band.
+    cutoff_hz : float
+        Of the perturbation's low-pass.
+    torque_rms : float
+        Nm.
+
+    Returns
+    -------
+    (Recording, BenchTruth)
+        Kind "joint", interaction torque by the limb (minus the one on it); the noise-free torque
+        is in the column of the perturbation.
+
+    Raises
+    ------
+    InputError
+        A parameter that no joint has, a duration or cut-off out of range.
+    """
+    if not (inertia > 0 and duration_s > 0 and trials >= 1 and 0 < cutoff_hz < RATE_HZ / 2):
+        raise InputError(
+            f"inertia {inertia}, {duration_s} s, {trials} trials, {cutoff_hz} Hz",
+            expected="positive numbers, a cut-off below 500 Hz",
+        )
+    run_in, samples = round(RUN_IN_S * RATE_HZ), round(duration_s * RATE_HZ)
+    fine = np.arange(FINER * (run_in + samples)) / (FINER * RATE_HZ) - RUN_IN_S
+    seeds = np.random.SeedSequence(seed).spawn(trials)
+    generators = [np.random.default_rng(s) for s in seeds]
+    torque = np.stack([_low_passed(g, len(fine), cutoff_hz) for g in generators]) * torque_rms
+    B, K = _course(viscosity, fine), _course(stiffness, fine)
+    angle = _integrate(inertia, B, K, torque)
+    kept = slice(FINER * run_in, None, FINER)
+    torque, angle, B, K = torque[:, kept], angle[:, kept], B[kept], K[kept]
+    truth = BenchTruth(inertia, B, K, torque, angle)
+    levels = snr_db if isinstance(snr_db, tuple) else (snr_db, snr_db)
+    noisy_torque = _noisy(torque, levels[0], generators)
+    noisy_angle = _noisy(angle, levels[1], generators)
+    recording = Recording(
+        kind="joint",
+        sample_rate_hz=RATE_HZ,
+        trials=pd.DataFrame({"trial": range(1, trials + 1), "condition": "bench"}),
+        offsets=samples * np.arange(trials + 1),
+        time_s=np.tile(np.arange(samples) / RATE_HZ, trials),
+        position=noisy_angle.reshape(-1, 1),
+        force=-noisy_torque.reshape(-1, 1),
+        perturbation="stochastic",
+        torque="interaction",
+        subject=Subject(id="bench"),
+        extra={perturbation_columns(1)[0]: torque.ravel()},
+        provenance=("simulated joint on a bench",),
+    )
+    return recording, truth
+
+
+def _course(given: Course, time_s: FloatArray) -> FloatArray:
+    values = np.broadcast_to(given(time_s) if callable(given) else given, time_s.shape)
+    if not (np.isfinite(values).all() and (values > 0).all()):
+        raise InputError("viscosity or stiffness that is not positive", expected="positive numbers")
+    return np.array(values, dtype=np.float64)
+
+
+def _low_passed(rng: np.random.Generator, count: int, cutoff_hz: float) -> FloatArray:
+    """White noise through a Butterworth low-pass, unit rms, (count,)."""
+    from scipy.signal import butter, sosfilt
+
+    sos = butter(ORDER, cutoff_hz, fs=FINER * RATE_HZ, output="sos")
+    run_in = round(5 / cutoff_hz * FINER * RATE_HZ)
+    noise = sosfilt(sos, rng.standard_normal(count + run_in))[run_in:]
+    return np.asarray(noise / noise.std())
+
+
+def _integrate(inertia: float, B: FloatArray, K: FloatArray, torque: FloatArray) -> FloatArray:
+    """Runge-Kutta of fourth order over pairs of fine steps; (T, S) angle on the fine grid."""
+    h = 2 / (FINER * RATE_HZ)
+    theta, rate = np.zeros(len(torque)), np.zeros(len(torque))
+    out = np.zeros_like(torque)
+
+    def acceleration(n: int, x: FloatArray, v: FloatArray) -> FloatArray:
+        return np.asarray((torque[:, n] - B[n] * v - K[n] * x) / inertia)
+
+    for n in range(0, torque.shape[1] - 2, 2):
+        out[:, n] = theta
+        a1 = acceleration(n, theta, rate)
+        v2 = rate + h / 2 * a1
+        a2 = acceleration(n + 1, theta + h / 2 * rate, v2)
+        v3 = rate + h / 2 * a2
+        a3 = acceleration(n + 1, theta + h / 2 * v2, v3)
+        v4 = rate + h * a3
+        a4 = acceleration(n + 2, theta + h * v3, v4)
+        theta = theta + h / 6 * (rate + 2 * v2 + 2 * v3 + v4)
+        rate = rate + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
+    out[:, torque.shape[1] - 2 :] = theta[:, None]
+    return out
+
+
+def _noisy(
+    signal: FloatArray, snr_db: float | None, generators: list[np.random.Generator]
+) -> FloatArray:
+    if snr_db is None:
+        return signal
+    white = np.stack([g.standard_normal(signal.shape[1]) for g in generators])
+    return np.asarray(signal + white * signal.std(axis=1, keepdims=True) * 10 ** (-snr_db / 20))

@@ -1,0 +1,1 @@
+"""A relaxed arm under motion capture."""

@@ -1,0 +1,113 @@
+"""What is true of a simulated passive arm: its joints and its exact motion."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+
+from armimpedance.arrays import BoolArray, FloatArray, frozen_array
+from armimpedance.errors import RecordError
+from armimpedance.motion import MarkerRecording, MotionRecording
+from manipulandum_sim.truth_file import reading_values, write_values
+
+_NAMES = ("joints", "coordinates")
+
+
+@dataclass(frozen=True)
+class PassiveTruth:
+    """Truth of a recording; J passive joints, n coordinates, N samples of all trials.
+
+    Attributes
+    ----------
+    test, subject : str
+    joints : tuple of J str
+        The hinges that moved freely.
+    k, h, f, q_r, K : (J,)
+        ``tau = -(k (q - q_r) + K (q - q_r)^2 + h qd + f sign(qd))``.
+    coordinates : tuple of n str
+    q, qd, qdd : (N, n)
+        Exact at the frames, in the order of `coordinates`.
+    torque : (N, J)
+        What the passive joints exert, Nm; the holding friction included.
+    held : (N, J) bool
+        Where a joint with dry friction is at rest: the friction is then whatever holds it, not
+        ``f sign(qd)``. Such frames belong in no exact fit.
+    """
+
+    test: str
+    subject: str
+    joints: tuple[str, ...]
+    k: FloatArray
+    h: FloatArray
+    f: FloatArray
+    q_r: FloatArray
+    K: FloatArray
+    coordinates: tuple[str, ...]
+    q: FloatArray
+    qd: FloatArray
+    qdd: FloatArray
+    torque: FloatArray
+    held: BoolArray
+
+    def __post_init__(self) -> None:
+        put = object.__setattr__
+        for name in _NAMES:
+            put(self, name, tuple(getattr(self, name)))
+        samples, joints, n = len(self.q), len(self.joints), len(self.coordinates)
+        shapes: dict[str, tuple[int, ...]] = {"torque": (samples, joints)}
+        shapes |= dict.fromkeys(("k", "h", "f", "q_r", "K"), (joints,))
+        shapes |= dict.fromkeys(("q", "qd", "qdd"), (samples, n))
+        for name, shape in shapes.items():
+            put(self, name, frozen_array(getattr(self, name), name, shape))
+        put(self, "held", frozen_array(self.held, "held", (samples, joints), np.bool_))
+
+    @property
+    def columns(self) -> list[int]:
+        """Where the J passive joints stand among the coordinates."""
+        return [self.coordinates.index(joint) for joint in self.joints]
+
+    def motion(self, recording: MarkerRecording) -> MotionRecording:
+        """The exact motion of the recording that this is the truth of.
+
+        Raises
+        ------
+        RecordError
+            The recording has no skeleton, or is another one.
+        """
+        if recording.skeleton is None or recording.skeleton.coordinates != self.coordinates:
+            raise RecordError("a recording of another skeleton than its truth")
+        return MotionRecording(
+            sample_rate_hz=recording.sample_rate_hz,
+            trials=recording.trials,
+            offsets=recording.offsets,
+            time_s=recording.time_s,
+            coordinates=self.q,
+            skeleton=recording.skeleton,
+            emg=recording.emg,
+            subject=recording.subject,
+            provenance=recording.provenance,
+        )
+
+    def write(self, path: str | os.PathLike[str]) -> None:
+        """Write as JSON (``truth.json``), arrays row by row; replaced at once or not at all."""
+        values = {f.name: getattr(self, f.name) for f in fields(self)}
+        write_values(values, path)
+
+    @classmethod
+    def read(cls, path: str | os.PathLike[str]) -> PassiveTruth:
+        """Read what `write` wrote.
+
+        Raises
+        ------
+        InputError
+            If the file is not such a truth.
+        """
+        with reading_values(path, "a passive truth") as plain:
+            values: dict[str, Any] = {
+                k: np.array(v) if isinstance(v, list) and k not in _NAMES else v
+                for k, v in plain.items()
+            }
+            return cls(**values)

@@ -1,0 +1,1 @@
+"""A robot for arm therapy with people in it."""
