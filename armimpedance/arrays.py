@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields
+from functools import cache, partial
+from types import MappingProxyType, NoneType, UnionType
+from typing import Annotated, Any, Final, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,9 +19,15 @@ IntArray = NDArray[np.int64]
 
 
 def frozen_array(
-    values: ArrayLike, name: str, shape: tuple[int | None, ...], dtype: Any = np.float64
+    values: ArrayLike,
+    name: str,
+    shape: tuple[int | None, ...],
+    dtype: Any = np.float64,
+    *,
+    finite: bool = True,
 ) -> Any:
-    """Copy into a read-only array and check its shape (None = any length) and finiteness.
+    """Copy into a read-only array and check its shape (None = any length) and, unless
+    `finite` is off, that all values are finite.
 
     An array that nobody can write to any more (see `frozen`) is taken as it is.
     """
@@ -29,7 +39,7 @@ def frozen_array(
     if not fits:
         wanted = "(" + ", ".join("any" if s is None else str(s) for s in shape) + ")"
         raise RecordError(f"{name} has shape {array.shape}", expected=f"shape {wanted}")
-    if np.issubdtype(array.dtype, np.floating) and not _all_finite(array):
+    if finite and np.issubdtype(array.dtype, np.floating) and not _all_finite(array):
         raise RecordError(f"{name} holds a value that is not finite", expected="finite numbers")
     array.flags.writeable = False
     return array
@@ -55,3 +65,91 @@ def _is_frozen(array: np.ndarray) -> bool:
             return False
         seen = seen.base
     return seen is None
+
+
+@dataclass(frozen=True)
+class FrozenRecord:
+    """Base of the records: fields are frozen and checked by their annotations.
+
+    An array field says its shape in its annotation: ``Annotated[FloatArray, "m n"]``. A letter
+    stands for one size throughout the record, a number for itself, ``m+1`` for one more than m,
+    ``_`` for any size, and ``nan`` at the end lets numbers that are not finite pass. An annotated
+    tuple takes part: ``Annotated[tuple[str, ...], "m"]`` has m entries. A list that stands where
+    a tuple is declared becomes one, and a mapping becomes read-only. None passes everywhere.
+
+    A record that has to hold more than this extends ``__post_init__`` and calls it first.
+
+    Raises
+    ------
+    RecordError
+        An array has another shape, a value that is not finite, or sizes that disagree.
+    """
+
+    def __post_init__(self) -> None:
+        sizes: dict[str, int] = {}
+        for name, rule in _rules(type(self)):
+            value = getattr(self, name)
+            if value is not None:
+                object.__setattr__(self, name, rule(value, name, sizes))
+
+
+_Rule = Callable[[Any, str, dict[str, int]], Any]
+
+
+@cache
+def _rules(record: type) -> tuple[tuple[str, _Rule], ...]:
+    """What is to be done to each field of a record; fields with nothing to do are left out."""
+    hints = get_type_hints(record, include_extras=True)
+    rules = ((f.name, _rule(hints[f.name])) for f in fields(record))
+    return tuple((name, rule) for name, rule in rules if rule is not None)
+
+
+def _rule(hint: Any) -> _Rule | None:
+    """The rule of one annotation; of a union, that of its first kind."""
+    if get_origin(hint) in (Union, UnionType):
+        return _rule(next(kind for kind in get_args(hint) if kind is not NoneType))
+    if get_origin(hint) is Annotated:
+        kind, dims, *_ = get_args(hint)
+        if get_origin(kind) is tuple:
+            return partial(_frozen_tuple, dims=dims.split())
+        return partial(_frozen_shape, dims=dims.split(), dtype=_DTYPES[kind])
+    if get_origin(hint) is tuple and get_args(hint)[-1:] == (Ellipsis,):
+        return partial(_frozen_tuple, dims=["_"])
+    return _frozen_mapping if get_origin(hint) is Mapping else None
+
+
+def _frozen_tuple(value: Any, name: str, sizes: dict[str, int], *, dims: list[str]) -> Any:
+    taken = tuple(value)
+    wanted = _size(dims[0], sizes, len(taken))
+    if wanted is not None and wanted != len(taken):
+        raise RecordError(f"{len(taken)} {name}", expected=f"{wanted}")
+    return taken
+
+
+def _frozen_mapping(value: Any, _name: str, _sizes: dict[str, int]) -> Any:
+    return value if isinstance(value, MappingProxyType) else MappingProxyType(dict(value))
+
+
+def _frozen_shape(
+    value: Any, name: str, sizes: dict[str, int], *, dims: list[str], dtype: Any
+) -> Any:
+    axes = [dim for dim in dims if dim != "nan"]
+    have = np.shape(value)
+    if len(have) != len(axes):
+        raise RecordError(f"{name} has shape {have}", expected=f"{len(axes)} axes")
+    wanted = tuple(_size(dim, sizes, n) for dim, n in zip(axes, have, strict=True))
+    return frozen_array(value, name, wanted, dtype, finite="nan" not in dims)
+
+
+def _size(dim: str, sizes: dict[str, int], have: int) -> int | None:
+    """The size that a dimension must have; a letter met first takes the one that it has."""
+    if dim == "_":
+        return None
+    if dim.isdigit():
+        return int(dim)
+    letter, _, more = dim.partition("+")
+    return sizes.setdefault(letter, have - int(more or 0)) + int(more or 0)
+
+
+#: Element types of the array annotations.
+_DTYPES: Final = {FloatArray: np.float64, BoolArray: np.bool_, IntArray: np.int64}

@@ -25,29 +25,37 @@ from functools import cached_property
 import numpy as np
 from scipy.optimize import nnls
 
-from armimpedance.arm.anthropometry import arm_of
-from armimpedance.arm.muscular_arms import arm_named
+from armimpedance.arm import arm_named, arm_of
 from armimpedance.errors import NotIdentifiableError
-from armimpedance.impedance.estimation import estimate
-from armimpedance.levels.joint import to_joint
-from armimpedance.levels.posture import arm_posture_for
-from armimpedance.muscles.activation.design import joint_columns, muscle_patterns
-from armimpedance.muscles.activation.fit import fit_activation_model
-from armimpedance.muscles.activation.model import ActivationModel
-from armimpedance.muscles.at_hand import at_hand
-from armimpedance.muscles.combined.fit import fit_muscle_model
-from armimpedance.muscles.combined.model import MuscleModel
-from armimpedance.muscles.from_estimates import joint_rows
-from armimpedance.muscles.joint_rows import JointRows, matrix, triple
-from armimpedance.muscles.posture.fit import fit_posture_model
-from armimpedance.muscles.prediction import JointPrediction
-from manipulandum_sim.hand.arm_plant import Arm
-from manipulandum_sim.hand.equilibrium import hand_jacobian, muscle_command
-from manipulandum_sim.hand.experiments import find_experiment
-from manipulandum_sim.hand.muscles import joint_basis
-from manipulandum_sim.hand.simulate import simulate
-from manipulandum_sim.hand.subjects import find_subject
-from manipulandum_sim.hand.truth import Truth, derivative, find_truth
+from armimpedance.impedance import estimate
+from armimpedance.levels import arm_posture_for, to_joint
+from armimpedance.muscles import (
+    ActivationModel,
+    JointPrediction,
+    JointRows,
+    MuscleModel,
+    at_hand,
+    fit_activation_model,
+    fit_muscle_model,
+    fit_posture_model,
+    joint_columns,
+    joint_rows,
+    matrix,
+    muscle_patterns,
+    triple,
+)
+from manipulandum_sim.hand import (
+    Arm,
+    Truth,
+    derivative,
+    find_experiment,
+    find_subject,
+    find_truth,
+    hand_jacobian,
+    joint_basis,
+    muscle_command,
+    simulate,
+)
 
 ASKED_CONDITION = (4.0, 21.0, 150.0)
 ASKED_RANK = (5, 8, 11)

@@ -73,7 +73,7 @@ def skeleton(tree: list[tuple[str, str | None, int]], *, floating: bool) -> Skel
 
 def recorded(kind: str) -> MotionRecording:
     """A noisy recording of that skeleton; written down once, read by both sides."""
-    from armimpedance.signals.spline_derivatives import smoothed_derivatives
+    from armimpedance.signals import smoothed_derivatives
     from manipulandum_sim.tree_dynamics import contact_wrench, inverse_dynamics
 
     of, rng = (body if kind == "body" else robot)(), np.random.default_rng(1)
@@ -106,8 +106,7 @@ def recorded(kind: str) -> MotionRecording:
 
 def our_choice(recording: MotionRecording):
     """Rows and columns of either kind."""
-    from armimpedance.body.joint_terms import robot_terms
-    from armimpedance.body.rows import RowChoice
+    from armimpedance.body import RowChoice, robot_terms
 
     if recording.skeleton.floating:
         return RowChoice()
@@ -116,10 +115,7 @@ def our_choice(recording: MotionRecording):
 
 def ours(recording: MotionRecording) -> dict[str, object]:
     """Equations, base parameters, fit; predictions (N, R) from a second pass over the samples."""
-    from armimpedance.body.base_parameters import base_parameters
-    from armimpedance.body.equations import body_equations
-    from armimpedance.body.estimate import fit_base
-    from armimpedance.body.rows import each_trial
+    from armimpedance.body import base_parameters, body_equations, each_trial, fit_base
 
     choice, start = our_choice(recording), time.perf_counter()
     equations = body_equations(recording, choice)
@@ -141,9 +137,9 @@ def figaroh_inputs(recording: MotionRecording) -> SimpleNamespace:
     """Model, motion and left side as FIGAROH wants them, made outside of its time."""
     import pinocchio as pin
 
-    from armimpedance.arm.skeleton_model import skeleton_model
-    from armimpedance.body.rows import each_trial
-    from armimpedance.signals.spline_derivatives import smoothed_derivatives
+    from armimpedance.arm import skeleton_model
+    from armimpedance.body import each_trial
+    from armimpedance.signals import smoothed_derivatives
 
     ends = zip(recording.offsets[:-1], recording.offsets[1:], strict=True)
     parts = [smoothed_derivatives(recording.coordinates[a:b], RATE, None) for a, b in ends]

@@ -26,14 +26,20 @@ from dataclasses import replace
 import numpy as np
 
 from armimpedance.arrays import FloatArray
-from armimpedance.body.base_parameters import BaseParameters, essential_base_parameters
-from armimpedance.body.equations import body_equations
-from armimpedance.body.identify import CUTOFF_HZ, METHODS, identify_body
-from armimpedance.body.parameters import inertial_parameters
-from armimpedance.body.result import BodyFit
-from armimpedance.body.rows import RowChoice, each_trial
+from armimpedance.body import (
+    CUTOFF_HZ,
+    METHODS,
+    BaseParameters,
+    BodyFit,
+    RowChoice,
+    body_equations,
+    each_trial,
+    essential_base_parameters,
+    identify_body,
+    inertial_parameters,
+)
 from armimpedance.motion import MotionRecording
-from manipulandum_sim.body.simulate import simulate_body
+from manipulandum_sim.body import simulate_body
 
 ANGLE_NOISE = (5e-4, 1e-3, 2e-3)
 MIDDLE = 1e-3

@@ -21,11 +21,15 @@ from tqdm import tqdm
 
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import ArmImpedanceError
-from armimpedance.impedance.estimation import Options, estimate_window
-from armimpedance.impedance.methods.table import DEFAULT_METHOD, METHODS
-from armimpedance.impedance.parallel import in_order
-from armimpedance.impedance.result import Group
-from manipulandum_sim.hand.robot import Servo
+from armimpedance.impedance import (
+    DEFAULT_METHOD,
+    METHODS,
+    Group,
+    Options,
+    estimate_window,
+    in_order,
+)
+from manipulandum_sim.hand import Servo
 
 BLOCK = 10
 

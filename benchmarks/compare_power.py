@@ -26,22 +26,28 @@ from scipy.special import chdtri
 from scipy.stats import ncx2
 from tqdm import tqdm
 
-from armimpedance.comparison.differences import changes
-from armimpedance.comparison.distance import upper_elements
-from armimpedance.comparison.groups import ComparedGroup, groups_of_recording
-from armimpedance.comparison.matrix_test import MATRIX_NAMES
-from armimpedance.comparison.parametric import parametric_test
-from armimpedance.comparison.permutation import permutation_test
-from armimpedance.comparison.subjects import random_effects
-from armimpedance.impedance.estimation import Options
-from armimpedance.impedance.methods.table import DEFAULT_METHOD
-from manipulandum_sim.hand.arm_plant import Arm
-from manipulandum_sim.hand.disturbances import DISTURBANCES
-from manipulandum_sim.hand.experiments import Condition, nominal_hand
-from manipulandum_sim.hand.noise import NOMINAL
-from manipulandum_sim.hand.simulate import simulate_condition
-from manipulandum_sim.hand.subjects import find_subject
-from manipulandum_sim.hand.truth import Truth, find_truth
+from armimpedance.comparison import (
+    MATRIX_NAMES,
+    ComparedGroup,
+    changes,
+    groups_of_recording,
+    parametric_test,
+    permutation_test,
+    random_effects,
+    upper_elements,
+)
+from armimpedance.impedance import DEFAULT_METHOD, Options
+from manipulandum_sim.hand import (
+    DISTURBANCES,
+    NOMINAL,
+    Arm,
+    Condition,
+    Truth,
+    find_subject,
+    find_truth,
+    nominal_hand,
+    simulate_condition,
+)
 
 Rows = Iterator[tuple[str, str, str, bool]]
 

@@ -28,13 +28,17 @@ from tqdm import tqdm
 from armimpedance.arrays import FloatArray
 from armimpedance.ellipses import ellipse, ellipse_of
 from armimpedance.errors import ArmImpedanceError
-from armimpedance.impedance.estimation import Options, estimate_window
-from armimpedance.impedance.methods.table import DEFAULT_METHOD, METHODS
-from armimpedance.impedance.parallel import in_order
-from armimpedance.impedance.result import Group
+from armimpedance.impedance import (
+    DEFAULT_METHOD,
+    METHODS,
+    Group,
+    Options,
+    estimate_window,
+    in_order,
+)
 from armimpedance.outputs import staged_file
 from armimpedance.records import ImpedanceEstimate
-from armimpedance.regression.fit import t_interval
+from armimpedance.regression import t_interval
 
 BLOCK = 10
 COVARIANCES = ("cr3", "replicates", "bootstrap")

@@ -21,16 +21,21 @@ import numpy as np
 from limbs import LINEAR, linear_window
 from tqdm import tqdm
 
-from armimpedance.impedance.estimation import Options, estimate, estimate_window
-from armimpedance.impedance.result import Group
-from armimpedance.planning.design import Goal, Limits, design
-from armimpedance.planning.motion import PlannedMotion
-from armimpedance.planning.noise_level import NOMINAL
-from armimpedance.planning.precision import Precision, precision
-from armimpedance.planning.setting import PlannedArm, Setting
-from armimpedance.planning.shapes import Profile, shape_named
-from manipulandum_sim.hand.robot import Servo
-from manipulandum_sim.hand.simulate import simulate_condition
+from armimpedance.impedance import Group, Options, estimate, estimate_window
+from armimpedance.planning import (
+    NOMINAL,
+    Goal,
+    Limits,
+    PlannedArm,
+    PlannedMotion,
+    Precision,
+    Profile,
+    Setting,
+    design,
+    precision,
+    shape_named,
+)
+from manipulandum_sim.hand import Servo, simulate_condition
 
 TRIALS = 40
 #: Shape and duration (s).

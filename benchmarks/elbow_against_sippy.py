@@ -32,10 +32,15 @@ from pathlib import Path
 
 import numpy as np
 
-from armimpedance.elbow.samples import JointSamples, from_recording
-from armimpedance.elbow.stationary.identify import identify_elbow
-from armimpedance.elbow.stationary.methods import DEFAULT, METHODS
-from armimpedance.elbow.stationary.preparation import Prepared, prepare
+from armimpedance.elbow import (
+    DEFAULT,
+    METHODS,
+    JointSamples,
+    Prepared,
+    from_recording,
+    identify_elbow,
+    prepare,
+)
 
 TRUTH = (0.07, 0.6, 20.0)
 REPEATS, AGREE = 3, 1e-6
@@ -137,11 +142,11 @@ def decimated(samples: JointSamples) -> Prepared:
 
 def one_trial(arguments: argparse.Namespace) -> JointSamples:
     if arguments.recording is None:
-        from manipulandum_sim.elbow.bench import simulate_bench
+        from manipulandum_sim.elbow import simulate_bench
 
         recording, _ = simulate_bench(*TRUTH, snr_db=20.0, seed=3)
         return from_recording(recording)
-    from armimpedance.recordings.tables.folder import read_folder
+    from armimpedance.recordings import read_folder
 
     recording = read_folder(arguments.recording)
     rows_ = np.flatnonzero(recording.trials["trial"] == arguments.trial)

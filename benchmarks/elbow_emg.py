@@ -27,17 +27,19 @@ import pandas as pd
 from tqdm import tqdm
 
 from armimpedance.arrays import FloatArray
-from armimpedance.elbow.emg.imcj import calibrate_imcj, imcj
-from armimpedance.elbow.emg.law import fit_emg_law_of, fit_law
-from armimpedance.elbow.emg.law_result import LinearLaw
-from armimpedance.elbow.samples import from_recording
-from armimpedance.elbow.stationary.identify import identify_elbow
+from armimpedance.elbow import (
+    LinearLaw,
+    calibrate_imcj,
+    fit_emg_law_of,
+    fit_law,
+    from_recording,
+    identify_elbow,
+    imcj,
+)
 from armimpedance.errors import ArmImpedanceError
 from armimpedance.records import Recording
-from armimpedance.signals.causal import causal_lowpass, lowpass_delay_s
-from armimpedance.signals.emg.amplitude import segment_amplitude
-from manipulandum_sim.elbow.emg import Electrodes, raw_emg
-from manipulandum_sim.elbow.simulate import simulate_elbow
+from armimpedance.signals import causal_lowpass, lowpass_delay_s, segment_amplitude
+from manipulandum_sim.elbow import Electrodes, raw_emg, simulate_elbow
 
 MUSCLES = ("biceps", "triceps")
 MVC_V = np.array([4e-4, 6e-4])

@@ -22,18 +22,20 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import numpy as np
 
-from armimpedance.elbow.samples import JointSamples, from_recording
-from armimpedance.elbow.stationary.arx import solve_structure
-from armimpedance.elbow.stationary.band import band_of
-from armimpedance.elbow.stationary.estimate import Estimate
-from armimpedance.elbow.stationary.identify import identify_elbow
-from armimpedance.elbow.stationary.instruments import weighed_band
-from armimpedance.elbow.stationary.methods import METHODS
-from armimpedance.elbow.stationary.preparation import prepare
+from armimpedance.elbow import (
+    METHODS,
+    Estimate,
+    JointSamples,
+    band_of,
+    from_recording,
+    identify_elbow,
+    prepare,
+    solve_structure,
+    weighed_band,
+)
 from armimpedance.errors import ArmImpedanceError, InputError
-from armimpedance.regression.fit import t_factor
-from manipulandum_sim.elbow.bench import simulate_bench
-from manipulandum_sim.elbow.simulate import simulate_elbow
+from armimpedance.regression import t_factor
+from manipulandum_sim.elbow import simulate_bench, simulate_elbow
 
 JOINTS = {"underdamped": (0.07, 0.6, 20.0), "overdamped": (0.07, 3.5, 9.0)}
 NAMES = ("I", "B", "K")

@@ -24,14 +24,10 @@ from itertools import product
 import numpy as np
 
 from armimpedance.arrays import FloatArray
-from armimpedance.elbow.result import VaryingImpedance
-from armimpedance.elbow.samples import JointSamples, from_recording
-from armimpedance.elbow.varying.identify import identify_varying
+from armimpedance.elbow import JointSamples, VaryingImpedance, from_recording, identify_varying
 from armimpedance.errors import ArmImpedanceError
-from armimpedance.signals.emg.amplitude import emg_amplitude
-from manipulandum_sim.elbow.bench import simulate_bench
-from manipulandum_sim.elbow.simulate import simulate_elbow
-from manipulandum_sim.elbow.truth import ElbowTruth
+from armimpedance.signals import emg_amplitude
+from manipulandum_sim.elbow import ElbowTruth, simulate_bench, simulate_elbow
 
 #: I, B, K: underdamped, and the source's range.
 JOINTS = {"underdamped": (0.07, 0.6, 20.0), "overdamped": (0.07, 3.5, 9.0)}

@@ -20,11 +20,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from armimpedance.files.results_csv import write_results
-from armimpedance.impedance.estimation import Options, estimate
-from armimpedance.recordings.tables.folder import read_folder, write_folder
+from armimpedance.files import write_results
+from armimpedance.impedance import Options, estimate
+from armimpedance.recordings import read_folder, write_folder
 from armimpedance.records import Recording
-from armimpedance.signals.filters import lowpass
+from armimpedance.signals import lowpass
 
 RATE = 1000.0
 SAMPLES = 801

@@ -21,15 +21,17 @@ from limbs import LINEAR, linear_window
 from tqdm import tqdm
 
 from armimpedance.ellipses import ellipse, ellipse_of
-from armimpedance.impedance.estimation import Options, estimate, estimate_window
-from armimpedance.impedance.methods import paper
-from armimpedance.impedance.regressors import to_matrix_order
-from armimpedance.impedance.result import Group
+from armimpedance.impedance import (
+    Group,
+    Options,
+    estimate,
+    estimate_window,
+    method_named,
+    to_matrix_order,
+)
 from armimpedance.records import ImpedanceEstimate
-from armimpedance.regression.fit import t_interval
-from armimpedance.regression.solve import fit
-from manipulandum_sim.hand.robot import IDEAL, Servo
-from manipulandum_sim.hand.simulate import simulate_condition
+from armimpedance.regression import fit, t_interval
+from manipulandum_sim.hand import IDEAL, Servo, simulate_condition
 
 REPLICATES = Options(covariance="replicates")
 ASKED_RMSE = {"nominal": (1.8, 3.3, 8.5), "sensor": (0.12, 0.15, 0.30)}
@@ -134,7 +136,7 @@ def textbook_row(repeats: int) -> tuple[str, str, str, bool]:
     """What a textbook interval of a fit to every sample covers, for comparison; asked of nobody."""
     true, held = LINEAR.ravel(), []
     for seed in range(repeats):
-        factors = paper.prepare(linear_window("nominal", seed), "hand").factors
+        factors = method_named("paper").prepare(linear_window("nominal", seed), "hand").factors
         solved = fit(factors, covariance="classical")
         ordered = to_matrix_order(solved.parameters, solved.covariance, 2)
         held.append(np.abs(ordered[0] - true) < 1.96 * np.sqrt(np.diag(ordered[1:])))

@@ -7,14 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from armimpedance.arrays import FloatArray
-from armimpedance.impedance.bound import bound
-from armimpedance.impedance.methods.modal import ModalEquation, modal_equation
-from armimpedance.impedance.methods.noise import through_impedance
-from armimpedance.planning.shapes import Profile, shape_named
+from armimpedance.impedance import ModalEquation, bound, modal_equation, through_impedance
+from armimpedance.planning import Profile, shape_named
 from armimpedance.records import Window
-from armimpedance.signals.encoder import position_noise
-from armimpedance.signals.windows import cut_windows
-from manipulandum_sim.hand.simulate import simulate_condition
+from armimpedance.signals import cut_windows, position_noise
+from manipulandum_sim.hand import simulate_condition
 
 RATE = 1000.0
 HANDLE_KG = 0.164

@@ -17,8 +17,7 @@ import time
 from estimate_speed import make_recording
 
 from armimpedance.errors import ArmImpedanceError
-from armimpedance.impedance.estimation import Options, estimate
-from armimpedance.impedance.methods.table import DEFAULT_METHOD, METHODS
+from armimpedance.impedance import DEFAULT_METHOD, METHODS, Options, estimate
 
 ASKED_S = 30.0
 WORKERS = 2

@@ -20,10 +20,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from armimpedance.body.identify import identify_body
-from armimpedance.body.joint_terms import robot_terms
-from armimpedance.body.result import BodyFit
-from armimpedance.body.rows import RowChoice, each_trial
+from armimpedance.body import BodyFit, RowChoice, each_trial, identify_body, robot_terms
 from armimpedance.motion import MotionRecording
 from armimpedance.skeleton import Hinge, Segment, Skeleton
 
@@ -81,7 +78,7 @@ def read_log(path: Path) -> MotionRecording:
 
 def sensors(path: Path) -> None:
     """Noise and steps of angles, velocities and torques, joint by joint."""
-    from armimpedance.signals.filters import lowpass
+    from armimpedance.signals import lowpass
 
     log = pd.read_csv(path)
     for what, unit in (("q_fer", "rad"), ("qd_fer", "rad/s"), ("tau_fer", "Nm")):
@@ -138,7 +135,7 @@ def main() -> int:
         cells = [f"{fit.values[i]:.3f} +- {1.96 * fit.sd_robust[i]:.3f}" for i in at]
         print(f"{what:20s}", "  ".join(cells))
     if given.folder is not None:
-        from armimpedance.recordings.motion.motion_folder import write_motion
+        from armimpedance.recordings import write_motion
 
         write_motion(motion, given.folder)
     if given.figure is not None:
@@ -148,8 +145,7 @@ def main() -> int:
 
 def draw(motion: MotionRecording, choice: RowChoice, path: Path) -> None:
     """The last fifth, predicted from the first four."""
-    from armimpedance.plots.body import body_figure
-    from armimpedance.plots.style import save
+    from armimpedance.plots import body_figure, save
 
     names = list(motion.trials["condition"])
     figure = body_figure(motion, choice, fit_of(motion, choice, names[:-1]))

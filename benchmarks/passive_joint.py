@@ -17,13 +17,9 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 import numpy as np
 
 from armimpedance.errors import EstimationError
-from armimpedance.mocap.joint_motion import joint_motion
-from armimpedance.passive.from_motion import from_motion
-from armimpedance.passive.identify import identify_passive
-from armimpedance.passive.methods import METHODS
-from armimpedance.passive.samples import PassiveSamples
-from manipulandum_sim.passive.subject import find_passive_subject
-from manipulandum_sim.passive.swing import simulate_passive_many
+from armimpedance.mocap import joint_motion
+from armimpedance.passive import METHODS, PassiveSamples, from_motion, identify_passive
+from manipulandum_sim.passive import find_passive_subject, simulate_passive_many
 from manipulandum_sim.studio import Studio
 
 ELBOW = "right_elbow_flexion"

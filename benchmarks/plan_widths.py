@@ -23,19 +23,21 @@ import numpy as np
 from designed_disturbance import LIMB_NOISE, WEIGHTED
 from limbs import LINEAR, linear_window
 
-from armimpedance.ellipses.ellipse import ellipse_of
-from armimpedance.impedance.estimation import estimate, estimate_window
-from armimpedance.impedance.result import Group
-from armimpedance.planning.motion import PlannedMotion
-from armimpedance.planning.noise_level import NOISE_LEVELS
-from armimpedance.planning.precision import precision
-from armimpedance.planning.servo import Servo
-from armimpedance.planning.setting import PlannedArm, Setting
-from armimpedance.planning.shapes import Profile, shape_named
+from armimpedance.ellipses import ellipse_of
+from armimpedance.impedance import Group, estimate, estimate_window
+from armimpedance.planning import (
+    NOISE_LEVELS,
+    PlannedArm,
+    PlannedMotion,
+    Profile,
+    Servo,
+    Setting,
+    precision,
+    shape_named,
+)
 from armimpedance.records import ImpedanceEstimate
-from armimpedance.regression.fit import t_interval
-from manipulandum_sim.hand import robot
-from manipulandum_sim.hand.simulate import simulate_condition
+from armimpedance.regression import t_interval
+from manipulandum_sim.hand import Servo as SimulatedServo, simulate_condition
 
 ASKED = 0.10
 #: Robot links and handle of the simulator as felt at the nominal place (kg).
@@ -97,7 +99,7 @@ def simulated(case: Case, repeats: int) -> tuple[np.ndarray, np.ndarray]:
         noise=case.noise,
         disturbance=case.shape,
         duration_s=case.duration,
-        servo=robot.Servo(case.servo),
+        servo=SimulatedServo(case.servo),
     )
     made = estimate(recording, options=WEIGHTED)
     widths = np.array([widths_of(one) for one in made])

@@ -28,22 +28,27 @@ import numpy as np
 from scipy.special import ndtri, stdtrit
 from tqdm import tqdm
 
-from armimpedance.muscles.angle_scaling import AngleScaling, measured_scaling
-from armimpedance.muscles.joint_rows import JointRows, matrix, triple
-from armimpedance.muscles.posture.certificate import smallest_eigenvalues
-from armimpedance.muscles.posture.data import PostureData, stiffness_data
-from armimpedance.muscles.posture.fit import fit_posture_model
-from armimpedance.muscles.posture.gram import STRUCTURES
-from armimpedance.muscles.posture.polynomial import fit_polynomial
-from armimpedance.muscles.posture.program import GramProgram
-from armimpedance.muscles.posture.sos import choose, posterior
-from armimpedance.muscles.posture.terms import exponents, monomials
-from armimpedance.muscles.region import Region
+from armimpedance.muscles import (
+    STRUCTURES,
+    AngleScaling,
+    GramProgram,
+    JointRows,
+    PostureData,
+    Region,
+    choose,
+    exponents,
+    fit_polynomial,
+    fit_posture_model,
+    matrix,
+    measured_scaling,
+    monomials,
+    posterior,
+    smallest_eigenvalues,
+    stiffness_data,
+    triple,
+)
 from armimpedance_figures.tsuji1997.study import study
-from manipulandum_sim.hand.arm_plant import Arm
-from manipulandum_sim.hand.experiments import find_experiment
-from manipulandum_sim.hand.subjects import find_subject
-from manipulandum_sim.hand.truth import joint_angles
+from manipulandum_sim.hand import Arm, find_experiment, find_subject, joint_angles
 
 Truth = Callable[[np.ndarray], np.ndarray]
 Row = tuple[str, str, str, bool]

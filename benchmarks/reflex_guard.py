@@ -21,14 +21,10 @@ import numpy as np
 from scipy.stats import t
 from tqdm import tqdm
 
-from armimpedance.impedance.estimation import groups_of
-from armimpedance.impedance.reflex.guard import guard_window
-from armimpedance.impedance.reflex.verdict import ReflexVerdict
+from armimpedance.impedance import ReflexVerdict, groups_of, guard_window
 from armimpedance.records import Window
-from armimpedance.signals.windows import cut_windows, disturbance_times
-from manipulandum_sim.hand.rig import Reflex
-from manipulandum_sim.hand.simulate import simulate_condition
-from manipulandum_sim.hand.truth import Truth
+from armimpedance.signals import cut_windows, disturbance_times
+from manipulandum_sim.hand import Reflex, Truth, simulate_condition
 
 DELAY_S, GAIN = 0.055, 0.25
 BUMPS = (0.15, 0.20, 0.30)

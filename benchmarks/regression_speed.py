@@ -32,9 +32,7 @@ from dataclasses import replace
 import numpy as np
 import statsmodels.api as sm
 
-from armimpedance.regression.factors import TrialFactors, trial_factors
-from armimpedance.regression.resample import bootstrap, leave_one_out
-from armimpedance.regression.solve import fit
+from armimpedance.regression import TrialFactors, bootstrap, fit, leave_one_out, trial_factors
 
 TRIALS, SAMPLES, REGRESSORS, OUTPUTS, RESAMPLES = 40, 400, 6, 2, 1000
 NAMES = {"regressors": list("abcdef"), "outputs": ["fx", "fy"]}

@@ -24,16 +24,25 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "oracles"
 
 from joint_space_plant import JointSpacePlant
 
-from manipulandum_sim.hand.arm_plant import Arm
-from manipulandum_sim.hand.coupled import CoupledPlant, Course, Track, integrate
-from manipulandum_sim.hand.equilibrium import muscle_command
-from manipulandum_sim.hand.experiments import Condition, nominal_hand
-from manipulandum_sim.hand.rig import RATE_HZ, Rig
-from manipulandum_sim.hand.robot import servo_gains
-from manipulandum_sim.hand.schedule import Run, make_schedule
-from manipulandum_sim.hand.subjects import SUBJECTS
-from manipulandum_sim.hand.trials import Batch, make_course
-from manipulandum_sim.hand.truth import find_truth
+from manipulandum_sim.hand import (
+    RATE_HZ,
+    SUBJECTS,
+    Arm,
+    Batch,
+    Condition,
+    CoupledPlant,
+    Course,
+    Rig,
+    Run,
+    Track,
+    find_truth,
+    integrate,
+    make_course,
+    make_schedule,
+    muscle_command,
+    nominal_hand,
+    servo_gains,
+)
 
 TRIALS = 1000
 ODEINT_TRIALS = 8

@@ -24,23 +24,32 @@ from tqdm import tqdm
 
 from armimpedance.cli.simulated.therapy import drawings_of
 from armimpedance.records import Recording
-from armimpedance.therapy.arm.calibrate import ArmCalibration, identify_arm
-from armimpedance.therapy.arm.mockup import check_mockup, source_mockup
-from armimpedance.therapy.live.replay import replay
-from armimpedance.therapy.movements import movement_torques
-from armimpedance.therapy.person import segments_of
-from armimpedance.therapy.robot.calibrate import identify_robot
-from armimpedance.therapy.robot.validation import validate_robot
-from armimpedance.therapy.share.metric import contribution_of, sample_contribution
-from armimpedance.therapy.share.result import Contribution
-from armimpedance.therapy.therapy_robot import TherapyRobot
-from manipulandum_sim.therapy.calibration import simulate_calibration, simulate_validation
-from manipulandum_sim.therapy.device import therapy_device
-from manipulandum_sim.therapy.mockup import simulate_mockup
-from manipulandum_sim.therapy.plan import TherapyOptions
-from manipulandum_sim.therapy.session import simulate_therapy_many
-from manipulandum_sim.therapy.subject import THERAPY_SUBJECTS
-from manipulandum_sim.therapy.truth import TherapyTruth, TrueContribution
+from armimpedance.therapy import (
+    ArmCalibration,
+    Contribution,
+    TherapyRobot,
+    check_mockup,
+    contribution_of,
+    identify_arm,
+    identify_robot,
+    movement_torques,
+    replay,
+    sample_contribution,
+    segments_of,
+    source_mockup,
+    validate_robot,
+)
+from manipulandum_sim.therapy import (
+    THERAPY_SUBJECTS,
+    TherapyOptions,
+    TherapyTruth,
+    TrueContribution,
+    simulate_calibration,
+    simulate_mockup,
+    simulate_therapy_many,
+    simulate_validation,
+    therapy_device,
+)
 
 METRICS = ("ratio", "projection", "share")
 #: Subjects simulated side by side: more would need more memory.

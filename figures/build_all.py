@@ -9,58 +9,52 @@ from pathlib import Path
 from typing import Any
 
 from armimpedance.errors import ArmImpedanceError, InputError
-from armimpedance_figures.guidali2013 import contribution_means as guidali2013_contribution_means
-from armimpedance_figures.guidali2013 import feedback as contribution_feedback
-from armimpedance_figures.guidali2013 import fig02_friction as guidali2013_fig02_friction
-from armimpedance_figures.guidali2013 import fig03_cable as guidali2013_fig03_cable
-from armimpedance_figures.guidali2013 import fig04_mock_up as guidali2013_fig04_mock_up
 from armimpedance_figures.guidali2013 import (
+    contribution_means as guidali2013_contribution_means,
+    feedback as contribution_feedback,
+    fig02_friction as guidali2013_fig02_friction,
+    fig03_cable as guidali2013_fig03_cable,
+    fig04_mock_up as guidali2013_fig04_mock_up,
     fig05_passive_torques as guidali2013_fig05_passive_torques,
+    fig06_contribution as guidali2013_fig06_contribution,
+    table2 as guidali2013_table2,
+    table3 as guidali2013_table3,
+    table4 as guidali2013_table4,
 )
-from armimpedance_figures.guidali2013 import fig06_contribution as guidali2013_fig06_contribution
-from armimpedance_figures.guidali2013 import table2 as guidali2013_table2
-from armimpedance_figures.guidali2013 import table3 as guidali2013_table3
-from armimpedance_figures.guidali2013 import table4 as guidali2013_table4
-from armimpedance_figures.ruiz2011 import fig05_time_varying as ruiz2011_fig05_time_varying
-from armimpedance_figures.ruiz2011 import fig06_loads as ruiz2011_fig06_loads
-from armimpedance_figures.ruiz2011 import fig09_windows as ruiz2011_fig09_windows
-from armimpedance_figures.ruiz2011 import fig10_subjects as ruiz2011_fig10_subjects
-from armimpedance_figures.ruiz2011 import study_frequency as elbow_study_frequency
-from armimpedance_figures.ruiz2011 import study_snr as elbow_study_snr
+from armimpedance_figures.ruiz2011 import (
+    fig05_time_varying as ruiz2011_fig05_time_varying,
+    fig06_loads as ruiz2011_fig06_loads,
+    fig09_windows as ruiz2011_fig09_windows,
+    fig10_subjects as ruiz2011_fig10_subjects,
+    study_frequency as elbow_study_frequency,
+    study_snr as elbow_study_snr,
+)
 from armimpedance_figures.source_figure import FORMATS, SEED, SETS, SourceFigure, write
 from armimpedance_figures.tsuji1997 import (
     fig06_motion_and_force as tsuji1997_fig06_motion_and_force,
-)
-from armimpedance_figures.tsuji1997 import (
     fig07_ellipses_over_workspace as tsuji1997_fig07_ellipses_over_workspace,
-)
-from armimpedance_figures.tsuji1997 import fig08_cocontraction as tsuji1997_fig08_cocontraction
-from armimpedance_figures.tsuji1997 import fig09_hand_force as tsuji1997_fig09_hand_force
-from armimpedance_figures.tsuji1997 import (
+    fig08_cocontraction as tsuji1997_fig08_cocontraction,
+    fig09_hand_force as tsuji1997_fig09_hand_force,
     fig10_stiffness_over_posture as tsuji1997_fig10_stiffness_over_posture,
-)
-from armimpedance_figures.tsuji1997 import (
     fig11_viscosity_over_posture as tsuji1997_fig11_viscosity_over_posture,
-)
-from armimpedance_figures.tsuji1997 import (
     fig12_fig13_predicted_against_measured as tsuji1997_fig12_fig13_predicted_against_measured,
-)
-from armimpedance_figures.tsuji1997 import (
     fig14_single_joint_activation as tsuji1997_fig14_single_joint_activation,
-)
-from armimpedance_figures.tsuji1997 import table1_posture_fits as tsuji1997_table1_posture_fits
-from armimpedance_figures.tsuji1997 import (
+    table1_posture_fits as tsuji1997_table1_posture_fits,
     table2_activation_fits as tsuji1997_table2_activation_fits,
+    where_models_extrapolate,
 )
-from armimpedance_figures.tsuji1997 import where_models_extrapolate
 from armimpedance_figures.tsuji1997.study import StudiedExperiment
-from armimpedance_figures.venture_elbow import fig04 as venture_elbow_fig04
-from armimpedance_figures.venture_elbow import fig06_fig07 as venture_elbow_fig06_fig07
-from armimpedance_figures.venture_elbow import fig08_fig09 as venture_elbow_fig08_fig09
-from armimpedance_figures.venture_elbow import table2_table3 as venture_elbow_table2_table3
-from armimpedance_figures.venture_poster import conditions as venture_poster_conditions
-from armimpedance_figures.venture_poster import cross_validation as venture_poster_cross_validation
-from armimpedance_figures.venture_poster import discrimination as venture_poster_discrimination
+from armimpedance_figures.venture_elbow import (
+    fig04 as venture_elbow_fig04,
+    fig06_fig07 as venture_elbow_fig06_fig07,
+    fig08_fig09 as venture_elbow_fig08_fig09,
+    table2_table3 as venture_elbow_table2_table3,
+)
+from armimpedance_figures.venture_poster import (
+    conditions as venture_poster_conditions,
+    cross_validation as venture_poster_cross_validation,
+    discrimination as venture_poster_discrimination,
+)
 
 CATALOGUE = {
     module.FIGURE.name: module.FIGURE

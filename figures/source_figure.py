@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from armimpedance.outputs import staged_file
-from armimpedance.plots.style import print_style, save
+from armimpedance.plots import print_style, save
 from armimpedance_figures.tsuji1997.study import study as study_hand
 
 if TYPE_CHECKING:

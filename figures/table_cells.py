@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from armimpedance.muscles.quality import ElementQuality
-from armimpedance.plots.tables import TableRow
-from armimpedance.report.numbers import fixed
+from armimpedance.muscles import ElementQuality
+from armimpedance.plots import TableRow
+from armimpedance.report import fixed
 
 
 def number(value: float) -> str:

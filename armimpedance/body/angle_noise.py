@@ -22,7 +22,7 @@ import numpy as np
 from armimpedance.arrays import FloatArray, frozen_array
 from armimpedance.body.rows import RowChoice
 from armimpedance.motion import MotionRecording
-from armimpedance.signals.filters import lowpass
+from armimpedance.signals import lowpass
 
 Progress = Callable[[int, int], None]
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import qr, solve_triangular
 
-from armimpedance.arm.skeleton_model import skeleton_model
+from armimpedance.arm import skeleton_model
 from armimpedance.arrays import FloatArray, IntArray, frozen_array
 from armimpedance.body.joint_terms import term_columns
 from armimpedance.body.regressor import regressor

@@ -16,7 +16,7 @@ from armimpedance.arrays import FloatArray, IntArray, frozen_array
 from armimpedance.body.rows import RowChoice, each_trial
 from armimpedance.errors import InputError
 from armimpedance.motion import MotionRecording
-from armimpedance.regression.factors import TrialFactors
+from armimpedance.regression import TrialFactors
 
 
 @dataclass(frozen=True, eq=False)

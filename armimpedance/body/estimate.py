@@ -18,9 +18,7 @@ from armimpedance.body.equations import BodyEquations, trial_factors_of
 from armimpedance.body.rows import RowChoice, each_trial
 from armimpedance.errors import InputError
 from armimpedance.motion import MotionRecording
-from armimpedance.regression.factors import split_blocks
-from armimpedance.regression.fit import Fit
-from armimpedance.regression.solve import fit
+from armimpedance.regression import Fit, fit, split_blocks
 
 Weighting = Literal["none", "levels"]
 #: Levels below this part of a row's size are rounding, not noise.

@@ -15,8 +15,7 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
-from armimpedance.signals.filtered_sign import filtered_sign
-from armimpedance.signals.filters import lowpass
+from armimpedance.signals import filtered_sign, lowpass
 from armimpedance.skeleton import Skeleton
 
 TermKind = Literal["stiffness", "quadratic", "viscosity", "friction", "inertia", "offset"]

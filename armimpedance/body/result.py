@@ -13,7 +13,7 @@ from armimpedance.body.angle_noise import NoiseShift
 from armimpedance.body.base_parameters import BaseParameters
 from armimpedance.body.exciting import MotionChoice
 from armimpedance.body.validation import BodyValidation
-from armimpedance.regression.summary import FitSummary, NamedParameter
+from armimpedance.regression import FitSummary, NamedParameter
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from armimpedance.arm.skeleton_model import skeleton_model
+from armimpedance.arm import skeleton_model
 from armimpedance.arrays import FloatArray, IntArray
 from armimpedance.body.contacts import (
     about_world_origin,
@@ -26,8 +26,7 @@ from armimpedance.body.parameters import parameter_names, parameter_units
 from armimpedance.body.regressor import ROOT_ROWS, regressor, root_wrench
 from armimpedance.errors import InputError
 from armimpedance.motion import MotionRecording
-from armimpedance.signals.filters import lowpass
-from armimpedance.signals.spline_derivatives import smoothed_derivatives
+from armimpedance.signals import lowpass, smoothed_derivatives
 from armimpedance.skeleton import Skeleton
 
 

@@ -26,7 +26,7 @@ from armimpedance.cli.parts.passive_input import read_joint_motion
 from armimpedance.errors import InputError
 
 if TYPE_CHECKING:
-    from armimpedance.body.rows import RowChoice
+    from armimpedance.body import RowChoice
     from armimpedance.motion import MotionRecording
     from armimpedance.skeleton import Skeleton
 
@@ -99,11 +99,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Read, identify, print, write."""
-    from armimpedance.body.identify import identify_body
+    from armimpedance.body import identify_body
     from armimpedance.cli.parts.checks import check_outputs
     from armimpedance.cli.parts.progress import bar
-    from armimpedance.files.fit_json import write_fit
-    from armimpedance.report.body_text import body_object, body_text
+    from armimpedance.files import write_fit
+    from armimpedance.report import body_object, body_text
 
     check_outputs(figure=arguments.figure, out=arguments.out)
     if arguments.method not in METHODS:
@@ -126,8 +126,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.out is not None:
         write_fit(fit.summary(), arguments.out, **body_object(fit, recording.skeleton))
     if arguments.figure is not None:
-        from armimpedance.plots.body import body_figure
-        from armimpedance.plots.style import save
+        from armimpedance.plots import body_figure, save
 
         figure = body_figure(recording, choice, fit)
         save(figure, arguments.figure.with_suffix(""), (arguments.figure.suffix[1:],))
@@ -142,9 +141,7 @@ def row_choice(recording: MotionRecording, arguments: argparse.Namespace) -> Row
     InputError
         An option that does not go with the recording.
     """
-    from armimpedance.body.identify import CUTOFF_HZ
-    from armimpedance.body.joint_terms import passive_terms, robot_terms
-    from armimpedance.body.rows import RowChoice
+    from armimpedance.body import CUTOFF_HZ, RowChoice, passive_terms, robot_terms
 
     floating = recording.skeleton.floating
     joints, rests = _passive(arguments.passive_joint, recording.skeleton)
@@ -210,7 +207,7 @@ def _motions(word: str) -> int | list[str] | None:
 
 
 def _draws(given: int | None) -> int:
-    from armimpedance.body.identify import NOISE_DRAWS
+    from armimpedance.body import NOISE_DRAWS
 
     if given is None:
         return NOISE_DRAWS

@@ -21,9 +21,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from armimpedance.comparison.compare import Pair
-    from armimpedance.comparison.groups import ComparedGroup
-    from armimpedance.comparison.subjects import SubjectsChange
+    from armimpedance.comparison import ComparedGroup, Pair, SubjectsChange
     from armimpedance.records import ImpedanceEstimate
 
 Subjects = dict[str, "list[ComparedGroup]"]
@@ -80,9 +78,9 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _compare_groups(groups: list[ComparedGroup], arguments: argparse.Namespace) -> int:
     from armimpedance.cli.parts.progress import bar
-    from armimpedance.comparison.compare import compare
-    from armimpedance.files.comparison_csv import write_differences
-    from armimpedance.report.comparison_text import comparison_text
+    from armimpedance.comparison import compare
+    from armimpedance.files import write_differences
+    from armimpedance.report import comparison_text
 
     with bar("exchanging trials") as progress:
         pairs = compare(
@@ -102,9 +100,9 @@ def _compare_groups(groups: list[ComparedGroup], arguments: argparse.Namespace) 
 
 
 def _compare_subjects(subjects: Subjects, arguments: argparse.Namespace) -> int:
-    from armimpedance.comparison.subjects import compare_subjects
-    from armimpedance.files.comparison_csv import write_subjects
-    from armimpedance.report.comparison_text import subjects_text
+    from armimpedance.comparison import compare_subjects
+    from armimpedance.files import write_subjects
+    from armimpedance.report import subjects_text
 
     found: list[SubjectsChange] = compare_subjects(subjects, against=arguments.against)
     print(subjects_text(found))
@@ -121,7 +119,7 @@ def _check(arguments: argparse.Namespace) -> None:
     """Refuse before any work what cannot end well."""
     from armimpedance.cli.parts.checks import check_outputs, check_seed
     from armimpedance.errors import InputError
-    from armimpedance.impedance.methods.table import DEFAULT_METHOD, method_named
+    from armimpedance.impedance import DEFAULT_METHOD, method_named
 
     method_named(arguments.method or DEFAULT_METHOD)
     if arguments.permutations is not None and arguments.permutations < 1:
@@ -152,7 +150,7 @@ def _subjects(arguments: argparse.Namespace) -> Subjects:
 def _of_results(arguments: argparse.Namespace) -> Subjects:
     from dataclasses import replace
 
-    from armimpedance.comparison.groups import groups_of_estimates, name_of
+    from armimpedance.comparison import groups_of_estimates, name_of
     from armimpedance.errors import InputError
 
     by, column = arguments.by or ["condition"], arguments.subjects
@@ -170,7 +168,7 @@ def _of_results(arguments: argparse.Namespace) -> Subjects:
 
 def _with_errors(path: Path) -> list[ImpedanceEstimate]:
     from armimpedance.errors import InputError
-    from armimpedance.files.results_csv import read_results
+    from armimpedance.files import read_results
 
     try:
         return read_results(path)
@@ -201,9 +199,9 @@ def _of_recordings(arguments: argparse.Namespace) -> Subjects:
 def _groups_of(path: Path, by: list[str], arguments: argparse.Namespace) -> list[ComparedGroup]:
     from armimpedance.cli.estimate import open_checked
     from armimpedance.cli.parts.progress import bar
-    from armimpedance.comparison.groups import groups_of_recording
+    from armimpedance.comparison import groups_of_recording
     from armimpedance.errors import ArmImpedanceError, InputError
-    from armimpedance.impedance.estimation import Options
+    from armimpedance.impedance import Options
 
     recording = open_checked(path, arguments.force_by)
     options = Options(method=arguments.method) if arguments.method else Options()
@@ -223,7 +221,7 @@ def _split(
     """Subject and group of each, the group named without its subject."""
     from dataclasses import replace
 
-    from armimpedance.comparison.groups import name_of
+    from armimpedance.comparison import name_of
 
     if column is None:
         return [("", group) for group in groups]
@@ -259,8 +257,7 @@ def _check_single(who: str, groups: list[ComparedGroup]) -> None:
 
 
 def _draw(groups: list[ComparedGroup], pairs: list[Pair], arguments: argparse.Namespace) -> None:
-    from armimpedance.plots.comparison import plot_comparison
-    from armimpedance.plots.style import save
+    from armimpedance.plots import plot_comparison, save
 
     axes = plot_comparison(groups, pairs, arguments.which)
     path: Path = arguments.figure

@@ -66,8 +66,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Read, write, say what was done."""
     from armimpedance.cli.inspect import describe
-    from armimpedance.recordings.formats import ReadOptions, open_recording
-    from armimpedance.recordings.tables.folder import write_folder
+    from armimpedance.recordings import ReadOptions, open_recording, write_folder
 
     channels = pairs(arguments.emg, "--emg", "CHANNEL=MUSCLE, as ACH0=biceps_long")
     if is_motion_capture(arguments.input):

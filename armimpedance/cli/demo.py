@@ -70,8 +70,7 @@ def _study_all(arguments: argparse.Namespace) -> dict[str, StudiedExperiment]:
 
 def _quick_conditions(experiment: str, subject: str) -> list[str]:
     """What the figures need, and little more."""
-    from manipulandum_sim.hand.experiments import find_experiment
-    from manipulandum_sim.hand.subjects import find_subject
+    from manipulandum_sim.hand import find_experiment, find_subject
 
     names = [c.name for c in find_experiment(experiment).conditions(find_subject(subject))]
     every = {"postures": 3, "cocontraction": 2, "force": 1}[experiment]
@@ -88,8 +87,7 @@ def _write_all(
 ) -> list[str]:
     """Write everything; one line per thing written."""
     from armimpedance.cli.simulate import write_simulated
-    from armimpedance.files.model_json import write_model
-    from armimpedance.files.results_csv import write_results
+    from armimpedance.files import write_model, write_results
     from armimpedance.outputs import staged_file
     from armimpedance_figures.build_all import draw_from
     from armimpedance_figures.source_figure import FORMATS

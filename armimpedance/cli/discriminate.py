@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from armimpedance.comparison.discrimination import Group
+    from armimpedance.comparison import Group
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -39,10 +39,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Read, tell apart, print, write."""
     from armimpedance.cli.parts.checks import check_outputs
-    from armimpedance.comparison.discrimination import discriminate
+    from armimpedance.comparison import discriminate
     from armimpedance.errors import InputError
-    from armimpedance.files.fit_json import write_json
-    from armimpedance.report.discrimination_text import discrimination_object, discrimination_text
+    from armimpedance.files import write_json
+    from armimpedance.report import discrimination_object, discrimination_text
 
     check_outputs(figure=arguments.figure, out=arguments.out)
     if len(arguments.group) != 2:
@@ -56,8 +56,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.out is not None:
         write_json(discrimination_object(result, quantity), arguments.out)
     if arguments.figure is not None:
-        from armimpedance.plots.discrimination import plot_discrimination
-        from armimpedance.plots.style import save
+        from armimpedance.plots import plot_discrimination, save
 
         figure, path = plot_discrimination(result, quantity).get_figure(), arguments.figure
         save(figure, path.with_suffix(""), (path.suffix[1:],))  # type: ignore[arg-type]
@@ -68,9 +67,9 @@ def _group(given: list[str], arguments: argparse.Namespace) -> tuple[Group, str]
     """A group and the unit of its values."""
     import numpy as np
 
-    from armimpedance.comparison.discrimination import Group
+    from armimpedance.comparison import Group
     from armimpedance.errors import InputError
-    from armimpedance.files.fit_json import read_parameter
+    from armimpedance.files import read_parameter
 
     name, *files = given
     if not files:

@@ -25,7 +25,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from armimpedance.elbow.result import ElbowFit, VaryingImpedance
+    from armimpedance.elbow import ElbowFit, VaryingImpedance
     from armimpedance.records import Recording
 
 
@@ -103,8 +103,8 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _at_one_point(recording: Recording, arguments: argparse.Namespace) -> int:
     from armimpedance.cli.parts.elbow_input import fit_parts, fit_recording, with_pooling_told
-    from armimpedance.files.fit_json import write_fit
-    from armimpedance.report.elbow_text import elbow_object, elbow_text
+    from armimpedance.files import write_fit
+    from armimpedance.report import elbow_object, elbow_text
 
     parts = fit_parts(recording, arguments)
     fit = with_pooling_told(fit_recording(recording, arguments), parts)
@@ -119,10 +119,9 @@ def _at_one_point(recording: Recording, arguments: argparse.Namespace) -> int:
 def _over_time(recording: Recording, arguments: argparse.Namespace) -> int:
     from armimpedance.cli.parts.checks import naming
     from armimpedance.cli.parts.elbow_input import amplitudes, band_edge, emg_cutoff
-    from armimpedance.elbow.samples import from_recording
-    from armimpedance.elbow.varying.identify import identify_varying
-    from armimpedance.files.varying_csv import write_varying
-    from armimpedance.report.elbow_text import varying_text
+    from armimpedance.elbow import from_recording, identify_varying
+    from armimpedance.files import write_varying
+    from armimpedance.report import varying_text
 
     with naming(arguments.recording):
         samples = from_recording(recording, arguments.joint)
@@ -147,16 +146,14 @@ def _over_time(recording: Recording, arguments: argparse.Namespace) -> int:
 
 
 def _draw_course(varying: VaryingImpedance, path: Path) -> None:
-    from armimpedance.plots.elbow import plot_varying_both
-    from armimpedance.plots.style import save
+    from armimpedance.plots import plot_varying_both, save
 
     save(plot_varying_both(varying), path.with_suffix(""), (path.suffix[1:],))
 
 
 def _draw_fit(fit: ElbowFit, recording: Recording, arguments: argparse.Namespace) -> None:
-    from armimpedance.elbow.samples import from_recording
-    from armimpedance.plots.elbow import plot_frequency_response
-    from armimpedance.plots.style import save
+    from armimpedance.elbow import from_recording
+    from armimpedance.plots import plot_frequency_response, save
 
     samples = from_recording(recording, arguments.joint)
     figure = plot_frequency_response(samples, fit)

@@ -79,7 +79,7 @@ def add_force_by(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Estimate, print a table, write the results."""
     from armimpedance.cli.parts.checks import check_seed
-    from armimpedance.report.text_table import summary_table
+    from armimpedance.report import summary_table
 
     check_seed(arguments.seed)
     if arguments.method == "all":
@@ -95,9 +95,8 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _run_all(arguments: argparse.Namespace) -> int:
     """Every method side by side."""
-    from armimpedance.impedance.methods.table import DEFAULT_METHOD
-    from armimpedance.impedance.side_by_side import side_by_side
-    from armimpedance.report.methods_table import methods_table
+    from armimpedance.impedance import DEFAULT_METHOD, side_by_side
+    from armimpedance.report import methods_table
 
     estimates: list[ImpedanceEstimate] = []
     for path in arguments.recordings:
@@ -114,7 +113,7 @@ def _run_all(arguments: argparse.Namespace) -> int:
 def _estimate_one(path: Path, arguments: argparse.Namespace) -> list[ImpedanceEstimate]:
     from functools import partial
 
-    from armimpedance.impedance.estimation import estimate
+    from armimpedance.impedance import estimate
 
     with_workers = partial(estimate, workers=arguments.workers)
     return _named(_on_recording(with_workers, path, arguments), path, arguments)
@@ -128,8 +127,8 @@ def _on_recording(
 
     from armimpedance.cli.parts.progress import bar
     from armimpedance.errors import ArmImpedanceError, InputError
-    from armimpedance.files.result_row import check_group_columns
-    from armimpedance.impedance.estimation import DEFAULT_BY, Options
+    from armimpedance.files import check_group_columns
+    from armimpedance.impedance import DEFAULT_BY, Options
 
     recording = open_checked(path, arguments.force_by)
     options = Options(covariance=arguments.covariance, seed=arguments.seed)
@@ -159,13 +158,13 @@ def _named(
 
 def open_checked(path: Path, force_by: str | None) -> Recording:
     """Open any recording; errors name the file."""
-    from armimpedance.recordings.formats import ReadOptions, open_recording
+    from armimpedance.recordings import ReadOptions, open_recording
 
     return open_recording(path, ReadOptions(force_by=force_by))  # type: ignore[arg-type]
 
 
 def _write(estimates: list[ImpedanceEstimate], arguments: argparse.Namespace) -> None:
-    from armimpedance.files.results_csv import write_results, write_results_json
+    from armimpedance.files import write_results, write_results_json
 
     write = write_results if arguments.format == "csv" else write_results_json
     write(estimates, arguments.out)

@@ -24,8 +24,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from armimpedance.files.model_json import Model
-    from armimpedance.muscles.joint_rows import JointRows
+    from armimpedance.files import Model
+    from armimpedance.muscles import JointRows
 
 #: Which kinds take which options; others are refused with these.
 _OF_KIND = {
@@ -100,9 +100,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Read the rows, fit, print how well, write the model."""
     from armimpedance.cli.parts.checks import check_outputs, check_seed
-    from armimpedance.files.joint_rows_csv import read_joint_rows
-    from armimpedance.files.model_json import write_model
-    from armimpedance.report.model_text import model_text
+    from armimpedance.files import read_joint_rows, write_model
+    from armimpedance.report import model_text
 
     check_seed(arguments.seed)
     check_outputs(figure=None, out=arguments.out)
@@ -130,7 +129,7 @@ def _moment_arms(rows: JointRows, arguments: argparse.Namespace) -> Model:
     import numpy as np
 
     from armimpedance.cli.parts.progress import bar
-    from armimpedance.muscles.posture.fit import fit_posture_model
+    from armimpedance.muscles import fit_posture_model
 
     box = None if arguments.box is None else np.radians(arguments.box).reshape(2, 2)
     with bar("fitting") as progress:
@@ -145,8 +144,8 @@ def _moment_arms(rows: JointRows, arguments: argparse.Namespace) -> Model:
 
 
 def _activation(rows: JointRows, arguments: argparse.Namespace) -> Model:
-    from armimpedance.arm.muscular_arms import arm_named
-    from armimpedance.muscles.activation.fit import fit_activation_model
+    from armimpedance.arm import arm_named
+    from armimpedance.muscles import fit_activation_model
 
     return fit_activation_model(
         rows,
@@ -161,8 +160,8 @@ def _activation(rows: JointRows, arguments: argparse.Namespace) -> Model:
 
 
 def _muscles(rows: JointRows, arguments: argparse.Namespace) -> Model:
-    from armimpedance.arm.muscular_arms import arm_named
-    from armimpedance.muscles.combined.fit import fit_muscle_model
+    from armimpedance.arm import arm_named
+    from armimpedance.muscles import fit_muscle_model
 
     return fit_muscle_model(
         rows,

@@ -18,7 +18,7 @@ from armimpedance.cli.estimate import add_force_by, open_checked
 
 if TYPE_CHECKING:
     from armimpedance.records import Recording
-    from armimpedance.signals.validity import Check
+    from armimpedance.signals import Check
 
 #: Checks that fail where nothing pushed the joint and let it return.
 OF_DISTURBANCE = ("disturbance", "returns to start", "force sign")
@@ -36,8 +36,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Print contents, checks and a verdict."""
     from armimpedance.errors import InputError
-    from armimpedance.recordings.kind import is_moving, recording_kind
-    from armimpedance.report.numbers import counted
+    from armimpedance.recordings import is_moving, recording_kind
+    from armimpedance.report import counted
 
     if is_moving(arguments.recording):
         from armimpedance.cli.parts.inspect_motion import inspect_moving
@@ -63,8 +63,8 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _checks(recording: Recording) -> list[Check]:
     """All checks; a joint that nothing disturbed is none the worse for other commands."""
-    from armimpedance.impedance.reflex.delay import check_delay
-    from armimpedance.signals.validity import Check, check_recording
+    from armimpedance.impedance import check_delay
+    from armimpedance.signals import Check, check_recording
 
     if moves_a_robot(recording):
         text = "the motors': `therapy robot`, `arm` and `contribution` take such a recording"
@@ -82,7 +82,7 @@ def _checks(recording: Recording) -> list[Check]:
 
 def _emg_checks(recording: Recording) -> list[Check]:
     """Of the raw EMG beside a random perturbation; without it I, B and K can still be fitted."""
-    from armimpedance.signals.emg.checks import check_emg
+    from armimpedance.signals import check_emg
 
     if recording.emg is None or recording.perturbation != "stochastic":
         return []
@@ -112,7 +112,7 @@ def _moving_axes(recording: Recording) -> Recording:
 
 def describe(recording: Recording, title: str) -> str:
     """What is in a recording, as lines of text."""
-    from armimpedance.report.numbers import counted
+    from armimpedance.report import counted
 
     trials = recording.trials
     seconds = len(recording.time_s) / recording.sample_rate_hz

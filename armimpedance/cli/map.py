@@ -27,10 +27,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from armimpedance.arm.muscle_paths import MuscularArm
+    from armimpedance.arm import MuscularArm
     from armimpedance.arrays import FloatArray
-    from armimpedance.levels.muscle_map import MuscleEstimate
-    from armimpedance.recordings.tables.metadata import Metadata
+    from armimpedance.levels import MuscleEstimate
+    from armimpedance.recordings import Metadata
     from armimpedance.records import ImpedanceEstimate
 
 
@@ -60,8 +60,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Map every row, print a table, write the results."""
     from armimpedance.cli.parts.checks import check_outputs
-    from armimpedance.files.results_csv import read_results
-    from armimpedance.recordings.tables.metadata import read_metadata
+    from armimpedance.files import read_results
+    from armimpedance.recordings import read_metadata
 
     _check(arguments)
     check_outputs(figure=None, out=arguments.out)
@@ -94,8 +94,7 @@ def _check(arguments: argparse.Namespace) -> None:
 def _at_joint(row: ImpedanceEstimate, recorded: Metadata, force_term: bool) -> ImpedanceEstimate:
     from dataclasses import replace
 
-    from armimpedance.levels.joint import to_joint
-    from armimpedance.levels.posture import arm_posture_for
+    from armimpedance.levels import arm_posture_for, to_joint
 
     posture, source = arm_posture_for(row, recorded.subject)
     joint = to_joint(row, posture, force_dependent=force_term)
@@ -105,10 +104,10 @@ def _at_joint(row: ImpedanceEstimate, recorded: Metadata, force_term: bool) -> I
 def _at_muscle(
     rows: list[ImpedanceEstimate], recorded: Metadata, arguments: argparse.Namespace
 ) -> list[MuscleEstimate]:
-    from armimpedance.arm.muscular_arms import arm_named
+    from armimpedance.arm import arm_named
     from armimpedance.errors import ArmImpedanceError, InputError
-    from armimpedance.files.quantities import condition_of
-    from armimpedance.levels.muscle_map import to_muscle
+    from armimpedance.files import condition_of
+    from armimpedance.levels import to_muscle
 
     arm = arm_named(arguments.arm)
     found = []
@@ -130,7 +129,7 @@ def _with_torque(row: ImpedanceEstimate, recorded: Metadata) -> ImpedanceEstimat
     """A row mapped to the joints before torques were written: J^T F from its angles and force."""
     from dataclasses import replace
 
-    from armimpedance.levels.posture import arm_posture_for
+    from armimpedance.levels import arm_posture_for
 
     if row.level != "joint" or row.torque is not None:
         return row
@@ -162,16 +161,16 @@ def _activation(row: ImpedanceEstimate, recorded: Metadata, arm: MuscularArm) ->
 
 
 def _write_joint(rows: list[ImpedanceEstimate], out: Path) -> None:
-    from armimpedance.files.results_csv import write_results
-    from armimpedance.report.text_table import summary_table
+    from armimpedance.files import write_results
+    from armimpedance.report import summary_table
 
     print(summary_table(rows))
     write_results(rows, out)
 
 
 def _write_muscle(rows: list[MuscleEstimate], out: Path) -> None:
-    from armimpedance.files.muscle_csv import write_muscle_results
-    from armimpedance.report.muscle_text import muscle_text
+    from armimpedance.files import write_muscle_results
+    from armimpedance.report import muscle_text
 
     print(muscle_text(rows))
     write_muscle_results(rows, out)

@@ -23,9 +23,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from armimpedance.passive.emg_gate import EmgLevel
-    from armimpedance.passive.result import PassiveFit
-    from armimpedance.passive.terms import RestAngle
+    from armimpedance.passive import EmgLevel, PassiveFit, RestAngle
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -85,11 +83,9 @@ def run(arguments: argparse.Namespace) -> int:
     """Read, fit, print, write."""
     from armimpedance.cli.parts.checks import check_outputs, naming
     from armimpedance.cli.parts.passive_input import read_passive
-    from armimpedance.files.fit_json import write_fit
-    from armimpedance.passive.identify import identify_passive
-    from armimpedance.passive.methods import DEFAULT_METHOD, method_named
-    from armimpedance.passive.result import summarise
-    from armimpedance.report.passive_text import passive_text
+    from armimpedance.files import write_fit
+    from armimpedance.passive import DEFAULT_METHOD, identify_passive, method_named, summarise
+    from armimpedance.report import passive_text
 
     check_outputs(figure=arguments.figure, out=arguments.out)
     method = method_named(arguments.method or DEFAULT_METHOD)
@@ -118,7 +114,7 @@ def _more(
     emg: EmgLevel | None,
     other: Any,
 ) -> dict[str, Any]:
-    from armimpedance.report.passive_text import emg_object, passive_object
+    from armimpedance.report import emg_object, passive_object
 
     more: dict[str, Any] = {"joints": passive_object(fits), "emg": emg_object(emg)}
     if other is not None:
@@ -134,8 +130,7 @@ def _more(
 
 
 def _draw(fits: tuple[PassiveFit, ...], samples: Any, path: Path) -> None:
-    from armimpedance.plots.passive import plot_passive_fits
-    from armimpedance.plots.style import save
+    from armimpedance.plots import plot_passive_fits, save
 
     figure = plot_passive_fits(fits, samples)
     save(figure, path.with_suffix(""), (path.suffix[1:],))

@@ -21,11 +21,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from armimpedance.planning.design import Limits
-    from armimpedance.planning.plan import Candidate, Plan, Wish
-    from armimpedance.planning.servo import Servo
-    from armimpedance.planning.setting import PlannedArm, Setting
-    from armimpedance.planning.shapes import Profile
+    from armimpedance.planning import (
+        Candidate,
+        Limits,
+        Plan,
+        PlannedArm,
+        Profile,
+        Servo,
+        Setting,
+        Wish,
+    )
 
 #: Of the stiffness, where no wish is given.
 DEFAULT_K_PERCENT = 10.0
@@ -83,9 +88,8 @@ def run(arguments: argparse.Namespace) -> int:
     """Plan, print, write profile and figure; an unmet wish is an error after the table."""
     from armimpedance.cli.parts.checks import check_outputs
     from armimpedance.errors import InputError
-    from armimpedance.planning.plan import make_plan
-    from armimpedance.planning.profile_csv import write_profile
-    from armimpedance.report.plan_text import plan_text
+    from armimpedance.planning import make_plan, write_profile
+    from armimpedance.report import plan_text
 
     check_outputs(figure=arguments.figure, out=arguments.out_profile)
     if arguments.trials < 8:
@@ -116,7 +120,7 @@ def run(arguments: argparse.Namespace) -> int:
 def _wish(arguments: argparse.Namespace) -> Wish:
     from math import radians
 
-    from armimpedance.planning.plan import Wish
+    from armimpedance.planning import Wish
 
     k, angle = arguments.k_percent, arguments.orientation_deg
     if k is None and angle is None:
@@ -129,7 +133,7 @@ def _wish(arguments: argparse.Namespace) -> Wish:
 
 
 def _limits(arguments: argparse.Namespace) -> Limits:
-    from armimpedance.planning.design import Limits
+    from armimpedance.planning import Limits
 
     amplitude = 5.0 if arguments.amplitude_mm is None else arguments.amplitude_mm
     duration = 0.3 if arguments.duration_s is None else arguments.duration_s
@@ -138,9 +142,15 @@ def _limits(arguments: argparse.Namespace) -> Limits:
 
 def _profiles(arguments: argparse.Namespace, setting: Setting, limits: Limits) -> list[Profile]:
     from armimpedance.errors import InputError
-    from armimpedance.planning.design import Goal, design
-    from armimpedance.planning.plan import COMPARED, DURATIONS_S, candidates_of, within
-    from armimpedance.planning.shapes import shape_named
+    from armimpedance.planning import (
+        COMPARED,
+        DURATIONS_S,
+        Goal,
+        candidates_of,
+        design,
+        shape_named,
+        within,
+    )
 
     delay = arguments.reflex_delay_ms / 1e3
     profiles: list[Profile] = []
@@ -170,8 +180,7 @@ def _profiles(arguments: argparse.Namespace, setting: Setting, limits: Limits) -
 
 def _setting(arguments: argparse.Namespace, wish: Wish) -> tuple[Setting, list[Candidate]]:
     """Setting, and the pilot's own disturbance as a candidate."""
-    from armimpedance.planning.noise_level import noise_named
-    from armimpedance.planning.setting import Setting, relaxed_arm
+    from armimpedance.planning import Setting, noise_named, relaxed_arm
 
     servo = _servo(arguments)
     if arguments.pilot is not None:
@@ -183,7 +192,7 @@ def _setting(arguments: argparse.Namespace, wish: Wish) -> tuple[Setting, list[C
 
 def _servo(arguments: argparse.Namespace) -> Servo:
     from armimpedance.errors import InputError
-    from armimpedance.planning.servo import Servo
+    from armimpedance.planning import Servo
 
     if arguments.bandwidth_hz is not None:
         if arguments.servo is not None:
@@ -199,9 +208,8 @@ def _servo(arguments: argparse.Namespace) -> Servo:
 
 def _arm_of_results(arguments: argparse.Namespace) -> PlannedArm:
     from armimpedance.errors import InputError
-    from armimpedance.files.quantities import condition_of
-    from armimpedance.files.results_csv import read_results
-    from armimpedance.planning.setting import PlannedArm
+    from armimpedance.files import condition_of, read_results
+    from armimpedance.planning import PlannedArm
 
     rows = read_results(arguments.results)
     wanted = arguments.condition
@@ -223,8 +231,7 @@ def _from_pilot(
 ) -> tuple[Setting, list[Candidate]]:
     from armimpedance.cli.estimate import open_checked
     from armimpedance.errors import ArmImpedanceError, InputError
-    from armimpedance.planning.pilot import pilot_of
-    from armimpedance.planning.plan import judge_pilot
+    from armimpedance.planning import judge_pilot, pilot_of
 
     if arguments.noise is not None:
         raise InputError("--noise with --pilot", expected="one of them: a pilot brings its own")
@@ -251,8 +258,7 @@ def _best_profile(plan: Plan) -> Profile:
 
 
 def _draw(plan: Plan, path: Path) -> None:
-    from armimpedance.plots.plan import plan_figure
-    from armimpedance.plots.style import save
+    from armimpedance.plots import plan_figure, save
 
     save(plan_figure(plan), path.with_suffix(""), [path.suffix.removeprefix(".")])
     print(f"\nfigure written to {path}")

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from armimpedance.muscles.prediction import JointPrediction
+    from armimpedance.muscles import JointPrediction
 
 #: What each kind of model has to be told.
 _NEEDS = {
@@ -50,8 +50,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Read, predict, write; say how much of it is extrapolated."""
     from armimpedance.cli.parts.checks import check_outputs
-    from armimpedance.files.model_json import read_model
-    from armimpedance.files.prediction_csv import write_predictions
+    from armimpedance.files import read_model, write_predictions
 
     check_outputs(figure=None, out=arguments.out)
     _check_hand(arguments)
@@ -77,7 +76,7 @@ def _check_hand(arguments: argparse.Namespace) -> None:
 
 def _predict(kind: str, model: Any, arguments: argparse.Namespace) -> JointPrediction:
     from armimpedance.errors import InputError
-    from armimpedance.files.prediction_csv import joined, read_activations, read_postures
+    from armimpedance.files import joined, read_activations, read_postures
 
     for name in ("postures", "activations"):
         wanted = name in _NEEDS[kind]
@@ -97,9 +96,9 @@ def _predict(kind: str, model: Any, arguments: argparse.Namespace) -> JointPredi
 
 
 def _at_hand(predicted: JointPrediction, arguments: argparse.Namespace) -> Any:
-    from armimpedance.levels.posture import kinematic_arm
-    from armimpedance.muscles.at_hand import at_hand
-    from armimpedance.recordings.tables.metadata import read_metadata
+    from armimpedance.levels import kinematic_arm
+    from armimpedance.muscles import at_hand
+    from armimpedance.recordings import read_metadata
 
     subject = read_metadata(arguments.recording / "recording.json").subject
     return at_hand(predicted, kinematic_arm(subject), arguments.force)

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from armimpedance.impedance.reflex.verdict import ReflexVerdict
+    from armimpedance.impedance import ReflexVerdict
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -46,7 +46,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Judge every group, print the verdicts, write table and figure."""
-    from armimpedance.report.reflex_text import verdict_text, write_verdicts
+    from armimpedance.report import verdict_text, write_verdicts
 
     _check(arguments)
     verdicts = _verdicts(arguments)
@@ -71,7 +71,7 @@ def _verdicts(arguments: argparse.Namespace) -> list[ReflexVerdict]:
     from armimpedance.cli.estimate import open_checked
     from armimpedance.cli.parts.progress import bar
     from armimpedance.errors import ArmImpedanceError, InputError
-    from armimpedance.impedance.reflex.guard import reflex_guard
+    from armimpedance.impedance import reflex_guard
 
     recording = open_checked(arguments.recording, arguments.force_by)
     delay = None if arguments.delay_ms is None else arguments.delay_ms / 1e3
@@ -89,8 +89,7 @@ def _verdicts(arguments: argparse.Namespace) -> list[ReflexVerdict]:
 
 
 def _draw(verdicts: list[ReflexVerdict], path: Path) -> None:
-    from armimpedance.plots.reflex import MOST_GROUPS, plot_reflex
-    from armimpedance.plots.style import save
+    from armimpedance.plots import MOST_GROUPS, plot_reflex, save
 
     axes = plot_reflex(verdicts)
     written = save(axes[0, 0].figure, path.with_suffix(""), (path.suffix[1:],))

@@ -36,9 +36,8 @@ from typing import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
     from armimpedance.records import Recording
-    from manipulandum_sim.elbow.truth import ElbowTruth
-    from manipulandum_sim.hand.robot import Servo
-    from manipulandum_sim.hand.truth import Truth
+    from manipulandum_sim.elbow import ElbowTruth
+    from manipulandum_sim.hand import Servo, Truth
 
 TRUTH_FILE = "truth.json"
 #: Of disturbances, and repetitions of an elbow test.
@@ -126,9 +125,7 @@ def run(arguments: argparse.Namespace) -> int:
     from armimpedance.cli.simulated.elbow import refuse_elbow_options, simulate_elbow_test
     from armimpedance.cli.simulated.therapy import refuse_therapy_options, simulate_therapy_test
     from armimpedance.errors import InputError
-    from manipulandum_sim.hand.experiments import EXPERIMENTS
-    from manipulandum_sim.hand.rig import Reflex
-    from manipulandum_sim.hand.simulate import simulate
+    from manipulandum_sim.hand import EXPERIMENTS, Reflex, simulate
 
     check_seed(arguments.seed)
     if arguments.experiment in THERAPY_TESTS:
@@ -173,7 +170,7 @@ def write_simulated(
 ) -> None:
     """Write a recording with its truth beside it, both or neither."""
     from armimpedance.outputs import RECORDING_FILES, staged_folder
-    from armimpedance.recordings.tables.folder import write_folder
+    from armimpedance.recordings import write_folder
 
     folder.parent.mkdir(parents=True, exist_ok=True)
     with staged_folder(folder, known=(*RECORDING_FILES, TRUTH_FILE)) as staged:
@@ -183,7 +180,7 @@ def write_simulated(
 
 def _servo(asked: str | None) -> Servo:
     from armimpedance.errors import InputError
-    from manipulandum_sim.hand.robot import IDEAL, Servo
+    from manipulandum_sim.hand import IDEAL, Servo
 
     if asked is None:
         return Servo()

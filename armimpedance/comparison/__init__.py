@@ -1,1 +1,5 @@
 """Differences between groups of trials: intervals, permutation tests, several subjects."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -150,7 +150,7 @@ def discriminate(first: Group, second: Group) -> Discrimination:
 
 def welch(x: FloatArray, y: FloatArray) -> tuple[float, Interval]:
     """Difference of means ``y - x`` and its 95 % interval for unequal variances."""
-    from armimpedance.regression.fit import t_factor
+    from armimpedance.regression import t_factor
 
     vx, vy = x.var(ddof=1) / len(x), y.var(ddof=1) / len(y)
     dof = (vx + vy) ** 2 / (vx**2 / (len(x) - 1) + vy**2 / (len(y) - 1))

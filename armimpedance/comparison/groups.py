@@ -10,12 +10,17 @@ import numpy as np
 
 from armimpedance.arrays import IntArray
 from armimpedance.errors import ArmImpedanceError, InputError, NotIdentifiableError
-from armimpedance.impedance.estimation import Options, estimate, estimate_window, groups_of
-from armimpedance.impedance.methods.table import method_named
-from armimpedance.impedance.result import Group
+from armimpedance.impedance import (
+    Group,
+    Options,
+    estimate,
+    estimate_window,
+    groups_of,
+    method_named,
+)
 from armimpedance.records import ImpedanceEstimate, Recording, Window
-from armimpedance.regression.equations import TrialEquations
-from armimpedance.signals.windows import Timing, cut_windows, disturbance_times
+from armimpedance.regression import TrialEquations
+from armimpedance.signals import Timing, cut_windows, disturbance_times
 
 Progress = Callable[[int, int], None]
 

@@ -36,7 +36,7 @@ from armimpedance.comparison.matrix_test import (
     statistics_between,
 )
 from armimpedance.errors import InputError, NotIdentifiableError
-from armimpedance.regression.equations import WORST_CONDITION, TrialEquations
+from armimpedance.regression import WORST_CONDITION, TrialEquations
 
 #: Numbers held at once by one batch of permutations.
 _BATCH_NUMBERS: Final = 2_000_000

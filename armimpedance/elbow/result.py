@@ -11,8 +11,7 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray, IntArray, frozen_array
 from armimpedance.errors import RecordError
-from armimpedance.regression.fit import t_factor
-from armimpedance.regression.summary import FitSummary, NamedParameter
+from armimpedance.regression import FitSummary, NamedParameter, t_factor
 
 #: Names and units of the three parameters of (3), in this order everywhere.
 NAMES: Final = ("I", "B", "K")

@@ -11,7 +11,7 @@ from armimpedance.arrays import FloatArray, IntArray, frozen_array
 from armimpedance.conventions import perturbation_columns
 from armimpedance.errors import InputError, RecordError
 from armimpedance.records import Recording
-from armimpedance.signals.radians import refuse_degrees
+from armimpedance.signals import refuse_degrees
 
 #: What must be in `recording.json`, and why.
 TORQUE_FIELD: Final = (

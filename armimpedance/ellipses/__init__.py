@@ -1,22 +1,5 @@
 """Ellipses of positive definite 2 x 2 matrices, with intervals by two roads."""
 
-from armimpedance.ellipses.ellipse import (
-    Ellipse,
-    NotPositiveDefiniteError,
-    Which,
-    ellipse,
-    ellipse_of,
-    locus,
-)
-from armimpedance.ellipses.resampled import ResampledEllipse, resampled_ellipse
+import lazy_loader
 
-__all__ = [
-    "Ellipse",
-    "NotPositiveDefiniteError",
-    "ResampledEllipse",
-    "Which",
-    "ellipse",
-    "ellipse_of",
-    "locus",
-    "resampled_ellipse",
-]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from scipy.special import stdtrit
 
 from armimpedance.arrays import FloatArray
-from armimpedance.ellipses.ellipse import Ellipse
+from armimpedance.ellipses.geometry import Ellipse
 from armimpedance.errors import EstimationError, InputError
 
 #: More resamples than this part without an ellipse: the others do not stand for all.

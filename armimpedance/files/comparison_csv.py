@@ -13,10 +13,7 @@ from typing import Any, Final, TypeVar
 
 import numpy as np
 
-from armimpedance.comparison.compare import Pair
-from armimpedance.comparison.differences import Change
-from armimpedance.comparison.matrix_test import MatrixTest
-from armimpedance.comparison.subjects import SubjectsChange
+from armimpedance.comparison import Change, MatrixTest, Pair, SubjectsChange
 from armimpedance.outputs import staged_file
 
 Row = dict[str, Any]

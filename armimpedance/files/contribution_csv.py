@@ -10,9 +10,7 @@ from typing import Final
 import numpy as np
 
 from armimpedance.outputs import staged_file
-from armimpedance.therapy.share.metric import Contribution, SampleContribution
-from armimpedance.therapy.share.uncertainty import PARTS
-from armimpedance.therapy.torques import MovementTorques
+from armimpedance.therapy import PARTS, Contribution, MovementTorques, SampleContribution
 
 COLUMNS: Final = (
     *("trial", "condition", "movement", "axis", "n_samples", "duration_s", "still_share"),

@@ -11,7 +11,7 @@ import numpy as np
 
 from armimpedance.errors import InputError
 from armimpedance.outputs import staged_file
-from armimpedance.regression.summary import FitSummary, NamedParameter
+from armimpedance.regression import FitSummary, NamedParameter
 
 
 def write_fit(summary: FitSummary, path: str | Path, **more: Any) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
 from armimpedance.files.table_row import TableRow, table_rows
-from armimpedance.muscles.joint_rows import JointRows
+from armimpedance.muscles import JointRows
 
 _WHAT = "a table of joint-level rows (armimpedance map --to joint)"
 _ACTIVATION = re.compile(r"alpha_(\d+)")

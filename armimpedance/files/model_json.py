@@ -11,8 +11,8 @@ from typing import Any, Final, Protocol
 
 from armimpedance.errors import InputError
 from armimpedance.files.fit_json import summary_object, write_json
-from armimpedance.muscles.quality import ElementQuality
-from armimpedance.regression.summary import FitSummary
+from armimpedance.muscles import ElementQuality
+from armimpedance.regression import FitSummary
 
 FORMAT: Final = "armimpedance-model"
 VERSION: Final = 1

@@ -16,8 +16,7 @@ from typing import Any
 
 from armimpedance.errors import InputError
 from armimpedance.files.result_row import group_cells, require_results
-from armimpedance.levels.muscle_identifiable import Combination, FeasibleRange, MuscleShare
-from armimpedance.levels.muscle_map import MuscleEstimate
+from armimpedance.levels import Combination, FeasibleRange, MuscleEstimate, MuscleShare
 from armimpedance.outputs import staged_file
 
 Cells = dict[str, Any]

@@ -16,10 +16,9 @@ from armimpedance.errors import InputError
 from armimpedance.files.quantities import limits_of
 from armimpedance.files.result_row import Cells, ellipse_cells
 from armimpedance.files.table_row import TableRow, table_rows
-from armimpedance.muscles.at_hand import HandPrediction
-from armimpedance.muscles.prediction import JointPrediction, Predicted
+from armimpedance.muscles import HandPrediction, JointPrediction, Predicted
 from armimpedance.outputs import staged_file
-from armimpedance.regression.fit import t_factor
+from armimpedance.regression import t_factor
 
 _MATRICES: Final = (("K", "stiffness"), ("B", "viscosity"))
 

@@ -9,9 +9,9 @@ import numpy as np
 from armimpedance.arrays import FloatArray
 from armimpedance.conventions import group_name
 from armimpedance.ellipses import Ellipse, Which, ellipse_of
-from armimpedance.levels.symmetry import antisymmetric_part
+from armimpedance.levels import antisymmetric_part
 from armimpedance.records import ImpedanceEstimate
-from armimpedance.regression.fit import t_factor
+from armimpedance.regression import t_factor
 
 #: The three matrices in the order of the covariance.
 FIELDS: Final[tuple[Which, ...]] = ("inertia", "viscosity", "stiffness")

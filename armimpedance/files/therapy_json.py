@@ -13,10 +13,9 @@ from typing import Any, Final, TypeVar
 from armimpedance.errors import InputError
 from armimpedance.files.fit_json import summary_object, write_json
 from armimpedance.plain import from_plain, to_plain
-from armimpedance.recordings.tables.metadata import Fields, load_json
-from armimpedance.regression.summary import FitSummary
-from armimpedance.therapy.passive_arm import PassiveArm
-from armimpedance.therapy.therapy_robot import TherapyRobot
+from armimpedance.recordings import Fields, load_json
+from armimpedance.regression import FitSummary
+from armimpedance.therapy import PassiveArm, TherapyRobot
 
 ROBOT_FORMAT: Final = "armimpedance-robot"
 ARM_FORMAT: Final = "armimpedance-arm"

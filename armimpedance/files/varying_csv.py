@@ -6,7 +6,7 @@ import csv
 from pathlib import Path
 from typing import Final
 
-from armimpedance.elbow.result import VaryingImpedance
+from armimpedance.elbow import VaryingImpedance
 from armimpedance.outputs import staged_file
 
 COLUMNS: Final = (

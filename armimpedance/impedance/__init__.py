@@ -1,1 +1,5 @@
 """Inertia, viscosity and stiffness from disturbances: builders of W and y, one file a method."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

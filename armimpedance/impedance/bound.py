@@ -15,7 +15,7 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.impedance.methods.modal import ModalEquation, weighted_equations
-from armimpedance.regression.equations import TrialEquations
+from armimpedance.regression import TrialEquations
 
 
 def bound(equation: ModalEquation, covariance: FloatArray) -> FloatArray:

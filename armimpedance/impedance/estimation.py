@@ -18,7 +18,7 @@ from armimpedance.impedance.regressors import BLOCKS_OF_ONE_TRIAL
 from armimpedance.impedance.result import ClusteredKind, Group, to_estimate
 from armimpedance.impedance.stochastic import DEFAULT_BAND_HZ, estimate_stochastic
 from armimpedance.records import ImpedanceEstimate, Recording, Window
-from armimpedance.signals.windows import cut_windows, disturbance_times
+from armimpedance.signals import cut_windows, disturbance_times
 
 #: The columns that name a group where the caller names none.
 DEFAULT_BY = ("condition",)

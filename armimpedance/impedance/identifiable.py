@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from armimpedance.errors import NotIdentifiableError
-from armimpedance.regression.factors import TrialFactors
-from armimpedance.regression.pooled import pool
+from armimpedance.regression import TrialFactors, pool
 
 
 def require_identifiable(factors: TrialFactors) -> None:

@@ -9,9 +9,7 @@ import numpy as np
 from armimpedance.arrays import FloatArray
 from armimpedance.conventions import UNITS, Kind, parameter_names
 from armimpedance.impedance.regressors import output_major_order
-from armimpedance.regression.chart import Chart
-from armimpedance.regression.equations import TrialEquations, equations_of
-from armimpedance.regression.factors import TrialFactors
+from armimpedance.regression import Chart, TrialEquations, TrialFactors, equations_of
 
 
 @dataclass(frozen=True)

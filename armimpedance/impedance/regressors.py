@@ -7,7 +7,7 @@ import numpy as np
 from armimpedance.arrays import FloatArray
 from armimpedance.conventions import AXES, FORCE_UNIT, UNITS, Kind, parameter_names
 from armimpedance.records import Response
-from armimpedance.regression.factors import TrialFactors, trial_factors
+from armimpedance.regression import TrialFactors, trial_factors
 
 #: An offset and a ramp per trial and output have been projected out before the fit.
 NUISANCE_PER_TRIAL = 2

@@ -15,13 +15,17 @@ from armimpedance.impedance.identifiable import require_identifiable
 from armimpedance.impedance.prepared import Prepared
 from armimpedance.impedance.regressors import fit_names, to_fit_order, to_matrix_order
 from armimpedance.records import ImpedanceEstimate, Quality, Recording
-from armimpedance.regression.chart import Chart
-from armimpedance.regression.equations import Solution, TrialEquations, solve_equations
-from armimpedance.regression.factors import TrialFactors, prediction_quality
-from armimpedance.regression.fit import Fit
-from armimpedance.regression.solve import fit
-from armimpedance.signals.emg.activation import MeanActivation, mean_activation
-from armimpedance.signals.windows import Timing
+from armimpedance.regression import (
+    Chart,
+    Fit,
+    Solution,
+    TrialEquations,
+    TrialFactors,
+    fit,
+    prediction_quality,
+    solve_equations,
+)
+from armimpedance.signals import MeanActivation, Timing, mean_activation
 
 ClusteredKind = Literal["cr3", "replicates", "cr1", "bootstrap"]
 

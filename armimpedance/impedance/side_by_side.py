@@ -33,8 +33,8 @@ from armimpedance.impedance.methods.table import METHODS, Method, method_named
 from armimpedance.impedance.prepared import Prepared
 from armimpedance.impedance.result import Group
 from armimpedance.records import ImpedanceEstimate, Recording, Window
-from armimpedance.regression.equations import leave_one_out_shift, solve_total
-from armimpedance.signals.windows import cut_windows, disturbance_times
+from armimpedance.regression import leave_one_out_shift, solve_total
+from armimpedance.signals import cut_windows, disturbance_times
 
 #: A difference beyond this many of its standard errors is not taken for chance ...
 FEWEST_STANDARD_ERRORS = 3.0

@@ -11,9 +11,7 @@ from armimpedance.errors import InputError
 from armimpedance.impedance.regressors import impedance_factors
 from armimpedance.impedance.result import ClusteredKind, Group, to_estimate
 from armimpedance.records import ImpedanceEstimate, Recording, Response
-from armimpedance.signals.differentiate import spline_kernels
-from armimpedance.signals.filters import bandpass
-from armimpedance.signals.spectra import multiple_coherence
+from armimpedance.signals import bandpass, multiple_coherence, spline_kernels
 
 #: Above voluntary drift, below where encoder noise outweighs acceleration.
 DEFAULT_BAND_HZ = (5.0, 45.0)

@@ -1,1 +1,5 @@
 """Hand -> joint -> muscle: impedance from one level to another, with its covariance."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

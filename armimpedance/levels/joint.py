@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import block_diag
 
-from armimpedance.arm.operational import SINGULAR_CONDITION, require_full_rank
+from armimpedance.arm import SINGULAR_CONDITION, require_full_rank
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError, NotIdentifiableError
 from armimpedance.levels.symmetry import symmetric_part

@@ -25,7 +25,7 @@ from scipy.special import chdtri, fdtri
 
 from armimpedance.arrays import FloatArray, frozen_array
 from armimpedance.errors import EstimationError, InputError
-from armimpedance.regression.fit import t_factor
+from armimpedance.regression import t_factor
 
 #: Directions of A below this part of its largest singular value (columns scaled to 1) are none:
 #: moment arms are not known to a thousandth.

@@ -6,9 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from armimpedance.arm.anthropometry import arm_of
-from armimpedance.arm.protocol import Arm
-from armimpedance.arm.two_link import TwoLinkArm
+from armimpedance.arm import Arm, TwoLinkArm, arm_of
 from armimpedance.errors import InputError
 from armimpedance.records import ArmPosture, ImpedanceEstimate, Subject
 

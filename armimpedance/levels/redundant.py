@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from armimpedance.arm.operational import require_full_rank
+from armimpedance.arm import require_full_rank
 from armimpedance.arrays import FloatArray, frozen_array
 from armimpedance.errors import InputError
 

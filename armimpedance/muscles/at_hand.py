@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from armimpedance.arm.two_link import TwoLinkArm
+from armimpedance.arm import TwoLinkArm
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError, NotIdentifiableError
-from armimpedance.muscles.joint_rows import triple
 from armimpedance.muscles.prediction import JointPrediction, Predicted
+from armimpedance.muscles.rows import triple
 
 #: A posture with a worse condition of the Jacobian is singular: the arm is stretched.
 _SINGULAR = 1e8

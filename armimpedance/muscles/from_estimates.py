@@ -9,7 +9,7 @@ import numpy as np
 from armimpedance.arrays import FloatArray
 from armimpedance.conventions import group_name
 from armimpedance.errors import InputError
-from armimpedance.muscles.joint_rows import JointRows
+from armimpedance.muscles.rows import JointRows
 from armimpedance.records import ImpedanceEstimate
 
 

@@ -8,8 +8,8 @@ import numpy as np
 
 from armimpedance.arrays import BoolArray, FloatArray, frozen_array
 from armimpedance.errors import InputError
-from armimpedance.muscles.joint_rows import matrix
-from armimpedance.regression.fit import t_factor
+from armimpedance.muscles.rows import matrix
+from armimpedance.regression import t_factor
 
 #: Elements row by row (4,) from ``ss, se, ee`` (3,).
 _UNFOLD = np.array([[1, 0, 0], [0, 1, 0], [0, 1, 0], [0, 0, 1]], dtype=float)

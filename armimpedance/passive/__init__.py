@@ -1,1 +1,5 @@
 """Passive joints: stiffness, viscosity and friction of a relaxed limb (Venture, elbow)."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

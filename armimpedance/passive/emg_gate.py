@@ -12,8 +12,7 @@ from armimpedance.arrays import FloatArray, frozen_array
 from armimpedance.errors import InputError
 from armimpedance.motion import EmgSignals
 from armimpedance.records import Recording
-from armimpedance.signals.emg.activation import mvc_column
-from armimpedance.signals.emg.emg import envelope
+from armimpedance.signals import envelope, mvc_column
 
 #: The source's envelope: rectified, second-order Butterworth forward and backward.
 ENVELOPE_HZ: Final = 6.0

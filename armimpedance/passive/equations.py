@@ -12,8 +12,8 @@ from armimpedance.arrays import FloatArray, frozen_array
 from armimpedance.errors import InputError, NotIdentifiableError
 from armimpedance.passive.samples import PassiveSamples
 from armimpedance.passive.terms import Terms
-from armimpedance.regression.factors import TrialFactors, ragged_factors
-from armimpedance.signals.filtered_sign import filtered_sign
+from armimpedance.regression import TrialFactors, ragged_factors
+from armimpedance.signals import filtered_sign
 
 #: Rows left out at both ends of a trial, in periods of the cut-off: the filter has no neighbours
 #: there, and an acceleration that is wrong by its own size turns k by 1 % and h by half.

@@ -10,14 +10,13 @@ from typing import Any, Final
 
 import numpy as np
 
-from armimpedance.arm.skeleton_model import skeleton_model
+from armimpedance.arm import skeleton_model
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
 from armimpedance.motion import MotionRecording
 from armimpedance.passive.hinge import SUBSTEPS, HingeDynamics, hinge_coefficients
 from armimpedance.passive.samples import PassiveSamples
-from armimpedance.signals.radians import refuse_degrees
-from armimpedance.signals.spline_derivatives import DEGREE, smoothed_derivatives
+from armimpedance.signals import SPLINE_DEGREE, refuse_degrees, smoothed_derivatives
 
 #: Hz; see docs of `from_motion`.
 DEFAULT_CUTOFF_HZ: Final = 8.0
@@ -103,5 +102,5 @@ def _between_samples(smooth: FloatArray, rate_hz: float) -> tuple[FloatArray, ..
 
     samples = np.arange(len(smooth)) / rate_hz
     points = np.arange(2 * SUBSTEPS * (len(smooth) - 1) + 1) / (2 * SUBSTEPS * rate_hz)
-    spline = make_interp_spline(samples, smooth, k=DEGREE)
+    spline = make_interp_spline(samples, smooth, k=SPLINE_DEGREE)
     return tuple(spline(points, nu=d) for d in range(3))

@@ -13,10 +13,8 @@ from armimpedance.passive.linear import solve_linear
 from armimpedance.passive.samples import PassiveSamples
 from armimpedance.passive.terms import Terms
 from armimpedance.records import Recording
-from armimpedance.regression.fit import Fit
-from armimpedance.signals.filters import lowpass
-from armimpedance.signals.radians import refuse_degrees
-from armimpedance.signals.spline_derivatives import smoothed_derivatives
+from armimpedance.regression import Fit
+from armimpedance.signals import lowpass, refuse_degrees, smoothed_derivatives
 
 #: Hz.
 DEFAULT_CUTOFF_HZ: Final = 8.0

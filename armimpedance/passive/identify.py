@@ -16,9 +16,7 @@ from armimpedance.passive.rest_angle import rest_angle_note
 from armimpedance.passive.result import CrossValidation, PassiveFit
 from armimpedance.passive.samples import PassiveSamples
 from armimpedance.passive.terms import RestAngle, Terms
-from armimpedance.regression.fit import Fit
-from armimpedance.regression.solve import fit
-from armimpedance.regression.summary import NamedParameter
+from armimpedance.regression import Fit, NamedParameter, fit
 
 
 def identify_passive(

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 from armimpedance.passive.equations import Equations
 from armimpedance.passive.long_run import with_long_run
-from armimpedance.regression.fit import Fit
-from armimpedance.regression.solve import fit
+from armimpedance.regression import Fit, fit
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from armimpedance.arrays import FloatArray
-from armimpedance.regression.fit import Fit, with_covariance
+from armimpedance.regression import Fit, with_covariance
 
 #: The band about the swing's own frequencies whose noise counts, Hz.
 BAND_HZ: Final = 0.25

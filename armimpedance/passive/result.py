@@ -11,8 +11,7 @@ from armimpedance.errors import InputError
 from armimpedance.passive.methods import method_named
 from armimpedance.passive.samples import PassiveSamples
 from armimpedance.passive.terms import Terms
-from armimpedance.regression.fit import Fit, Validation
-from armimpedance.regression.summary import FitSummary, NamedParameter
+from armimpedance.regression import Fit, FitSummary, NamedParameter, Validation
 
 
 @dataclass(frozen=True)

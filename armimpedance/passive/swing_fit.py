@@ -22,9 +22,7 @@ from armimpedance.passive.linear import TwoFits, solve_linear
 from armimpedance.passive.samples import PassiveSamples
 from armimpedance.passive.swing import simulate_swings
 from armimpedance.passive.terms import Terms
-from armimpedance.regression.covariance import CovarianceKind
-from armimpedance.regression.fit import Fit
-from armimpedance.regression.solve import fit
+from armimpedance.regression import CovarianceKind, Fit, fit
 
 _MOST_STEPS: Final = 30
 _MOST_HALVINGS: Final = 8

@@ -15,7 +15,7 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
-from armimpedance.regression.fit import Derived, Fit
+from armimpedance.regression import Derived, Fit
 
 RestAngle = float | Literal["free"]
 

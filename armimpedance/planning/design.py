@@ -16,7 +16,7 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import EstimationError, InputError
-from armimpedance.impedance.bound import inverse_information
+from armimpedance.impedance import inverse_information
 from armimpedance.planning.motion import equation_rows, modal_motion
 from armimpedance.planning.servo import follow
 from armimpedance.planning.setting import Setting

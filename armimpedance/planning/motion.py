@@ -17,7 +17,7 @@ from armimpedance.arrays import FloatArray
 from armimpedance.planning.servo import follow
 from armimpedance.planning.setting import Setting
 from armimpedance.planning.shapes import Profile
-from armimpedance.signals.modes import Modes, delayed
+from armimpedance.signals import Modes, delayed
 
 
 @dataclass(frozen=True)

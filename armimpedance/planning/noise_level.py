@@ -13,12 +13,10 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
-from armimpedance.impedance.methods.noise import component_shapes
-from armimpedance.impedance.methods.weighted import WeightedFit
+from armimpedance.impedance import WeightedFit, component_shapes
 from armimpedance.records import Window
-from armimpedance.regression.components import total_covariance
-from armimpedance.signals.encoder import position_noise
-from armimpedance.signals.modes import Modes, spline_modes
+from armimpedance.regression import total_covariance
+from armimpedance.signals import Modes, position_noise, spline_modes
 
 
 class Noise(Protocol):

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from armimpedance.errors import InputError
-from armimpedance.impedance.methods.weighted import FEWEST_TRIALS, weighted_fit
+from armimpedance.impedance import FEWEST_TRIALS, weighted_fit
 from armimpedance.planning.noise_level import PilotNoise
 from armimpedance.planning.precision import Precision, precision_of_pilot
 from armimpedance.planning.setting import PlannedArm, Setting
 from armimpedance.records import Recording
-from armimpedance.signals.windows import cut_windows, disturbance_times
+from armimpedance.signals import cut_windows, disturbance_times
 
 
 @dataclass(frozen=True)

@@ -17,10 +17,9 @@ import numpy as np
 from scipy.special import stdtrit
 
 from armimpedance.arrays import FloatArray, frozen_array
-from armimpedance.ellipses.ellipse import Ellipse, ellipse
+from armimpedance.ellipses import Ellipse, ellipse
 from armimpedance.errors import InputError, NotIdentifiableError
-from armimpedance.impedance.bound import bound_of, inverse_information
-from armimpedance.impedance.methods.weighted import WeightedFit
+from armimpedance.impedance import WeightedFit, bound_of, inverse_information
 from armimpedance.planning.motion import PlannedMotion, information
 from armimpedance.planning.setting import DIRECTIONS, PlannedArm
 

@@ -10,13 +10,12 @@ import numpy as np
 from armimpedance.arrays import FloatArray, frozen_array
 from armimpedance.conventions import CAST_MASS_KG
 from armimpedance.errors import InputError
-from armimpedance.impedance.methods.noise import through_impedance
+from armimpedance.impedance import through_impedance
 from armimpedance.planning.encoder_error import rounding_covariance
 from armimpedance.planning.noise_level import NOMINAL, Noise
 from armimpedance.planning.servo import IDEAL, Servo
 from armimpedance.records import ImpedanceEstimate
-from armimpedance.signals.modes import Modes, spline_modes
-from armimpedance.signals.windows import MARGIN_S
+from armimpedance.signals import MARGIN_S, Modes, spline_modes
 
 #: Disturbances of a set, in equally spaced directions.
 DIRECTIONS: Final = 8

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from armimpedance.body.result import BodyFit
-from armimpedance.body.rows import RowChoice, TrialRows, each_trial
+from armimpedance.body import BodyFit, RowChoice, TrialRows, each_trial
 from armimpedance.motion import MotionRecording
 from armimpedance.plots.style import (
     OKABE_ITO,

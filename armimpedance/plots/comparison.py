@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from armimpedance.arrays import FloatArray
-from armimpedance.comparison.compare import Pair
-from armimpedance.comparison.groups import ComparedGroup
+from armimpedance.comparison import ComparedGroup, Pair
 from armimpedance.conventions import MATRICES, UNITS
 from armimpedance.ellipses import Which
 from armimpedance.plots.ellipse_parts import (

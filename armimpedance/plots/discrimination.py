@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from armimpedance.comparison.discrimination import Discrimination
+from armimpedance.comparison import Discrimination
 from armimpedance.plots.style import OKABE_ITO, ONE_COLUMN_IN, new_axes, print_style
 
 if TYPE_CHECKING:

@@ -6,10 +6,15 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from armimpedance.elbow.emg.law_result import EmgLaw, LinearLaw
-from armimpedance.elbow.frequency_response import frequency_response, model_compliance
-from armimpedance.elbow.result import ElbowFit, VaryingImpedance
-from armimpedance.elbow.samples import JointSamples
+from armimpedance.elbow import (
+    ElbowFit,
+    EmgLaw,
+    JointSamples,
+    LinearLaw,
+    VaryingImpedance,
+    frequency_response,
+    model_compliance,
+)
 from armimpedance.errors import InputError
 from armimpedance.plots.style import (
     OKABE_ITO,

@@ -9,13 +9,11 @@ from typing import Literal
 import numpy as np
 
 from armimpedance.arrays import FloatArray, frozen_array
-from armimpedance.ellipses import NotPositiveDefiniteError, ellipse, ellipse_of
-from armimpedance.ellipses.ellipse import Ellipse
+from armimpedance.ellipses import Ellipse, NotPositiveDefiniteError, ellipse, ellipse_of
 from armimpedance.errors import InputError
-from armimpedance.muscles.at_hand import HandPrediction
-from armimpedance.muscles.joint_rows import matrix
+from armimpedance.muscles import HandPrediction, matrix
 from armimpedance.records import ImpedanceEstimate
-from armimpedance.regression.fit import t_factor
+from armimpedance.regression import t_factor
 
 Predicted = Literal["stiffness", "viscosity"]
 

@@ -9,12 +9,10 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from armimpedance.arm.two_link import TwoLinkArm
+from armimpedance.arm import TwoLinkArm
 from armimpedance.arrays import BoolArray, FloatArray
 from armimpedance.errors import InputError
-from armimpedance.muscles.activation.model import ActivationModel
-from armimpedance.muscles.at_hand import HandPrediction, at_hand
-from armimpedance.muscles.posture.model import PostureModel
+from armimpedance.muscles import ActivationModel, HandPrediction, PostureModel, at_hand
 from armimpedance.plots.ellipse_fields import (
     EllipseField,
     Predicted,

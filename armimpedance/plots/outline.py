@@ -9,7 +9,7 @@ from armimpedance.arrays import FloatArray
 from armimpedance.conventions import MATRICES
 from armimpedance.ellipses import Which, locus
 from armimpedance.records import ImpedanceEstimate
-from armimpedance.regression.fit import t_factor
+from armimpedance.regression import t_factor
 
 
 def outline_radius(

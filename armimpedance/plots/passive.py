@@ -9,10 +9,14 @@ import numpy as np
 
 from armimpedance.errors import InputError
 from armimpedance.motion import EmgSignals
-from armimpedance.passive.emg_gate import DEFAULT_LIMIT_PERCENT, ENVELOPE_HZ, WINDOW_S
-from armimpedance.passive.methods import method_named
-from armimpedance.passive.result import PassiveFit
-from armimpedance.passive.samples import PassiveSamples
+from armimpedance.passive import (
+    DEFAULT_LIMIT_PERCENT,
+    ENVELOPE_HZ,
+    WINDOW_S,
+    PassiveFit,
+    PassiveSamples,
+    method_named,
+)
 from armimpedance.plots.style import (
     OKABE_ITO,
     TWO_COLUMNS_IN,
@@ -21,7 +25,7 @@ from armimpedance.plots.style import (
     new_figure,
     print_style,
 )
-from armimpedance.signals.emg.emg import envelope
+from armimpedance.signals import envelope
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from armimpedance.planning.plan import Candidate, Plan
+from armimpedance.planning import Candidate, Plan
 from armimpedance.plots.style import (
     LINE_STYLES,
     OKABE_ITO,

@@ -11,7 +11,7 @@ from armimpedance.conventions import UNITS
 from armimpedance.errors import InputError
 from armimpedance.plots.style import OKABE_ITO, ONE_COLUMN_IN, label_axes, new_axes, print_style
 from armimpedance.records import ImpedanceEstimate
-from armimpedance.regression.fit import t_factor
+from armimpedance.regression import t_factor
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

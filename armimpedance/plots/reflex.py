@@ -10,8 +10,7 @@ import numpy as np
 from armimpedance.arrays import FloatArray
 from armimpedance.conventions import UNITS
 from armimpedance.errors import InputError
-from armimpedance.impedance.reflex.ends import EARLY_S
-from armimpedance.impedance.reflex.verdict import ReflexVerdict
+from armimpedance.impedance import EARLY_S, ReflexVerdict
 from armimpedance.plots.style import (
     LINE_STYLES,
     OKABE_ITO,
@@ -21,7 +20,7 @@ from armimpedance.plots.style import (
     new_figure,
     print_style,
 )
-from armimpedance.regression.fit import t_factor
+from armimpedance.regression import t_factor
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

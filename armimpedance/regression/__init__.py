@@ -4,3 +4,7 @@
 `covariance`, `resample` and `diagnose` work on the triangles and touch no sample again (HAC and
 `refine`, which need samples, say so).
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

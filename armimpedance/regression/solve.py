@@ -16,8 +16,8 @@ from armimpedance.regression.covariance import (
 )
 from armimpedance.regression.diagnose import conditioning_warnings
 from armimpedance.regression.factors import TrialFactors
-from armimpedance.regression.fit import Fit
 from armimpedance.regression.pooled import Pooled, pool
+from armimpedance.regression.result import Fit
 
 
 def fit(

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from armimpedance.errors import InputError
-from armimpedance.regression.fit import t_interval
+from armimpedance.regression.result import t_interval
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from armimpedance.body.parameters import PARAMETERS, moving_segments
-from armimpedance.body.result import BodyFit
-from armimpedance.body.validation import BodyValidation
+from armimpedance.body import PARAMETERS, BodyFit, BodyValidation, moving_segments
 from armimpedance.report.numbers import TABLE_WIDTH, aligned_table, percent, short, with_interval
 from armimpedance.skeleton import Skeleton
 

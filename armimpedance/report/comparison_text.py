@@ -7,11 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from armimpedance.comparison.compare import Pair
-from armimpedance.comparison.differences import Change
-from armimpedance.comparison.subjects import SubjectsChange
-from armimpedance.files.comparison_csv import in_degrees
-from armimpedance.files.quantities import FIELDS
+from armimpedance.comparison import Change, Pair, SubjectsChange
+from armimpedance.files import FIELDS, in_degrees
 from armimpedance.report.numbers import aligned_table, short, with_interval
 
 _WIDTH = 100

@@ -14,7 +14,7 @@ from armimpedance.report.numbers import (
     note_numbers,
     numbered_notes,
 )
-from armimpedance.therapy.share.metric import Contribution
+from armimpedance.therapy import Contribution
 
 _HEADER = (
     *("trial", "condition", "movement", "share (95 %)", "projection", "ratio (4)"),

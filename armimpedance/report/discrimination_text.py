@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from armimpedance.comparison.discrimination import Discrimination, Group
-from armimpedance.regression.fit import t_factor
+from armimpedance.comparison import Discrimination, Group
+from armimpedance.regression import t_factor
 from armimpedance.report.numbers import (
     aligned_table,
     numbered_notes,

@@ -6,8 +6,8 @@ import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from armimpedance.elbow.emg.law_result import EmgLaw, LinearLaw
-from armimpedance.regression.summary import FitSummary
+from armimpedance.elbow import EmgLaw, LinearLaw
+from armimpedance.regression import FitSummary
 from armimpedance.report.numbers import (
     TABLE_WIDTH,
     aligned_table,

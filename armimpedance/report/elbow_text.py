@@ -9,9 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from armimpedance.elbow.result import NAMES, ChannelSnr, ElbowFit, VaryingImpedance
-from armimpedance.elbow.stationary.whiteness import probability
-from armimpedance.files.fit_json import summary_object
+from armimpedance.elbow import NAMES, ChannelSnr, ElbowFit, VaryingImpedance, probability
+from armimpedance.files import summary_object
 from armimpedance.report.numbers import (
     TABLE_WIDTH,
     aligned_table,

@@ -12,7 +12,7 @@ from armimpedance.arrays import FloatArray
 from armimpedance.conventions import FORCE_UNIT, MATRICES, POSITION_UNIT, UNITS
 from armimpedance.ellipses import Which
 from armimpedance.errors import InputError
-from armimpedance.files.quantities import (
+from armimpedance.files import (
     FIELDS,
     antisymmetric,
     condition_of,
@@ -22,7 +22,7 @@ from armimpedance.files.quantities import (
     principal_values,
 )
 from armimpedance.records import ImpedanceEstimate
-from armimpedance.regression.fit import t_factor
+from armimpedance.regression import t_factor
 from armimpedance.report.numbers import aligned_table, fixed, with_half_width, with_interval
 
 _WIDTH = 100

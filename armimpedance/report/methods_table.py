@@ -8,9 +8,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from armimpedance.conventions import MATRICES, UNITS
-from armimpedance.files.quantities import condition_of, half_widths, principal_values
-from armimpedance.impedance.side_by_side import Disagreement, MethodResult, SideBySide
-from armimpedance.levels.symmetry import symmetric_part
+from armimpedance.files import condition_of, half_widths, principal_values
+from armimpedance.impedance import Disagreement, MethodResult, SideBySide
+from armimpedance.levels import symmetric_part
 from armimpedance.records import ImpedanceEstimate
 from armimpedance.report.numbers import aligned_table, fixed, with_half_width
 

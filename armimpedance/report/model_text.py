@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from armimpedance.files.model_json import Model
-from armimpedance.muscles.quality import ElementQuality
+from armimpedance.files import Model
+from armimpedance.muscles import ElementQuality
 from armimpedance.report.numbers import aligned_table, fixed
 
 _WIDTH = 100

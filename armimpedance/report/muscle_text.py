@@ -7,8 +7,7 @@ from collections.abc import Sequence
 from math import floor, isnan, log10
 
 from armimpedance.conventions import group_name
-from armimpedance.levels.muscle_identifiable import Combination, FeasibleRange
-from armimpedance.levels.muscle_map import MuscleEstimate
+from armimpedance.levels import Combination, FeasibleRange, MuscleEstimate
 from armimpedance.report.numbers import (
     TABLE_WIDTH,
     fixed,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from armimpedance.regression.summary import NamedParameter
+from armimpedance.regression import NamedParameter
 from armimpedance.report.numbers import aligned_table, percent, with_interval
 
 

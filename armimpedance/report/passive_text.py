@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from armimpedance.passive.emg_gate import EmgLevel
-from armimpedance.passive.result import PassiveFit
-from armimpedance.regression.fit import Validation
+from armimpedance.passive import EmgLevel, PassiveFit
+from armimpedance.regression import Validation
 from armimpedance.report.numbers import aligned_table, fixed, numbered_notes, percent
 from armimpedance.report.parameter_table import parameter_table
 

@@ -6,8 +6,7 @@ import textwrap
 
 import numpy as np
 
-from armimpedance.planning.plan import Candidate, Plan
-from armimpedance.planning.precision import Precision
+from armimpedance.planning import Candidate, Plan, Precision
 from armimpedance.report.numbers import aligned_table
 
 _WIDTH = 100

@@ -12,16 +12,16 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.conventions import UNITS, element_names, group_name
-from armimpedance.impedance.reflex.ends import WindowEnds
-from armimpedance.impedance.reflex.verdict import (
+from armimpedance.impedance import (
     LEVEL,
     NEGLIGIBLE_SHARE,
     TELLING_S,
     ReflexVerdict,
     Share,
+    WindowEnds,
 )
 from armimpedance.outputs import staged_file
-from armimpedance.regression.fit import t_factor
+from armimpedance.regression import t_factor
 from armimpedance.report.numbers import aligned_table, with_half_width
 
 _WIDTH = 100

@@ -10,7 +10,7 @@ import numpy as np
 from armimpedance.arrays import FloatArray
 from armimpedance.conventions import FORCE_UNIT, POSITION_UNIT, UNITS
 from armimpedance.ellipses import Which
-from armimpedance.files.quantities import (
+from armimpedance.files import (
     FIELDS,
     condition_of,
     ellipse_values,

@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from armimpedance.regression.fit import t_factor
-from armimpedance.regression.summary import FitSummary, NamedParameter
+from armimpedance.regression import FitSummary, NamedParameter, t_factor
 from armimpedance.report.numbers import (
     TABLE_WIDTH,
     aligned_table,
@@ -18,10 +17,13 @@ from armimpedance.report.numbers import (
     numbered_notes,
     with_half_width,
 )
-from armimpedance.therapy.arm.calibrate import ArmCalibration, AxisCalibration
-from armimpedance.therapy.arm.mockup import MockupCheck
-from armimpedance.therapy.robot.calibrate import RobotCalibration
-from armimpedance.therapy.robot.validation import AxisValidation
+from armimpedance.therapy import (
+    ArmCalibration,
+    AxisCalibration,
+    AxisValidation,
+    MockupCheck,
+    RobotCalibration,
+)
 
 _LOADS_HEADER = (
     *("axis", "tau_c (Nm)", "k_v (Nms/rad)"),

@@ -1,1 +1,5 @@
 """From a `Recording` to what can be fitted: windows, smoothing, derivatives, EMG, validity."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from armimpedance.arrays import FloatArray, frozen_array
 from armimpedance.errors import InputError
 
-DEGREE = 5
+SPLINE_DEGREE = 5
 
 
 @dataclass(frozen=True)
@@ -71,9 +71,9 @@ def spline_kernels(width_s: float, sample_rate_hz: float) -> Kernels:
 
     if not (width_s > 0 and sample_rate_hz > 0):
         raise InputError(f"kernel width {width_s} s at {sample_rate_hz} Hz", expected="both > 0")
-    spacing = max(2, round(width_s * sample_rate_hz / (DEGREE + 1)))
-    half = spacing * (DEGREE + 1) // 2
-    knots = spacing * np.arange(DEGREE + 2) - half
+    spacing = max(2, round(width_s * sample_rate_hz / (SPLINE_DEGREE + 1)))
+    half = spacing * (SPLINE_DEGREE + 1) // 2
+    knots = spacing * np.arange(SPLINE_DEGREE + 2) - half
     spline = BSpline.basis_element(knots, extrapolate=False)
     samples = np.arange(-half, half + 1)
     weights = [

@@ -17,8 +17,8 @@ from scipy.linalg import solve_triangular
 
 from armimpedance.arrays import FloatArray, frozen_array
 from armimpedance.errors import InputError
+from armimpedance.signals.differentiate import SPLINE_DEGREE
 
-DEGREE = 5
 #: Distance of the knots (s); docs/estimate.md says how it was chosen.
 SPACING_S = 0.020
 #: A window is covered by at least this many test functions, with narrower spacing if need be.
@@ -89,18 +89,18 @@ def spline_modes(samples: int, sample_rate_hz: float, spacing_s: float = SPACING
     """
     from scipy.interpolate import BSpline
 
-    widest = (samples - 1) // (FEWEST + DEGREE)
+    widest = (samples - 1) // (FEWEST + SPLINE_DEGREE)
     if widest < 2:
         raise InputError(
             f"a window of {samples} samples at {sample_rate_hz:g} Hz",
-            expected=f"at least {2 * (FEWEST + DEGREE) + 1} samples",
+            expected=f"at least {2 * (FEWEST + SPLINE_DEGREE) + 1} samples",
         )
     spacing = min(max(2, round(spacing_s * sample_rate_hz)), widest)
-    count = (samples - 1) // spacing - DEGREE
-    first_knot = ((samples - 1) - (count + DEGREE) * spacing) // 2
+    count = (samples - 1) // spacing - SPLINE_DEGREE
+    first_knot = ((samples - 1) - (count + SPLINE_DEGREE) * spacing) // 2
     at = np.arange(samples)
     rows = np.zeros((3, count, samples))
-    spline = BSpline.basis_element(spacing * np.arange(DEGREE + 2), extrapolate=False)
+    spline = BSpline.basis_element(spacing * np.arange(SPLINE_DEGREE + 2), extrapolate=False)
     for k in range(count):
         lag = at - first_knot - spacing * k
         for order in range(3):

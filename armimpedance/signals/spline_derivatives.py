@@ -11,9 +11,9 @@ from typing import Final
 
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
+from armimpedance.signals.differentiate import SPLINE_DEGREE
 from armimpedance.signals.filters import lowpass
 
-DEGREE: Final = 5
 #: Fewer samples than this say nothing about an acceleration.
 FEWEST: Final = 16
 
@@ -50,5 +50,5 @@ def smoothed_derivatives(
     given = np.asarray(signal, dtype=np.float64)
     smooth = lowpass(given, cutoff_hz, sample_rate_hz, order=order, axis=0)
     time = np.arange(len(smooth)) / sample_rate_hz
-    spline = make_interp_spline(time, smooth, k=DEGREE)
+    spline = make_interp_spline(time, smooth, k=SPLINE_DEGREE)
     return smooth, spline(time, nu=1), spline(time, nu=2)

@@ -1,1 +1,5 @@
 """The patient's contribution in robot-assisted therapy, after Guidali (2013)."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -9,7 +9,7 @@ import numpy as np
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
 from armimpedance.records import Recording
-from armimpedance.signals.radians import refuse_degrees
+from armimpedance.signals import refuse_degrees
 from armimpedance.therapy.therapy_robot import TherapyRobot
 
 #: An angle may pass its limit by this much: overshoot and the zero of an encoder, rad.

@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arm.anthropometry import WINTER, SegmentRatios
+from armimpedance.arm import WINTER, SegmentRatios
 from armimpedance.arrays import FloatArray, frozen_array
 from armimpedance.errors import InputError, RecordError
 from armimpedance.therapy.therapy_robot import FOREARM, UPPER_ARM

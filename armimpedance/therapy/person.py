@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from armimpedance.arm.anthropometry import WINTER
+from armimpedance.arm import WINTER
 from armimpedance.errors import InputError
 from armimpedance.records import Subject
 from armimpedance.therapy.passive_arm import ArmSegment, winter_segments

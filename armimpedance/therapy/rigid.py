@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from armimpedance.arm.skeleton_model import skeleton_model
+from armimpedance.arm import skeleton_model
 from armimpedance.arrays import FloatArray
 from armimpedance.skeleton import Skeleton
 from armimpedance.therapy.passive_arm import ArmSegment, PassiveArm

@@ -15,7 +15,7 @@ import numpy as np
 from armimpedance.arrays import FloatArray, frozen_array
 from armimpedance.errors import InputError
 from armimpedance.records import Recording
-from armimpedance.signals.differentiate import Kernels, spline_kernels
+from armimpedance.signals import Kernels, spline_kernels
 
 #: Support of the kernel, s: its -3 dB lie at about 9 Hz, arm movements of therapy below 1 Hz.
 WIDTH_S: Final = 0.1

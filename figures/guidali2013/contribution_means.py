@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from armimpedance.arrays import FloatArray
-from armimpedance.plots.tables import TableBlock, TableRow, plot_table
-from armimpedance.report.numbers import fixed
+from armimpedance.plots import TableBlock, TableRow, plot_table
+from armimpedance.report import fixed
 from armimpedance_figures.guidali2013.groups import (
     GROUPS,
     conditions_of,

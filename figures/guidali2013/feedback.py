@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from armimpedance.plots.therapy import plot_feedback
-from armimpedance.therapy.share.metric import STEADY_S
+from armimpedance.plots import plot_feedback
+from armimpedance.therapy import STEADY_S
 from armimpedance_figures.fixed_layout import settle
 from armimpedance_figures.guidali2013.study import SHOWN, SUBJECTS, TherapyStudy, design, study
 from armimpedance_figures.source_figure import SourceFigure, script

@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from armimpedance.plots.style import OKABE_ITO, TWO_COLUMNS_IN, new_figure, print_style
-from armimpedance.plots.therapy import plot_friction
-from armimpedance.therapy.robot.sweeps import AxisSweeps
+from armimpedance.plots import OKABE_ITO, TWO_COLUMNS_IN, new_figure, plot_friction, print_style
+from armimpedance.therapy import AxisSweeps
 from armimpedance_figures.fixed_layout import settle
 from armimpedance_figures.guidali2013.printed import TABLE_3
 from armimpedance_figures.guidali2013.study import SUBJECTS, TherapyStudy, design, study

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from armimpedance.arrays import FloatArray
-from armimpedance.plots.style import OKABE_ITO, TWO_COLUMNS_IN, new_figure, print_style
-from armimpedance.report.numbers import with_half_width
-from armimpedance.therapy.torques import MovementTorques
+from armimpedance.plots import OKABE_ITO, TWO_COLUMNS_IN, new_figure, print_style
+from armimpedance.report import with_half_width
+from armimpedance.therapy import MovementTorques
 from armimpedance_figures.fixed_layout import settle
 from armimpedance_figures.guidali2013.printed import MOCKUP_GRAVITY_NM, MOCKUP_INERTIA_KGM2
 from armimpedance_figures.guidali2013.study import SUBJECTS, MockUp, TherapyStudy, design, study
@@ -19,7 +19,7 @@ from armimpedance_figures.table_cells import number
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from armimpedance.regression.summary import NamedParameter
+    from armimpedance.regression import NamedParameter
 
 #: Movement -> panel's title.
 PANELS: Final = {

@@ -8,10 +8,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from armimpedance.arrays import FloatArray
-from armimpedance.plots.style import OKABE_ITO, TWO_COLUMNS_IN, new_figure, print_style
-from armimpedance.therapy.rigid import robot_bodies
-from armimpedance.therapy.smooth import kernels_for, smooth_trials
-from armimpedance.therapy.torques import MovementTorques
+from armimpedance.plots import OKABE_ITO, TWO_COLUMNS_IN, new_figure, print_style
+from armimpedance.therapy import MovementTorques, kernels_for, robot_bodies, smooth_trials
 from armimpedance_figures.fixed_layout import settle
 from armimpedance_figures.guidali2013.study import SUBJECTS, Person, TherapyStudy, design, study
 from armimpedance_figures.source_figure import SourceFigure, script

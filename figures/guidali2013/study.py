@@ -16,23 +16,35 @@ import numpy as np
 from armimpedance.cli.simulated.therapy import drawings_of
 from armimpedance.errors import InputError
 from armimpedance.records import Recording
-from armimpedance.therapy.arm.calibrate import ArmCalibration, identify_arm
-from armimpedance.therapy.arm.mockup import MockupCheck, check_mockup, source_mockup
-from armimpedance.therapy.movements import movement_torques
-from armimpedance.therapy.passive_arm import ArmSegment, PassiveArm
-from armimpedance.therapy.person import segments_of
-from armimpedance.therapy.robot.calibrate import RobotCalibration, identify_robot
-from armimpedance.therapy.robot.validation import AxisValidation, validate_robot
-from armimpedance.therapy.share.metric import Contribution, contribution_of
-from armimpedance.therapy.sliding import slides
-from armimpedance.therapy.therapy_robot import TherapyRobot
-from armimpedance.therapy.torques import MovementTorques
-from manipulandum_sim.therapy.calibration import simulate_calibration, simulate_validation
-from manipulandum_sim.therapy.device import therapy_device
-from manipulandum_sim.therapy.mockup import simulate_mockup
-from manipulandum_sim.therapy.session import simulate_therapy_many
-from manipulandum_sim.therapy.subject import THERAPY_SUBJECTS
-from manipulandum_sim.therapy.truth import TherapyTruth
+from armimpedance.therapy import (
+    ArmCalibration,
+    ArmSegment,
+    AxisValidation,
+    Contribution,
+    MockupCheck,
+    MovementTorques,
+    PassiveArm,
+    RobotCalibration,
+    TherapyRobot,
+    check_mockup,
+    contribution_of,
+    identify_arm,
+    identify_robot,
+    movement_torques,
+    segments_of,
+    slides,
+    source_mockup,
+    validate_robot,
+)
+from manipulandum_sim.therapy import (
+    THERAPY_SUBJECTS,
+    TherapyTruth,
+    simulate_calibration,
+    simulate_mockup,
+    simulate_therapy_many,
+    simulate_validation,
+    therapy_device,
+)
 
 #: All people of the source, in the words of a figure's ``subject``.
 SUBJECTS: Final = ",".join(THERAPY_SUBJECTS)

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from armimpedance.plots.tables import TableBlock, TableRow, plot_table
-from armimpedance.report.numbers import fixed
-from armimpedance.therapy.robot.validation import LEAST_SPEED_RAD_S, AxisValidation
+from armimpedance.plots import TableBlock, TableRow, plot_table
+from armimpedance.report import fixed
+from armimpedance.therapy import LEAST_SPEED_RAD_S, AxisValidation
 from armimpedance_figures.guidali2013.printed import (
     TABLE_2_IMPOSSIBLE,
     TABLE_2_R2,

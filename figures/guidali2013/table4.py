@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from armimpedance.arrays import FloatArray
-from armimpedance.plots.tables import TableBlock, TableRow, plot_table
-from armimpedance.regression.summary import NamedParameter
-from armimpedance.report.numbers import with_half_width
-from armimpedance.therapy.arm.verdict import (
+from armimpedance.plots import TableBlock, TableRow, plot_table
+from armimpedance.regression import NamedParameter
+from armimpedance.report import with_half_width
+from armimpedance.therapy import (
     WIDEST_REST_RAD,
     WIDEST_STIFFNESS,
     WIDEST_STIFFNESS_SHARE,

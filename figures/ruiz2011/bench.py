@@ -9,12 +9,10 @@ from typing import Final
 import numpy as np
 
 from armimpedance.arrays import FloatArray
-from armimpedance.elbow.samples import JointSamples, from_recording
+from armimpedance.elbow import JointSamples, from_recording
 from armimpedance.records import Recording
-from armimpedance.signals.emg.activation import mvc_column, rest_column
-from armimpedance.signals.emg.amplitude import emg_amplitude
-from manipulandum_sim.elbow.bench import RATE_HZ, simulate_bench
-from manipulandum_sim.elbow.emg import Electrodes, raw_emg
+from armimpedance.signals import emg_amplitude, mvc_column, rest_column
+from manipulandum_sim.elbow import RATE_HZ, Electrodes, raw_emg, simulate_bench
 
 DURATION_S: Final = 10.0
 #: B and K go up and down by this part of their mean, both at once.

@@ -7,11 +7,9 @@ from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
 
-from armimpedance.elbow.result import VaryingImpedance
-from armimpedance.elbow.varying.windows import CONSTANT_S
+from armimpedance.elbow import CONSTANT_S, VaryingImpedance
 from armimpedance.errors import InputError
-from armimpedance.plots.elbow import plot_varying
-from armimpedance.plots.style import OKABE_ITO, TWO_COLUMNS_IN, new_figure, print_style
+from armimpedance.plots import OKABE_ITO, TWO_COLUMNS_IN, new_figure, plot_varying, print_style
 from armimpedance_figures.fixed_layout import settle
 from armimpedance_figures.ruiz2011.bench import DEPTH, SOURCES, Varying, varying_draws
 from armimpedance_figures.ruiz2011.frequency import NAMES, error_of, identified

@@ -9,15 +9,20 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
-from armimpedance.plots.style import OKABE_ITO, TWO_COLUMNS_IN, new_figure, print_style
-from armimpedance.signals.filters import lowpass
+from armimpedance.plots import OKABE_ITO, TWO_COLUMNS_IN, new_figure, print_style
+from armimpedance.signals import lowpass
 from armimpedance_figures.fixed_layout import settle
 from armimpedance_figures.source_figure import SourceFigure, one_legend, script
 from armimpedance_figures.table_cells import number
-from manipulandum_sim.elbow.device import RATE_HZ
-from manipulandum_sim.elbow.plant import HIDING_GAIN, HIDING_HZ, KINEMATICS_HZ
-from manipulandum_sim.elbow.protocol import LOADS, RHYTHM_HZ
-from manipulandum_sim.elbow.simulate import simulate_elbow
+from manipulandum_sim.elbow import (
+    HIDING_GAIN,
+    HIDING_HZ,
+    KINEMATICS_HZ,
+    LOADS,
+    RATE_HZ,
+    RHYTHM_HZ,
+    simulate_elbow,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

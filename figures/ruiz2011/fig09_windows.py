@@ -5,11 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal
 
-from armimpedance.elbow.result import NAMES, VaryingImpedance
-from armimpedance.elbow.varying.identify import identify_varying
-from armimpedance.elbow.varying.windows import CONSTANT_S
-from armimpedance.plots.elbow import plot_varying
-from armimpedance.plots.style import OKABE_ITO, TWO_COLUMNS_IN, new_figure, print_style
+from armimpedance.elbow import CONSTANT_S, NAMES, VaryingImpedance, identify_varying
+from armimpedance.plots import OKABE_ITO, TWO_COLUMNS_IN, new_figure, plot_varying, print_style
 from armimpedance_figures.fixed_layout import settle
 from armimpedance_figures.ruiz2011.session import Session, design, study
 from armimpedance_figures.source_figure import SourceFigure, one_legend, script

@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from armimpedance.arrays import FloatArray
-from armimpedance.elbow.result import NAMES
-from armimpedance.elbow.stationary.methods import DEFAULT
-from armimpedance.plots.style import OKABE_ITO, TWO_COLUMNS_IN, new_figure, print_style
+from armimpedance.elbow import DEFAULT, NAMES
+from armimpedance.plots import OKABE_ITO, TWO_COLUMNS_IN, new_figure, print_style
 from armimpedance_figures.fixed_layout import settle
 from armimpedance_figures.ruiz2011.session import SUBJECTS, Session, design, study
 from armimpedance_figures.source_figure import SourceFigure, one_legend, script

@@ -8,9 +8,12 @@ from typing import Final
 import numpy as np
 
 from armimpedance.arrays import FloatArray
-from armimpedance.elbow.result import VaryingImpedance
-from armimpedance.elbow.varying.identify import identify_varying
-from armimpedance.elbow.varying.methods import VARYING_METHODS, varying_method_named
+from armimpedance.elbow import (
+    VARYING_METHODS,
+    VaryingImpedance,
+    identify_varying,
+    varying_method_named,
+)
 from armimpedance.errors import ArmImpedanceError, InputError
 from armimpedance_figures.ruiz2011.bench import JOINTS, Joint, Varying, varying_draws
 

@@ -7,13 +7,10 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.elbow.result import ElbowFit
-from armimpedance.elbow.samples import JointSamples, from_recording
-from armimpedance.elbow.stationary.identify import identify_elbow
+from armimpedance.elbow import ElbowFit, JointSamples, from_recording, identify_elbow
 from armimpedance.errors import InputError
 from armimpedance.records import Recording
-from manipulandum_sim.elbow.simulate import simulate_elbow
-from manipulandum_sim.elbow.truth import ElbowTruth
+from manipulandum_sim.elbow import ElbowTruth, simulate_elbow
 
 #: All of the source's subjects, in the words of a figure's ``subject``.
 SUBJECTS: Final = "1,2,3,4"

@@ -10,15 +10,19 @@ from typing import Final
 import numpy as np
 
 from armimpedance.arrays import FloatArray
-from armimpedance.elbow.samples import JointSamples, from_recording
-from armimpedance.elbow.stationary.arx import solve_structure
-from armimpedance.elbow.stationary.band import band_of
-from armimpedance.elbow.stationary.instruments import weighed_band
-from armimpedance.elbow.stationary.methods import METHODS, method_named
-from armimpedance.elbow.stationary.preparation import prepare
+from armimpedance.elbow import (
+    METHODS,
+    JointSamples,
+    band_of,
+    from_recording,
+    method_named,
+    prepare,
+    solve_structure,
+    weighed_band,
+)
 from armimpedance.errors import ArmImpedanceError, InputError
 from armimpedance_figures.ruiz2011.bench import DURATION_S, JOINTS, Joint
-from manipulandum_sim.elbow.bench import simulate_bench
+from manipulandum_sim.elbow import simulate_bench
 
 SNRS_DB: Final = (-10.0, -5.0, 0.0, 5.0, 10.0, 15.0, 20.0, 30.0, 45.0, 60.0)
 DRAWS: Final = 12

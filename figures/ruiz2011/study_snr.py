@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from armimpedance.elbow.result import NAMES
+from armimpedance.elbow import NAMES
 from armimpedance_figures.ruiz2011.bench import DURATION_S
 from armimpedance_figures.ruiz2011.error_panels import Scale, draw_errors
 from armimpedance_figures.ruiz2011.snr import RAW, WITHIN, SnrStudy, study

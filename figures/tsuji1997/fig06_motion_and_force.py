@@ -8,10 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from armimpedance.arrays import FloatArray
-from armimpedance.plots.responses import plot_response
-from armimpedance.signals.drift import ramp_basis
-from armimpedance.signals.response import choose_span, respond
-from armimpedance.signals.windows import cut_windows
+from armimpedance.plots import plot_response
+from armimpedance.signals import choose_span, cut_windows, ramp_basis, respond
 from armimpedance_figures.source_figure import SourceFigure, design, script
 from armimpedance_figures.tsuji1997.study import StudiedExperiment
 

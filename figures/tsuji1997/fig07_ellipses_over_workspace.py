@@ -8,9 +8,13 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.ellipses import Which
-from armimpedance.plots.ellipse_parts import default_scale
-from armimpedance.plots.ellipses import plot_ellipses_in_workspace
-from armimpedance.plots.style import TWO_COLUMNS_IN, new_figure, print_style
+from armimpedance.plots import (
+    TWO_COLUMNS_IN,
+    default_scale,
+    new_figure,
+    plot_ellipses_in_workspace,
+    print_style,
+)
 from armimpedance_figures.source_figure import POOLED, SourceFigure, design, one_legend, script
 from armimpedance_figures.tsuji1997.study import StudiedExperiment
 

@@ -8,10 +8,13 @@ import numpy as np
 from scipy.special import stdtrit
 
 from armimpedance.arrays import FloatArray
-from armimpedance.muscles.joint_rows import ELEMENTS, triple, triple_sd
-from armimpedance.muscles.prediction import JointPrediction
-from armimpedance.plots.muscles import plot_predicted_against_measured
-from armimpedance.plots.style import TWO_COLUMNS_IN, new_figure, print_style
+from armimpedance.muscles import ELEMENTS, JointPrediction, triple, triple_sd
+from armimpedance.plots import (
+    TWO_COLUMNS_IN,
+    new_figure,
+    plot_predicted_against_measured,
+    print_style,
+)
 from armimpedance_figures.source_figure import SourceFigure, design, one_legend, script
 from armimpedance_figures.table_cells import number
 from armimpedance_figures.tsuji1997.over_activation import EXPERIMENTS, OverActivation, fit

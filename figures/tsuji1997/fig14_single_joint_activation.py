@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from armimpedance.plots.muscles import activation_surfaces, plot_ellipse_surfaces
-from armimpedance.plots.surfaces import Surface
+from armimpedance.plots import Surface, activation_surfaces, plot_ellipse_surfaces
 from armimpedance_figures.source_figure import SourceFigure, design, script
 from armimpedance_figures.tsuji1997.over_activation import EXPERIMENTS, OverActivation, fit
 

@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from armimpedance.arm.anthropometry import arm_of
-from armimpedance.arm.muscular_arms import arm_named
-from armimpedance.arm.two_link import TwoLinkArm
+from armimpedance.arm import TwoLinkArm, arm_named, arm_of
 from armimpedance.errors import ArmImpedanceError
-from armimpedance.muscles.activation.elements import element_fits
-from armimpedance.muscles.activation.fit import fit_activation_model
-from armimpedance.muscles.activation.model import ActivationModel
-from armimpedance.muscles.joint_rows import JointRows
-from armimpedance.muscles.quality import ElementQuality
+from armimpedance.muscles import (
+    ActivationModel,
+    ElementQuality,
+    JointRows,
+    element_fits,
+    fit_activation_model,
+)
 from armimpedance_figures.tsuji1997.rows import rows_of, without_errors
 from armimpedance_figures.tsuji1997.study import StudiedExperiment
 

@@ -8,19 +8,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from armimpedance.arm.anthropometry import arm_of
-from armimpedance.arm.two_link import TwoLinkArm
-from armimpedance.muscles.posture.fit import fit_posture_model
-from armimpedance.muscles.posture.model import PostureModel
-from armimpedance.muscles.quality import correlation
-from armimpedance.plots.ellipse_fields import Predicted
-from armimpedance.plots.muscles import (
+from armimpedance.arm import TwoLinkArm, arm_of
+from armimpedance.muscles import PostureModel, correlation, fit_posture_model
+from armimpedance.plots import (
     PARAMETERS,
+    MeasuredPoints,
+    Predicted,
     plot_ellipse_surfaces,
     posture_points,
     posture_surfaces,
 )
-from armimpedance.plots.surfaces import MeasuredPoints
 from armimpedance_figures.source_figure import POOLED, SourceFigure, design
 from armimpedance_figures.tsuji1997.rows import rows_of, without_errors
 from armimpedance_figures.tsuji1997.study import StudiedExperiment

@@ -4,11 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from armimpedance.levels.joint import to_joint
-from armimpedance.levels.posture import arm_posture_for
-from armimpedance.muscles.from_estimates import joint_rows
-from armimpedance.muscles.joint_rows import JointRows
-from armimpedance.muscles.quality import ElementQuality
+from armimpedance.levels import arm_posture_for, to_joint
+from armimpedance.muscles import ElementQuality, JointRows, joint_rows
 from armimpedance.records import ImpedanceEstimate
 from armimpedance_figures.tsuji1997.study import StudiedExperiment
 

@@ -5,15 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from armimpedance.arm.anthropometry import arm_of
-from armimpedance.arm.operational import hand_inertia
+from armimpedance.arm import arm_of, hand_inertia
 from armimpedance.arrays import FloatArray
-from armimpedance.impedance.estimation import estimate
-from armimpedance.levels.joint import to_joint
-from armimpedance.levels.posture import arm_posture_for
+from armimpedance.impedance import estimate
+from armimpedance.levels import arm_posture_for, to_joint
 from armimpedance.records import ImpedanceEstimate, Recording
-from manipulandum_sim.hand.simulate import simulate
-from manipulandum_sim.hand.truth import Truth
+from manipulandum_sim.hand import Truth, simulate
 
 Progress = Callable[[int, int], None]
 

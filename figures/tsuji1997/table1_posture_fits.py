@@ -9,11 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from armimpedance.errors import ArmImpedanceError
-from armimpedance.muscles.joint_rows import JointRows
-from armimpedance.muscles.posture.fit import fit_posture_model
-from armimpedance.muscles.posture.model import PostureModel
-from armimpedance.muscles.quality import ElementQuality
-from armimpedance.plots.tables import TableBlock, TableRow, plot_table
+from armimpedance.muscles import ElementQuality, JointRows, PostureModel, fit_posture_model
+from armimpedance.plots import TableBlock, TableRow, plot_table
 from armimpedance_figures.source_figure import SourceFigure, design, script
 from armimpedance_figures.table_cells import number, quality_rows
 from armimpedance_figures.tsuji1997.printed import (

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from armimpedance.muscles.activation.model import ActivationModel
-from armimpedance.muscles.quality import ElementQuality
-from armimpedance.plots.tables import TableBlock, TableRow, plot_table
+from armimpedance.muscles import ActivationModel, ElementQuality
+from armimpedance.plots import TableBlock, TableRow, plot_table
 from armimpedance_figures.source_figure import SourceFigure, design, script
 from armimpedance_figures.table_cells import correlation_text, error_text, number
 from armimpedance_figures.tsuji1997.over_activation import EXPERIMENTS, OverActivation, fit

@@ -7,20 +7,25 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from armimpedance.arm.anthropometry import arm_of
-from armimpedance.arm.muscular_arms import arm_named
-from armimpedance.arm.two_link import TwoLinkArm
+from armimpedance.arm import TwoLinkArm, arm_named, arm_of
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import ArmImpedanceError, InputError
-from armimpedance.muscles.activation.fit import fit_activation_model
-from armimpedance.muscles.activation.model import ActivationModel
-from armimpedance.muscles.at_hand import HandPrediction, at_hand
-from armimpedance.muscles.posture.fit import fit_posture_model
-from armimpedance.muscles.posture.model import PostureModel
-from armimpedance.plots.maps import plot_map
-from armimpedance.plots.muscles import half_width_surface
-from armimpedance.plots.style import TWO_COLUMNS_IN, new_figure, print_style
-from armimpedance.plots.surfaces import Surface
+from armimpedance.muscles import (
+    ActivationModel,
+    HandPrediction,
+    PostureModel,
+    at_hand,
+    fit_activation_model,
+    fit_posture_model,
+)
+from armimpedance.plots import (
+    TWO_COLUMNS_IN,
+    Surface,
+    half_width_surface,
+    new_figure,
+    plot_map,
+    print_style,
+)
 from armimpedance_figures.source_figure import SourceFigure, design, script
 from armimpedance_figures.tsuji1997.over_activation import MOMENT_ARMS
 from armimpedance_figures.tsuji1997.rows import rows_of

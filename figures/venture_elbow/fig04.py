@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from armimpedance.passive.emg_gate import ENVELOPE_HZ, WINDOW_S
-from armimpedance.plots.passive import plot_emg_level
+from armimpedance.passive import ENVELOPE_HZ, WINDOW_S
+from armimpedance.plots import plot_emg_level
 from armimpedance_figures.fixed_layout import settle
 from armimpedance_figures.source_figure import SourceFigure, script
 from armimpedance_figures.venture_elbow.study import SUBJECTS, StudiedTest, study

@@ -7,11 +7,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from armimpedance.passive.result import PassiveFit
-from armimpedance.passive.samples import PassiveSamples
-from armimpedance.plots.passive import plot_passive_fit
-from armimpedance.plots.style import TWO_COLUMNS_IN, new_figure, print_style
-from armimpedance.regression.fit import Validation
+from armimpedance.passive import PassiveFit, PassiveSamples
+from armimpedance.plots import TWO_COLUMNS_IN, new_figure, plot_passive_fit, print_style
+from armimpedance.regression import Validation
 from armimpedance_figures.fixed_layout import settle
 from armimpedance_figures.source_figure import one_legend
 from armimpedance_figures.table_cells import number

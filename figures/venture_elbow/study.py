@@ -7,16 +7,19 @@ from types import MappingProxyType
 from typing import Final
 
 from armimpedance.errors import InputError
-from armimpedance.mocap.joint_motion import joint_motion
+from armimpedance.mocap import joint_motion
 from armimpedance.motion import EmgSignals, MarkerRecording
-from armimpedance.passive.emg_gate import EmgLevel, emg_gate
-from armimpedance.passive.from_motion import from_motion
-from armimpedance.passive.identify import identify_passive
-from armimpedance.passive.methods import METHODS, method_named
-from armimpedance.passive.result import PassiveFit
-from armimpedance.passive.samples import PassiveSamples
-from manipulandum_sim.passive.swing import simulate_passive_many
-from manipulandum_sim.passive.truth import PassiveTruth
+from armimpedance.passive import (
+    METHODS,
+    EmgLevel,
+    PassiveFit,
+    PassiveSamples,
+    emg_gate,
+    from_motion,
+    identify_passive,
+    method_named,
+)
+from manipulandum_sim.passive import PassiveTruth, simulate_passive_many
 
 ELBOW: Final = "right_elbow_flexion"
 #: Both of the source's subjects, in the words of a figure's ``subject``.

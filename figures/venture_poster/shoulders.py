@@ -8,20 +8,19 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.comparison.discrimination import Discrimination, Group, discriminate
+from armimpedance.comparison import Discrimination, Group, discriminate
 from armimpedance.errors import InputError
-from armimpedance.mocap.joint_motion import joint_motion
-from armimpedance.passive.from_motion import from_motion
-from armimpedance.passive.identify import identify_passive
-from armimpedance.regression.summary import NamedParameter
-from manipulandum_sim.passive.subject import (
+from armimpedance.mocap import joint_motion
+from armimpedance.passive import from_motion, identify_passive
+from armimpedance.regression import NamedParameter
+from manipulandum_sim.passive import (
     ELBOW,
     PASSIVE_SUBJECTS,
     SHOULDER,
     PassiveSubject,
     passive_subject,
+    simulate_passive_many,
 )
-from manipulandum_sim.passive.swing import simulate_passive_many
 from manipulandum_sim.studio import Studio
 
 FLEXION: Final = SHOULDER[0]

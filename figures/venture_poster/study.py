@@ -8,16 +8,22 @@ from typing import Final
 import numpy as np
 
 from armimpedance.arrays import FloatArray
-from armimpedance.body.base_parameters import essential_base_parameters
-from armimpedance.body.equations import BodyEquations, body_equations
-from armimpedance.body.exciting import MotionChoice, choose_motions, motion_conditions
-from armimpedance.body.identify import identify_body
-from armimpedance.body.result import BodyFit
-from armimpedance.body.rows import RowChoice
-from armimpedance.body.validation import BodyValidation, validate
+from armimpedance.body import (
+    BodyEquations,
+    BodyFit,
+    BodyValidation,
+    MotionChoice,
+    RowChoice,
+    body_equations,
+    choose_motions,
+    essential_base_parameters,
+    identify_body,
+    motion_conditions,
+    validate,
+)
 from armimpedance.errors import InputError
 from armimpedance.motion import MotionRecording
-from manipulandum_sim.body.simulate import ALL, simulate_body
+from manipulandum_sim.body import ALL, simulate_body
 
 #: Low-pass of both sides of the equation, Hz. White noise of 2 mrad on the angles, differentiated
 #: twice, makes moments of 5 Nm at the analysis's usual 6 Hz and of 1 Nm at 3 Hz; motions this slow

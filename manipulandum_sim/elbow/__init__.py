@@ -1,1 +1,5 @@
 """An elbow in a powered exoskeleton, and a bench for one joint."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

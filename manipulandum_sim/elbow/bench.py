@@ -18,10 +18,10 @@ from armimpedance.arrays import FloatArray
 from armimpedance.conventions import perturbation_columns
 from armimpedance.errors import InputError
 from armimpedance.records import Recording, Subject
+from manipulandum_sim.elbow.device import RATE_HZ
 
 #: A constant, or a function of time: (S,) s -> (S,).
 Course = float | Callable[[FloatArray], FloatArray]
-RATE_HZ: Final = 1000.0
 FINER: Final = 4
 ORDER: Final = 4
 #: Seconds before the record in which the motion settles.

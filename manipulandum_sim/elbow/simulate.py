@@ -13,8 +13,7 @@ from armimpedance.errors import InputError
 from armimpedance.records import Recording
 from manipulandum_sim.elbow.device import RATE_HZ, Exoskeleton, Limits, NoiseLevel
 from manipulandum_sim.elbow.emg import Electrodes
-from manipulandum_sim.elbow.perturbation import Perturbation
-from manipulandum_sim.elbow.perturbation import perturbation as perturbation_of
+from manipulandum_sim.elbow.perturbation import Perturbation, perturbation as perturbation_of
 from manipulandum_sim.elbow.plant import (
     CAUSES,
     SENSORS,

@@ -23,7 +23,7 @@ from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
 from armimpedance.records import Subject
 from armimpedance.skeleton import Hinge, MarkerSite, Segment, Skeleton
-from manipulandum_sim.hand.subjects import (
+from manipulandum_sim.hand import (
     FOREARM_HAND_COM,
     FOREARM_HAND_GYRATION,
     FOREARM_HAND_MASS,

@@ -1,1 +1,5 @@
 """A robot for arm therapy with people in it."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

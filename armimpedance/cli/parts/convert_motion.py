@@ -10,7 +10,7 @@ from armimpedance.errors import InputError
 
 if TYPE_CHECKING:
     from armimpedance.motion import MarkerRecording
-    from armimpedance.recordings.motion.motion_capture import CaptureOptions
+    from armimpedance.recordings import CaptureOptions
     from armimpedance.skeleton import Skeleton
 
 MODELS = ("elbow", "body")
@@ -48,8 +48,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def is_motion_capture(path: Path) -> bool:
     """Whether this is a file of motion capture, by its suffix, or a recording of it."""
-    from armimpedance.recordings.kind import is_moving
-    from armimpedance.recordings.motion.motion_capture import SUFFIXES
+    from armimpedance.recordings import SUFFIXES, is_moving
 
     return path.suffix.lower() in SUFFIXES or is_moving(path)
 
@@ -60,9 +59,7 @@ def convert_motion(arguments: argparse.Namespace, emg_channels: dict[str, str]) 
 
     from armimpedance.cli.parts.inspect_motion import describe_moving
     from armimpedance.motion import MarkerRecording
-    from armimpedance.recordings.motion.marker_folder import write_markers
-    from armimpedance.recordings.motion.motion_capture import open_motion_capture
-    from armimpedance.recordings.motion.motion_folder import write_motion
+    from armimpedance.recordings import open_motion_capture, write_markers, write_motion
 
     _refuse_others(arguments)
     options = _options(arguments, emg_channels)
@@ -96,7 +93,7 @@ def _refuse_others(arguments: argparse.Namespace) -> None:
 
 
 def _options(arguments: argparse.Namespace, emg_channels: dict[str, str]) -> CaptureOptions:
-    from armimpedance.recordings.motion.motion_capture import CaptureOptions
+    from armimpedance.recordings import CaptureOptions
 
     axes = None if arguments.axes is None else tuple(arguments.axes.split(","))
     degrees = None if arguments.in_degrees is None else arguments.in_degrees == "yes"
@@ -111,8 +108,8 @@ def _options(arguments: argparse.Namespace, emg_channels: dict[str, str]) -> Cap
 
 
 def _skeleton(arguments: argparse.Namespace) -> Skeleton | None:
-    from armimpedance.arm.skeletons import body_skeleton, elbow_skeleton
-    from armimpedance.recordings.motion.skeleton_json import read_skeleton
+    from armimpedance.arm import body_skeleton, elbow_skeleton
+    from armimpedance.recordings import read_skeleton
 
     wanted = arguments.skeleton
     if wanted is None:
@@ -151,9 +148,9 @@ def _with_standing(
 
     if arguments.standing is None:
         return recording
-    from armimpedance.mocap.calibrate import calibrate_sites
+    from armimpedance.mocap import calibrate_sites
     from armimpedance.motion import MarkerRecording
-    from armimpedance.recordings.motion.motion_capture import open_motion_capture
+    from armimpedance.recordings import open_motion_capture
 
     plain = replace(options, emg_channels={}, skeleton=None)
     standing = open_motion_capture(arguments.standing, plain)

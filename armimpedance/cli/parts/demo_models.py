@@ -9,16 +9,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from armimpedance.arm.muscular_arms import arm_named
+from armimpedance.arm import arm_named
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import ArmImpedanceError
-from armimpedance.muscles.activation.fit import fit_activation_model
-from armimpedance.muscles.combined.fit import fit_muscle_model
-from armimpedance.muscles.from_estimates import joint_rows
-from armimpedance.muscles.joint_rows import JointRows, matrix
-from armimpedance.muscles.posture.fit import fit_posture_model
-from armimpedance.muscles.prediction import JointPrediction
-from armimpedance.report.numbers import aligned_table
+from armimpedance.muscles import (
+    JointPrediction,
+    JointRows,
+    fit_activation_model,
+    fit_muscle_model,
+    fit_posture_model,
+    joint_rows,
+    matrix,
+)
+from armimpedance.report import aligned_table
 
 if TYPE_CHECKING:
     from armimpedance_figures.tsuji1997.study import StudiedExperiment

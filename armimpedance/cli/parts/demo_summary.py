@@ -11,8 +11,8 @@ import numpy as np
 from armimpedance.arrays import FloatArray
 from armimpedance.ellipses import ellipse, ellipse_of
 from armimpedance.records import ImpedanceEstimate
-from armimpedance.regression.fit import t_interval
-from armimpedance.report.numbers import with_half_width
+from armimpedance.regression import t_interval
+from armimpedance.report import with_half_width
 
 if TYPE_CHECKING:
     from armimpedance_figures.tsuji1997.study import StudiedExperiment
@@ -81,8 +81,7 @@ def _compare(each: StudiedExperiment) -> Iterator[_Compared]:
 
 def _gamma(each: StudiedExperiment, joint: ImpedanceEstimate) -> FloatArray:
     """The force term that the mapping subtracted."""
-    from armimpedance.levels.joint import force_term
-    from armimpedance.levels.posture import arm_posture_for
+    from armimpedance.levels import arm_posture_for, force_term
 
     posture, _ = arm_posture_for(joint, each.recording.subject)
     return force_term(posture, joint.force if joint.force is not None else np.zeros(2))
@@ -112,7 +111,7 @@ def _line(one: _Compared) -> str:
 
 
 def _axes(estimate: ImpedanceEstimate) -> list[tuple[float, float]]:
-    from armimpedance.files.quantities import principal_values
+    from armimpedance.files import principal_values
 
     return [
         (float(v), float(h)) for v, h in zip(*principal_values(estimate, "stiffness"), strict=True)

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Literal
 from armimpedance.errors import EstimationError, InputError, NotIdentifiableError
 
 if TYPE_CHECKING:
-    from armimpedance.elbow.result import ElbowFit
+    from armimpedance.elbow import ElbowFit
     from armimpedance.records import Recording
-    from armimpedance.signals.emg.amplitude import EmgAmplitude
+    from armimpedance.signals import EmgAmplitude
 
 
 #: How a part that is one trial is called.
@@ -56,9 +56,7 @@ def check_choices(arguments: argparse.Namespace) -> None:
 def fit_recording(recording: Recording, arguments: argparse.Namespace) -> ElbowFit:
     """I, B and K of all trials together; errors name the recording."""
     from armimpedance.cli.parts.checks import naming
-    from armimpedance.elbow.samples import from_recording
-    from armimpedance.elbow.stationary.identify import identify_elbow
-    from armimpedance.elbow.stationary.methods import DEFAULT
+    from armimpedance.elbow import DEFAULT, from_recording, identify_elbow
 
     with naming(arguments.recording):
         return identify_elbow(
@@ -91,7 +89,7 @@ def fit_parts(recording: Recording, arguments: argparse.Namespace) -> dict[str, 
 
 def with_pooling_told(fit: ElbowFit, parts: dict[str, ElbowFit]) -> ElbowFit:
     """The pooled fit, with a warning where conditions differ by more than their intervals allow."""
-    from armimpedance.elbow.result import NAMES
+    from armimpedance.elbow import NAMES
 
     if any(label.startswith(TRIAL) for label in parts):
         return fit
@@ -115,7 +113,7 @@ def amplitudes(recording: Recording, arguments: argparse.Namespace) -> EmgAmplit
     InputError
         As `two_muscles`, or EMG that cannot be used.
     """
-    from armimpedance.signals.emg.amplitude import emg_amplitude
+    from armimpedance.signals import emg_amplitude
 
     muscles = two_muscles(recording, arguments)
     return emg_amplitude(muscles, cutoff_hz=emg_cutoff(arguments))
@@ -124,7 +122,7 @@ def amplitudes(recording: Recording, arguments: argparse.Namespace) -> EmgAmplit
 def emg_cutoff(arguments: argparse.Namespace) -> float:
     """Of --emg-cutoff-hz, Hz."""
     from armimpedance.cli.parts.checks import number
-    from armimpedance.signals.emg.amplitude import CUTOFF_HZ
+    from armimpedance.signals import CUTOFF_HZ
 
     word = arguments.emg_cutoff_hz
     return CUTOFF_HZ if word is None else number(word, "--emg-cutoff-hz", "more than 0 Hz")

@@ -10,21 +10,19 @@ from armimpedance.errors import EstimationError, InputError, NotIdentifiableErro
 if TYPE_CHECKING:
     import numpy as np
 
-    from armimpedance.elbow.emg.imcj import ImcjCalibration
-    from armimpedance.elbow.emg.law_result import EmgLaw
-    from armimpedance.elbow.result import ElbowFit
+    from armimpedance.elbow import ElbowFit, EmgLaw, ImcjCalibration
     from armimpedance.records import Recording
-    from armimpedance.signals.emg.amplitude import SegmentAmplitude
+    from armimpedance.signals import SegmentAmplitude
 
 
 def run_law(recording: Recording, arguments: argparse.Namespace) -> int:
     """Fit every trial, then the laws; print and write."""
     from armimpedance.cli.parts.checks import naming
     from armimpedance.cli.parts.elbow_input import two_muscles
-    from armimpedance.elbow.emg.law import fit_emg_law_of
-    from armimpedance.files.fit_json import write_fit
-    from armimpedance.report.elbow_law_text import law_object, law_summary, law_text
-    from armimpedance.signals.emg.amplitude import segment_amplitude
+    from armimpedance.elbow import fit_emg_law_of
+    from armimpedance.files import write_fit
+    from armimpedance.report import law_object, law_summary, law_text
+    from armimpedance.signals import segment_amplitude
 
     with naming(arguments.recording):
         pair = two_muscles(recording, arguments)
@@ -92,8 +90,8 @@ class _Index:
 def _index(recording: Recording, arguments: argparse.Namespace, rows: list[int]) -> _Index:
     from armimpedance.cli.parts.checks import naming
     from armimpedance.cli.parts.joint_input import read_joint
-    from armimpedance.elbow.emg.imcj import calibrate_imcj, imcj
-    from armimpedance.signals.emg.amplitude import segment_amplitude
+    from armimpedance.elbow import calibrate_imcj, imcj
+    from armimpedance.signals import segment_amplitude
 
     with naming(arguments.imcj):
         calibration = calibrate_imcj(read_joint(arguments.imcj), joint=arguments.joint)
@@ -117,8 +115,7 @@ def _draw(
     rows: list[int],
     arguments: argparse.Namespace,
 ) -> None:
-    from armimpedance.plots.elbow import plot_emg_law
-    from armimpedance.plots.style import save
+    from armimpedance.plots import plot_emg_law, save
 
     figure = plot_emg_law(law, fits, levels.amplitude[rows])
     save(figure, arguments.figure.with_suffix(""), (arguments.figure.suffix[1:],))

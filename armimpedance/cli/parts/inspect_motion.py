@@ -19,8 +19,7 @@ def inspect_moving(path: Path, kind: str) -> int:
         It cannot be read, or not be used.
     """
     from armimpedance.cli.parts.checks import naming
-    from armimpedance.recordings.motion.marker_folder import read_markers
-    from armimpedance.recordings.motion.motion_folder import read_motion
+    from armimpedance.recordings import read_markers, read_motion
 
     recording: MarkerRecording | MotionRecording
     if kind == "markers":
@@ -44,7 +43,7 @@ def inspect_moving(path: Path, kind: str) -> int:
 def describe_moving(recording: MarkerRecording | MotionRecording, title: str) -> str:
     """What is in a recording, as lines of text."""
     from armimpedance.motion import MarkerRecording
-    from armimpedance.report.numbers import counted
+    from armimpedance.report import counted
 
     trials, seconds = recording.trials, len(recording.time_s) / recording.sample_rate_hz
     subject, skeleton = recording.subject, recording.skeleton
@@ -112,7 +111,7 @@ def _longest_gap(lost: BoolArray, offsets: IntArray) -> int:
 
 
 def _plate_checks(recording: MotionRecording) -> list[str]:
-    from armimpedance.body.checks import check_body
+    from armimpedance.body import check_body
 
     if recording.wrenches is None:
         return ["--    not known: contact forces (`body` needs plates, or a robot's torque)"]
@@ -122,8 +121,8 @@ def _plate_checks(recording: MotionRecording) -> list[str]:
 
 def _emg_checks(recording: MarkerRecording | MotionRecording) -> list[str]:
     from armimpedance.errors import ArmImpedanceError
-    from armimpedance.passive.emg_gate import emg_gate
-    from armimpedance.report.passive_text import emg_text
+    from armimpedance.passive import emg_gate
+    from armimpedance.report import emg_text
 
     if recording.emg is None:
         return ["--    not known: whether the muscles were silent (no EMG)"]

@@ -14,8 +14,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from armimpedance.motion import EmgSignals, MotionRecording
-    from armimpedance.passive.emg_gate import EmgLevel
-    from armimpedance.passive.samples import PassiveSamples
+    from armimpedance.passive import EmgLevel, PassiveSamples
     from armimpedance.skeleton import Skeleton
 
 NO_EMG = "no EMG in the recording: whether the muscles were silent is not known"
@@ -38,7 +37,7 @@ def read_passive(path: Path, arguments: argparse.Namespace) -> PassiveInput:
     InputError
         It cannot be read or used; which file, row, column, trial.
     """
-    from armimpedance.recordings.kind import is_moving
+    from armimpedance.recordings import is_moving
 
     _refuse_file(path)
     if is_moving(path):
@@ -47,9 +46,8 @@ def read_passive(path: Path, arguments: argparse.Namespace) -> PassiveInput:
 
 
 def _from_torque(path: Path, arguments: argparse.Namespace) -> PassiveInput:
-    from armimpedance.passive.emg_gate import recorded_emg
-    from armimpedance.passive.from_recording import from_joint_recording
-    from armimpedance.recordings.tables.folder import read_folder
+    from armimpedance.passive import from_joint_recording, recorded_emg
+    from armimpedance.recordings import read_folder
 
     if arguments.joint:
         raise InputError(
@@ -73,7 +71,7 @@ def _from_torque(path: Path, arguments: argparse.Namespace) -> PassiveInput:
 
 
 def _from_motion(path: Path, arguments: argparse.Namespace) -> PassiveInput:
-    from armimpedance.passive.from_motion import from_motion
+    from armimpedance.passive import from_motion
 
     if arguments.torque_sign is not None:
         raise InputError("--torque-sign with motion capture", expected="a recording of torque")
@@ -105,10 +103,9 @@ def read_joint_motion(
         It cannot be read, or the markers do not determine the motion.
     """
     from armimpedance.cli.parts.progress import bar
-    from armimpedance.mocap.joint_motion import joint_motion
+    from armimpedance.mocap import joint_motion
     from armimpedance.motion import MotionRecording
-    from armimpedance.recordings.kind import recording_kind
-    from armimpedance.recordings.motion.motion_capture import open_motion_capture
+    from armimpedance.recordings import open_motion_capture, recording_kind
 
     if not longest_gap_s > 0:
         raise InputError(f"--longest-gap-s {longest_gap_s:g}", expected="more than 0 s")
@@ -144,8 +141,8 @@ def _refuse_file(path: Path) -> None:
 def _gate(
     emg: EmgSignals | None, trials: pd.DataFrame, limit: float | None
 ) -> tuple[EmgLevel | None, tuple[str, ...]]:
-    from armimpedance.passive.emg_gate import emg_gate
-    from armimpedance.report.passive_text import emg_text
+    from armimpedance.passive import emg_gate
+    from armimpedance.report import emg_text
 
     if emg is None:
         return None, (NO_EMG,)
@@ -157,7 +154,7 @@ def _gate(
 
 def _limit(arguments: argparse.Namespace) -> float | None:
     """Of the EMG gate in % of the maximum; None where the EMG is not looked at."""
-    from armimpedance.passive.emg_gate import DEFAULT_LIMIT_PERCENT
+    from armimpedance.passive import DEFAULT_LIMIT_PERCENT
 
     if arguments.emg_gate is None:
         return DEFAULT_LIMIT_PERCENT
@@ -167,7 +164,7 @@ def _limit(arguments: argparse.Namespace) -> float | None:
 
 
 def _cutoff(arguments: argparse.Namespace) -> float | None:
-    from armimpedance.passive.from_motion import DEFAULT_CUTOFF_HZ
+    from armimpedance.passive import DEFAULT_CUTOFF_HZ
 
     if arguments.cutoff_hz is None:
         return DEFAULT_CUTOFF_HZ

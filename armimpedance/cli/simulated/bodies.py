@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Final, Literal
 
 if TYPE_CHECKING:
     from armimpedance.motion import MarkerRecording, MotionRecording
-    from manipulandum_sim.body.truth import BodyTruth
-    from manipulandum_sim.passive.truth import PassiveTruth
+    from manipulandum_sim.body import BodyTruth
+    from manipulandum_sim.passive import PassiveTruth
 
 PASSIVE: Final = ("p5", "release")
 BODY: Final = "body"
@@ -50,7 +50,7 @@ def _simulated(
     arguments: argparse.Namespace,
 ) -> tuple[MarkerRecording | MotionRecording, PassiveTruth | BodyTruth]:
     if arguments.experiment == BODY:
-        from manipulandum_sim.body.simulate import simulate_body
+        from manipulandum_sim.body import simulate_body
         from manipulandum_sim.studio import Studio
 
         angle, force, moment = _BODY[arguments.noise]
@@ -63,7 +63,7 @@ def _simulated(
             markers=Studio(_MARKERS_M[arguments.noise]) if arguments.markers else False,
         )
     from armimpedance.cli.parts.progress import bar
-    from manipulandum_sim.passive.swing import simulate_passive
+    from manipulandum_sim.passive import simulate_passive
 
     with bar("simulating") as progress:
         return simulate_passive(
@@ -85,10 +85,7 @@ def write_moving(
     from armimpedance.cli.simulate import TRUTH_FILE
     from armimpedance.motion import MarkerRecording
     from armimpedance.outputs import RECORDING_FILES, staged_folder
-    from armimpedance.recordings.motion.marker_folder import write_markers
-    from armimpedance.recordings.motion.motion_folder import write_motion
-    from armimpedance.recordings.motion.moving_folder import EMG_FILES
-    from armimpedance.recordings.motion.skeleton_json import SKELETON_FILE
+    from armimpedance.recordings import EMG_FILES, SKELETON_FILE, write_markers, write_motion
 
     folder.parent.mkdir(parents=True, exist_ok=True)
     known = (*RECORDING_FILES, *EMG_FILES, SKELETON_FILE, TRUTH_FILE)

@@ -36,7 +36,7 @@ def simulate_elbow_test(arguments: argparse.Namespace, test: str) -> int:
     from armimpedance.cli.inspect import describe
     from armimpedance.cli.parts.progress import bar
     from armimpedance.cli.simulate import SETS, write_simulated
-    from manipulandum_sim.elbow.simulate import simulate_elbow
+    from manipulandum_sim.elbow import simulate_elbow
 
     for name, default in _OTHERS_ONLY.items():
         if getattr(arguments, name) != default:

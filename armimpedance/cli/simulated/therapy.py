@@ -11,10 +11,8 @@ from armimpedance.errors import InputError
 
 if TYPE_CHECKING:
     from armimpedance.records import Recording
-    from armimpedance.therapy.therapy_robot import TherapyRobot
-    from manipulandum_sim.therapy.device import TherapyDevice
-    from manipulandum_sim.therapy.plant import Progress
-    from manipulandum_sim.therapy.truth import TherapyTruth
+    from armimpedance.therapy import TherapyRobot
+    from manipulandum_sim.therapy import Progress, TherapyDevice, TherapyTruth
 
 #: Beside the recording: the robot before it was identified.
 DRAWINGS_FILE: Final = "drawings.json"
@@ -80,7 +78,7 @@ def simulate_therapy_test(arguments: argparse.Namespace, test: str) -> int:
 def _simulated(
     arguments: argparse.Namespace, test: str, progress: Progress
 ) -> tuple[Recording, TherapyTruth, TherapyDevice]:
-    from manipulandum_sim.therapy.device import therapy_device
+    from manipulandum_sim.therapy import therapy_device
 
     device = therapy_device()
     common: dict[str, Any] = {
@@ -89,21 +87,21 @@ def _simulated(
         "progress": progress,
     }
     if test == "therapy-calibration":
-        from manipulandum_sim.therapy.calibration import simulate_calibration
+        from manipulandum_sim.therapy import simulate_calibration
 
         return *simulate_calibration(**common), device
     if test == "therapy-validation":
-        from manipulandum_sim.therapy.calibration import simulate_validation
+        from manipulandum_sim.therapy import simulate_validation
 
         plant = device.mismatched() if arguments.mismatched else device
         return *simulate_validation(device=plant, **common), device
     if arguments.sets is not None:
         common["repetitions"] = arguments.sets
     if test == "therapy-mockup":
-        from manipulandum_sim.therapy.mockup import simulate_mockup
+        from manipulandum_sim.therapy import simulate_mockup
 
         return *simulate_mockup(**common), device
-    from manipulandum_sim.therapy.session import simulate_therapy
+    from manipulandum_sim.therapy import simulate_therapy
 
     subject = arguments.subject or "S1"
     return *simulate_therapy(subject=subject, lowering=arguments.lowering, **common), device
@@ -111,7 +109,7 @@ def _simulated(
 
 def drawings_of(device: TherapyDevice) -> TherapyRobot:
     """What is known of a simulated robot before it was identified."""
-    from armimpedance.therapy.therapy_robot import TherapyRobot
+    from armimpedance.therapy import TherapyRobot
 
     return TherapyRobot(
         name=device.name,
@@ -132,9 +130,9 @@ def write_therapy(
 ) -> None:
     """Write a recording with the robot's drawings and its truth beside it, all or none."""
     from armimpedance.cli.simulate import TRUTH_FILE
-    from armimpedance.files.therapy_json import write_robot
+    from armimpedance.files import write_robot
     from armimpedance.outputs import RECORDING_FILES, staged_folder
-    from armimpedance.recordings.tables.folder import write_folder
+    from armimpedance.recordings import write_folder
 
     folder.parent.mkdir(parents=True, exist_ok=True)
     with staged_folder(folder, known=(*RECORDING_FILES, TRUTH_FILE, DRAWINGS_FILE)) as staged:

@@ -25,8 +25,7 @@ from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
     from armimpedance.records import Recording, Subject
-    from armimpedance.therapy.passive_arm import ArmSegment
-    from armimpedance.therapy.therapy_robot import TherapyRobot
+    from armimpedance.therapy import ArmSegment, TherapyRobot
 
 _OF_A_PERSON: Final = "a person: a mock-up was weighed and has no ARM.json"
 #: What a person's arm needs, and where the recording may say it.
@@ -80,7 +79,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Read, fit, print, write."""
     from armimpedance.cli.parts.checks import check_outputs, naming, refuse_same_file
     from armimpedance.cli.parts.joint_input import read_joint
-    from armimpedance.files.therapy_json import read_robot
+    from armimpedance.files import read_robot
 
     check_outputs(figure=arguments.figure, out=arguments.out)
     refuse_same_file({"robot": arguments.robot}, out=arguments.out)
@@ -97,7 +96,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _mass_sd(arguments: argparse.Namespace) -> float:
     from armimpedance.errors import InputError
-    from armimpedance.therapy.passive_arm import MASS_SD
+    from armimpedance.therapy import MASS_SD
 
     percent = arguments.mass_sd_percent
     if percent is None:
@@ -124,10 +123,9 @@ def _mock_up_of(arguments: argparse.Namespace) -> tuple[ArmSegment, ...]:
 def _person(
     recording: Recording, robot: TherapyRobot, mass_sd: float, arguments: argparse.Namespace
 ) -> int:
-    from armimpedance.files.therapy_json import write_arm
-    from armimpedance.report.therapy_text import arm_object, arm_text
-    from armimpedance.therapy.arm.calibrate import identify_arm
-    from armimpedance.therapy.person import segments_of, upper_arm_length
+    from armimpedance.files import write_arm
+    from armimpedance.report import arm_object, arm_text
+    from armimpedance.therapy import identify_arm, segments_of, upper_arm_length
 
     subject = recording.subject
     _refuse_unknown(subject, arguments)
@@ -151,8 +149,7 @@ def _person(
         write_arm(calibration.arm, arguments.out, calibration.summary, **arm_object(calibration))
         print(f"\narm of subject {subject.id} written to {arguments.out}")
     if arguments.figure is not None:
-        from armimpedance.plots.style import save
-        from armimpedance.plots.therapy import plot_passive_arm
+        from armimpedance.plots import plot_passive_arm, save
 
         save(
             plot_passive_arm(calibration),
@@ -187,8 +184,8 @@ def _mock_up(
     tubes: tuple[ArmSegment, ...],
     arguments: argparse.Namespace,
 ) -> int:
-    from armimpedance.report.therapy_text import mockup_text
-    from armimpedance.therapy.arm.mockup import check_mockup
+    from armimpedance.report import mockup_text
+    from armimpedance.therapy import check_mockup
 
     check = check_mockup(recording, robot, tubes, upper_arm_m=arguments.upper_arm_m)
     print(mockup_text(check))
@@ -204,8 +201,7 @@ def pipes(given: list[str]) -> tuple[ArmSegment, ...]:
         Not two pipes of three numbers each.
     """
     from armimpedance.errors import InputError
-    from armimpedance.therapy.arm.mockup import pipe
-    from armimpedance.therapy.therapy_robot import FOREARM, UPPER_ARM
+    from armimpedance.therapy import FOREARM, UPPER_ARM, pipe
 
     words = [word.split(",") for word in given]
     try:

@@ -34,9 +34,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from armimpedance.records import Recording
-    from armimpedance.therapy.passive_arm import PassiveArm
-    from armimpedance.therapy.therapy_robot import TherapyRobot
-    from armimpedance.therapy.torques import MovementTorques
+    from armimpedance.therapy import MovementTorques, PassiveArm, TherapyRobot
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -74,12 +72,9 @@ def run(arguments: argparse.Namespace) -> int:
 
     from armimpedance.cli.parts.checks import check_outputs, naming, refuse_same_file
     from armimpedance.cli.parts.joint_input import read_joint
-    from armimpedance.files.contribution_csv import write_contributions
-    from armimpedance.report.contribution_text import contribution_text
-    from armimpedance.report.numbers import TABLE_WIDTH
-    from armimpedance.therapy.checks import check_recording
-    from armimpedance.therapy.movements import movement_torques
-    from armimpedance.therapy.share.metric import contribution_of
+    from armimpedance.files import write_contributions
+    from armimpedance.report import TABLE_WIDTH, contribution_text
+    from armimpedance.therapy import check_recording, contribution_of, movement_torques
 
     check_outputs(figure=arguments.figure, out=arguments.out)
     check_outputs(figure=None, out=arguments.samples)
@@ -119,7 +114,7 @@ def _robot_and_arm(arguments: argparse.Namespace) -> tuple[TherapyRobot, Passive
     """Robot and arm that belong together; errors name the file that is at fault."""
     from armimpedance.cli.parts.checks import naming
     from armimpedance.errors import InputError
-    from armimpedance.files.therapy_json import read_arm, read_robot
+    from armimpedance.files import read_arm, read_robot
 
     robot, arm = read_robot(arguments.robot), read_arm(arguments.arm)
     with naming(arguments.robot):
@@ -169,7 +164,7 @@ def axes_without_model(axes: Sequence[str], arm: PassiveArm, unrepeatable: bool)
         An axis without passive calibration, or no axis with a model.
     """
     from armimpedance.errors import InputError
-    from armimpedance.therapy.share.metric import usable_elastic
+    from armimpedance.therapy import usable_elastic
 
     refused = {}
     for axis in dict.fromkeys(axes):
@@ -189,8 +184,8 @@ def axes_without_model(axes: Sequence[str], arm: PassiveArm, unrepeatable: bool)
 def _write_samples(
     movements: tuple[MovementTorques, ...], robot: TherapyRobot, arm: PassiveArm, path: Path
 ) -> None:
-    from armimpedance.files.contribution_csv import write_samples
-    from armimpedance.therapy.share.metric import sample_contribution
+    from armimpedance.files import write_samples
+    from armimpedance.therapy import sample_contribution
 
     pairs = [(m, sample_contribution(m, robot, arm)) for m in movements]
     write_samples(pairs, path)
@@ -200,8 +195,7 @@ def _write_samples(
 def _draw(
     movements: tuple[MovementTorques, ...], robot: TherapyRobot, arm: PassiveArm, path: Path
 ) -> None:
-    from armimpedance.plots.style import save
-    from armimpedance.plots.therapy import plot_feedback
+    from armimpedance.plots import plot_feedback, save
 
     save(
         plot_feedback(movements, robot, arm, unrepeatable=True),
@@ -212,7 +206,7 @@ def _draw(
 
 def _live(recording: Recording, robot: TherapyRobot, arm: PassiveArm) -> str:
     """What the live form says, and how long it takes."""
-    from armimpedance.therapy.live.replay import replay
+    from armimpedance.therapy import replay
 
     report = replay(recording, robot, arm, unrepeatable=True)
     same = "the same flags" if report.flags_differ == 0 else f"{report.flags_differ} flags differ"

@@ -45,10 +45,9 @@ def run(arguments: argparse.Namespace) -> int:
     """Read, fit, print, write."""
     from armimpedance.cli.parts.checks import check_outputs, naming, refuse_same_file
     from armimpedance.cli.parts.joint_input import read_joint
-    from armimpedance.files.therapy_json import read_robot, write_robot
-    from armimpedance.report.therapy_text import robot_object, robot_text
-    from armimpedance.therapy.robot.calibrate import identify_robot
-    from armimpedance.therapy.robot.validation import validate_robot
+    from armimpedance.files import read_robot, write_robot
+    from armimpedance.report import robot_object, robot_text
+    from armimpedance.therapy import identify_robot, validate_robot
 
     check_outputs(figure=arguments.figure, out=arguments.out)
     refuse_same_file({"drawings": arguments.drawings}, out=arguments.out)
@@ -67,8 +66,7 @@ def run(arguments: argparse.Namespace) -> int:
         write_robot(calibration.robot, arguments.out, calibration.summary, **more)
         print(f"\nrobot {calibration.robot.name} written to {arguments.out}")
     if arguments.figure is not None:
-        from armimpedance.plots.style import save
-        from armimpedance.plots.therapy import plot_robot_calibration
+        from armimpedance.plots import plot_robot_calibration, save
 
         figure = plot_robot_calibration(calibration)
         save(figure, arguments.figure.with_suffix(""), (arguments.figure.suffix[1:],))

@@ -14,7 +14,7 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import NotIdentifiableError
-from armimpedance.regression.errors_in_regressors import ErrorMoments, refuse_unreliable
+from armimpedance.regression import ErrorMoments, refuse_unreliable
 
 #: Part of a combination's power that errors do not explain, below which it is left out.
 LEAST_RELIABLE: Final = 0.3

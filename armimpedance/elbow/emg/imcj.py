@@ -26,7 +26,7 @@ from armimpedance.elbow.emg.law_result import LinearLaw
 from armimpedance.elbow.emg.roles import Action, Role, roles_of
 from armimpedance.errors import InputError
 from armimpedance.records import Recording
-from armimpedance.signals.emg.amplitude import segment_amplitude
+from armimpedance.signals import segment_amplitude
 
 #: The joint of an isometric trial stays within this (rad, standard deviation).
 STILL_RAD: Final = 0.02

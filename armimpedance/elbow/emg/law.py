@@ -21,14 +21,14 @@ from armimpedance.elbow.emg.law_result import LAW_UNITS, EmgLaw, LinearLaw, cons
 from armimpedance.elbow.emg.rank import refuse_alike
 from armimpedance.elbow.result import ElbowFit
 from armimpedance.errors import EstimationError, InputError
-from armimpedance.regression.equations import solve_total
-from armimpedance.regression.errors_in_regressors import (
+from armimpedance.regression import (
     DOUBTFUL,
     Corrected,
     ErrorMoments,
     refuse_unreliable,
     small_sample_term,
     solve_corrected,
+    solve_total,
 )
 
 #: Rounds of, and a relative change that ends, the search for weights and slopes.

@@ -10,8 +10,7 @@ from numpy.typing import ArrayLike
 
 from armimpedance.arrays import BoolArray, FloatArray, frozen_array
 from armimpedance.errors import InputError
-from armimpedance.regression.fit import t_interval
-from armimpedance.regression.summary import NamedParameter
+from armimpedance.regression import NamedParameter, t_interval
 
 #: Units of what a law gives.
 LAW_UNITS: Final = {"K": "Nm/rad", "B": "Nm s/rad", "torque": "Nm"}

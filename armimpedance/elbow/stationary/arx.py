@@ -23,7 +23,7 @@ from armimpedance.elbow.stationary.noise_bias import LARGEST, in_words, predicte
 from armimpedance.elbow.stationary.output_error import fit_band
 from armimpedance.elbow.stationary.preparation import Prepared
 from armimpedance.errors import InputError
-from armimpedance.regression.fit import t_factor
+from armimpedance.regression import t_factor
 
 #: Below so many samples per period of the band's edge the three b are left free.
 WARPED: Final = 20

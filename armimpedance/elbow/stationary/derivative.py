@@ -19,7 +19,7 @@ from armimpedance.elbow.stationary.estimate import Estimate, Rows, Solved, ramp,
 from armimpedance.elbow.stationary.instruments import Driver, driver_of, refined
 from armimpedance.elbow.stationary.lagged import simulated
 from armimpedance.elbow.stationary.preparation import Prepared, without_ramp
-from armimpedance.signals.differentiate import Kernels, spline_kernels
+from armimpedance.signals import Kernels, spline_kernels
 
 #: Support of the kernel in periods of the band's upper edge.
 KERNEL_PERIODS: Final = 0.6

@@ -12,9 +12,15 @@ import numpy as np
 from armimpedance.arrays import FloatArray
 from armimpedance.elbow.result import NAMES
 from armimpedance.errors import EstimationError
-from armimpedance.regression.diagnose import Conditioning, conditioning, refuse_rank_loss
-from armimpedance.regression.equations import TrialEquations, leave_one_out_shift, solve_equations
-from armimpedance.regression.factors import split_blocks
+from armimpedance.regression import (
+    Conditioning,
+    TrialEquations,
+    conditioning,
+    leave_one_out_shift,
+    refuse_rank_loss,
+    solve_equations,
+    split_blocks,
+)
 
 #: Rounds of instruments settle once no parameter moves by more than this part of itself ...
 SETTLED: Final = 1e-6

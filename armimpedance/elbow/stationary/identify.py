@@ -20,8 +20,7 @@ from armimpedance.elbow.stationary.preparation import Cutoff, Decimation, Prepar
 from armimpedance.elbow.stationary.side_by_side import with_comparisons
 from armimpedance.elbow.stationary.whiteness import residual_whiteness, whiteness_warning
 from armimpedance.errors import InputError
-from armimpedance.regression.fit import t_factor
-from armimpedance.regression.summary import FitSummary, NamedParameter
+from armimpedance.regression import FitSummary, NamedParameter, t_factor
 
 #: The SNR of a record of some seconds is read off to about this (dB).
 SNR_SLACK_DB: Final = 0.5

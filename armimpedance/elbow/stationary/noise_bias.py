@@ -24,7 +24,7 @@ from armimpedance.elbow.stationary.discrete import DELAY, Structure, joint_model
 from armimpedance.elbow.stationary.lagged import FREE, SHAPE, lagged, model_of, simulated
 from armimpedance.elbow.stationary.preparation import Prepared, prepare, without_ramp
 from armimpedance.errors import EstimationError
-from armimpedance.signals.filters import lowpass
+from armimpedance.signals import lowpass
 
 #: Relative bias above which raw samples are refused and filtered ones warned of.
 LARGEST: Final = 0.1

@@ -11,8 +11,7 @@ from armimpedance.arrays import FloatArray, IntArray, frozen_array
 from armimpedance.elbow.samples import JointSamples
 from armimpedance.elbow.snr import ChannelSpectrum, channel_spectrum
 from armimpedance.errors import InputError, RecordError
-from armimpedance.signals.drift import ramp_basis
-from armimpedance.signals.filters import lowpass
+from armimpedance.signals import lowpass, ramp_basis
 
 Cutoff = float | None | Literal["auto"]
 Decimation = int | Literal["auto"]

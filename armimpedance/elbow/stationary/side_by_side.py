@@ -27,7 +27,7 @@ from armimpedance.elbow.stationary.instruments import solve as solve_instruments
 from armimpedance.elbow.stationary.methods import Method
 from armimpedance.elbow.stationary.preparation import Prepared
 from armimpedance.errors import EstimationError, NotIdentifiableError
-from armimpedance.regression.fit import t_factor
+from armimpedance.regression import t_factor
 
 #: Chance alone finds a difference in I, B or K this often.
 CHANCE: Final = 0.01

@@ -29,7 +29,7 @@ from armimpedance.elbow.varying.basis import (
 )
 from armimpedance.elbow.varying.data import VaryingData
 from armimpedance.elbow.varying.equation import Linearised
-from armimpedance.signals.filters import lowpass
+from armimpedance.signals import lowpass
 
 #: A term that is missing is told below this probability, if it moves K or B by more than
 #: `MATTERS` of their mean (rms).

@@ -25,8 +25,7 @@ from armimpedance.elbow.varying.departures import departures
 from armimpedance.elbow.varying.found import Found, grid
 from armimpedance.elbow.varying.voluntary import own_torque, residual_of
 from armimpedance.errors import EstimationError, InputError
-from armimpedance.signals.emg.amplitude import CUTOFF_HZ
-from armimpedance.signals.filters import lowpass
+from armimpedance.signals import CUTOFF_HZ, lowpass
 
 ERROR_DRAWS: Final = 32
 #: What an amplitude holds above this is error, for telling when it is large, Hz.

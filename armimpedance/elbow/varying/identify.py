@@ -14,9 +14,8 @@ from armimpedance.elbow.varying.data import VaryingData, decimated, varying_data
 from armimpedance.elbow.varying.found import Found
 from armimpedance.elbow.varying.methods import DEFAULT_VARYING, varying_method_named
 from armimpedance.errors import InputError
-from armimpedance.regression.fit import t_factor
-from armimpedance.regression.summary import NamedParameter
-from armimpedance.signals.emg.amplitude import CUTOFF_HZ
+from armimpedance.regression import NamedParameter, t_factor
+from armimpedance.signals import CUTOFF_HZ
 
 #: Half of K's 95 % band over K, above which the subject's own torque is told to limit it.
 WIDE: Final = 0.1

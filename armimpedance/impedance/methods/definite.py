@@ -27,9 +27,14 @@ from armimpedance.conventions import MATRICES, Kind
 from armimpedance.errors import EstimationError
 from armimpedance.impedance.prepared import Prepared
 from armimpedance.records import Window
-from armimpedance.regression.chart import Chart
-from armimpedance.regression.cones import NearestMatrices, Place, nearest_semidefinite
-from armimpedance.regression.equations import TrialEquations, solve_total
+from armimpedance.regression import (
+    Chart,
+    NearestMatrices,
+    Place,
+    TrialEquations,
+    nearest_semidefinite,
+    solve_total,
+)
 
 #: Eigenvalues of a symmetric fit of three axes below this part of the largest count as negative.
 _ROUNDING = 1e-12

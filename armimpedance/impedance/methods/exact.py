@@ -11,7 +11,7 @@ from armimpedance.conventions import Kind
 from armimpedance.impedance.prepared import Prepared
 from armimpedance.impedance.regressors import impedance_factors
 from armimpedance.records import Window
-from armimpedance.signals.response import choose_span, respond
+from armimpedance.signals import choose_span, respond
 
 
 def prepare(window: Window, kind: Kind) -> Prepared:

@@ -35,8 +35,8 @@ from armimpedance.impedance.methods.instruments import mean_of_others
 from armimpedance.impedance.methods.modal import ModalEquation, modal_equation, weighted_equations
 from armimpedance.impedance.prepared import Prepared
 from armimpedance.records import Window
-from armimpedance.regression.equations import solve_total
-from armimpedance.signals.modes import Modes
+from armimpedance.regression import solve_total
+from armimpedance.signals import Modes
 
 HIGHEST_HZ = 15.0
 #: The taper rises and falls over the rest, within these limits (s). It may reach into the

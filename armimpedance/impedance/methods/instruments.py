@@ -26,8 +26,8 @@ from armimpedance.errors import InputError
 from armimpedance.impedance.prepared import Prepared
 from armimpedance.impedance.regressors import BLOCKS_OF_ONE_TRIAL, impedance_factors, stack_columns
 from armimpedance.records import Response, Window
-from armimpedance.regression.equations import TrialEquations
-from armimpedance.signals.response import Span, choose_span, respond
+from armimpedance.regression import TrialEquations
+from armimpedance.signals import Span, choose_span, respond
 
 
 def prepare(window: Window, kind: Kind) -> Prepared:

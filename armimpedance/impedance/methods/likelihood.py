@@ -30,7 +30,7 @@ from armimpedance.impedance.methods.noise import refit_noise, through_impedance
 from armimpedance.impedance.methods.weighted import WeightedFit, weighted_fit
 from armimpedance.impedance.prepared import Prepared
 from armimpedance.records import Window
-from armimpedance.regression.equations import TrialEquations, solve_total
+from armimpedance.regression import TrialEquations, solve_total
 
 #: Rounds of noise and parameters; further ones move nothing by a hundredth of a standard error.
 ROUNDS = 5

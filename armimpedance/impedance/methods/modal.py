@@ -15,8 +15,8 @@ import numpy as np
 from armimpedance.arrays import FloatArray, IntArray, frozen_array
 from armimpedance.conventions import UNITS, Kind, element_names, parameter_names
 from armimpedance.records import Window
-from armimpedance.regression.equations import TrialEquations
-from armimpedance.signals.modes import Modes, delayed, spline_modes
+from armimpedance.regression import TrialEquations
+from armimpedance.signals import Modes, delayed, spline_modes
 
 
 @dataclass(frozen=True, eq=False)

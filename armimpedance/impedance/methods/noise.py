@@ -15,9 +15,8 @@ import numpy as np
 from armimpedance.arrays import FloatArray, frozen_array
 from armimpedance.impedance.methods.modal import ModalEquation
 from armimpedance.records import Window
-from armimpedance.regression.components import fit_components, total_covariance
-from armimpedance.signals.encoder import PositionNoise, position_noise
-from armimpedance.signals.modes import Modes
+from armimpedance.regression import fit_components, total_covariance
+from armimpedance.signals import Modes, PositionNoise, position_noise
 
 #: Tremor is looked for at these frequencies (Hz), with this standard deviation.
 TREMOR_HZ = (5.5, 7.0, 8.5, 10.0, 11.5)

@@ -16,9 +16,7 @@ from armimpedance.errors import InputError
 from armimpedance.impedance.prepared import Prepared
 from armimpedance.impedance.regressors import impedance_factors
 from armimpedance.records import Response, Window
-from armimpedance.signals.differentiate import derivatives
-from armimpedance.signals.drift import correct_force_only
-from armimpedance.signals.filters import lowpass
+from armimpedance.signals import correct_force_only, derivatives, lowpass
 
 CUTOFF_HZ = 15.0
 

@@ -32,8 +32,8 @@ from armimpedance.impedance.methods.noise import (
 )
 from armimpedance.impedance.prepared import Prepared
 from armimpedance.records import Window
-from armimpedance.regression.equations import TrialEquations, solve_total
-from armimpedance.signals.modes import Modes
+from armimpedance.regression import TrialEquations, solve_total
+from armimpedance.signals import Modes
 
 NAME = "weighted"
 #: Fits of the noise model, and their steps: the second starts where the first ended.

@@ -10,10 +10,8 @@ from armimpedance.arrays import FloatArray
 from armimpedance.errors import ArmImpedanceError, InputError
 from armimpedance.impedance.regressors import impedance_factors
 from armimpedance.records import Recording
-from armimpedance.regression.solve import fit
-from armimpedance.signals.response import choose_span, respond
-from armimpedance.signals.validity import Check
-from armimpedance.signals.windows import cut_windows
+from armimpedance.regression import fit
+from armimpedance.signals import Check, choose_span, cut_windows, respond
 
 #: Delays are looked for up to this much either way (s).
 LONGEST_S = 0.01

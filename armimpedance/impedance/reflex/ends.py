@@ -17,8 +17,8 @@ from armimpedance.conventions import Kind
 from armimpedance.errors import ArmImpedanceError, InputError
 from armimpedance.impedance.methods.weighted import weighted_fit
 from armimpedance.records import Window
-from armimpedance.regression.equations import leave_one_out_shift
-from armimpedance.signals.modes import DEGREE, Modes
+from armimpedance.regression import leave_one_out_shift
+from armimpedance.signals import SPLINE_DEGREE, Modes
 
 #: Knots of the kinematics' spline and cells of the force (s). Wider knots miss the jerk of the
 #: onset: with 20 ms knots K is 30 % wrong at 60 ms, narrower ones let more noise through.
@@ -157,8 +157,8 @@ def _spline_derivatives(samples: int, sample_rate_hz: float) -> tuple[FloatArray
     spacing = max(3, round(KNOTS_S * sample_rate_hz))
     pieces = max(1, (samples - 1) // spacing)
     inner = np.linspace(0, samples - 1, pieces + 1)
-    knots = np.concatenate([np.zeros(DEGREE), inner, np.full(DEGREE, samples - 1.0)])
-    splines = BSpline(knots, np.eye(len(knots) - DEGREE - 1), DEGREE)
+    knots = np.concatenate([np.zeros(SPLINE_DEGREE), inner, np.full(SPLINE_DEGREE, samples - 1.0)])
+    splines = BSpline(knots, np.eye(len(knots) - SPLINE_DEGREE - 1), SPLINE_DEGREE)
     at = np.arange(samples, dtype=float)
     # C (b, S) = (N^T N)^-1 N^T, N (S, b)
     N = splines(at)

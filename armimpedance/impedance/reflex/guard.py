@@ -34,7 +34,7 @@ from armimpedance.impedance.reflex.verdict import (
     Share,
 )
 from armimpedance.records import Recording, Window
-from armimpedance.signals.windows import cut_windows, disturbance_times
+from armimpedance.signals import cut_windows, disturbance_times
 
 #: Delays that are scanned (s).
 SCAN_S = tuple(round(0.030 + 0.0025 * step, 4) for step in range(37))

@@ -21,7 +21,7 @@ from armimpedance.impedance.methods.modal import ModalEquation, modal_equation, 
 from armimpedance.impedance.methods.noise import regressor_excess
 from armimpedance.impedance.methods.weighted import weighted_fit
 from armimpedance.records import Window
-from armimpedance.regression.equations import TrialEquations, leave_one_out_shift, solve_total
+from armimpedance.regression import TrialEquations, leave_one_out_shift, solve_total
 
 #: Noise is judged from the residuals of a fit with a reflex this late (s), if none is given: near
 #: enough to others to take a reflex out of them.

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from armimpedance.arm.muscle_paths import MuscularArm
+from armimpedance.arm import MuscularArm
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
 from armimpedance.muscles.activation.design import powers
 from armimpedance.muscles.activation.equations import ActivationEquations
-from armimpedance.muscles.joint_rows import JointRows
 from armimpedance.muscles.quality import ElementQuality
+from armimpedance.muscles.rows import JointRows
 
 #: Joint angles (rad) within this of their median are one posture: moment arms change by some per
 #: cent over .1 rad, less than they are known.

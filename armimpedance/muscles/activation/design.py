@@ -15,9 +15,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from armimpedance.arm.muscle_paths import MuscularArm
+from armimpedance.arm import MuscularArm
 from armimpedance.arrays import FloatArray
-from armimpedance.muscles.joint_rows import ELEMENTS, triple
+from armimpedance.muscles.rows import ELEMENTS, triple
 
 
 def muscle_patterns(

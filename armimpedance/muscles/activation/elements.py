@@ -13,14 +13,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from armimpedance.arm.muscle_paths import MuscularArm
+from armimpedance.arm import MuscularArm
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError, NotIdentifiableError
 from armimpedance.muscles.activation.checks import check_rows
 from armimpedance.muscles.activation.design import powers
 from armimpedance.muscles.activation.rank import RANK_TOLERANCE
-from armimpedance.muscles.joint_rows import ELEMENTS, JointRows, triple
 from armimpedance.muscles.quality import ElementQuality, correlations, element_quality
+from armimpedance.muscles.rows import ELEMENTS, JointRows, triple
 
 #: Shuffles of the rows for the null R.
 _SHUFFLES = 200

@@ -8,7 +8,7 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from armimpedance.arm.muscle_paths import MuscularArm
+from armimpedance.arm import MuscularArm
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import EstimationError, InputError
 from armimpedance.muscles.activation.bernstein import increments, to_powers
@@ -19,7 +19,7 @@ from armimpedance.muscles.activation.model import ActivationModel
 from armimpedance.muscles.activation.quality import activation_quality
 from armimpedance.muscles.activation.rank import activation_rank
 from armimpedance.muscles.activation.result import activation_result
-from armimpedance.muscles.joint_rows import JointRows, triple, triple_sd
+from armimpedance.muscles.rows import JointRows, triple, triple_sd
 
 #: Orders N of the source's Table 2, and what is refused beyond.
 HIGHEST_ORDER: Final = 5

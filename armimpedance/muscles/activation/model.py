@@ -15,7 +15,7 @@ from armimpedance.muscles.activation.design import column_names, joint_columns, 
 from armimpedance.muscles.prediction import JointPrediction
 from armimpedance.muscles.quality import ElementQuality
 from armimpedance.plain import from_plain, to_plain
-from armimpedance.regression.summary import FitSummary
+from armimpedance.regression import FitSummary
 
 #: An activation this far beyond the measured range is still inside (rounding in a file).
 _EDGE = 1e-6

@@ -10,8 +10,8 @@ from armimpedance.muscles.activation.equations import (
     SolvedEquations,
     least_squares_in,
 )
-from armimpedance.muscles.joint_rows import ELEMENTS
 from armimpedance.muscles.quality import ElementQuality, correlations, element_quality
+from armimpedance.muscles.rows import ELEMENTS
 
 #: Shuffles of the conditions for the null R; a bounded fit is solved again for each.
 SHUFFLES, BOUNDED_SHUFFLES = 200, 20

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from armimpedance.arm.muscle_paths import MuscularArm
+from armimpedance.arm import MuscularArm
 from armimpedance.arrays import FloatArray
 from armimpedance.muscles.activation.checks import falling_muscles, unpredicted
 from armimpedance.muscles.activation.design import column_names
@@ -12,7 +12,7 @@ from armimpedance.muscles.activation.equations import ActivationEquations, Solve
 from armimpedance.muscles.activation.model import ActivationModel, leverages
 from armimpedance.muscles.activation.rank import ActivationRank
 from armimpedance.muscles.quality import ElementQuality, explained
-from armimpedance.regression.summary import FitSummary, NamedParameter
+from armimpedance.regression import FitSummary, NamedParameter
 
 
 def activation_result(

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from armimpedance.arm.muscle_paths import MuscularArm
+from armimpedance.arm import MuscularArm
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError, NotIdentifiableError
 from armimpedance.muscles.activation.checks import check_activation, unpredicted
@@ -17,8 +17,8 @@ from armimpedance.muscles.combined.lengths import corrected_lengths
 from armimpedance.muscles.combined.model import MuscleModel
 from armimpedance.muscles.combined.quality import muscle_quality, muscle_summary
 from armimpedance.muscles.combined.solver import Measured, Posterior, Prior, solve_posterior
-from armimpedance.muscles.joint_rows import JointRows, triple, triple_sd
 from armimpedance.muscles.region import Region
+from armimpedance.muscles.rows import JointRows, triple, triple_sd
 
 HIGHEST_MOMENT_ARM_ORDER: Final = 3
 HIGHEST_ACTIVATION_ORDER: Final = 3

@@ -12,8 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from armimpedance.arm.muscle_paths import MuscularArm
-from armimpedance.arm.polynomial_paths import PolynomialPaths, fit_paths, monomial_exponents
+from armimpedance.arm import MuscularArm, PolynomialPaths, fit_paths, monomial_exponents
 from armimpedance.arrays import BoolArray, FloatArray, IntArray, frozen_array
 from armimpedance.muscles.angle_scaling import AngleScaling
 

@@ -10,19 +10,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from armimpedance.arm.polynomial_paths import PolynomialPaths
+from armimpedance.arm import PolynomialPaths
 from armimpedance.arrays import FloatArray, IntArray, frozen_array
 from armimpedance.errors import InputError
 from armimpedance.muscles.activation.model import checked_activation
 from armimpedance.muscles.angle_scaling import AngleScaling
 from armimpedance.muscles.combined.equations import MuscleEquations
 from armimpedance.muscles.combined.lengths import CorrectedLengths
-from armimpedance.muscles.joint_rows import matrix
 from armimpedance.muscles.prediction import JointPrediction
 from armimpedance.muscles.quality import ElementQuality
 from armimpedance.muscles.region import Region
+from armimpedance.muscles.rows import matrix
 from armimpedance.plain import from_plain, to_plain
-from armimpedance.regression.summary import FitSummary
+from armimpedance.regression import FitSummary
 
 #: An activation this far beyond the measured range is still inside (rounding in a file).
 _EDGE = 1e-6

@@ -9,9 +9,9 @@ import numpy as np
 from armimpedance.arrays import FloatArray
 from armimpedance.muscles.combined.equations import EvaluatedEquations, MuscleEquations
 from armimpedance.muscles.combined.solver import Measured, Posterior, Prior, minimised
-from armimpedance.muscles.joint_rows import ELEMENTS
 from armimpedance.muscles.quality import ElementQuality, correlation, element_quality, explained
-from armimpedance.regression.summary import FitSummary, NamedParameter
+from armimpedance.muscles.rows import ELEMENTS
+from armimpedance.regression import FitSummary, NamedParameter
 
 #: Each shuffle is a search of its own.
 SHUFFLES = 5

@@ -14,8 +14,8 @@ from numpy.typing import ArrayLike
 
 from armimpedance.arrays import FloatArray, IntArray, frozen_array
 from armimpedance.errors import InputError
-from armimpedance.muscles.joint_rows import matrix
 from armimpedance.muscles.posture.terms import exponents
+from armimpedance.muscles.rows import matrix
 
 #: Postures per joint at which eigenvalues are looked at.
 GRID = 61

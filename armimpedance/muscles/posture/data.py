@@ -8,7 +8,7 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray, IntArray, frozen_array
 from armimpedance.muscles.angle_scaling import AngleScaling
-from armimpedance.muscles.joint_rows import ELEMENTS, JointRows, triple, triple_sd
+from armimpedance.muscles.rows import ELEMENTS, JointRows, triple, triple_sd
 
 #: Symbol of each matrix and the unit of its elements.
 UNITS = {"K": "Nm/rad", "B": "Nms/rad"}

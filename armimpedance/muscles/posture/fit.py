@@ -15,7 +15,6 @@ from armimpedance.muscles.angle_scaling import (
     require_spread,
     stated_scaling,
 )
-from armimpedance.muscles.joint_rows import JointRows
 from armimpedance.muscles.posture.data import PostureData, stiffness_data, viscosity_data
 from armimpedance.muscles.posture.fitted import FittedMatrix, Progress
 from armimpedance.muscles.posture.model import PostureModel, posture_polynomial
@@ -24,6 +23,7 @@ from armimpedance.muscles.posture.quality import posture_quality, posture_summar
 from armimpedance.muscles.posture.sos import sos_fit
 from armimpedance.muscles.posture.terms import checked_order
 from armimpedance.muscles.region import Region
+from armimpedance.muscles.rows import JointRows
 
 FitMatrix = Callable[[PostureData, int, np.random.Generator, Progress], FittedMatrix]
 

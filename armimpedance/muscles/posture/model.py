@@ -19,7 +19,7 @@ from armimpedance.muscles.prediction import JointPrediction
 from armimpedance.muscles.quality import ElementQuality
 from armimpedance.muscles.region import Region
 from armimpedance.plain import from_plain, to_plain
-from armimpedance.regression.summary import FitSummary
+from armimpedance.regression import FitSummary
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from armimpedance.muscles.posture.data import PostureData, element_names
 from armimpedance.muscles.posture.fitted import FittedMatrix, Progress
 from armimpedance.muscles.posture.terms import exponents, monomials, term_names
 from armimpedance.muscles.quality import correlations
-from armimpedance.regression.diagnose import Conditioning, conditioning, refuse_rank_loss
+from armimpedance.regression import Conditioning, conditioning, refuse_rank_loss
 
 #: Shuffles of the rows whose R is averaged.
 _SHUFFLES = 400

@@ -7,14 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from armimpedance.arrays import FloatArray
-from armimpedance.muscles.joint_rows import JointRows
 from armimpedance.muscles.posture.data import UNITS, PostureData, element_names
 from armimpedance.muscles.posture.fitted import FittedMatrix
 from armimpedance.muscles.posture.model import PosturePolynomial
 from armimpedance.muscles.posture.terms import exponents, monomials, term_names
 from armimpedance.muscles.quality import ElementQuality, element_quality
-from armimpedance.regression.diagnose import conditioning
-from armimpedance.regression.summary import FitSummary, NamedParameter
+from armimpedance.muscles.rows import JointRows
+from armimpedance.regression import FitSummary, NamedParameter, conditioning
 
 #: Rows, columns and the fitted element of the four measured ones.
 _MEASURED = (("ss", 0, 0, 0), ("se", 0, 1, 1), ("es", 1, 0, 1), ("ee", 1, 1, 2))

@@ -28,7 +28,7 @@ from armimpedance.muscles.posture.program import GramProgram, GramSolution
 from armimpedance.muscles.posture.tangent import Tangent, tangent
 from armimpedance.muscles.posture.terms import exponents, term_names
 from armimpedance.muscles.quality import correlation
-from armimpedance.regression.diagnose import Conditioning
+from armimpedance.regression import Conditioning
 
 #: What roughness may cost, in residual variances per unit of stiffness over residual sd.
 PENALTIES = (0.0, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0)

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from armimpedance.regression.summary import NamedParameter
-    from armimpedance.therapy.arm.calibrate import ArmCalibration, AxisCalibration
+    from armimpedance.regression import NamedParameter
+    from armimpedance.therapy import ArmCalibration, AxisCalibration
 
 _ROW_IN = 2.6
 #: Letters of a line of the verdict.

@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from armimpedance.therapy.share.metric import Contribution
+from armimpedance.therapy import Contribution
 
 
 @dataclass(frozen=True)

@@ -15,16 +15,14 @@ from armimpedance.plots.style import (
     new_figure,
     print_style,
 )
-from armimpedance.regression.fit import t_factor
-from armimpedance.therapy.therapy_robot import SPRING_TERMS
+from armimpedance.regression import t_factor
+from armimpedance.therapy import SPRING_TERMS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from armimpedance.therapy.robot.calibrate import RobotCalibration
-    from armimpedance.therapy.robot.holds import SpringHolds
-    from armimpedance.therapy.robot.sweeps import AxisSweeps
+    from armimpedance.therapy import AxisSweeps, RobotCalibration, SpringHolds
 
 _ROW_IN = 2.3
 _COLUMNS: Final = 3

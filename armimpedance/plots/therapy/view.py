@@ -24,16 +24,14 @@ from armimpedance.plots.style import (
     print_style,
 )
 from armimpedance.plots.therapy.number import WholeMovement, contribution_text, contribution_texts
-from armimpedance.therapy.share.metric import contribution_of, contribution_so_far
+from armimpedance.therapy import contribution_of, contribution_so_far
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from armimpedance.arrays import FloatArray
-    from armimpedance.therapy.passive_arm import PassiveArm
-    from armimpedance.therapy.therapy_robot import TherapyRobot
-    from armimpedance.therapy.torques import MovementTorques
+    from armimpedance.therapy import MovementTorques, PassiveArm, TherapyRobot
 
 _ROW_IN: Final = 1.75
 #: Repetitions; more than these begin again.

@@ -16,10 +16,7 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
-from armimpedance.regression.factors import ragged_factors
-from armimpedance.regression.fit import Fit
-from armimpedance.regression.pooled import pool
-from armimpedance.regression.solve import fit
+from armimpedance.regression import Fit, fit, pool, ragged_factors
 from armimpedance.therapy.arm.repeatability import (
     Scatter,
     fluctuation_covariance,

@@ -10,7 +10,7 @@ import numpy as np
 
 from armimpedance.errors import InputError
 from armimpedance.records import Recording
-from armimpedance.regression.summary import FitSummary, NamedParameter
+from armimpedance.regression import FitSummary, NamedParameter
 from armimpedance.therapy.arm.axis_stiffness import AxisFit, fit_axis
 from armimpedance.therapy.arm.verdict import (
     axis_parameters,

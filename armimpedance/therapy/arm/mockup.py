@@ -19,10 +19,7 @@ import numpy as np
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
 from armimpedance.records import Recording
-from armimpedance.regression.factors import ragged_factors
-from armimpedance.regression.pooled import pool
-from armimpedance.regression.solve import fit
-from armimpedance.regression.summary import NamedParameter
+from armimpedance.regression import NamedParameter, fit, pool, ragged_factors
 from armimpedance.therapy.arm.axis_stiffness import direction_of, sliding_samples
 from armimpedance.therapy.checks import check_recording
 from armimpedance.therapy.movements import movement_torques

@@ -18,7 +18,7 @@ from typing import Final
 import numpy as np
 
 from armimpedance.arrays import FloatArray
-from armimpedance.regression.factors import ragged_factors
+from armimpedance.regression import ragged_factors
 
 #: A relaxed arm's k_s repeats within this share of itself, its q_0 within this angle (sd).
 STIFFNESS_REPEATS: Final = 0.03

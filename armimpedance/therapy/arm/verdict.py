@@ -8,8 +8,7 @@ from typing import Final
 import numpy as np
 
 from armimpedance.arrays import FloatArray
-from armimpedance.regression.fit import t_factor
-from armimpedance.regression.summary import NamedParameter
+from armimpedance.regression import NamedParameter, t_factor
 from armimpedance.therapy.arm.axis_stiffness import AxisFit
 from armimpedance.therapy.arm.repeatability import LARGEST_SCATTER_NM, LARGEST_SHARE
 from armimpedance.therapy.passive_arm import Elastic

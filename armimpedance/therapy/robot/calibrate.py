@@ -9,8 +9,7 @@ import numpy as np
 from armimpedance.arrays import FloatArray, IntArray
 from armimpedance.errors import InputError
 from armimpedance.records import Recording
-from armimpedance.regression.fit import Fit
-from armimpedance.regression.summary import FitSummary, NamedParameter
+from armimpedance.regression import Fit, FitSummary, NamedParameter
 from armimpedance.therapy.checks import check_recording, refuse_person
 from armimpedance.therapy.robot.holds import SpringHolds, fit_holds
 from armimpedance.therapy.robot.notes import axis_notes, rise_notes, spring_notes

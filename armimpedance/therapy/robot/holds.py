@@ -20,9 +20,7 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray, frozen_array
 from armimpedance.errors import InputError
-from armimpedance.regression.factors import ragged_factors
-from armimpedance.regression.fit import Fit
-from armimpedance.regression.solve import fit
+from armimpedance.regression import Fit, fit, ragged_factors
 from armimpedance.therapy.robot.steady import SteadyPart
 from armimpedance.therapy.therapy_robot import SPRING_TERMS, SPRING_UNITS
 

@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from armimpedance.arrays import FloatArray
-from armimpedance.regression.fit import t_factor
+from armimpedance.regression import t_factor
 from armimpedance.therapy.robot.holds import SpringHolds
 from armimpedance.therapy.robot.sweeps import CABLE, AxisSweeps
 from armimpedance.therapy.therapy_robot import SPRING_TERMS, TherapyRobot

@@ -11,7 +11,7 @@ import numpy as np
 from armimpedance.arrays import FloatArray, IntArray, frozen_array
 from armimpedance.errors import InputError, RecordError
 from armimpedance.records import Recording
-from armimpedance.regression.fit import Fit
+from armimpedance.regression import Fit
 from armimpedance.therapy.cells import number_in
 from armimpedance.therapy.smooth import WIDTH_S, SmoothTrial, kernels_for, smooth_trials
 from armimpedance.therapy.therapy_robot import TherapyRobot

@@ -23,12 +23,17 @@ from armimpedance.therapy.person import segments_of
 from armimpedance.therapy.rigid import arm_bodies, robot_bodies
 from armimpedance.therapy.therapy_robot import Loads, load_torque, parameter_count
 from armimpedance_figures.build_all import CATALOGUE
-from armimpedance_figures.guidali2013 import contribution_means as means
-from armimpedance_figures.guidali2013 import feedback, printed, table3, table4
-from armimpedance_figures.guidali2013 import fig03_cable as fig03
-from armimpedance_figures.guidali2013 import fig05_passive_torques as fig05
-from armimpedance_figures.guidali2013 import fig06_contribution as fig06
-from armimpedance_figures.guidali2013 import study as therapy_study
+from armimpedance_figures.guidali2013 import (
+    contribution_means as means,
+    feedback,
+    fig03_cable as fig03,
+    fig05_passive_torques as fig05,
+    fig06_contribution as fig06,
+    printed,
+    study as therapy_study,
+    table3,
+    table4,
+)
 from armimpedance_figures.source_figure import write
 from manipulandum_sim.therapy.device import therapy_device
 from manipulandum_sim.therapy.subject import THERAPY_SUBJECTS

@@ -7,15 +7,19 @@ import csv
 import numpy as np
 import pytest
 
-from armimpedance.muscles.joint_rows import triple
 from armimpedance.muscles.quality import correlation
+from armimpedance.muscles.rows import triple
 from armimpedance_figures.source_figure import write
-from armimpedance_figures.tsuji1997 import fig12_fig13_predicted_against_measured as fig12_fig13
-from armimpedance_figures.tsuji1997 import fig14_single_joint_activation as fig14
-from armimpedance_figures.tsuji1997 import over_activation, over_posture, printed
-from armimpedance_figures.tsuji1997 import table1_posture_fits as table1
-from armimpedance_figures.tsuji1997 import table2_activation_fits as table2
-from armimpedance_figures.tsuji1997 import where_models_extrapolate as where
+from armimpedance_figures.tsuji1997 import (
+    fig12_fig13_predicted_against_measured as fig12_fig13,
+    fig14_single_joint_activation as fig14,
+    over_activation,
+    over_posture,
+    printed,
+    table1_posture_fits as table1,
+    table2_activation_fits as table2,
+    where_models_extrapolate as where,
+)
 from armimpedance_figures.tsuji1997.rows import rows_of, without_errors
 from armimpedance_figures.tsuji1997.study import study
 

@@ -8,15 +8,17 @@ import pytest
 from armimpedance.elbow.samples import from_recording
 from armimpedance.errors import InputError
 from armimpedance_figures.build_all import CATALOGUE
-from armimpedance_figures.ruiz2011 import fig05_time_varying as fig05
-from armimpedance_figures.ruiz2011 import fig06_loads as fig06
-from armimpedance_figures.ruiz2011 import fig09_windows as fig09
-from armimpedance_figures.ruiz2011 import fig10_subjects as fig10
-from armimpedance_figures.ruiz2011 import frequency as elbow_frequency
-from armimpedance_figures.ruiz2011 import session as elbow_session
-from armimpedance_figures.ruiz2011 import snr as elbow_snr
-from armimpedance_figures.ruiz2011 import study_frequency as by_frequency
-from armimpedance_figures.ruiz2011 import study_snr as by_snr
+from armimpedance_figures.ruiz2011 import (
+    fig05_time_varying as fig05,
+    fig06_loads as fig06,
+    fig09_windows as fig09,
+    fig10_subjects as fig10,
+    frequency as elbow_frequency,
+    session as elbow_session,
+    snr as elbow_snr,
+    study_frequency as by_frequency,
+    study_snr as by_snr,
+)
 from armimpedance_figures.ruiz2011.bench import ACTIVE, DEPTH, SOURCES, SWINGING, varying_draws
 from armimpedance_figures.ruiz2011.frequency import EXACT
 from armimpedance_figures.ruiz2011.snr import RAW

@@ -10,9 +10,11 @@ from armimpedance.plots.style import new_figure, print_style
 from armimpedance_figures import build_all
 from armimpedance_figures.build_all import CATALOGUE, chosen, draw_from
 from armimpedance_figures.source_figure import add_caption, write
-from armimpedance_figures.tsuji1997 import fig14_single_joint_activation as fig14
-from armimpedance_figures.tsuji1997 import over_posture
-from armimpedance_figures.tsuji1997 import where_models_extrapolate as where
+from armimpedance_figures.tsuji1997 import (
+    fig14_single_joint_activation as fig14,
+    over_posture,
+    where_models_extrapolate as where,
+)
 from armimpedance_figures.tsuji1997.study import study
 
 #: Of the hand's experiments; the others have tests of their own.

@@ -17,17 +17,21 @@ from armimpedance.plots.passive import plot_emg_level
 from armimpedance.regression.summary import NamedParameter
 from armimpedance_figures.build_all import CATALOGUE
 from armimpedance_figures.source_figure import write
-from armimpedance_figures.venture_elbow import fig04
-from armimpedance_figures.venture_elbow import fig06_fig07 as fig06
-from armimpedance_figures.venture_elbow import fig08_fig09 as fig08
-from armimpedance_figures.venture_elbow import printed as venture_printed
-from armimpedance_figures.venture_elbow import study as passive_study
-from armimpedance_figures.venture_elbow import table2_table3 as tables
-from armimpedance_figures.venture_poster import conditions
-from armimpedance_figures.venture_poster import cross_validation as poster
-from armimpedance_figures.venture_poster import discrimination as groups
-from armimpedance_figures.venture_poster import shoulders as venture_shoulders
-from armimpedance_figures.venture_poster import study as body_study
+from armimpedance_figures.venture_elbow import (
+    fig04,
+    fig06_fig07 as fig06,
+    fig08_fig09 as fig08,
+    printed as venture_printed,
+    study as passive_study,
+    table2_table3 as tables,
+)
+from armimpedance_figures.venture_poster import (
+    conditions,
+    cross_validation as poster,
+    discrimination as groups,
+    shoulders as venture_shoulders,
+    study as body_study,
+)
 from armimpedance_figures.venture_poster.shoulders import Population, Shoulder, StudiedShoulders
 from manipulandum_sim.passive.subject import PASSIVE_SUBJECTS
 

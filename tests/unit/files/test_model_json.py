@@ -8,8 +8,8 @@ import pytest
 from armimpedance.errors import InputError
 from armimpedance.files.fit_json import write_fit
 from armimpedance.files.model_json import read_model, write_model
-from armimpedance.muscles.joint_rows import JointRows
 from armimpedance.muscles.posture.fit import fit_posture_model
+from armimpedance.muscles.rows import JointRows
 from armimpedance.regression.summary import FitSummary, NamedParameter
 
 

@@ -14,7 +14,7 @@ from armimpedance.errors import InputError, NotIdentifiableError
 from armimpedance.muscles.activation.design import muscle_patterns
 from armimpedance.muscles.activation.fit import ACTIVATION_MODELS, fit_activation_model
 from armimpedance.muscles.activation.model import ActivationModel
-from armimpedance.muscles.joint_rows import JointRows, matrix, triple
+from armimpedance.muscles.rows import JointRows, matrix, triple
 
 POSTURE = np.array([1.04, 1.57])
 ARM = arm_named("planar6")

@@ -14,7 +14,7 @@ from armimpedance.muscles.combined.equations import MuscleEquations
 from armimpedance.muscles.combined.fit import fit_muscle_model
 from armimpedance.muscles.combined.lengths import corrected_lengths
 from armimpedance.muscles.combined.model import MuscleModel
-from armimpedance.muscles.joint_rows import JointRows, matrix
+from armimpedance.muscles.rows import JointRows, matrix
 
 ARM = arm_named("planar6")
 NOMINAL = np.array([1.04, 1.57])

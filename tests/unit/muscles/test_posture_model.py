@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from armimpedance.errors import InputError, RecordError
-from armimpedance.muscles.joint_rows import JointRows
 from armimpedance.muscles.posture.fit import POSTURE_MODELS, fit_posture_model
 from armimpedance.muscles.posture.model import PostureModel
+from armimpedance.muscles.rows import JointRows
 
 LOW, HIGH = np.array([0.3, 0.8]), np.array([1.6, 2.2])
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from armimpedance.errors import InputError, NotIdentifiableError
-from armimpedance.muscles.joint_rows import JointRows, triple
 from armimpedance.muscles.posture.fit import fit_posture_model
 from armimpedance.muscles.posture.terms import exponents, monomials
+from armimpedance.muscles.rows import JointRows, triple
 
 BOX = np.array([[0.3, 1.6], [0.8, 2.2]])
 

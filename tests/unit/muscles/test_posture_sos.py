@@ -9,7 +9,6 @@ import pytest
 
 from armimpedance.errors import EstimationError, InputError
 from armimpedance.muscles.angle_scaling import measured_scaling
-from armimpedance.muscles.joint_rows import JointRows, matrix, triple
 from armimpedance.muscles.posture.certificate import (
     Gram,
     GramShape,
@@ -27,6 +26,7 @@ from armimpedance.muscles.posture.sos import PENALTIES, choose, posterior
 from armimpedance.muscles.posture.tangent import tangent
 from armimpedance.muscles.posture.terms import exponents, monomials
 from armimpedance.muscles.region import Region
+from armimpedance.muscles.rows import JointRows, matrix, triple
 from armimpedance.regression.cones import nearest_semidefinite
 
 LOW, HIGH = np.array([0.3, 0.8]), np.array([1.6, 2.2])

@@ -5,8 +5,7 @@ import struct
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from armimpedance.errors import InputError
 from armimpedance.recordings.c3d_file import parse_c3d, read_c3d

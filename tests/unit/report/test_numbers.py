@@ -1,8 +1,7 @@
 """A number is shown with the digits that its uncertainty leaves it."""
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from armimpedance.report.numbers import aligned_table, with_half_width, with_interval
 

@@ -1,0 +1,17 @@
+from .anthropometry import WINTER as WINTER, SegmentRatios as SegmentRatios, arm_of as arm_of
+from .muscle_paths import MuscularArm as MuscularArm
+from .muscular_arms import arm_named as arm_named
+from .operational import (
+    SINGULAR_CONDITION as SINGULAR_CONDITION,
+    hand_inertia as hand_inertia,
+    require_full_rank as require_full_rank,
+)
+from .polynomial_paths import (
+    PolynomialPaths as PolynomialPaths,
+    fit_paths as fit_paths,
+    monomial_exponents as monomial_exponents,
+)
+from .protocol import Arm as Arm
+from .skeleton_model import skeleton_model as skeleton_model
+from .skeletons import body_skeleton as body_skeleton, elbow_skeleton as elbow_skeleton
+from .two_link import TwoLinkArm as TwoLinkArm

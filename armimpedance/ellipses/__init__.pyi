@@ -1,0 +1,9 @@
+from .geometry import (
+    Ellipse as Ellipse,
+    NotPositiveDefiniteError as NotPositiveDefiniteError,
+    Which as Which,
+    ellipse as ellipse,
+    ellipse_of as ellipse_of,
+    locus as locus,
+)
+from .resampled import ResampledEllipse as ResampledEllipse, resampled_ellipse as resampled_ellipse

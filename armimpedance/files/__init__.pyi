@@ -1,0 +1,46 @@
+from .comparison_csv import (
+    in_degrees as in_degrees,
+    write_differences as write_differences,
+    write_subjects as write_subjects,
+)
+from .contribution_csv import (
+    write_contributions as write_contributions,
+    write_samples as write_samples,
+)
+from .fit_json import (
+    read_parameter as read_parameter,
+    summary_object as summary_object,
+    write_fit as write_fit,
+    write_json as write_json,
+)
+from .joint_rows_csv import read_joint_rows as read_joint_rows
+from .model_json import Model as Model, read_model as read_model, write_model as write_model
+from .muscle_csv import write_muscle_results as write_muscle_results
+from .prediction_csv import (
+    joined as joined,
+    read_activations as read_activations,
+    read_postures as read_postures,
+    write_predictions as write_predictions,
+)
+from .quantities import (
+    FIELDS as FIELDS,
+    antisymmetric as antisymmetric,
+    condition_of as condition_of,
+    ellipse_values as ellipse_values,
+    half_widths as half_widths,
+    is_recording_of_joints as is_recording_of_joints,
+    principal_values as principal_values,
+)
+from .result_row import check_group_columns as check_group_columns
+from .results_csv import (
+    read_results as read_results,
+    write_results as write_results,
+    write_results_json as write_results_json,
+)
+from .therapy_json import (
+    read_arm as read_arm,
+    read_robot as read_robot,
+    write_arm as write_arm,
+    write_robot as write_robot,
+)
+from .varying_csv import write_varying as write_varying

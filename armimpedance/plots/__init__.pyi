@@ -1,0 +1,49 @@
+from .body import body_figure as body_figure, plot_row as plot_row, row_labels as row_labels
+from .comparison import plot_comparison as plot_comparison
+from .discrimination import plot_discrimination as plot_discrimination
+from .elbow import (
+    plot_emg_law as plot_emg_law,
+    plot_frequency_response as plot_frequency_response,
+    plot_varying as plot_varying,
+    plot_varying_both as plot_varying_both,
+)
+from .ellipse_fields import Predicted as Predicted
+from .ellipse_parts import default_scale as default_scale
+from .ellipses import (
+    plot_ellipse_rose as plot_ellipse_rose,
+    plot_ellipses_in_workspace as plot_ellipses_in_workspace,
+    plot_ellipses_over_levels as plot_ellipses_over_levels,
+)
+from .maps import plot_map as plot_map
+from .muscles import (
+    PARAMETERS as PARAMETERS,
+    activation_surfaces as activation_surfaces,
+    half_width_surface as half_width_surface,
+    plot_ellipse_surfaces as plot_ellipse_surfaces,
+    plot_predicted_against_measured as plot_predicted_against_measured,
+    posture_points as posture_points,
+    posture_surfaces as posture_surfaces,
+)
+from .passive import (
+    plot_emg_level as plot_emg_level,
+    plot_passive_fit as plot_passive_fit,
+    plot_passive_fits as plot_passive_fits,
+)
+from .plan import plan_figure as plan_figure
+from .reflex import MOST_GROUPS as MOST_GROUPS, plot_reflex as plot_reflex
+from .responses import plot_response as plot_response
+from .style import (
+    OKABE_ITO as OKABE_ITO,
+    TWO_COLUMNS_IN as TWO_COLUMNS_IN,
+    new_figure as new_figure,
+    print_style as print_style,
+    save as save,
+)
+from .surfaces import MeasuredPoints as MeasuredPoints, Surface as Surface
+from .tables import TableBlock as TableBlock, TableRow as TableRow, plot_table as plot_table
+from .therapy import (
+    plot_feedback as plot_feedback,
+    plot_friction as plot_friction,
+    plot_passive_arm as plot_passive_arm,
+    plot_robot_calibration as plot_robot_calibration,
+)

@@ -1,0 +1,11 @@
+from .bench import simulate_bench as simulate_bench
+from .device import RATE_HZ as RATE_HZ
+from .emg import Electrodes as Electrodes, raw_emg as raw_emg
+from .plant import (
+    HIDING_GAIN as HIDING_GAIN,
+    HIDING_HZ as HIDING_HZ,
+    KINEMATICS_HZ as KINEMATICS_HZ,
+)
+from .protocol import LOADS as LOADS, RHYTHM_HZ as RHYTHM_HZ
+from .simulate import simulate_elbow as simulate_elbow
+from .truth import ElbowTruth as ElbowTruth

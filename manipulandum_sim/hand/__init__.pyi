@@ -1,0 +1,39 @@
+from .arm_plant import Arm as Arm
+from .coupled import (
+    CoupledPlant as CoupledPlant,
+    Course as Course,
+    Track as Track,
+    integrate as integrate,
+)
+from .disturbances import DISTURBANCES as DISTURBANCES
+from .equilibrium import hand_jacobian as hand_jacobian, muscle_command as muscle_command
+from .experiments import (
+    EXPERIMENTS as EXPERIMENTS,
+    Condition as Condition,
+    find_experiment as find_experiment,
+    nominal_hand as nominal_hand,
+)
+from .muscles import joint_basis as joint_basis
+from .noise import NOMINAL as NOMINAL
+from .rig import RATE_HZ as RATE_HZ, Reflex as Reflex, Rig as Rig
+from .robot import IDEAL as IDEAL, Servo as Servo, servo_gains as servo_gains
+from .schedule import Run as Run, make_schedule as make_schedule
+from .simulate import simulate as simulate, simulate_condition as simulate_condition
+from .subjects import (
+    FOREARM_HAND_COM as FOREARM_HAND_COM,
+    FOREARM_HAND_GYRATION as FOREARM_HAND_GYRATION,
+    FOREARM_HAND_MASS as FOREARM_HAND_MASS,
+    FOREARM_LENGTH as FOREARM_LENGTH,
+    SUBJECTS as SUBJECTS,
+    UPPER_ARM_COM as UPPER_ARM_COM,
+    UPPER_ARM_GYRATION as UPPER_ARM_GYRATION,
+    UPPER_ARM_MASS as UPPER_ARM_MASS,
+    find_subject as find_subject,
+)
+from .trials import Batch as Batch, make_course as make_course
+from .truth import (
+    Truth as Truth,
+    derivative as derivative,
+    find_truth as find_truth,
+    joint_angles as joint_angles,
+)

@@ -1,0 +1,13 @@
+from .subject import (
+    ELBOW as ELBOW,
+    PASSIVE_SUBJECTS as PASSIVE_SUBJECTS,
+    SHOULDER as SHOULDER,
+    PassiveSubject as PassiveSubject,
+    find_passive_subject as find_passive_subject,
+    passive_subject as passive_subject,
+)
+from .swing import (
+    simulate_passive as simulate_passive,
+    simulate_passive_many as simulate_passive_many,
+)
+from .truth import PassiveTruth as PassiveTruth

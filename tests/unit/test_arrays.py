@@ -1,0 +1,81 @@
+"""Records freeze and check what their annotations say."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Annotated, Any
+
+import numpy as np
+import pytest
+
+from armimpedance.arrays import BoolArray, FloatArray, FrozenRecord, IntArray
+from armimpedance.errors import RecordError
+
+
+@dataclass(frozen=True)
+class Sample(FrozenRecord):
+    """A record with one field of each kind."""
+
+    names: Annotated[tuple[str, ...], "m"]
+    values: Annotated[FloatArray, "m"]
+    covariance: Annotated[FloatArray, "m m"]
+    offsets: Annotated[IntArray, "t+1"]
+    planes: Annotated[FloatArray, "_ 2 nan"]
+    used: Annotated[BoolArray, "t"] | None = None
+    notes: tuple[str, ...] = ()
+    more: Mapping[str, Any] = field(default_factory=dict)
+
+
+def sample(**changes):
+    given = {
+        "names": ["k", "h"],
+        "values": [1, 2],
+        "covariance": np.eye(2),
+        "offsets": [0, 3, 5],
+        "planes": [[1.0, np.nan]],
+    }
+    return Sample(**(given | changes))
+
+
+def test_arrays_are_copied_read_only_and_of_their_type():
+    values = np.array([1.0, 2.0])
+    made = sample(values=values, notes=["a"], more={"x": 1})
+    values[0] = 9
+    assert made.values[0] == 1.0
+    with pytest.raises(ValueError, match="read-only"):
+        made.values[0] = 3
+    assert made.offsets.dtype == np.int64
+    assert made.names == ("k", "h")
+    assert made.notes == ("a",)
+    with pytest.raises(TypeError):
+        made.more["y"] = 2  # type: ignore[index]
+    assert made.used is None
+
+
+def test_a_frozen_array_is_not_copied_again():
+    made = sample()
+    assert replace(made, names=("a", "b")).covariance is made.covariance
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"values": [1, 2, 3]},
+        {"values": [[1, 2]]},
+        {"values": [1, np.nan]},
+        {"covariance": np.eye(3)},
+        {"covariance": np.ones((2, 3))},
+        {"planes": [[1.0, 2.0, 3.0]]},
+        {"used": [True]},
+        {"names": ("k",)},
+    ],
+)
+def test_what_disagrees_is_refused(changes):
+    with pytest.raises(RecordError):
+        sample(**changes)
+
+
+def test_sizes_with_an_offset_agree():
+    assert sample(used=[True, False]).used.tolist() == [True, False]
+    assert sample(offsets=[0], used=[]).offsets.tolist() == [0]

@@ -1,0 +1,251 @@
+"""The rooms: import order, faces, no circles, and a start that imports nothing heavy."""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+
+#: From top to bottom; a room may import rooms of lower rank only, and itself.
+RANKS = [
+    {"__main__"},
+    {"cli"},
+    {"plots", "report"},
+    {"files"},
+    {"therapy"},
+    {"body"},
+    {"muscles", "passive", "elbow"},
+    {"comparison", "planning"},
+    {"levels", "ellipses"},
+    {"impedance"},
+    {"regression", "recordings", "mocap"},
+    {"signals", "arm"},
+    {"plain"},
+    {"motion"},
+    {"skeleton"},
+    {"records"},
+    {"arrays"},
+    {"outputs"},
+    {"conventions", "errors"},
+]
+RANK = {room: rank for rank, rooms in enumerate(RANKS) for room in rooms}
+
+#: Module that a test of laziness looks for -> where it may be imported, and only inside functions.
+HEAVY = {
+    "matplotlib": {"plots", "report"},
+    "cvxpy": {"body", "levels", "muscles", "passive", "regression"},
+}
+
+
+def _modules(package: str) -> list[Path]:
+    return sorted((ROOT / package).rglob("*.py"))
+
+
+def _imports(path: Path) -> list[tuple[str, bool]]:
+    """Imported module names of a file, and whether at module level (outside TYPE_CHECKING)."""
+    tree = ast.parse(path.read_text())
+    top = {id(node) for node in tree.body}
+    found = []
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            found += [(alias.name, id(node) in top) for alias in node.names]
+        elif isinstance(node, ast.ImportFrom) and node.module and node.level == 0:
+            found.append((node.module, id(node) in top))
+    return found
+
+
+def _room(module: str) -> str | None:
+    parts = module.split(".")
+    return parts[1] if parts[0] == "armimpedance" and len(parts) > 1 else None
+
+
+@pytest.mark.parametrize(
+    "path", _modules("armimpedance"), ids=lambda p: str(p.relative_to(ROOT / "armimpedance"))
+)
+def test_rooms_import_downwards_only(path):
+    relative = path.relative_to(ROOT / "armimpedance")
+    room = relative.parts[0].removesuffix(".py")
+    if room == "__init__":
+        assert _imports(path) == []
+        return
+    assert room in RANK, f"{room} has no place in the import order"
+    for module, at_top in _imports(path):
+        target = _room(module)
+        if target is not None and target != room:
+            assert RANK[target] > RANK[room], f"{relative} imports {module}"
+        heavy = module.split(".")[0]
+        if heavy in HEAVY:
+            assert room in HEAVY[heavy], f"{relative} imports {module}"
+            assert not at_top, f"{relative} imports {module} at module level"
+        if heavy in ("manipulandum_sim", "armimpedance_figures"):
+            assert room == "cli", f"{relative} imports {module}"
+
+
+@pytest.mark.parametrize(
+    "path", _modules("manipulandum_sim"), ids=lambda p: str(p.relative_to(ROOT))
+)
+def test_the_simulator_shares_no_dynamics_with_the_analysis(path):
+    allowed = {"arrays", "records", "motion", "skeleton", "conventions", "errors", "outputs"}
+    rooms = {_room(module) for module, _ in _imports(path)} - {None}
+    assert rooms <= allowed, f"{path.name} imports {rooms - allowed}"
+
+
+@pytest.mark.parametrize(
+    "arguments", [["--help"], ["estimate", "--help"], ["therapy", "robot", "--help"], ["--version"]]
+)
+def test_help_imports_nothing_heavy(arguments):
+    code = (
+        "import sys\n"
+        "from armimpedance.__main__ import main\n"
+        "try:\n"
+        f"    main({arguments!r})\n"
+        "except SystemExit as end:\n"
+        "    assert not end.code\n"
+        "heavy = {'numpy', 'scipy', 'pandas', 'matplotlib', 'pinocchio', 'cvxpy', 'pyarrow'}\n"
+        "loaded = heavy & set(sys.modules)\n"
+        "assert not loaded, loaded\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize("module", ["estimation", "reflex.delay"])
+def test_importing_the_estimate_does_not_import_plotting_or_solvers(module):
+    code = (
+        f"import sys, armimpedance.impedance.{module}\n"
+        "assert not {'matplotlib', 'cvxpy', 'pinocchio'} & set(sys.modules)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
+#: What lies outside of the rooms and may name what they show: through faces as well.
+OUTSIDE = ("figures", "benchmarks")
+
+
+def _faces() -> dict[str, set[str]]:
+    """Room (dotted) -> the names that its stub shows."""
+    faces = {}
+    for stub in sorted(ROOT.glob("*/*/__init__.pyi")):
+        names = [n for n in ast.walk(ast.parse(stub.read_text())) if isinstance(n, ast.ImportFrom)]
+        room = ".".join(stub.parent.relative_to(ROOT).parts)
+        faces[room] = {alias.name for node in names for alias in node.names}
+    return faces
+
+
+FACES = _faces()
+
+
+def _room_inside(path: Path) -> str:
+    """The room that a file is part of, dotted; "" for what belongs to none."""
+    parts = path.relative_to(ROOT).with_suffix("").parts
+    return ".".join(parts[:2]) if parts[0] not in OUTSIDE else ""
+
+
+def _named(path: Path) -> list[tuple[str, str]]:
+    """(module, name) of every absolute import of a name."""
+    nodes = [n for n in ast.walk(ast.parse(path.read_text())) if isinstance(n, ast.ImportFrom)]
+    return [(n.module, a.name) for n in nodes if n.module and n.level == 0 for a in n.names]
+
+
+@pytest.mark.parametrize(
+    "path",
+    [p for place in ("armimpedance", "manipulandum_sim", *OUTSIDE) for p in _modules(place)],
+    ids=lambda p: str(p.relative_to(ROOT)),
+)
+def test_a_room_is_entered_by_its_face(path):
+    for module, name in _named(path):
+        room = ".".join(module.split(".")[:2])
+        if room in FACES and room != _room_inside(path):
+            assert module == room, f"{path.name} looks into {module}"
+            assert name in FACES[room], f"{path.name}: {name} is not on the face of {room}"
+
+
+def test_every_name_on_a_face_is_there_and_no_module_hides_it():
+    code = (
+        "import importlib\n"
+        f"for room, names in {FACES!r}.items():\n"
+        "    face = importlib.import_module(room)\n"
+        "    assert set(face.__all__) == names, room\n"
+        "    for name in sorted(names):\n"
+        "        assert type(getattr(face, name)).__name__ != 'module', (room, name)\n"
+        "    # once more, now that every module of the room is loaded\n"
+        "    for name in sorted(names):\n"
+        "        assert type(getattr(face, name)).__name__ != 'module', (room, name)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
+def test_the_faces_of_the_analysis_stay_small():
+    assert sum(len(names) for room, names in FACES.items() if "armimpedance" in room) <= 430
+
+
+def _graph() -> dict[str, set[str]]:
+    """Module -> modules that it imports anywhere, names on faces followed to where they live."""
+    homes = {}
+    for stub in ROOT.glob("*/*/__init__.pyi"):
+        room = ".".join(stub.parent.relative_to(ROOT).parts)
+        for node in ast.walk(ast.parse(stub.read_text())):
+            if isinstance(node, ast.ImportFrom):
+                homes |= {(room, alias.name): f"{room}.{node.module}" for alias in node.names}
+    files = {
+        ".".join(p.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): p
+        for place in ("armimpedance", "manipulandum_sim")
+        for p in _modules(place)
+    }
+    graph: dict[str, set[str]] = {}
+    for module, path in files.items():
+        graph[module] = set()
+        for target, name in _named(path):
+            for found in (homes.get((target, name)), f"{target}.{name}", target):
+                if found in files:
+                    graph[module].add(found)
+                    break
+        graph[module] -= {module}
+    return graph
+
+
+def test_no_module_imports_itself_by_way_of_others():
+    graph, seen, way = _graph(), set(), []
+
+    def visit(module):
+        if module in way:
+            raise AssertionError(" -> ".join([*way[way.index(module) :], module]))
+        if module in seen:
+            return
+        way.append(module)
+        for target in sorted(graph[module]):
+            visit(target)
+        way.pop()
+        seen.add(module)
+
+    for module in sorted(graph):
+        visit(module)
+
+
+@pytest.mark.parametrize("place", ["armimpedance", "manipulandum_sim", "figures", "benchmarks"])
+def test_no_folder_is_a_crowd(place):
+    for folder in {path.parent for path in _modules(place)}:
+        modules = [p for p in folder.glob("*.py") if p.name != "__init__.py"]
+        limit = 25 if folder.name in ("cli", "benchmarks") else 20
+        assert len(modules) <= limit, f"{folder.relative_to(ROOT)} has {len(modules)} modules"
+
+
+def test_every_folder_is_installed():
+    listed = set(
+        tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]["packages"]
+    )
+    folders = set()
+    for init in ROOT.glob("*/**/__init__.py"):
+        parts = list(init.parent.relative_to(ROOT).parts)
+        if parts[0] in ("armimpedance", "manipulandum_sim", "figures"):
+            parts[0] = "armimpedance_figures" if parts[0] == "figures" else parts[0]
+            folders.add(".".join(parts))
+    assert listed == folders
