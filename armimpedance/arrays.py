@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from functools import cache, partial
 from types import MappingProxyType, NoneType, UnionType
 from typing import Annotated, Any, Final, Union, get_args, get_origin, get_type_hints
@@ -67,9 +67,8 @@ def _is_frozen(array: np.ndarray) -> bool:
     return seen is None
 
 
-@dataclass(frozen=True)
 class FrozenRecord:
-    """Base of the records: fields are frozen and checked by their annotations.
+    """Base of records, which are frozen dataclasses: fields are checked by their annotations.
 
     An array field says its shape in its annotation: ``Annotated[FloatArray, "m n"]``. A letter
     stands for one size throughout the record, a number for itself, ``m+1`` for one more than m,
@@ -87,7 +86,8 @@ class FrozenRecord:
 
     def __post_init__(self) -> None:
         sizes: dict[str, int] = {}
-        for name, rule in _rules(type(self)):
+        record: Any = type(self)
+        for name, rule in _rules(record):
             value = getattr(self, name)
             if value is not None:
                 object.__setattr__(self, name, rule(value, name, sizes))
@@ -97,7 +97,7 @@ _Rule = Callable[[Any, str, dict[str, int]], Any]
 
 
 @cache
-def _rules(record: type) -> tuple[tuple[str, _Rule], ...]:
+def _rules(record: Any) -> tuple[tuple[str, _Rule], ...]:
     """What is to be done to each field of a record; fields with nothing to do are left out."""
     hints = get_type_hints(record, include_extras=True)
     rules = ((f.name, _rule(hints[f.name])) for f in fields(record))

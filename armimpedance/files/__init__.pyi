@@ -9,7 +9,6 @@ from .contribution_csv import (
 )
 from .fit_json import (
     read_parameter as read_parameter,
-    summary_object as summary_object,
     write_fit as write_fit,
     write_json as write_json,
 )
@@ -37,6 +36,7 @@ from .results_csv import (
     write_results as write_results,
     write_results_json as write_results_json,
 )
+from .tables import write_table as write_table
 from .therapy_json import (
     read_arm as read_arm,
     read_robot as read_robot,

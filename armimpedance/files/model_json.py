@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from importlib import import_module
@@ -10,7 +9,8 @@ from pathlib import Path
 from typing import Any, Final, Protocol
 
 from armimpedance.errors import InputError
-from armimpedance.files.fit_json import summary_object, write_json
+from armimpedance.files.fit_json import write_json
+from armimpedance.json_text import read_json
 from armimpedance.muscles import ElementQuality
 from armimpedance.regression import FitSummary
 
@@ -60,7 +60,7 @@ def write_model(model: Model, path: str | Path, **more: Any) -> None:
         "format": FORMAT,
         "version": VERSION,
         "kind": _kind_of(model),
-        **summary_object(model.summary),
+        **model.summary.to_dict(),
         "quality": [asdict(q) for q in model.quality],
         **more,
         "model": model.as_plain(),
@@ -102,11 +102,8 @@ def read_model(path: str | Path) -> tuple[str, Any]:
 
 def _content(path: Path) -> Mapping[str, Any]:
     what = "a MODEL.json of armimpedance fit"
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, ValueError, RecursionError) as error:
-        raise InputError(f"cannot be read: {error}", file=path, expected=what) from error
-    if not isinstance(content, Mapping) or content.get("format") != FORMAT:
+    content = read_json(path, what)
+    if content.get("format") != FORMAT:
         raise InputError("not a model", file=path, column="format", expected=f"{what}: {FORMAT}")
     if content.get("version") != VERSION:
         raise InputError(

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from armimpedance.arrays import FloatArray
-from armimpedance.files.fit_json import finite
 from armimpedance.files.quantities import (
     FIELDS,
     antisymmetric,
@@ -22,6 +20,7 @@ from armimpedance.files.result_row import (
     quality_cells,
     require_results,
 )
+from armimpedance.json_text import json_text
 from armimpedance.outputs import staged_file
 from armimpedance.records import ImpedanceEstimate
 
@@ -42,8 +41,7 @@ def write_results_json(estimates: Sequence[ImpedanceEstimate], path: str | Path)
 
 def results_json(estimates: Sequence[ImpedanceEstimate]) -> str:
     """A JSON list with one object per estimate; null where there is no finite value."""
-    objects = [finite(_as_object(estimate)) for estimate in estimates]
-    return json.dumps(objects, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+    return json_text([_as_object(estimate) for estimate in estimates])
 
 
 def _as_object(estimate: ImpedanceEstimate) -> dict[str, Any]:

@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import Any, Final, TypeVar
 
 from armimpedance.errors import InputError
-from armimpedance.files.fit_json import summary_object, write_json
+from armimpedance.files.fit_json import write_json
+from armimpedance.json_text import Fields, read_json
 from armimpedance.plain import from_plain, to_plain
-from armimpedance.recordings import Fields, load_json
 from armimpedance.regression import FitSummary
 from armimpedance.therapy import PassiveArm, TherapyRobot
 
@@ -68,13 +68,13 @@ def _write(
     summary: FitSummary | None,
     more: Mapping[str, Any],
 ) -> None:
-    told = {} if summary is None else summary_object(summary)
+    told = {} if summary is None else summary.to_dict()
     content = {"format": form, "version": VERSION, **told, **more, name: to_plain(record)}
     write_json(content, path)
 
 
 def _read(file: Path, form: str, name: str, kind: type[Record]) -> Record:
-    given = Fields(file, load_json(file))
+    given = Fields(file, read_json(file))
     if given.values.get("format") != form:
         raise given.wrong("format", f'"{form}": a file that `armimpedance therapy {name}` wrote')
     if given.number("version", required=True) != VERSION:

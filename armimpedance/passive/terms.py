@@ -15,7 +15,7 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
-from armimpedance.regression import Derived, Fit
+from armimpedance.regression import Fit, Parameters
 
 RestAngle = float | Literal["free"]
 
@@ -74,7 +74,7 @@ class Terms:
         more += [about**2] if self.quadratic else []
         return np.stack([about, qd, sign, *more], axis=-1)
 
-    def parameters(self, fit: Fit) -> Derived:
+    def parameters(self, fit: Fit) -> Parameters:
         """k, h, f [, q_r] [, K] with their covariance, from the columns' fit.
 
         Raises

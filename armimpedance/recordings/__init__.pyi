@@ -11,8 +11,6 @@ from .motion.moving_folder import EMG_FILES as EMG_FILES
 from .motion.skeleton_json import SKELETON_FILE as SKELETON_FILE, read_skeleton as read_skeleton
 from .tables.folder import read_folder as read_folder, write_folder as write_folder
 from .tables.metadata import (
-    Fields as Fields,
     Metadata as Metadata,
-    load_json as load_json,
     read_metadata as read_metadata,
 )

@@ -35,15 +35,18 @@ from .factors import (
     split_blocks as split_blocks,
     trial_factors as trial_factors,
 )
+from .parameters import (
+    NamedParameter as NamedParameter,
+    Parameters as Parameters,
+    t_factor as t_factor,
+    t_interval as t_interval,
+)
 from .pooled import pool as pool
 from .resample import bootstrap as bootstrap, leave_one_out as leave_one_out
 from .result import (
-    Derived as Derived,
     Fit as Fit,
     Validation as Validation,
-    t_factor as t_factor,
-    t_interval as t_interval,
     with_covariance as with_covariance,
 )
 from .solve import fit as fit
-from .summary import FitSummary as FitSummary, NamedParameter as NamedParameter
+from .summary import FitSummary as FitSummary

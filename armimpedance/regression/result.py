@@ -2,46 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import ndtri, stdtrit
 
-from armimpedance.arrays import BoolArray, FloatArray, frozen_array
-from armimpedance.errors import EstimationError, InputError
-
-Function = Callable[[FloatArray], ArrayLike]
-
-
-@dataclass(frozen=True)
-class Derived:
-    """Functions of fitted parameters with their covariance by the delta method.
-
-    Attributes
-    ----------
-    names, units : tuple of str
-    values : (m,)
-    covariance : (m, m)
-    dof : float
-        Of the t distribution for intervals; inf = normal.
-    """
-
-    names: tuple[str, ...]
-    units: tuple[str, ...]
-    values: FloatArray
-    covariance: FloatArray
-    dof: float
-
-    @property
-    def sd(self) -> FloatArray:
-        """Standard errors, (m,)."""
-        return np.sqrt(np.diag(self.covariance))
-
-    def interval(self, level: float = 0.95) -> FloatArray:
-        """Confidence limits, (m, 2)."""
-        return t_interval(self.values, self.sd, self.dof, level)
+from armimpedance.arrays import BoolArray, FloatArray, FrozenRecord
+from armimpedance.errors import InputError
+from armimpedance.regression.parameters import Function, Parameters, t_interval
 
 
 @dataclass(frozen=True)
@@ -70,7 +39,7 @@ class Validation:
 
 
 @dataclass(frozen=True)
-class Fit:
+class Fit(FrozenRecord):
     """A solved linear model ``Y = W Theta + E``.
 
     Attributes
@@ -105,12 +74,12 @@ class Fit:
     warnings : tuple of str
     """
 
-    regressors: tuple[str, ...]
-    outputs: tuple[str, ...]
-    names: tuple[str, ...]
-    units: tuple[str, ...]
-    coefficients: FloatArray
-    covariance: FloatArray
+    regressors: Annotated[tuple[str, ...], "p"]
+    outputs: Annotated[tuple[str, ...], "q"]
+    names: Annotated[tuple[str, ...], "pq"]
+    units: Annotated[tuple[str, ...], "pq"]
+    coefficients: Annotated[FloatArray, "p q"]
+    covariance: Annotated[FloatArray, "pq pq"]
     covariance_kind: str
     dof: float
     cond_raw: float
@@ -118,26 +87,14 @@ class Fit:
     rank: int
     n_trials: int
     n_rows: int
-    residual_covariance: FloatArray
+    residual_covariance: Annotated[FloatArray, "q q"]
     r2: float
     centred: bool
-    triangle: FloatArray
+    triangle: Annotated[FloatArray, "p p"]
     warnings: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        p, q = len(self.regressors), len(self.outputs)
-        if len(self.names) != p * q or len(self.units) != p * q:
-            raise InputError(
-                f"{len(self.names)} names and {len(self.units)} units for {p * q} parameters"
-            )
-        put = object.__setattr__
-        for name, shape in (
-            ("coefficients", (p, q)),
-            ("covariance", (p * q, p * q)),
-            ("residual_covariance", (q, q)),
-            ("triangle", (p, p)),
-        ):
-            put(self, name, frozen_array(getattr(self, name), name, shape))
+        super().__post_init__()
         if not self.dof > 0:
             raise InputError(f"{self.dof} degrees of freedom", expected="more than 0")
 
@@ -145,6 +102,18 @@ class Fit:
     def parameters(self) -> FloatArray:
         """(p q,): all regressors of output 1, then of output 2, and so on."""
         return self.coefficients.T.ravel()
+
+    @property
+    def named(self) -> Parameters:
+        """The parameters with names, units and covariance, p q of them."""
+        return Parameters(
+            self.names,
+            self.units,
+            self.parameters,
+            self.covariance,
+            self.covariance_kind,
+            self.dof,
+        )
 
     @property
     def sd(self) -> FloatArray:
@@ -225,7 +194,7 @@ class Fit:
         units: tuple[str, ...] | None = None,
         *,
         jacobian: Function | None = None,
-    ) -> Derived:
+    ) -> Parameters:
         """Functions of the parameters, with their covariance by the delta method.
 
         Parameters
@@ -244,21 +213,7 @@ class Fit:
         EstimationError
             The function or its derivative is not finite.
         """
-        at = self.parameters
-        values = np.atleast_1d(np.asarray(function(at), dtype=np.float64))
-        if values.shape != (len(names),) or len(units or names) != len(names):
-            raise InputError(f"{len(names)} names for values of shape {values.shape}")
-        if jacobian is not None:
-            D = np.asarray(jacobian(at), dtype=np.float64).reshape(len(names), len(at))
-        else:
-            D = _differences(function, at, 1e-3 * np.maximum(np.abs(at), self.sd))
-        if not (np.isfinite(values).all() and np.isfinite(D).all()):
-            raise EstimationError(f"{', '.join(names)} or a derivative of it is not finite here")
-        # C_g (m, m) = D (m, pq) C (pq, pq) D^T
-        covariance = D @ self.covariance @ D.T
-        return Derived(
-            tuple(names), tuple(units or ("",) * len(names)), values, covariance, self.dof
-        )
+        return self.named.transform(function, names, units, jacobian=jacobian)
 
     def with_warning(self, *sentences: str) -> Fit:
         """A copy that carries these warnings too."""
@@ -270,43 +225,6 @@ def with_covariance(fit: Fit, covariance: ArrayLike, kind: str, dof: float) -> F
     return replace(
         fit, covariance=np.asarray(covariance, np.float64), covariance_kind=kind, dof=dof
     )
-
-
-def t_factor(dof: float, level: float = 0.95) -> float:
-    """Half-width of a two-sided interval in standard errors; dof inf = normal.
-
-    Raises
-    ------
-    InputError
-        The level does not lie between 0 and 1.
-    """
-    if not 0 < level < 1:
-        raise InputError(f"an interval of level {level}", expected="between 0 and 1")
-    upper = 0.5 + level / 2
-    return float(ndtri(upper) if np.isinf(dof) else stdtrit(dof, upper))
-
-
-def t_interval(values: FloatArray, sd: FloatArray, dof: float, level: float = 0.95) -> FloatArray:
-    """Limits ``values -+ t sd`` (m, 2) of a two-sided interval; dof inf = normal.
-
-    Raises
-    ------
-    InputError
-        The level does not lie between 0 and 1.
-    """
-    half = t_factor(dof, level) * sd
-    return np.stack([values - half, values + half], axis=-1)
-
-
-def _differences(function: Function, at: FloatArray, step: FloatArray) -> FloatArray:
-    """Jacobian (m, n) by central differences of fourth order."""
-    columns = []
-    for j, h in enumerate(np.where(step > 0, step, 1e-3)):
-        e = np.zeros_like(at)
-        e[j] = h
-        f = [np.atleast_1d(np.asarray(function(at + m * e), dtype=float)) for m in (-2, -1, 1, 2)]
-        columns.append((f[0] - 8 * f[1] + 8 * f[2] - f[3]) / (12 * h))
-    return np.stack(columns, axis=1)
 
 
 def _ratio(part: float, whole: float) -> float:

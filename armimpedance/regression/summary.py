@@ -3,56 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-
-import numpy as np
+from html import escape
+from typing import TYPE_CHECKING, Any, Final
 
 from armimpedance.errors import InputError
-from armimpedance.regression.result import t_interval
+from armimpedance.regression.parameters import (
+    NamedParameter,
+    parameter_dict,
+    parameter_frame,
+    parameter_html,
+)
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+#: Parameters that a short text shows; a body has more than a hundred.
+MOST_SHOWN: Final = 12
 
 
-@dataclass(frozen=True)
-class NamedParameter:
-    """One fitted number.
-
-    Attributes
-    ----------
-    name, unit : str
-    value, sd : float
-        `sd` as the source would print it.
-    sd_robust : float
-        The one to trust: intervals are made of it.
-    dof : float
-        Of the t distribution for the interval; inf = normal.
-    joint : int or None
-        Counted from 1; None where it has no meaning.
-    """
-
-    name: str
-    value: float
-    sd: float
-    sd_robust: float
-    unit: str
-    dof: float = float("inf")
-    joint: int | None = None
-
-    @property
-    def ci95(self) -> tuple[float, float]:
-        """95 % limits from `sd_robust`."""
-        low, high = t_interval(np.array([self.value]), np.array([self.sd_robust]), self.dof)[0]
-        return float(low), float(high)
-
-    @property
-    def relative_sd_percent(self) -> float:
-        """``100 sd / |value|``; inf for a value of zero."""
-        return 100 * self.sd / abs(self.value) if self.value else float("inf")
-
-    @property
-    def well_identified(self) -> bool:
-        """Whether twice the relative standard error stays below 10 %."""
-        return 2 * self.relative_sd_percent < 10
-
-
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class FitSummary:
     """Method, size, condition and parameters of a fit.
 
@@ -82,3 +51,33 @@ class FitSummary:
         names = [(p.name, p.joint) for p in self.parameters]
         if len(set(names)) != len(names):
             raise InputError("a fit has two parameters of one name")
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row a parameter: value, standard error, 95 % limits, unit."""
+        return parameter_frame(self.parameters)
+
+    def to_dict(self) -> dict[str, Any]:
+        """What FIT.json holds of every fit, in the contract's order."""
+        return {
+            "method": self.method,
+            "n": int(self.n),
+            "cond_raw": float(self.cond_raw),
+            "cond_scaled": float(self.cond_scaled),
+            "rank": int(self.rank),
+            "r2": float(self.r2),
+            "vaf": float(self.vaf),
+            "warnings": list(self.warnings),
+            "parameters": [parameter_dict(one) for one in self.parameters],
+        }
+
+    def __repr__(self) -> str:
+        shown = list(map(repr, self.parameters[:MOST_SHOWN]))
+        left = len(self.parameters) - len(shown)
+        more = [f"... and {left} more"] if left else []
+        warned = [f"warning: {sentence}" for sentence in self.warnings]
+        return "\n".join([f"{self.method}, R^2 {self.r2:.3f}", *shown, *more, *warned])
+
+    def _repr_html_(self) -> str:
+        warned = "".join(f"<li>{escape(sentence)}</li>" for sentence in self.warnings)
+        head = f"<p>{escape(self.method)}, R<sup>2</sup> {self.r2:.3f}</p>"
+        return f"{head}{parameter_html(self.parameters)}<ul>{warned}</ul>"

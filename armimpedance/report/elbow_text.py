@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from armimpedance.elbow import NAMES, ChannelSnr, ElbowFit, VaryingImpedance, probability
-from armimpedance.files import summary_object
 from armimpedance.report.numbers import (
     TABLE_WIDTH,
     aligned_table,
@@ -122,7 +121,7 @@ def elbow_object(fit: ElbowFit, parts: Mapping[str, ElbowFit] | None = None) -> 
         "preparation": list(fit.preparation),
         "details": {name: _plain(value) for name, value in fit.details.items()},
         "parts": [
-            {"part": label, **summary_object(part.summary)} for label, part in (parts or {}).items()
+            {"part": label, **part.summary.to_dict()} for label, part in (parts or {}).items()
         ],
     }
 

@@ -10,7 +10,7 @@ from armimpedance.ellipses import ellipse, ellipse_of
 from armimpedance.impedance.estimation import Options, estimate
 from armimpedance.levels.joint import force_term, to_joint
 from armimpedance.levels.posture import arm_posture_for
-from armimpedance.regression.result import t_interval
+from armimpedance.regression import t_interval
 from manipulandum_sim.hand.experiments import Condition, hand_force, nominal_hand
 from manipulandum_sim.hand.robot import IDEAL, Servo
 from manipulandum_sim.hand.simulate import simulate, simulate_condition

@@ -16,6 +16,7 @@ ROOT = Path(__file__).resolve().parents[2]
 RANKS = [
     {"__main__"},
     {"cli"},
+    {"analyses"},
     {"plots", "report"},
     {"files"},
     {"therapy"},
@@ -26,12 +27,13 @@ RANKS = [
     {"impedance"},
     {"regression", "recordings", "mocap"},
     {"signals", "arm"},
-    {"plain"},
+    {"plain", "json_text"},
     {"motion"},
     {"skeleton"},
     {"records"},
     {"arrays"},
     {"outputs"},
+    {"method_table"},
     {"conventions", "errors"},
 ]
 RANK = {room: rank for rank, rooms in enumerate(RANKS) for room in rooms}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, Literal, cast
@@ -11,11 +10,11 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
+from armimpedance.json_text import Fields, json_text
 from armimpedance.motion import MarkerRecording, MotionRecording
 from armimpedance.recordings.tables.metadata import (
     FORMAT,
     VERSION,
-    Fields,
     is_number,
     recording_fields,
     subject_of,
@@ -104,7 +103,7 @@ def moving_metadata_text(recording: MarkerRecording | MotionRecording) -> str:
     if recording.emg is not None:
         content["emg_rate_hz"] = float(recording.emg.sample_rate_hz)
         content["emg_unit"] = recording.emg.unit
-    return json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    return json_text(content)
 
 
 def _rate(given: Fields, key: str, required: bool = False) -> float | None:

@@ -7,15 +7,14 @@ hinges, mass, centre of mass and inertia (none, 0); a skeleton: markers (none), 
 
 from __future__ import annotations
 
-import json
 import os
 from pathlib import Path
 from typing import Any, Final
 
 from armimpedance.errors import InputError
+from armimpedance.json_text import Fields, json_text, read_json
 from armimpedance.outputs import staged_file
 from armimpedance.plain import from_plain, to_plain
-from armimpedance.recordings.tables.metadata import Fields, load_json
 from armimpedance.skeleton import Skeleton
 
 FORMAT: Final = "armimpedance-skeleton"
@@ -44,7 +43,7 @@ def read_skeleton(path: str | os.PathLike[str]) -> Skeleton:
         skeleton cannot be one.
     """
     file = Path(path)
-    given = Fields(file, load_json(file))
+    given = Fields(file, read_json(file))
     given.choice("format", (FORMAT,), required=True)
     if given.number("version", required=True) != VERSION:
         raise given.wrong("version", str(VERSION))
@@ -81,7 +80,7 @@ def write_skeleton(skeleton: Skeleton, path: str | os.PathLike[str]) -> None:
 def skeleton_text(skeleton: Skeleton) -> str:
     """The text of `skeleton.json`."""
     content = {"format": FORMAT, "version": VERSION, **to_plain(skeleton)}
-    return json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    return json_text(content)
 
 
 def _check_metres(skeleton: Skeleton, file: Path) -> None:

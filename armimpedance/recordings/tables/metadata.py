@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import json
 import math
-from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, Final, Literal, cast
 
 from armimpedance.conventions import Kind
 from armimpedance.errors import InputError
+from armimpedance.json_text import Fields, is_number, json_text, read_json
 from armimpedance.records import Recording, Subject
 
 FORMAT: Final = "armimpedance-recording"
@@ -98,7 +97,7 @@ def recording_fields(file: Path) -> Fields:
     ------
     InputError
     """
-    given = Fields(file, load_json(file))
+    given = Fields(file, read_json(file))
     given.choice("format", (FORMAT,), required=True)
     if given.number("version", required=True) != VERSION:
         raise given.wrong("version", str(VERSION))
@@ -124,58 +123,7 @@ def metadata_text(recording: Recording) -> str:
         content["torque"] = recording.torque
     if recording.shoulder_m is not None:
         content["shoulder_m"] = recording.shoulder_m.tolist()
-    return json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
-
-
-class Fields:
-    """The fields of one JSON object, each taken with a check that names file and field."""
-
-    def __init__(self, file: Path, values: Mapping[str, Any], prefix: str = "") -> None:
-        self.file, self.values, self.prefix = file, values, prefix
-
-    def wrong(self, key: str, expected: str) -> InputError:
-        shown = json.dumps(self.values.get(key))
-        problem = f"is {shown}" if len(shown) <= 40 else f"is {shown[:37]}…"
-        if key not in self.values:
-            problem = "is missing"
-        return InputError(problem, file=self.file, column=self.prefix + key, expected=expected)
-
-    def _get(self, key: str, required: bool, expected: str) -> Any:
-        value = self.values.get(key)
-        if value is None and required:
-            raise self.wrong(key, expected)
-        return value
-
-    def choice(self, key: str, choices: Iterable[str], required: bool = False) -> str | None:
-        expected = " or ".join(f'"{c}"' for c in choices)
-        value = self._get(key, required, expected)
-        if value is not None and value not in tuple(choices):
-            raise self.wrong(key, expected)
-        return value
-
-    def number(self, key: str, required: bool = False) -> float | None:
-        value = self._get(key, required, "a number")
-        if value is not None and not is_number(value):
-            raise self.wrong(key, "a number")
-        return None if value is None else float(value)
-
-    def texts(self, key: str) -> tuple[str, ...] | None:
-        value = self.values.get(key)
-        if value is None:
-            return None
-        if not isinstance(value, list) or not all(isinstance(v, str) for v in value):
-            raise self.wrong(key, "a list of texts")
-        return tuple(value)
-
-
-def is_number(value: object) -> bool:
-    """Whether a JSON value is a finite number."""
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        return False
-    try:
-        return math.isfinite(float(value))
-    except OverflowError:
-        return False
+    return json_text(content)
 
 
 def _shoulder(fields: Fields) -> tuple[float, ...] | None:
@@ -222,45 +170,3 @@ def _muscles(fields: Fields) -> tuple[str, ...] | None:
     if muscles is not None and (len(set(muscles)) < len(muscles) or "" in muscles):
         raise fields.wrong("muscles", "different names")
     return muscles
-
-
-def load_json(file: Path) -> dict[str, Any]:
-    """The object in a JSON file, its numbers finite and its names different.
-
-    Raises
-    ------
-    InputError
-    """
-    try:
-        text = file.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError:
-        raise InputError("is not UTF-8 text", file=file, expected="JSON") from None
-    except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror}", file=file) from None
-    if not text.strip():
-        raise InputError("is empty", file=file, expected="a JSON object")
-
-    def no_constant(name: str) -> float:
-        raise InputError(f"holds {name}", file=file, expected="finite numbers")
-
-    def no_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-        names = [name for name, _ in pairs]
-        for name in names:
-            if names.count(name) > 1:
-                problem = f"{json.dumps(name)} stands twice"
-                raise InputError(problem, file=file, expected="one value")
-        return dict(pairs)
-
-    try:
-        content = json.loads(text, parse_constant=no_constant, object_pairs_hook=no_repeats)
-    except json.JSONDecodeError as error:
-        raise InputError(
-            f"broken JSON at character {error.colno} of the line: {error.msg}",
-            file=file,
-            row=error.lineno,
-        ) from None
-    except (RecursionError, ValueError) as error:
-        raise InputError(f"broken JSON: {error}", file=file) from None
-    if not isinstance(content, dict):
-        raise InputError("holds no object", file=file, expected="a JSON object in braces")
-    return content

@@ -15,7 +15,7 @@ from armimpedance.elbow.stationary.noise_bias import predicted_bias
 from armimpedance.elbow.stationary.preparation import prepare
 from armimpedance.elbow.stationary.whiteness import ljung_box
 from armimpedance.errors import ArmImpedanceError, EstimationError, InputError
-from armimpedance.regression.result import t_factor
+from armimpedance.regression import t_factor
 from manipulandum_sim.elbow.bench import simulate_bench
 
 JOINTS = {"underdamped": (0.07, 0.6, 20.0), "overdamped": (0.07, 3.5, 9.0)}

@@ -12,7 +12,7 @@ from armimpedance.elbow.stationary.methods import METHODS
 from armimpedance.elbow.stationary.preparation import prepare
 from armimpedance.elbow.stationary.residual_spectrum import LINES, RATIO, hats, knots_of
 from armimpedance.errors import EstimationError, InputError
-from armimpedance.regression.result import t_factor
+from armimpedance.regression import t_factor
 from manipulandum_sim.elbow.bench import simulate_bench
 from manipulandum_sim.elbow.simulate import simulate_elbow
 

@@ -14,7 +14,7 @@ from armimpedance.motion import EmgSignals
 from armimpedance.passive.methods import DEFAULT_METHOD
 from armimpedance.plots.discrimination import plot_discrimination
 from armimpedance.plots.passive import plot_emg_level
-from armimpedance.regression.summary import NamedParameter
+from armimpedance.regression import NamedParameter
 from armimpedance_figures.build_all import CATALOGUE
 from armimpedance_figures.source_figure import write
 from armimpedance_figures.venture_elbow import (

@@ -10,7 +10,7 @@ from armimpedance.files.fit_json import write_fit
 from armimpedance.files.model_json import read_model, write_model
 from armimpedance.muscles.posture.fit import fit_posture_model
 from armimpedance.muscles.rows import JointRows
-from armimpedance.regression.summary import FitSummary, NamedParameter
+from armimpedance.regression import FitSummary, NamedParameter
 
 
 @pytest.fixture(scope="module")

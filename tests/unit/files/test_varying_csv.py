@@ -8,7 +8,7 @@ import pytest
 from armimpedance.elbow.result import ChannelSnr, ElbowFit, VaryingImpedance, Whiteness
 from armimpedance.errors import InputError, RecordError
 from armimpedance.files.varying_csv import COLUMNS, write_varying
-from armimpedance.regression.summary import FitSummary, NamedParameter
+from armimpedance.regression import FitSummary, NamedParameter
 from armimpedance.report.elbow_text import elbow_object, elbow_text, varying_text
 
 
@@ -100,7 +100,7 @@ def test_the_text_of_a_course_holds_its_range_and_warnings():
 def test_what_fit_json_adds_is_plain():
     import json
 
-    from armimpedance.files.fit_json import finite
+    from armimpedance.json_text import finite
 
     added = elbow_object(a_fit(), {"trial 1": a_fit()})
     content = json.loads(json.dumps(finite(added)))

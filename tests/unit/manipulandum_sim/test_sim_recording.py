@@ -1,11 +1,12 @@
 """What a simulated recording must hold, and that its trials do not depend on each other."""
 
+import sys
+
 import numpy as np
 import pytest
 
 from armimpedance.conventions import MUSCLES
 from armimpedance.errors import InputError
-from manipulandum_sim.hand import simulate as simulate_module
 from manipulandum_sim.hand.disturbances import find_disturbance
 from manipulandum_sim.hand.noise import NOMINAL, draw, quantised, voluntary_force
 from manipulandum_sim.hand.rig import Reflex
@@ -200,7 +201,7 @@ def test_a_trial_does_not_depend_on_its_batch(servo, monkeypatch):
     alone, _ = simulate("force", sets=1, conditions=both[1:], **settings)
     rows = (whole.trials["condition"] == both[1]) & (whole.trials["set"] == 1)
     same = whole.select(rows)
-    monkeypatch.setattr(simulate_module, "BLOCK", 27)
+    monkeypatch.setattr(sys.modules["manipulandum_sim.hand.simulate"], "BLOCK", 27)
     blocks, _ = simulate("force", sets=2, conditions=both, **settings)
     for name in ("position", "force", "joint_angles", "emg", "time_s"):
         assert np.array_equal(getattr(same, name), getattr(alone, name)), name

@@ -18,7 +18,7 @@ from armimpedance.plots.therapy import (
     plot_robot_calibration,
     plot_spring,
 )
-from armimpedance.regression.summary import NamedParameter
+from armimpedance.regression import NamedParameter
 from armimpedance.skeleton import Hinge, Segment, Skeleton
 from armimpedance.therapy.passive_arm import Elastic, PassiveArm
 from armimpedance.therapy.robot.holds import fit_holds

@@ -21,7 +21,7 @@ from armimpedance.plots.elbow import (
     plot_varying_both,
 )
 from armimpedance.plots.style import new_axes
-from armimpedance.regression.summary import NamedParameter
+from armimpedance.regression import NamedParameter
 from manipulandum_sim.elbow.bench import simulate_bench
 
 TRUTH = (0.07, 0.6, 20.0)

@@ -6,9 +6,9 @@ import regression_oracle as oracle
 import statsmodels.api as sm
 
 from armimpedance.errors import InputError, NotIdentifiableError
+from armimpedance.regression import with_covariance
 from armimpedance.regression.covariance import hac_covariance
 from armimpedance.regression.factors import ragged_factors, split_blocks, trial_factors
-from armimpedance.regression.result import with_covariance
 from armimpedance.regression.solve import fit
 
 REGRESSORS, OUTPUTS = ("xdd", "xd", "x"), ("fx", "fy")

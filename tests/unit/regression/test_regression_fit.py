@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from armimpedance.errors import EstimationError, InputError
+from armimpedance.regression import t_interval
 from armimpedance.regression.factors import trial_factors
-from armimpedance.regression.result import t_interval
 from armimpedance.regression.solve import fit
 
 TRUTH = np.array([[1.7, -0.6], [8.6, -6.4], [105.0, -74.0]])

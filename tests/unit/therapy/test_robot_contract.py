@@ -222,7 +222,7 @@ def test_robots_that_cannot_be(changes, words):
 
 
 def test_loads_are_asked_for_in_words():
-    with pytest.raises(InputError, match="armimpedance robot"):
+    with pytest.raises(InputError, match="armimpedance therapy robot"):
         load_torque(robot(loads=None), np.zeros((2, 5)), np.zeros((2, 5)))
     with pytest.raises(InputError, match=r"0\.15 to 0\.5 m"):
         robot().adjusted_to(300.0)

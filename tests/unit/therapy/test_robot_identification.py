@@ -370,7 +370,7 @@ def test_slow_samples_are_left_out_of_the_second_numbers():
 def test_what_was_fitted_is_no_validation():
     with pytest.raises(InputError, match="sweeps and holds only"):
         validate_robot(usual(), truth())
-    with pytest.raises(InputError, match="armimpedance robot"):
+    with pytest.raises(InputError, match="armimpedance therapy robot"):
         validate_robot(session_of_movements(), bench())
 
 

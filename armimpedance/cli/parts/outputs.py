@@ -1,0 +1,108 @@
+"""Where a command's outputs go: checked before any work, so that no result is lost at its end."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from armimpedance.errors import InputError
+
+#: Endings of what commands write; the ending decides the format.
+TABLE: Final = (".csv", ".json", ".parquet")
+FIT: Final = (".json",)
+FIGURE: Final = (".png", ".svg", ".pdf")
+
+
+@dataclass(frozen=True)
+class Output:
+    """A file that a command is asked to write.
+
+    Attributes
+    ----------
+    option : str
+        Such as ``--out``.
+    path : Path or None
+        None where it was not asked for.
+    endings : tuple of str
+        Those that can be written.
+    """
+
+    option: str
+    path: Path | None
+    endings: tuple[str, ...]
+
+
+def add_out(
+    parser: argparse._ActionsContainer,
+    what: str,
+    endings: tuple[str, ...],
+    *,
+    required: bool = False,
+) -> None:
+    """The option ``--out FILE`` for a result; its help names the endings."""
+    parser.add_argument(
+        "--out",
+        type=Path,
+        required=required,
+        metavar="FILE",
+        help=f"{what}: {' or '.join(endings)}"
+        if len(endings) < 3
+        else f"{what}: {listed(endings)}",
+    )
+
+
+def add_figure(parser: argparse._ActionsContainer, what: str) -> None:
+    """The option ``--figure FILE`` for a drawing of the result."""
+    parser.add_argument("--figure", type=Path, metavar="FILE", help=f"{what}: {listed(FIGURE)}")
+
+
+def listed(endings: tuple[str, ...]) -> str:
+    """The endings as a sentence holds them: ``.csv, .json or .parquet``."""
+    return ", ".join(endings[:-1]) + (" or " if len(endings) > 1 else "") + endings[-1]
+
+
+def check_outputs(*outputs: Output, reads: Iterable[Path | None] = ()) -> None:
+    """Refuse outputs that cannot be written, or that would replace what the command reads.
+
+    Parameters
+    ----------
+    outputs : Output
+    reads : paths
+        Files and folders that the command reads; None is passed over.
+
+    Raises
+    ------
+    InputError
+        An ending that cannot be written, a folder that is not there, a folder for a file, an output
+        that is an input or lies in one, or two outputs in one file. It names the path.
+    """
+    inputs = [path.resolve() for path in reads if path is not None]
+    taken: dict[Path, str] = {}
+    for output in outputs:
+        if output.path is None:
+            continue
+        _check_place(output.path, output.endings)
+        place = output.path.resolve()
+        if place in taken:
+            options = f"{taken[place]} and to {output.option}"
+            raise InputError(f"given to {options}", file=output.path, expected="two files")
+        if any(place == path or path in place.parents for path in inputs):
+            raise InputError(
+                f"{output.option} would replace what is read",
+                file=output.path,
+                expected="another file",
+            )
+        taken[place] = output.option
+
+
+def _check_place(path: Path, endings: tuple[str, ...]) -> None:
+    if path.suffix not in endings:
+        what = "not a figure's name" if endings == FIGURE else f"no ending {path.suffix!r} here"
+        raise InputError(what, file=path, expected=f"one that ends in {listed(endings)}")
+    if not path.absolute().parent.is_dir():
+        raise InputError("no such folder", file=path.parent, expected="an existing folder")
+    if path.is_dir():
+        raise InputError("is a folder", file=path, expected="the name of a file")
