@@ -1,0 +1,87 @@
+"""What every analysis starts from: a recording, or the path of one."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Literal
+
+from armimpedance.errors import EstimationError, InputError, NotIdentifiableError
+from armimpedance.recordings import ReadOptions, open_recording
+from armimpedance.records import Recording
+
+#: A path, as functions that take a recording or its path accept it.
+PathLike = str | os.PathLike[str]
+
+
+def read(
+    source: Recording | PathLike, *, force_by: Literal["limb", "device"] | None = None
+) -> Recording:
+    """The recording at a path, in whichever of the known formats it is.
+
+    Parameters
+    ----------
+    source : Recording or path
+        A recording is returned as it is.
+    force_by : {"limb", "device"}, optional
+        Whose force on the other a Kinarm's sensor holds; other formats say it themselves.
+
+    Returns
+    -------
+    Recording
+
+    Raises
+    ------
+    InputError
+        There is nothing at the path, or it cannot be read; the message names file and place.
+    """
+    if isinstance(source, Recording):
+        return source
+    return open_recording(source, ReadOptions(force_by=force_by))
+
+
+def of_condition(recording: Recording, condition: str | None) -> Recording:
+    """The trials of one condition; all of them where none is named.
+
+    Raises
+    ------
+    InputError
+        There is no such condition; the message lists those that there are.
+    """
+    if condition is None:
+        return recording
+    chosen = (recording.trials["condition"].astype(str) == condition).to_numpy()
+    if not chosen.any():
+        known = ", ".join(map(str, recording.trials["condition"].unique()))
+        raise InputError(f"no condition {condition!r}", expected=f"one of {known}")
+    return recording.select(chosen)
+
+
+@contextmanager
+def naming(source: object) -> Iterator[None]:
+    """Put a recording's path before what is wrong with it, where no file is named yet.
+
+    Parameters
+    ----------
+    source : object
+        What the caller was given; errors pass unchanged where it is no path.
+    """
+    path = Path(source) if isinstance(source, str | os.PathLike) else None
+    try:
+        yield
+    except NotIdentifiableError as error:
+        if path is None:
+            raise
+        raise NotIdentifiableError(f"{path}: {error}", error.parameters) from error
+    except EstimationError as error:
+        if path is None:
+            raise
+        raise EstimationError(f"{path}: {error}") from error
+    except InputError as error:
+        if path is None or error.file is not None:
+            raise
+        raise InputError(
+            error.problem, file=path, row=error.row, column=error.column, expected=error.expected
+        ) from error
