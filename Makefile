@@ -38,6 +38,8 @@ types: setup
 
 docs: setup
 	$(BIN)/python docs/check.py
+	$(BIN)/python docs/check_faces.py
+	$(BIN)/codespell
 
 figures: setup
 	$(BIN)/python -m armimpedance figures --out $(OUT)/figures

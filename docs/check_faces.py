@@ -1,0 +1,86 @@
+"""Check the faces: every name is documented in numpydoc's sections, and its examples run."""
+
+from __future__ import annotations
+
+import ast
+import doctest
+import importlib
+import inspect
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from numpydoc.validate import validate
+
+ROOT = Path(__file__).resolve().parents[1]
+#: No docstring; parameters not documented, unknown, in another order; no section of returns.
+ERRORS = {"GL08", "PR01", "PR02", "PR03", "RT01"}
+#: What every name at the very top must have beside: parameters and returns described, an example.
+ERRORS_AT_THE_TOP = {*ERRORS, "PR07", "RT03", "EX01"}
+
+
+def faces() -> Iterator[tuple[str, str]]:
+    """(Room, name) of every name on a face of the analysis, the face of the whole first."""
+    stubs = [ROOT / "armimpedance/__init__.pyi", *sorted(ROOT.glob("armimpedance/*/__init__.pyi"))]
+    for stub in filter(Path.exists, stubs):
+        room = ".".join(stub.parent.relative_to(ROOT).parts)
+        for node in ast.walk(ast.parse(stub.read_text())):
+            if isinstance(node, ast.ImportFrom):
+                yield from ((room, alias.name) for alias in node.names)
+
+
+def is_ours(thing: Any) -> bool:
+    """Whether it is a function or class of this package."""
+    known = inspect.isfunction(thing) or inspect.isclass(thing)
+    return known and thing.__module__.startswith("armimpedance")
+
+
+def undocumented(room: str, name: str) -> Iterator[str]:
+    """What numpydoc finds wrong with the docstring of a name."""
+    thing = getattr(importlib.import_module(room), name)
+    if not is_ours(thing):
+        return
+    importlib.import_module(thing.__module__)
+    if inspect.isclass(thing):
+        if not (thing.__doc__ or "").strip() or thing.__doc__.startswith(f"{name}("):
+            yield f"{room}.{name}: no docstring"
+        return
+    wanted = ERRORS_AT_THE_TOP if room == "armimpedance" else ERRORS
+    for code, message in validate(f"{thing.__module__}.{thing.__qualname__}")["errors"]:
+        if code in wanted:
+            yield f"{room}.{name}: {code} {message}"
+
+
+def failing_examples(name: str) -> Iterator[str]:
+    """Examples in the docstring of a name at the top, run as doctests."""
+    import armimpedance
+
+    thing = getattr(armimpedance, name)
+    if not is_ours(thing):
+        return
+    said: list[str] = []
+    runner = doctest.DocTestRunner(
+        verbose=False, optionflags=doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
+    )
+    for test in doctest.DocTestFinder(recurse=False).find(thing, name, globs={}):
+        runner.run(test, out=said.append)
+    if said:
+        yield f"armimpedance.{name}: {' '.join(''.join(said).split())}"
+
+
+def main() -> int:
+    """Print every problem; 1 if there is any."""
+    every = list(faces())
+    problems = [problem for room, name in every for problem in undocumented(room, name)]
+    for room, name in every:
+        if room == "armimpedance":
+            problems += failing_examples(name)
+    for problem in problems:
+        print(problem)
+    print(f"faces: {len(every)} names, {len(problems)} problems")
+    return int(bool(problems))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
