@@ -164,8 +164,7 @@ def open_checked(path: Path, force_by: str | None) -> Recording:
 
 
 def _write(estimates: list[ImpedanceEstimate], arguments: argparse.Namespace) -> None:
-    from armimpedance.files import write_results, write_results_json
+    from armimpedance.files import write_results
 
-    write = write_results if arguments.format == "csv" else write_results_json
-    write(estimates, arguments.out)
+    write_results(estimates, arguments.out)
     print(f"\n{len(estimates)} rows written to {arguments.out}")

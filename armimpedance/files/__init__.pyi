@@ -33,9 +33,10 @@ from .quantities import (
 from .result_row import check_group_columns as check_group_columns
 from .results_csv import (
     read_results as read_results,
+    result_rows as result_rows,
     write_results as write_results,
-    write_results_json as write_results_json,
 )
+from .results_json import result_objects as result_objects
 from .tables import write_table as write_table
 from .therapy_json import (
     read_arm as read_arm,

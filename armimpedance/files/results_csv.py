@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import re
 from collections.abc import Sequence
@@ -15,45 +14,78 @@ from armimpedance.arrays import FloatArray
 from armimpedance.conventions import AXES, Level, parameter_names
 from armimpedance.errors import InputError, RecordError
 from armimpedance.files.result_row import is_result_column, require_results, row_blocks
-from armimpedance.files.results_json import write_results_json
+from armimpedance.files.results_json import result_objects
 from armimpedance.files.table_row import TableRow, table_rows
+from armimpedance.files.tables import write_table
+from armimpedance.json_text import json_text
 from armimpedance.outputs import staged_file
 from armimpedance.records import ImpedanceEstimate, Quality
-
-__all__ = ["read_results", "write_results", "write_results_json"]
 
 _LINE_BREAKS = re.compile(r"[\r\n\x00]+")
 _NUMBER = re.compile(r"-?(0|[1-9]\d*)(\.\d+)?([eE][+-]?\d+)?")
 
 
 def write_results(estimates: Sequence[ImpedanceEstimate], path: str | Path) -> None:
-    """Write RESULTS.csv through a temporary name.
+    """Write a table of results through a temporary name.
 
-    Estimates of one, two and three axes may stand in one file: the columns are those of all, the
-    cells that a row has no value for stay empty. Numbers are written with all their digits.
-    `position_i_rad` and `force_i_Nm` stand for a recording of joints, `position_i_m` and
-    `force_i_N` for all others (`quantities.is_recording_of_joints`). Line breaks inside a text
-    become spaces: a row is a line.
+    Parameters
+    ----------
+    estimates : sequence of ImpedanceEstimate
+        Of one, two and three axes, also mixed.
+    path : path
+        Its ending decides the format: .csv (RESULTS.csv, see `result_rows`), .json (nested
+        matrices) or .parquet (the columns of RESULTS.csv).
 
     Raises
     ------
     InputError
-        Without estimates, or when a group's column is named like a column of the results.
+        Without estimates, when a group's column is named like a column of the results, or an
+        ending that is none of these.
     """
     require_results(estimates, path)
+    if Path(path).suffix == ".json":
+        text = json_text(result_objects(estimates))
+        with staged_file(path) as staged:
+            Path(staged).write_text(text, encoding="utf-8")
+        return
+    columns, rows = result_rows(estimates)
+    write_table(rows, path, columns)
+
+
+def result_rows(
+    estimates: Sequence[ImpedanceEstimate],
+) -> tuple[list[str], list[dict[str, Any]]]:
+    """The columns of RESULTS.csv and the cells of each row.
+
+    The columns are those of all estimates; a cell that a row has no value for is missing or None.
+    `position_i_rad` and `force_i_Nm` stand for a recording of joints, `position_i_m` and
+    `force_i_N` for all others (`quantities.is_recording_of_joints`). Line breaks inside a text
+    become spaces: a row is a line.
+
+    Parameters
+    ----------
+    estimates : sequence of ImpedanceEstimate
+
+    Returns
+    -------
+    columns : list of str
+    rows : list of mappings from a column's name to a number or a text
+
+    Raises
+    ------
+    InputError
+        A group's column is named like a column of the results.
+    """
     rows = [row_blocks(e) for e in estimates]
     # Most axes first: its columns hold those of all others in the right order.
     ordered = sorted(rows, key=lambda blocks: -len(blocks["matrices"]))
-    columns = list(
-        dict.fromkeys(
-            (block, name) for block in rows[0] for blocks in ordered for name in blocks[block]
-        )
-    )
-    with staged_file(path) as staged, open(staged, "w", newline="", encoding="utf-8") as stream:
-        table = csv.writer(stream, lineterminator="\n")
-        table.writerow([name for _, name in columns])
-        for blocks in rows:
-            table.writerow([_as_cell(blocks[block].get(name)) for block, name in columns])
+    columns = [
+        name
+        for block in (rows[0] if rows else ())
+        for name in dict.fromkeys(name for blocks in ordered for name in blocks[block])
+    ]
+    cells = ({k: v for block in blocks.values() for k, v in block.items()} for blocks in rows)
+    return columns, [{name: _as_cell(value) for name, value in row.items()} for row in cells]
 
 
 def _as_cell(value: Any) -> Any:

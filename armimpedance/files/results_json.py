@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 from armimpedance.arrays import FloatArray
@@ -18,30 +17,23 @@ from armimpedance.files.result_row import (
     group_cells,
     lower_triangle,
     quality_cells,
-    require_results,
 )
-from armimpedance.json_text import json_text
-from armimpedance.outputs import staged_file
 from armimpedance.records import ImpedanceEstimate
 
 
-def write_results_json(estimates: Sequence[ImpedanceEstimate], path: str | Path) -> None:
-    """Write `results_json` through a temporary name.
+def result_objects(estimates: Sequence[ImpedanceEstimate]) -> list[dict[str, Any]]:
+    """One mapping per estimate, with nested lists of plain numbers.
+
+    Parameters
+    ----------
+    estimates : sequence of ImpedanceEstimate
 
     Raises
     ------
     InputError
-        Without estimates, or when a group's column is named like a column of the results.
+        A group's column is named like a column of the results.
     """
-    require_results(estimates, path)
-    text = results_json(estimates)
-    with staged_file(path) as staged:
-        Path(staged).write_text(text, encoding="utf-8")
-
-
-def results_json(estimates: Sequence[ImpedanceEstimate]) -> str:
-    """A JSON list with one object per estimate; null where there is no finite value."""
-    return json_text([_as_object(estimate) for estimate in estimates])
+    return [_as_object(estimate) for estimate in estimates]
 
 
 def _as_object(estimate: ImpedanceEstimate) -> dict[str, Any]:

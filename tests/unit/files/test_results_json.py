@@ -5,7 +5,7 @@ import json
 
 import numpy as np
 
-from armimpedance.files.results_csv import write_results, write_results_json
+from armimpedance.files.results_csv import write_results
 from armimpedance.records import Quality
 
 
@@ -22,7 +22,7 @@ def test_json_and_csv_agree_and_hold_no_nan(tmp_path, make_estimate):
         make_estimate(k=1, level="joint", joint_angles=None, shoulder_m=None),
     ]
     write_results(estimates, tmp_path / "r.csv")
-    write_results_json(estimates, tmp_path / "r.json")
+    write_results(estimates, tmp_path / "r.json")
     with open(tmp_path / "r.csv", newline="", encoding="utf-8") as stream:
         rows = list(csv.DictReader(stream))
     text = (tmp_path / "r.json").read_text(encoding="utf-8")

@@ -1,0 +1,184 @@
+"""What `estimate` returns: estimates of all groups, found by their names, as tables and files."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, overload
+
+import numpy as np
+
+from armimpedance.analyses.labelled import LabelledEstimate, html_table
+from armimpedance.arrays import FrozenRecord
+from armimpedance.conventions import UNITS
+from armimpedance.errors import InputError
+from armimpedance.files import condition_of, result_objects, result_rows, write_results
+from armimpedance.records import ImpedanceEstimate, Subject
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+#: Estimates that a short text shows.
+_MOST_SHOWN: Final = 10
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Estimates(FrozenRecord, Sequence[ImpedanceEstimate]):
+    """Inertia, viscosity and stiffness of several groups of trials.
+
+    It is a sequence of `ImpedanceEstimate`: iteration, a number and a slice give the plain records
+    that all functions of the package take. A group's name gives the same estimate with labelled
+    matrices and their intervals: ``hand["relaxed"].stiffness``.
+
+    Attributes
+    ----------
+    estimates : tuple of ImpedanceEstimate
+    subject : Subject or None
+        Who was measured; None where it is not known or where there are several.
+
+    Examples
+    --------
+    >>> from armimpedance.analyses import Estimates
+    >>> from armimpedance.impedance import estimate
+    >>> from manipulandum_sim.hand import simulate
+    >>> conditions = ["cocontraction_10", "cocontraction_30"]
+    >>> recording, _ = simulate("cocontraction", seed=1, sets=1, conditions=conditions)
+    >>> hand = Estimates(tuple(estimate(recording)), recording.subject)
+    >>> hand.names
+    ('cocontraction_10', 'cocontraction_30')
+    >>> hand["cocontraction_10"].stiffness.axes
+    ('x', 'y')
+    >>> hand.to_frame().shape[0]
+    2
+    """
+
+    estimates: tuple[ImpedanceEstimate, ...]
+    subject: Subject | None = None
+
+    def __len__(self) -> int:
+        return len(self.estimates)
+
+    def __iter__(self) -> Iterator[ImpedanceEstimate]:
+        return iter(self.estimates)
+
+    @overload
+    def __getitem__(self, which: int) -> ImpedanceEstimate: ...
+    @overload
+    def __getitem__(self, which: slice) -> Estimates: ...
+    @overload
+    def __getitem__(self, which: str | tuple[Any, ...]) -> LabelledEstimate: ...
+    def __getitem__(
+        self, which: int | slice | str | tuple[Any, ...]
+    ) -> ImpedanceEstimate | Estimates | LabelledEstimate:
+        """Look up estimates by position or by name.
+
+        Parameters
+        ----------
+        which : int, slice, str or tuple
+            A position from 0 or a slice gives plain records. A text is the value of one of the
+            group's columns, a tuple holds the values of all of them in their order. Where several
+            methods estimated one group, the method's name comes last.
+
+        Returns
+        -------
+        ImpedanceEstimate, Estimates or LabelledEstimate
+
+        Raises
+        ------
+        InputError
+            No group has this name, or several have; the message lists the names.
+        """
+        if isinstance(which, slice):
+            return Estimates(self.estimates[which], self.subject)
+        if isinstance(which, int | np.integer):
+            return self.estimates[which]
+        return LabelledEstimate(self.estimates[self._position(which)])
+
+    def _position(self, which: str | tuple[Any, ...]) -> int:
+        whole = tuple(map(str, which)) if isinstance(which, tuple) else None
+        texts = [tuple(map(str, values)) for values in self._values]
+        fits = [i for i, own in enumerate(texts) if own == whole or str(which) in own]
+        if len(fits) == 1:
+            return fits[0]
+        problem = "names several groups" if fits else "names no group"
+        # a single name is looked up as a text, several as a tuple
+        known = ", ".join(repr(own[0] if len(own) == 1 else own) for own in texts)
+        raise InputError(f"{which!r} {problem}", expected=f"one of {known}")
+
+    @property
+    def _values(self) -> list[tuple[Any, ...]]:
+        """The values of each group's columns, and the method where these do not tell it."""
+        groups = [tuple(e.keys.values()) for e in self.estimates]
+        if len(set(map(repr, groups))) == len(groups):
+            return groups
+        return [(*g, e.method) for g, e in zip(groups, self.estimates, strict=True)]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The groups in words: the condition alone, or all columns with their values."""
+        return tuple(condition_of(estimate) for estimate in self.estimates)
+
+    def to_frame(self) -> pd.DataFrame:
+        """A table with the columns and values of RESULTS.csv, one row a group."""
+        import pandas as pd
+
+        columns, rows = result_rows(self.estimates)
+        return pd.DataFrame(rows, columns=columns)
+
+    def to_dict(self) -> list[dict[str, Any]]:
+        """One mapping a group with nested lists of numbers, as the JSON file holds them."""
+        return result_objects(self.estimates)
+
+    def to_csv(self, path: str | Path) -> None:
+        """Write RESULTS.csv, as the command ``armimpedance estimate --out`` does.
+
+        Parameters
+        ----------
+        path : path
+            Ends in .csv.
+
+        Raises
+        ------
+        InputError
+            Another ending, or no estimates.
+        """
+        if Path(path).suffix != ".csv":
+            raise InputError("not a CSV file's name", file=path, expected="one that ends in .csv")
+        self.write(path)
+
+    def write(self, path: str | Path) -> None:
+        """Write the results; the ending decides: .csv, .json or .parquet.
+
+        Raises
+        ------
+        InputError
+            Another ending, or no estimates.
+        """
+        write_results(self, path)
+
+    def _table(self) -> list[list[str]]:
+        rows = [
+            [name, e.method, str(e.quality.n_trials), _stiffness(e)]
+            for name, e in zip(self.names, self.estimates[:_MOST_SHOWN], strict=False)
+        ]
+        return [["group", "method", "trials", "stiffness"], *rows]
+
+    def _head(self) -> str:
+        left = len(self) - _MOST_SHOWN
+        return f"{len(self)} estimates" + (f", {left} of them not shown" if left > 0 else "")
+
+    def __repr__(self) -> str:
+        lines = [f"{name}: {method}, {n} trials, {K}" for name, method, n, K in self._table()[1:]]
+        return "\n".join([self._head(), *lines])
+
+    def _repr_html_(self) -> str:
+        return f"<p>{escape(self._head())}</p>{html_table(self._table())}"
+
+
+def _stiffness(estimate: ImpedanceEstimate) -> str:
+    """The principal values of the symmetric part of K, the largest first, with the unit."""
+    K = estimate.stiffness
+    values = ", ".join(f"{v:.4g}" for v in np.linalg.eigvalsh((K + K.T) / 2)[::-1])
+    return f"K {values} {UNITS[estimate.level]['K']}"
