@@ -9,20 +9,33 @@ from .arm.mockup import (
     pipe as pipe,
     source_mockup as source_mockup,
 )
+from .arm.movements import movement_torques as movement_torques
+from .arm.passive_arm import MASS_SD as MASS_SD, ArmSegment as ArmSegment, PassiveArm as PassiveArm
+from .arm.person import segments_of as segments_of, upper_arm_length as upper_arm_length
+from .arm.torques import MovementTorques as MovementTorques
 from .arm.verdict import (
     WIDEST_REST_RAD as WIDEST_REST_RAD,
     WIDEST_STIFFNESS as WIDEST_STIFFNESS,
     WIDEST_STIFFNESS_SHARE as WIDEST_STIFFNESS_SHARE,
 )
-from .checks import check_recording as check_recording
 from .live.replay import replay as replay
-from .movements import movement_torques as movement_torques
-from .passive_arm import MASS_SD as MASS_SD, ArmSegment as ArmSegment, PassiveArm as PassiveArm
-from .person import segments_of as segments_of, upper_arm_length as upper_arm_length
-from .rigid import robot_bodies as robot_bodies
 from .robot.calibrate import RobotCalibration as RobotCalibration, identify_robot as identify_robot
+from .robot.checks import check_recording as check_recording
 from .robot.holds import SpringHolds as SpringHolds
+from .robot.rigid import robot_bodies as robot_bodies
+from .robot.sliding import slides as slides
+from .robot.smooth import (
+    SmoothTrial as SmoothTrial,
+    kernels_for as kernels_for,
+    smooth_trials as smooth_trials,
+)
 from .robot.sweeps import AxisSweeps as AxisSweeps
+from .robot.therapy_robot import (
+    FOREARM as FOREARM,
+    SPRING_TERMS as SPRING_TERMS,
+    UPPER_ARM as UPPER_ARM,
+    TherapyRobot as TherapyRobot,
+)
 from .robot.validation import (
     LEAST_SPEED_RAD_S as LEAST_SPEED_RAD_S,
     AxisValidation as AxisValidation,
@@ -38,16 +51,3 @@ from .share.metric import (
     usable_elastic as usable_elastic,
 )
 from .share.uncertainty import PARTS as PARTS
-from .sliding import slides as slides
-from .smooth import (
-    SmoothTrial as SmoothTrial,
-    kernels_for as kernels_for,
-    smooth_trials as smooth_trials,
-)
-from .therapy_robot import (
-    FOREARM as FOREARM,
-    SPRING_TERMS as SPRING_TERMS,
-    UPPER_ARM as UPPER_ARM,
-    TherapyRobot as TherapyRobot,
-)
-from .torques import MovementTorques as MovementTorques

@@ -12,11 +12,11 @@ import pytest
 from armimpedance.cli.simulated.therapy import drawings_of
 from armimpedance.therapy.arm.calibrate import identify_arm
 from armimpedance.therapy.arm.mockup import check_mockup, source_mockup
-from armimpedance.therapy.movements import movement_torques
-from armimpedance.therapy.person import segments_of
+from armimpedance.therapy.arm.movements import movement_torques
+from armimpedance.therapy.arm.person import segments_of
 from armimpedance.therapy.robot.calibrate import identify_robot
+from armimpedance.therapy.robot.sliding import slides
 from armimpedance.therapy.share.metric import contribution_of
-from armimpedance.therapy.sliding import slides
 from manipulandum_sim.therapy.calibration import simulate_calibration
 from manipulandum_sim.therapy.device import therapy_device
 from manipulandum_sim.therapy.mockup import simulate_mockup

@@ -23,8 +23,8 @@ from armimpedance.therapy.arm.repeatability import (
     noise_density,
     scatter_of,
 )
-from armimpedance.therapy.sliding import least_speed
-from armimpedance.therapy.torques import MovementTorques
+from armimpedance.therapy.arm.torques import MovementTorques
+from armimpedance.therapy.robot.sliding import least_speed
 
 #: Samples in which the axis does not slide are left out, but never those faster than this share of
 #: the peak speed.

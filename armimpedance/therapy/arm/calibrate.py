@@ -12,6 +12,9 @@ from armimpedance.errors import InputError
 from armimpedance.records import Recording
 from armimpedance.regression import FitSummary, NamedParameter
 from armimpedance.therapy.arm.axis_stiffness import AxisFit, fit_axis
+from armimpedance.therapy.arm.movements import elastic_torque, movement_torques
+from armimpedance.therapy.arm.passive_arm import MASS_SD, ArmSegment, Elastic, PassiveArm, Reference
+from armimpedance.therapy.arm.torques import MovementTorques
 from armimpedance.therapy.arm.verdict import (
     axis_parameters,
     axis_warnings,
@@ -19,12 +22,9 @@ from armimpedance.therapy.arm.verdict import (
     is_identified,
     verdict_of,
 )
-from armimpedance.therapy.checks import check_recording
-from armimpedance.therapy.movements import elastic_torque, movement_torques
-from armimpedance.therapy.passive_arm import MASS_SD, ArmSegment, Elastic, PassiveArm, Reference
-from armimpedance.therapy.sliding import slides
-from armimpedance.therapy.therapy_robot import Loads, TherapyRobot
-from armimpedance.therapy.torques import MovementTorques
+from armimpedance.therapy.robot.checks import check_recording
+from armimpedance.therapy.robot.sliding import slides
+from armimpedance.therapy.robot.therapy_robot import Loads, TherapyRobot
 
 #: Repetitions of every movement, as in the source.
 FEWEST: Final = 3

@@ -21,11 +21,11 @@ from armimpedance.errors import InputError
 from armimpedance.records import Recording
 from armimpedance.regression import NamedParameter, fit, pool, ragged_factors
 from armimpedance.therapy.arm.axis_stiffness import direction_of, sliding_samples
-from armimpedance.therapy.checks import check_recording
-from armimpedance.therapy.movements import movement_torques
-from armimpedance.therapy.passive_arm import ArmSegment, PassiveArm
-from armimpedance.therapy.therapy_robot import FOREARM, UPPER_ARM, TherapyRobot
-from armimpedance.therapy.torques import MovementTorques
+from armimpedance.therapy.arm.movements import movement_torques
+from armimpedance.therapy.arm.passive_arm import ArmSegment, PassiveArm
+from armimpedance.therapy.arm.torques import MovementTorques
+from armimpedance.therapy.robot.checks import check_recording
+from armimpedance.therapy.robot.therapy_robot import FOREARM, UPPER_ARM, TherapyRobot
 
 #: Axes that a mock-up is moved about, as the robot calls them.
 ELEVATION: Final = "elevation"
@@ -126,7 +126,7 @@ def check_mockup(
 
 def _straight_and_level(robot: TherapyRobot, arm: PassiveArm) -> tuple[float, float]:
     """Gravity about elevation, Nm, and inertia about the vertical axis, kg m^2."""
-    from armimpedance.therapy.rigid import arm_bodies
+    from armimpedance.therapy.arm.rigid_arm import arm_bodies
 
     bodies = arm_bodies(robot.adjusted_to(arm.upper_arm_m), arm)
     level, up = np.zeros((2, robot.n_axes)), np.zeros((2, robot.n_axes))

@@ -10,10 +10,10 @@ import numpy as np
 from armimpedance.arrays import FloatArray
 from armimpedance.regression import NamedParameter, t_factor
 from armimpedance.therapy.arm.axis_stiffness import AxisFit
+from armimpedance.therapy.arm.passive_arm import Elastic
 from armimpedance.therapy.arm.repeatability import LARGEST_SCATTER_NM, LARGEST_SHARE
-from armimpedance.therapy.passive_arm import Elastic
-from armimpedance.therapy.therapy_robot import Loads
-from armimpedance.therapy.torques import MovementTorques
+from armimpedance.therapy.arm.torques import MovementTorques
+from armimpedance.therapy.robot.therapy_robot import Loads
 
 #: Largest half-width of a 95 % interval of an identified k_s: Nm/rad, or a share of k_s where that
 #: is more (nobody asks for 12 Nm/rad to a fortieth); and of q_0, rad.

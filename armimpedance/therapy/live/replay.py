@@ -10,10 +10,12 @@ import numpy as np
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import EstimationError
 from armimpedance.records import Recording
-from armimpedance.therapy.live.live import LiveContribution
+from armimpedance.therapy.arm.movements import movement_torques
+from armimpedance.therapy.arm.passive_arm import PassiveArm
+from armimpedance.therapy.arm.torques import MovementTorques
+from armimpedance.therapy.live.live_contribution import LiveContribution
 from armimpedance.therapy.live.sample import LiveSample
-from armimpedance.therapy.movements import movement_torques
-from armimpedance.therapy.passive_arm import PassiveArm
+from armimpedance.therapy.robot.therapy_robot import TherapyRobot
 from armimpedance.therapy.share.metric import (
     WINDOW_S,
     Contribution,
@@ -22,8 +24,6 @@ from armimpedance.therapy.share.metric import (
     running_contribution,
     sample_contribution,
 )
-from armimpedance.therapy.therapy_robot import TherapyRobot
-from armimpedance.therapy.torques import MovementTorques
 
 
 @dataclass(frozen=True)

@@ -10,12 +10,12 @@ from armimpedance.arrays import FloatArray, IntArray
 from armimpedance.errors import InputError
 from armimpedance.records import Recording
 from armimpedance.regression import Fit, FitSummary, NamedParameter
-from armimpedance.therapy.checks import check_recording, refuse_person
+from armimpedance.therapy.robot.checks import check_recording, refuse_person
 from armimpedance.therapy.robot.holds import SpringHolds, fit_holds
 from armimpedance.therapy.robot.notes import axis_notes, rise_notes, spring_notes
 from armimpedance.therapy.robot.steady import SteadyPart, steady_parts
 from armimpedance.therapy.robot.sweeps import CABLE, FRICTION, AxisSweeps, fit_axis
-from armimpedance.therapy.therapy_robot import (
+from armimpedance.therapy.robot.therapy_robot import (
     AXIS_TERMS,
     SPRING_TERMS,
     Loads,

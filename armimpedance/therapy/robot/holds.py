@@ -22,7 +22,7 @@ from armimpedance.arrays import FloatArray, frozen_array
 from armimpedance.errors import InputError
 from armimpedance.regression import Fit, fit, ragged_factors
 from armimpedance.therapy.robot.steady import SteadyPart
-from armimpedance.therapy.therapy_robot import SPRING_TERMS, SPRING_UNITS
+from armimpedance.therapy.robot.therapy_robot import SPRING_TERMS, SPRING_UNITS
 
 #: Holds at angles that differ by less than this are at one angle, rad.
 _SAME_ANGLE_RAD: Final = np.deg2rad(2.0)

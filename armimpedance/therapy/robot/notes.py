@@ -11,7 +11,7 @@ from armimpedance.arrays import FloatArray
 from armimpedance.regression import t_factor
 from armimpedance.therapy.robot.holds import SpringHolds
 from armimpedance.therapy.robot.sweeps import CABLE, AxisSweeps
-from armimpedance.therapy.therapy_robot import SPRING_TERMS, TherapyRobot
+from armimpedance.therapy.robot.therapy_robot import SPRING_TERMS, TherapyRobot
 
 #: Two looks at one thing differ when they do so at this level ...
 _LEVEL: Final = 0.99

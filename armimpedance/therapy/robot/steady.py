@@ -12,9 +12,9 @@ from armimpedance.arrays import FloatArray, IntArray, frozen_array
 from armimpedance.errors import InputError, RecordError
 from armimpedance.records import Recording
 from armimpedance.regression import Fit
-from armimpedance.therapy.cells import number_in
-from armimpedance.therapy.smooth import WIDTH_S, SmoothTrial, kernels_for, smooth_trials
-from armimpedance.therapy.therapy_robot import TherapyRobot
+from armimpedance.therapy.robot.cells import number_in
+from armimpedance.therapy.robot.smooth import WIDTH_S, SmoothTrial, kernels_for, smooth_trials
+from armimpedance.therapy.robot.therapy_robot import TherapyRobot
 
 #: After the kernel (-3 dB near 9 Hz) samples at this distance carry all there is, s.
 EVERY_S: Final = 0.01
@@ -78,7 +78,7 @@ def steady_parts(
     InputError
         A column is missing or wrong, or a steady part is too short.
     """
-    from armimpedance.therapy.rigid import robot_bodies
+    from armimpedance.therapy.robot.rigid import robot_bodies
 
     rows = np.flatnonzero(recording.trials["condition"].astype(str) == condition)
     if len(rows) == 0:

@@ -23,7 +23,7 @@ from armimpedance.arrays import FloatArray, frozen_array
 from armimpedance.errors import InputError
 from armimpedance.regression import Fit, fit, ragged_factors
 from armimpedance.therapy.robot.steady import SteadyPart, white_sd
-from armimpedance.therapy.therapy_robot import SPRING_TERMS, friction_sign
+from armimpedance.therapy.robot.therapy_robot import SPRING_TERMS, friction_sign
 
 #: Speeds that differ by less than this factor count as one.
 _SAME_SPEED: Final = 1.1

@@ -10,9 +10,9 @@ import numpy as np
 from armimpedance.arrays import BoolArray, FloatArray
 from armimpedance.errors import InputError
 from armimpedance.records import Recording
-from armimpedance.therapy.checks import check_recording, refuse_person
-from armimpedance.therapy.smooth import smooth_trials
-from armimpedance.therapy.therapy_robot import TherapyRobot, load_torque
+from armimpedance.therapy.robot.checks import check_recording, refuse_person
+from armimpedance.therapy.robot.smooth import smooth_trials
+from armimpedance.therapy.robot.therapy_robot import TherapyRobot, load_torque
 
 #: Below this speed friction is static, which the model leaves out, rad/s.
 LEAST_SPEED_RAD_S: Final = float(np.deg2rad(1.0))
@@ -85,7 +85,7 @@ def predicted_torque(
     recording: Recording, robot: TherapyRobot
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """tau_r (13), tau_motor and the velocities (N, n) of all movements, one after another."""
-    from armimpedance.therapy.rigid import robot_bodies
+    from armimpedance.therapy.robot.rigid import robot_bodies
 
     refuse_person(recording)
     check_recording(recording, robot)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from armimpedance.arrays import FloatArray
-from armimpedance.therapy.passive_arm import PassiveArm
+from armimpedance.therapy.arm.passive_arm import PassiveArm
 from armimpedance.therapy.share.reference import (
     ReferenceContribution,
     reference_contribution,

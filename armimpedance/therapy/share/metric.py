@@ -16,7 +16,10 @@ import numpy as np
 
 from armimpedance.arrays import BoolArray, FloatArray
 from armimpedance.errors import InputError
-from armimpedance.therapy.passive_arm import PassiveArm
+from armimpedance.therapy.arm.passive_arm import PassiveArm
+from armimpedance.therapy.arm.torques import MovementTorques
+from armimpedance.therapy.robot.sliding import slides
+from armimpedance.therapy.robot.therapy_robot import TherapyRobot
 from armimpedance.therapy.share.from_sums import Labels, contribution_from
 from armimpedance.therapy.share.result import (
     Contribution,
@@ -34,9 +37,6 @@ from armimpedance.therapy.share.validity import (
     share_valid,
     usable_elastic,
 )
-from armimpedance.therapy.sliding import slides
-from armimpedance.therapy.therapy_robot import TherapyRobot
-from armimpedance.therapy.torques import MovementTorques
 
 #: Length of the running view's window, s.
 WINDOW_S: Final = 0.5

@@ -15,7 +15,7 @@ from typing import Final
 import numpy as np
 
 from armimpedance.arrays import FloatArray
-from armimpedance.therapy.passive_arm import PassiveArm, Reference
+from armimpedance.therapy.arm.passive_arm import PassiveArm, Reference
 from armimpedance.therapy.share.sums import ABS_ARM, ABS_SUPPORT, ARM, ONE, USER
 from armimpedance.therapy.share.uncertainty import ErrorLaw
 

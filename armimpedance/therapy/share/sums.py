@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 
 from armimpedance.arrays import FloatArray
-from armimpedance.therapy.torques import MovementTorques
+from armimpedance.therapy.arm.torques import MovementTorques
 
 #: Columns of a sample's row; products are kept of the first `FACTORS` with all others.
 ONE, USER, ARM, ANGLE, RIGID, INERTIA = range(6)

@@ -22,7 +22,9 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray, IntArray, frozen_array
 from armimpedance.errors import InputError
-from armimpedance.therapy.passive_arm import PassiveArm
+from armimpedance.therapy.arm.passive_arm import PassiveArm
+from armimpedance.therapy.robot.smooth import kernels_for
+from armimpedance.therapy.robot.therapy_robot import TherapyRobot
 from armimpedance.therapy.share.sums import (
     ANGLE,
     ARM,
@@ -33,8 +35,6 @@ from armimpedance.therapy.share.sums import (
     USER,
     row_length,
 )
-from armimpedance.therapy.smooth import kernels_for
-from armimpedance.therapy.therapy_robot import TherapyRobot
 
 PARTS: Final = ("robot", "mass", "elastic", "between", "noise")
 

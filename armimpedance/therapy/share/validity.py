@@ -20,7 +20,7 @@ import numpy as np
 
 from armimpedance.arrays import BoolArray, FloatArray
 from armimpedance.errors import InputError
-from armimpedance.therapy.passive_arm import Elastic, PassiveArm
+from armimpedance.therapy.arm.passive_arm import Elastic, PassiveArm
 from armimpedance.therapy.share.sums import ABS_ARM, ABS_MOTOR, ARM, LOWERING, ONE, SATURATED
 from armimpedance.therapy.share.uncertainty import ErrorLaw, Quotient, beside_inertia
 

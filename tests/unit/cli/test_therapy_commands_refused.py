@@ -17,10 +17,11 @@ from armimpedance.cli.therapy.arm import pipes
 from armimpedance.files.therapy_json import write_robot
 from armimpedance.recordings.tables.folder import write_folder
 from armimpedance.records import Recording, Subject
-from armimpedance.therapy.passive_arm import PassiveArm
-from armimpedance.therapy.person import segments_of
-from armimpedance.therapy.rigid import arm_bodies, robot_bodies
-from armimpedance.therapy.therapy_robot import Loads, load_torque, parameter_count
+from armimpedance.therapy.arm.passive_arm import PassiveArm
+from armimpedance.therapy.arm.person import segments_of
+from armimpedance.therapy.arm.rigid_arm import arm_bodies
+from armimpedance.therapy.robot.rigid import robot_bodies
+from armimpedance.therapy.robot.therapy_robot import Loads, load_torque, parameter_count
 from manipulandum_sim.therapy.device import therapy_device
 
 RATE = 1000.0

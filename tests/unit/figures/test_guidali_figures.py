@@ -18,10 +18,11 @@ from armimpedance.cli.simulated.therapy import drawings_of
 from armimpedance.errors import InputError
 from armimpedance.records import Recording, Subject
 from armimpedance.therapy.arm.mockup import source_mockup
-from armimpedance.therapy.passive_arm import PassiveArm
-from armimpedance.therapy.person import segments_of
-from armimpedance.therapy.rigid import arm_bodies, robot_bodies
-from armimpedance.therapy.therapy_robot import Loads, load_torque, parameter_count
+from armimpedance.therapy.arm.passive_arm import PassiveArm
+from armimpedance.therapy.arm.person import segments_of
+from armimpedance.therapy.arm.rigid_arm import arm_bodies
+from armimpedance.therapy.robot.rigid import robot_bodies
+from armimpedance.therapy.robot.therapy_robot import Loads, load_torque, parameter_count
 from armimpedance_figures.build_all import CATALOGUE
 from armimpedance_figures.guidali2013 import (
     contribution_means as means,

@@ -20,12 +20,12 @@ from armimpedance.plots.therapy import (
 )
 from armimpedance.regression import NamedParameter
 from armimpedance.skeleton import Hinge, Segment, Skeleton
-from armimpedance.therapy.passive_arm import Elastic, PassiveArm
+from armimpedance.therapy.arm.passive_arm import Elastic, PassiveArm
+from armimpedance.therapy.arm.torques import MovementTorques
 from armimpedance.therapy.robot.holds import fit_holds
 from armimpedance.therapy.robot.steady import SteadyPart
 from armimpedance.therapy.robot.sweeps import fit_axis
-from armimpedance.therapy.therapy_robot import Loads, TherapyRobot, parameter_count
-from armimpedance.therapy.torques import MovementTorques
+from armimpedance.therapy.robot.therapy_robot import Loads, TherapyRobot, parameter_count
 
 AXES = ("elevation", "horizontal")
 COULOMB, VISCOUS = 2.0, 0.8

@@ -10,9 +10,15 @@ from scipy.signal import lfilter
 
 from armimpedance.records import Recording, Subject
 from armimpedance.skeleton import Hinge, Segment, Skeleton
-from armimpedance.therapy.passive_arm import PassiveArm, winter_segments
-from armimpedance.therapy.rigid import arm_bodies, robot_bodies
-from armimpedance.therapy.therapy_robot import Loads, TherapyRobot, load_torque, parameter_count
+from armimpedance.therapy.arm.passive_arm import PassiveArm, winter_segments
+from armimpedance.therapy.arm.rigid_arm import arm_bodies
+from armimpedance.therapy.robot.rigid import robot_bodies
+from armimpedance.therapy.robot.therapy_robot import (
+    Loads,
+    TherapyRobot,
+    load_torque,
+    parameter_count,
+)
 
 RATE = 250.0
 AXES = ("elevation", "horizontal")

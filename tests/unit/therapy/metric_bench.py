@@ -9,16 +9,17 @@ import pandas as pd
 
 from armimpedance.records import Recording, Subject
 from armimpedance.skeleton import Hinge, Segment, Skeleton
-from armimpedance.therapy.passive_arm import ArmSegment, Elastic, PassiveArm, Reference
-from armimpedance.therapy.rigid import arm_bodies, robot_bodies
-from armimpedance.therapy.therapy_robot import (
+from armimpedance.therapy.arm.passive_arm import ArmSegment, Elastic, PassiveArm, Reference
+from armimpedance.therapy.arm.rigid_arm import arm_bodies
+from armimpedance.therapy.arm.torques import MovementTorques
+from armimpedance.therapy.robot.rigid import robot_bodies
+from armimpedance.therapy.robot.therapy_robot import (
     Loads,
     TherapyRobot,
     load_gradient,
     load_torque,
     parameter_count,
 )
-from armimpedance.therapy.torques import MovementTorques
 
 AXES = ("elevation", "horizontal", "rotation", "elbow", "pronation")
 P = parameter_count(5)

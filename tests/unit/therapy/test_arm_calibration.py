@@ -12,7 +12,7 @@ from arm_bench import REST_RAD, SEGMENTS, STIFFNESS, Session, bench, heavier, re
 from armimpedance.errors import InputError
 from armimpedance.files.therapy_json import read_arm, write_arm
 from armimpedance.therapy.arm.calibrate import identify_arm
-from armimpedance.therapy.sliding import slides
+from armimpedance.therapy.robot.sliding import slides
 
 
 def calibrated(session: Session, robot=None, segments=SEGMENTS, **given):

@@ -22,12 +22,12 @@ from metric_bench import (
 
 from armimpedance.errors import InputError
 from armimpedance.plain import to_plain
+from armimpedance.therapy.arm.movements import movement_torques
 from armimpedance.therapy.live.last_rows import LastRows
-from armimpedance.therapy.live.live import LiveContribution
+from armimpedance.therapy.live.live_contribution import LiveContribution
 from armimpedance.therapy.live.replay import replay
-from armimpedance.therapy.movements import movement_torques
+from armimpedance.therapy.robot.smooth import kernels_for
 from armimpedance.therapy.share.metric import contribution_of
-from armimpedance.therapy.smooth import kernels_for
 
 HALF = kernels_for(RATE).half
 

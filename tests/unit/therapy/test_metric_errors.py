@@ -25,14 +25,14 @@ from metric_bench import (
 )
 
 from armimpedance.errors import InputError
+from armimpedance.therapy.robot.smooth import kernels_for
+from armimpedance.therapy.robot.therapy_robot import Loads
 from armimpedance.therapy.share.metric import (
     contribution_of,
     running_contribution,
     sample_contribution,
 )
 from armimpedance.therapy.share.uncertainty import PARTS
-from armimpedance.therapy.smooth import kernels_for
-from armimpedance.therapy.therapy_robot import Loads
 
 
 def plain_metrics(seen, theta, mass, line, own, arm):

@@ -7,9 +7,9 @@ import pytest
 from arm_bench import REST_RAD, SEGMENTS, STIFFNESS, UPPER_ARM_M, Session, bench, repeated
 
 from armimpedance.errors import InputError
-from armimpedance.therapy.movements import cut_movements, movement_torques
-from armimpedance.therapy.passive_arm import Elastic, PassiveArm
-from armimpedance.therapy.therapy_robot import load_torque
+from armimpedance.therapy.arm.movements import cut_movements, movement_torques
+from armimpedance.therapy.arm.passive_arm import Elastic, PassiveArm
+from armimpedance.therapy.robot.therapy_robot import load_torque
 
 
 def arm(**changes) -> PassiveArm:

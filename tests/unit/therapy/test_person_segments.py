@@ -7,7 +7,7 @@ import pytest
 from armimpedance.arm.anthropometry import WINTER, two_link_arm
 from armimpedance.errors import InputError
 from armimpedance.records import Subject
-from armimpedance.therapy.person import segments_of, upper_arm_length
+from armimpedance.therapy.arm.person import segments_of, upper_arm_length
 
 
 def first_moment(segments, link):

@@ -10,16 +10,17 @@ from armimpedance.errors import ArmImpedanceError, InputError
 from armimpedance.files.therapy_json import read_arm, read_robot, write_arm, write_robot
 from armimpedance.records import Recording
 from armimpedance.skeleton import GRAVITY_M_S2, Hinge, Segment, Skeleton
-from armimpedance.therapy.passive_arm import (
+from armimpedance.therapy.arm.passive_arm import (
     ArmSegment,
     Elastic,
     PassiveArm,
     Reference,
     winter_segments,
 )
-from armimpedance.therapy.rigid import arm_bodies, arm_skeleton, robot_bodies
-from armimpedance.therapy.smooth import WIDTH_S, kernels_for, smooth_trials
-from armimpedance.therapy.therapy_robot import (
+from armimpedance.therapy.arm.rigid_arm import arm_bodies, arm_skeleton
+from armimpedance.therapy.robot.rigid import robot_bodies
+from armimpedance.therapy.robot.smooth import WIDTH_S, kernels_for, smooth_trials
+from armimpedance.therapy.robot.therapy_robot import (
     Loads,
     TherapyRobot,
     friction_sign,

@@ -12,11 +12,16 @@ import pytest
 from armimpedance.errors import InputError
 from armimpedance.records import Recording, Subject
 from armimpedance.skeleton import Hinge, Segment, Skeleton
-from armimpedance.therapy.checks import check_recording
-from armimpedance.therapy.rigid import robot_bodies
 from armimpedance.therapy.robot.calibrate import identify_robot
+from armimpedance.therapy.robot.checks import check_recording
+from armimpedance.therapy.robot.rigid import robot_bodies
+from armimpedance.therapy.robot.therapy_robot import (
+    Loads,
+    TherapyRobot,
+    load_torque,
+    parameter_count,
+)
 from armimpedance.therapy.robot.validation import validate_robot
-from armimpedance.therapy.therapy_robot import Loads, TherapyRobot, load_torque, parameter_count
 
 RATE = 1000.0
 AXES = ("elevation", "horizontal", "elbow")

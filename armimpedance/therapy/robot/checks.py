@@ -10,7 +10,7 @@ from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
 from armimpedance.records import Recording
 from armimpedance.signals import refuse_degrees
-from armimpedance.therapy.therapy_robot import TherapyRobot
+from armimpedance.therapy.robot.therapy_robot import TherapyRobot
 
 #: An angle may pass its limit by this much: overshoot and the zero of an encoder, rad.
 BEYOND_LIMIT_RAD: Final = 0.05
@@ -124,7 +124,7 @@ def _check_torques(recording: Recording, robot: TherapyRobot) -> None:
 
 
 def _check_weight_and_work(recording: Recording, robot: TherapyRobot) -> None:
-    from armimpedance.therapy.rigid import robot_bodies
+    from armimpedance.therapy.robot.rigid import robot_bodies
 
     bodies = robot_bodies(robot)
     starts, ends = recording.offsets[:-1], recording.offsets[1:] - 1

@@ -15,7 +15,7 @@ import numpy as np
 from armimpedance.arm import WINTER, SegmentRatios
 from armimpedance.arrays import FloatArray, frozen_array
 from armimpedance.errors import InputError, RecordError
-from armimpedance.therapy.therapy_robot import FOREARM, UPPER_ARM
+from armimpedance.therapy.robot.therapy_robot import FOREARM, UPPER_ARM
 
 #: Sd of the person's segment masses about the table's, as a fraction; one factor for all of them.
 MASS_SD: Final = 0.03

@@ -11,9 +11,12 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
+from armimpedance.therapy.arm.passive_arm import PassiveArm
 from armimpedance.therapy.live.last_rows import LastRows
 from armimpedance.therapy.live.sample import LiveSample
-from armimpedance.therapy.passive_arm import PassiveArm
+from armimpedance.therapy.robot.sliding import least_speed
+from armimpedance.therapy.robot.smooth import WIDTH_S, kernels_for
+from armimpedance.therapy.robot.therapy_robot import TherapyRobot, load_gradient
 from armimpedance.therapy.share.from_sums import Labels, contribution_from
 from armimpedance.therapy.share.metric import WINDOW_S, window_samples
 from armimpedance.therapy.share.result import Contribution
@@ -37,9 +40,6 @@ from armimpedance.therapy.share.validity import (
     share_valid,
     usable_elastic,
 )
-from armimpedance.therapy.sliding import least_speed
-from armimpedance.therapy.smooth import WIDTH_S, kernels_for
-from armimpedance.therapy.therapy_robot import TherapyRobot, load_gradient
 
 #: Sums that are kept: of the sample, of the movement so far, of the running window, and of the
 #: movement with the samples that do not count.
@@ -78,7 +78,8 @@ class LiveContribution:
         window_s: float = WINDOW_S,
         unrepeatable: bool = False,
     ) -> None:
-        from armimpedance.therapy.rigid import arm_bodies, robot_bodies
+        from armimpedance.therapy.arm.rigid_arm import arm_bodies
+        from armimpedance.therapy.robot.rigid import robot_bodies
 
         if axis not in range(robot.n_axes):
             raise InputError(f"axis {axis}", expected=f"0 to {robot.n_axes - 1}")

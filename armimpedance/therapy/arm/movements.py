@@ -10,14 +10,14 @@ import numpy as np
 from armimpedance.arrays import FloatArray, frozen
 from armimpedance.errors import InputError
 from armimpedance.records import Recording
-from armimpedance.therapy.cells import number_in
-from armimpedance.therapy.passive_arm import PassiveArm
-from armimpedance.therapy.smooth import SmoothTrial, smooth_trials
-from armimpedance.therapy.therapy_robot import TherapyRobot, load_gradient, load_torque
-from armimpedance.therapy.torques import MovementTorques
+from armimpedance.therapy.arm.passive_arm import PassiveArm
+from armimpedance.therapy.arm.torques import MovementTorques
+from armimpedance.therapy.robot.cells import number_in
+from armimpedance.therapy.robot.smooth import SmoothTrial, smooth_trials
+from armimpedance.therapy.robot.therapy_robot import TherapyRobot, load_gradient, load_torque
 
 if TYPE_CHECKING:
-    from armimpedance.therapy.rigid import RigidBodies
+    from armimpedance.therapy.robot.rigid import RigidBodies
 
 #: Where the trial table does not say, a movement lasts while its axis is faster than this share of
 #: its own peak.
@@ -72,7 +72,8 @@ def movement_torques(
         A movement outside of its trial, a trial in which nothing
         moves, loads that are not known, an arm that was measured in another robot.
     """
-    from armimpedance.therapy.rigid import arm_bodies, robot_bodies
+    from armimpedance.therapy.arm.rigid_arm import arm_bodies
+    from armimpedance.therapy.robot.rigid import robot_bodies
 
     if arm.robot != robot.name:
         raise InputError(

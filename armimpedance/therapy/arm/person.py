@@ -5,7 +5,7 @@ from __future__ import annotations
 from armimpedance.arm import WINTER
 from armimpedance.errors import InputError
 from armimpedance.records import Subject
-from armimpedance.therapy.passive_arm import ArmSegment, winter_segments
+from armimpedance.therapy.arm.passive_arm import ArmSegment, winter_segments
 
 
 def segments_of(
