@@ -1,4 +1,4 @@
-"""TODO"""
+"""Drawings of records and results: each takes its axes and returns them. matplotlib lives here."""
 
 import lazy_loader
 

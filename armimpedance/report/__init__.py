@@ -1,4 +1,4 @@
-"""TODO"""
+"""Results as a person reads them in a terminal of 100 columns."""
 
 import lazy_loader
 
