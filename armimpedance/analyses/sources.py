@@ -6,10 +6,11 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from armimpedance.errors import EstimationError, InputError, NotIdentifiableError
-from armimpedance.recordings import ReadOptions, open_recording
+from armimpedance.motion import MarkerRecording
+from armimpedance.recordings import AnyRecording, ReadOptions, open_recording
 from armimpedance.records import Recording
 
 #: A path, as functions that take a recording or its path accept it.
@@ -17,16 +18,60 @@ PathLike = str | os.PathLike[str]
 
 
 def read(
-    source: Recording | PathLike, *, force_by: Literal["limb", "device"] | None = None
-) -> Recording:
+    source: AnyRecording | PathLike,
+    *,
+    force_by: Literal["limb", "device"] | None = None,
+    **options: Any,
+) -> AnyRecording:
     """The recording at a path, in whichever of the known formats it is.
 
     Parameters
     ----------
-    source : Recording or path
+    source : recording or path
         A recording is returned as it is.
     force_by : {"limb", "device"}, optional
         Whose force on the other a Kinarm's sensor holds; other formats say it themselves.
+    **options
+        Further fields of `recordings.ReadOptions`, such as `side`, `onset_event`, `end_event`,
+        `emg_channels`, `skeleton`.
+
+    Returns
+    -------
+    Recording, MarkerRecording or MotionRecording
+        Trials of the hand or of joints; markers; joint motion.
+
+    Raises
+    ------
+    InputError
+        There is nothing at the path, it cannot be read, or an option has no meaning for its
+        format; the message names file and place.
+
+    Examples
+    --------
+    >>> from armimpedance.analyses import read
+    >>> read("nowhere")
+    Traceback (most recent call last):
+    armimpedance.errors.InputError: nowhere: no such file or folder (expected a recording)
+    """
+    if not isinstance(source, str | os.PathLike):
+        return source
+    return open_recording(source, ReadOptions(force_by=force_by, **options))
+
+
+def read_recording(
+    source: AnyRecording | PathLike,
+    *,
+    force_by: Literal["limb", "device"] | None = None,
+    **options: Any,
+) -> Recording:
+    """The recording of the hand or of joints at a path; any other one is refused.
+
+    Parameters
+    ----------
+    source : recording or path
+    force_by : {"limb", "device"}, optional
+    **options
+        See `read`.
 
     Returns
     -------
@@ -35,11 +80,17 @@ def read(
     Raises
     ------
     InputError
-        There is nothing at the path, or it cannot be read; the message names file and place.
+        As `read`; or it is a recording of markers or of joint motion, which other verbs take.
     """
-    if isinstance(source, Recording):
-        return source
-    return open_recording(source, ReadOptions(force_by=force_by))
+    recording = read(source, force_by=force_by, **options)
+    if isinstance(recording, Recording):
+        return recording
+    what = "markers" if isinstance(recording, MarkerRecording) else "joint motion"
+    raise InputError(
+        f"a recording of {what}: `passive` and `body` take it",
+        file=source if isinstance(source, str | os.PathLike) else None,
+        expected="one of the hand or of joints",
+    )
 
 
 def of_condition(recording: Recording, condition: str | None) -> Recording:

@@ -10,7 +10,7 @@ from armimpedance.errors import InputError
 
 if TYPE_CHECKING:
     from armimpedance.motion import MarkerRecording
-    from armimpedance.recordings import CaptureOptions
+    from armimpedance.recordings import ReadOptions
     from armimpedance.skeleton import Skeleton
 
 MODELS = ("elbow", "body")
@@ -48,9 +48,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def is_motion_capture(path: Path) -> bool:
     """Whether this is a file of motion capture, by its suffix, or a recording of it."""
-    from armimpedance.recordings import SUFFIXES, is_moving
+    from armimpedance.recordings import is_moving
 
-    return path.suffix.lower() in SUFFIXES or is_moving(path)
+    return path.suffix.lower() in (".c3d", ".trc", ".mot", ".sto") or is_moving(path)
 
 
 def convert_motion(arguments: argparse.Namespace, emg_channels: dict[str, str]) -> int:
@@ -59,11 +59,11 @@ def convert_motion(arguments: argparse.Namespace, emg_channels: dict[str, str]) 
 
     from armimpedance.cli.parts.inspect_motion import describe_moving
     from armimpedance.motion import MarkerRecording
-    from armimpedance.recordings import open_motion_capture, write_markers, write_motion
+    from armimpedance.recordings import open_recording, write_markers, write_motion
 
     _refuse_others(arguments)
     options = _options(arguments, emg_channels)
-    recording = open_motion_capture(arguments.input, options)
+    recording = open_recording(arguments.input, options)
     sizes = {name: getattr(arguments, name) for name in ("mass_kg", "height_m")}
     known = {name: value for name, value in sizes.items() if value is not None}
     for name, value in known.items():
@@ -92,12 +92,12 @@ def _refuse_others(arguments: argparse.Namespace) -> None:
         raise InputError("--standing without --skeleton", expected="the segments markers sit on")
 
 
-def _options(arguments: argparse.Namespace, emg_channels: dict[str, str]) -> CaptureOptions:
-    from armimpedance.recordings import CaptureOptions
+def _options(arguments: argparse.Namespace, emg_channels: dict[str, str]) -> ReadOptions:
+    from armimpedance.recordings import ReadOptions
 
     axes = None if arguments.axes is None else tuple(arguments.axes.split(","))
     degrees = None if arguments.in_degrees is None else arguments.in_degrees == "yes"
-    return CaptureOptions(
+    return ReadOptions(
         axes=axes,
         prefix=arguments.prefix,
         emg_channels=emg_channels,
@@ -141,7 +141,7 @@ def _renamed(recording: MarkerRecording, arguments: argparse.Namespace) -> Marke
 
 
 def _with_standing(
-    recording: MarkerRecording, arguments: argparse.Namespace, options: CaptureOptions
+    recording: MarkerRecording, arguments: argparse.Namespace, options: ReadOptions
 ) -> MarkerRecording:
     """The recording with marker sites where the subject wears them."""
     from dataclasses import replace
@@ -150,10 +150,10 @@ def _with_standing(
         return recording
     from armimpedance.mocap import calibrate_sites
     from armimpedance.motion import MarkerRecording
-    from armimpedance.recordings import open_motion_capture
+    from armimpedance.recordings import open_recording
 
     plain = replace(options, emg_channels={}, skeleton=None)
-    standing = open_motion_capture(arguments.standing, plain)
+    standing = open_recording(arguments.standing, plain)
     if not isinstance(standing, MarkerRecording) or recording.skeleton is None:
         raise InputError("no markers", file=arguments.standing, expected="a standing trial")
     skeleton = calibrate_sites(recording.skeleton, _renamed(standing, arguments))

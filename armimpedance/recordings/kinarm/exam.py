@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Final, Literal
 
 import numpy as np
@@ -12,7 +13,7 @@ import numpy as np
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
 from armimpedance.recordings.c3d_file import C3DFile
-from armimpedance.recordings.kinarm.files import read_exam
+from armimpedance.recordings.kinarm.files import read_exam, refuse_new_format
 from armimpedance.recordings.kinarm.robot import Robot, Side, choose_side, robot_of
 from armimpedance.recordings.kinarm.trials import set_onsets, trial_table, used_trials
 from armimpedance.records import Recording, Subject
@@ -111,6 +112,18 @@ def read_kinarm(
             *(f"{name}: {text}" for name, text in personal.items()),
         ),
     )
+
+
+def exam_subject(path: str | os.PathLike[str], keep_personal: bool) -> Subject:
+    """The subject of an exam; the files name nobody unless `keep_personal`.
+
+    Raises
+    ------
+    InputError
+        The exam cannot be read, where it has to be.
+    """
+    refuse_new_format(Path(path))
+    return _subject(_personal(read_exam(path).common)) if keep_personal else Subject()
 
 
 def _check_trial(c3d: C3DFile, rate_hz: float, side: Side) -> None:

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from armimpedance.errors import InputError
-from armimpedance.recordings.formats import ReadOptions, open_recording
 from armimpedance.recordings.kinarm import files as kinarm_files
 from armimpedance.recordings.kinarm.exam import read_kinarm
+from armimpedance.recordings.opening import open_recording
+from armimpedance.recordings.reading import ReadOptions
 from armimpedance.recordings.tables.folder import read_folder, write_folder
 
 #: The file holds single precision: of 0.3 m, 3e-8 m; of two links, some more.
@@ -422,7 +423,7 @@ def test_open_recording_asks_for_the_sign(exams, tmp_path):
 
 
 def test_open_recording_refuses_what_it_cannot_use(tables, tmp_path):
-    with pytest.raises(InputError, match="no options"):
+    with pytest.raises(InputError, match="--force-by with a folder with recording.json"):
         open_recording(tables.write(), ReadOptions(force_by="limb"))
     with pytest.raises(InputError, match="no such file"):
         open_recording(tmp_path / "none")

@@ -9,7 +9,8 @@ import pytest
 
 from armimpedance.errors import InputError
 from armimpedance.recordings.motion.marker_c3d import read_marker_c3d
-from armimpedance.recordings.motion.motion_capture import CaptureOptions, open_motion_capture
+from armimpedance.recordings.opening import open_recording
+from armimpedance.recordings.reading import ReadOptions
 
 RNG = np.random.default_rng(4)
 POINTS_MM = RNG.uniform(-900, 900, (6, 3, 3)).astype(np.float32)
@@ -140,7 +141,7 @@ def test_a_unit_that_is_not_true(c3d, tmp_path):
 
 def test_one_door(c3d, tmp_path):
     file = write(c3d, tmp_path / "a.c3d")
-    opened = open_motion_capture(file, CaptureOptions(axes=("x", "-z", "y"), prefix="S"))
+    opened = open_recording(file, ReadOptions(axes=("x", "-z", "y"), prefix="S"))
     np.testing.assert_array_equal(
         opened.positions, read_marker_c3d(file, axes=("x", "-z", "y")).positions
     )

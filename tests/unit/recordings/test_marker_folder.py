@@ -13,11 +13,11 @@ from armimpedance.arm.skeletons import elbow_skeleton
 from armimpedance.errors import InputError
 from armimpedance.motion import EmgSignals, MarkerRecording
 from armimpedance.plain import to_plain
-from armimpedance.recordings.formats import open_recording
 from armimpedance.recordings.kind import recording_kind
 from armimpedance.recordings.motion.marker_folder import read_markers, write_markers
-from armimpedance.recordings.motion.motion_capture import CaptureOptions, open_motion_capture
 from armimpedance.recordings.motion.motion_folder import read_motion
+from armimpedance.recordings.opening import open_recording
+from armimpedance.recordings.reading import ReadOptions
 from armimpedance.recordings.tables.folder import read_folder, write_folder
 from armimpedance.records import Subject
 
@@ -211,9 +211,8 @@ def test_what_nothing_reads_is_told(tmp_path):
 def test_kinds_and_who_takes_them(tmp_path, tables):
     write_markers(recording(), tmp_path / "r")
     assert recording_kind(tmp_path / "r") == "markers"
-    for read in (read_folder, open_recording):
-        with pytest.raises(InputError, match="armimpedance passive"):
-            read(tmp_path / "r")
+    with pytest.raises(InputError, match="armimpedance passive"):
+        read_folder(tmp_path / "r")
     with pytest.raises(InputError, match="recording of markers"):
         read_motion(tmp_path / "r")
     hand = tables.write()
@@ -233,15 +232,15 @@ def test_a_recording_of_the_hand_does_not_replace_markers(tmp_path, tables):
 def test_one_door(tmp_path):
     write_markers(recording(skeleton=None), tmp_path / "r")
     skeleton = elbow_skeleton(60.0, 1.6)
-    opened = open_motion_capture(tmp_path / "r", CaptureOptions(skeleton=skeleton))
+    opened = open_recording(tmp_path / "r", ReadOptions(skeleton=skeleton))
     assert opened.skeleton is skeleton
-    with pytest.raises(InputError, match="no options"):
-        open_motion_capture(tmp_path / "r", CaptureOptions(prefix="A"))
+    with pytest.raises(InputError, match=r"--prefix with a folder.*expected --skeleton"):
+        open_recording(tmp_path / "r", ReadOptions(prefix="A"))
     with pytest.raises(InputError, match="no such file"):
-        open_motion_capture(tmp_path / "none.c3d")
+        open_recording(tmp_path / "none.c3d")
     (tmp_path / "a.txt").write_text("a")
-    with pytest.raises(InputError, match="no known format"):
-        open_motion_capture(tmp_path / "a.txt")
+    with pytest.raises(InputError, match="no recording of a known format"):
+        open_recording(tmp_path / "a.txt")
 
 
 def test_names_that_cannot_stand_in_a_table(tmp_path):

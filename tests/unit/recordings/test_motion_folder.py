@@ -14,8 +14,8 @@ from armimpedance.errors import InputError
 from armimpedance.motion import MotionRecording
 from armimpedance.plain import to_plain
 from armimpedance.recordings.kind import recording_kind
-from armimpedance.recordings.motion.motion_capture import open_motion_capture
 from armimpedance.recordings.motion.motion_folder import read_motion, torque_columns, write_motion
+from armimpedance.recordings.opening import open_recording
 from armimpedance.recordings.tables.folder import read_folder
 
 SKELETON = elbow_skeleton(70.0, 1.75)
@@ -45,7 +45,7 @@ def test_round_trip(table, bare, tmp_path):
     made = recording(**changes)
     write_motion(made, tmp_path / "r", table)
     assert recording_kind(tmp_path / "r") == "motion"
-    back = open_motion_capture(tmp_path / "r")
+    back = open_recording(tmp_path / "r")
     for name in ("offsets", "time_s", "coordinates", "torque", "wrenches", "plate_origins_m"):
         a, b = getattr(back, name), getattr(made, name)
         assert (a is None and b is None) or np.array_equal(a, b), name

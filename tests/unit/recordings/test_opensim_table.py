@@ -7,8 +7,9 @@ import pytest
 
 from armimpedance.arm.skeletons import elbow_skeleton
 from armimpedance.errors import InputError
-from armimpedance.recordings.motion.motion_capture import CaptureOptions, open_motion_capture
 from armimpedance.recordings.motion.opensim_table import opensim_motion, read_opensim_table
+from armimpedance.recordings.opening import open_recording
+from armimpedance.recordings.reading import ReadOptions
 
 TIME = np.arange(8) / 50.0
 ELBOW_DEG = 60 + 20 * np.sin(TIME * 9)
@@ -120,6 +121,6 @@ def test_what_joint_motion_needs(tmp_path):
     with pytest.raises(InputError, match="column elbow: no such column"):
         opensim_motion(file, SKELETON, {"right_elbow_flexion": "elbow"})
     with pytest.raises(InputError, match="expected a skeleton"):
-        open_motion_capture(file)
-    options = CaptureOptions(skeleton=SKELETON, angles={"right_elbow_flexion": "elbow_flexion"})
-    assert open_motion_capture(file, options).coordinates[0, 9] > 1.0
+        open_recording(file)
+    options = ReadOptions(skeleton=SKELETON, angles={"right_elbow_flexion": "elbow_flexion"})
+    assert open_recording(file, options).coordinates[0, 9] > 1.0

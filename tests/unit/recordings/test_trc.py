@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from armimpedance.errors import InputError
-from armimpedance.recordings.motion.motion_capture import open_motion_capture
 from armimpedance.recordings.motion.trc import read_trc
+from armimpedance.recordings.opening import open_recording
 
 PLACES = np.random.default_rng(1).uniform(-0.9, 0.9, (5, 2, 3))
 
@@ -95,5 +95,5 @@ def test_one_line_for_whatever_is_wrong(text, told, tmp_path):
 
 def test_one_door(tmp_path):
     markers = read(tmp_path, content())
-    opened = open_motion_capture(tmp_path / "walk.trc")
+    opened = open_recording(tmp_path / "walk.trc")
     np.testing.assert_array_equal(opened.positions, markers.positions)

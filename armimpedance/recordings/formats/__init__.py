@@ -1,0 +1,1 @@
+"""Formats of recordings, one file each; `armimpedance.recordings.opening` finds them."""

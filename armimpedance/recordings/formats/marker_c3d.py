@@ -1,0 +1,26 @@
+"""Markers of motion capture in a C3D file, one trial a file."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from armimpedance.motion import MarkerRecording
+from armimpedance.recordings.motion.lab_axes import Z_UP
+from armimpedance.recordings.motion.marker_c3d import read_marker_c3d
+from armimpedance.recordings.reading import Format, ReadOptions
+
+
+def _read(path: Path, options: ReadOptions) -> MarkerRecording:
+    markers = read_marker_c3d(
+        path, prefix=options.prefix, emg_channels=options.emg_channels, axes=options.axes or Z_UP
+    )
+    return replace(markers, skeleton=options.skeleton)
+
+
+FORMAT = Format(
+    name="motion capture in a .c3d file",
+    recognises=lambda path: path.suffix.lower() == ".c3d" and path.is_file(),
+    read=_read,
+    options=("prefix", "emg_channels", "axes", "skeleton"),
+)

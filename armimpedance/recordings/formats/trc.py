@@ -1,0 +1,23 @@
+"""Markers of OpenSim and Motion Analysis in a `.trc` file, one trial a file."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from armimpedance.motion import MarkerRecording
+from armimpedance.recordings.motion.lab_axes import Y_UP
+from armimpedance.recordings.motion.trc import read_trc
+from armimpedance.recordings.reading import Format, ReadOptions
+
+
+def _read(path: Path, options: ReadOptions) -> MarkerRecording:
+    return replace(read_trc(path, axes=options.axes or Y_UP), skeleton=options.skeleton)
+
+
+FORMAT = Format(
+    name="motion capture in a .trc file",
+    recognises=lambda path: path.suffix.lower() == ".trc" and path.is_file(),
+    read=_read,
+    options=("axes", "skeleton"),
+)

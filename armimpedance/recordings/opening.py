@@ -1,0 +1,73 @@
+"""Opening any recording: one table of the formats that are known.
+
+A new format is a file in the folder `formats` with a recogniser and a reader, in one record.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Final
+
+from armimpedance.errors import InputError
+from armimpedance.method_table import MethodTable
+from armimpedance.recordings.reading import AnyRecording, Format, ReadOptions
+
+#: The default comes first: looking at a recording's own folder imports no other reader.
+FORMATS: Final = MethodTable[Format](
+    "armimpedance.recordings.formats", "FORMAT", "format", default="folder"
+)
+
+#: Options of the commands whose names differ from their fields in `ReadOptions`.
+_OPTIONS: Final = {"emg_channels": "emg", "angles": "angle"}
+
+
+def open_recording(
+    path: str | os.PathLike[str], options: ReadOptions | None = None
+) -> AnyRecording:
+    """Read a recording in whichever of the known formats it is.
+
+    Parameters
+    ----------
+    path : path
+    options : ReadOptions, optional
+
+    Returns
+    -------
+    Recording, MarkerRecording or MotionRecording
+
+    Raises
+    ------
+    InputError
+        There is nothing at `path`, its format is not known, an option is missing that the format
+        needs or was given that it cannot use, or what is there is wrong.
+    """
+    wanted = options or ReadOptions()
+    return format_of(path, wanted).read(Path(path), wanted)
+
+
+def format_of(path: str | os.PathLike[str], options: ReadOptions) -> Format:
+    """The format of what is at a path, which can use all options that are given.
+
+    Raises
+    ------
+    InputError
+        There is nothing at `path`, its format is not known, or it cannot use an option.
+    """
+    place = Path(path)
+    if not place.exists():
+        raise InputError("no such file or folder", file=path, expected="a recording")
+    known = next((each for each in FORMATS.values() if each.recognises(place)), None)
+    if known is None:
+        names = "; ".join(each.name for each in FORMATS.values())
+        raise InputError("is no recording of a known format", file=path, expected=names)
+    for name in options.given:
+        if name not in known.options:
+            allowed = ", ".join(map(_option, known.options)) or "no options of the reading"
+            problem = f"{_option(name)} with {known.name}"
+            raise InputError(problem, file=path, expected=allowed)
+    return known
+
+
+def _option(name: str) -> str:
+    return "--" + _OPTIONS.get(name, name).replace("_", "-")

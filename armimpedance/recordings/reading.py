@@ -1,0 +1,100 @@
+"""What a file format is to the toolkit, and what a reader may have to be told."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Literal
+
+from armimpedance.motion import MarkerRecording, MotionRecording
+from armimpedance.records import Recording, Subject
+from armimpedance.skeleton import Skeleton
+
+#: Whatever a file can hold: trials of the hand or of joints, markers, joint motion.
+AnyRecording = Recording | MarkerRecording | MotionRecording
+
+
+@dataclass(frozen=True)
+class ReadOptions:
+    """What a file does not say itself and its reader has to be told; None: not given.
+
+    Attributes
+    ----------
+    force_by : {"limb", "device"} or None
+        Whose force on the other a Kinarm's sensor holds.
+    side : {"right", "left"} or None
+    onset_event, end_event : str or None
+    keep_personal : bool
+        See `read_kinarm`.
+    emg_channels : mapping
+        Analog channel -> muscle, such as ``{"ACH0": "biceps_long"}``.
+    axes : three str or None
+        The file's axes that point forward, left and up; None: z up in C3D, OpenSim's in `.trc`.
+    prefix : str or None
+        The subject whose markers are read; see `read_marker_c3d`.
+    skeleton : Skeleton or None
+        The skeleton of markers; a table of angles needs one.
+    angles : mapping
+        Coordinate -> column of a table of angles; see `opensim_motion`.
+    in_degrees : bool or None
+        Whether a table of angles is in degrees, where it does not say.
+    """
+
+    force_by: Literal["limb", "device"] | None = None
+    side: Literal["right", "left"] | None = None
+    onset_event: str | None = None
+    end_event: str | None = None
+    keep_personal: bool = False
+    emg_channels: Mapping[str, str] = field(default_factory=dict)
+    axes: Sequence[str] | None = None
+    prefix: str | None = None
+    skeleton: Skeleton | None = None
+    angles: Mapping[str, str] = field(default_factory=dict)
+    in_degrees: bool | None = None
+
+    @property
+    def given(self) -> tuple[str, ...]:
+        """The names of the options that were given."""
+        plain = vars(ReadOptions())
+        return tuple(f.name for f in fields(self) if getattr(self, f.name) != plain[f.name])
+
+
+@dataclass(frozen=True)
+class RecordedSubject:
+    """Who was recorded, and with which muscles.
+
+    Attributes
+    ----------
+    subject : Subject
+    muscles : tuple of str or None
+        The muscles that the recording lists; None where it does not say.
+    """
+
+    subject: Subject
+    muscles: tuple[str, ...] | None
+
+
+@dataclass(frozen=True)
+class Format:
+    """A file format.
+
+    Attributes
+    ----------
+    name : str
+        What messages call it, such as "a folder with recording.json".
+    recognises : callable
+        Whether an existing path is of this format; no path may be of two formats.
+    read : callable
+        Reads a path with the options given.
+    options : tuple of str
+        Fields of `ReadOptions` that have a meaning for this format; others are refused.
+    read_subject : callable or None
+        Reads the subject alone, where that is faster; None: the whole recording is read.
+    """
+
+    name: str
+    recognises: Callable[[Path], bool]
+    read: Callable[[Path, ReadOptions], AnyRecording]
+    options: tuple[str, ...] = ()
+    read_subject: Callable[[Path, ReadOptions], RecordedSubject] | None = None
