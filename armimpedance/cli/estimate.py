@@ -158,9 +158,9 @@ def _named(
 
 def open_checked(path: Path, force_by: str | None) -> Recording:
     """Open any recording; errors name the file."""
-    from armimpedance.recordings import ReadOptions, open_recording
+    from armimpedance.analyses import read_recording
 
-    return open_recording(path, ReadOptions(force_by=force_by))  # type: ignore[arg-type]
+    return read_recording(path, force_by=force_by)  # type: ignore[arg-type]
 
 
 def _write(estimates: list[ImpedanceEstimate], arguments: argparse.Namespace) -> None:

@@ -106,7 +106,7 @@ def test_a_recording_of_markers_changes_its_table_and_nothing_else(
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        (("--force-by", "limb"), ("--force-by with motion capture", "hand")),
+        (("--force-by", "limb"), ("--force-by with motion capture", "--axes", ".trc")),
         (("--handle-mass-kg", "0.2"), ("--handle-mass-kg with motion capture",)),
         (("--skeleton", "elbow"), ("--skeleton elbow", "--mass-kg and --height-m")),
         (("--skeleton", "mine.json"), ("mine.json", "No such file")),
