@@ -30,8 +30,10 @@ def changed(recording, **how):
     )
 
 
-def test_a_sound_recording_passes(sound):
+def test_a_sound_recording_passes_within_the_tolerance_and_not_below_it(sound):
     check_body(sound)
+    with pytest.raises(InputError):
+        check_body(sound, weight_tolerance=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -217,4 +217,6 @@ def test_changed_bytes_raise_nothing_else(c3d, changes):
     for at, value in changes:
         data[at % len(data)] = value
     with contextlib.suppress(InputError):
-        parse_c3d(bytes(data), "a.c3d")
+        read = parse_c3d(bytes(data), "a.c3d")
+        assert read.points.shape == (read.frames, len(read.point_labels), 3)
+        assert len(read.analog) == read.frames * read.samples_per_frame

@@ -489,7 +489,8 @@ def test_degrees(tables):
 def test_a_large_workspace_is_not_taken_for_millimetres(tables):
     tables.samples["x_m"] = np.linspace(-1.0, 1.0, 100)
     tables.samples["y_m"] += 1.5
-    read_folder(tables.write())
+    read = read_folder(tables.write())
+    np.testing.assert_array_equal(read.position, tables.samples[["x_m", "y_m"]])
 
 
 # ---- writing ------------------------------------------------------------------------------------
