@@ -84,7 +84,7 @@ def staged_folder(
         The parent folder does not exist or cannot be written to, or `path` must not be replaced.
     """
     final = _final_path(path)
-    _check_replaceable(final, mark, known)
+    check_replaceable(final, mark, known)
     token = secrets.token_hex(4)
     temporary = final.with_name(f".{final.name}.{token}.partial")
     temporary.mkdir()
@@ -93,24 +93,32 @@ def staged_folder(
         for written in sorted(temporary.rglob("*")):
             _flush(written)
         _flush(temporary)
-        _check_replaceable(final, mark, known)
+        check_replaceable(final, mark, known)
         _swap_in(temporary, final, aside=final.with_name(f".{final.name}.{token}.old"))
         _flush(final.parent)
     finally:
         shutil.rmtree(temporary, ignore_errors=True)
 
 
-def _final_path(path: str | os.PathLike[str]) -> Path:
-    # A link is written through, not replaced.
-    final = Path(os.path.realpath(path))
-    if not final.parent.is_dir():
-        raise InputError("no such folder", file=final.parent, expected="an existing folder")
-    if not os.access(final.parent, os.W_OK):
-        raise InputError("no permission to write there", file=final.parent)
-    return final
+def check_replaceable(
+    path: str | os.PathLike[str],
+    mark: str = "recording.json",
+    known: Collection[str] = RECORDING_FILES,
+) -> None:
+    """Refuse a folder that is neither new nor empty nor plainly an earlier output.
 
+    Parameters
+    ----------
+    path : path
+    mark, known
+        As for `staged_folder`.
 
-def _check_replaceable(final: Path, mark: str, known: Collection[str]) -> None:
+    Raises
+    ------
+    InputError
+        It is a file, or holds what no earlier output holds.
+    """
+    final = Path(path)
     if not final.exists():
         return
     if not final.is_dir():
@@ -124,6 +132,16 @@ def _check_replaceable(final: Path, mark: str, known: Collection[str]) -> None:
             file=final,
             expected="a new or empty folder",
         )
+
+
+def _final_path(path: str | os.PathLike[str]) -> Path:
+    # A link is written through, not replaced.
+    final = Path(os.path.realpath(path))
+    if not final.parent.is_dir():
+        raise InputError("no such folder", file=final.parent, expected="an existing folder")
+    if not os.access(final.parent, os.W_OK):
+        raise InputError("no permission to write there", file=final.parent)
+    return final
 
 
 def _swap_in(temporary: Path, final: Path, aside: Path) -> None:

@@ -24,6 +24,21 @@ from armimpedance.conventions import Kind, Level, parameter_names
 from armimpedance.errors import RecordError
 
 
+def trial_slices(offsets: IntArray) -> list[slice]:
+    """The samples of each trial, from where the trials start.
+
+    Parameters
+    ----------
+    offsets : (T + 1,) int
+        Trial t is ``offsets[t]:offsets[t + 1]``.
+
+    Returns
+    -------
+    list of T slice
+    """
+    return [slice(int(a), int(b)) for a, b in zip(offsets[:-1], offsets[1:], strict=True)]
+
+
 @dataclass(frozen=True)
 class Subject:
     """Who was measured; what is not known is None. Lengths: see `conventions`."""

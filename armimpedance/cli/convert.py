@@ -15,6 +15,8 @@ mass between sensor and hand, where the shoulder was (endpoint robots), the subj
 
 Motion capture: a C3D or .trc becomes a recording of markers, a .mot or .sto one of joint angles,
 each with a skeleton; `passive` and `body` read them.
+
+A folder that is there already is replaced only with --replace, and only if it is a recording.
 """
 
 from __future__ import annotations
@@ -23,16 +25,19 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from armimpedance.cli.estimate import add_force_by
 from armimpedance.cli.parts.convert_motion import (
-    add_options,
-    convert_motion,
-    is_motion_capture,
-    pairs,
+    add_skeleton,
+    refuse_markers,
+    skeleton_of,
+    with_names,
+    with_standing,
 )
+from armimpedance.cli.parts.outputs import add_replace, check_folder
+from armimpedance.cli.parts.reading import add_reading, reading_options
+from armimpedance.errors import InputError
 
 if TYPE_CHECKING:
-    from armimpedance.records import Recording
+    from armimpedance.recordings import AnyRecording
 
 SUBJECT_FIELDS = ("mass_kg", "height_m", "upper_arm_m", "forearm_hand_m")
 
@@ -41,18 +46,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
     parser.add_argument("input", metavar="INPUT", type=Path)
     parser.add_argument("output", metavar="OUTPUT_FOLDER", type=Path)
-    add_force_by(parser)
-    parser.add_argument("--side", choices=("right", "left"), help="arm, where both are recorded")
-    parser.add_argument("--onset-event", metavar="LABEL", help="event at the disturbance's onset")
-    parser.add_argument("--end-event", metavar="LABEL", help="event when it is back")
-    parser.add_argument(
-        "--emg",
-        action="append",
-        default=[],
-        metavar="CHANNEL=MUSCLE",
-        help="an analog channel that holds EMG, for example ACH0=biceps_long; may be given again",
-    )
-    parser.add_argument("--keep-personal", action="store_true", help="keep subject and dates")
+    add_reading(parser)
+    add_skeleton(parser)
     stated = parser.add_argument_group("what the files do not say")
     stated.add_argument("--handle-mass-kg", type=float, metavar="KG")
     stated.add_argument("--shoulder-m", type=float, nargs=2, metavar=("X", "Y"))
@@ -60,52 +55,66 @@ def configure(parser: argparse.ArgumentParser) -> None:
         unit = field.rsplit("_", 1)[1].upper()
         stated.add_argument(f"--{field.replace('_', '-')}", type=float, metavar=unit)
     parser.add_argument("--table", choices=("parquet", "csv"), default="parquet")
-    add_options(parser)
+    add_replace(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Read, write, say what was done."""
-    from armimpedance.cli.inspect import describe
-    from armimpedance.recordings import ReadOptions, open_recording, write_folder
+    from armimpedance.analyses import describe, read
+    from armimpedance.motion import MarkerRecording
+    from armimpedance.recordings import FOLDER_FILES, write_recording
 
-    channels = pairs(arguments.emg, "--emg", "CHANNEL=MUSCLE, as ACH0=biceps_long")
-    if is_motion_capture(arguments.input):
-        return convert_motion(arguments, channels)
-    options = ReadOptions(
-        force_by=arguments.force_by,
-        side=arguments.side,
-        onset_event=arguments.onset_event,
-        end_event=arguments.end_event,
-        emg_channels=channels,
-        keep_personal=arguments.keep_personal,
-    )
-    recording = _with_statements(open_recording(arguments.input, options), arguments)
-    write_folder(recording, arguments.output, table=arguments.table)
+    check_folder(arguments.output, FOLDER_FILES, replace=arguments.replace)
+    if arguments.standing is not None and arguments.skeleton is None:
+        raise InputError("--standing without --skeleton", expected="the segments markers sit on")
+    sizes = _sizes(arguments)
+    options = reading_options(arguments)
+    recording = read(arguments.input, skeleton=skeleton_of(arguments), **options)
+    if isinstance(recording, MarkerRecording):
+        recording = with_standing(with_names(recording, arguments), arguments, options)
+    else:
+        refuse_markers(arguments)
+    recording = _with_statements(recording, sizes, arguments)
+    write_recording(recording, arguments.output, arguments.table)
     print(describe(recording, f"{arguments.input} -> {arguments.output}"))
     return 0
 
 
-def _with_statements(recording: Recording, arguments: argparse.Namespace) -> Recording:
-    """The recording with what the user knows and the files do not."""
-    from dataclasses import replace
-
-    import numpy as np
-
-    from armimpedance.errors import InputError
-
-    changes: dict[str, object] = {}
-    if arguments.handle_mass_kg is not None:
-        changes["handle_mass_kg"] = arguments.handle_mass_kg
-    if arguments.shoulder_m is not None:
-        changes["shoulder_m"] = np.array(arguments.shoulder_m)
+def _sizes(arguments: argparse.Namespace) -> dict[str, float]:
+    """The subject's measures that were given."""
     known = {name: getattr(arguments, name) for name in SUBJECT_FIELDS}
     sizes = {name: value for name, value in known.items() if value is not None}
     for name, value in sizes.items():
         if not value > 0:
             raise InputError(f"--{name.replace('_', '-')} {value:g}", expected="more than 0")
-    if sizes:
-        changes["subject"] = replace(recording.subject, **sizes)
-    if not changes:
+    return sizes
+
+
+def _with_statements(
+    recording: AnyRecording, sizes: dict[str, float], arguments: argparse.Namespace
+) -> AnyRecording:
+    """The recording with what the user knows and the files do not."""
+    from dataclasses import replace
+
+    import numpy as np
+
+    from armimpedance.records import Recording
+
+    subject = replace(recording.subject, **sizes)
+    if not isinstance(recording, Recording):
+        for name in ("handle_mass_kg", "shoulder_m"):
+            if getattr(arguments, name) is not None:
+                option = f"--{name.replace('_', '-')} with motion capture"
+                raise InputError(option, expected="it with recordings of the hand only")
+        return replace(recording, subject=subject)
+    changes: dict[str, object] = {}
+    if arguments.handle_mass_kg is not None:
+        changes["handle_mass_kg"] = arguments.handle_mass_kg
+    if arguments.shoulder_m is not None:
+        changes["shoulder_m"] = np.array(arguments.shoulder_m)
+    stated = ", ".join(sorted(set(changes) | set(sizes)))
+    if not stated:
         return recording
-    stated = ", ".join(sorted(set(changes) - {"subject"} | set(sizes)))
+    if sizes:
+        changes["subject"] = subject
     return recording.with_step(f"Stated at conversion: {stated}.", **changes)

@@ -86,7 +86,7 @@ def _write_all(
     quick: bool,
 ) -> list[str]:
     """Write everything; one line per thing written."""
-    from armimpedance.cli.simulate import write_simulated
+    from armimpedance.cli.parts.simulation import write_simulated
     from armimpedance.files import write_model, write_results
     from armimpedance.outputs import staged_file
     from armimpedance_figures.build_all import draw_from

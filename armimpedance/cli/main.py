@@ -72,7 +72,7 @@ class OneLineParser(argparse.ArgumentParser):
 
 
 def make_parser(argv: Sequence[str]) -> argparse.ArgumentParser:
-    """The parser for this call; only the modules of the commands that it names are imported."""
+    """The parser for this call; only the module of the command that it names is imported."""
     from armimpedance import __version__
 
     plain = argparse.RawDescriptionHelpFormatter
@@ -101,17 +101,13 @@ def add_commands(
     metavar : str
         What the help calls the subcommands.
     argv : sequence of str, optional
-        The words of the call; modules that it does not name are not imported.
+        The words of the call; modules that it does not ask for are not imported.
     """
     plain = argparse.RawDescriptionHelpFormatter
-    commands = parser.add_subparsers(
-        dest="command" if metavar == "COMMAND" else metavar.lower(),
-        metavar=metavar,
-        required=True,
-        parser_class=OneLineParser,
-    )
+    commands = add_parsers(parser, metavar)
+    chosen = next((word for word in argv or () if word in lines), None)
     for name, line in lines.items():
-        if argv is not None and name not in argv:
+        if argv is not None and name != chosen:
             commands.add_parser(name, help=line)
             continue
         module = import_module(f"{package}.{name}")
@@ -123,6 +119,15 @@ def add_commands(
         module.configure(sub)
 
 
+def add_parsers(
+    parser: argparse.ArgumentParser, metavar: str
+) -> argparse._SubParsersAction[OneLineParser]:
+    """Where the subcommands of a parser are added, whose errors are one line."""
+    return parser.add_subparsers(
+        dest=metavar.lower(), metavar=metavar, required=True, parser_class=OneLineParser
+    )
+
+
 def _one_line(error: BaseException) -> str:
     return " ".join(str(error).split())
 
@@ -130,8 +135,12 @@ def _one_line(error: BaseException) -> str:
 def run(argv: list[str]) -> int:
     """Run one call. Exit status: 0 done, 2 the input or the call is wrong, 1 anything else."""
     parser = make_parser(argv)
-    arguments = parser.parse_args(argv)
+    arguments, unknown = parser.parse_known_args(argv)
     prefix = arguments.prog
+    if unknown:
+        told = f"no such option here: {' '.join(unknown)}"
+        print(f"{prefix}: {told} (see {prefix} --help)", file=sys.stderr)
+        return 2
     try:
         return int(arguments.run(arguments) or 0)
     except ArmImpedanceError as error:

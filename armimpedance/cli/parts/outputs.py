@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Final
 
 from armimpedance.errors import InputError
+from armimpedance.outputs import check_replaceable
 
 #: Endings of what commands write; the ending decides the format.
 TABLE: Final = (".csv", ".json", ".parquet")
@@ -57,6 +58,32 @@ def add_out(
 def add_figure(parser: argparse._ActionsContainer, what: str) -> None:
     """The option ``--figure FILE`` for a drawing of the result."""
     parser.add_argument("--figure", type=Path, metavar="FILE", help=f"{what}: {listed(FIGURE)}")
+
+
+def add_replace(parser: argparse._ActionsContainer) -> None:
+    """The option ``--replace``, without which a folder that is there already stays as it is."""
+    parser.add_argument("--replace", action="store_true", help="replace an earlier output")
+
+
+def check_folder(path: Path, known: Iterable[str], *, replace: bool) -> None:
+    """Refuse a folder to be written that is there already, before any work.
+
+    Parameters
+    ----------
+    path : Path
+    known : iterable of str
+        The names that an earlier output may hold.
+    replace : bool
+        Whether an earlier output may be replaced; any other folder never is.
+
+    Raises
+    ------
+    InputError
+        A file of that name, a folder that is no earlier output, or one without leave to replace it.
+    """
+    check_replaceable(path, known=tuple(known))
+    if path.exists() and not replace and any(path.iterdir()):
+        raise InputError("exists already", file=path, expected="a new folder, or --replace")
 
 
 def listed(endings: tuple[str, ...]) -> str:

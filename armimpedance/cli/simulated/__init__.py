@@ -1,1 +1,1 @@
-"""The rigs behind `armimpedance simulate`, one file each."""
+"""The rigs behind `armimpedance simulate`: a family a file, its rigs in the record RIGS."""

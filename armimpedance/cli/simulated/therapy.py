@@ -1,110 +1,88 @@
-"""The therapy robot behind `armimpedance simulate`: empty, with a person, with a mock-up."""
+"""A robot for arm therapy of five axes, after Guidali (2013): empty, with a person, with pipes."""
 
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Literal
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Final
 
-from armimpedance.cli.simulated.elbow import refuse_elbow_options
-from armimpedance.errors import InputError
+from armimpedance.cli.parts.simulation import DRAWINGS_FILE, Rig, Simulated, given
 
 if TYPE_CHECKING:
     from armimpedance.records import Recording
     from armimpedance.therapy import TherapyRobot
-    from manipulandum_sim.therapy import Progress, TherapyDevice, TherapyTruth
-
-#: Beside the recording: the robot before it was identified.
-DRAWINGS_FILE: Final = "drawings.json"
-
-SESSION: Final = "therapy"
-#: Options of other rigs, and what they are when nobody gives them.
-_OTHERS_ONLY: Final = {
-    "disturbance": "minimum_jerk",
-    "amplitude_mm": 5.0,
-    "duration_s": None,
-    "servo": None,
-    "reflex": None,
-    "markers": False,
-}
-#: Options of single tests of this rig.
-_OWN: Final = {
-    "mismatched": ("therapy-validation",),
-    "lowering": (SESSION,),
-    "subject": (SESSION,),
-    "sets": (SESSION, "therapy-mockup"),
-}
+    from manipulandum_sim.therapy import TherapyDevice, TherapyTruth
 
 
-def refuse_therapy_options(arguments: argparse.Namespace) -> None:
-    """Refuse this rig's options with another one.
-
-    Raises
-    ------
-    InputError
-    """
-    for name in ("mismatched", "lowering"):
-        if getattr(arguments, name):
-            raise InputError(
-                f"--{name} with {arguments.experiment}", expected=f"it with {_OWN[name][0]}"
-            )
+def _add_sets(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--sets", type=int, help="how often each movement is repeated (3)")
 
 
-def simulate_therapy_test(arguments: argparse.Namespace, test: str) -> int:
-    """Simulate, write recording, drawings and truth, say what is there."""
-    from armimpedance.cli.inspect import describe
-    from armimpedance.cli.parts.progress import bar
-
-    refuse_elbow_options(arguments)
-    for name, default in _OTHERS_ONLY.items():
-        if getattr(arguments, name) != default:
-            option = f"--{name.replace('_', '-')} with {arguments.experiment}"
-            raise InputError(option, expected="an experiment that has it")
-    for name, tests in _OWN.items():
-        # --sets 0 is given, though 0 equals False
-        given = getattr(arguments, name) is not None and getattr(arguments, name) is not False
-        if given and test not in tests:
-            raise InputError(f"--{name} with {test}", expected=f"it with {' or '.join(tests)}")
-    if arguments.noise not in ("nominal", "none"):
-        raise InputError(f"--noise {arguments.noise} with {test}", expected="nominal or none")
-    with bar("simulating") as progress:
-        recording, truth, device = _simulated(arguments, test, progress)
-    write_therapy(recording, truth, drawings_of(device), arguments.out, arguments.table)
-    print(describe(recording, str(arguments.out)))
-    print(f"\nthe robot's drawings: {arguments.out / DRAWINGS_FILE}")
-    return 0
+def _add_session(parser: argparse.ArgumentParser) -> None:
+    _add_sets(parser)
+    help_text = "the arm is let down again, recorded too"
+    parser.add_argument("--lowering", action="store_true", help=help_text)
 
 
-def _simulated(
-    arguments: argparse.Namespace, test: str, progress: Progress
-) -> tuple[Recording, TherapyTruth, TherapyDevice]:
+def _add_validation(parser: argparse.ArgumentParser) -> None:
+    help_text = "heavier, with more friction and stiffer cables than calibrated"
+    parser.add_argument("--mismatched", action="store_true", help=help_text)
+
+
+def _simulate(
+    name: str, arguments: argparse.Namespace, progress: Callable[[int, int], None]
+) -> Simulated:
+    from armimpedance.files import write_robot
     from manipulandum_sim.therapy import therapy_device
 
     device = therapy_device()
-    common: dict[str, Any] = {
-        "seed": arguments.seed,
-        "noise": arguments.noise,
-        "progress": progress,
-    }
-    if test == "therapy-calibration":
-        from manipulandum_sim.therapy import simulate_calibration
+    common = {"seed": arguments.seed, "noise": arguments.noise, "progress": progress}
+    recording, truth = _SIMULATORS[name](arguments, device, common)
+    drawings = drawings_of(device)
+    return Simulated(recording, truth, {DRAWINGS_FILE: lambda path: write_robot(drawings, path)})
 
-        return *simulate_calibration(**common), device
-    if test == "therapy-validation":
-        from manipulandum_sim.therapy import simulate_validation
 
-        plant = device.mismatched() if arguments.mismatched else device
-        return *simulate_validation(device=plant, **common), device
-    if arguments.sets is not None:
-        common["repetitions"] = arguments.sets
-    if test == "therapy-mockup":
-        from manipulandum_sim.therapy import simulate_mockup
-
-        return *simulate_mockup(**common), device
+def _session(
+    arguments: argparse.Namespace, _device: TherapyDevice, common: dict[str, Any]
+) -> tuple[Recording, TherapyTruth]:
     from manipulandum_sim.therapy import simulate_therapy
 
+    common |= given(repetitions=arguments.sets)
     subject = arguments.subject or "S1"
-    return *simulate_therapy(subject=subject, lowering=arguments.lowering, **common), device
+    return simulate_therapy(subject=subject, lowering=arguments.lowering, **common)
+
+
+def _calibration(
+    _arguments: argparse.Namespace, _device: TherapyDevice, common: dict[str, Any]
+) -> tuple[Recording, TherapyTruth]:
+    from manipulandum_sim.therapy import simulate_calibration
+
+    return simulate_calibration(**common)
+
+
+def _validation(
+    arguments: argparse.Namespace, device: TherapyDevice, common: dict[str, Any]
+) -> tuple[Recording, TherapyTruth]:
+    from manipulandum_sim.therapy import simulate_validation
+
+    plant = device.mismatched() if arguments.mismatched else device
+    return simulate_validation(device=plant, **common)
+
+
+def _mockup(
+    arguments: argparse.Namespace, _device: TherapyDevice, common: dict[str, Any]
+) -> tuple[Recording, TherapyTruth]:
+    from manipulandum_sim.therapy import simulate_mockup
+
+    return simulate_mockup(**common, **given(repetitions=arguments.sets))
+
+
+_SIMULATORS: Final = {
+    "therapy": _session,
+    "therapy-calibration": _calibration,
+    "therapy-validation": _validation,
+    "therapy-mockup": _mockup,
+}
 
 
 def drawings_of(device: TherapyDevice) -> TherapyRobot:
@@ -121,21 +99,20 @@ def drawings_of(device: TherapyDevice) -> TherapyRobot:
     )
 
 
-def write_therapy(
-    recording: Recording,
-    truth: TherapyTruth,
-    drawings: TherapyRobot,
-    folder: Path,
-    table: Literal["parquet", "csv"] = "parquet",
-) -> None:
-    """Write a recording with the robot's drawings and its truth beside it, all or none."""
-    from armimpedance.cli.simulate import TRUTH_FILE
-    from armimpedance.files import write_robot
-    from armimpedance.outputs import RECORDING_FILES, staged_folder
-    from armimpedance.recordings import write_folder
+def _rig(name: str, line: str, options: str, add_options: Any = None, subjects: str = "") -> Rig:
+    noise = ("nominal", "none")
+    return Rig(name, line, options, _simulate, add_options, subjects=subjects, noise=noise)
 
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    with staged_folder(folder, known=(*RECORDING_FILES, TRUTH_FILE, DRAWINGS_FILE)) as staged:
-        write_folder(recording, staged, table=table)
-        write_robot(drawings, staged / DRAWINGS_FILE)
-        truth.write(staged / TRUTH_FILE)
+
+RIGS: Final = (
+    _rig(
+        "therapy",
+        "a person in a therapy robot, after Guidali (2013): passive to resistive movements",
+        "--subject P2 --out patient",
+        _add_session,
+        subjects="S1 (default) to S12; P1 to P7 with neurological problems",
+    ),
+    _rig("therapy-calibration", "sweeps and holds of the empty robot", "--out calibration"),
+    _rig("therapy-validation", "movements of the empty robot", "--out moving", _add_validation),
+    _rig("therapy-mockup", "two pipes in place of an arm", "--out pipes", _add_sets),
+)

@@ -122,6 +122,18 @@ def test_convert_between_tables(session, tmp_path, capsys):
     assert pd.read_csv(first)["K_11"][0] == pd.read_csv(second)["K_11"][0]
 
 
+def test_convert_replaces_a_recording_only_where_it_is_told_to(session, tmp_path, capsys):
+    out = tmp_path / "copy"
+    call = ["convert", str(session), str(out)]
+    assert main(call) == 0
+    assert "exists already" in refused(capsys, *call, "--table", "csv")
+    assert (out / "samples.parquet").exists()
+    assert main([*call, "--table", "csv", "--replace"]) == 0
+    assert not (out / "samples.parquet").exists()
+    (out / "notes.txt").write_text("mine")
+    assert "notes.txt" in refused(capsys, *call, "--replace")
+
+
 def test_convert_takes_what_the_files_do_not_say(session, tmp_path, capsys):
     out = tmp_path / "stated"
     call = ["convert", str(session), str(out), "--handle-mass-kg", "0.2", "--upper-arm-m", "0.31"]
@@ -137,11 +149,12 @@ def test_convert_takes_what_the_files_do_not_say(session, tmp_path, capsys):
     assert not (tmp_path / "no").exists()
 
 
-def test_simulate_writes_recording_and_truth_and_may_replace_them(tmp_path, capsys):
+def test_simulate_writes_recording_and_truth_and_replaces_them_when_told_to(tmp_path, capsys):
     out = tmp_path / "new" / "session"
     call = ["simulate", "cocontraction", "--sets", "1", "--noise", "sensor", "--out", str(out)]
     assert main(call) == 0
-    assert main(call) == 0
+    assert "--replace" in refused(capsys, *call)
+    assert main([*call, "--replace"]) == 0
     truth = json.loads((out / "truth.json").read_text())
     assert len(truth["conditions"]) == 7
     assert main(["inspect", str(out)]) == 0

@@ -71,11 +71,14 @@ def test_motion_on_plates(walk, tmp_path, capsys):
     assert "not known: contact forces" in inspected(tmp_path / "bare", capsys)
 
 
-def test_plates_that_cannot_be_are_refused(walk, refusal, tmp_path):
+def test_plates_that_cannot_be_are_refused(walk, tmp_path, capsys):
     write_motion(replace(walk, wrenches=-walk.wrenches), tmp_path / "turned", "parquet")
-    line = refusal("inspect", tmp_path / "turned")
+    assert main(["inspect", str(tmp_path / "turned")]) == 2
+    captured = capsys.readouterr()
+    (line,) = captured.err.strip().splitlines()
     assert "turned" in line
     assert "upwards" in line
+    assert "STOP" in captured.out
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])

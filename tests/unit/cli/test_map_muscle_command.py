@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from armimpedance.__main__ import main
-from armimpedance.cli.simulate import write_simulated
+from armimpedance.cli.parts.simulation import write_simulated
 from armimpedance.conventions import MUSCLES
 from manipulandum_sim.hand.muscles import human_paths, joint_basis
 from manipulandum_sim.hand.simulate import simulate

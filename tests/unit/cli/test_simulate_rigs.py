@@ -56,15 +56,15 @@ def test_the_seed_decides(brief, tmp_path):
     ("arguments", "says"),
     [
         (("swim",), ("'swim'", "cocontraction", "p5", "release", "body")),
-        (("postures", "--markers"), ("--markers with postures", "body")),
+        (("postures", "--markers"), ("simulate postures: no such option here: --markers",)),
         (("p5", "--subject", "Z"), ("'Z'", "1 or 2")),
         (("body", "--subject", "9"), ("'9'", "A or B")),
-        (("p5", "--noise", "loud"), ("--noise loud", "nominal")),
+        (("p5", "--noise", "loud"), ("--noise", "'loud'", "nominal")),
         (("p5", "--seed", "-1"), ("seed -1", "0 or more")),
-        (("p5", "--servo", "3"), ("--servo with p5", "pushes the hand")),
-        (("p5", "--duration-s", "3"), ("--duration-s with p5",)),
-        (("body", "--amplitude-mm", "3"), ("--amplitude-mm with body",)),
-        (("body", "--disturbance", "biphasic"), ("--disturbance with body",)),
+        (("p5", "--servo", "3"), ("simulate p5", "--servo 3")),
+        (("p5", "--duration-s", "3"), ("simulate p5", "--duration-s 3")),
+        (("body", "--amplitude-mm", "3"), ("simulate body", "--amplitude-mm 3")),
+        (("body", "--disturbance", "biphasic"), ("simulate body", "--disturbance biphasic")),
     ],
 )
 def test_wrong_calls_are_one_line(arguments, says, refusal):

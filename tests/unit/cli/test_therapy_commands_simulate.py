@@ -6,39 +6,38 @@ import pytest
 
 
 @pytest.mark.parametrize(
-    ("experiment", "option", "belongs"),
+    ("experiment", "option"),
     [
-        ("postures", ("--lowering",), "it with therapy)"),
-        ("elbow", ("--lowering",), "it with therapy)"),
-        ("body", ("--mismatched",), "it with therapy-validation)"),
-        ("therapy", ("--mismatched",), "it with therapy-validation)"),
-        ("therapy-mockup", ("--lowering",), "it with therapy)"),
-        ("therapy-mockup", ("--subject", "S1"), "it with therapy)"),
-        ("therapy-calibration", ("--subject", "S1"), "it with therapy)"),
-        ("therapy-calibration", ("--sets", "2"), "it with therapy or therapy-mockup)"),
-        ("therapy-calibration", ("--sets", "0"), "it with therapy or therapy-mockup)"),
-        ("therapy", ("--duration-s", "3"), "an experiment that has it"),
-        ("therapy", ("--amplitude-mm", "3"), "an experiment that has it"),
-        ("therapy", ("--servo", "ideal"), "an experiment that has it"),
-        ("therapy", ("--reflex", "0.2"), "an experiment that has it"),
-        ("therapy", ("--disturbance", "biphasic"), "an experiment that has it"),
-        ("therapy", ("--markers",), "an experiment that has it"),
-        ("therapy", ("--commanded",), "it with an elbow test"),
-        ("therapy", ("--law", "linear"), "it with an elbow test"),
-        ("therapy", ("--frequency-hz", "1"), "it with an elbow test"),
+        ("postures", ("--lowering",)),
+        ("elbow", ("--lowering",)),
+        ("body", ("--mismatched",)),
+        ("therapy", ("--mismatched",)),
+        ("therapy-mockup", ("--lowering",)),
+        ("therapy-mockup", ("--subject", "S1")),
+        ("therapy-calibration", ("--subject", "S1")),
+        ("therapy-calibration", ("--sets", "2")),
+        ("therapy-calibration", ("--sets", "0")),
+        ("therapy", ("--duration-s", "3")),
+        ("therapy", ("--amplitude-mm", "3")),
+        ("therapy", ("--servo", "ideal")),
+        ("therapy", ("--reflex", "0.2")),
+        ("therapy", ("--disturbance", "biphasic")),
+        ("therapy", ("--markers",)),
+        ("therapy", ("--commanded",)),
+        ("therapy", ("--law", "linear")),
+        ("therapy", ("--frequency-hz", "1")),
     ],
     ids=lambda v: " ".join(v) if isinstance(v, tuple) else str(v),
 )
-def test_options_belong_to_their_experiment(refusal, experiment, option, belongs):
+def test_options_belong_to_their_experiment(refusal, experiment, option):
     said = refusal("simulate", experiment, "--out", "session", *option)
-    assert f"{option[0]} with {experiment}" in said
-    assert belongs in said
+    assert f"simulate {experiment}: no such option here: {' '.join(option)}" in said
 
 
 @pytest.mark.parametrize(
     ("option", "value", "expected"),
     [
-        ("--noise", "sensor", "nominal or none"),
+        ("--noise", "sensor", "none"),
         ("--subject", "Z9", "one of S1, S2"),
         ("--sets", "0", "1 to 100"),
         ("--seed", "-1", "0 or more"),

@@ -1,0 +1,295 @@
+"""What a recording holds, whether it can be used, and what is missing."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, replace
+from html import escape
+from typing import TYPE_CHECKING, Any, Final, Literal
+
+import numpy as np
+
+from armimpedance.analyses.contents import describe, moves_a_robot
+from armimpedance.analyses.sources import PathLike, read
+from armimpedance.arrays import BoolArray, FrozenRecord, IntArray
+from armimpedance.body import check_body
+from armimpedance.errors import ArmImpedanceError
+from armimpedance.impedance import check_delay
+from armimpedance.motion import MarkerRecording, MotionRecording
+from armimpedance.passive import emg_gate
+from armimpedance.recordings import AnyRecording
+from armimpedance.records import Recording, trial_slices
+from armimpedance.report import counted
+from armimpedance.signals import check_emg, check_recording
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+#: Checks that fail where nothing pushed the joint and let it return.
+OF_DISTURBANCE: Final = ("disturbance", "returns to start", "force sign")
+
+#: An axis of a robot that travels further than this moves, rad.
+MOVES_RAD: Final = 0.05
+
+#: Verdict -> how a line of text begins.
+MARKS: Final = {"ok": "ok  ", "warning": "WARN", "unusable": "STOP", "missing": "--  "}
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that was looked at.
+
+    Attributes
+    ----------
+    name : str
+        What was looked at, such as "force sign"; "" where the message says it.
+    verdict : {"ok", "warning", "unusable", "missing"}
+        `unusable`: an analysis would be refused or meaningless. `missing`: a later analysis may
+        ask for it.
+    message : str
+    """
+
+    name: str
+    verdict: Literal["ok", "warning", "unusable", "missing"]
+    message: str
+
+    def __str__(self) -> str:
+        name = f"{self.name}: " if self.name else ""
+        return f"{MARKS[self.verdict]}  {name}{self.message}"
+
+
+@dataclass(frozen=True, repr=False)
+class Inspection(FrozenRecord):
+    """What `inspect` found.
+
+    Attributes
+    ----------
+    contents : str
+        What the recording holds, in lines.
+    checks : tuple of Finding
+        In a fixed order, those that are missing among them.
+    """
+
+    contents: str
+    checks: tuple[Finding, ...]
+
+    def of_verdict(self, verdict: str) -> tuple[Finding, ...]:
+        """The findings of one verdict, such as "missing"."""
+        return tuple(check for check in self.checks if check.verdict == verdict)
+
+    @property
+    def usable(self) -> bool:
+        """Whether no check stops an analysis."""
+        return not self.of_verdict("unusable")
+
+    @property
+    def verdict(self) -> str:
+        """One sentence: whether the recording can be used."""
+        if stops := self.of_verdict("unusable"):
+            name = f"{stops[0].name}: " if stops[0].name else ""
+            return f"cannot be used: {name}{stops[0].message}"
+        warnings = len(self.of_verdict("warning"))
+        return "Usable" + (f", with {counted(warnings, 'warning')}" if warnings else "")
+
+    def to_frame(self) -> pd.DataFrame:
+        """A table of the findings: check, verdict, message."""
+        import pandas as pd
+
+        rows = [(check.name, check.verdict, check.message) for check in self.checks]
+        return pd.DataFrame(rows, columns=["check", "verdict", "message"])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Contents, verdict and findings, as texts."""
+        checks = [dict(vars(check)) for check in self.checks]
+        return {"contents": self.contents, "usable": self.usable, "checks": checks}
+
+    def __str__(self) -> str:
+        lines = [self.contents, "\nChecks", *(f"  {check}" for check in self.checks)]
+        return "\n".join([*lines, f"\n{self.verdict}"] if self.usable else lines)
+
+    def __repr__(self) -> str:
+        told = [str(check) for check in self.checks if check.verdict in ("warning", "unusable")]
+        more = [f"and {len(told) - 8} further findings"] if len(told) > 8 else []
+        return "\n".join([*self.contents.split("\n", 2)[:2], *told[:8], *more, self.verdict])
+
+    def _repr_html_(self) -> str:
+        rows = "".join(
+            f"<tr><td>{check.verdict}</td><td>{escape(check.name)}</td>"
+            f"<td>{escape(check.message)}</td></tr>"
+            for check in self.checks
+        )
+        contents = f"<pre>{escape(self.contents)}</pre>"
+        return f"{contents}<table>{rows}</table><p>{escape(self.verdict)}</p>"
+
+
+def inspect(
+    recording: AnyRecording | PathLike,
+    *,
+    force_by: Literal["limb", "device"] | None = None,
+    **options: Any,
+) -> Inspection:
+    """Say what a recording holds, whether it can be used, and what is missing.
+
+    Parameters
+    ----------
+    recording : Recording, MarkerRecording, MotionRecording or path
+    force_by : {"limb", "device"}, optional
+    **options
+        What the file does not say itself; see `read`.
+
+    Returns
+    -------
+    Inspection
+        It prints as the command ``armimpedance inspect`` does.
+
+    Raises
+    ------
+    InputError
+        It cannot be read. A recording that can be read but not used is no error: see
+        `Inspection.usable`.
+
+    Examples
+    --------
+    >>> from armimpedance.analyses import inspect
+    >>> from manipulandum_sim.hand import simulate
+    >>> recording, _ = simulate("cocontraction", seed=1, sets=1, conditions=["cocontraction_10"])
+    >>> inspected = inspect(recording)
+    >>> inspected.usable
+    True
+    >>> list(inspected.to_frame().columns)
+    ['check', 'verdict', 'message']
+    """
+    opened = read(recording, force_by=force_by, **options)
+    title = os.fspath(recording) if isinstance(recording, str | os.PathLike) else "A recording"
+    return Inspection(describe(opened, title), tuple(_findings(opened)))
+
+
+def _findings(recording: AnyRecording) -> list[Finding]:
+    if isinstance(recording, Recording):
+        return [*_checks(recording), *_missing(recording)]
+    own = (
+        _marker_checks(recording)
+        if isinstance(recording, MarkerRecording)
+        else _plate_checks(recording)
+    )
+    return [*own, _gate_check(recording)]
+
+
+def _checks(recording: Recording) -> list[Finding]:
+    """All checks; a joint that nothing disturbed can still be used by other analyses."""
+    if moves_a_robot(recording):
+        text = "the motors': `therapy robot`, `arm` and `contribution` take such a recording"
+        moving = _moving_axes(replace(recording, perturbation="stochastic"))
+        return [*_recording_checks(moving), Finding("torque", "ok", text)]
+    delay = [Finding(c.name, c.verdict, c.message) for c in check_delay(recording)]
+    checks = [*_recording_checks(recording), *delay, *_emg_checks(recording)]
+    if recording.kind != "joint" or "onset_s" in recording.trials:
+        return checks
+    if all(check.verdict == "ok" for check in checks if check.name in OF_DISTURBANCE):
+        return checks
+    text = "no returning one is seen: `passive` takes such a recording, `estimate` does not"
+    others = _recording_checks(replace(recording, perturbation="stochastic"))
+    return [*others, Finding("disturbance", "warning", text)]
+
+
+def _recording_checks(recording: Recording) -> list[Finding]:
+    return [Finding(c.name, c.verdict, c.message) for c in check_recording(recording)]
+
+
+def _emg_checks(recording: Recording) -> list[Finding]:
+    """Checks of the raw EMG beside a random perturbation; I, B and K can be fitted without it."""
+    if recording.perturbation != "stochastic" or recording.emg_unit != "V":
+        return []
+    return [
+        Finding(f"EMG {c.name}", "ok" if c.verdict == "ok" else "warning", c.message)
+        for c in (() if recording.emg is None else check_emg(recording))
+    ]
+
+
+def _moving_axes(recording: Recording) -> Recording:
+    """The axes that move: one that is held stays within a step or two of its encoder."""
+    moves = np.ptp(recording.position, axis=0) > MOVES_RAD
+    if not moves.any():
+        return recording
+    position, force = recording.position[:, moves], recording.force[:, moves]
+    return replace(recording, position=position, force=force)
+
+
+def _missing(recording: Recording) -> list[Finding]:
+    """What later analyses will ask for and this recording does not have."""
+    subject, missing = recording.subject, []
+    if recording.kind == "hand":
+        if recording.shoulder_m is None:
+            missing.append("shoulder_m (orientation of ellipses assumes the origin)")
+        if recording.handle_mass_kg == 0:
+            missing.append("handle_mass_kg (M will include whatever is held)")
+        if subject.upper_arm_m is None or subject.forearm_hand_m is None:
+            missing.append("subject.upper_arm_m, forearm_hand_m (needed by 'map --to joint')")
+    elif moves_a_robot(recording):
+        return [] if subject.mass_kg is not None else [_unknown("subject.mass_kg (`therapy arm`)")]
+    elif recording.perturbation == "stochastic" and recording.torque is None:
+        missing.append("torque: interaction or commanded (`elbow` refuses a recording without it)")
+    if recording.emg is None:
+        missing.append("EMG (needed by activation models and EMG laws only)")
+    return [_unknown(what) for what in missing]
+
+
+def _unknown(what: str) -> Finding:
+    return Finding("", "missing", f"not known: {what}")
+
+
+def _marker_checks(recording: MarkerRecording) -> list[Finding]:
+    """How many samples of each marker are lost, and whether a skeleton knows them."""
+    lost = np.isnan(recording.positions[..., 0])
+    findings = []
+    for marker in np.flatnonzero(lost.any(axis=0)):
+        longest = _longest_gap(lost[:, marker], recording.offsets) / recording.sample_rate_hz
+        share = 100 * lost[:, marker].mean()
+        text = f"not seen in {share:.1f} % of the frames, for {longest:.2f} s at the longest"
+        findings.append(Finding(recording.names[marker], "warning", text))
+    if not lost.any():
+        findings.append(Finding("", "ok", "all markers are seen in all frames"))
+    findings += _skeleton_checks(recording)
+    if recording.wrenches is not None:
+        text = "the force plates: `body` checks them once the joints' motion is found"
+        findings.append(Finding("", "missing", text))
+    return findings
+
+
+def _skeleton_checks(recording: MarkerRecording) -> list[Finding]:
+    if recording.skeleton is None:
+        return [_unknown("the skeleton that the markers sit on (skeleton.json)")]
+    unknown = sorted(set(recording.names) - set(recording.skeleton.marker_names))
+    if not unknown:
+        return []
+    return [Finding("", "warning", f"the skeleton has no place for {', '.join(unknown)}")]
+
+
+def _longest_gap(lost: BoolArray, offsets: IntArray) -> int:
+    """Most lost samples in a row within one trial."""
+    longest = 0
+    for trial in trial_slices(offsets):
+        edges = np.diff(np.concatenate([[0], lost[trial].astype(int), [0]]))
+        runs = np.flatnonzero(edges == -1) - np.flatnonzero(edges == 1)
+        longest = max(longest, int(runs.max(initial=0)))
+    return longest
+
+
+def _plate_checks(recording: MotionRecording) -> list[Finding]:
+    if recording.wrenches is None:
+        return [_unknown("contact forces (`body` needs plates, or a robot's torque)")]
+    try:
+        check_body(recording)
+    except ArmImpedanceError as error:
+        return [Finding("", "unusable", str(error))]
+    text = "the plates bear the body's weight, and their moments fit its place"
+    return [Finding("", "ok", text)]
+
+
+def _gate_check(recording: MarkerRecording | MotionRecording) -> Finding:
+    if recording.emg is None:
+        return _unknown("whether the muscles were silent (no EMG)")
+    try:
+        return Finding("", "ok", str(emg_gate(recording.emg, recording.trials)))
+    except ArmImpedanceError as error:
+        return Finding("", "warning", str(error))

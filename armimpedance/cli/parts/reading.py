@@ -1,0 +1,80 @@
+"""Options of what a lab's files do not say themselves, as `inspect` and `convert` take them."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from armimpedance.errors import InputError
+
+
+def add_reading(parser: argparse.ArgumentParser) -> None:
+    """The options of all formats; one that the file at hand cannot use is refused."""
+    kinarm = parser.add_argument_group("Kinarm exams")
+    kinarm.add_argument(
+        "--force-by",
+        choices=("limb", "device"),
+        help="whose force on the other the sensor's columns hold",
+    )
+    kinarm.add_argument("--side", choices=("right", "left"), help="arm, where both are recorded")
+    kinarm.add_argument("--onset-event", metavar="LABEL", help="event at the disturbance's onset")
+    kinarm.add_argument("--end-event", metavar="LABEL", help="event when it is back")
+    kinarm.add_argument("--keep-personal", action="store_true", help="keep subject and dates")
+    parser.add_argument(
+        "--emg",
+        action="append",
+        default=[],
+        metavar="CHANNEL=MUSCLE",
+        help="an analog channel that holds EMG, for example ACH0=biceps_long; may be given again",
+    )
+    capture = parser.add_argument_group("motion capture (.c3d, .trc, .mot, .sto: one trial a file)")
+    capture.add_argument("--prefix", metavar="NAME", help=".c3d: whose markers (NAME:marker)")
+    capture.add_argument("--axes", metavar="X,Y,Z", help="axes forward, left, up, such as x,-z,y")
+    capture.add_argument(
+        "--angle",
+        action="append",
+        default=[],
+        metavar="COORDINATE=COLUMN",
+        help=".mot, .sto: the column of an angle, -COLUMN turns its sign; may be given again",
+    )
+    capture.add_argument("--in-degrees", choices=("yes", "no"), help="where a table does not say")
+
+
+def reading_options(arguments: argparse.Namespace) -> dict[str, Any]:
+    """The options as fields of `recordings.ReadOptions`, the skeleton aside.
+
+    Raises
+    ------
+    InputError
+        A word is not of the form LEFT=RIGHT.
+    """
+    axes, degrees = arguments.axes, arguments.in_degrees
+    return {
+        "force_by": arguments.force_by,
+        "side": arguments.side,
+        "onset_event": arguments.onset_event,
+        "end_event": arguments.end_event,
+        "keep_personal": arguments.keep_personal,
+        "emg_channels": pairs(arguments.emg, "--emg", "CHANNEL=MUSCLE, as ACH0=biceps_long"),
+        "prefix": arguments.prefix,
+        "axes": None if axes is None else tuple(axes.split(",")),
+        "angles": pairs(arguments.angle, "--angle", "COORDINATE=COLUMN"),
+        "in_degrees": None if degrees is None else degrees == "yes",
+    }
+
+
+def pairs(words: list[str], option: str, expected: str) -> dict[str, str]:
+    """``LEFT=RIGHT`` words as a mapping.
+
+    Raises
+    ------
+    InputError
+        A word of another form.
+    """
+    split = {}
+    for word in words:
+        left, equals, right = word.partition("=")
+        if not (left and equals and right):
+            raise InputError(f"{option} {word}", expected=expected)
+        split[left] = right
+    return split

@@ -1,0 +1,153 @@
+"""What all rigs behind `armimpedance simulate` share: their record, options, and files."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, Literal, Protocol
+
+from armimpedance.cli.parts.checks import check_seed
+from armimpedance.cli.parts.outputs import add_replace, check_folder
+from armimpedance.method_table import MethodTable
+
+if TYPE_CHECKING:
+    from armimpedance.recordings import AnyRecording
+
+TRUTH_FILE: Final = "truth.json"
+
+#: The robot of a therapy session before it was identified.
+DRAWINGS_FILE: Final = "drawings.json"
+
+#: Level of noise -> noise of a filmed marker, m.
+MARKER_NOISE_M: Final = {"nominal": 0.5e-3, "sensor": 0.5e-3, "none": 0.0}
+
+
+class Truth(Protocol):
+    """What is known of a simulated subject."""
+
+    def write(self, path: Path, /) -> None:
+        """Write it to a JSON file."""
+
+
+@dataclass(frozen=True)
+class Simulated:
+    """What a rig gives.
+
+    Attributes
+    ----------
+    recording : Recording, MarkerRecording or MotionRecording
+    truth : Truth
+    beside : mapping str -> callable
+        Further files of the folder: name -> what writes it to a path.
+    """
+
+    recording: AnyRecording
+    truth: Truth
+    beside: Mapping[str, Callable[[Path], None]] = field(default_factory=dict)
+
+
+#: What a rig is told of its own name, the options and the progress, and what it gives.
+Simulate = Callable[[Any, argparse.Namespace, Callable[[int, int], None]], Simulated]
+
+
+@dataclass(frozen=True)
+class Rig:
+    """A simulated experiment: one subcommand of `armimpedance simulate`.
+
+    Attributes
+    ----------
+    name, line : str
+        The subcommand and its line in the overview.
+    options : str
+        An example's options.
+    simulate : callable
+        The rig's name, the options and a callback for the progress -> `Simulated`.
+    add_options : callable or None
+        Adds the options that this rig has beside those of all.
+    subjects : str
+        How the help lists its subjects; "" where there is none to choose.
+    noise : tuple of str
+        Names of its levels of noise, the default first.
+    """
+
+    name: str
+    line: str
+    options: str
+    simulate: Simulate
+    add_options: Callable[[argparse.ArgumentParser], None] | None = None
+    subjects: str = ""
+    noise: tuple[str, ...] = tuple(MARKER_NOISE_M)
+
+    @property
+    def about(self) -> str:
+        """What the subcommand's help says first."""
+        said = self.line[0].upper() + self.line[1:]
+        return f"{said}.\n\nExample:\n  armimpedance simulate {self.name} {self.options}"
+
+    def configure(self, parser: argparse.ArgumentParser) -> None:
+        """Arguments of the subcommand."""
+        parser.add_argument("--out", type=Path, required=True, metavar="FOLDER")
+        if self.subjects:
+            parser.add_argument("--subject", metavar="NAME", help=self.subjects)
+        parser.add_argument("--seed", type=int, default=0, help="of all random numbers (0)")
+        parser.add_argument("--noise", choices=self.noise, default=self.noise[0])
+        if self.add_options is not None:
+            self.add_options(parser)
+        parser.add_argument("--table", choices=("parquet", "csv"), default="parquet")
+        add_replace(parser)
+        parser.set_defaults(run=partial(run, self))
+
+
+#: Each family of rigs is a file in the folder, with the record RIGS.
+FAMILIES: Final = MethodTable[tuple[Rig, ...]](
+    "armimpedance.cli.simulated", "RIGS", "family", default="hand"
+)
+
+
+def run(rig: Rig, arguments: argparse.Namespace) -> int:
+    """Simulate, write recording and truth, say what is there."""
+    from armimpedance.analyses import describe
+    from armimpedance.cli.parts.progress import bar
+
+    check_seed(arguments.seed)
+    check_folder(arguments.out, _files(), replace=arguments.replace)
+    with bar("simulating") as progress:
+        made = rig.simulate(rig.name, arguments, progress)
+    write_simulated(made.recording, made.truth, arguments.out, arguments.table, made.beside)
+    print(describe(made.recording, str(arguments.out)))
+    for name in made.beside:
+        print(f"\nbeside it: {arguments.out / name}")
+    return 0
+
+
+def write_simulated(
+    recording: AnyRecording,
+    truth: Truth,
+    folder: Path,
+    table: Literal["parquet", "csv"] = "parquet",
+    beside: Mapping[str, Callable[[Path], None]] | None = None,
+) -> None:
+    """Write a recording with its truth and further files beside it, all or none."""
+    from armimpedance.outputs import staged_folder
+    from armimpedance.recordings import write_recording
+
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    with staged_folder(folder, known=_files()) as staged:
+        write_recording(recording, staged, table)
+        for name, write in (beside or {}).items():
+            write(staged / name)
+        truth.write(staged / TRUTH_FILE)
+
+
+def _files() -> tuple[str, ...]:
+    from armimpedance.recordings import FOLDER_FILES
+
+    return (*FOLDER_FILES, TRUTH_FILE, DRAWINGS_FILE)
+
+
+def given(**options: Any) -> dict[str, Any]:
+    """The options that were given; those that are None stay the simulator's own defaults."""
+    return {name: value for name, value in options.items() if value is not None}

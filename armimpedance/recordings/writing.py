@@ -1,0 +1,47 @@
+"""Writing a recording of any kind as a folder."""
+
+from __future__ import annotations
+
+import os
+from typing import Final
+
+from armimpedance.motion import MarkerRecording
+from armimpedance.outputs import RECORDING_FILES
+from armimpedance.recordings.motion.emg_table import EMG_FILES, TableForm
+from armimpedance.recordings.motion.marker_folder import write_markers
+from armimpedance.recordings.motion.motion_folder import write_motion
+from armimpedance.recordings.motion.skeleton_json import SKELETON_FILE
+from armimpedance.recordings.reading import AnyRecording
+from armimpedance.recordings.tables.folder import write_folder
+from armimpedance.records import Recording
+
+#: What the folder of a recording of any kind may hold.
+FOLDER_FILES: Final = (*RECORDING_FILES, *EMG_FILES, SKELETON_FILE)
+
+
+def write_recording(
+    recording: AnyRecording, path: str | os.PathLike[str], table: TableForm = "parquet"
+) -> None:
+    """Write a recording to a folder that appears only when it is complete.
+
+    `open_recording` gives the same recording back, bit by bit.
+
+    Parameters
+    ----------
+    recording : Recording, MarkerRecording or MotionRecording
+    path : path
+        A new or empty folder, or an earlier recording of this kind, which is replaced.
+    table : {"parquet", "csv"}
+        The form of the samples.
+
+    Raises
+    ------
+    InputError
+        The folder cannot be written, or a name in the recording has no form on disk.
+    """
+    if isinstance(recording, Recording):
+        write_folder(recording, path, table)
+    elif isinstance(recording, MarkerRecording):
+        write_markers(recording, path, table)
+    else:
+        write_motion(recording, path, table)
