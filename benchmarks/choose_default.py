@@ -22,7 +22,6 @@ from tqdm import tqdm
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import ArmImpedanceError
 from armimpedance.impedance import (
-    DEFAULT_METHOD,
     METHODS,
     Group,
     Options,
@@ -102,7 +101,7 @@ def main() -> int:
         rmse = np.array([_rmse(each, truth) for each in errors])
         print(f"| {setting.name} | " + " | ".join(map(_shown, rmse)) + " |", flush=True)
         worst = max(
-            worst, float((rmse[methods.index(DEFAULT_METHOD)] / np.nanmin(rmse, axis=0)).max())
+            worst, float((rmse[methods.index(METHODS.default)] / np.nanmin(rmse, axis=0)).max())
         )
     print(f"the default's RMSE is at most {worst:.2f} times that of the best method anywhere")
     return 0

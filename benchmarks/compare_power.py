@@ -36,7 +36,7 @@ from armimpedance.comparison import (
     random_effects,
     upper_elements,
 )
-from armimpedance.impedance import DEFAULT_METHOD, Options
+from armimpedance.impedance import METHODS, Options
 from manipulandum_sim.hand import (
     DISTURBANCES,
     NOMINAL,
@@ -289,7 +289,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--repeats", type=int, default=500)
     parser.add_argument("--power-repeats", type=int, default=200)
-    parser.add_argument("--method", default=DEFAULT_METHOD)
+    parser.add_argument("--method", default=METHODS.default)
     arguments = parser.parse_args()
     repeats, method = arguments.repeats, arguments.method
     print(f"{repeats} pairs of groups with equal truth, {arguments.power_repeats} with another")

@@ -29,7 +29,6 @@ from armimpedance.arrays import FloatArray
 from armimpedance.ellipses import ellipse, ellipse_of
 from armimpedance.errors import ArmImpedanceError
 from armimpedance.impedance import (
-    DEFAULT_METHOD,
     METHODS,
     Group,
     Options,
@@ -168,7 +167,7 @@ def _missed(cell: Cell, rmse: FloatArray, efficiency: FloatArray, flags: FloatAr
     if cell.noise == "nominal" and (cell.method, cell.limb) != ("paper", "subject"):
         asked["coverage 92-98"] = bool(((flags[:14] >= 92) & (flags[:14] <= 98)).all())
         asked["shape >= 91"] = bool(flags[14] >= 91)
-    if cell.method == DEFAULT_METHOD and cell.covariance == "cr3" and cell.limb == "linear":
+    if cell.method == METHODS.default and cell.covariance == "cr3" and cell.limb == "linear":
         if cell.noise in RMSE:
             limits = RMSE[cell.noise]
             asked["RMSE <= " + "/".join(map(str, limits))] = bool((rmse <= limits).all())
@@ -197,7 +196,7 @@ def main() -> int:
         for limb in asked.limbs
         for noise in asked.noise
         for method in asked.methods
-        for covariance in (COVARIANCES if method == DEFAULT_METHOD else ("cr3",))
+        for covariance in (COVARIANCES if method == METHODS.default else ("cr3",))
     ]
     results = study(cells, asked.repeats, asked.keep, asked.workers)
     print(f"{asked.repeats} experiments of 40 disturbances; asked: 92-98 % (shape 91 %)")

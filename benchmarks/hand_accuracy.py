@@ -22,11 +22,11 @@ from tqdm import tqdm
 
 from armimpedance.ellipses import ellipse, ellipse_of
 from armimpedance.impedance import (
+    METHODS,
     Group,
     Options,
     estimate,
     estimate_window,
-    method_named,
     to_matrix_order,
 )
 from armimpedance.records import ImpedanceEstimate
@@ -136,7 +136,7 @@ def textbook_row(repeats: int) -> tuple[str, str, str, bool]:
     """What a textbook interval of a fit to every sample covers, for comparison; asked of nobody."""
     true, held = LINEAR.ravel(), []
     for seed in range(repeats):
-        factors = method_named("paper").prepare(linear_window("nominal", seed), "hand").factors
+        factors = METHODS["paper"].prepare(linear_window("nominal", seed), "hand").factors
         solved = fit(factors, covariance="classical")
         ordered = to_matrix_order(solved.parameters, solved.covariance, 2)
         held.append(np.abs(ordered[0] - true) < 1.96 * np.sqrt(np.diag(ordered[1:])))

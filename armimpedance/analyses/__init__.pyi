@@ -10,6 +10,16 @@ from .hand import (
 )
 from .inspection import Finding as Finding, Inspection as Inspection, inspect as inspect
 from .labelled import LabelledEstimate as LabelledEstimate, LabelledMatrix as LabelledMatrix
+from .levels import to_hand as to_hand, to_joint as to_joint, to_muscle as to_muscle
+from .models import (
+    at_hand as at_hand,
+    fit_activation as fit_activation,
+    fit_model as fit_model,
+    fit_muscles as fit_muscles,
+    fit_posture as fit_posture,
+    predict as predict,
+)
+from .muscle_estimates import MuscleEstimates as MuscleEstimates
 from .sources import (
     naming as naming,
     of_condition as of_condition,

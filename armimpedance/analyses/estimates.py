@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Final, overload
 import numpy as np
 
 from armimpedance.analyses.labelled import LabelledEstimate, html_table
+from armimpedance.analyses.named import position_of
 from armimpedance.arrays import FrozenRecord
 from armimpedance.conventions import UNITS
 from armimpedance.errors import InputError
@@ -94,18 +95,7 @@ class Estimates(FrozenRecord, Sequence[ImpedanceEstimate]):
             return Estimates(self.estimates[which], self.subject)
         if isinstance(which, int | np.integer):
             return self.estimates[which]
-        return LabelledEstimate(self.estimates[self._position(which)])
-
-    def _position(self, which: str | tuple[Any, ...]) -> int:
-        whole = tuple(map(str, which)) if isinstance(which, tuple) else None
-        texts = [tuple(map(str, values)) for values in self._values]
-        fits = [i for i, own in enumerate(texts) if own == whole or str(which) in own]
-        if len(fits) == 1:
-            return fits[0]
-        problem = "names several groups" if fits else "names no group"
-        # a single name is looked up as a text, several as a tuple
-        known = ", ".join(repr(own[0] if len(own) == 1 else own) for own in texts)
-        raise InputError(f"{which!r} {problem}", expected=f"one of {known}")
+        return LabelledEstimate(self.estimates[position_of(which, self._values)])
 
     @property
     def _values(self) -> list[tuple[Any, ...]]:

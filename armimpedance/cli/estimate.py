@@ -5,7 +5,7 @@ Examples:
   armimpedance estimate session --by condition --by day --out hand_by_day.csv
   armimpedance estimate monday tuesday --method paper --out paper.csv
   armimpedance estimate session --method all --out every_method.csv
-  armimpedance estimate session --out hand.json --format json
+  armimpedance estimate session --out hand.json
 
 Each row holds M, B and K with standard errors and 95 % intervals clustered by trial, and size,
 orientation and shape of their ellipses. M is the limb's own: the mass between force sensor and
@@ -18,34 +18,34 @@ recording, and which ones differ from the default by more than chance: an assump
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any
+
+from armimpedance.cli.parts.outputs import TABLE, Output, add_out, check_outputs
+from armimpedance.errors import InputError
+from armimpedance.impedance import METHODS
 
 if TYPE_CHECKING:
-    from armimpedance.records import ImpedanceEstimate, Recording
+    from armimpedance.analyses import ComparedMethods, Estimates
+    from armimpedance.records import Recording
 
-
-Made = TypeVar("Made")
+#: What stands for every method, side by side.
+ALL = "all"
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
     parser.add_argument("recordings", nargs="+", metavar="RECORDING", type=Path)
-    parser.add_argument("--out", type=Path, metavar="RESULTS", help="where the results go")
+    add_out(parser, "the results", TABLE)
+    add_by(parser)
     parser.add_argument(
-        "--by",
-        action="append",
-        metavar="COLUMN",
-        help="group trials by this column of trials.csv; may be given again (default: condition)",
+        "--method", metavar="NAME", help=f"{METHODS.listed()}; or all, side by side"
     )
     parser.add_argument(
-        "--method",
-        metavar="NAME",
-        help="weighted (default), exact, paper, likelihood, instruments, weak_form, frequency, "
-        "definite; or all, side by side",
+        "--format",
+        choices=("csv", "json", "parquet"),
+        help="format of --out, which its ending says as well",
     )
-    parser.add_argument("--format", choices=("csv", "json"), default="csv")
     parser.add_argument(
         "--covariance",
         choices=("cr3", "replicates", "cr1", "bootstrap"),
@@ -53,7 +53,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="clustered by trial: cr3 = jackknife (default), replicates = within each direction, "
         "cr1 = sandwich, bootstrap = trials drawn with replacement",
     )
-    parser.add_argument("--seed", type=int, default=0, help="of the bootstrap (default: 0)")
+    parser.add_argument("--seed", type=int, metavar="N", help="seed of the bootstrap (default: 0)")
     parser.add_argument(
         "--workers", type=int, default=1, metavar="N", help="processes; same result (default: 1)"
     )
@@ -62,9 +62,20 @@ def configure(parser: argparse.ArgumentParser) -> None:
         nargs=2,
         type=float,
         metavar=("LOW", "HIGH"),
-        help="fitted band in Hz, for stochastic perturbations (default: 5 45)",
+        help="fitted band in Hz, for stochastic perturbations only (default: 5 45)",
     )
     add_force_by(parser)
+
+
+def add_by(parser: argparse.ArgumentParser, more: str = "") -> None:
+    """The argument that names the columns of the groups."""
+    parser.add_argument(
+        "--by",
+        action="append",
+        metavar="COLUMN",
+        help="trials alike in this column of trials.csv form a group; may be given again "
+        f"(default: condition){more}",
+    )
 
 
 def add_force_by(parser: argparse.ArgumentParser) -> None:
@@ -77,83 +88,78 @@ def add_force_by(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Estimate, print a table, write the results."""
-    from armimpedance.cli.parts.checks import check_seed
-    from armimpedance.report import summary_table
-
-    check_seed(arguments.seed)
-    if arguments.method == "all":
-        return _run_all(arguments)
-    estimates = []
-    for path in arguments.recordings:
-        estimates += _estimate_one(path, arguments)
-    print(summary_table(estimates))
+    """Estimate, write the results, print a table."""
+    _check(arguments)
+    together = arguments.method == ALL
+    parts = [_of_recording(path, arguments, together) for path in arguments.recordings]
+    made = _joined([part for part, _ in parts], arguments.recordings)
     if arguments.out is not None:
-        _write(estimates, arguments)
+        made.write(arguments.out)
+    if together:
+        print("\n\n".join(text for _, text in parts), end="\n\n")
+    else:
+        from armimpedance.report import summary_table
+
+        print(summary_table(made))
+    if arguments.out is not None:
+        print(f"{'' if together else chr(10)}{len(made)} rows written to {arguments.out}")
     return 0
 
 
-def _run_all(arguments: argparse.Namespace) -> int:
-    """Every method side by side."""
-    from armimpedance.impedance import DEFAULT_METHOD, side_by_side
-    from armimpedance.report import methods_table
-
-    estimates: list[ImpedanceEstimate] = []
-    for path in arguments.recordings:
-        compared = _on_recording(side_by_side, path, arguments)
-        if len(arguments.recordings) > 1:
-            print(f"{path.name}\n")
-        print(methods_table(compared, DEFAULT_METHOD), end="\n\n")
-        estimates += _named([e for side in compared for e in side.estimates], path, arguments)
-    if arguments.out is not None:
-        _write(estimates, arguments)
-    return 0
+def _check(arguments: argparse.Namespace) -> None:
+    """Refuse before any work what cannot end well, and options that have no effect."""
+    out, wanted = arguments.out, arguments.format
+    check_outputs(Output("--out", out, TABLE), reads=arguments.recordings)
+    if wanted is not None and out is None:
+        raise InputError(f"--format {wanted} without --out", expected="a file to write")
+    if wanted is not None and out.suffix != f".{wanted}":
+        raise InputError(f"not what --format {wanted} says", file=out, expected=f"a .{wanted}")
+    if arguments.seed is not None and arguments.covariance != "bootstrap":
+        problem = f"--seed with --covariance {arguments.covariance}: nothing is drawn"
+        raise InputError(problem, expected="--covariance bootstrap")
 
 
-def _estimate_one(path: Path, arguments: argparse.Namespace) -> list[ImpedanceEstimate]:
-    from functools import partial
-
-    from armimpedance.impedance import estimate
-
-    with_workers = partial(estimate, workers=arguments.workers)
-    return _named(_on_recording(with_workers, path, arguments), path, arguments)
-
-
-def _on_recording(
-    function: Callable[..., list[Made]], path: Path, arguments: argparse.Namespace
-) -> list[Made]:
-    """Apply `estimate` or `side_by_side`; errors name the recording."""
-    from dataclasses import replace
-
+def _of_recording(
+    path: Path, arguments: argparse.Namespace, together: bool
+) -> tuple[Estimates, str]:
+    """The estimates of one recording, and with --method all the table of methods."""
+    from armimpedance.analyses import estimate, estimate_all
     from armimpedance.cli.parts.progress import bar
-    from armimpedance.errors import ArmImpedanceError, InputError
-    from armimpedance.files import check_group_columns
-    from armimpedance.impedance import DEFAULT_BY, Options
 
-    recording = open_checked(path, arguments.force_by)
-    options = Options(covariance=arguments.covariance, seed=arguments.seed)
-    if arguments.method not in (None, "all"):
-        options = replace(options, method=arguments.method)
-    if arguments.band is not None:
-        options = replace(options, band_hz=tuple(arguments.band))
-    by = arguments.by or DEFAULT_BY
-    check_group_columns(by)
+    options: dict[str, Any] = {
+        "by": arguments.by or "condition",
+        "covariance": arguments.covariance,
+        "seed": arguments.seed or 0,
+        "workers": arguments.workers,
+        "force_by": arguments.force_by,
+    }
+    band = None if arguments.band is None else tuple(arguments.band)
     with bar(f"estimating {path.name}") as progress:
-        try:
-            return function(recording, by=by, options=options, progress=progress)
-        except ArmImpedanceError as error:
-            raise InputError(str(error), file=path) from error
+        if not together:
+            method = arguments.method
+            made = estimate(path, method=method, band_hz=band, progress=progress, **options)
+            return made, ""
+        if band is not None:
+            raise InputError("--band with --method all", expected="no band: disturbances return")
+        compared: ComparedMethods = estimate_all(path, progress=progress, **options)
+    title = f"{path.name}\n\n" if len(arguments.recordings) > 1 else ""
+    return compared.estimates, f"{title}{compared}"
 
 
-def _named(
-    estimates: list[ImpedanceEstimate], path: Path, arguments: argparse.Namespace
-) -> list[ImpedanceEstimate]:
-    """With the recording's name among the keys, where there are several."""
+def _joined(parts: list[Estimates], paths: list[Path]) -> Estimates:
+    """All estimates, with the recording's name among the keys where there are several."""
     from dataclasses import replace
 
-    if len(arguments.recordings) == 1:
-        return estimates
-    return [replace(e, keys={"recording": path.name, **e.keys}) for e in estimates]
+    from armimpedance.analyses import Estimates
+
+    if len(parts) == 1:
+        return parts[0]
+    named = [
+        replace(e, keys={"recording": path.name, **e.keys})
+        for part, path in zip(parts, paths, strict=True)
+        for e in part
+    ]
+    return Estimates(tuple(named))
 
 
 def open_checked(path: Path, force_by: str | None) -> Recording:
@@ -161,10 +167,3 @@ def open_checked(path: Path, force_by: str | None) -> Recording:
     from armimpedance.analyses import read_recording
 
     return read_recording(path, force_by=force_by)  # type: ignore[arg-type]
-
-
-def _write(estimates: list[ImpedanceEstimate], arguments: argparse.Namespace) -> None:
-    from armimpedance.files import write_results
-
-    write_results(estimates, arguments.out)
-    print(f"\n{len(estimates)} rows written to {arguments.out}")

@@ -16,82 +16,67 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from armimpedance.impedance import ReflexVerdict
+from armimpedance.cli.estimate import add_by, add_force_by
+from armimpedance.cli.parts.outputs import (
+    FIGURE,
+    TABLE,
+    Output,
+    add_figure,
+    add_out,
+    check_outputs,
+)
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
-    from armimpedance.cli.estimate import add_force_by
-
     parser.add_argument("recording", metavar="RECORDING", type=Path)
-    parser.add_argument(
-        "--by",
-        action="append",
-        metavar="COLUMN",
-        help="trials alike in this column form a group; may be given again (default: condition)",
-    )
+    add_by(parser)
     parser.add_argument(
         "--delay-ms", type=float, metavar="D", help="delay of the reflex, for example from EMG"
     )
-    parser.add_argument("--out", type=Path, metavar="TABLE.csv")
+    add_out(parser, "the verdicts, one row a group", TABLE)
+    add_figure(parser, "K over the window's end, and the delay")
     parser.add_argument(
-        "--figure", type=Path, metavar="PATH.png", help="K over the window's end, and the delay"
+        "--seed",
+        type=int,
+        default=0,
+        metavar="N",
+        help="seed of the random signs behind p (default: 0)",
     )
-    parser.add_argument("--seed", type=int, default=0, metavar="N", help="of the signs behind p")
     add_force_by(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Judge every group, print the verdicts, write table and figure."""
-    from armimpedance.report import verdict_text, write_verdicts
-
-    _check(arguments)
-    verdicts = _verdicts(arguments)
-    print(verdict_text(verdicts))
-    if arguments.out is not None:
-        write_verdicts(verdicts, arguments.out)
-        print(f"\n{len(verdicts)} rows written to {arguments.out}")
-    if arguments.figure is not None:
-        _draw(verdicts, arguments.figure)
-    return 0
-
-
-def _check(arguments: argparse.Namespace) -> None:
-    """Refuse before any work what cannot end well."""
-    from armimpedance.cli.parts.checks import check_outputs, check_seed
-
-    check_seed(arguments.seed)
-    check_outputs(figure=arguments.figure, out=arguments.out)
-
-
-def _verdicts(arguments: argparse.Namespace) -> list[ReflexVerdict]:
-    from armimpedance.cli.estimate import open_checked
+    """Judge every group, write table and figure, print the verdicts."""
+    from armimpedance.analyses import reflex
     from armimpedance.cli.parts.progress import bar
-    from armimpedance.errors import ArmImpedanceError, InputError
-    from armimpedance.impedance import reflex_guard
+    from armimpedance.plots import MOST_GROUPS, save
+    from armimpedance.report import verdict_text
 
-    recording = open_checked(arguments.recording, arguments.force_by)
-    delay = None if arguments.delay_ms is None else arguments.delay_ms / 1e3
+    out, figure = arguments.out, arguments.figure
+    check_outputs(
+        Output("--out", out, TABLE),
+        Output("--figure", figure, FIGURE),
+        reads=[arguments.recording],
+    )
     with bar("looking for reflexes") as progress:
-        try:
-            return reflex_guard(
-                recording,
-                by=arguments.by or ["condition"],
-                delay_s=delay,
-                seed=arguments.seed,
-                progress=progress,
-            )
-        except ArmImpedanceError as error:
-            raise InputError(str(error), file=arguments.recording) from error
-
-
-def _draw(verdicts: list[ReflexVerdict], path: Path) -> None:
-    from armimpedance.plots import MOST_GROUPS, plot_reflex, save
-
-    axes = plot_reflex(verdicts)
-    written = save(axes[0, 0].figure, path.with_suffix(""), (path.suffix[1:],))
-    drawn = f", the {MOST_GROUPS} groups with the smallest p" if len(verdicts) > MOST_GROUPS else ""
-    print(f"figure written to {written[0]}{drawn}")
+        verdicts = reflex(
+            arguments.recording,
+            by=arguments.by or "condition",
+            delay_ms=arguments.delay_ms,
+            seed=arguments.seed,
+            force_by=arguments.force_by,
+            progress=progress,
+        )
+    if out is not None:
+        verdicts.write(out)
+    if figure is not None:
+        save(verdicts.plot()[0, 0].figure, figure.with_suffix(""), (figure.suffix[1:],))
+    print(verdict_text(verdicts))
+    if out is not None:
+        print(f"\n{len(verdicts)} rows written to {out}")
+    if figure is not None:
+        few = f", the {MOST_GROUPS} groups with the smallest p"
+        print(f"figure written to {figure}{few if len(verdicts) > MOST_GROUPS else ''}")
+    return 0

@@ -11,12 +11,12 @@ import numpy as np
 from armimpedance.arrays import IntArray
 from armimpedance.errors import ArmImpedanceError, InputError, NotIdentifiableError
 from armimpedance.impedance import (
+    METHODS,
     Group,
     Options,
     estimate,
     estimate_window,
     groups_of,
-    method_named,
 )
 from armimpedance.records import ImpedanceEstimate, Recording, Window
 from armimpedance.regression import TrialEquations
@@ -147,8 +147,6 @@ def groups_of_estimates(
 
 def _parts(recording: Recording, columns: Sequence[str]) -> list[tuple[dict[str, Any], IntArray]]:
     """Keys and row numbers of each group of trials, in the order of the table."""
-    if not columns:
-        return [({}, np.arange(recording.n_trials))]
     return [
         ({name: v.item() if isinstance(v, np.generic) else v for name, v in keys.items()}, rows)
         for keys, rows in groups_of(recording, columns)
@@ -169,7 +167,7 @@ def _group(
             "a group of one usable trial: what differs between its trials cannot be seen",
             expected="two trials or more in each group",
         )
-    prepared = method_named(options.method).prepare(window, recording.kind)
+    prepared = METHODS.named(options.method).prepare(window, recording.kind)
     made = estimate_window(window, Group.of(recording, keys), options, prepared)
     equations = prepared.trial_equations(recording.kind)
     if prepared.equations is not None:

@@ -1,20 +1,15 @@
-from .comparison_csv import (
-    in_degrees as in_degrees,
-    write_differences as write_differences,
-    write_subjects as write_subjects,
-)
-from .contribution_csv import (
-    write_contributions as write_contributions,
-    write_samples as write_samples,
-)
+from .comparison_csv import comparison_rows as comparison_rows, in_degrees as in_degrees
 from .fit_json import (
     read_parameter as read_parameter,
     write_fit as write_fit,
     write_json as write_json,
 )
 from .joint_rows_csv import read_joint_rows as read_joint_rows
-from .model_json import Model as Model, read_model as read_model, write_model as write_model
-from .muscle_csv import write_muscle_results as write_muscle_results
+from .model_json import read_model as read_model, write_model as write_model
+from .muscle_csv import (
+    muscle_rows as muscle_rows,
+    write_muscle_results as write_muscle_results,
+)
 from .prediction_csv import (
     joined as joined,
     read_activations as read_activations,
@@ -38,6 +33,10 @@ from .results_csv import (
 )
 from .results_json import result_objects as result_objects
 from .tables import write_table as write_table
+from .therapy_csv import (
+    write_contributions as write_contributions,
+    write_samples as write_samples,
+)
 from .therapy_json import (
     read_arm as read_arm,
     read_robot as read_robot,

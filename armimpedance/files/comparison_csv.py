@@ -5,16 +5,13 @@ Angles in degrees, sd of a ratio as that of its logarithm; what does not exist s
 
 from __future__ import annotations
 
-import csv
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Any, Final, TypeVar
 
 import numpy as np
 
 from armimpedance.comparison import Change, MatrixTest, Pair, SubjectsChange
-from armimpedance.outputs import staged_file
 
 Row = dict[str, Any]
 AnyChange = TypeVar("AnyChange", Change, SubjectsChange)
@@ -33,29 +30,42 @@ _ANGLES: Final = (
 )
 
 
-def write_differences(pairs: Sequence[Pair], path: str | Path) -> None:
-    """Write every change and test of pairs of groups.
+def comparison_rows(
+    pairs: Sequence[Pair], over_subjects: Sequence[SubjectsChange] = ()
+) -> tuple[tuple[str, ...], list[Row]]:
+    """The columns and rows of DIFFERENCES.csv; None where a number does not exist.
 
     Tests are rows of kind "test": quantity "distance" (`change` is the affine-invariant distance)
     or "t2" (`change` is Hotelling's T2), with `p` and `p_adjusted`.
 
-    Raises
-    ------
-    InputError
-        The file cannot be written.
+    Parameters
+    ----------
+    pairs : sequence of Pair
+        Every change and test of each pair is a row.
+    over_subjects : sequence of SubjectsChange
+        Where there are any, the rows are these mean changes and the sd between subjects.
+
+    Returns
+    -------
+    columns : tuple of str
+    rows : list of mappings
     """
-    rows = []
+    if over_subjects:
+        found = [_subjects_cells(in_degrees(change)) for change in over_subjects]
+        return SUBJECTS_COLUMNS, [_known(row, SUBJECTS_COLUMNS) for row in found]
+    rows: list[Row] = []
     for pair in pairs:
         head = {"group_1": pair.first, "group_2": pair.second, "basis": pair.basis}
         head["notes"] = "; ".join(pair.notes)
         rows += [{**head, **_change_cells(change)} for change in pair.changes]
         rows += [{**head, **cells} for test in pair.tests for cells in _test_cells(test)]
-    _write(rows, PAIR_COLUMNS, path)
+    return PAIR_COLUMNS, [_known(row, PAIR_COLUMNS) for row in rows]
 
 
-def write_subjects(found: Sequence[SubjectsChange], path: str | Path) -> None:
-    """Write mean changes over subjects and the sd between them."""
-    _write([_subjects_cells(in_degrees(change)) for change in found], SUBJECTS_COLUMNS, path)
+def _known(row: Row, columns: Sequence[str]) -> Row:
+    """The cells of a row in their order, None instead of a number that does not exist."""
+    cells = {column: row.get(column) for column in columns}
+    return {k: None if isinstance(v, float) and np.isnan(v) else v for k, v in cells.items()}
 
 
 def in_degrees(change: AnyChange) -> AnyChange:
@@ -125,16 +135,3 @@ def _subjects_cells(change: SubjectsChange) -> Row:
         "p": change.p,
         "p_adjusted": change.p_adjusted,
     }
-
-
-def _write(rows: Sequence[Mapping[str, Any]], columns: Sequence[str], path: str | Path) -> None:
-    with staged_file(path) as staged, open(staged, "w", newline="", encoding="utf-8") as stream:
-        table = csv.writer(stream, lineterminator="\n")
-        table.writerow(columns)
-        for row in rows:
-            table.writerow([_cell(row.get(column)) for column in columns])
-
-
-def _cell(value: Any) -> Any:
-    missing = value is None or (isinstance(value, float) and np.isnan(value))
-    return "" if missing else value

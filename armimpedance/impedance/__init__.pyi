@@ -1,25 +1,9 @@
 from .bound import bound as bound, bound_of as bound_of, inverse_information as inverse_information
 from .estimation import (
-    DEFAULT_BY as DEFAULT_BY,
     Options as Options,
     estimate as estimate,
     estimate_window as estimate_window,
     groups_of as groups_of,
-)
-from .methods.modal import ModalEquation as ModalEquation, modal_equation as modal_equation
-from .methods.noise import (
-    component_shapes as component_shapes,
-    through_impedance as through_impedance,
-)
-from .methods.table import (
-    DEFAULT_METHOD as DEFAULT_METHOD,
-    METHODS as METHODS,
-    method_named as method_named,
-)
-from .methods.weighted import (
-    FEWEST_TRIALS as FEWEST_TRIALS,
-    WeightedFit as WeightedFit,
-    weighted_fit as weighted_fit,
 )
 from .parallel import in_order as in_order
 from .reflex.delay import check_delay as check_delay
@@ -33,10 +17,21 @@ from .reflex.verdict import (
     Share as Share,
 )
 from .regressors import to_matrix_order as to_matrix_order
-from .result import Group as Group
+from .result import ClusteredKind as ClusteredKind, Group as Group
 from .side_by_side import (
     Disagreement as Disagreement,
     MethodResult as MethodResult,
     SideBySide as SideBySide,
     side_by_side as side_by_side,
+)
+from .table import METHODS as METHODS
+from .weighing.modal import ModalEquation as ModalEquation, modal_equation as modal_equation
+from .weighing.noise import (
+    component_shapes as component_shapes,
+    through_impedance as through_impedance,
+)
+from .weighing.weighted_fit import (
+    FEWEST_TRIALS as FEWEST_TRIALS,
+    WeightedFit as WeightedFit,
+    weighted_fit as weighted_fit,
 )

@@ -14,7 +14,7 @@ from __future__ import annotations
 import numpy as np
 
 from armimpedance.arrays import FloatArray
-from armimpedance.impedance.methods.modal import ModalEquation, weighted_equations
+from armimpedance.impedance.weighing.modal import ModalEquation, weighted_equations
 from armimpedance.regression import TrialEquations
 
 

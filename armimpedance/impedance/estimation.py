@@ -4,24 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import ArmImpedanceError, InputError, NotIdentifiableError
-from armimpedance.impedance.methods import weighted
-from armimpedance.impedance.methods.table import DEFAULT_METHOD, method_named
 from armimpedance.impedance.parallel import in_order
 from armimpedance.impedance.prepared import Prepared
 from armimpedance.impedance.regressors import BLOCKS_OF_ONE_TRIAL
 from armimpedance.impedance.result import ClusteredKind, Group, to_estimate
 from armimpedance.impedance.stochastic import DEFAULT_BAND_HZ, estimate_stochastic
+from armimpedance.impedance.table import METHODS
+from armimpedance.impedance.weighing.weighted_fit import FEWEST_TRIALS
 from armimpedance.records import ImpedanceEstimate, Recording, Window
 from armimpedance.signals import cut_windows, disturbance_times
 
 #: The columns that name a group where the caller names none.
-DEFAULT_BY = ("condition",)
+DEFAULT_BY: Final = ("condition",)
+#: The method that finds the Cramer-Rao bound on its way.
+BOUNDED: Final = "weighted"
 
 
 @dataclass(frozen=True)
@@ -31,7 +33,7 @@ class Options:
     Attributes
     ----------
     method : str
-        Name of an estimator in `methods.METHODS`; not used for stochastic perturbations.
+        Name of an estimator in `METHODS`; not used for stochastic perturbations.
     covariance : {"cr3", "replicates", "cr1", "bootstrap"}
         Clustered by trial. CR3, the jackknife over trials, also sees what a linear model leaves
         unexplained between directions; "replicates" compares trials of the same direction only;
@@ -39,12 +41,12 @@ class Options:
     band_hz : (low, high)
         Fitted band of stochastic perturbations.
     seed : int
-        Of the bootstrap.
+        Seed of the bootstrap.
     bound : bool
         Find the Cramer-Rao bound too, for the efficiency; `weighted` has it for nothing.
     """
 
-    method: str = DEFAULT_METHOD
+    method: str = METHODS.default
     covariance: ClusteredKind = "cr3"
     band_hz: tuple[float, float] = DEFAULT_BAND_HZ
     seed: int = 0
@@ -88,7 +90,7 @@ def estimate(
         If a group's motion does not determine its parameters; names group and parameters.
     """
     groups = list(groups_of(recording, by))
-    method_named(options.method)
+    METHODS.named(options.method)
     results = []
     for found in in_order(_one_group, _pieces(recording, groups, options), workers):
         results.append(found)
@@ -132,12 +134,26 @@ def groups_of(
 ) -> Iterator[tuple[Mapping[str, Any], np.ndarray]]:
     """The columns' values and the rows (from 0) of every group, in the trial table's order.
 
+    Parameters
+    ----------
+    recording : Recording
+    by : sequence of str
+        Columns of the trial table; without any all trials form one group.
+
+    Yields
+    ------
+    keys : mapping from a column's name to its value
+    rows : (n,) int
+
     Raises
     ------
     InputError
         If a column is missing.
     """
     trials = recording.trials
+    if not by:
+        yield {}, np.arange(recording.n_trials)
+        return
     for column in by:
         if column not in trials:
             raise InputError(
@@ -166,19 +182,19 @@ def estimate_window(
 
     `prepared` is what the method's `prepare` made of the window, if the caller has it already.
     """
-    method = method_named(options.method)
+    method = METHODS.named(options.method)
     if prepared is None:
         prepared = method.prepare(window, group.kind)
     used = window.usable
     bound = prepared.bound
     if bound is None and options.bound:
-        bound = _bound(window, group, method.name)
+        bound = _bound(window, group, options.method)
     made = to_estimate(
         prepared.factors,
         group,
         equations=prepared.equations,
         chart=prepared.chart,
-        method=method.name,
+        method=options.method,
         covariance=options.covariance,
         strata=None if window.disturbance is None else window.disturbance[used],
         seed=options.seed,
@@ -212,10 +228,10 @@ def estimate_window(
 
 def _bound(window: Window, group: Group, method: str) -> FloatArray | None:
     """The bound of these windows for a method that does not know it; None with few trials."""
-    if method == weighted.NAME or int(window.usable.sum()) < weighted.FEWEST_TRIALS:
+    if method == BOUNDED or int(window.usable.sum()) < FEWEST_TRIALS:
         return None
     try:
-        return weighted.prepare(window, group.kind).bound
+        return METHODS[BOUNDED].prepare(window, group.kind).bound
     except ArmImpedanceError:
         # The method itself worked; windows too short for modes leave it without a bound.
         return None

@@ -1,14 +1,17 @@
-"""What an estimator hands to the solver."""
+"""An estimator's record, and what it hands to the solver."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.conventions import UNITS, Kind, parameter_names
 from armimpedance.impedance.regressors import output_major_order
+from armimpedance.records import Window
 from armimpedance.regression import Chart, TrialEquations, TrialFactors, equations_of
 
 
@@ -53,3 +56,28 @@ class Prepared:
         order = np.argsort(output_major_order(d))
         A = plain.A[:, order][:, :, order]
         return TrialEquations(A, plain.b[:, order], names, units)
+
+
+@dataclass(frozen=True)
+class Method:
+    """An estimator; its name is that of its file in `methods`.
+
+    Attributes
+    ----------
+    assumes : str
+        What must hold for the estimate to be right, in one sentence.
+    reference : str
+    prepare : function
+        From the raw windows of one group to what is solved.
+    differs : str
+        What it points to if this method alone disagrees with the default, in one clause.
+    """
+
+    assumes: str
+    reference: str
+    prepare: Callable[[Window, Kind], Prepared]
+    differs: str = ""
+
+
+#: Methods that weigh the same equation differently agree unless the equation is wrong.
+NO_LINEAR_LIMB: Final = "the response is not that of a linear second-order limb, as with a reflex"

@@ -46,7 +46,7 @@ def impedance_factors(
     used = response.usable
     columns, force = stack_columns(response)[used], response.force[used]
     if len(columns) == 1:
-        columns, force = _in_blocks(columns), _in_blocks(force)
+        columns, force = in_blocks(columns), in_blocks(force)
     # (T, S, 3 d) Theta = (T, S, d)
     return trial_factors(
         columns,
@@ -59,7 +59,7 @@ def impedance_factors(
     )
 
 
-def _in_blocks(single: FloatArray) -> FloatArray:
+def in_blocks(single: FloatArray) -> FloatArray:
     """One trial (1, S, c) as blocks (b, S // b, c): clusters where there are no other trials."""
     rows = single.shape[1] // BLOCKS_OF_ONE_TRIAL
     return single[0, : rows * BLOCKS_OF_ONE_TRIAL].reshape(BLOCKS_OF_ONE_TRIAL, rows, -1)

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
+from armimpedance.arrays import FloatArray, IntArray
 from armimpedance.conventions import MATRICES, Kind
 from armimpedance.errors import ArmImpedanceError, InputError
 from armimpedance.impedance.estimation import (
@@ -29,12 +29,13 @@ from armimpedance.impedance.estimation import (
     estimate_window,
     groups_of,
 )
-from armimpedance.impedance.methods.table import METHODS, Method, method_named
+from armimpedance.impedance.parallel import in_order
 from armimpedance.impedance.prepared import Prepared
 from armimpedance.impedance.result import Group
+from armimpedance.impedance.table import METHODS
 from armimpedance.records import ImpedanceEstimate, Recording, Window
 from armimpedance.regression import leave_one_out_shift, solve_total
-from armimpedance.signals import cut_windows, disturbance_times
+from armimpedance.signals import Timing, cut_windows, disturbance_times
 
 #: A difference beyond this many of its standard errors is not taken for chance ...
 FEWEST_STANDARD_ERRORS = 3.0
@@ -120,8 +121,9 @@ def side_by_side(
     by: Sequence[str] = DEFAULT_BY,
     options: Options = Options(),  # noqa: B008 - frozen
     progress: Callable[[int, int], None] | None = None,
+    workers: int = 1,
 ) -> list[SideBySide]:
-    """Every method of `methods.METHODS` on every group of trials.
+    """Every method of `METHODS` on every group of trials.
 
     Parameters
     ----------
@@ -133,6 +135,13 @@ def side_by_side(
         Its method is the reference of all differences.
     progress : function (done, all), optional
         Called after each group.
+    workers : int
+        Number of processes; the estimates are the same to the bit.
+
+    Returns
+    -------
+    list of SideBySide
+        One per group.
 
     Raises
     ------
@@ -147,18 +156,25 @@ def side_by_side(
             column="perturbation",
             expected="returning disturbances to compare methods",
         )
-    method_named(options.method)
+    METHODS.named(options.method)
     timing, groups = disturbance_times(recording), list(groups_of(recording, by))
+    pieces = ((recording, keys, rows, timing, options) for keys, rows in groups)
     compared = []
-    for done, (keys, rows) in enumerate(groups, start=1):
-        try:
-            window = cut_windows(recording, rows, timing)
-            compared.append(compare_methods(window, Group.of(recording, keys), options))
-        except ArmImpedanceError as error:
-            raise error_in_group(error, keys) from error
+    for side in in_order(_one_group, pieces, workers):
+        compared.append(side)
         if progress is not None:
-            progress(done, len(groups))
+            progress(len(compared), len(groups))
     return compared
+
+
+def _one_group(
+    recording: Recording, keys: Mapping[str, Any], rows: IntArray, timing: Timing, options: Options
+) -> SideBySide:
+    try:
+        window = cut_windows(recording, rows, timing)
+        return compare_methods(window, Group.of(recording, keys), options)
+    except ArmImpedanceError as error:
+        raise error_in_group(error, keys) from error
 
 
 def compare_methods(window: Window, group: Group, options: Options) -> SideBySide:
@@ -169,7 +185,7 @@ def compare_methods(window: Window, group: Group, options: Options) -> SideBySid
     ArmImpedanceError
         If no method can run: why the reference cannot.
     """
-    results = tuple(_run(method, window, group, options) for method in METHODS.values())
+    results = tuple(_run(method, window, group, options) for method in METHODS)
     reference = next(r for r in results if r.method == options.method)
     if all(r.estimate is None for r in results):
         estimate_window(window, group, options)
@@ -178,16 +194,16 @@ def compare_methods(window: Window, group: Group, options: Options) -> SideBySid
     return SideBySide(dict(group.keys), results, tuple(found))
 
 
-def _run(method: Method, window: Window, group: Group, options: Options) -> MethodResult:
+def _run(method: str, window: Window, group: Group, options: Options) -> MethodResult:
     try:
-        made = estimate_window(window, group, replace(options, method=method.name))
+        made = estimate_window(window, group, replace(options, method=method))
         # timed the second time: the first one imports and fills what is remembered
         start = perf_counter()
-        shift = _shift(method.prepare(window, group.kind), group.kind)
+        shift = _shift(METHODS[method].prepare(window, group.kind), group.kind)
         seconds = perf_counter() - start
     except ArmImpedanceError as error:
-        return MethodResult(method.name, None, str(error))
-    return MethodResult(method.name, made, "", seconds, shift)
+        return MethodResult(method, None, str(error))
+    return MethodResult(method, made, "", seconds, shift)
 
 
 def _shift(prepared: Prepared, kind: Kind) -> FloatArray:

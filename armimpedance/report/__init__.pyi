@@ -32,12 +32,14 @@ from .passive_text import (
     passive_text as passive_text,
 )
 from .plan_text import plan_text as plan_text
-from .reflex_text import verdict_text as verdict_text, write_verdicts as write_verdicts
+from .reflex_text import (
+    headline as headline,
+    verdict_rows as verdict_rows,
+    verdict_text as verdict_text,
+)
 from .text_table import summary_table as summary_table
 from .therapy_text import (
-    arm_object as arm_object,
     arm_text as arm_text,
     mockup_text as mockup_text,
-    robot_object as robot_object,
     robot_text as robot_text,
 )

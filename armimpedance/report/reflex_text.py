@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import csv
 import textwrap
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,7 +18,6 @@ from armimpedance.impedance import (
     Share,
     WindowEnds,
 )
-from armimpedance.outputs import staged_file
 from armimpedance.regression import t_factor
 from armimpedance.report.numbers import aligned_table, with_half_width
 
@@ -70,20 +67,14 @@ def sentences(verdict: ReflexVerdict) -> list[str]:
     return found
 
 
-def write_verdicts(verdicts: Sequence[ReflexVerdict], path: str | Path) -> None:
-    """Write one row per group; what does not exist stays empty.
+def verdict_rows(verdicts: Sequence[ReflexVerdict]) -> list[dict[str, Any]]:
+    """One row of a table per group; what does not exist is None.
 
-    Raises
-    ------
-    InputError
-        The file cannot be written.
+    Parameters
+    ----------
+    verdicts : sequence of ReflexVerdict
     """
-    rows = [_row(verdict) for verdict in verdicts]
-    columns = list(dict.fromkeys(name for row in rows for name in row))
-    with staged_file(path) as staged, open(staged, "w", newline="", encoding="utf-8") as stream:
-        table = csv.DictWriter(stream, columns, restval="", lineterminator="\n")
-        table.writeheader()
-        table.writerows(rows)
+    return [_row(verdict) for verdict in verdicts]
 
 
 def _title(verdict: ReflexVerdict) -> str:
@@ -180,7 +171,7 @@ def _row(verdict: ReflexVerdict) -> dict[str, Any]:
         "ci_low_delay_ms": 1e3 * verdict.delay_low_s,
         "ci_high_delay_ms": 1e3 * verdict.delay_high_s,
         "delay_scanned": verdict.scanned,
-        "visible_percent": 100 * seen if np.isfinite(seen) else "",
+        "visible_percent": 100 * seen if np.isfinite(seen) else None,
     }
     for name, share in (("overstated", verdict.overstated), ("reflex", verdict.share)):
         row[f"{name}_percent"] = 100 * share.value

@@ -1,1 +1,1 @@
-"""Estimators of hand impedance, one file each, and the table that lists them."""
+"""Estimators of hand impedance, one file each with its record METHOD; nothing else lies here."""

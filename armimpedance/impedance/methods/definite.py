@@ -25,7 +25,8 @@ import numpy as np
 from armimpedance.arrays import FloatArray
 from armimpedance.conventions import MATRICES, Kind
 from armimpedance.errors import EstimationError
-from armimpedance.impedance.prepared import Prepared
+from armimpedance.impedance.methods import weighted
+from armimpedance.impedance.prepared import Method, Prepared
 from armimpedance.records import Window
 from armimpedance.regression import (
     Chart,
@@ -142,3 +143,11 @@ def _tangent_of_one(u: FloatArray, place: Place, d: int) -> FloatArray:
     v, w = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
     turned = np.outer(v, w)
     return np.column_stack([np.outer(v, v).ravel(), (turned + turned.T).ravel()])
+
+
+METHOD = Method(
+    assumes="the limb is passive: M, B and K are symmetric without negative eigenvalues",
+    reference="second-order cones, S. Boyd and L. Vandenberghe, Convex Optimization (2004)",
+    prepare=within(weighted.prepare),
+    differs="the limb is not passive, for example because of a reflex, or trials are too few",
+)

@@ -1,4 +1,4 @@
-"""Method `exact`: one linear operator on position and force alike; the default.
+"""Method `exact`: one linear operator on position and force alike.
 
 Smoothing with a spline kernel, its derivatives on the kernel, offset and ramp projected out of
 both sides per trial (`signals.response`), least squares. Right for any motion left at the end of
@@ -8,7 +8,7 @@ the disturbance and any virtual position that drifts at constant velocity.
 from __future__ import annotations
 
 from armimpedance.conventions import Kind
-from armimpedance.impedance.prepared import Prepared
+from armimpedance.impedance.prepared import NO_LINEAR_LIMB, Method, Prepared
 from armimpedance.impedance.regressors import impedance_factors
 from armimpedance.records import Window
 from armimpedance.signals import choose_span, respond
@@ -18,3 +18,12 @@ def prepare(window: Window, kind: Kind) -> Prepared:
     """Factors of the impedance equation for one group of trials, and notes on how."""
     span = choose_span(window)
     return Prepared(impedance_factors(respond(window, span), kind), notes=span.notes)
+
+
+METHOD = Method(
+    assumes="the limb's virtual position drifts at a constant velocity at most; the hand may "
+    "end anywhere, still or moving",
+    reference="both-sided correction of Tsuji (1997), eqs. (22)-(26); docs/estimate.md",
+    prepare=prepare,
+    differs=NO_LINEAR_LIMB,
+)

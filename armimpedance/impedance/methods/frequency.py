@@ -31,9 +31,9 @@ from armimpedance.arrays import FloatArray, IntArray
 from armimpedance.conventions import Kind
 from armimpedance.errors import InputError
 from armimpedance.impedance.methods import exact
-from armimpedance.impedance.methods.instruments import mean_of_others
-from armimpedance.impedance.methods.modal import ModalEquation, modal_equation, weighted_equations
-from armimpedance.impedance.prepared import Prepared
+from armimpedance.impedance.prepared import NO_LINEAR_LIMB, Method, Prepared
+from armimpedance.impedance.weighing.expected_motion import mean_of_others
+from armimpedance.impedance.weighing.modal import ModalEquation, modal_equation, weighted_equations
 from armimpedance.records import Window
 from armimpedance.regression import solve_total
 from armimpedance.signals import Modes
@@ -226,3 +226,11 @@ def line_weight(noise: FloatArray, lines: Lines) -> FloatArray:
     N = np.kron(np.eye(d), lines.drift)
     VN = V @ N
     return np.asarray(V - VN @ np.linalg.solve(N.T @ VN, VN.T))
+
+
+METHOD = Method(
+    assumes="several trials of each direction, alike but for noise; nothing needed above 15 Hz",
+    reference="E. J. Perreault, R. F. Kirsch and A. M. Acosta, Biol. Cybern. 80 (1999), 327-337",
+    prepare=prepare,
+    differs=NO_LINEAR_LIMB,
+)

@@ -20,11 +20,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, IntArray
+from armimpedance.arrays import FloatArray
 from armimpedance.conventions import UNITS, Kind, parameter_names
 from armimpedance.errors import InputError
-from armimpedance.impedance.prepared import Prepared
-from armimpedance.impedance.regressors import BLOCKS_OF_ONE_TRIAL, impedance_factors, stack_columns
+from armimpedance.impedance.prepared import NO_LINEAR_LIMB, Method, Prepared
+from armimpedance.impedance.regressors import impedance_factors, in_blocks, stack_columns
+from armimpedance.impedance.weighing.expected_motion import mean_of_others
 from armimpedance.records import Response, Window
 from armimpedance.regression import TrialEquations
 from armimpedance.signals import Span, choose_span, respond
@@ -55,7 +56,7 @@ def instrumented(window: Window, kind: Kind, span: Span) -> Prepared:
     Z, note = _instruments(window, response, span)
     W, y = stack_columns(response)[used], -response.force[used]
     if len(W) == 1:
-        Z, W, y = (_in_blocks(each) for each in (Z, W, y))
+        Z, W, y = (in_blocks(each) for each in (Z, W, y))
     return Prepared(
         impedance_factors(response, kind),
         instrument_equations(Z, W, y, kind),
@@ -114,16 +115,10 @@ def _moves(commanded: FloatArray) -> bool:
     return bool((np.ptp(commanded, axis=1) > 0).any())
 
 
-def mean_of_others(columns: FloatArray, labels: IntArray) -> FloatArray:
-    """Mean (T, ...) over the other trials with the same label; zero where there are none."""
-    total = np.zeros((int(labels.max()) + 1, *columns.shape[1:]))
-    np.add.at(total, labels, columns)
-    others = np.bincount(labels)[labels] - 1
-    mean = (total[labels] - columns) / np.maximum(others, 1)[:, None, None]
-    return np.where((others > 0)[:, None, None], mean, 0.0)
-
-
-def _in_blocks(single: FloatArray) -> FloatArray:
-    """One trial (1, S, c) as the clusters that `impedance_factors` makes of it."""
-    rows = single.shape[1] // BLOCKS_OF_ONE_TRIAL
-    return single[0, : rows * BLOCKS_OF_ONE_TRIAL].reshape(BLOCKS_OF_ONE_TRIAL, rows, -1)
+METHOD = Method(
+    assumes="the commanded motion, or the other trials of a direction, tell how the hand moves; "
+    "the position's noise may be of any size",
+    reference="instrumental variables, T. Soederstroem and P. Stoica (Springer, 1983)",
+    prepare=prepare,
+    differs=f"{NO_LINEAR_LIMB}, or noise of the position is large",
+)

@@ -24,11 +24,11 @@ from armimpedance.arrays import FloatArray
 from armimpedance.conventions import Kind
 from armimpedance.impedance.identifiable import require_identifiable
 from armimpedance.impedance.methods import exact, weighted
-from armimpedance.impedance.methods.expected_motion import expected_motion
-from armimpedance.impedance.methods.modal import ModalEquation, weighted_equations
-from armimpedance.impedance.methods.noise import refit_noise, through_impedance
-from armimpedance.impedance.methods.weighted import WeightedFit, weighted_fit
-from armimpedance.impedance.prepared import Prepared
+from armimpedance.impedance.prepared import NO_LINEAR_LIMB, Method, Prepared
+from armimpedance.impedance.weighing.expected_motion import expected_motion
+from armimpedance.impedance.weighing.modal import ModalEquation, weighted_equations
+from armimpedance.impedance.weighing.noise import refit_noise, through_impedance
+from armimpedance.impedance.weighing.weighted_fit import FEWEST_TRIALS, WeightedFit, weighted_fit
 from armimpedance.records import Window
 from armimpedance.regression import TrialEquations, solve_total
 
@@ -39,7 +39,7 @@ NOISE_STEPS = 6
 
 def prepare(window: Window, kind: Kind) -> Prepared:
     """Equations of one group at the maximum; with very few trials, those of `exact`."""
-    if int(window.usable.sum()) < weighted.FEWEST_TRIALS:
+    if int(window.usable.sum()) < FEWEST_TRIALS:
         return weighted.prepare(window, kind)
     plain = exact.prepare(window, kind)
     require_identifiable(plain.factors)
@@ -100,3 +100,13 @@ def _likely_motion(
     # Sigma_n,c (3 n, 3 n) of each axis
     moved = (back.transpose(1, 0, 2) @ position).reshape(d, T, 3, n)
     return equation.regressors + moved.transpose(1, 2, 0, 3).reshape(T, 3 * d, n)
+
+
+METHOD = Method(
+    assumes="motions of a group differ only by the position sensor's noise: a robot much stiffer "
+    "than the limb is unsteady",
+    reference="errors-in-variables likelihood, R. Pintelon & J. Schoukens, System Identification: "
+    "A Frequency Domain Approach (Wiley)",
+    prepare=prepare,
+    differs=f"trials of a direction do not repeat the same motion, or {NO_LINEAR_LIMB}",
+)

@@ -13,7 +13,7 @@ import numpy as np
 from armimpedance.arrays import FloatArray
 from armimpedance.conventions import Kind
 from armimpedance.errors import InputError
-from armimpedance.impedance.prepared import Prepared
+from armimpedance.impedance.prepared import Method, Prepared
 from armimpedance.impedance.regressors import impedance_factors
 from armimpedance.records import Response, Window
 from armimpedance.signals import correct_force_only, derivatives, lowpass
@@ -62,3 +62,12 @@ def source_response(window: Window) -> Response:
         trial=window.trial,
         usable=window.usable,
     )
+
+
+METHOD = Method(
+    assumes="displacement, velocity and acceleration are all zero again at the end; a servo of "
+    "finite stiffness breaks this and K with it",
+    reference="Tsuji (1997), eqs. (27)-(29)",
+    prepare=prepare,
+    differs="the hand is not at rest where it started when the disturbance ends",
+)

@@ -28,7 +28,7 @@ from scipy.linalg import solve_triangular
 from armimpedance.arrays import FloatArray, frozen_array
 from armimpedance.conventions import Kind
 from armimpedance.errors import InputError
-from armimpedance.impedance.prepared import Prepared
+from armimpedance.impedance.prepared import NO_LINEAR_LIMB, Method, Prepared
 from armimpedance.impedance.regressors import impedance_factors
 from armimpedance.records import Response, Window
 
@@ -153,3 +153,11 @@ def against(tests: TestFunctions, window: Window, spacing: int) -> Response:
         trial=window.trial,
         usable=window.usable,
     )
+
+
+METHOD = Method(
+    assumes="as exact; noise of the position is small against the motion over 0.16 s",
+    reference="test functions orthogonal to offset and ramp; docs/estimate.md",
+    prepare=prepare,
+    differs=f"{NO_LINEAR_LIMB}, or noise of the position is large",
+)

@@ -15,7 +15,7 @@ import numpy as np
 from armimpedance.arrays import FloatArray, frozen_array
 from armimpedance.conventions import Kind
 from armimpedance.errors import ArmImpedanceError, InputError
-from armimpedance.impedance.methods.weighted import weighted_fit
+from armimpedance.impedance.weighing.weighted_fit import weighted_fit
 from armimpedance.records import Window
 from armimpedance.regression import leave_one_out_shift
 from armimpedance.signals import SPLINE_DEGREE, Modes

@@ -16,10 +16,10 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.conventions import Kind
-from armimpedance.impedance.methods.expected_motion import expected_motion
-from armimpedance.impedance.methods.modal import ModalEquation, modal_equation, weighted_equations
-from armimpedance.impedance.methods.noise import regressor_excess
-from armimpedance.impedance.methods.weighted import weighted_fit
+from armimpedance.impedance.weighing.expected_motion import expected_motion
+from armimpedance.impedance.weighing.modal import ModalEquation, modal_equation, weighted_equations
+from armimpedance.impedance.weighing.noise import regressor_excess
+from armimpedance.impedance.weighing.weighted_fit import weighted_fit
 from armimpedance.records import Window
 from armimpedance.regression import TrialEquations, leave_one_out_shift, solve_total
 

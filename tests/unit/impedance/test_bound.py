@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from armimpedance.impedance.bound import bound
-from armimpedance.impedance.methods.modal import modal_equation, weighted_equations
-from armimpedance.impedance.methods.noise import through_impedance
+from armimpedance.impedance.weighing.modal import modal_equation, weighted_equations
+from armimpedance.impedance.weighing.noise import through_impedance
 from armimpedance.regression.equations import solve_total
 from armimpedance.signals.windows import cut_windows
 

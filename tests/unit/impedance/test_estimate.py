@@ -164,7 +164,7 @@ def test_unknown_column_and_method_are_refused(limb):
     recording = limb.record(sets=1)
     with pytest.raises(InputError, match="'posture'.*expected one of trial"):
         estimate(recording, by=["posture"])
-    with pytest.raises(InputError, match="one of exact, paper"):
+    with pytest.raises(InputError, match="one of weighted, definite, exact"):
         estimate(recording, options=Options(method="magic"))
 
 

@@ -8,7 +8,7 @@ import pytest
 from armimpedance.errors import InputError
 from armimpedance.impedance.estimation import Options, estimate
 from armimpedance.impedance.methods.frequency import line_weight, replicate_noise, tapered_lines
-from armimpedance.impedance.methods.modal import modal_equation
+from armimpedance.impedance.weighing.modal import modal_equation
 from armimpedance.signals.windows import cut_windows
 
 BY_LINES = Options(method="frequency")
@@ -85,7 +85,7 @@ def test_noise_of_the_position_does_not_shrink_the_inertia(limb):
     """White noise of 0.4 mm and 1 N: the same lines with each trial's own motion as its instrument
     lose more than 10 % of M_22; with that of the other replicates all of M stays within four
     standard errors. (Against less force noise the weights turn to lines that bear the noise.)"""
-    from armimpedance.impedance.methods.modal import weighted_equations
+    from armimpedance.impedance.weighing.modal import weighted_equations
     from armimpedance.regression.equations import solve_total
 
     recording = limb.record(sets=10, force_noise=1.0)

@@ -7,8 +7,8 @@ from scipy.optimize import minimize
 
 from armimpedance.impedance.estimation import Options, estimate
 from armimpedance.impedance.methods.likelihood import score_equations
-from armimpedance.impedance.methods.modal import modal_equation
-from armimpedance.impedance.methods.noise import through_impedance
+from armimpedance.impedance.weighing.modal import modal_equation
+from armimpedance.impedance.weighing.noise import through_impedance
 from armimpedance.regression.equations import solve_total
 from armimpedance.signals.windows import cut_windows
 

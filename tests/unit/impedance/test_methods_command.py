@@ -8,7 +8,7 @@ import pytest
 
 from armimpedance.__main__ import main
 from armimpedance.files.results_csv import read_results
-from armimpedance.impedance.methods.table import DEFAULT_METHOD, METHODS
+from armimpedance.impedance.table import METHODS
 from armimpedance.recordings.tables.folder import read_folder, write_folder
 from armimpedance.records import Subject
 
@@ -40,7 +40,7 @@ def test_all_methods_are_printed_written_and_mapped(session, tmp_path, capsys):
 def test_the_default_of_the_command_is_that_of_the_library(session, tmp_path, capsys):
     out = tmp_path / "one.csv"
     assert main(["estimate", str(session), "--out", str(out)]) == 0
-    assert pd.read_csv(out)["method"].tolist() == [DEFAULT_METHOD]
+    assert pd.read_csv(out)["method"].tolist() == [METHODS.default]
 
 
 def test_help_names_every_method(capsys):
@@ -48,7 +48,7 @@ def test_help_names_every_method(capsys):
         main(["estimate", "--help"])
     printed = capsys.readouterr().out
     assert all(name in printed for name in METHODS)
-    assert f"{DEFAULT_METHOD} (default)" in " ".join(printed.split())
+    assert f"{METHODS.default} (default)" in " ".join(printed.split())
 
 
 def test_commanded_motion_survives_the_disk_and_serves_as_instrument(limb, tmp_path, capsys):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from armimpedance.errors import InputError, NotIdentifiableError
-from armimpedance.impedance.methods.weighted import weighted_fit
+from armimpedance.impedance.weighing.weighted_fit import weighted_fit
 from armimpedance.impedance.reflex import guard as reflex
 from armimpedance.impedance.reflex.ends import window_ends
 from armimpedance.impedance.reflex.evidence import weigh

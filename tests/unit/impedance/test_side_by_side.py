@@ -7,7 +7,7 @@ import pytest
 
 from armimpedance.errors import InputError, NotIdentifiableError
 from armimpedance.impedance.estimation import Options, estimate
-from armimpedance.impedance.methods.table import DEFAULT_METHOD, METHODS
+from armimpedance.impedance.table import METHODS
 from armimpedance.impedance.side_by_side import side_by_side
 from armimpedance.report.methods_table import methods_table
 
@@ -36,7 +36,7 @@ def test_all_methods_run_and_are_the_estimates_of_their_names(quiet, limb):
 
 def test_where_every_assumption_holds_nobody_disagrees(quiet):
     """Differences of the others are of the size of their standard errors."""
-    assert [d.method for d in quiet.disagreements] == [m for m in METHODS if m != DEFAULT_METHOD]
+    assert [d.method for d in quiet.disagreements] == [m for m in METHODS if m != METHODS.default]
     assert not any(d.sentences for d in quiet.disagreements)
     errors = np.array([d.standard_errors for d in quiet.disagreements])
     assert np.isfinite(errors).all()
@@ -76,7 +76,7 @@ def test_a_method_whose_assumption_fails_is_named_with_the_cause(not_back):
     assert "standard errors of the difference" in sentence
     assert "not at rest where it started" in sentence
     assert said["paper"].percent[2] > 5
-    assert sentence in " ".join(methods_table([side], DEFAULT_METHOD).split())
+    assert sentence in " ".join(methods_table([side], METHODS.default).split())
 
 
 def test_who_cannot_run_says_why_and_the_others_go_on(limb):
@@ -86,7 +86,7 @@ def test_who_cannot_run_says_why_and_the_others_go_on(limb):
     assert "no direction has two trials" in refused["instruments"]
     assert "too few repeats" in refused["frequency"]
     assert len(side.estimates) == len(METHODS) - 2
-    table = methods_table([side], DEFAULT_METHOD)
+    table = methods_table([side], METHODS.default)
     assert "frequency cannot run" in table
     assert max(map(len, table.splitlines())) <= 100
 
@@ -108,5 +108,5 @@ def test_stochastic_recordings_and_unknown_references_are_refused(limb):
 def test_one_axis_and_one_trial(limb, sets):
     one = {"inertia": np.eye(1), "viscosity": 8 * np.eye(1), "stiffness": 100 * np.eye(1)}
     side = side_by_side(limb.record(sets=sets, directions=1, force_noise=0.02, **one))[0]
-    assert "K_11" in methods_table([side], DEFAULT_METHOD)
+    assert "K_11" in methods_table([side], METHODS.default)
     assert side.results[0].estimate.stiffness[0, 0] == pytest.approx(100, rel=0.1)

@@ -10,9 +10,9 @@ import pytest
 from armimpedance.errors import NotIdentifiableError
 from armimpedance.impedance.estimation import Options, estimate
 from armimpedance.impedance.methods import exact, weighted
-from armimpedance.impedance.methods.expected_motion import expected_motion
-from armimpedance.impedance.methods.modal import modal_equation
-from armimpedance.impedance.methods.noise import NAMES
+from armimpedance.impedance.weighing.expected_motion import expected_motion
+from armimpedance.impedance.weighing.modal import modal_equation
+from armimpedance.impedance.weighing.noise import NAMES
 from armimpedance.regression.equations import solve_total
 from armimpedance.signals.windows import cut_windows
 

@@ -7,7 +7,7 @@ import pytest
 
 from armimpedance.errors import InputError
 from armimpedance.impedance.bound import bound
-from armimpedance.impedance.methods.modal import ModalEquation
+from armimpedance.impedance.weighing.modal import ModalEquation
 from armimpedance.planning.encoder_error import rounding_covariance
 from armimpedance.planning.motion import PlannedMotion, equation_rows, information
 from armimpedance.planning.noise_level import NOISE_LEVELS, NOMINAL, SENSOR, NoiseLevel, noise_named
@@ -177,7 +177,7 @@ def test_reflex_bias_is_what_a_noise_free_estimate_shows(shape):
     with_reflex, truth = simulate_condition(reflex=Reflex(0.25, 0.055), **kwargs)
     arm = np.stack([truth.M_e[0] + 0.164 * np.eye(2), truth.B_e[0], truth.K_e[0]])
     motion = PlannedMotion(Setting(PlannedArm(arm)), Profile(shape_named(shape), 0.005, 0.3))
-    from armimpedance.impedance.methods.modal import modal_equation
+    from armimpedance.impedance.weighing.modal import modal_equation
     from armimpedance.signals.windows import cut_windows
 
     equation = modal_equation(cut_windows(with_reflex))

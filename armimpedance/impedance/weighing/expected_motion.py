@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.impedance.methods.modal import ModalEquation
+from armimpedance.arrays import FloatArray, IntArray
+from armimpedance.impedance.weighing.modal import ModalEquation
 
 #: The shared course is used if it explains at least this much of every trial's displacement.
 LEAST_SHARED = 0.8
@@ -37,3 +37,12 @@ def expected_motion(equation: ModalEquation) -> FloatArray | None:
     power = (along**2).sum(axis=1)
     others = (parts.sum(axis=0) - parts) / (power.sum() - power)[:, None, None]
     return np.asarray((others[:, :, None, :] * along[:, None, :, None]).reshape(T, -1, n))
+
+
+def mean_of_others(columns: FloatArray, labels: IntArray) -> FloatArray:
+    """Mean (T, ...) over the other trials with the same label; zero where there are none."""
+    total = np.zeros((int(labels.max()) + 1, *columns.shape[1:]))
+    np.add.at(total, labels, columns)
+    others = np.bincount(labels)[labels] - 1
+    mean = (total[labels] - columns) / np.maximum(others, 1)[:, None, None]
+    return np.where((others > 0)[:, None, None], mean, 0.0)

@@ -13,7 +13,7 @@ from functools import lru_cache
 import numpy as np
 
 from armimpedance.arrays import FloatArray, frozen_array
-from armimpedance.impedance.methods.modal import ModalEquation
+from armimpedance.impedance.weighing.modal import ModalEquation
 from armimpedance.records import Window
 from armimpedance.regression import fit_components, total_covariance
 from armimpedance.signals import Modes, PositionNoise, position_noise

@@ -1,0 +1,118 @@
+"""Feasible generalised least squares in modes: noise and parameters found in turn.
+
+Rows are modes of the window (`modal`); their covariance is estimated from the residuals of a first
+fit (`noise`), so that tremor, slow force and drift weigh what they weigh in this very recording.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from armimpedance.arrays import FloatArray
+from armimpedance.conventions import Kind
+from armimpedance.impedance.bound import bound_of
+from armimpedance.impedance.weighing.expected_motion import expected_motion
+from armimpedance.impedance.weighing.modal import (
+    ModalEquation,
+    modal_equation,
+    weighted_equations,
+)
+from armimpedance.impedance.weighing.noise import (
+    NoiseModel,
+    refit_noise,
+    regressor_excess,
+    start_noise,
+)
+from armimpedance.records import Window
+from armimpedance.regression import TrialEquations, solve_total
+from armimpedance.signals import Modes
+
+#: Fits of the noise model, and their steps: the second starts where the first ended.
+NOISE_STEPS: Final = (16, 8)
+#: With fewer trials the noise cannot be told from the fit.
+FEWEST_TRIALS: Final = 4
+
+
+@dataclass(frozen=True, eq=False)
+class WeightedFit:
+    """Equations, noise and solution of one group.
+
+    Attributes
+    ----------
+    equation : ModalEquation
+    noise : NoiseModel
+    equations : TrialEquations
+        Compensated for the position's noise.
+    parameters : (3 d^2,)
+        M (with handle), B, K row by row.
+    """
+
+    equation: ModalEquation
+    noise: NoiseModel
+    equations: TrialEquations
+    parameters: FloatArray
+
+
+def weighted_fit(
+    window: Window, kind: Kind, *, delay_s: float | None = None, modes: Modes | None = None
+) -> WeightedFit:
+    """Alternate between noise and parameters, starting from unweighted rows.
+
+    Parameters
+    ----------
+    window : Window
+    kind : {"hand", "joint"}
+    delay_s : float, optional
+        Fits the answer R to the displacement of that much earlier too.
+    modes : Modes, optional
+        Default: `spline_modes` of the window.
+
+    Raises
+    ------
+    NotIdentifiableError
+        If the motion does not determine the parameters.
+    """
+    equation = modal_equation(window, modes, delay_s=delay_s)
+    noise = start_noise(window, equation)
+    equations = weighted_equations(equation, _without_drift(equation), kind)
+    parameters = solve_total(equations)
+    instruments, uncertainty = expected_motion(equation), None
+    for steps in NOISE_STEPS:
+        noise = refit_noise(noise, equation, parameters, steps, uncertainty)
+        V = np.linalg.inv(noise.covariance(parameters))
+        equations = compensated_equations(equation, noise, (V + V.T) / 2, instruments, kind)
+        parameters, uncertainty = solve_total(equations), bound_of(equations)
+    return WeightedFit(equation, noise, equations, parameters)
+
+
+def compensated_equations(
+    equation: ModalEquation,
+    noise: NoiseModel,
+    V: FloatArray,
+    instruments: FloatArray | None,
+    kind: Kind,
+) -> TrialEquations:
+    """``A_t = Z_t^T V W_t``, ``b_t = Z_t^T V y_t``.
+
+    Z (T, r d, n) is the motion expected from the other trials; where they do not tell, W itself,
+    and the excess of its noise is taken off: ``A_t = W_t^T V W_t - E[N^T V N]``.
+    """
+    if instruments is not None:
+        return weighted_equations(equation, V, kind, instruments=instruments)
+    # a delayed displacement is taken as free of noise: its share is far below that of x''
+    size = equation.matrices * equation.axes**2
+    excess = np.zeros((size, size))
+    noisy = regressor_excess(V, noise.position.covariance)
+    excess[: len(noisy), : len(noisy)] = noisy
+    return weighted_equations(equation, V, kind, excess=excess)
+
+
+def _without_drift(equation: ModalEquation) -> FloatArray:
+    """Weight (d n, d n) that is blind to an offset and a ramp of each axis."""
+    smooth = equation.modes.smooth
+    drift = smooth @ np.column_stack([np.ones_like(equation.lag_s), equation.lag_s])
+    Q = np.linalg.qr(drift)[0]
+    return np.kron(np.eye(equation.axes), np.eye(len(smooth)) - Q @ Q.T)
