@@ -1,5 +1,7 @@
+from .body import body as body
 from .comparison import Comparison as Comparison, compare as compare
 from .contents import describe as describe
+from .contributions import Contributions as Contributions
 from .estimates import Estimates as Estimates
 from .hand import (
     ComparedMethods as ComparedMethods,
@@ -20,9 +22,21 @@ from .models import (
     predict as predict,
 )
 from .muscle_estimates import MuscleEstimates as MuscleEstimates
+from .passive import passive as passive
+from .one_joint import (
+    elbow as elbow,
+    elbow_over_time as elbow_over_time,
+    emg_law as emg_law,
+)
 from .sources import (
     naming as naming,
     of_condition as of_condition,
     read as read,
     read_recording as read_recording,
+)
+from .therapy import (
+    calibrate_arm as calibrate_arm,
+    calibrate_robot as calibrate_robot,
+    check_mockup as check_mockup,
+    contribution as contribution,
 )

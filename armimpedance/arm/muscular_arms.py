@@ -114,14 +114,25 @@ ARMS: Final = {
 }
 
 
-def arm_named(name_or_path: str | Path) -> MuscularArm:
+def arm_named(name_or_path: MuscularArm | str | Path) -> MuscularArm:
     """A built-in arm by its name, or the arm of a table of moment arms (CSV).
+
+    Parameters
+    ----------
+    name_or_path : str or path
+        An arm is returned as it is.
+
+    Returns
+    -------
+    MuscularArm
 
     Raises
     ------
     InputError
         There is no such arm and no such file, or the table is not what it should be.
     """
+    if isinstance(name_or_path, MuscularArm):
+        return name_or_path
     if str(name_or_path) in ARMS:
         return ARMS[str(name_or_path)].make()
     path = Path(name_or_path)

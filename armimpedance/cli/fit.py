@@ -21,25 +21,17 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from armimpedance.files import Model
-    from armimpedance.muscles import JointRows
-
-#: Which kinds take which options; others are refused with these.
-_OF_KIND = {
-    "moment-arms": ("order", "model", "box"),
-    "activation": ("order", "model", "arm", "torque", "increasing", "no_curvature"),
-    "muscles": ("order", "arm", "activation_order", "prior_percent", "torque", "no_curvature"),
-}
+from typing import Any
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
-    parser.add_argument("kind", choices=tuple(_OF_KIND))
+    from armimpedance.cli.parts.outputs import FIT, add_out
+    from armimpedance.muscles import ACTIVATION_MODELS, MODEL_KINDS, POSTURE_MODELS
+
+    parser.add_argument("kind", choices=tuple(MODEL_KINDS))
     parser.add_argument("results", nargs="+", type=Path, metavar="RESULTS.csv")
-    parser.add_argument("--out", required=True, type=Path, metavar="MODEL.json")
+    add_out(parser, "the model", FIT, required=True)
     parser.add_argument(
         "--order",
         type=int,
@@ -50,7 +42,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--model",
         metavar="NAME",
-        help="moment-arms: polynomial, sos, separable, box; activation: polynomial, bernstein",
+        help=f"moment-arms: {POSTURE_MODELS.listed()}, polynomial below order 2; activation: "
+        f"{ACTIVATION_MODELS.listed()}",
     )
     parser.add_argument(
         "--box",
@@ -97,79 +90,45 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--seed", type=int, default=0, help="of shuffles (default: 0)")
 
 
-def run(arguments: argparse.Namespace) -> int:
-    """Read the rows, fit, print how well, write the model."""
-    from armimpedance.cli.parts.checks import check_outputs, check_seed
+def run(args: argparse.Namespace) -> int:
+    """Read the rows, fit, write the model, print how well it fits."""
+    from armimpedance.analyses import fit_model
+    from armimpedance.cli.parts.checks import check_seed
+    from armimpedance.cli.parts.outputs import FIT, Output, check_outputs
+    from armimpedance.cli.parts.progress import bar
     from armimpedance.files import read_joint_rows, write_model
     from armimpedance.report import model_text
 
-    check_seed(arguments.seed)
-    check_outputs(figure=None, out=arguments.out)
-    _check_options(arguments)
-    rows = read_joint_rows(arguments.results)
-    fit = {"moment-arms": _moment_arms, "activation": _activation, "muscles": _muscles}
-    model = fit[arguments.kind](rows, arguments)
-    print(f"{rows.n_rows} rows, model {arguments.kind}\n\n{model_text(model)}")
-    write_model(model, arguments.out)
-    print(f"\nwritten to {arguments.out}")
+    check_seed(args.seed)
+    check_outputs(Output("--out", args.out, FIT), reads=args.results)
+    options = _options(args)
+    rows = read_joint_rows(args.results)
+    with bar("fitting") as progress:
+        model = fit_model(args.kind, rows, **options, seed=args.seed, progress=progress)
+    write_model(model, args.out)
+    print(f"{rows.n_rows} rows, model {args.kind}\n\n{model_text(model)}")
+    print(f"\nwritten to {args.out}")
     return 0
 
 
-def _check_options(arguments: argparse.Namespace) -> None:
-    from armimpedance.errors import InputError
-
-    for option in sorted({name for names in _OF_KIND.values() for name in names}):
-        if getattr(arguments, option) is not None and option not in _OF_KIND[arguments.kind]:
-            kinds = " or ".join(kind for kind, names in _OF_KIND.items() if option in names)
-            flag = f"--{option.replace('_', '-')}"
-            raise InputError(f"{flag} with fit {arguments.kind}", expected=f"it with fit {kinds}")
-
-
-def _moment_arms(rows: JointRows, arguments: argparse.Namespace) -> Model:
+def _options(args: argparse.Namespace) -> dict[str, Any]:
+    """The keywords of the kind's fit; options of other kinds are refused."""
     import numpy as np
 
-    from armimpedance.cli.parts.progress import bar
-    from armimpedance.muscles import fit_posture_model
+    from armimpedance.errors import InputError
+    from armimpedance.muscles import MODEL_KINDS
 
-    box = None if arguments.box is None else np.radians(arguments.box).reshape(2, 2)
-    with bar("fitting") as progress:
-        return fit_posture_model(
-            rows,
-            order=2 if arguments.order is None else arguments.order,
-            model=arguments.model,
-            box=box,
-            seed=arguments.seed,
-            progress=progress,
-        )
-
-
-def _activation(rows: JointRows, arguments: argparse.Namespace) -> Model:
-    from armimpedance.arm import arm_named
-    from armimpedance.muscles import fit_activation_model
-
-    return fit_activation_model(
-        rows,
-        arm_named(arguments.arm or "planar6"),
-        order=1 if arguments.order is None else arguments.order,
-        model=arguments.model,
-        torque=bool(arguments.torque),
-        increasing=bool(arguments.increasing),
-        curvature=not arguments.no_curvature,
-        seed=arguments.seed,
-    )
-
-
-def _muscles(rows: JointRows, arguments: argparse.Namespace) -> Model:
-    from armimpedance.arm import arm_named
-    from armimpedance.muscles import fit_muscle_model
-
-    return fit_muscle_model(
-        rows,
-        arm_named(arguments.arm or "planar6"),
-        moment_arm_order=2 if arguments.order is None else arguments.order,
-        activation_order=1 if arguments.activation_order is None else arguments.activation_order,
-        prior_percent=20.0 if arguments.prior_percent is None else arguments.prior_percent,
-        torque=bool(arguments.torque),
-        curvature=not arguments.no_curvature,
-        seed=arguments.seed,
-    )
+    known = sorted({name for kind in MODEL_KINDS.values() for name in kind.options})
+    given = {name: getattr(args, name) for name in known if getattr(args, name) is not None}
+    keywords = MODEL_KINDS[args.kind].options
+    for name in given:
+        if name not in keywords:
+            kinds = [kind.name for kind in MODEL_KINDS.values() if name in kind.options]
+            flag = f"--{name.replace('_', '-')}"
+            expected = f"it with fit {' or '.join(kinds)}"
+            raise InputError(f"{flag} with fit {args.kind}", expected=expected)
+    if "box" in given:
+        given["box"] = np.radians(given["box"]).reshape(2, 2)
+    if "no_curvature" in given:
+        given["no_curvature"] = False
+    return {keywords[name]: value for name, value in given.items()}

@@ -15,25 +15,16 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from armimpedance.muscles import JointPrediction
-
-#: What each kind of model has to be told.
-_NEEDS = {
-    "moment-arms": ("postures",),
-    "activation": ("activations",),
-    "muscles": ("postures", "activations"),
-}
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
+    from armimpedance.cli.parts.outputs import TABLE, add_out
+
     parser.add_argument("model", type=Path, metavar="MODEL.json")
     parser.add_argument("--postures", type=Path, metavar="FILE.csv")
     parser.add_argument("--activations", type=Path, metavar="FILE.csv")
-    parser.add_argument("--out", required=True, type=Path, metavar="FILE.csv")
+    add_out(parser, "the predictions", TABLE, required=True)
     parser.add_argument("--to", choices=("joint", "hand"), default="joint")
     parser.add_argument(
         "--recording", type=Path, metavar="RECORDING", help="--to hand: whose arm's lengths"
@@ -47,58 +38,32 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def run(arguments: argparse.Namespace) -> int:
+def run(args: argparse.Namespace) -> int:
     """Read, predict, write; say how much of it is extrapolated."""
-    from armimpedance.cli.parts.checks import check_outputs
-    from armimpedance.files import read_model, write_predictions
+    from armimpedance.analyses import at_hand, predict
+    from armimpedance.cli.parts.outputs import TABLE, Output, check_outputs
+    from armimpedance.files import write_predictions
 
-    check_outputs(figure=None, out=arguments.out)
-    _check_hand(arguments)
-    kind, model = read_model(arguments.model)
-    predicted = _predict(kind, model, arguments)
-    at = predicted if arguments.to == "joint" else _at_hand(predicted, arguments)
-    write_predictions(at, arguments.out)
+    _check_hand(args)
+    reads = [args.model, args.postures, args.activations, args.recording]
+    check_outputs(Output("--out", args.out, TABLE), reads=reads)
+    predicted = predict(args.model, postures=args.postures, activations=args.activations)
+    if args.to == "hand":
+        hand = at_hand(predicted, recording=args.recording, force_N=args.force)
+        write_predictions(hand, args.out)
+    else:
+        write_predictions(predicted, args.out)
     outside = int(predicted.extrapolated.sum())
     note = f", {outside} of them extrapolated" if outside else ", none extrapolated"
-    print(f"{len(predicted.joint_angles)} rows written to {arguments.out}{note}")
+    print(f"{len(predicted.joint_angles)} rows written to {args.out}{note}")
     return 0
 
 
-def _check_hand(arguments: argparse.Namespace) -> None:
+def _check_hand(args: argparse.Namespace) -> None:
     from armimpedance.errors import InputError
 
-    given = [name for name in ("recording", "force") if getattr(arguments, name) is not None]
-    if arguments.to == "joint" and given:
+    given = [name for name in ("recording", "force") if getattr(args, name) is not None]
+    if args.to == "joint" and given:
         raise InputError(f"--{given[0]} with --to joint", expected="--to hand")
-    if arguments.to == "hand" and arguments.recording is None:
+    if args.to == "hand" and args.recording is None:
         raise InputError("--to hand without --recording", expected="the subject's arm lengths")
-
-
-def _predict(kind: str, model: Any, arguments: argparse.Namespace) -> JointPrediction:
-    from armimpedance.errors import InputError
-    from armimpedance.files import joined, read_activations, read_postures
-
-    for name in ("postures", "activations"):
-        wanted = name in _NEEDS[kind]
-        if wanted != (getattr(arguments, name) is not None):
-            problem = f"a {kind} model {'without' if wanted else 'with'} --{name}"
-            needs = " and ".join(f"--{n}" for n in _NEEDS[kind])
-            raise InputError(problem, file=arguments.model, expected=needs)
-    postures = None if arguments.postures is None else read_postures(arguments.postures)
-    activations = None
-    if arguments.activations is not None:
-        activations = read_activations(arguments.activations, len(model.muscles))
-    postures, activations = joined(postures, activations)
-    predicted: JointPrediction = model.predict(
-        *(given for given in (postures, activations) if given is not None)
-    )
-    return predicted
-
-
-def _at_hand(predicted: JointPrediction, arguments: argparse.Namespace) -> Any:
-    from armimpedance.levels import kinematic_arm
-    from armimpedance.muscles import at_hand
-    from armimpedance.recordings import read_metadata
-
-    subject = read_metadata(arguments.recording / "recording.json").subject
-    return at_hand(predicted, kinematic_arm(subject), arguments.force)

@@ -2,81 +2,48 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass
-from importlib import import_module
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Final, Protocol
+from typing import Any, Final
 
 from armimpedance.errors import InputError
 from armimpedance.files.fit_json import write_json
 from armimpedance.json_text import read_json
-from armimpedance.muscles import ElementQuality
-from armimpedance.regression import FitSummary
+from armimpedance.muscles import MODEL_KINDS, FittedModel, kind_of
 
 FORMAT: Final = "armimpedance-model"
 VERSION: Final = 1
 
 
-class Model(Protocol):
-    """What every model can tell of itself."""
+def write_model(model: FittedModel, path: str | Path) -> None:
+    """Write the fit's summary (the fields of FIT.json), its quality, and the model itself.
 
-    @property
-    def quality(self) -> tuple[ElementQuality, ...]:
-        """Of each element."""
-
-    @property
-    def summary(self) -> FitSummary:
-        """Method, size, condition, parameters."""
-
-    def as_plain(self) -> dict[str, Any]:
-        """Lists and numbers from which the model can be made again."""
-
-
-@dataclass(frozen=True)
-class ModelKind:
-    """A kind of model: where its type lives. The module is imported when it is needed."""
-
-    module: str
-    type_name: str
-
-    @property
-    def type(self) -> Any:
-        """The model's class."""
-        return getattr(import_module(self.module), self.type_name)
-
-
-#: What `fit KIND` writes and `predict` reads; a new kind of model is one line here.
-MODEL_KINDS: Final = {
-    "moment-arms": ModelKind("armimpedance.muscles.posture.model", "PostureModel"),
-    "activation": ModelKind("armimpedance.muscles.activation.model", "ActivationModel"),
-    "muscles": ModelKind("armimpedance.muscles.combined.model", "MuscleModel"),
-}
-
-
-def write_model(model: Model, path: str | Path, **more: Any) -> None:
-    """Write the fit's summary (the fields of FIT.json), its quality, and the model itself."""
+    Parameters
+    ----------
+    model : FittedModel
+    path : path
+    """
     content = {
         "format": FORMAT,
         "version": VERSION,
-        "kind": _kind_of(model),
-        **model.summary.to_dict(),
-        "quality": [asdict(q) for q in model.quality],
-        **more,
+        "kind": kind_of(model).name,
+        **model.to_dict(),
         "model": model.as_plain(),
     }
     write_json(content, path)
 
 
-def _kind_of(model: Model) -> str:
-    for name, kind in MODEL_KINDS.items():
-        if type(model).__name__ == kind.type_name:
-            return name
-    raise TypeError(f"{type(model).__name__} is no kind of model")
+def read_model(path: str | Path) -> FittedModel:
+    """The model of a file that `write_model` wrote.
 
+    Parameters
+    ----------
+    path : path
 
-def read_model(path: str | Path) -> tuple[str, Any]:
-    """The kind and the model of a file that `write_model` wrote.
+    Returns
+    -------
+    FittedModel
+        Of the class of its kind.
 
     Raises
     ------
@@ -91,9 +58,8 @@ def read_model(path: str | Path) -> tuple[str, Any]:
     plain = content.get("model")
     if not isinstance(plain, Mapping):
         raise InputError("no model", file=path, column="model", expected="an object")
-    make: Callable[[Mapping[str, Any]], Any] = MODEL_KINDS[kind].type.from_plain
     try:
-        return kind, make(plain)
+        return MODEL_KINDS[kind].type.from_plain(plain)
     except InputError as error:
         raise InputError(
             error.problem, file=path, column=error.column, expected=error.expected

@@ -8,7 +8,6 @@ stiffnesses that give the joint stiffness, `ci_low_/ci_high_` the 95 % limits of
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -16,8 +15,8 @@ from typing import Any
 
 from armimpedance.errors import InputError
 from armimpedance.files.result_row import group_cells, require_results
+from armimpedance.files.tables import write_table
 from armimpedance.levels import Combination, FeasibleRange, MuscleEstimate, MuscleShare
-from armimpedance.outputs import staged_file
 
 Cells = dict[str, Any]
 
@@ -25,12 +24,39 @@ Cells = dict[str, Any]
 def write_muscle_results(estimates: Sequence[MuscleEstimate], path: str | Path) -> None:
     """Write all rows through a temporary name; what is not known stays empty.
 
+    Parameters
+    ----------
+    estimates : sequence of MuscleEstimate
+    path : path
+        Ends in .csv, .json or .parquet.
+
     Raises
     ------
     InputError
         Without estimates, or when a group's column is named like a column of the results.
     """
     require_results(estimates, path)
+    columns, rows = muscle_rows(estimates)
+    write_table(rows, path, columns)
+
+
+def muscle_rows(estimates: Sequence[MuscleEstimate]) -> tuple[list[str], list[Cells]]:
+    """The columns of the table, the group's first, and the cells of each row.
+
+    Parameters
+    ----------
+    estimates : sequence of MuscleEstimate
+
+    Returns
+    -------
+    columns : list of str
+    rows : list of mappings from a column's name to a number, a text or None
+
+    Raises
+    ------
+    InputError
+        A group's column is named like a column of the results.
+    """
     groups = [group_cells(e.keys) for e in estimates]
     rows = [_cells(e) for e in estimates]
     columns = list(dict.fromkeys(name for row in rows for name in row))
@@ -42,12 +68,11 @@ def write_muscle_results(estimates: Sequence[MuscleEstimate], path: str | Path) 
                 column=name,
                 expected="another name for the column",
             )
-    with staged_file(path) as staged, open(staged, "w", newline="", encoding="utf-8") as stream:
-        table = csv.writer(stream, lineterminator="\n")
-        table.writerow([*keys, *columns])
-        for group, row in zip(groups, rows, strict=True):
-            cells = [*(group.get(name) for name in keys), *(row.get(name) for name in columns)]
-            table.writerow([_known(cell) for cell in cells])
+    known = [
+        group | {name: _known(cell) for name, cell in row.items()}
+        for group, row in zip(groups, rows, strict=True)
+    ]
+    return [*keys, *columns], known
 
 
 def _cells(estimate: MuscleEstimate) -> Cells:
@@ -104,4 +129,4 @@ def _range_cells(column: str, reach: FeasibleRange) -> Cells:
 
 def _known(value: Any) -> Any:
     missing = value is None or (isinstance(value, float) and math.isnan(value))
-    return "" if missing else value
+    return None if missing else value

@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-import csv
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
 from armimpedance.arrays import FloatArray
-from armimpedance.conventions import element_names
 from armimpedance.ellipses import NotPositiveDefiniteError, ellipse
 from armimpedance.errors import InputError
 from armimpedance.files.quantities import limits_of
 from armimpedance.files.result_row import Cells, ellipse_cells
 from armimpedance.files.table_row import TableRow, table_rows
+from armimpedance.files.tables import write_table
 from armimpedance.muscles import HandPrediction, JointPrediction, Predicted
-from armimpedance.outputs import staged_file
-from armimpedance.regression import t_factor
 
 _MATRICES: Final = (("K", "stiffness"), ("B", "viscosity"))
 
@@ -64,43 +60,23 @@ def write_predictions(predicted: JointPrediction | HandPrediction, path: str | P
     (of the hand: from the line shoulder to hand; of the joints: from the first axis) with limits,
     `extrapolated` (0 or 1) and `reason`. Where a matrix is not positive definite its ellipse stays
     empty.
+
+    Parameters
+    ----------
+    predicted : JointPrediction or HandPrediction
+    path : path
+        Ends in .csv, .json or .parquet.
     """
-    joint = predicted.joint if isinstance(predicted, HandPrediction) else predicted
-    count = len(joint.joint_angles)
-    matrices = [_matrix_rows(predicted, symbol, field) for symbol, field in _MATRICES]
-    ellipses = [_ellipse_rows(predicted, symbol, field) for symbol, field in _MATRICES]
-    rows = [_place(predicted, joint, p) for p in range(count)]
-    for p, row in enumerate(rows):
-        for table in (*matrices, *ellipses):
-            row |= table[p]
-        row |= {"extrapolated": int(joint.extrapolated[p]), "reason": joint.reasons[p]}
-    with staged_file(path) as staged, open(staged, "w", newline="", encoding="utf-8") as stream:
-        writer = csv.DictWriter(stream, list(rows[0]), lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
-
-
-def _place(predicted: JointPrediction | HandPrediction, joint: JointPrediction, p: int) -> Cells:
-    hand = isinstance(predicted, HandPrediction)
-    cells: Cells = {"level": "hand" if hand else "joint"}
-    cells |= _named(("q_shoulder_rad", "q_elbow_rad"), joint.joint_angles[p])
-    if isinstance(predicted, HandPrediction):
-        cells |= _named(("hand_x_m", "hand_y_m"), predicted.hand_position[p])
-    if joint.activation is not None:
-        alpha = joint.activation[p]
-        cells |= _named([f"alpha_{i}" for i in range(1, len(alpha) + 1)], alpha)
-    return cells
-
-
-def _matrix_rows(predicted: Predicted, symbol: str, field: str) -> list[Cells]:
-    """Elements of one matrix with their errors and limits, one mapping per row."""
-    values = getattr(predicted, f"{field}_matrices").reshape(-1, 4)
-    variance = np.einsum("pii->pi", predicted.element_covariance(field))
-    sd = np.sqrt(np.maximum(variance, 0.0))
-    half = t_factor(predicted.dof) * sd
-    tables = {"": values, "sd_": sd, "ci_low_": values - half, "ci_high_": values + half}
-    names = [prefix + name for prefix in tables for name in element_names(symbol, 2)]
-    return [_named(names, row) for row in np.hstack(list(tables.values()))]
+    parts = (
+        predicted.place,
+        *(predicted.matrix_rows(symbol) for symbol, _ in _MATRICES),
+        *(_ellipse_rows(predicted, symbol, field) for symbol, field in _MATRICES),
+        predicted.flags,
+    )
+    rows: list[Cells] = []
+    for own in zip(*parts, strict=True):
+        rows.append({name: cell for part in own for name, cell in part.items()})
+    write_table(rows, path)
 
 
 def _ellipse_rows(predicted: Predicted, symbol: str, field: str) -> list[Cells]:
@@ -118,10 +94,6 @@ def _ellipse_rows(predicted: Predicted, symbol: str, field: str) -> list[Cells]:
         except NotPositiveDefiniteError:
             rows.append(ellipse_cells(symbol, {}))
     return rows
-
-
-def _named(names: Sequence[str], values: FloatArray) -> Cells:
-    return dict(zip(names, map(float, values), strict=True))
 
 
 def joined(postures: FloatArray | None, activations: FloatArray | None) -> tuple[Any, Any]:

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
-from typing import Any, Final
+from typing import Annotated, Any, Final
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from armimpedance.arm import MuscularArm
-from armimpedance.arrays import FloatArray, frozen_array
+from armimpedance.arrays import FloatArray, FrozenRecord
 from armimpedance.errors import InputError
 from armimpedance.levels.muscle import curvature_term
-from armimpedance.levels.muscle_identifiable import MuscleShare, muscle_share
+from armimpedance.levels.muscle_identifiable import muscle_share
+from armimpedance.levels.muscle_share import MuscleShare
 from armimpedance.levels.tension import tensions_for
 from armimpedance.records import ImpedanceEstimate
 
@@ -25,17 +25,18 @@ _NO_TORQUE: Final = (
 
 
 @dataclass(frozen=True)
-class MuscleEstimate:
+class MuscleEstimate(FrozenRecord):
     """What joint stiffness and viscosity of one condition say of the muscles.
 
     Attributes
     ----------
     arm, arm_source : str
-        Name, and whence its numbers come.
+        The arm's name, and where its numbers come from.
     joint_angles : (n,)
         rad.
     tension : (m,) or None
-        N, from static optimisation; None where the torque is not known or out of reach.
+        Tensions in N from static optimisation; None where the torque is not known or cannot be
+        made.
     stiffness, viscosity : MuscleShare
     method : str
     n_trials : int
@@ -46,8 +47,8 @@ class MuscleEstimate:
 
     arm: str
     arm_source: str
-    joint_angles: FloatArray
-    tension: FloatArray | None
+    joint_angles: Annotated[FloatArray, "n"]
+    tension: Annotated[FloatArray, "m"] | None
     stiffness: MuscleShare
     viscosity: MuscleShare
     method: str
@@ -57,12 +58,9 @@ class MuscleEstimate:
     provenance: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        put = object.__setattr__
-        put(self, "joint_angles", frozen_array(self.joint_angles, "joint_angles", (None,)))
-        if self.tension is not None:
-            shape = (len(self.muscles),)
-            put(self, "tension", frozen_array(self.tension, "tension", shape))
-        put(self, "keys", MappingProxyType(dict(self.keys)))
+        super().__post_init__()
+        if self.tension is not None and len(self.tension) != len(self.muscles):
+            raise InputError(f"{len(self.tension)} tensions", expected=f"{len(self.muscles)}")
 
     @property
     def muscles(self) -> tuple[str, ...]:
@@ -86,13 +84,17 @@ def to_muscle(
     Parameters
     ----------
     estimate : ImpedanceEstimate
-        At the joints, n axes.
+        An estimate at the joints, n axes.
     arm : MuscularArm
-        Of n joints.
+        An arm of n joints.
     curvature : bool
         False leaves the curvature term out, as Tsuji (1997), eq. (11) does.
     activation : (m,), optional
         Measured, 0..1, in the order of the arm's muscles.
+
+    Returns
+    -------
+    MuscleEstimate
 
     Raises
     ------

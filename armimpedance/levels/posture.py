@@ -54,7 +54,7 @@ def kinematic_arm(subject: Subject | None) -> TwoLinkArm:
         No subject, or one without lengths and height.
     """
     if subject is None:
-        raise InputError("no arm to map with", expected="an arm or a subject")
+        raise InputError("the arm is not known", expected="a recording or a subject")
     return arm_of(subject if subject.mass_kg else replace(subject, mass_kg=_ANY_MASS_KG))
 
 

@@ -11,17 +11,18 @@ is needed for the bounds.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from armimpedance.arm import require_full_rank
-from armimpedance.arrays import FloatArray, frozen_array
+from armimpedance.arrays import FloatArray, FrozenRecord, frozen_array
 from armimpedance.errors import InputError
 
 
 @dataclass(frozen=True)
-class FeasibleJointStiffness:
+class FeasibleJointStiffness(FrozenRecord):
     """All symmetric joint stiffnesses of a stable arm that give one hand stiffness.
 
     Attributes
@@ -38,12 +39,12 @@ class FeasibleJointStiffness:
         ``J^T K_e J - Gamma``: every member minus this is positive semidefinite of rank n - d.
     """
 
-    jacobian: FloatArray
-    hand_stiffness: FloatArray
-    force_term: FloatArray
-    compliance: FloatArray
-    directions: FloatArray
-    lower_bound: FloatArray
+    jacobian: Annotated[FloatArray, "d n"]
+    hand_stiffness: Annotated[FloatArray, "d d"]
+    force_term: Annotated[FloatArray, "n n"]
+    compliance: Annotated[FloatArray, "n n"]
+    directions: Annotated[FloatArray, "p n n"]
+    lower_bound: Annotated[FloatArray, "n n"]
 
     @property
     def dimension(self) -> int:
@@ -94,7 +95,11 @@ def feasible_joint_stiffness(
     jacobian : (d, n)
         n >= d.
     force_term : (n, n), optional
-        Gamma of the hand's force (`levels.joint.force_term`).
+        Gamma of the hand's force (`force_term`).
+
+    Returns
+    -------
+    FeasibleJointStiffness
 
     Raises
     ------
@@ -119,9 +124,9 @@ def feasible_joint_stiffness(
         jacobian=J,
         hand_stiffness=K_e,
         force_term=gamma,
-        compliance=frozen_array(particular, "compliance", (n, n)),
-        directions=frozen_array(_free_directions(rows, null), "directions", (None, n, n)),
-        lower_bound=frozen_array(J.T @ K_e @ J - gamma, "lower_bound", (n, n)),
+        compliance=particular,
+        directions=_free_directions(rows, null),
+        lower_bound=J.T @ K_e @ J - gamma,
     )
 
 

@@ -7,13 +7,15 @@ field that rotates, which no passive spring can make) is reported with its stand
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
-from scipy.special import stdtr, stdtrit
+from scipy.special import stdtr
 
-from armimpedance.arrays import FloatArray
+from armimpedance.arrays import FloatArray, FrozenRecord
 from armimpedance.conventions import MATRICES
 from armimpedance.records import ImpedanceEstimate
+from armimpedance.regression import t_interval
 
 
 def transposition(k: int) -> FloatArray:
@@ -47,7 +49,7 @@ def symmetric_part(estimate: ImpedanceEstimate) -> ImpedanceEstimate:
 
 
 @dataclass(frozen=True)
-class AntisymmetricPart:
+class AntisymmetricPart(FrozenRecord):
     """``(A_ij - A_ji)/2`` for i < j, of M, B and K (rows), in the units of the estimate.
 
     Attributes
@@ -59,8 +61,8 @@ class AntisymmetricPart:
     """
 
     names: tuple[tuple[str, ...], ...]
-    value: FloatArray
-    sd: FloatArray
+    value: Annotated[FloatArray, "3 c"]
+    sd: Annotated[FloatArray, "3 c"]
     dof: float
 
     @property
@@ -76,8 +78,7 @@ class AntisymmetricPart:
 
     def interval(self, level: float = 0.95) -> FloatArray:
         """Confidence limits, (3, c, 2)."""
-        reach = stdtrit(self.dof, (1 + level) / 2) * self.sd
-        return np.stack([self.value - reach, self.value + reach], axis=-1)
+        return t_interval(self.value, self.sd, self.dof, level)
 
 
 def antisymmetric_part(estimate: ImpedanceEstimate) -> AntisymmetricPart:

@@ -7,11 +7,12 @@ orders of magnitude (docs/muscles.md), and a posture is inside of the box if bot
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from armimpedance.arrays import FloatArray, frozen_array
+from armimpedance.arrays import FloatArray, FrozenRecord
 from armimpedance.errors import InputError, NotIdentifiableError
 
 #: Half ranges below this (rad, half a degree) are the measuring error of the angles themselves.
@@ -24,7 +25,7 @@ JOINTS = ("shoulder", "elbow")
 
 
 @dataclass(frozen=True)
-class AngleScaling:
+class AngleScaling(FrozenRecord):
     """``u = (theta - centre) / half_range``, joint by joint.
 
     Attributes
@@ -33,17 +34,26 @@ class AngleScaling:
         rad; of shoulder and elbow the lowest and the highest angle.
     """
 
-    box: FloatArray
+    box: Annotated[FloatArray, "2 2"]
 
     def __post_init__(self) -> None:
-        box = frozen_array(self.box, "box", (2, 2))
-        object.__setattr__(self, "box", box)
-        for joint, (low, high) in zip(JOINTS, box, strict=True):
+        super().__post_init__()
+        for joint, (low, high) in zip(JOINTS, self.box, strict=True):
             if not high > low:
                 raise InputError(
                     f"a workspace with {joint} angles from {low:.4g} to {high:.4g} rad",
                     expected="the lowest angle first, then a larger one",
                 )
+
+    @classmethod
+    def of(cls, joint_angles: FloatArray) -> AngleScaling:
+        """The scaling whose box just holds the measured postures (P, 2), rad.
+
+        A joint that did not move gets the least range, so that a constant can still be fitted.
+        """
+        low, high = joint_angles.min(axis=0), joint_angles.max(axis=0)
+        centre, half = (low + high) / 2, np.maximum((high - low) / 2, LEAST_HALF_RANGE_RAD)
+        return cls(np.stack([centre - half, centre + half], axis=1))
 
     @property
     def centre(self) -> FloatArray:
@@ -67,16 +77,6 @@ class AngleScaling:
         """Joint angles (count^2, 2) in rad that cover the box, its edges included."""
         u = np.linspace(-1.0, 1.0, count)
         return self.angles(np.stack(np.meshgrid(u, u, indexing="ij"), axis=-1).reshape(-1, 2))
-
-
-def measured_scaling(joint_angles: FloatArray) -> AngleScaling:
-    """The scaling whose box just holds the measured postures (P, 2), rad.
-
-    A joint that did not move gets the least range, so that a constant can still be fitted.
-    """
-    low, high = joint_angles.min(axis=0), joint_angles.max(axis=0)
-    centre, half = (low + high) / 2, np.maximum((high - low) / 2, LEAST_HALF_RANGE_RAD)
-    return AngleScaling(np.stack([centre - half, centre + half], axis=1))
 
 
 def stated_scaling(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,14 +11,14 @@ from numpy.typing import ArrayLike
 from armimpedance.arm import TwoLinkArm
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError, NotIdentifiableError
-from armimpedance.muscles.prediction import JointPrediction, Predicted
+from armimpedance.muscles.prediction import JointPrediction, Predicted, named_numbers
 from armimpedance.muscles.rows import triple
 
 #: A posture with a worse condition of the Jacobian is singular: the arm is stretched.
 _SINGULAR = 1e8
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class HandPrediction(Predicted):
     """Predicted stiffness and viscosity of the hand.
 
@@ -30,16 +31,32 @@ class HandPrediction(Predicted):
     stiffness_covariance, viscosity_covariance : (P, 3, 3)
     dof : float
     joint : JointPrediction
-        Whence it comes.
+        The prediction at the joints that it follows from.
     """
 
-    hand_position: FloatArray
-    stiffness: FloatArray
-    viscosity: FloatArray
-    stiffness_covariance: FloatArray
-    viscosity_covariance: FloatArray
+    hand_position: Annotated[FloatArray, "p 2"]
+    stiffness: Annotated[FloatArray, "p 3"]
+    viscosity: Annotated[FloatArray, "p 3"]
+    stiffness_covariance: Annotated[FloatArray, "p 3 3"]
+    viscosity_covariance: Annotated[FloatArray, "p 3 3"]
     dof: float
     joint: JointPrediction
+
+    @property
+    def place(self) -> list[dict[str, Any]]:
+        """Level, joint angles, hand position and activations, by their columns' names."""
+        rows = []
+        for joint, hand in zip(self.joint.place, self.hand_position, strict=True):
+            angles = {name: joint.pop(name) for name in ("q_shoulder_rad", "q_elbow_rad")}
+            at = named_numbers(("hand_x_m", "hand_y_m"), hand)
+            del joint["level"]
+            rows.append({"level": "hand", **angles, **at, **joint})
+        return rows
+
+    @property
+    def flags(self) -> list[dict[str, Any]]:
+        """Whether each prediction is extrapolated (0 or 1), and the reason."""
+        return self.joint.flags
 
     @property
     def reference_angle_rad(self) -> FloatArray:
@@ -58,6 +75,10 @@ def at_hand(
     arm : TwoLinkArm
     force : (2,) or (P, 2), optional
         Force by the hand on the environment, N; none: no force.
+
+    Returns
+    -------
+    HandPrediction
 
     Raises
     ------

@@ -2,20 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import numpy as np
 
-from armimpedance.arrays import BoolArray, FloatArray, frozen_array
-from armimpedance.errors import InputError
+from armimpedance.arrays import BoolArray, FloatArray, FrozenRecord
+from armimpedance.conventions import element_names
 from armimpedance.muscles.rows import matrix
 from armimpedance.regression import t_factor
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+#: Predictions that a short text shows.
+_MOST_SHOWN: Final = 9
 
 #: Elements row by row (4,) from ``ss, se, ee`` (3,).
 _UNFOLD = np.array([[1, 0, 0], [0, 1, 0], [0, 1, 0], [0, 0, 1]], dtype=float)
 
 
-class Predicted:
+class Predicted(FrozenRecord):
     """What predictions at the joints and at the hand share: two matrices and their errors."""
 
     stiffness: FloatArray
@@ -34,6 +42,61 @@ class Predicted:
         """(P, 2, 2), Nms/rad or Ns/m."""
         return matrix(self.viscosity)
 
+    @property
+    def place(self) -> list[dict[str, Any]]:
+        """Where each prediction stands: level, posture and activation, by their columns' names."""
+        raise NotImplementedError
+
+    @property
+    def flags(self) -> list[dict[str, Any]]:
+        """Whether each prediction is extrapolated (0 or 1), and the reason."""
+        raise NotImplementedError
+
+    def matrix_rows(self, symbol: str) -> list[dict[str, float]]:
+        """Elements ``K_ij`` (or B) with ``sd_``, ``ci_low_`` and ``ci_high_``, a mapping a row."""
+        which = "stiffness" if symbol == "K" else "viscosity"
+        values = matrix(getattr(self, which)).reshape(-1, 4)
+        variance = np.einsum("pii->pi", self.element_covariance(which))
+        sd = np.sqrt(np.maximum(variance, 0.0))
+        half = t_factor(self.dof) * sd
+        tables = {"": values, "sd_": sd, "ci_low_": values - half, "ci_high_": values + half}
+        names = [prefix + name for prefix in tables for name in element_names(symbol, 2)]
+        return [named_numbers(names, row) for row in np.hstack(list(tables.values()))]
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row a prediction: posture, K and B with 95 % limits, what is extrapolated."""
+        import pandas as pd
+
+        parts = (self.place, self.matrix_rows("K"), self.matrix_rows("B"), self.flags)
+        return pd.DataFrame([a | b | c | d for a, b, c, d in zip(*parts, strict=True)])
+
+    def to_dict(self) -> list[dict[str, Any]]:
+        """The rows of `to_frame` as mappings of plain numbers and texts."""
+        return self.to_frame().to_dict("records")  # type: ignore[return-value]
+
+    def _head(self) -> str:
+        outside = sum(flag["extrapolated"] for flag in self.flags)
+        return f"{len(self.stiffness)} predictions, {outside} of them extrapolated"
+
+    def __repr__(self) -> str:
+        lines = [
+            f"{', '.join(f'{n} {v:.3g}' for n, v in list(place.items())[1:3])}: "
+            f"K {', '.join(f'{k:.4g} ± {h:.2g}' for k, h in zip(K, half, strict=True))}"
+            for place, K, half, _ in zip(
+                self.place,
+                self.stiffness,
+                self.half_width("stiffness"),
+                range(_MOST_SHOWN),
+                strict=False,
+            )
+        ]
+        more = ["..."] if len(self.stiffness) > _MOST_SHOWN else []
+        return "\n".join([self._head(), *lines, *more])
+
+    def _repr_html_(self) -> str:
+        table = self.to_frame().to_html(max_rows=_MOST_SHOWN, float_format="{:.4g}".format)
+        return f"<p>{self._head()}</p>{table}"
+
     def sd(self, which: str) -> FloatArray:
         """Standard errors (P, 3) of "stiffness" or "viscosity"."""
         return standard_errors(getattr(self, f"{which}_covariance"))
@@ -47,7 +110,7 @@ class Predicted:
         return t_factor(self.dof, level) * self.sd(which)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class JointPrediction(Predicted):
     """Predicted joint stiffness and viscosity, with what is known of their errors.
 
@@ -56,42 +119,54 @@ class JointPrediction(Predicted):
     joint_angles : (P, 2)
         rad.
     stiffness, viscosity : (P, 3)
-        ``ss, se, ee`` (`muscles.joint_rows.triple`); symmetric by construction.
+        ``ss, se, ee`` (`rows.triple`); symmetric by construction.
     stiffness_covariance, viscosity_covariance : (P, 3, 3)
-        Of those, of the model's mean (not of a new measurement).
+        Their covariance, that of the model's mean and not of a new measurement.
     dof : float
-        Of the t distribution for intervals; inf = normal.
+        Degrees of freedom of the t distribution for intervals; inf = normal.
     extrapolated : (P,) bool
-        Outside of what was measured.
+        Whether it lies outside of what was measured.
     reasons : (P,) tuple of str
-        Why; empty where it is inside.
+        Why it does; empty where it lies inside.
     activation : (P, m) or None
+        Activation of each muscle, 0..1.
     """
 
-    joint_angles: FloatArray
-    stiffness: FloatArray
-    viscosity: FloatArray
-    stiffness_covariance: FloatArray
-    viscosity_covariance: FloatArray
+    joint_angles: Annotated[FloatArray, "p 2"]
+    stiffness: Annotated[FloatArray, "p 3"]
+    viscosity: Annotated[FloatArray, "p 3"]
+    stiffness_covariance: Annotated[FloatArray, "p 3 3"]
+    viscosity_covariance: Annotated[FloatArray, "p 3 3"]
     dof: float
-    extrapolated: BoolArray
-    reasons: tuple[str, ...]
-    activation: FloatArray | None = None
+    extrapolated: Annotated[BoolArray, "p"]
+    reasons: Annotated[tuple[str, ...], "p"]
+    activation: Annotated[FloatArray, "p _"] | None = None
 
-    def __post_init__(self) -> None:
-        put = object.__setattr__
-        put(self, "joint_angles", frozen_array(self.joint_angles, "joint_angles", (None, 2)))
-        p = len(self.joint_angles)
-        for name in ("stiffness", "viscosity"):
-            put(self, name, frozen_array(getattr(self, name), name, (p, 3)))
-            covariance = f"{name}_covariance"
-            put(self, covariance, frozen_array(getattr(self, covariance), covariance, (p, 3, 3)))
-        put(self, "extrapolated", frozen_array(self.extrapolated, "extrapolated", (p,), np.bool_))
-        put(self, "reasons", tuple(self.reasons))
-        if self.activation is not None:
-            put(self, "activation", frozen_array(self.activation, "activation", (p, None)))
-        if len(self.reasons) != p:
-            raise InputError(f"{len(self.reasons)} reasons for {p} predictions")
+    @property
+    def place(self) -> list[dict[str, Any]]:
+        """Level, joint angles and activations of each prediction, by their columns' names."""
+        columns = ("q_shoulder_rad", "q_elbow_rad")
+        rows = [{"level": "joint", **named_numbers(columns, q)} for q in self.joint_angles]
+        if self.activation is None:
+            return rows
+        muscles = [f"alpha_{i}" for i in range(1, self.activation.shape[1] + 1)]
+        return [
+            row | named_numbers(muscles, alpha)
+            for row, alpha in zip(rows, self.activation, strict=True)
+        ]
+
+    @property
+    def flags(self) -> list[dict[str, Any]]:
+        """Whether each prediction is extrapolated (0 or 1), and the reason."""
+        return [
+            {"extrapolated": int(outside), "reason": reason}
+            for outside, reason in zip(self.extrapolated, self.reasons, strict=True)
+        ]
+
+
+def named_numbers(names: Sequence[str], values: FloatArray) -> dict[str, float]:
+    """Numbers under their columns' names."""
+    return dict(zip(names, map(float, values), strict=True))
 
 
 def standard_errors(covariance: FloatArray) -> FloatArray:

@@ -7,11 +7,12 @@ to it counts as inside.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from armimpedance.arrays import BoolArray, FloatArray, frozen_array
+from armimpedance.arrays import BoolArray, FloatArray, FrozenRecord, frozen_array
 from armimpedance.errors import InputError
 
 #: How far outside of the hull still counts as inside, in scaled angles: one hundredth of the
@@ -20,7 +21,7 @@ TOLERANCE = 0.02
 
 
 @dataclass(frozen=True)
-class Region:
+class Region(FrozenRecord):
     """A convex polygon, which may be a segment or a point.
 
     Attributes
@@ -31,11 +32,11 @@ class Region:
         How far outside still counts as inside, in the units of the vertices.
     """
 
-    vertices: FloatArray
+    vertices: Annotated[FloatArray, "v 2"]
     tolerance: float = TOLERANCE
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "vertices", frozen_array(self.vertices, "vertices", (None, 2)))
+        super().__post_init__()
         if len(self.vertices) == 0:
             raise InputError("a region without points", expected="one point or more")
         if not (np.isfinite(self.tolerance) and self.tolerance >= 0):

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from armimpedance.arrays import FloatArray, frozen_array
+from armimpedance.arrays import FloatArray, FrozenRecord
 from armimpedance.errors import InputError
 
 #: The elements of a symmetric 2 x 2 matrix in the order in which models hold them.
@@ -20,7 +20,7 @@ _ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
-class JointRows:
+class JointRows(FrozenRecord):
     """P conditions at the joint level, shoulder and elbow.
 
     Attributes
@@ -41,33 +41,25 @@ class JointRows:
         Names of the muscles of `activation`; empty where they are not known.
     """
 
-    joint_angles: FloatArray
-    stiffness: FloatArray
-    viscosity: FloatArray
-    stiffness_sd: FloatArray | None = None
-    viscosity_sd: FloatArray | None = None
-    activation: FloatArray | None = None
-    activation_sd: FloatArray | None = None
-    torque: FloatArray | None = None
+    joint_angles: Annotated[FloatArray, "p 2"]
+    stiffness: Annotated[FloatArray, "p 2 2"]
+    viscosity: Annotated[FloatArray, "p 2 2"]
+    stiffness_sd: Annotated[FloatArray, "p 2 2"] | None = None
+    viscosity_sd: Annotated[FloatArray, "p 2 2"] | None = None
+    activation: Annotated[FloatArray, "p _"] | None = None
+    activation_sd: Annotated[FloatArray, "p _"] | None = None
+    torque: Annotated[FloatArray, "p 2"] | None = None
     labels: tuple[str, ...] = ()
     muscles: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        put = object.__setattr__
-        put(self, "joint_angles", frozen_array(self.joint_angles, "joint_angles", (None, 2)))
+        super().__post_init__()
         p = len(self.joint_angles)
-        for name in ("stiffness", "viscosity", "stiffness_sd", "viscosity_sd"):
-            if getattr(self, name) is not None:
-                put(self, name, frozen_array(getattr(self, name), name, (p, 2, 2)))
-        for name in ("activation", "activation_sd"):
-            if getattr(self, name) is not None:
-                put(self, name, frozen_array(getattr(self, name), name, (p, None)))
-        if self.torque is not None:
-            put(self, "torque", frozen_array(self.torque, "torque", (p, 2)))
-        put(self, "labels", tuple(self.labels) or tuple(f"row {i}" for i in range(1, p + 1)))
+        if not self.labels:
+            labels = tuple(f"row {i}" for i in range(1, p + 1))
+            object.__setattr__(self, "labels", labels)
         if len(self.labels) != p:
             raise InputError(f"{len(self.labels)} labels for {p} rows")
-        put(self, "muscles", tuple(self.muscles))
         columns = None if self.activation is None else self.activation.shape[1]
         if self.muscles and columns is not None and len(self.muscles) != columns:
             raise InputError(
@@ -95,6 +87,18 @@ class JointRows:
     def n_rows(self) -> int:
         """Number of conditions P."""
         return len(self.joint_angles)
+
+    def elements(self, symbol: str) -> tuple[FloatArray, FloatArray | None]:
+        """``ss, se, ee`` of the stiffness ("K") or the viscosity ("B"), and their standard errors.
+
+        Returns
+        -------
+        values, sd : (P, 3), and (P, 3) or None
+            Nm/rad or Nms/rad; the cross term is the mean of se and es.
+        """
+        which = "stiffness" if symbol == "K" else "viscosity"
+        measured, sd = getattr(self, which), getattr(self, f"{which}_sd")
+        return triple(measured), None if sd is None else triple_sd(measured, sd)
 
     def select(self, rows: ArrayLike) -> JointRows:
         """These rows only (numbers from 0, or a mask)."""

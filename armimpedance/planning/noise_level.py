@@ -13,9 +13,8 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
-from armimpedance.impedance import WeightedFit, component_shapes
+from armimpedance.impedance import WeightedFit, force_covariance
 from armimpedance.records import Window
-from armimpedance.regression import total_covariance
 from armimpedance.signals import Modes, position_noise, spline_modes
 
 
@@ -163,6 +162,5 @@ class PilotNoise:
     def force(self, modes: Modes, lag_s: FloatArray, stiffness: FloatArray) -> FloatArray:
         """Covariance of the force's noise in modes, (d n, d n); see `Noise`."""
         rate = (len(lag_s) - 1) / (lag_s[-1] - lag_s[0])
-        shapes = component_shapes(modes, len(lag_s), float(rate))
         floor = self.floor * np.eye(len(stiffness) * modes.count)
-        return total_covariance(self.sizes, shapes, floor)
+        return force_covariance(self.sizes, floor, modes, len(lag_s), float(rate))

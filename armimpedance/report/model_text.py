@@ -7,8 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from armimpedance.files import Model
-from armimpedance.muscles import ElementQuality
+from armimpedance.muscles import ElementQuality, FittedModel
 from armimpedance.report.numbers import aligned_table, fixed
 
 _WIDTH = 100
@@ -20,8 +19,18 @@ _LEGEND = (
 )
 
 
-def model_text(model: Model) -> str:
-    """Rank and condition, the quality of each element, warnings."""
+def model_text(model: FittedModel) -> str:
+    """Rank and condition, the quality of each element, warnings.
+
+    Parameters
+    ----------
+    model : FittedModel
+
+    Returns
+    -------
+    str
+        Lines of at most 100 characters.
+    """
     s = model.summary
     head = (
         f"{s.method}: {s.n} numbers, rank {s.rank}, condition {_short(s.cond_scaled)} "

@@ -6,7 +6,7 @@ Moment arms are constant in experiments 2 and 3 (Tsuji 1997, section 5.3), so ea
 least-squares fit of each element by itself, with products of its own, and not for coefficients c_ik
 that the three elements share. No moment arm is needed beyond which joints a muscle spans; nothing
 is said of single muscles, and three elements fitted apart may be no stiffness that muscles can
-make. `activation_fit` has the model with shared coefficients.
+make. `activation.fit` has the model with shared coefficients.
 """
 
 from __future__ import annotations

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from armimpedance.arm import MuscularArm
+from armimpedance.arm import MuscularArm, arm_named
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import EstimationError, InputError
 from armimpedance.muscles.activation.bernstein import increments, to_powers
@@ -19,7 +19,9 @@ from armimpedance.muscles.activation.model import ActivationModel
 from armimpedance.muscles.activation.quality import activation_quality
 from armimpedance.muscles.activation.rank import activation_rank
 from armimpedance.muscles.activation.result import activation_result
-from armimpedance.muscles.rows import JointRows, triple, triple_sd
+from armimpedance.muscles.activation.table import ACTIVATION_MODELS, ActivationMethod
+from armimpedance.muscles.progress import Progress, Steps
+from armimpedance.muscles.rows import JointRows
 
 #: Orders N of the source's Table 2, and what is refused beyond.
 HIGHEST_ORDER: Final = 5
@@ -27,37 +29,11 @@ HIGHEST_ORDER: Final = 5
 _KAPPA_ROUNDS, _KAPPA_SETTLED = 50, 1e-4
 
 
-@dataclass(frozen=True)
-class ActivationKind:
-    """A way to fit: its name, what it promises, and whether f_i stays nonnegative."""
-
-    name: str
-    promise: str
-    bounded: bool
-
-
-ACTIVATION_MODELS: Final = {
-    kind.name: kind
-    for kind in (
-        ActivationKind(
-            "polynomial",
-            "the source's least squares; a muscle's stiffness may fall below zero",
-            bounded=False,
-        ),
-        ActivationKind(
-            "bernstein",
-            "nonnegative stiffness of every muscle over its measured range of activation",
-            bounded=True,
-        ),
-    )
-}
-
-
 def fit_activation_model(
     rows: JointRows,
-    arm: MuscularArm,
+    arm: MuscularArm | str = "planar6",
     *,
-    order: int,
+    order: int = 1,
     model: str | None = None,
     torque: bool = False,
     increasing: bool = False,
@@ -66,16 +42,18 @@ def fit_activation_model(
     torque_sd: float | ArrayLike | None = None,
     stiffness_per_tension: float | Literal["fit"] | None = None,
     proportion_sd: float = 0.1,
+    progress: Progress | None = None,
 ) -> ActivationModel:
     """Fit ``K_j(alpha) = sum_i f_i(alpha_i) A_i``, f_i of order N, and B_j likewise.
 
-    Tsuji (1997), eqs. (11), (31), (33)-(35), (38); `muscles.activation_design` has the equations.
+    Tsuji (1997), eqs. (11), (31), (33)-(35), (38); `activation.design` has the equations.
 
     Parameters
     ----------
     rows : JointRows
         P conditions at one posture, with activations.
-    arm : MuscularArm
+    arm : MuscularArm or str
+        A name such as "planar6", or the path of a table of moment arms, stands for its arm.
         Moment arms, curvature, stiffness per tension.
     order : int
         N, from 1.
@@ -90,7 +68,7 @@ def fit_activation_model(
         False leaves out what tension adds through the curvature of the muscles' lengths, as the
         source does.
     seed : int
-        Of the shuffles behind the null R.
+        Seed of the shuffles behind the null R.
     torque_sd : float or (P, 2), optional
         Standard error of the torque rows, Nm; without it, found from the residuals: that muscles
         pull in proportion to their stiffness is less exact than any sensor.
@@ -99,6 +77,13 @@ def fit_activation_model(
     proportion_sd : float
         By what part single muscles may differ from `stiffness_per_tension`, one standard
         deviation; it also covers what moment arms are wrong by.
+
+    progress : function, optional
+        Called with what is done and what there is to do.
+
+    Returns
+    -------
+    ActivationModel
 
     Raises
     ------
@@ -110,26 +95,28 @@ def fit_activation_model(
     EstimationError
         The fit does not settle.
     """
-    kind = _kind(model, order, increasing)
+    arm, kind = arm_named(arm), _method(model, order, increasing)
     rows = rows.of_muscles(arm.paths.muscles)
     alpha, q = check_rows(rows, arm, torque=torque)
     kappa = _kappa(arm, stiffness_per_tension, torque=torque)
-    of_K = _of_stiffness(rows, arm, alpha, q, order, kappa, curvature)
+    of_K = _equations(rows, alpha, "K", order, kappa, _patterns(arm, q, curvature, kappa))
     if torque:
         G = arm.paths.moment_arms(q)
         of_K = _with_torque(of_K, rows, G, torque_sd, proportion_sd)
-    of_B = _equations(rows, alpha, "viscosity", order, kappa)
-    of_B = replace(of_B, patterns=_patterns(arm, q, False, kappa))
+    of_B = _equations(rows, alpha, "B", order, kappa, _patterns(arm, q, False, kappa))
     rank = activation_rank(of_K, arm.paths.muscles)
     if stiffness_per_tension == "fit":
         of_K = _fitted_kappa(of_K, arm, q, kind, curvature, increasing)
     cones = [_cone(e, increasing) if kind.bounded else None for e in (of_K, of_B)]
-    K, B = (solve_equations(e, cone) for e, cone in zip((of_K, of_B), cones, strict=True))
-    quality = (
-        *activation_quality("K", of_K, K, cones[0], seed),
-        *activation_quality("B", of_B, B, cones[1], seed),
-    )
-    return activation_result(kind.name, arm, q, (of_K, of_B), (K, B), rank, quality)
+    steps, solved, quality = Steps(progress, 4), [], []
+    for equations, cone in zip((of_K, of_B), cones, strict=True):
+        solved.append(solve_equations(equations, cone))
+        steps.step()
+    for symbol, equations, one, cone in zip("KB", (of_K, of_B), solved, cones, strict=True):
+        quality += activation_quality(symbol, equations, one, cone, seed)
+        steps.step()
+    K, B = solved
+    return activation_result(kind.name, arm, q, (of_K, of_B), (K, B), rank, tuple(quality))
 
 
 def _kappa(arm: MuscularArm, asked: float | str | None, *, torque: bool) -> float:
@@ -144,24 +131,11 @@ def _kappa(arm: MuscularArm, asked: float | str | None, *, torque: bool) -> floa
     return float(kappa)
 
 
-def _of_stiffness(
-    rows: JointRows,
-    arm: MuscularArm,
-    alpha: FloatArray,
-    q: FloatArray,
-    order: int,
-    kappa: float,
-    curvature: bool,
-) -> ActivationEquations:
-    equations = _equations(rows, alpha, "stiffness", order, kappa)
-    return replace(equations, patterns=_patterns(arm, q, curvature, kappa))
-
-
 def _fitted_kappa(
     equations: ActivationEquations,
     arm: MuscularArm,
     q: FloatArray,
-    kind: ActivationKind,
+    kind: ActivationMethod,
     curvature: bool,
     increasing: bool,
 ) -> ActivationEquations:
@@ -188,16 +162,15 @@ def _fitted_kappa(
     raise EstimationError("the stiffness per tension does not follow from these torques")
 
 
-def _kind(model: str | None, order: int, increasing: bool) -> ActivationKind:
-    name = model or "polynomial"
-    if name not in ACTIVATION_MODELS:
-        raise InputError(f"no activation model {name!r}", expected=" or ".join(ACTIVATION_MODELS))
+def _method(model: str | None, order: int, increasing: bool) -> ActivationMethod:
+    method = ACTIVATION_MODELS.named(model)
     if isinstance(order, bool) or order != int(order) or not 1 <= order <= HIGHEST_ORDER:
         raise InputError(f"order {order} of the activation model", expected=f"1 to {HIGHEST_ORDER}")
-    kind = ACTIVATION_MODELS[name]
-    if increasing and not kind.bounded:
-        raise InputError(f"the {name} model cannot promise to increase", expected="bernstein")
-    return kind
+    if increasing and not method.bounded:
+        raise InputError(
+            f"the {method.name} model cannot promise to increase", expected="bernstein"
+        )
+    return method
 
 
 def _patterns(arm: MuscularArm, q: FloatArray, curvature: bool, kappa: float) -> FloatArray:
@@ -205,20 +178,24 @@ def _patterns(arm: MuscularArm, q: FloatArray, curvature: bool, kappa: float) ->
 
 
 def _equations(
-    rows: JointRows, alpha: FloatArray, which: str, order: int, kappa: float
+    rows: JointRows,
+    alpha: FloatArray,
+    symbol: str,
+    order: int,
+    kappa: float,
+    patterns: FloatArray,
 ) -> ActivationEquations:
-    """Of K or B, without patterns yet."""
-    measured, sd = getattr(rows, which), getattr(rows, f"{which}_sd")
-    y = triple(measured)
+    """The equations of K or B, without torque."""
+    y, sd = rows.elements(symbol)
     exact = np.zeros_like(alpha)
     return ActivationEquations(
         activation=alpha,
         activation_sd=exact if rows.activation_sd is None else rows.activation_sd,
         outputs=y,
-        sd=np.ones_like(y) if sd is None else triple_sd(measured, sd),
+        sd=np.ones_like(y) if sd is None else sd,
         group=np.zeros(3, dtype=int),
         known=(sd is not None, False),
-        patterns=np.zeros((alpha.shape[1], 3)),
+        patterns=patterns,
         order=order,
         moment_arms=None,
         stiffness_per_tension=kappa,

@@ -2,33 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.linalg import block_diag
 
-from armimpedance.arrays import FloatArray, frozen_array
+from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
 from armimpedance.muscles.activation.design import column_names, joint_columns, powers
+from armimpedance.muscles.fitted_model import FittedModel
 from armimpedance.muscles.prediction import JointPrediction
 from armimpedance.muscles.quality import ElementQuality
-from armimpedance.plain import from_plain, to_plain
-from armimpedance.regression import FitSummary
+from armimpedance.regression import FitSummary, Parameters
 
 #: An activation this far beyond the measured range is still inside (rounding in a file).
 _EDGE = 1e-6
 
 
-@dataclass(frozen=True)
-class ActivationModel:
+@dataclass(frozen=True, repr=False)
+class ActivationModel(FittedModel):
     """``K_j = K_0 + sum_i (sum_k c_ik alpha_i^k) A_i``, and B with coefficients of its own.
 
     Attributes
     ----------
     model : str
-        A name of `activation_fit.ACTIVATION_MODELS`.
+        A name of `ACTIVATION_MODELS`.
     order : int
         N.
     arm : str
@@ -44,7 +44,7 @@ class ActivationModel:
         between muscles is not identifiable and not here.
     stiffness_covariance, viscosity_covariance : (3 + m N, 3 + m N)
     dof : float
-        Of the t distribution for intervals.
+        Degrees of freedom of the t distribution for intervals.
     activation_range : (m, 2)
         Measured.
     leverage : (3 + m N, 3 + m N)
@@ -59,44 +59,41 @@ class ActivationModel:
     model: str
     order: int
     arm: str
-    muscles: tuple[str, ...]
-    joint_angles: FloatArray
-    patterns: FloatArray
-    viscous_patterns: FloatArray
+    muscles: Annotated[tuple[str, ...], "m"]
+    joint_angles: Annotated[FloatArray, "2"]
+    patterns: Annotated[FloatArray, "m 3"]
+    viscous_patterns: Annotated[FloatArray, "m 3"]
     stiffness_per_tension: float
-    stiffness: FloatArray
-    viscosity: FloatArray
-    stiffness_covariance: FloatArray
-    viscosity_covariance: FloatArray
+    stiffness: Annotated[FloatArray, "p"]
+    viscosity: Annotated[FloatArray, "p"]
+    stiffness_covariance: Annotated[FloatArray, "p p"]
+    viscosity_covariance: Annotated[FloatArray, "p p"]
     dof: float
-    activation_range: FloatArray
-    leverage: FloatArray
+    activation_range: Annotated[FloatArray, "m 2"]
+    leverage: Annotated[FloatArray, "p p"]
     leverage_limit: float
     quality: tuple[ElementQuality, ...]
     summary: FitSummary
 
     def __post_init__(self) -> None:
-        m = len(self.muscles)
-        p = 3 + m * self.order
-        for name, shape in (
-            ("joint_angles", (2,)),
-            ("patterns", (m, 3)),
-            ("viscous_patterns", (m, 3)),
-            ("stiffness", (p,)),
-            ("viscosity", (p,)),
-            ("stiffness_covariance", (p, p)),
-            ("viscosity_covariance", (p, p)),
-            ("activation_range", (m, 2)),
-            ("leverage", (p, p)),
-        ):
-            object.__setattr__(self, name, frozen_array(getattr(self, name), name, shape))
-        if not self.dof > 0:
-            raise InputError(f"{self.dof} degrees of freedom", expected="more than 0")
+        super().__post_init__()
+        p = 3 + len(self.muscles) * self.order
+        if len(self.stiffness) != p:
+            raise InputError(f"{len(self.stiffness)} coefficients of K", expected=f"{p}")
 
     @property
-    def warnings(self) -> tuple[str, ...]:
-        """Those of the fit."""
-        return self.summary.warnings
+    def parameters(self) -> Parameters:
+        """`stiffness`, then `viscosity`, whose fits are independent, with their covariance."""
+        active = len(self.stiffness) - 3
+        return Parameters(
+            tuple(
+                name for symbol in "KB" for name in column_names(symbol, self.muscles, self.order)
+            ),
+            (*("Nm/rad",) * 3, *("N/m",) * active, *("Nms/rad",) * 3, *("Ns/m",) * active),
+            np.concatenate([self.stiffness, self.viscosity]),
+            block_diag(self.stiffness_covariance, self.viscosity_covariance),
+            dof=self.dof,
+        )
 
     def predict(self, activation: ArrayLike) -> JointPrediction:
         """K_j and B_j at activations (P, m) or (m,), each 0..1, in the model's posture.
@@ -151,22 +148,6 @@ class ActivationModel:
     def parameter_names(self, symbol: str) -> tuple[str, ...]:
         """Names of `stiffness` ("K") or `viscosity` ("B")."""
         return column_names(symbol, self.muscles, self.order)
-
-    def as_plain(self) -> dict[str, Any]:
-        """Numbers, texts, lists and dictionaries only: what JSON can hold."""
-        plain: dict[str, Any] = to_plain(self)
-        return plain
-
-    @classmethod
-    def from_plain(cls, plain: Mapping[str, Any]) -> ActivationModel:
-        """What `as_plain` made.
-
-        Raises
-        ------
-        InputError
-            A field is missing or is not what it should be.
-        """
-        return from_plain(cls, plain)
 
 
 def checked_activation(activation: ArrayLike, muscles: tuple[str, ...]) -> FloatArray:

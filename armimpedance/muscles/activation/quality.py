@@ -5,11 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from armimpedance.arrays import FloatArray
-from armimpedance.muscles.activation.equations import (
-    ActivationEquations,
-    SolvedEquations,
-    least_squares_in,
-)
+from armimpedance.muscles.activation.equations import ActivationEquations, SolvedEquations
+from armimpedance.muscles.least_squares import least_squares_in
 from armimpedance.muscles.quality import ElementQuality, correlations, element_quality
 from armimpedance.muscles.rows import ELEMENTS
 

@@ -12,7 +12,7 @@ from armimpedance.muscles.activation.equations import ActivationEquations, Solve
 from armimpedance.muscles.activation.model import ActivationModel, leverages
 from armimpedance.muscles.activation.rank import ActivationRank
 from armimpedance.muscles.quality import ElementQuality, explained
-from armimpedance.regression import FitSummary, NamedParameter
+from armimpedance.regression import FitSummary, Parameters
 
 
 def activation_result(
@@ -82,15 +82,14 @@ def _summary(
     if of_K.free_proportion:
         names[0], units[0] = (*names[0], "tension_factor"), (*units[0], "1")
     parameters = [
-        NamedParameter(name, float(value), float(sd), float(sd), unit, dof)
-        for which in (0, 1)
-        for dof in (_dof(equations[which], solved[which]),)
-        for name, unit, value, sd in zip(
-            names[which],
-            units[which],
-            solved[which].theta,
-            np.sqrt(np.diag(solved[which].covariance)),
-            strict=True,
+        parameter
+        for i in (0, 1)
+        for parameter in Parameters(
+            names[i],
+            units[i],
+            solved[i].theta,
+            solved[i].covariance,
+            dof=_dof(equations[i], solved[i]),
         )
     ]
     measured = of_K.outputs[:, :3]

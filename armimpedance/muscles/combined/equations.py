@@ -10,10 +10,11 @@ stiffness would mean for an active one.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, frozen_array
+from armimpedance.arrays import FloatArray, FrozenRecord
 from armimpedance.muscles.activation.bernstein import bernstein_basis, bernstein_slopes, increments
 from armimpedance.muscles.combined.lengths import CorrectedLengths
 
@@ -77,7 +78,7 @@ class ParameterLayout:
 
 
 @dataclass(frozen=True)
-class MuscleEquations:
+class MuscleEquations(FrozenRecord):
     """The model's form: everything but its parameters.
 
     Attributes
@@ -93,13 +94,9 @@ class MuscleEquations:
 
     lengths: CorrectedLengths
     order: int
-    highest: FloatArray
+    highest: Annotated[FloatArray, "m"]
     stiffness_per_tension: float
     curvature: bool
-
-    def __post_init__(self) -> None:
-        m = len(self.lengths.muscles)
-        object.__setattr__(self, "highest", frozen_array(self.highest, "highest", (m,)))
 
     @property
     def layout(self) -> ParameterLayout:

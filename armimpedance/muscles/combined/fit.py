@@ -8,17 +8,20 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from armimpedance.arm import MuscularArm
+from armimpedance.arm import MuscularArm, arm_named
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError, NotIdentifiableError
 from armimpedance.muscles.activation.checks import check_activation, unpredicted
 from armimpedance.muscles.combined.equations import EvaluatedEquations, MuscleEquations
 from armimpedance.muscles.combined.lengths import corrected_lengths
 from armimpedance.muscles.combined.model import MuscleModel
-from armimpedance.muscles.combined.quality import muscle_quality, muscle_summary
+from armimpedance.muscles.combined.quality import SHUFFLES, muscle_quality, muscle_summary
 from armimpedance.muscles.combined.solver import Measured, Posterior, Prior, solve_posterior
+from armimpedance.muscles.progress import Progress, Steps
+from armimpedance.muscles.quality import ElementQuality
 from armimpedance.muscles.region import Region
-from armimpedance.muscles.rows import JointRows, triple, triple_sd
+from armimpedance.muscles.rows import JointRows
+from armimpedance.regression import FitSummary
 
 HIGHEST_MOMENT_ARM_ORDER: Final = 3
 HIGHEST_ACTIVATION_ORDER: Final = 3
@@ -40,7 +43,7 @@ _NO_ACTIVATION = 1e-6
 
 def fit_muscle_model(
     rows: JointRows,
-    arm: MuscularArm,
+    arm: MuscularArm | str = "planar6",
     *,
     moment_arm_order: int = 2,
     activation_order: int = 1,
@@ -51,8 +54,9 @@ def fit_muscle_model(
     curvature: bool = True,
     stiffness_per_tension: float | None = None,
     seed: int = 0,
+    progress: Progress | None = None,
 ) -> MuscleModel:
-    """Fit ``K_j(theta, alpha)`` and ``B_j`` of `muscle_model_equations`, posterior mode.
+    """Fit ``K_j(theta, alpha)`` and ``B_j`` of `combined.equations`, posterior mode.
 
     Tsuji (1997), eqs. (11), (30)-(38) in one model: polynomial moment arms and activations.
 
@@ -60,8 +64,9 @@ def fit_muscle_model(
     ----------
     rows : JointRows
         P conditions of any postures and activations.
-    arm : MuscularArm
-        The anatomical arm that corrections start from.
+    arm : MuscularArm or str
+        The anatomical arm that corrections start from. A name such as "planar6", or the path of a
+        table of moment arms, stands for its arm.
     moment_arm_order : int
         L of the corrections to moment arms.
     activation_order : int
@@ -79,7 +84,14 @@ def fit_muscle_model(
     stiffness_per_tension : float, optional
         1/m; default: the arm's.
     seed : int
-        Of the shuffles behind the null R.
+        Seed of the shuffles behind the null R.
+
+    progress : function, optional
+        Called with what is done and what there is to do.
+
+    Returns
+    -------
+    MuscleModel
 
     Raises
     ------
@@ -91,6 +103,7 @@ def fit_muscle_model(
         The search does not arrive.
     """
     _check_orders(moment_arm_order, activation_order, prior_percent, proportion_sd)
+    arm = arm_named(arm)
     rows = rows.of_muscles(arm.paths.muscles)
     alpha = check_activation(rows, arm, torque=torque)
     highest = alpha.max(axis=0)
@@ -105,8 +118,12 @@ def fit_muscle_model(
     form = equations.at(rows.joint_angles, alpha)
     measured = _measured(rows, torque_sd if torque else None, torque=torque)
     prior = _prior(equations, arm, proportion_sd, torque=torque)
+    steps = Steps(progress, 1 + SHUFFLES)
     found = solve_posterior(form, measured, prior, _start(equations, prior))
-    return _model(arm, rows, form, measured, prior, found, seed)
+    steps.step()
+    quality = muscle_quality(form, measured, prior, found, seed, steps)
+    summary = muscle_summary(form, measured, prior, found)
+    return _model(arm.name, rows, form, found, quality, summary)
 
 
 def _check_orders(
@@ -124,15 +141,7 @@ def _check_orders(
 
 
 def _measured(rows: JointRows, torque_sd: float | ArrayLike | None, *, torque: bool) -> Measured:
-    K, B = triple(rows.stiffness), triple(rows.viscosity)
-    sds = []
-    for measured, sd in (
-        (rows.stiffness, rows.stiffness_sd),
-        (rows.viscosity, rows.viscosity_sd),
-    ):
-        values = triple(measured)
-        unknown = np.full_like(values, 0.1 * np.sqrt((values**2).mean()))
-        sds.append(unknown if sd is None else triple_sd(measured, sd))
+    (K, K_sd), (B, B_sd) = rows.elements("K"), rows.elements("B")
     tau = np.asarray(rows.torque) if torque else None
     tau_sd = None
     if tau is not None:
@@ -146,14 +155,19 @@ def _measured(rows: JointRows, torque_sd: float | ArrayLike | None, *, torque: b
     return Measured(
         stiffness=K,
         viscosity=B,
-        stiffness_sd=sds[0],
-        viscosity_sd=sds[1],
+        stiffness_sd=_unknown(K) if K_sd is None else K_sd,
+        viscosity_sd=_unknown(B) if B_sd is None else B_sd,
         torque=tau,
         torque_sd=tau_sd,
         activation_sd=exact if rows.activation_sd is None else rows.activation_sd,
         known=known,
         least=np.where(known, 1.0, least),
     )
+
+
+def _unknown(values: FloatArray) -> FloatArray:
+    """Standard errors to start from where none are stated."""
+    return np.full_like(values, 0.1 * np.sqrt((values**2).mean()))
 
 
 def _prior(
@@ -191,20 +205,18 @@ def _start(equations: MuscleEquations, prior: Prior) -> FloatArray:
 
 
 def _model(
-    arm: MuscularArm,
+    arm: str,
     rows: JointRows,
     form: EvaluatedEquations,
-    measured: Measured,
-    prior: Prior,
     found: Posterior,
-    seed: int,
+    quality: tuple[ElementQuality, ...],
+    summary: FitSummary,
 ) -> MuscleModel:
     equations = form.equations
     lengths, n = equations.lengths, equations.layout.n
-    quality = muscle_quality(form, measured, prior, found, seed)
     hull = Region.of(lengths.scaling.scaled(rows.joint_angles))
     model = MuscleModel(
-        arm=arm.name,
+        arm=arm,
         muscles=lengths.muscles,
         order=equations.order,
         stiffness_per_tension=equations.stiffness_per_tension,
@@ -215,12 +227,12 @@ def _model(
         change=lengths.change,
         box=lengths.box,
         highest=equations.highest,
-        parameters=found.x[:n],
+        values=found.x[:n],
         covariance=found.covariance[:n, :n],
         dof=float(max(len(found.error) - found.spent, 1.0)),
         measured=hull.vertices,
         quality=quality,
-        summary=muscle_summary(form, measured, prior, found),
+        summary=summary,
     )
     least = model.smallest_eigenvalue()
     indefinite = (
@@ -228,5 +240,4 @@ def _model(
         "Nm/rad, from the curvature of the muscles' lengths",
     )
     more = (*unpredicted(quality), *(indefinite if least <= 0 else ()))
-    summary = replace(model.summary, warnings=(*model.summary.warnings, *more))
-    return replace(model, summary=summary)
+    return replace(model, summary=replace(summary, warnings=(*summary.warnings, *more)))

@@ -9,11 +9,12 @@ the anatomical one as its standard deviation.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
 from armimpedance.arm import MuscularArm, PolynomialPaths, fit_paths, monomial_exponents
-from armimpedance.arrays import BoolArray, FloatArray, IntArray, frozen_array
+from armimpedance.arrays import BoolArray, FloatArray, FrozenRecord, IntArray
 from armimpedance.muscles.angle_scaling import AngleScaling
 
 #: Postures of the box, per joint, at which the anatomical arm is looked at.
@@ -25,7 +26,7 @@ _ARM_ORDER = 3
 
 
 @dataclass(frozen=True)
-class CorrectedLengths:
+class CorrectedLengths(FrozenRecord):
     """``L_i = L_i0 + sum of z times the corrections of muscle i``, z of prior N(0, 1).
 
     Attributes
@@ -47,23 +48,14 @@ class CorrectedLengths:
         ``arm_brachialis_e1``: muscle, joint or joints, order.
     """
 
-    muscles: tuple[str, ...]
-    exponents: IntArray
-    base: FloatArray
-    muscle: IntArray
-    change: FloatArray
-    box: FloatArray
+    muscles: Annotated[tuple[str, ...], "m"]
+    exponents: Annotated[IntArray, "t 2"]
+    base: Annotated[FloatArray, "m t"]
+    muscle: Annotated[IntArray, "c"]
+    change: Annotated[FloatArray, "c t"]
+    box: Annotated[FloatArray, "2 2"]
     rms: float
     labels: tuple[str, ...] = ()
-
-    def __post_init__(self) -> None:
-        put = object.__setattr__
-        put(self, "exponents", frozen_array(self.exponents, "exponents", (None, 2), np.int64))
-        terms = len(self.exponents)
-        put(self, "base", frozen_array(self.base, "base", (len(self.muscles), terms)))
-        put(self, "muscle", frozen_array(self.muscle, "muscle", (None,), np.int64))
-        put(self, "change", frozen_array(self.change, "change", (len(self.muscle), terms)))
-        put(self, "box", frozen_array(self.box, "box", (2, 2)))
 
     @property
     def scaling(self) -> AngleScaling:

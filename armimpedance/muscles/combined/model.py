@@ -5,34 +5,36 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import product
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from armimpedance.arm import PolynomialPaths
-from armimpedance.arrays import FloatArray, IntArray, frozen_array
+from armimpedance.arrays import FloatArray, IntArray
 from armimpedance.errors import InputError
 from armimpedance.muscles.activation.model import checked_activation
 from armimpedance.muscles.angle_scaling import AngleScaling
 from armimpedance.muscles.combined.equations import MuscleEquations
 from armimpedance.muscles.combined.lengths import CorrectedLengths
+from armimpedance.muscles.fitted_model import FittedModel
 from armimpedance.muscles.prediction import JointPrediction
 from armimpedance.muscles.quality import ElementQuality
 from armimpedance.muscles.region import Region
 from armimpedance.muscles.rows import matrix
-from armimpedance.plain import from_plain, to_plain
-from armimpedance.regression import FitSummary
+from armimpedance.regression import FitSummary, Parameters
 
 #: An activation this far beyond the measured range is still inside (rounding in a file).
 _EDGE = 1e-6
 #: Postures per joint at which the smallest eigenvalue is looked for.
 _GRID = 25
+#: What MODEL.json calls a field that has another name here.
+_IN_FILES = {"values": "parameters"}
 
 
-@dataclass(frozen=True)
-class MuscleModel:
-    """`muscle_model_equations` with fitted parameters.
+@dataclass(frozen=True, repr=False)
+class MuscleModel(FittedModel):
+    """The equations of `combined.equations` with fitted parameters.
 
     Attributes
     ----------
@@ -45,15 +47,16 @@ class MuscleModel:
         kappa, 1/m.
     curvature : bool
     exponents, base, muscle, change, box
-        Of `muscle_model_lengths.CorrectedLengths`.
+        As in `combined.lengths.CorrectedLengths`.
     highest : (m,)
         Measured range of each activation, from 0.
-    parameters : (n,)
-        Corrections z, increments of f (N/m), passive stiffness (2), increments of b (Ns/m),
-        passive viscosity (2): `muscle_model_equations.ParameterLayout`.
+    values : (n,)
+        The parameters: corrections z, increments of f (N/m), passive stiffness (2), increments of
+        b (Ns/m), passive viscosity (2); `combined.equations.ParameterLayout` has their places.
     covariance : (n, n)
+        Covariance of `values`.
     dof : float
-        Of the t distribution for intervals.
+        Degrees of freedom of the t distribution for intervals.
     measured : (V, 2)
         Hull of the measured postures, scaled angles.
     quality : tuple of ElementQuality
@@ -62,44 +65,32 @@ class MuscleModel:
     """
 
     arm: str
-    muscles: tuple[str, ...]
+    muscles: Annotated[tuple[str, ...], "m"]
     order: int
     stiffness_per_tension: float
     curvature: bool
-    exponents: IntArray
-    base: FloatArray
-    muscle: IntArray
-    change: FloatArray
-    box: FloatArray
-    highest: FloatArray
-    parameters: FloatArray
-    covariance: FloatArray
+    exponents: Annotated[IntArray, "t 2"]
+    base: Annotated[FloatArray, "m t"]
+    muscle: Annotated[IntArray, "c"]
+    change: Annotated[FloatArray, "c t"]
+    box: Annotated[FloatArray, "2 2"]
+    highest: Annotated[FloatArray, "m"]
+    values: Annotated[FloatArray, "n"]
+    covariance: Annotated[FloatArray, "n n"]
     dof: float
-    measured: FloatArray
+    measured: Annotated[FloatArray, "v 2"]
     quality: tuple[ElementQuality, ...]
     summary: FitSummary
 
     def __post_init__(self) -> None:
-        put = object.__setattr__
-        put(self, "exponents", frozen_array(self.exponents, "exponents", (None, 2), np.int64))
-        put(self, "muscle", frozen_array(self.muscle, "muscle", (None,), np.int64))
-        m, terms, n = len(self.muscles), len(self.exponents), self.equations.layout.n
-        for name, shape in (
-            ("base", (m, terms)),
-            ("change", (len(self.muscle), terms)),
-            ("box", (2, 2)),
-            ("highest", (m,)),
-            ("parameters", (n,)),
-            ("covariance", (n, n)),
-            ("measured", (None, 2)),
-        ):
-            put(self, name, frozen_array(getattr(self, name), name, shape))
+        super().__post_init__()
+        m, n = len(self.muscles), self.equations.layout.n
+        if len(self.values) != n:
+            raise InputError(f"{len(self.values)} parameters", expected=f"{n}")
         if not ((self.muscle >= 0) & (self.muscle < m)).all():
             raise InputError("a correction of no muscle", expected=f"numbers 0 to {m - 1}")
         if not (self.highest > 0).all():
             raise InputError("a muscle without a range of activation", expected="more than 0")
-        if not self.dof > 0:
-            raise InputError(f"{self.dof} degrees of freedom", expected="more than 0")
 
     @property
     def equations(self) -> MuscleEquations:
@@ -112,15 +103,22 @@ class MuscleModel:
         )
 
     @property
-    def warnings(self) -> tuple[str, ...]:
-        """Those of the fit."""
-        return self.summary.warnings
+    def parameters(self) -> Parameters:
+        """The parameters of K and B with their covariance."""
+        named = self.summary.parameters[: len(self.values)]
+        return Parameters(
+            tuple(p.name for p in named),
+            tuple(p.unit for p in named),
+            self.values,
+            self.covariance,
+            dof=self.dof,
+        )
 
     @property
     def paths(self) -> PolynomialPaths:
         """The muscles' paths as corrected."""
         equations = self.equations
-        return equations.lengths.paths(self.parameters[equations.layout.z])
+        return equations.lengths.paths(self.values[equations.layout.z])
 
     def predict(self, joint_angles: ArrayLike, activation: ArrayLike) -> JointPrediction:
         """K_j and B_j at postures (P, 2) rad and activations (P, m), each 0..1; one may be (1, .).
@@ -136,8 +134,8 @@ class MuscleModel:
         P = max(len(alpha), len(q))
         alpha, q = np.broadcast_to(alpha, (P, len(self.muscles))), np.broadcast_to(q, (P, 2))
         form = self.equations.at(q, alpha)
-        K, dK = form.stiffness(self.parameters)
-        B, dB = form.viscosity(self.parameters)
+        K, dK = form.stiffness(self.values)
+        B, dB = form.viscosity(self.values)
         reasons = self._reasons(q, alpha)
         return JointPrediction(
             joint_angles=q,
@@ -156,7 +154,7 @@ class MuscleModel:
         alpha = checked_activation(activation, self.muscles)
         equations = self.equations
         form = equations.at(np.zeros((len(alpha), 2)), alpha)
-        f = self.parameters[equations.layout.f].reshape(len(self.muscles), -1)
+        f = self.values[equations.layout.f].reshape(len(self.muscles), -1)
         return np.asarray(np.einsum("pmk,mk->pm", form.basis, f))
 
     def smallest_eigenvalue(self, box: ArrayLike | None = None) -> float:
@@ -173,9 +171,9 @@ class MuscleModel:
         f, rest = self.muscle_stiffness(corners), self.muscle_stiffness(np.zeros_like(corners))
         form = self.equations.at(q, np.zeros((len(q), len(self.muscles))))
         # K (corners, P, 3) = K_p + f (corners, m) gg^T (P, m, 3) + (f - f(0)) d2L / kappa
-        K = np.einsum("cm,pme->cpe", f, form.squares(self.parameters)[0])
-        K += np.einsum("cm,pme->cpe", f - rest, form.curvatures(self.parameters)[0])
-        K[..., [0, 2]] += self.parameters[layout.passive_K]
+        K = np.einsum("cm,pme->cpe", f, form.squares(self.values)[0])
+        K += np.einsum("cm,pme->cpe", f - rest, form.curvatures(self.values)[0])
+        K[..., [0, 2]] += self.values[layout.passive_K]
         return float(np.linalg.eigvalsh(matrix(K))[..., 0].min())
 
     def _reasons(self, q: FloatArray, alpha: FloatArray) -> tuple[str, ...]:
@@ -191,20 +189,20 @@ class MuscleModel:
         return tuple(found)
 
     def as_plain(self) -> dict[str, Any]:
-        """Numbers, texts, lists and dictionaries only: what JSON can hold."""
-        plain: dict[str, Any] = to_plain(self)
-        return plain
+        """Lists, numbers and texts from which `from_plain` makes the same model again."""
+        return {_IN_FILES.get(name, name): value for name, value in super().as_plain().items()}
 
     @classmethod
     def from_plain(cls, plain: Mapping[str, Any]) -> MuscleModel:
-        """What `as_plain` made.
+        """The model that `as_plain` wrote.
 
         Raises
         ------
         InputError
-            A field is missing or is not what it should be.
+            A field is missing, unknown or not what it should be.
         """
-        return from_plain(cls, plain)
+        fields = {theirs: own for own, theirs in _IN_FILES.items()}
+        return super().from_plain({fields.get(name, name): v for name, v in plain.items()})
 
 
 def _checked_angles(joint_angles: ArrayLike) -> FloatArray:

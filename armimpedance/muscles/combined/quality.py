@@ -9,9 +9,10 @@ import numpy as np
 from armimpedance.arrays import FloatArray
 from armimpedance.muscles.combined.equations import EvaluatedEquations, MuscleEquations
 from armimpedance.muscles.combined.solver import Measured, Posterior, Prior, minimised
+from armimpedance.muscles.progress import Steps
 from armimpedance.muscles.quality import ElementQuality, correlation, element_quality, explained
 from armimpedance.muscles.rows import ELEMENTS
-from armimpedance.regression import FitSummary, NamedParameter
+from armimpedance.regression import FitSummary, Parameters
 
 #: Each shuffle is a search of its own.
 SHUFFLES = 5
@@ -20,14 +21,19 @@ _PRIOR_ONLY = 0.9
 
 
 def muscle_quality(
-    form: EvaluatedEquations, measured: Measured, prior: Prior, found: Posterior, seed: int
+    form: EvaluatedEquations,
+    measured: Measured,
+    prior: Prior,
+    found: Posterior,
+    seed: int,
+    steps: Steps,
 ) -> tuple[ElementQuality, ...]:
     """Quality of ss, se, ee of K and B.
 
     Left-out rows are predicted by one Newton step from the fit without them, bounds left out of
     account; the null R is the mean over a few searches with shuffled rows, weighted as scattered.
     """
-    null = _null(form, measured, prior, found, seed)
+    null = _null(form, measured, prior, found, seed, steps)
     fits = form.stiffness(found.x)[0], form.viscosity(found.x)[0]
     held_out = _left_out(measured, found)
     quality = []
@@ -76,7 +82,12 @@ def _left_out(measured: Measured, found: Posterior) -> tuple[FloatArray, FloatAr
 
 
 def _null(
-    form: EvaluatedEquations, measured: Measured, prior: Prior, found: Posterior, seed: int
+    form: EvaluatedEquations,
+    measured: Measured,
+    prior: Prior,
+    found: Posterior,
+    seed: int,
+    steps: Steps,
 ) -> FloatArray:
     rng = np.random.default_rng(seed)
     rs = []
@@ -93,6 +104,7 @@ def _null(
         fits = np.hstack([form.stiffness(again)[0], form.viscosity(again)[0]])
         data = np.hstack([shuffled.stiffness, shuffled.viscosity])
         rs.append([correlation(data[:, e], fits[:, e]) for e in range(6)])
+        steps.step()
     return np.asarray(np.mean(rs, axis=0))
 
 
@@ -118,10 +130,7 @@ def muscle_summary(
     units = (*units, *("Nm",) * 6, *("1",) * form.equations.layout.muscles)[:n]
     sd = np.sqrt(np.diag(found.covariance))
     dof = float(max(len(found.error) - found.spent, 1.0))
-    parameters = tuple(
-        NamedParameter(name, float(value), float(s), float(s), unit, dof)
-        for name, value, s, unit in zip(names, found.x, sd, units, strict=True)
-    )
+    parameters = tuple(Parameters(names, units, found.x, found.covariance, dof=dof))
     scaled = found.jacobian * prior.sd
     s = np.linalg.svd(scaled / np.maximum(np.linalg.norm(scaled, axis=0), 1e-300))[1]
     raw = np.linalg.svd(found.jacobian)[1]

@@ -14,8 +14,8 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import EstimationError
-from armimpedance.muscles.activation.equations import least_squares_in
 from armimpedance.muscles.combined.equations import EvaluatedEquations
+from armimpedance.muscles.least_squares import least_squares_in
 
 #: Rounds of weights and solution, and the relative change of the factors that ends them.
 _ROUNDS, _SETTLED = 20, 0.02

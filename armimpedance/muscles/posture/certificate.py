@@ -8,11 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from armimpedance.arrays import FloatArray, IntArray, frozen_array
+from armimpedance.arrays import FloatArray, FrozenRecord, IntArray
 from armimpedance.errors import InputError
 from armimpedance.muscles.posture.terms import exponents
 from armimpedance.muscles.rows import matrix
@@ -30,7 +31,7 @@ _SHIFTS = np.array([[0, 0], [2, 0], [0, 2]])
 
 
 @dataclass(frozen=True)
-class GramShape:
+class GramShape(FrozenRecord):
     """One block of a sum of squares: ``m(u) B(u)^T Q B(u)``, ``B = blockdiag(v_s, v_e)``.
 
     Attributes
@@ -42,13 +43,11 @@ class GramShape:
     """
 
     multiplier: str
-    shoulder: IntArray
-    elbow: IntArray
+    shoulder: Annotated[IntArray, "n 2"]
+    elbow: Annotated[IntArray, "m 2"]
 
     def __post_init__(self) -> None:
-        for name in ("shoulder", "elbow"):
-            held = frozen_array(getattr(self, name), name, (None, 2), np.int64)
-            object.__setattr__(self, name, held)
+        super().__post_init__()
         if self.multiplier not in MULTIPLIERS:
             raise InputError(
                 f"a Gram matrix with multiplier {self.multiplier!r}",
@@ -71,12 +70,13 @@ class Gram(GramShape):
         Symmetric, eigenvalues >= 0 up to rounding; in the unit of the matrix it proves.
     """
 
-    Q: FloatArray
+    Q: Annotated[FloatArray, "q q"]
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        Q = frozen_array(self.Q, "Q", (self.size, self.size))
-        object.__setattr__(self, "Q", Q)
+        Q = self.Q
+        if len(Q) != self.size:
+            raise InputError(f"Q of {len(Q)} rows", expected=f"{self.size}")
         size = np.abs(Q).max(initial=0.0)
         asymmetric = np.abs(Q - Q.T).max(initial=0.0) > _ROUNDING * size
         if asymmetric or np.linalg.eigvalsh(Q).min(initial=0.0) < -_ROUNDING * size:
@@ -84,7 +84,7 @@ class Gram(GramShape):
 
 
 @dataclass(frozen=True)
-class Certificate:
+class Certificate(FrozenRecord):
     """How positive definite a matrix over posture is.
 
     Attributes
@@ -98,12 +98,8 @@ class Certificate:
     """
 
     smallest_eigenvalue: float
-    at: FloatArray
+    at: Annotated[FloatArray, "2"]
     grams: tuple[Gram, ...] = ()
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "at", frozen_array(self.at, "at", (2,)))
-        object.__setattr__(self, "grams", tuple(self.grams))
 
     @property
     def promise(self) -> str:

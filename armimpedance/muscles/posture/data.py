@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, IntArray, frozen_array
+from armimpedance.arrays import FloatArray, FrozenRecord, IntArray
 from armimpedance.muscles.angle_scaling import AngleScaling
-from armimpedance.muscles.rows import ELEMENTS, JointRows, triple, triple_sd
+from armimpedance.muscles.rows import ELEMENTS, JointRows
 
 #: Symbol of each matrix and the unit of its elements.
 UNITS = {"K": "Nm/rad", "B": "Nms/rad"}
 
 
 @dataclass(frozen=True)
-class PostureData:
+class PostureData(FrozenRecord):
     """P measured matrices.
 
     Attributes
@@ -33,19 +34,10 @@ class PostureData:
     """
 
     symbol: str
-    scaled: FloatArray
-    measured: FloatArray
-    values: FloatArray
-    sd: FloatArray | None
-
-    def __post_init__(self) -> None:
-        put = object.__setattr__
-        put(self, "scaled", frozen_array(self.scaled, "scaled", (None, 2)))
-        p = len(self.scaled)
-        put(self, "measured", frozen_array(self.measured, "measured", (p, 2, 2)))
-        put(self, "values", frozen_array(self.values, "values", (p, 3)))
-        if self.sd is not None:
-            put(self, "sd", frozen_array(self.sd, "sd", (p, 3)))
+    scaled: Annotated[FloatArray, "p 2"]
+    measured: Annotated[FloatArray, "p 2 2"]
+    values: Annotated[FloatArray, "p 3"]
+    sd: Annotated[FloatArray, "p 3"] | None
 
     @property
     def n_rows(self) -> int:
@@ -72,21 +64,11 @@ class PostureData:
         )
 
 
-def stiffness_data(rows: JointRows, scaling: AngleScaling) -> PostureData:
-    """Stiffness of rows, Nm/rad."""
-    return _data("K", rows.stiffness, rows.stiffness_sd, scaling.scaled(rows.joint_angles))
-
-
-def viscosity_data(rows: JointRows, scaling: AngleScaling) -> PostureData:
-    """Viscosity of rows, Nms/rad."""
-    return _data("B", rows.viscosity, rows.viscosity_sd, scaling.scaled(rows.joint_angles))
-
-
-def _data(
-    symbol: str, measured: FloatArray, sd: FloatArray | None, scaled: FloatArray
-) -> PostureData:
-    spread = None if sd is None else triple_sd(measured, sd)
-    return PostureData(symbol, scaled, measured, triple(measured), spread)
+def posture_data(rows: JointRows, symbol: str, scaling: AngleScaling) -> PostureData:
+    """The stiffness ("K", Nm/rad) or viscosity ("B", Nms/rad) of rows."""
+    values, sd = rows.elements(symbol)
+    measured = rows.stiffness if symbol == "K" else rows.viscosity
+    return PostureData(symbol, scaling.scaled(rows.joint_angles), measured, values, sd)
 
 
 def element_names(symbol: str) -> tuple[str, ...]:

@@ -1,90 +1,30 @@
-"""Fit moment arms over posture: which models there are, and one function that fits them all."""
+"""Fit moment arms over posture: one function for all models of the table."""
 
 from __future__ import annotations
-
-from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from armimpedance.errors import InputError
-from armimpedance.muscles.angle_scaling import (
-    AngleScaling,
-    measured_scaling,
-    require_spread,
-    stated_scaling,
-)
-from armimpedance.muscles.posture.data import PostureData, stiffness_data, viscosity_data
-from armimpedance.muscles.posture.fitted import FittedMatrix, Progress
+from armimpedance.muscles.angle_scaling import AngleScaling, require_spread, stated_scaling
+from armimpedance.muscles.posture.data import posture_data
 from armimpedance.muscles.posture.model import PostureModel, posture_polynomial
-from armimpedance.muscles.posture.polynomial import fit_polynomial
 from armimpedance.muscles.posture.quality import posture_quality, posture_summary
-from armimpedance.muscles.posture.sos import sos_fit
+from armimpedance.muscles.posture.table import POSTURE_MODELS, default_model
 from armimpedance.muscles.posture.terms import checked_order
+from armimpedance.muscles.progress import Progress
 from armimpedance.muscles.region import Region
 from armimpedance.muscles.rows import JointRows
-
-FitMatrix = Callable[[PostureData, int, np.random.Generator, Progress], FittedMatrix]
-
-
-@dataclass(frozen=True)
-class PostureMethod:
-    """A way to fit K and B over posture.
-
-    Attributes
-    ----------
-    name : str
-    promises : str
-        What holds for every fit, in one sentence.
-    fit : function
-        Of one matrix.
-    """
-
-    name: str
-    promises: str
-    fit: FitMatrix
-
-
-POSTURE_MODELS = {
-    method.name: method
-    for method in (
-        PostureMethod(
-            "polynomial",
-            "least squares of each element, as in the source; may be indefinite at a posture",
-            fit_polynomial,
-        ),
-        PostureMethod(
-            "sos",
-            "sum of squares: stiffness and viscosity are positive semidefinite at every posture",
-            sos_fit("full"),
-        ),
-        PostureMethod(
-            "box",
-            "positive semidefinite at every posture of the stated workspace, free outside of it",
-            sos_fit("box"),
-        ),
-        PostureMethod(
-            "separable",
-            "as sos, for moment arms that depend on the angle of their own joint only",
-            sos_fit("separable"),
-        ),
-    )
-}
-
-
-def default_model(order: int) -> str:
-    """The name of the model that is fitted if none is asked for."""
-    return "polynomial" if order < 2 else "sos"
 
 
 def fit_posture_model(
     rows: JointRows,
     *,
-    order: int,
+    order: int = 2,
     model: str | None = None,
     box: ArrayLike | None = None,
     seed: int = 0,
+    judged: bool = True,
     progress: Progress | None = None,
 ) -> PostureModel:
     """Fit joint stiffness and viscosity over posture, Tsuji (1997), eqs. (33)-(37).
@@ -101,9 +41,16 @@ def fit_posture_model(
         The workspace, rad: of shoulder and elbow the lowest and the highest angle. By default the
         measured range.
     seed : int
-        Of the shuffles.
+        Seed of the shuffles.
+    judged : bool
+        False neither leaves rows out nor shuffles them, which is faster; the qualities that need
+        that are then nan.
     progress : function, optional
         Called with what is done and what there is to do.
+
+    Returns
+    -------
+    PostureModel
 
     Raises
     ------
@@ -115,7 +62,7 @@ def fit_posture_model(
         The solver did not end with an optimal solution.
     """
     order = checked_order(order)
-    method = _method(model or default_model(order))
+    method = POSTURE_MODELS.named(model or default_model(order))
     if rows.n_rows == 0:
         raise InputError("no postures", expected="one or more")
     if seed < 0:
@@ -123,10 +70,10 @@ def fit_posture_model(
     if order > 0:
         require_spread(rows.joint_angles, order)
     scaling = _scaling(rows, box)
-    data = (stiffness_data(rows, scaling), viscosity_data(rows, scaling))
+    data = [posture_data(rows, symbol, scaling) for symbol in "KB"]
     seeds = np.random.SeedSequence(seed).spawn(2)
     fitted = [
-        method.fit(one, order, np.random.default_rng(own), _part(progress, i))
+        method.fit(one, order, np.random.default_rng(own), _part(progress, i), judged)
         for i, (one, own) in enumerate(zip(data, seeds, strict=True))
     ]
     K, B = (posture_polynomial(one, scaling) for one in fitted)
@@ -143,15 +90,9 @@ def fit_posture_model(
     )
 
 
-def _method(name: str) -> PostureMethod:
-    if name not in POSTURE_MODELS:
-        raise InputError(f"no posture model {name!r}", expected=" or ".join(POSTURE_MODELS))
-    return POSTURE_MODELS[name]
-
-
 def _scaling(rows: JointRows, box: ArrayLike | None) -> AngleScaling:
     if box is None:
-        return measured_scaling(rows.joint_angles)
+        return AngleScaling.of(rows.joint_angles)
     return stated_scaling(box, rows.joint_angles, rows.labels)
 
 

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 from armimpedance.arrays import FloatArray, IntArray
 from armimpedance.muscles.posture.certificate import Gram
-
-#: Called with what is done and what there is to do.
-Progress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)

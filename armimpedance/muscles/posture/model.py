@@ -2,28 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.linalg import block_diag
 
-from armimpedance.arrays import BoolArray, FloatArray, frozen_array
+from armimpedance.arrays import BoolArray, FloatArray, FrozenRecord, frozen_array
 from armimpedance.errors import InputError
 from armimpedance.muscles.angle_scaling import AngleScaling
+from armimpedance.muscles.fitted_model import FittedModel
 from armimpedance.muscles.posture.certificate import GRID, Certificate, proves, smallest_eigenvalues
 from armimpedance.muscles.posture.fitted import FittedMatrix
 from armimpedance.muscles.posture.terms import checked_order, exponents, monomials
 from armimpedance.muscles.prediction import JointPrediction
 from armimpedance.muscles.quality import ElementQuality
 from armimpedance.muscles.region import Region
-from armimpedance.plain import from_plain, to_plain
-from armimpedance.regression import FitSummary
+from armimpedance.regression import FitSummary, Parameters
 
 
 @dataclass(frozen=True)
-class PosturePolynomial:
+class PosturePolynomial(FrozenRecord):
     """One matrix, K or B, over posture.
 
     Attributes
@@ -39,17 +39,17 @@ class PosturePolynomial:
     certificate : Certificate
     """
 
-    coefficients: FloatArray
-    covariance: FloatArray
+    coefficients: Annotated[FloatArray, "t 3"]
+    covariance: Annotated[FloatArray, "c c"]
     structure: str
     penalty: float
     certificate: Certificate
 
     def __post_init__(self) -> None:
-        put = object.__setattr__
-        put(self, "coefficients", frozen_array(self.coefficients, "coefficients", (None, 3)))
-        size = self.coefficients.size
-        put(self, "covariance", frozen_array(self.covariance, "covariance", (size, size)))
+        super().__post_init__()
+        if len(self.covariance) != self.coefficients.size:
+            have = f"a covariance of {len(self.covariance)} coefficients"
+            raise InputError(have, expected=f"{self.coefficients.size}")
 
     def at(self, X: FloatArray) -> FloatArray:
         """``ss, se, ee`` (P, 3) at monomials X (P, terms)."""
@@ -65,22 +65,22 @@ class PosturePolynomial:
         return np.asarray((both + both.transpose(0, 2, 1)) / 2)
 
 
-@dataclass(frozen=True)
-class PostureModel:
+@dataclass(frozen=True, repr=False)
+class PostureModel(FittedModel):
     """Joint impedance over posture at one level of activation.
 
     Attributes
     ----------
     name : str
-        Of the way it was fitted, a key of `POSTURE_MODELS`.
+        Name of the way it was fitted, a key of `POSTURE_MODELS`.
     order : int
-        L, of the moment arms; elements of K and B are polynomials of order 2L.
+        Order L of the moment arms; elements of K and B are polynomials of order 2L.
     scaling : AngleScaling
         From the stated workspace, or the measured range.
     stiffness, viscosity : PosturePolynomial
         Nm/rad, Nms/rad.
     dof : float
-        Of the t distribution for intervals; inf = normal.
+        Degrees of freedom of the t distribution for intervals; inf = normal.
     region : Region
         Hull of the measured postures, in scaled angles.
     quality : tuple of ElementQuality
@@ -99,7 +99,7 @@ class PostureModel:
     summary: FitSummary
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "quality", tuple(self.quality))
+        super().__post_init__()
         terms = len(exponents(2 * checked_order(self.order)))
         for made in (self.stiffness, self.viscosity):
             if len(made.coefficients) != terms:
@@ -108,8 +108,18 @@ class PostureModel:
             grams = made.certificate.grams
             if grams and not proves(grams, made.coefficients, self.order):
                 raise InputError("Gram matrices that do not make the coefficients prove nothing")
-        if not self.dof > 0:
-            raise InputError(f"{self.dof} degrees of freedom", expected="more than 0")
+
+    @property
+    def parameters(self) -> Parameters:
+        """The coefficients of K, then of B, whose fits are independent, with their covariance."""
+        both, named = (self.stiffness, self.viscosity), self.summary.parameters
+        return Parameters(
+            tuple(p.name for p in named),
+            tuple(p.unit for p in named),
+            np.concatenate([one.coefficients.T.ravel() for one in both]),
+            block_diag(*(one.covariance for one in both)),
+            dof=self.dof,
+        )
 
     def predict(self, joint_angles: ArrayLike) -> JointPrediction:
         """Stiffness and viscosity at postures (P, 2) or one posture (2,), rad.
@@ -133,23 +143,6 @@ class PostureModel:
             extrapolated=~inside,
             reasons=self._reasons(u, inside),
         )
-
-    def as_plain(self) -> dict[str, Any]:
-        """Lists and numbers that a JSON file can hold, nothing lost."""
-        plain: dict[str, Any] = to_plain(self)
-        return plain
-
-    @classmethod
-    def from_plain(cls, plain: Mapping[str, Any]) -> PostureModel:
-        """The model that `as_plain` wrote.
-
-        Raises
-        ------
-        InputError
-            Not a posture model, one with a field missing or of a wrong kind, or a certificate
-            that proves something else.
-        """
-        return from_plain(cls, plain)
 
     def _reasons(self, u: FloatArray, inside: BoolArray) -> tuple[str, ...]:
         beyond = np.abs(u - self.region.nearest(u)) * np.rad2deg(self.scaling.half_range)

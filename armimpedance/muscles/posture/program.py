@@ -18,8 +18,8 @@ import numpy as np
 from armimpedance.arrays import BoolArray, FloatArray, IntArray
 from armimpedance.errors import EstimationError
 from armimpedance.muscles.posture.certificate import Gram, GramShape, coefficient_map
-from armimpedance.muscles.posture.gram import roughness
-from armimpedance.muscles.posture.terms import monomials
+from armimpedance.muscles.posture.gram import STRUCTURES, roughness
+from armimpedance.muscles.posture.terms import exponents, monomials
 
 #: Weights of about this for the solver, whose tolerance is on the sum of squared residuals, unless
 #: roughness would then cost more than what comes second.
@@ -51,6 +51,8 @@ class GramProgram:
 
     Attributes
     ----------
+    powers : (terms, 2) int
+        Exponents of the elements' monomials.
     X : (P, terms)
         Monomials of the elements at the postures.
     maps : tuple of (3, terms, size, size)
@@ -60,11 +62,23 @@ class GramProgram:
     """
 
     def __init__(self, shapes: tuple[GramShape, ...], scaled: FloatArray, powers: IntArray) -> None:
-        self.shapes = shapes
+        self.shapes, self.powers = shapes, powers
         self.X = monomials(scaled, powers)
         self.maps = tuple(coefficient_map(shape, powers) for shape in shapes)
         self.costs = tuple(roughness(shape) for shape in shapes)
         self._compiled = _Compiled(self.regressors, self.costs)
+
+    @classmethod
+    def of(cls, structure: str, order: int, scaled: FloatArray) -> GramProgram:
+        """The program of moment arms of an order at scaled angles (P, 2).
+
+        Parameters
+        ----------
+        structure : {"full", "separable", "box"}
+        order : int
+        scaled : (P, 2)
+        """
+        return cls(STRUCTURES[structure](order), scaled, exponents(2 * order))
 
     @property
     def used(self) -> BoolArray:

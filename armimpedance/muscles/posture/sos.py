@@ -2,7 +2,7 @@
 
 ``K(u) = B(u)^T Q B(u)`` with ``Q >= 0`` is what muscles of nonnegative stiffness with polynomial
 moment arms make, ``K_j = G^T K_m G`` (Tsuji (1997), eqs. (33)-(37)). The roughness of the moment
-arms is charged, ``cost tr(D Q)`` (`posture_gram.roughness`); how much is chosen by what the
+arms is charged, ``cost tr(D Q)`` (`gram.roughness`); how much is chosen by what the
 expected error of prediction is for each cost (C. L. Mallows, Technometrics 15 (1973), 661):
 
     misfit + 2 sigma^2 spent
@@ -15,18 +15,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
 from armimpedance.muscles.posture.data import PostureData
-from armimpedance.muscles.posture.fitted import FittedMatrix, Progress
-from armimpedance.muscles.posture.gram import STRUCTURES
-from armimpedance.muscles.posture.polynomial import checked_rank
+from armimpedance.muscles.posture.fitted import FittedMatrix
 from armimpedance.muscles.posture.program import GramProgram, GramSolution
+from armimpedance.muscles.posture.rank import checked_rank
 from armimpedance.muscles.posture.tangent import Tangent, tangent
 from armimpedance.muscles.posture.terms import exponents, term_names
+from armimpedance.muscles.progress import Progress, Steps
 from armimpedance.muscles.quality import correlation
 from armimpedance.regression import Conditioning
 
@@ -41,30 +42,6 @@ _WEIGHT_RANGE = 1e4
 
 #: Residuals below this part of the values are rounding, not noise.
 _NO_NOISE = 1e-9
-
-
-def sos_fit(
-    structure: str,
-) -> Callable[[PostureData, int, np.random.Generator, Progress], FittedMatrix]:
-    """The fit with a structure of `STRUCTURES`."""
-
-    def fit(
-        data: PostureData, order: int, rng: np.random.Generator, progress: Progress
-    ) -> FittedMatrix:
-        """Sum of squares with the cost of roughness that promises the best prediction.
-
-        Raises
-        ------
-        NotIdentifiableError
-            The postures cannot tell all terms; names them.
-        InputError
-            Too few postures.
-        EstimationError
-            The solver did not end with an optimal solution.
-        """
-        return _fit(structure, data, order, rng, progress)
-
-    return fit
 
 
 @dataclass(frozen=True)
@@ -88,25 +65,45 @@ class Choice:
     tangent: Tangent
 
 
+def sos_fit(structure: str) -> Callable[..., FittedMatrix]:
+    """The fit with a structure of `gram.STRUCTURES`: a `PostureMethod.fit`."""
+    return partial(_fit, structure)
+
+
 def _fit(
-    structure: str, data: PostureData, order: int, rng: np.random.Generator, progress: Progress
+    structure: str,
+    data: PostureData,
+    order: int,
+    rng: np.random.Generator,
+    progress: Progress,
+    judged: bool = True,
 ) -> FittedMatrix:
-    powers = exponents(2 * order)
-    program = GramProgram(STRUCTURES[structure](order), data.scaled, powers)
+    """Sum of squares with the cost of roughness that promises the best prediction.
+
+    Raises
+    ------
+    NotIdentifiableError
+        The postures cannot tell all terms; names them.
+    InputError
+        Too few postures.
+    EstimationError
+        The solver did not end with an optimal solution.
+    """
+    program = GramProgram.of(structure, order, data.scaled)
     state = _checked_rank(program, data, order)
     _check_weights(data)
-    work = _Work(progress, 1 + data.n_rows + _SHUFFLES)
+    work = Steps(progress, 1 + judged * (data.n_rows + _SHUFFLES))
     chosen = choose(program, data)
     work.step()
     covariance, dof = posterior(chosen.tangent, data)
     return FittedMatrix(
         symbol=data.symbol,
-        powers=powers,
+        powers=program.powers,
         coefficients=chosen.solution.coefficients,
         covariance=covariance,
         dof=dof,
-        held_out=_held_out(program, data, chosen.cost, work),
-        null_r=_null_r(program, data, chosen.cost, rng, work),
+        held_out=_held_out(program, data, chosen.cost, work) if judged else None,
+        null_r=(_null_r(program, data, chosen.cost, rng, work) if judged else np.full(4, np.nan)),
         spent=tuple(float(n) for n in chosen.tangent.spent),  # type: ignore[arg-type]
         cond_scaled=state.cond_scaled,
         rank=state.rank,
@@ -165,17 +162,6 @@ def _noise(made: Tangent, data: PostureData) -> float:
     return max(float(np.sqrt(_variance(made, data))), least)
 
 
-class _Work:
-    """Counts solutions for whoever wants to see progress."""
-
-    def __init__(self, progress: Progress, total: int) -> None:
-        self._progress, self._total, self._done = progress, total, 0
-
-    def step(self) -> None:
-        self._done += 1
-        self._progress(self._done, self._total)
-
-
 def _checked_rank(program: GramProgram, data: PostureData, order: int) -> Conditioning:
     """Worst condition of ss, se, ee, each over the terms that the structure has in it."""
     used, names = program.used, np.array(term_names(exponents(2 * order)))
@@ -208,7 +194,7 @@ def posterior(made: Tangent, data: PostureData) -> tuple[FloatArray, float]:
     return made.covariance * np.outer(scale, scale), dof
 
 
-def _held_out(program: GramProgram, data: PostureData, cost: float, work: _Work) -> FloatArray:
+def _held_out(program: GramProgram, data: PostureData, cost: float, work: Steps) -> FloatArray:
     """Predictions (P, 3) of each posture by a fit without it, at the same cost."""
     predicted = np.empty_like(data.values)
     for row in range(data.n_rows):
@@ -221,7 +207,7 @@ def _held_out(program: GramProgram, data: PostureData, cost: float, work: _Work)
 
 
 def _null_r(
-    program: GramProgram, data: PostureData, cost: float, rng: np.random.Generator, work: _Work
+    program: GramProgram, data: PostureData, cost: float, rng: np.random.Generator, work: Steps
 ) -> FloatArray:
     """Mean R (4,) of ss, se, es, ee over shuffles of the rows, at the same cost."""
     found = np.zeros((_SHUFFLES, 4))

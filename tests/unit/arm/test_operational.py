@@ -3,10 +3,10 @@
 import numpy as np
 import pinocchio as pin
 import pytest
+from oracles.pinocchio_arm import planar_chain, seven_joint_arm
 
 from armimpedance.arm.anthropometry import two_link_arm
 from armimpedance.arm.operational import dynamic_inverse, hand_bias, hand_gravity, hand_inertia
-from armimpedance.arm.pinocchio_arm import planar_chain, seven_joint_arm
 from armimpedance.errors import InputError, NotIdentifiableError
 
 TWO = two_link_arm(70, 1.75)

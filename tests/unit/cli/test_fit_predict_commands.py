@@ -159,6 +159,6 @@ def test_a_model_is_asked_for_what_it_has(folder, tmp_path, capsys):
     done("fit", "moment-arms", folder / "postures.csv", "--order", 1, "--out", model)
     capsys.readouterr()
     given = ("predict", model, "--activations", folder / "emg.csv", "--out", tmp_path / "p.csv")
-    assert "without --postures" in refused(capsys, *given)
+    assert "without postures" in refused(capsys, *given)
     both = (*given, "--postures", folder / "where.csv")
-    assert "with --activations" in refused(capsys, *both)
+    assert "with activations" in refused(capsys, *both)

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from oracles.pinocchio_arm import planar_chain
 
 from armimpedance.arm.anthropometry import two_link_arm
-from armimpedance.arm.pinocchio_arm import planar_chain
 from armimpedance.errors import InputError
 from armimpedance.levels.posture import arm_posture_for
 from armimpedance.records import ImpedanceEstimate, Quality, Subject

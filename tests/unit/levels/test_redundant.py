@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from oracles.pinocchio_arm import planar_chain, seven_joint_arm
 
-from armimpedance.arm.pinocchio_arm import planar_chain, seven_joint_arm
 from armimpedance.arm.two_link import TwoLinkArm
 from armimpedance.errors import InputError, NotIdentifiableError
 from armimpedance.levels.joint import force_term

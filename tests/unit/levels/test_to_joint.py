@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from oracles.pinocchio_arm import planar_chain, seven_joint_arm
 
 from armimpedance.arm.anthropometry import two_link_arm
 from armimpedance.arm.operational import hand_inertia
-from armimpedance.arm.pinocchio_arm import planar_chain, seven_joint_arm
 from armimpedance.arm.two_link import TwoLinkArm
 from armimpedance.conventions import NOMINAL_POSTURE_RAD
 from armimpedance.errors import InputError, NotIdentifiableError

@@ -12,8 +12,9 @@ from scipy.optimize import nnls
 from armimpedance.arm.muscular_arms import arm_named
 from armimpedance.errors import InputError, NotIdentifiableError
 from armimpedance.muscles.activation.design import muscle_patterns
-from armimpedance.muscles.activation.fit import ACTIVATION_MODELS, fit_activation_model
+from armimpedance.muscles.activation.fit import fit_activation_model
 from armimpedance.muscles.activation.model import ActivationModel
+from armimpedance.muscles.activation.table import ACTIVATION_MODELS
 from armimpedance.muscles.rows import JointRows, matrix, triple
 
 POSTURE = np.array([1.04, 1.57])
@@ -302,7 +303,7 @@ def test_several_postures_are_refused_naming_the_row():
         (replace(made_rows(), activation=None), {}, "without activation"),
         (replace(made_rows(), activation=np.full((30, 5), 0.1)), {}, "5 muscles"),
         (made_rows(torque=False), {"torque": True}, "torque asked for"),
-        (made_rows(), {"model": "cubic"}, "no activation model"),
+        (made_rows(), {"model": "cubic"}, "unknown activation model"),
         (made_rows(), {"order": 0}, "order 0"),
         (made_rows(), {"order": True}, "order True"),
         (made_rows(), {"increasing": True}, "cannot promise"),

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from armimpedance.errors import InputError, RecordError
-from armimpedance.muscles.posture.fit import POSTURE_MODELS, fit_posture_model
+from armimpedance.muscles.posture.fit import fit_posture_model
 from armimpedance.muscles.posture.model import PostureModel
+from armimpedance.muscles.posture.table import POSTURE_MODELS
 from armimpedance.muscles.rows import JointRows
 
 LOW, HIGH = np.array([0.3, 0.8]), np.array([1.6, 2.2])
@@ -164,7 +165,7 @@ def test_a_certificate_that_proves_something_else_is_refused(plain_model):
 
 
 def test_wrong_calls_are_told_what_was_expected():
-    with pytest.raises(InputError, match=r"no posture model 'spline' \(expected polynomial or sos"):
+    with pytest.raises(InputError, match=r"unknown posture model .spline. \(expected one of sos"):
         fit_posture_model(rows(), order=1, model="spline")
     with pytest.raises(InputError, match="moment arms of order 9"):
         fit_posture_model(rows(), order=9)

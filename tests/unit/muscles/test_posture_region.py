@@ -8,7 +8,6 @@ import pytest
 from armimpedance.errors import InputError, NotIdentifiableError
 from armimpedance.muscles.angle_scaling import (
     AngleScaling,
-    measured_scaling,
     require_spread,
     stated_scaling,
 )
@@ -65,7 +64,7 @@ def test_a_region_needs_points_and_a_tolerance():
 
 def test_scaled_angles_fill_the_box_and_come_back():
     q = np.random.default_rng(2).uniform([0.1, 1.0], [1.5, 2.0], (12, 2))
-    scaling = measured_scaling(q)
+    scaling = AngleScaling.of(q)
     u = scaling.scaled(q)
     np.testing.assert_allclose([u.min(axis=0), u.max(axis=0)], [[-1, -1], [1, 1]], atol=1e-12)
     np.testing.assert_allclose(scaling.angles(u), q, atol=1e-14)

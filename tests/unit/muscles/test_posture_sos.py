@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from armimpedance.errors import EstimationError, InputError
-from armimpedance.muscles.angle_scaling import measured_scaling
+from armimpedance.muscles.angle_scaling import AngleScaling
 from armimpedance.muscles.posture.certificate import (
     Gram,
     GramShape,
@@ -17,17 +17,17 @@ from armimpedance.muscles.posture.certificate import (
     proves,
     smallest_eigenvalues,
 )
-from armimpedance.muscles.posture.data import PostureData, stiffness_data
+from armimpedance.muscles.posture.data import PostureData, posture_data
 from armimpedance.muscles.posture.fit import fit_posture_model
 from armimpedance.muscles.posture.gram import STRUCTURES
-from armimpedance.muscles.posture.polynomial import fit_polynomial
+from armimpedance.muscles.posture.models.polynomial import fit_polynomial
 from armimpedance.muscles.posture.program import GramProgram, _Compiled
 from armimpedance.muscles.posture.sos import PENALTIES, choose, posterior
 from armimpedance.muscles.posture.tangent import tangent
 from armimpedance.muscles.posture.terms import exponents, monomials
 from armimpedance.muscles.region import Region
 from armimpedance.muscles.rows import JointRows, matrix, triple
-from armimpedance.regression.cones import nearest_semidefinite
+from armimpedance.impedance.cones import nearest_semidefinite
 
 LOW, HIGH = np.array([0.3, 0.8]), np.array([1.6, 2.2])
 ARMS = np.array(
@@ -59,11 +59,11 @@ def hostile(seed, sd=20.0):
 
 def data_of(K, q, sd=None):
     rows = JointRows(q, K, K, sd, sd)
-    return stiffness_data(rows, measured_scaling(q))
+    return posture_data(rows, "K", AngleScaling.of(q))
 
 
 def program_of(structure, order, q):
-    scaled = measured_scaling(q).scaled(q)
+    scaled = AngleScaling.of(q).scaled(q)
     return GramProgram(STRUCTURES[structure](order), scaled, exponents(2 * order))
 
 
@@ -75,7 +75,7 @@ def full():
 
 @pytest.mark.parametrize(("model", "order"), [("sos", 2), ("box", 1), ("sos", 1)])
 def test_noise_free_moment_arms_are_recovered(model, order):
-    q, new = postures(), measured_scaling(postures()).grid(20)
+    q, new = postures(), AngleScaling.of(postures()).grid(20)
     K = muscles(q, order=order)
     made = fit_posture_model(JointRows(q, K, 0.1 * K), order=order, model=model)
     found = made.predict(new)
@@ -87,7 +87,7 @@ def test_noise_free_moment_arms_are_recovered(model, order):
 def test_hostile_data_make_least_squares_indefinite_and_never_a_sum_of_squares():
     q, K = postures(), hostile(0)
     rows = JointRows(q, K, hostile(1))
-    near, far = measured_scaling(q).grid(50), measured_scaling(q).grid(9) * 30 - 20
+    near, far = AngleScaling.of(q).grid(50), AngleScaling.of(q).grid(9) * 30 - 20
     free = fit_posture_model(rows, order=2, model="polynomial")
     assert smallest_eigenvalues(free.predict(near).stiffness).min() < -1
     sos = fit_posture_model(rows, order=2, model="sos")
@@ -103,7 +103,7 @@ def test_hostile_data_make_least_squares_indefinite_and_never_a_sum_of_squares()
 
 def test_stiffness_that_falls_to_the_edges_of_the_box_is_within_the_box_model_only():
     q = postures()
-    scaling = measured_scaling(q)
+    scaling = AngleScaling.of(q)
 
     def peaked(at):
         s, e = scaling.scaled(at).T
@@ -245,7 +245,7 @@ def test_rough_moment_arms_are_charged_more_when_noise_is_larger(full):
 
 def test_with_noise_it_predicts_better_than_least_squares_inside_and_outside(full):
     q = postures()
-    scaling = measured_scaling(q)
+    scaling = AngleScaling.of(q)
     u = scaling.scaled(scaling.grid(15))
     ring = 1.3 * u[np.abs(u).max(axis=1) > 0.8]
     hull = u[Region.of(scaling.scaled(q), tolerance=0.0).contains(u)]

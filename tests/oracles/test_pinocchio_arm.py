@@ -3,9 +3,9 @@
 import numpy as np
 import pinocchio as pin
 import pytest
+from pinocchio_arm import PinocchioArm, planar_chain, seven_joint_arm
 
 from armimpedance.arm.anthropometry import two_link_arm
-from armimpedance.arm.pinocchio_arm import PinocchioArm, planar_chain, seven_joint_arm
 from armimpedance.arm.two_link import TwoLinkArm
 from armimpedance.errors import InputError
 

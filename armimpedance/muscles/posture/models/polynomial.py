@@ -13,10 +13,12 @@ from scipy.linalg import block_diag
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
 from armimpedance.muscles.posture.data import PostureData, element_names
-from armimpedance.muscles.posture.fitted import FittedMatrix, Progress
+from armimpedance.muscles.posture.fitted import FittedMatrix
+from armimpedance.muscles.posture.rank import checked_rank
+from armimpedance.muscles.posture.table import PostureMethod
 from armimpedance.muscles.posture.terms import exponents, monomials, term_names
+from armimpedance.muscles.progress import Progress
 from armimpedance.muscles.quality import correlations
-from armimpedance.regression import Conditioning, conditioning, refuse_rank_loss
 
 #: Shuffles of the rows whose R is averaged.
 _SHUFFLES = 400
@@ -26,7 +28,11 @@ _FULL_LEVERAGE = 1 - 1e-8
 
 
 def fit_polynomial(
-    data: PostureData, order: int, rng: np.random.Generator, progress: Progress
+    data: PostureData,
+    order: int,
+    rng: np.random.Generator,
+    progress: Progress,
+    judged: bool = True,
 ) -> FittedMatrix:
     """Weighted least squares of each element.
 
@@ -63,7 +69,7 @@ def fit_polynomial(
         covariance=covariance,
         dof=float(spare) if scaled_up else float("inf"),
         held_out=_held_out(data, residual, leverage),
-        null_r=_null_r(X, data, rng),
+        null_r=_null_r(X, data, rng) if judged else np.full(4, np.nan),
         spent=(float(X.shape[1]),) * 3,
         cond_scaled=state.cond_scaled,
         rank=state.rank,
@@ -71,28 +77,6 @@ def fit_polynomial(
         penalty=0.0,
         warnings=_warnings(data.symbol, spare, order),
     )
-
-
-def checked_rank(X: FloatArray, names: tuple[str, ...], order: int) -> Conditioning:
-    """Condition of a regressor X (P, p), refused where postures cannot tell its columns apart.
-
-    Raises
-    ------
-    NotIdentifiableError
-        Names the terms.
-    InputError
-        Fewer postures than terms.
-    """
-    p, count = len(X), len(names)
-    if p < count:
-        raise InputError(
-            f"{p} postures for the {count} coefficients of order {order}: rank {p} at most for the "
-            f"terms {', '.join(names)}",
-            expected=f"{count} different postures or more, or a lower order",
-        )
-    state = conditioning(np.asarray(np.linalg.qr(X, mode="r")), p)
-    refuse_rank_loss(state, names)
-    return state
 
 
 class _Solved:
@@ -158,3 +142,10 @@ def _warnings(symbol: str, spare: int, order: int) -> tuple[str, ...]:
         f"{names}: as many coefficients of order {order} as postures: the fit passes through "
         "every point and cannot be judged",
     )
+
+
+MODEL = PostureMethod(
+    "polynomial",
+    "least squares of each element, as in the source; may be indefinite at a posture",
+    fit_polynomial,
+)

@@ -1,0 +1,286 @@
+"""From the hand to the joints and the muscles, and back."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import Literal, TypeVar
+
+from armimpedance.analyses.estimates import Estimates
+from armimpedance.analyses.muscle_estimates import MuscleEstimates
+from armimpedance.analyses.sources import PathLike, naming
+from armimpedance.arm import MuscularArm, arm_named
+from armimpedance.arrays import FloatArray
+from armimpedance.errors import ArmImpedanceError, InputError
+from armimpedance.files import condition_of, read_results
+from armimpedance.levels import (
+    MuscleEstimate,
+    arm_posture_for,
+    to_hand as to_hand_once,
+    to_joint as to_joint_once,
+    to_muscle as to_muscle_once,
+)
+from armimpedance.recordings import read_subject
+from armimpedance.records import ImpedanceEstimate, Recording, Subject
+
+#: Estimates, or the path of a RESULTS.csv.
+Results = Sequence[ImpedanceEstimate] | PathLike
+#: Whose arm it is: a recording, its path, or the subject alone.
+Whose = Recording | Subject | PathLike
+Made = TypeVar("Made")
+
+
+def to_joint(
+    estimates: Results, *, recording: Whose | None = None, force_term: bool = True
+) -> Estimates:
+    """Map inertia, viscosity and stiffness from the hand to the joints.
+
+    ``K_j = J^T K_e J - Gamma(F)``, ``B_j = J^T B_e J``, ``M_j = J^T M_e J``; Tsuji (1997), eqs.
+    (10), (12), (14)-(17).
+
+    Parameters
+    ----------
+    estimates : Estimates, sequence of ImpedanceEstimate, or path
+        At the hand; the path is that of a RESULTS.csv.
+    recording : Recording, Subject or path, optional
+        Whose arm it is: lengths or height say the posture and J. Default: the subject that the
+        estimates carry.
+    force_term : bool
+        False leaves Gamma out, what the mean hand force adds, as the source does.
+
+    Returns
+    -------
+    Estimates
+        At the joints, one for each given, with the subject.
+
+    Raises
+    ------
+    InputError
+        A file cannot be read, an estimate is not one of the hand, or its posture is not known. The
+        message names the condition.
+    NotIdentifiableError
+        The arm is stretched in a posture.
+
+    Examples
+    --------
+    >>> from armimpedance.analyses import estimate, to_joint
+    >>> from manipulandum_sim.hand import simulate
+    >>> recording, _ = simulate("cocontraction", seed=1, sets=1, conditions=["cocontraction_10"])
+    >>> joint = to_joint(estimate(recording))
+    >>> joint["cocontraction_10"].stiffness.axes
+    ('shoulder', 'elbow')
+    """
+    subject, _ = _who(estimates, recording)
+
+    def mapped(row: ImpedanceEstimate) -> ImpedanceEstimate:
+        return _at_joint(row, subject, force_term)
+
+    return Estimates(tuple(_each(estimates, mapped)), subject)
+
+
+def to_hand(
+    estimates: Results, *, recording: Whose | None = None, force_term: bool = True
+) -> Estimates:
+    """Map inertia, viscosity and stiffness from the joints to the hand: compliances add.
+
+    ``K_e = (J (K_j + Gamma)^-1 J^T)^-1``, for a square J ``J^-T (K_j + Gamma) J^-1``.
+
+    Parameters
+    ----------
+    estimates : Estimates, sequence of ImpedanceEstimate, or path
+        At the joints, with joint angles; the path is that of a RESULTS.csv.
+    recording : Recording, Subject or path, optional
+        Whose arm it is. Default: the subject that the estimates carry.
+    force_term : bool
+        Whether the estimates were mapped with the term of the hand's force.
+
+    Returns
+    -------
+    Estimates
+        At the hand, one for each given, with the subject.
+
+    Raises
+    ------
+    InputError
+        A file cannot be read, an estimate is not one of the joints, or its posture is not known.
+        The message names the condition.
+    NotIdentifiableError
+        The arm is stretched in a posture.
+
+    Examples
+    --------
+    >>> from armimpedance.analyses import estimate, to_hand, to_joint
+    >>> from manipulandum_sim.hand import simulate
+    >>> recording, _ = simulate("cocontraction", seed=1, sets=1, conditions=["cocontraction_10"])
+    >>> to_hand(to_joint(estimate(recording)))
+    1 estimates
+    cocontraction_10: weighted, 8 trials, K 417.4, 155.4 N/m
+    """
+    subject, _ = _who(estimates, recording)
+
+    def mapped(row: ImpedanceEstimate) -> ImpedanceEstimate:
+        posture, source = arm_posture_for(row, subject)
+        hand = to_hand_once(row, posture, force_dependent=force_term)
+        return replace(hand, provenance=(*hand.provenance, source))
+
+    return Estimates(tuple(_each(estimates, mapped)), subject)
+
+
+def to_muscle(
+    estimates: Results,
+    *,
+    arm: MuscularArm | PathLike,
+    recording: Whose | None = None,
+    force_term: bool = True,
+    curvature: bool = True,
+    share: Literal["effort", "emg"] = "effort",
+) -> MuscleEstimates:
+    """Say what stiffness and viscosity of the joints tell of the muscles.
+
+    ``K_j = G^T K_m G + sum f d2L``, ``B_j = G^T B_m G``. Three numbers do not determine the
+    stiffness of six muscles: the result holds the sums that they do determine, and for each muscle
+    the range of all K_m >= 0 that give this K_j.
+
+    Parameters
+    ----------
+    estimates : Estimates, sequence of ImpedanceEstimate, or path
+        At the hand or at the joints; the path is that of a RESULTS.csv.
+    arm : MuscularArm, str or path
+        The muscles: "planar6", "arm26" or the path of a table of moment arms.
+    recording : Recording, Subject or path, optional
+        Whose arm it is, where rows of the hand are to be mapped. Default: the subject that the
+        estimates carry.
+    force_term : bool
+        False leaves the term of the hand's force out on the way to the joints.
+    curvature : bool
+        False leaves the term of the tensions out, as the source does.
+    share : {"effort", "emg"}
+        Tensions of least effort, or nearest to the measured activation.
+
+    Returns
+    -------
+    MuscleEstimates
+
+    Raises
+    ------
+    InputError
+        A file cannot be read, the arm is not known, a posture or (where asked) an activation is not
+        known. The message names the condition.
+
+    Examples
+    --------
+    >>> from armimpedance.analyses import estimate, to_muscle
+    >>> from manipulandum_sim.hand import simulate
+    >>> recording, _ = simulate("cocontraction", seed=1, sets=1, conditions=["cocontraction_10"])
+    >>> muscles = to_muscle(estimate(recording), arm="planar6")
+    >>> [c.name for c in muscles["cocontraction_10"].stiffness.combinations]
+    ['ss', 'se', 'ee']
+    """
+    if share not in ("effort", "emg"):
+        raise InputError(f"share {share!r}", expected="effort or emg")
+    if not force_term and all(row.level == "joint" for row in _rows(estimates)):
+        raise InputError("no force term in rows of the joints", expected="rows of the hand")
+    muscular = arm_named(arm)
+    subject, muscles = _who(estimates, recording)
+
+    def mapped(row: ImpedanceEstimate) -> MuscleEstimate:
+        activation = _activation(row, muscles, muscular) if share == "emg" else None
+        joint = _with_torque(row, subject)
+        if row.level == "hand":
+            joint = _at_joint(row, subject, force_term)
+        return to_muscle_once(joint, muscular, curvature=curvature, activation=activation)
+
+    return MuscleEstimates(tuple(_each(estimates, mapped)))
+
+
+def subject_of(whose: Whose) -> Subject:
+    """The subject of a recording, of the recording at a path, or the subject itself."""
+    return _subject_and_muscles(whose)[0]
+
+
+def _subject_and_muscles(whose: Whose) -> tuple[Subject, tuple[str, ...]]:
+    if isinstance(whose, Subject):
+        return whose, ()
+    who = read_subject(whose) if isinstance(whose, str | os.PathLike) else whose
+    return who.subject, who.muscles or ()
+
+
+def _who(estimates: Results, recording: Whose | None) -> tuple[Subject | None, tuple[str, ...]]:
+    """The subject, as far as known, and the muscles that belong to estimates."""
+    if recording is not None:
+        return _subject_and_muscles(recording)
+    return (estimates.subject if isinstance(estimates, Estimates) else None), ()
+
+
+def _each(estimates: Results, mapped: Callable[[ImpedanceEstimate], Made]) -> list[Made]:
+    """Every estimate mapped; errors name its condition and the file that it comes from."""
+    made = []
+    for row in _rows(estimates):
+        with naming(estimates), _naming_condition(condition_of(row)):
+            made.append(mapped(row))
+    return made
+
+
+def _rows(estimates: Results) -> Sequence[ImpedanceEstimate]:
+    if isinstance(estimates, str | os.PathLike):
+        return read_results(Path(estimates))
+    return estimates
+
+
+@contextmanager
+def _naming_condition(condition: str) -> Iterator[None]:
+    try:
+        yield
+    except InputError as error:
+        raise InputError(
+            f"{condition}: {error.problem}",
+            file=error.file,
+            row=error.row,
+            column=error.column,
+            expected=error.expected,
+        ) from error
+    except ArmImpedanceError as error:
+        error.args = (f"{condition}: {error}",)
+        raise
+
+
+def _at_joint(
+    row: ImpedanceEstimate, subject: Subject | None, force_term: bool
+) -> ImpedanceEstimate:
+    posture, source = arm_posture_for(row, subject)
+    joint = to_joint_once(row, posture, force_dependent=force_term)
+    return replace(joint, provenance=(*joint.provenance, source))
+
+
+def _with_torque(row: ImpedanceEstimate, subject: Subject | None) -> ImpedanceEstimate:
+    """A row mapped to the joints before torques were written: J^T F from its angles and force."""
+    if row.level != "joint" or row.torque is not None:
+        return row
+    if row.force is None or row.joint_angles is None:
+        return row
+    posture, _ = arm_posture_for(row, subject)
+    return replace(row, torque=posture.jacobian.T @ row.force)
+
+
+def _activation(row: ImpedanceEstimate, muscles: tuple[str, ...], arm: MuscularArm) -> FloatArray:
+    """The measured activation of the arm's muscles, in their order."""
+    if row.activation is None:
+        raise InputError(
+            "tensions by EMG without activation", expected="columns alpha_1, alpha_2, …"
+        )
+    names = row.muscles or muscles
+    if len(names) != len(row.activation):
+        raise InputError(
+            f"{len(row.activation)} activations, {len(names)} muscles in the recording",
+            expected="as many",
+        )
+    missing = [name for name in arm.paths.muscles if name not in names]
+    if missing:
+        raise InputError(
+            f"no activation of {missing[0]}, a muscle of {arm.name}",
+            expected=f"it in the recording beside {', '.join(names)}",
+        )
+    return row.activation[[names.index(name) for name in arm.paths.muscles]]

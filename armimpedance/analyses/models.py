@@ -1,0 +1,393 @@
+"""Models of joint impedance over posture and muscle activation: fit them, ask them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from armimpedance.analyses.levels import Whose, subject_of
+from armimpedance.analyses.sources import PathLike
+from armimpedance.arm import MuscularArm
+from armimpedance.arrays import FloatArray
+from armimpedance.errors import InputError
+from armimpedance.files import (
+    joined,
+    read_activations,
+    read_joint_rows,
+    read_model,
+    read_postures,
+)
+from armimpedance.levels import kinematic_arm
+from armimpedance.muscles import (
+    MODEL_KINDS,
+    ActivationModel,
+    FittedModel,
+    HandPrediction,
+    JointPrediction,
+    JointRows,
+    MuscleModel,
+    PostureModel,
+    at_hand as predicted_at_hand,
+    joint_rows,
+    kind_of,
+)
+from armimpedance.records import ImpedanceEstimate
+
+Progress = Callable[[int, int], None]
+#: Rows of the joint level: a path or several of RESULTS.csv, estimates, or the rows themselves.
+Rows = JointRows | PathLike | Sequence[PathLike] | Sequence[ImpedanceEstimate]
+
+
+def fit_posture(
+    rows: Rows,
+    *,
+    order: int = 2,
+    model: str | None = None,
+    box_deg: ArrayLike | None = None,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> PostureModel:
+    """Fit joint stiffness and viscosity over posture at one activation.
+
+    Moment arms are polynomials of order L in the joint angles, elements of K and B of order 2L;
+    Tsuji (1997), eqs. (33)-(37).
+
+    Parameters
+    ----------
+    rows : JointRows, Estimates, sequence of ImpedanceEstimate, path or paths
+        At the joints, at (nearly) constant activation; a path is that of a RESULTS.csv.
+    order : int
+        L, from 0 to 6.
+    model : {"sos", "separable", "box", "polynomial"}, optional
+        "polynomial" is the source's least squares; the others are positive definite at every
+        posture, "box" on the workspace only. Default: "sos", below order 2 "polynomial".
+    box_deg : (2, 2), optional
+        The workspace in degrees: of shoulder and elbow the lowest and the highest angle. Default:
+        the measured range.
+    seed : int
+        Seed of the shuffles behind the null R.
+    progress : function (done, all), optional
+
+    Returns
+    -------
+    PostureModel
+
+    Raises
+    ------
+    InputError
+        A file cannot be read, there is no such model or order, a posture lies outside of the
+        workspace, or there are fewer postures than coefficients.
+    NotIdentifiableError
+        The postures are one, lie on a line, or cannot tell some term.
+    EstimationError
+        The solver did not end with an optimal solution.
+
+    Examples
+    --------
+    >>> from armimpedance.analyses import estimate, fit_posture, to_joint
+    >>> from manipulandum_sim.hand import simulate
+    >>> names = [f"posture_{i:02d}" for i in range(1, 11)]
+    >>> recording, _ = simulate("postures", seed=1, sets=1, conditions=names)
+    >>> model = fit_posture(to_joint(estimate(recording)), order=1)
+    >>> model.predict([1.0, 1.5]).stiffness.shape
+    (1, 3)
+    """
+    box = None if box_deg is None else np.radians(np.asarray(box_deg, dtype=float)).reshape(2, 2)
+    options = {"order": order, "model": model, "box": box, "seed": seed, "progress": progress}
+    return cast(PostureModel, fit_model("moment-arms", rows, **options))
+
+
+def fit_activation(
+    rows: Rows,
+    *,
+    arm: MuscularArm | str = "planar6",
+    order: int = 1,
+    model: str | None = None,
+    torque: bool = False,
+    increasing: bool = False,
+    curvature: bool = True,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> ActivationModel:
+    """Fit joint stiffness and viscosity over the activation of the muscles at one posture.
+
+    The stiffness of each muscle is a polynomial of order N of its activation; Tsuji (1997), eqs.
+    (11), (31), (33)-(35), (38).
+
+    Parameters
+    ----------
+    rows : JointRows, Estimates, sequence of ImpedanceEstimate, path or paths
+        At the joints, with activations; a path is that of a RESULTS.csv.
+    arm : MuscularArm or str
+        The muscles: "planar6", "arm26" or the path of a table of moment arms.
+    order : int
+        N, from 1 to 5.
+    model : {"polynomial", "bernstein"}, optional
+        "polynomial" (default) is the source's least squares, "bernstein" keeps the stiffness of
+        every muscle nonnegative.
+    torque : bool
+        Fit the joint torque too, stiffness being in proportion to tension.
+    increasing : bool
+        The stiffness grows with activation ("bernstein" only).
+    curvature : bool
+        False leaves out what tension adds through the curvature of the paths, as the source does.
+    seed : int
+        Seed of the shuffles behind the null R.
+    progress : function (done, all), optional
+
+    Returns
+    -------
+    ActivationModel
+
+    Raises
+    ------
+    InputError
+        A file cannot be read, rows have no activation or (where asked) no torque or more than one
+        posture, or there is no such model, order or arm.
+    NotIdentifiableError
+        These conditions cannot tell the muscles apart.
+    EstimationError
+        The fit does not settle.
+
+    Examples
+    --------
+    >>> from armimpedance.analyses import estimate, fit_activation, to_joint
+    >>> from manipulandum_sim.hand import simulate
+    >>> hand = [*estimate(simulate("cocontraction", seed=1, sets=1)[0])]
+    >>> recording, _ = simulate("force", seed=1, sets=1)
+    >>> joint = to_joint([*hand, *estimate(recording)], recording=recording)
+    >>> model = fit_activation(joint, order=1, torque=True)
+    >>> model.predict([0.1] * 6).extrapolated.shape
+    (1,)
+    """
+    options = {
+        "arm": arm,
+        "order": order,
+        "model": model,
+        "torque": torque,
+        "increasing": increasing,
+        "curvature": curvature,
+        "seed": seed,
+        "progress": progress,
+    }
+    return cast(ActivationModel, fit_model("activation", rows, **options))
+
+
+def fit_muscles(
+    rows: Rows,
+    *,
+    arm: MuscularArm | str = "planar6",
+    order: int = 2,
+    activation_order: int = 1,
+    prior_percent: float = 20.0,
+    torque: bool = False,
+    curvature: bool = True,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> MuscleModel:
+    """Fit one model of posture and activation, with moment arms that keep to an arm's own.
+
+    Parameters
+    ----------
+    rows : JointRows, Estimates, sequence of ImpedanceEstimate, path or paths
+        At the joints, any postures and activations; a path is that of a RESULTS.csv.
+    arm : MuscularArm or str
+        The muscles whose moment arms are corrected: "planar6", "arm26" or the path of a table.
+    order : int
+        L of the corrections to the moment arms, from 0 to 3.
+    activation_order : int
+        N of stiffness over activation, from 1 to 3.
+    prior_percent : float
+        Standard deviation of each correction in per cent of the moment arm.
+    torque : bool
+        Fit the joint torque too, stiffness being in proportion to tension.
+    curvature : bool
+        False leaves out what tension adds through the curvature of the paths.
+    seed : int
+        Seed of the shuffles behind the null R.
+    progress : function (done, all), optional
+
+    Returns
+    -------
+    MuscleModel
+
+    Raises
+    ------
+    InputError
+        A file cannot be read, rows have no activation or (where asked) no torque, an option is out
+        of range, or there is no such arm.
+    NotIdentifiableError
+        A muscle was never active.
+    EstimationError
+        The search does not arrive.
+
+    Examples
+    --------
+    >>> from armimpedance.analyses import estimate, fit_muscles, to_joint
+    >>> from manipulandum_sim.hand import simulate
+    >>> recording, _ = simulate("cocontraction", seed=1, sets=1)
+    >>> model = fit_muscles(to_joint(estimate(recording)), order=0)
+    >>> len(model.muscles)
+    6
+    """
+    options = {
+        "arm": arm,
+        "moment_arm_order": order,
+        "activation_order": activation_order,
+        "prior_percent": prior_percent,
+        "torque": torque,
+        "curvature": curvature,
+        "seed": seed,
+        "progress": progress,
+    }
+    return cast(MuscleModel, fit_model("muscles", rows, **options))
+
+
+def fit_model(kind: str, rows: Rows, **options: Any) -> FittedModel:
+    """Fit a model of a kind that is known by its name, as ``armimpedance fit KIND`` does.
+
+    Parameters
+    ----------
+    kind : {"moment-arms", "activation", "muscles"}
+        A key of `muscles.MODEL_KINDS`.
+    rows : JointRows, Estimates, sequence of ImpedanceEstimate, path or paths
+        At the joints; a path is that of a RESULTS.csv.
+    **options
+        Keywords of the kind's function `fit`.
+
+    Returns
+    -------
+    FittedModel
+
+    Raises
+    ------
+    InputError
+        There is no such kind, a file cannot be read, or the fit refuses rows or options.
+
+    Examples
+    --------
+    >>> from armimpedance.analyses import fit_model
+    >>> from armimpedance.muscles import JointRows
+    >>> K = [[[15.0, 6.0], [6.0, 16.0]], [[16.0, 6.0], [6.0, 15.0]]]
+    >>> rows = JointRows([[0.5, 1.2], [1.1, 1.7]], K, [[[1.0, 0.4], [0.4, 1.0]]] * 2)
+    >>> fit_model("moment-arms", rows, order=0).predict([0.8, 1.5]).stiffness.round(6).tolist()
+    [[15.5, 6.0, 15.5]]
+    """
+    return MODEL_KINDS.named(kind).fit(_joint_rows(rows), **options)
+
+
+def predict(
+    model: FittedModel | PathLike,
+    *,
+    postures: ArrayLike | PathLike | None = None,
+    activations: ArrayLike | PathLike | None = None,
+) -> JointPrediction:
+    """Predict joint stiffness and viscosity, with 95 % intervals, from a fitted model.
+
+    Parameters
+    ----------
+    model : PostureModel, ActivationModel, MuscleModel or path
+        The path is that of a MODEL.json.
+    postures : (P, 2) or path, optional
+        Angles of shoulder and elbow, rad, or a table with the columns `q_shoulder_rad` and
+        `q_elbow_rad`.
+    activations : (P, m) or path, optional
+        Activation of each muscle, 0..1, or a table with the columns `alpha_1 …`. Given both, row
+        goes with row; a single row goes with all rows of the other.
+
+    Returns
+    -------
+    JointPrediction
+        With what is extrapolated, and why.
+
+    Raises
+    ------
+    InputError
+        A file cannot be read, or postures or activations are missing, or given to a model that
+        has none.
+
+    Examples
+    --------
+    >>> from armimpedance.analyses import predict
+    >>> predict("nowhere.json", postures=[[1.0, 1.5]])
+    Traceback (most recent call last):
+    armimpedance.errors.InputError: nowhere.json: cannot be read: No such file or directory
+    """
+    file = model if isinstance(model, str | os.PathLike) else None
+    made = read_model(Path(file)) if file is not None else cast(FittedModel, model)
+    kind = kind_of(made)
+    for name, given in (("postures", postures), ("activations", activations)):
+        if (name in kind.needs) != (given is not None):
+            problem = f"a {kind.name} model {'without' if name in kind.needs else 'with'} {name}"
+            raise InputError(problem, file=file, expected=" and ".join(kind.needs))
+    q, alpha = joined(_postures(postures), _activations(activations, made))
+    arguments = [given for given in (q, alpha) if given is not None]
+    predicted: JointPrediction = cast(Any, made).predict(*arguments)
+    return predicted
+
+
+def at_hand(
+    predicted: JointPrediction, *, recording: Whose, force_N: ArrayLike | None = None
+) -> HandPrediction:
+    """Carry a predicted joint impedance to the hand: ``K_e = J^-T (K_j + Gamma(F)) J^-1``.
+
+    Parameters
+    ----------
+    predicted : JointPrediction
+    recording : Recording, Subject or path
+        Whose arm's lengths.
+    force_N : (2,) or (P, 2), optional
+        Force by the hand on its environment; none: no force.
+
+    Returns
+    -------
+    HandPrediction
+
+    Raises
+    ------
+    InputError
+        The recording cannot be read, its subject has neither lengths nor height, or the force has
+        another shape.
+    NotIdentifiableError
+        The arm is stretched in a posture.
+
+    Examples
+    --------
+    >>> from armimpedance.analyses import at_hand
+    >>> from armimpedance.muscles import JointPrediction
+    >>> from armimpedance.records import Subject
+    >>> known = [[[0.0] * 3] * 3]
+    >>> joint = JointPrediction(
+    ...     [[1.0, 1.5]], [[15.0, 6.0, 16.0]], [[1.0, 0.4, 1.0]], known, known, 10.0, [False], [""]
+    ... )
+    >>> at_hand(joint, recording=Subject(height_m=1.75)).stiffness.round().tolist()
+    [[78.0, -58.0, 246.0]]
+    """
+    return predicted_at_hand(predicted, kinematic_arm(subject_of(recording)), force_N)
+
+
+def _joint_rows(rows: Rows) -> JointRows:
+    if isinstance(rows, JointRows):
+        return rows
+    if isinstance(rows, str | os.PathLike):
+        return read_joint_rows([Path(rows)])
+    if rows and all(isinstance(row, str | os.PathLike) for row in rows):
+        return read_joint_rows([Path(row) for row in cast(Sequence[str], rows)])
+    return joint_rows(cast(Sequence[ImpedanceEstimate], rows))
+
+
+def _postures(given: ArrayLike | PathLike | None) -> FloatArray | None:
+    if isinstance(given, str | os.PathLike):
+        return read_postures(Path(given))
+    return None if given is None else np.atleast_2d(np.asarray(given, dtype=float))
+
+
+def _activations(given: ArrayLike | PathLike | None, model: Any) -> FloatArray | None:
+    if isinstance(given, str | os.PathLike):
+        return read_activations(Path(given), len(model.muscles))
+    return None if given is None else np.atleast_2d(np.asarray(given, dtype=float))

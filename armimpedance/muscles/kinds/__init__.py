@@ -1,0 +1,1 @@
+"""The kinds of models: one file a kind, each with its record `MODEL`."""
