@@ -27,7 +27,7 @@ from .side_by_side import (
 from .table import METHODS as METHODS
 from .weighing.modal import ModalEquation as ModalEquation, modal_equation as modal_equation
 from .weighing.noise import (
-    component_shapes as component_shapes,
+    force_covariance as force_covariance,
     through_impedance as through_impedance,
 )
 from .weighing.weighted_fit import (

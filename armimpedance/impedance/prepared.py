@@ -10,9 +10,10 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.conventions import UNITS, Kind, parameter_names
+from armimpedance.impedance.chart import Chart
 from armimpedance.impedance.regressors import output_major_order
 from armimpedance.records import Window
-from armimpedance.regression import Chart, TrialEquations, TrialFactors, equations_of
+from armimpedance.regression import TrialEquations, TrialFactors
 
 
 @dataclass(frozen=True)
@@ -51,7 +52,7 @@ class Prepared:
         d = self.factors.n_outputs
         names = parameter_names(d)
         units = tuple(UNITS[kind][name[0]] for name in names)
-        plain = equations_of(self.factors, names, units)
+        plain = TrialEquations.of(self.factors, names, units)
         # position in the fit's order of each parameter in matrix order
         order = np.argsort(output_major_order(d))
         A = plain.A[:, order][:, :, order]

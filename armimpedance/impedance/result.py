@@ -11,20 +11,12 @@ import numpy as np
 from armimpedance.arrays import FloatArray, IntArray
 from armimpedance.conventions import Kind
 from armimpedance.errors import InputError
+from armimpedance.impedance.chart import Chart
 from armimpedance.impedance.identifiable import require_identifiable
 from armimpedance.impedance.prepared import Prepared
 from armimpedance.impedance.regressors import fit_names, to_fit_order, to_matrix_order
 from armimpedance.records import ImpedanceEstimate, Quality, Recording
-from armimpedance.regression import (
-    Chart,
-    Fit,
-    Solution,
-    TrialEquations,
-    TrialFactors,
-    fit,
-    prediction_quality,
-    solve_equations,
-)
+from armimpedance.regression import Fit, TrialEquations, TrialFactors, fit, solve_equations
 from armimpedance.signals import MeanActivation, Timing, mean_activation
 
 ClusteredKind = Literal["cr3", "replicates", "cr1", "bootstrap"]
@@ -91,7 +83,7 @@ def to_estimate(
     chart : Chart, optional
         Of the equations' parameters: what a constraint leaves free.
     seed : int
-        Of the bootstrap.
+        Seed of the bootstrap.
 
     Raises
     ------
@@ -117,8 +109,8 @@ def to_estimate(
     if equations is None:
         ordered, dof = to_matrix_order(solved.parameters, solved.covariance, d), solved.dof
     else:
-        other = _solved(equations, chart, _Spread(covariance, strata, seed))
-        ordered, dof = np.vstack([other.parameters, other.covariance]), other.dof
+        spread = {"covariance": covariance, "strata": strata, "seed": seed}
+        ordered, dof = _solved(equations, chart, spread)
     with_handle, viscosity, stiffness = ordered[0].reshape(3, d, d)
     # Between sensor and hand the handle's mass moves with the hand: M_measured = M_limb + m I.
     own = with_handle - group.handle_mass_kg * np.eye(d) if group.kind == "hand" else with_handle
@@ -139,26 +131,16 @@ def to_estimate(
     )
 
 
-@dataclass(frozen=True)
-class _Spread:
-    """How the spread between trials becomes a covariance."""
-
-    covariance: ClusteredKind
-    strata: IntArray | None
-    seed: int
-
-    def solve(self, equations: TrialEquations) -> Solution:
-        return solve_equations(
-            equations, covariance=self.covariance, strata=self.strata, seed=self.seed
-        )
-
-
-def _solved(equations: TrialEquations, chart: Chart | None, spread: _Spread) -> Solution:
+def _solved(
+    equations: TrialEquations, chart: Chart | None, spread: dict[str, Any]
+) -> tuple[FloatArray, float]:
+    """Parameters above their covariance (1 + n, n), and the degrees of freedom."""
     if chart is None:
-        return spread.solve(equations)
-    free = spread.solve(chart.restrict(equations))
+        own = solve_equations(equations, **spread)
+        return np.vstack([own.parameters, own.covariance]), own.dof
+    free = solve_equations(chart.restrict(equations), **spread)
     T = chart.basis
-    return Solution(chart.expand(free.parameters), T @ free.covariance @ T.T, free.dof)
+    return np.vstack([chart.expand(free.parameters), T @ free.covariance @ T.T]), free.dof
 
 
 def _require_strata(factors: TrialFactors, strata: IntArray | None) -> None:
@@ -174,7 +156,7 @@ def _quality(
     solved: Fit, factors: TrialFactors, coefficients: FloatArray, coherence: float | None
 ) -> Quality:
     """How well coefficients (p, q) predict the rows of the factors."""
-    vaf, correlation = prediction_quality(factors, coefficients)
+    vaf, correlation = factors.prediction_quality(coefficients)
     return Quality(
         n_trials=solved.n_trials,
         n_rows=solved.n_rows,

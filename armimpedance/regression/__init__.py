@@ -1,8 +1,8 @@
 """The regression core: one linear model for every analysis, with honest covariance.
 
-`factors` reduces each trial to a small triangle; `solve.fit` turns triangles into a `fit.Fit`;
-`covariance`, `resample` and `diagnose` work on the triangles and touch no sample again (HAC and
-`refine`, which need samples, say so).
+`factors` reduces each trial to a small triangle; `solve.fit` turns triangles into a `result.Fit`;
+`covariance`, `resample` and `diagnose` work on the triangles and touch no sample again, the
+covariance of autocorrelated residuals aside.
 """
 
 import lazy_loader

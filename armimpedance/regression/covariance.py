@@ -1,4 +1,4 @@
-"""Covariance of the parameters: classical, clustered (CR1, CR3, replicates), and HAC.
+"""Covariance of the parameters: classical, clustered (CR1, CR3, replicates), and long-run.
 
 All in the order of `Fit.parameters` (every regressor of output 1, then of output 2, ...), with
 the blocks between outputs. Residuals at 1 kHz are autocorrelated; the classical covariance, which
@@ -7,7 +7,6 @@ takes them as independent, is far too small there and serves comparison with the
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Literal, get_args
 
 import numpy as np
@@ -41,7 +40,7 @@ def parameter_covariance(
     if kind not in get_args(CovarianceKind):
         raise InputError(
             f"no covariance {kind!r}",
-            expected="cr1, cr3, replicates or classical; hac needs the samples: hac_covariance",
+            expected="cr1, cr3, replicates or classical",
         )
     if residual_dof(factors) <= 0:
         raise InputError(
@@ -142,71 +141,34 @@ def replicate_sum(moved: FloatArray, strata: IntArray) -> FloatArray:
     return _outer(weight[:, None] * (moved - means[strata]))
 
 
-def hac_covariance(
-    W: Sequence[ArrayLike] | ArrayLike,
-    E: Sequence[ArrayLike] | ArrayLike,
-    triangle: ArrayLike,
-    lag: int,
+def long_run_covariance(
+    triangle: FloatArray, W: FloatArray, E: FloatArray, cosines: int
 ) -> FloatArray:
-    """Newey-West covariance (p q, p q) with Bartlett weights, within trials, never across.
+    """Covariance (p, p) of one output's parameters for autocorrelated residuals.
 
-    ``(W^T W)^-1 [sum_t sum_|l|<=lag (1 - |l|/(lag+1)) sum_i u_i u_(i+l)^T] (W^T W)^-1`` with the
-    scores ``u_i = vec(w_i e_i^T)``; no small-sample factor; ``lag = 0`` is White's covariance.
+    The long-run variance of the scores is the mean of squares of their slowest cosine sums (U. K.
+    Mueller, J. Econometrics 141 (2007) 1331-1352).
 
     Parameters
     ----------
-    W : (T, S, p), or a sequence of (S_t, p)
-    E : (T, S, q), or a sequence of (S_t, q)
-        Residuals ``Y - fit.predict(W)``.
     triangle : (p, p)
         `Fit.triangle`.
-    lag : int
-        Samples.
-
-    Raises
-    ------
-    InputError
-        Shapes that do not belong together, or a negative lag.
+    W : (N, p)
+        Regressors, samples one after another in time.
+    E : (N, 1)
+        Residuals.
+    cosines : int
+        How many sums are taken; the degrees of freedom of the t distribution.
     """
-    R = np.asarray(triangle, dtype=np.float64)
-    blocks_w = [np.asarray(w, dtype=np.float64) for w in W]  # type: ignore[union-attr]
-    blocks_e = [np.asarray(e, dtype=np.float64) for e in E]  # type: ignore[union-attr]
-    fits = len(blocks_w) == len(blocks_e) and all(
-        w.ndim == e.ndim == 2 and len(w) == len(e) and w.shape[1] == len(R)
-        for w, e in zip(blocks_w, blocks_e, strict=False)
-    )
-    if lag < 0 or not fits:
-        raise InputError(
-            f"HAC with lag {lag} on {len(blocks_w)} and {len(blocks_e)} trials",
-            expected=f"lag >= 0, (samples, {len(R)}) and (samples, outputs) per trial",
-        )
-    scale = np.linalg.norm(R, axis=0)
-    meat = sum(
-        _bartlett_sum(_row_scores(w / scale, e, R / scale), lag)
-        for w, e in zip(blocks_w, blocks_e, strict=True)
-    )
-    p, q = len(R), blocks_e[0].shape[1]
-    inverse = np.kron(np.eye(q), solve_triangular(R / scale, np.eye(p)) / scale[:, None])
-    # C (q p, q p) = (I (x) R^-1) meat (I (x) R^-T), the meat in the orthonormal basis
+    n, scale = len(W), np.linalg.norm(triangle, axis=0)
+    # scores u (n, p) in the orthonormal basis: W = Z R, u_i = z_i e_i
+    scores = solve_triangular(triangle / scale, (W / scale).T, trans="T").T * E
+    phase = np.pi * (np.arange(n) + 0.5) / n
+    # meat (p, p) = (2 / B) sum_j L_j L_j^T, L (B, p) the cosine sums
+    sums = np.cos(np.arange(1, cosines + 1)[:, None] * phase) @ scores
+    meat = 2 / cosines * sums.T @ sums
+    inverse = solve_triangular(triangle / scale, np.eye(len(scale))) / scale[:, None]
     return np.asarray(inverse @ meat @ inverse.T)
-
-
-def _row_scores(w: FloatArray, e: FloatArray, triangle: FloatArray) -> FloatArray:
-    """Scores of single rows in the orthonormal basis, (S, q p)."""
-    z = solve_triangular(triangle, w.T, trans="T").T
-    return np.asarray((e[:, :, None] * z[:, None, :]).reshape(len(w), -1))
-
-
-def _bartlett_sum(u: FloatArray, lag: int) -> FloatArray:
-    """Bartlett-weighted autocovariance sum of scores u (S, n).
-
-    The triangle is a box convolved with itself, so the weighted sum over lags is the plain cross
-    product of moving sums over lag + 1 rows: positive semidefinite by construction.
-    """
-    padded = np.pad(u, ((lag + 1, lag), (0, 0)))
-    running = np.cumsum(padded, axis=0)
-    moving = running[lag + 1 :] - running[: -(lag + 1)]
-    return np.asarray(moving.T @ moving / (lag + 1))
 
 
 def _influence(pooled: Pooled, scores: FloatArray) -> FloatArray:

@@ -10,26 +10,27 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Annotated, Final
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from armimpedance.arrays import FloatArray, frozen_array
+from armimpedance.arrays import FloatArray, FrozenRecord
 from armimpedance.errors import EstimationError, InputError, NotIdentifiableError
 from armimpedance.regression.covariance import check_strata, replicate_sum
 from armimpedance.regression.factors import TrialFactors
 from armimpedance.regression.resample import draw_counts
 
 #: Equations whose scaled condition number exceeds this have no solution worth the name.
-WORST_CONDITION = 1e12
+WORST_CONDITION: Final = 1e12
 #: Draws of a bootstrap: its standard errors are then known to some 2 %.
-BOOTSTRAP_REPEATS = 1000
+BOOTSTRAP_REPEATS: Final = 1000
 #: More draws than this part lost: what is left no longer stands for the data.
-MOST_LOST = 0.1
+MOST_LOST: Final = 0.1
 
 
 @dataclass(frozen=True, eq=False)
-class TrialEquations:
+class TrialEquations(FrozenRecord):
     """Equations ``sum_t (b_t - A_t theta) = 0``, one pair (A_t, b_t) per cluster.
 
     Attributes
@@ -38,27 +39,48 @@ class TrialEquations:
         Need not be symmetric.
     b : (T, n)
     names, units : tuple of str
-        Of the n parameters.
+        Names and units of the n parameters.
     """
 
-    A: FloatArray
-    b: FloatArray
-    names: tuple[str, ...]
-    units: tuple[str, ...]
+    A: Annotated[FloatArray, "t n n"]
+    b: Annotated[FloatArray, "t n"]
+    names: Annotated[tuple[str, ...], "n"]
+    units: Annotated[tuple[str, ...], "n"]
 
     def __post_init__(self) -> None:
-        put, n = object.__setattr__, len(self.names)
-        put(self, "A", frozen_array(self.A, "A", (None, n, n)))
-        put(self, "b", frozen_array(self.b, "b", (len(self.A), n)))
-        put(self, "names", tuple(self.names))
-        put(self, "units", tuple(self.units))
-        if len(self.units) != n or len(self.A) == 0:
-            raise InputError(f"{len(self.A)} clusters, {n} names, {len(self.units)} units")
+        super().__post_init__()
+        if len(self.A) == 0:
+            raise InputError("no clusters", expected="one or more")
 
     @property
     def n_clusters(self) -> int:
         """Number of clusters T."""
         return len(self.A)
+
+    @classmethod
+    def of(
+        cls, factors: TrialFactors, names: Sequence[str], units: Sequence[str]
+    ) -> TrialEquations:
+        """Normal equations of a least-squares fit, parameters in the order of `Fit.parameters`.
+
+        For what permutes or reweights trials of any method; `solve.fit` itself keeps to the
+        factors, which lose fewer digits.
+
+        Parameters
+        ----------
+        factors : TrialFactors
+            p regressors and q outputs.
+        names, units : sequences of p q str
+        """
+        p, q = factors.n_regressors, factors.n_outputs
+        W, Y = factors.r[:, :, :p], factors.r[:, :, p:]
+        gram = W.transpose(0, 2, 1) @ W
+        score = W.transpose(0, 2, 1) @ Y
+        A = np.zeros((factors.n_clusters, q, p, q, p))
+        for output in range(q):
+            A[:, output, :, output, :] = gram
+        b = score.transpose(0, 2, 1).reshape(-1, q * p)
+        return cls(A.reshape(-1, q * p, q * p), b, tuple(names), tuple(units))
 
     def subset(self, clusters: ArrayLike) -> TrialEquations:
         """The equations of these clusters only (a mask or indices, which may repeat)."""
@@ -76,35 +98,12 @@ class Solution:
     covariance : (n, n)
         Clustered by trial.
     dof : float
-        Of the t distribution.
+        Degrees of freedom of the t distribution.
     """
 
     parameters: FloatArray
     covariance: FloatArray
     dof: float
-
-
-def equations_of(
-    factors: TrialFactors, names: Sequence[str], units: Sequence[str]
-) -> TrialEquations:
-    """Normal equations of a least-squares fit, parameters in the order of `Fit.parameters`.
-
-    For what permutes or reweights trials of any method; `solve.fit` itself keeps to the factors,
-    which lose fewer digits.
-    """
-    p, q = factors.n_regressors, factors.n_outputs
-    W, Y = factors.r[:, :, :p], factors.r[:, :, p:]
-    gram = W.transpose(0, 2, 1) @ W
-    score = W.transpose(0, 2, 1) @ Y
-    A = np.zeros((factors.n_clusters, q, p, q, p))
-    for output in range(q):
-        A[:, output, :, output, :] = gram
-    return TrialEquations(
-        A.reshape(-1, q * p, q * p),
-        score.transpose(0, 2, 1).reshape(-1, q * p),
-        tuple(names),
-        tuple(units),
-    )
 
 
 def solve_equations(
@@ -125,7 +124,7 @@ def solve_equations(
     strata : (T,), optional
         For replicates: clusters with the same label saw the same disturbance.
     seed : int
-        Of the bootstrap.
+        Seed of the bootstrap.
 
     Raises
     ------

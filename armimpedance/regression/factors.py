@@ -100,6 +100,22 @@ class TrialFactors:
         chosen = np.arange(self.n_clusters)[np.asarray(clusters)]
         return replace(self, r=self.r[chosen], rows=self.rows[chosen])
 
+    def prediction_quality(self, coefficients: FloatArray) -> tuple[float, float]:
+        """Variance accounted for and correlation of the prediction ``W Theta`` with Y.
+
+        ``1 - |Y - W Theta|^2 / |Y|^2`` and ``sum Y Yhat / sqrt(sum Y^2 sum Yhat^2)``, about zero,
+        for any Theta (p, q); for the least-squares one they are `Fit.vaf` and `Fit.correlation`
+        of a model without intercept.
+        """
+        p = self.n_regressors
+        predicted = self.r[:, :, :p] @ coefficients
+        measured = self.r[:, :, p:]
+        y2, yhat2 = float((measured**2).sum()), float((predicted**2).sum())
+        if y2 == 0 or yhat2 == 0:
+            return 0.0, 0.0
+        left = float(((measured - predicted) ** 2).sum())
+        return 1 - left / y2, float((measured * predicted).sum()) / float(np.sqrt(y2 * yhat2))
+
 
 def trial_factors(
     W: ArrayLike,
@@ -191,23 +207,6 @@ def ragged_factors(
         nuisance_per_trial=nuisance_per_trial,
         intercept=_constant_column(everything, regressors),
     )
-
-
-def prediction_quality(factors: TrialFactors, coefficients: FloatArray) -> tuple[float, float]:
-    """Variance accounted for and correlation of the prediction ``W Theta`` with Y, (p, q) Theta.
-
-    ``1 - |Y - W Theta|^2 / |Y|^2`` and ``sum Y Yhat / sqrt(sum Y^2 sum Yhat^2)``, about zero, for
-    any Theta; for the least-squares one they are `Fit.vaf` and `Fit.correlation` of a model
-    without intercept.
-    """
-    p = factors.n_regressors
-    predicted = factors.r[:, :, :p] @ coefficients
-    measured = factors.r[:, :, p:]
-    y2, yhat2 = float((measured**2).sum()), float((predicted**2).sum())
-    if y2 == 0 or yhat2 == 0:
-        return 0.0, 0.0
-    left = float(((measured - predicted) ** 2).sum())
-    return 1 - left / y2, float((measured * predicted).sum()) / float(np.sqrt(y2 * yhat2))
 
 
 def split_blocks(n_rows: int, block_rows: int) -> tuple[slice, ...]:

@@ -53,10 +53,10 @@ class Fit(FrozenRecord):
     covariance : (p q, p q)
         Of `parameters`: all regressors of output 1, then of output 2, and so on.
     covariance_kind : str
-        ``cr1``, ``cr3``, ``classical``, or what `with_covariance` was told.
+        ``cr1``, ``cr3``, ``classical``, or what `with_covariance` was given.
     dof : float
-        Of the t distribution for intervals: clusters - 1 for clustered covariances,
-        rows - p - nuisance for the classical one; inf = normal.
+        Degrees of freedom of the t distribution for intervals: clusters - 1 for clustered
+        covariances, rows - p - nuisance for the classical one; inf = normal.
     cond_raw, cond_scaled : float
         Condition of W as given and with unit columns.
     rank, n_trials, n_rows : int
@@ -215,16 +215,14 @@ class Fit(FrozenRecord):
         """
         return self.named.transform(function, names, units, jacobian=jacobian)
 
+    def with_covariance(self, covariance: ArrayLike, kind: str, dof: float) -> Fit:
+        """The same fit with another covariance (p q, p q) of `parameters`, as from a bootstrap."""
+        matrix = np.asarray(covariance, np.float64)
+        return replace(self, covariance=matrix, covariance_kind=kind, dof=dof)
+
     def with_warning(self, *sentences: str) -> Fit:
         """A copy that carries these warnings too."""
         return replace(self, warnings=(*self.warnings, *sentences))
-
-
-def with_covariance(fit: Fit, covariance: ArrayLike, kind: str, dof: float) -> Fit:
-    """The same fit with another covariance (p q, p q) of `parameters`, as from HAC or bootstrap."""
-    return replace(
-        fit, covariance=np.asarray(covariance, np.float64), covariance_kind=kind, dof=dof
-    )
 
 
 def _ratio(part: float, whole: float) -> float:

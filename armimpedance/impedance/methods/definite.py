@@ -7,7 +7,7 @@ another method, in the metric of its own information:
 
 With weighted equations H is the inverse covariance of theta_hat as its noise model has it. (The
 clustered covariance would not do: with fewer trials than parameters it is singular.) Two axes are
-solved in closed form (`regression.cones`); three get the symmetric fit, which is refused if it is
+solved in closed form (`impedance.cones`); three get the symmetric fit, which is refused if it is
 not positive semidefinite. M is the inertia as measured, with the mass of the handle.
 
 Standard errors are those of the free coordinates at the solution: a matrix inside its cone has all
@@ -25,17 +25,12 @@ import numpy as np
 from armimpedance.arrays import FloatArray
 from armimpedance.conventions import MATRICES, Kind
 from armimpedance.errors import EstimationError
+from armimpedance.impedance.chart import Chart
+from armimpedance.impedance.cones import NearestMatrices, Place, nearest_semidefinite
 from armimpedance.impedance.methods import weighted
 from armimpedance.impedance.prepared import Method, Prepared
 from armimpedance.records import Window
-from armimpedance.regression import (
-    Chart,
-    NearestMatrices,
-    Place,
-    TrialEquations,
-    nearest_semidefinite,
-    solve_total,
-)
+from armimpedance.regression import TrialEquations, solve_total
 
 #: Eigenvalues of a symmetric fit of three axes below this part of the largest count as negative.
 _ROUNDING = 1e-12

@@ -9,13 +9,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Annotated
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, frozen_array
+from armimpedance.arrays import FloatArray, FrozenRecord, frozen_array
+from armimpedance.impedance.weighing.components import fit_components, total_covariance
 from armimpedance.impedance.weighing.modal import ModalEquation
 from armimpedance.records import Window
-from armimpedance.regression import fit_components, total_covariance
 from armimpedance.signals import Modes, PositionNoise, position_noise
 
 #: Tremor is looked for at these frequencies (Hz), with this standard deviation.
@@ -31,7 +32,7 @@ _ISOTROPIC = np.array([False, False, False, False, False, *(True for _ in TREMOR
 
 
 @dataclass(frozen=True, eq=False)
-class NoiseModel:
+class NoiseModel(FrozenRecord):
     """Covariance of the noise in the rows of a `ModalEquation`.
 
     Attributes
@@ -45,15 +46,10 @@ class NoiseModel:
     position : PositionNoise
     """
 
-    shapes: FloatArray
-    sizes: FloatArray
+    shapes: Annotated[FloatArray, "j n n"]
+    sizes: Annotated[FloatArray, "j d d"]
     floor: FloatArray
     position: PositionNoise
-
-    def __post_init__(self) -> None:
-        for name in ("shapes", "sizes"):
-            values = frozen_array(getattr(self, name), name, (None, None, None))
-            object.__setattr__(self, name, values)
 
     @property
     def force(self) -> FloatArray:
@@ -110,6 +106,26 @@ def component_shapes(modes: Modes, samples: int, sample_rate_hz: float) -> Float
     shapes = [offset, np.outer(ramp, ramp), slow, np.eye(modes.count), motion, *tremor]
     stacked = np.stack(shapes)
     return frozen_array(stacked, "shapes", stacked.shape)
+
+
+def force_covariance(
+    sizes: FloatArray, floor: FloatArray, modes: Modes, samples: int, sample_rate_hz: float
+) -> FloatArray:
+    """Covariance (d n, d n) of the force's noise in modes, from the sizes of its components.
+
+    Parameters
+    ----------
+    sizes : (J, d, d)
+        Covariance over axes of each component, N^2, in the order of `NAMES`.
+    floor : (d n, d n)
+        What is added to them.
+    modes : Modes
+        n of them.
+    samples : int
+        Length of the window.
+    sample_rate_hz : float
+    """
+    return total_covariance(sizes, component_shapes(modes, samples, sample_rate_hz), floor)
 
 
 def start_noise(window: Window, equation: ModalEquation) -> NoiseModel:

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from armimpedance.errors import InputError, NotIdentifiableError
-from armimpedance.impedance.weighing.weighted_fit import weighted_fit
 from armimpedance.impedance.reflex import guard as reflex
 from armimpedance.impedance.reflex.ends import window_ends
 from armimpedance.impedance.reflex.evidence import weigh
 from armimpedance.impedance.reflex.guard import guard_window, reflex_guard
 from armimpedance.impedance.reflex.scan import scan_delays
 from armimpedance.impedance.reflex.verdict import LEVEL, TELLING_SHARE
+from armimpedance.impedance.weighing.weighted_fit import weighted_fit
 from armimpedance.regression.equations import solve_equations, solve_total
 from armimpedance.report.reflex_text import headline
 from armimpedance.signals.windows import cut_windows

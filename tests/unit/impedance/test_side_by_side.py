@@ -7,8 +7,8 @@ import pytest
 
 from armimpedance.errors import InputError, NotIdentifiableError
 from armimpedance.impedance.estimation import Options, estimate
-from armimpedance.impedance.table import METHODS
 from armimpedance.impedance.side_by_side import side_by_side
+from armimpedance.impedance.table import METHODS
 from armimpedance.report.methods_table import methods_table
 
 

@@ -11,8 +11,9 @@ from armimpedance.errors import NotIdentifiableError
 from armimpedance.impedance.estimation import Options, estimate
 from armimpedance.impedance.methods import exact, weighted
 from armimpedance.impedance.weighing.expected_motion import expected_motion
-from armimpedance.impedance.weighing.modal import modal_equation
+from armimpedance.impedance.weighing.modal import modal_equation, weighted_equations
 from armimpedance.impedance.weighing.noise import NAMES
+from armimpedance.impedance.weighing.weighted_fit import weighted_fit
 from armimpedance.regression.equations import solve_total
 from armimpedance.signals.windows import cut_windows
 
@@ -56,9 +57,9 @@ def test_encoder_steps_do_not_shrink_inertia_as_they_shrink_least_squares(limb):
     biased, free = [], []
     for seed in range(12):
         recording = encoder(limb.record(seed=seed, force_noise=0.05), 1e-4, seed)
-        found = weighted.weighted_fit(cut_windows(recording), "hand")
+        found = weighted_fit(cut_windows(recording), "hand")
         unweighted = np.eye(2 * found.equation.modes.count)
-        plain = weighted.weighted_equations(found.equation, unweighted, "hand")
+        plain = weighted_equations(found.equation, unweighted, "hand")
         biased.append(solve_total(plain)[[0, 3]].sum())
         free.append(found.parameters[[0, 3]].sum())
     true = np.trace(limb.M)
@@ -111,7 +112,7 @@ def test_expected_motion_does_not_hear_a_trials_own_noise(limb):
 def test_noise_is_told_apart(limb):
     """White force noise of known size and nothing else: the model says so."""
     recording = limb.record(force_noise=0.05, sets=10)
-    found = weighted.weighted_fit(cut_windows(recording), "hand")
+    found = weighted_fit(cut_windows(recording), "hand")
     white = np.diag(found.noise.sizes[NAMES.index("white")])
     # 80 trials of 26 modes and 2 axes: the variance to some 3 %, less what others take of it
     assert (np.abs(white / 0.05**2 - 1) < 0.2).all()

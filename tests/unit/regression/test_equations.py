@@ -8,7 +8,6 @@ import pytest
 from armimpedance.errors import EstimationError, InputError, NotIdentifiableError
 from armimpedance.regression.equations import (
     TrialEquations,
-    equations_of,
     leave_one_out_shift,
     reweighted,
     solve_equations,
@@ -32,7 +31,7 @@ def factors():
 
 def as_equations(factors):
     names = tuple(f"p{i}" for i in range(P * Q))
-    return equations_of(factors, names, ("",) * (P * Q))
+    return TrialEquations.of(factors, names, ("",) * (P * Q))
 
 
 @pytest.mark.parametrize("kind", ["cr3", "replicates"])

@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 import regression_oracle as oracle
 import statsmodels.api as sm
+from hac_covariance import hac_covariance
 
 from armimpedance.errors import InputError, NotIdentifiableError
-from armimpedance.regression import with_covariance
-from armimpedance.regression.covariance import hac_covariance
 from armimpedance.regression.factors import ragged_factors, split_blocks, trial_factors
 from armimpedance.regression.solve import fit
 
@@ -145,7 +144,7 @@ def test_hac_is_that_of_statsmodels(lag):
 def test_with_covariance_changes_only_the_covariance():
     W, Y = problem(7)
     result = fitted(W, Y, "cr1")
-    other = with_covariance(result, 4 * result.covariance, "hac", np.inf)
+    other = result.with_covariance(4 * result.covariance, "hac", np.inf)
     np.testing.assert_allclose(other.sd, 2 * result.sd)
     np.testing.assert_array_equal(other.coefficients, result.coefficients)
     assert (other.covariance_kind, other.dof) == ("hac", np.inf)
@@ -193,7 +192,7 @@ def test_one_cluster_is_refused_with_the_way_out():
 
 def test_unknown_kind_and_too_few_rows_are_refused():
     W, Y = problem(10)
-    with pytest.raises(InputError, match="hac_covariance"):
+    with pytest.raises(InputError, match="cr1, cr3, replicates or classical"):
         fitted(W, Y, "hac")
     with pytest.raises(InputError, match="more rows"):
         fitted([W[0][:2], W[1][:1]], [Y[0][:2], Y[1][:1]], "cr1")

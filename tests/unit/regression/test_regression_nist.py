@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from refine import refine
 
 from armimpedance.regression.factors import trial_factors
-from armimpedance.regression.refine import refine
 from armimpedance.regression.solve import fit
 
 FILE = Path(__file__).resolve().parents[2] / "reference_data" / "nist_strd_linear.json"

@@ -10,7 +10,7 @@ from scipy.linalg import solve_triangular
 
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
-from armimpedance.regression.result import Fit
+from armimpedance.regression import Fit
 
 
 def refine(fit: Fit, W: ArrayLike, Y: ArrayLike, *, steps: int = 5) -> Fit:

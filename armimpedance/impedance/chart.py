@@ -8,13 +8,14 @@ back; a combination that the constraint fixes has a standard error of zero.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
-from armimpedance.arrays import FloatArray, frozen_array
-from armimpedance.regression.equations import TrialEquations
+from armimpedance.arrays import FloatArray, FrozenRecord
+from armimpedance.regression import TrialEquations
 
 
 @dataclass(frozen=True, eq=False)
-class Chart:
+class Chart(FrozenRecord):
     """``theta (n,) = origin (n,) + basis (n, r) u (r,)``.
 
     Attributes
@@ -24,13 +25,8 @@ class Chart:
         Of full column rank.
     """
 
-    origin: FloatArray
-    basis: FloatArray
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "origin", frozen_array(self.origin, "origin", (None,)))
-        basis = frozen_array(self.basis, "basis", (len(self.origin), None))
-        object.__setattr__(self, "basis", basis)
+    origin: Annotated[FloatArray, "n"]
+    basis: Annotated[FloatArray, "n r"]
 
     def restrict(self, equations: TrialEquations) -> TrialEquations:
         """The equations of every cluster for u, names ``u_1 …``."""

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, strategies as st
 
 from armimpedance.errors import InputError
-from armimpedance.regression.cones import nearest_semidefinite, project_on_cone
+from armimpedance.impedance.cones import nearest_semidefinite, project_on_cone
 
 
 def _in_cone(u, slack=1e-9):

@@ -6,7 +6,11 @@ import numpy as np
 import pytest
 
 from armimpedance.errors import InputError
-from armimpedance.regression.components import _root_of_two, fit_components, total_covariance
+from armimpedance.impedance.weighing.components import (
+    _root_of_two,
+    fit_components,
+    total_covariance,
+)
 
 N = 12
 LAG = np.abs(np.subtract.outer(np.arange(N), np.arange(N)))
