@@ -8,22 +8,23 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Final, Literal
+from typing import Annotated, Final, Literal
 
 import numpy as np
 import pandas as pd
 
-from armimpedance.arrays import FloatArray, IntArray, frozen_array
+from armimpedance.arrays import FloatArray, FrozenRecord, IntArray
 from armimpedance.errors import RecordError
 from armimpedance.records import Subject
 from armimpedance.skeleton import Skeleton
+from armimpedance.trials import InTrials, check_rate, expect_shape
 
 #: A force plate's columns: force, then moment about the plate's origin, in the world's frame.
 WRENCH: Final = ("fx", "fy", "fz", "mx", "my", "mz")
 
 
 @dataclass(frozen=True)
-class EmgSignals:
+class EmgSignals(FrozenRecord):
     """Raw EMG at its own rate.
 
     Attributes
@@ -38,38 +39,19 @@ class EmgSignals:
     """
 
     sample_rate_hz: float
-    offsets: IntArray
-    signals: FloatArray
-    muscles: tuple[str, ...]
+    offsets: Annotated[IntArray, "_"]
+    signals: Annotated[FloatArray, "_ m"]
+    muscles: Annotated[tuple[str, ...], "m"]
     unit: Literal["V", "normalised"] = "normalised"
 
     def __post_init__(self) -> None:
-        put = object.__setattr__
-        _check_rate(self.sample_rate_hz)
-        put(self, "muscles", tuple(self.muscles))
-        put(self, "offsets", frozen_array(self.offsets, "EMG offsets", (None,), np.int64))
-        shape = (int(self.offsets[-1]), len(self.muscles))
-        put(self, "signals", frozen_array(self.signals, "EMG signals", shape))
-
-
-class _InTrials:
-    """What a recording of samples in trials can say of them."""
-
-    trials: pd.DataFrame
-    offsets: IntArray
-
-    @property
-    def n_trials(self) -> int:
-        """Number of trials T."""
-        return len(self.trials)
-
-    def samples_of(self, row: int) -> slice:
-        """The samples of the trial in row `row` (from 0) of the trial table."""
-        return slice(int(self.offsets[row]), int(self.offsets[row + 1]))
+        super().__post_init__()
+        check_rate(self.sample_rate_hz)
+        expect_shape("EMG signals", self.signals, (int(self.offsets[-1]), len(self.muscles)))
 
 
 @dataclass(frozen=True)
-class MarkerRecording(_InTrials):
+class MarkerRecording(InTrials):
     """Markers of a motion-capture session, samples of all trials one after another.
 
     Attributes
@@ -95,29 +77,32 @@ class MarkerRecording(_InTrials):
 
     sample_rate_hz: float
     trials: pd.DataFrame
-    offsets: IntArray
-    time_s: FloatArray
-    positions: FloatArray
-    names: tuple[str, ...]
+    offsets: Annotated[IntArray, "T+1"]
+    time_s: Annotated[FloatArray, "N"]
+    positions: Annotated[FloatArray, "N P 3 nan"]
+    names: Annotated[tuple[str, ...], "P"]
     skeleton: Skeleton | None = None
-    wrenches: FloatArray | None = None
-    plate_origins_m: FloatArray | None = None
+    wrenches: Annotated[FloatArray, "N K 6"] | None = None
+    plate_origins_m: Annotated[FloatArray, "K 3"] | None = None
     emg: EmgSignals | None = None
     subject: Subject = field(default_factory=Subject)
     provenance: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        put = object.__setattr__
-        samples = _check_trials(self)
-        put(self, "names", tuple(self.names))
+        super().__post_init__()
         if len(set(self.names)) != len(self.names):
             raise RecordError("two markers of one name")
-        put(self, "positions", _with_gaps(self.positions, samples, len(self.names)))
-        _check_plates(self, samples)
+        lost = np.isnan(self.positions).any(axis=2)
+        seen = np.isfinite(self.positions[~lost]).all()
+        if not (np.isnan(self.positions[lost]).all() and seen):
+            raise RecordError(
+                "a marker with a part of its coordinates", expected="three finite numbers or none"
+            )
+        _check_beside(self)
 
 
 @dataclass(frozen=True)
-class MotionRecording(_InTrials):
+class MotionRecording(InTrials):
     """Joint motion of a skeleton, with what was measured beside it.
 
     Attributes
@@ -143,35 +128,29 @@ class MotionRecording(_InTrials):
 
     sample_rate_hz: float
     trials: pd.DataFrame
-    offsets: IntArray
-    time_s: FloatArray
-    coordinates: FloatArray
+    offsets: Annotated[IntArray, "T+1"]
+    time_s: Annotated[FloatArray, "N"]
+    coordinates: Annotated[FloatArray, "N n"]
     skeleton: Skeleton
-    wrenches: FloatArray | None = None
-    plate_origins_m: FloatArray | None = None
-    torque: FloatArray | None = None
+    wrenches: Annotated[FloatArray, "N K 6"] | None = None
+    plate_origins_m: Annotated[FloatArray, "K 3"] | None = None
+    torque: Annotated[FloatArray, "N n"] | None = None
     emg: EmgSignals | None = None
     subject: Subject = field(default_factory=Subject)
     provenance: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        put = object.__setattr__
-        samples = _check_trials(self)
-        shape = (samples, len(self.skeleton.coordinates))
-        put(self, "coordinates", frozen_array(self.coordinates, "coordinates", shape))
-        if self.torque is not None:
-            put(self, "torque", frozen_array(self.torque, "torque", shape))
-        _check_plates(self, samples)
+        super().__post_init__()
+        shape = (len(self.time_s), len(self.skeleton.coordinates))
+        expect_shape("coordinates", self.coordinates, shape)
+        _check_beside(self)
 
     def select(self, rows: Sequence[int]) -> MotionRecording:
         """The motion, plates and torque of these trials only (rows from 0); EMG stays behind."""
-        parts = [self.samples_of(row) for row in rows]
-        index = np.concatenate([np.arange(p.start, p.stop) for p in parts])
+        index, changes = self._chosen(rows)
         return replace(
             self,
-            trials=self.trials.iloc[list(rows)],
-            offsets=np.concatenate([[0], np.cumsum([p.stop - p.start for p in parts])]),
-            time_s=self.time_s[index],
+            **changes,
             coordinates=self.coordinates[index],
             wrenches=None if self.wrenches is None else self.wrenches[index],
             torque=None if self.torque is None else self.torque[index],
@@ -179,57 +158,9 @@ class MotionRecording(_InTrials):
         )
 
 
-def _check_rate(rate_hz: float) -> None:
-    if not (np.isfinite(rate_hz) and rate_hz > 0):
-        raise RecordError(f"sample rate {rate_hz} Hz", expected="a positive number")
-
-
-def _check_trials(recording: Any) -> int:
-    """Check the trial table, offsets and clock; the number of samples."""
-    put = object.__setattr__
-    _check_rate(recording.sample_rate_hz)
-    trials = recording.trials.reset_index(drop=True).copy()
-    put(recording, "trials", trials)
-    for column in ("trial", "condition"):
-        if column not in trials:
-            raise RecordError("no such column in the trial table", column=column)
-    if len(trials) == 0 or trials["trial"].duplicated().any():
-        raise RecordError("no trials, or one of them twice", expected="one row per trial")
-    offsets = frozen_array(recording.offsets, "offsets", (len(trials) + 1,), np.int64)
-    put(recording, "offsets", offsets)
-    if offsets[0] != 0 or (np.diff(offsets) <= 0).any():
-        raise RecordError("a trial has no samples", expected="rising offsets from 0")
-    samples = int(offsets[-1])
-    put(recording, "time_s", frozen_array(recording.time_s, "time_s", (samples,)))
-    put(recording, "provenance", tuple(recording.provenance))
-    if recording.emg is not None and len(recording.emg.offsets) != len(offsets):
-        raise RecordError("EMG of another number of trials", expected=f"{len(trials)}")
-    return samples
-
-
-def _check_plates(recording: Any, samples: int) -> None:
+def _check_beside(recording: MarkerRecording | MotionRecording) -> None:
+    """Check what was measured beside the motion: EMG of the same trials, whole force plates."""
+    if recording.emg is not None and len(recording.emg.offsets) != len(recording.offsets):
+        raise RecordError("EMG of another number of trials", expected=f"{recording.n_trials}")
     if (recording.wrenches is None) != (recording.plate_origins_m is None):
         raise RecordError("wrenches without the plates' origins, or the other way round")
-    if recording.wrenches is None:
-        return
-    put = object.__setattr__
-    origins = frozen_array(recording.plate_origins_m, "plate_origins_m", (None, 3))
-    put(recording, "plate_origins_m", origins)
-    wrenches = frozen_array(recording.wrenches, "wrenches", (samples, len(origins), 6))
-    put(recording, "wrenches", wrenches)
-
-
-def _with_gaps(values: FloatArray, samples: int, markers: int) -> FloatArray:
-    """Read-only copy (N, P, 3); a marker is seen in all three axes or in none."""
-    array = np.array(values, dtype=np.float64)
-    if array.shape != (samples, markers, 3):
-        raise RecordError(
-            f"positions have shape {array.shape}", expected=f"shape ({samples}, {markers}, 3)"
-        )
-    lost = np.isnan(array).any(axis=2)
-    if not np.isnan(array[lost]).all() or not np.isfinite(array[~lost]).all():
-        raise RecordError(
-            "a marker with a part of its coordinates", expected="three finite numbers or none"
-        )
-    array.flags.writeable = False
-    return array

@@ -31,6 +31,7 @@ RANKS = [
     {"motion"},
     {"skeleton"},
     {"records"},
+    {"estimates", "trials"},
     {"arrays"},
     {"outputs"},
     {"method_table"},
