@@ -106,11 +106,12 @@ def recorded(kind: str) -> MotionRecording:
 
 def our_choice(recording: MotionRecording):
     """Rows and columns of either kind."""
-    from armimpedance.body import RowChoice, robot_terms
+    from armimpedance.body import RowChoice
 
     if recording.skeleton.floating:
         return RowChoice()
-    return RowChoice(rows="all", terms=robot_terms(recording.skeleton))
+    kinds = ("viscosity", "friction", "inertia", "offset")
+    return RowChoice.of(recording.skeleton, cutoff_hz=None, terms=kinds)
 
 
 def ours(recording: MotionRecording) -> dict[str, object]:

@@ -22,14 +22,13 @@ import sys
 import time
 import tracemalloc
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.body import (
-    CUTOFF_HZ,
     METHODS,
-    BaseParameters,
     BodyFit,
     RowChoice,
     body_equations,
@@ -41,6 +40,7 @@ from armimpedance.body import (
 from armimpedance.motion import MotionRecording
 from manipulandum_sim.body import simulate_body
 
+CUTOFF_HZ = 6.0
 ANGLE_NOISE = (5e-4, 1e-3, 2e-3)
 MIDDLE = 1e-3
 
@@ -69,15 +69,15 @@ def of_method(found: BodyFit, b: FloatArray, phi: FloatArray, seconds: float) ->
     assert found.held_out is not None
     full = f"{error(found.phi, phi):5.1f}" if found.phi is not None else "    -"
     moments = found.held_out.moments
-    holds = np.mean(np.abs(found.values - b) < 1.96 * found.sd_robust)
+    holds = np.mean(np.abs(found.parameters.values - b) < 1.96 * found.parameters.sd)
     return (
-        f"  {found.method:14s} {error(found.values, b):6.1f} {full} "
+        f"  {found.method:14s} {error(found.parameters.values, b):6.1f} {full} "
         f"{found.held_out.pooled_rms(moments):8.2f} {found.held_out.pooled_r2(moments):7.3f} "
         f"{100 * holds:6.0f} {seconds:7.1f}"
     )
 
 
-def stacked_lstsq(recording: MotionRecording, base: BaseParameters) -> FloatArray:
+def stacked_lstsq(recording: MotionRecording, base: Any) -> FloatArray:
     """What a user would write: all rows of all motions in one matrix."""
     rows = [
         (t.W.reshape(-1, t.W.shape[2]), t.w.ravel())
@@ -105,7 +105,7 @@ def main() -> int:
     missed = []
     for method in ("weighted", "consistent"):
         found = identify_body(exact, choice=RowChoice(), method=method)
-        worst = float(np.abs(found.values / b - 1).max())
+        worst = float(np.abs(found.parameters.values / b - 1).max())
         print(f"exact data, {method}: largest relative error {worst:.1e} (asked 1e-9)")
         missed += [method] if worst > 1e-9 else []
     condition = found.choice.conditions[-1]
@@ -139,8 +139,8 @@ def main() -> int:
 
 def asked(found: dict[str, BodyFit], b: FloatArray) -> list[str]:
     """What is not met at the middle noise."""
-    least, prior = found["least_squares"], found["prior"]
-    errors = error(least.values, b), error(prior.values, b)
+    least, prior = found["ls"], found["prior"]
+    errors = error(least.parameters.values, b), error(prior.parameters.values, b)
     assert least.held_out is not None
     assert prior.held_out is not None
     rms = [f.held_out.pooled_rms(f.held_out.moments) for f in (least, prior)]  # type: ignore[union-attr]

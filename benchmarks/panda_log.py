@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from armimpedance.body import BodyFit, RowChoice, each_trial, identify_body, robot_terms
+from armimpedance.body import BodyFit, RowChoice, each_trial, identify_body
 from armimpedance.motion import MotionRecording
 from armimpedance.skeleton import Hinge, Segment, Skeleton
 
@@ -120,10 +120,10 @@ def main() -> int:
     motion = read_log(given.log)
     print(f"{len(motion.time_s)} samples at {motion.sample_rate_hz:.2f} Hz; {motion.provenance[0]}")
     sensors(given.log)
-    terms = robot_terms(motion.skeleton, ("viscosity", "friction", "offset"))
-    choice = RowChoice(rows="all", cutoff_hz=CUTOFF_HZ, terms=terms)
+    terms = ("viscosity", "friction", "offset")
+    choice = RowChoice.of(motion.skeleton, cutoff_hz=CUTOFF_HZ, terms=terms)
     fit = fit_of(motion, choice, None)
-    print(f"{fit.base.rank} parameters, condition (columns scaled) {fit.cond_scaled:.0f}")
+    print(f"{fit.base.rank} parameters, condition (columns scaled) {fit.least.cond_scaled:.0f}")
     residual, variance = left_out(motion, choice)
     r2 = 1 - residual / variance
     direct = fit.fitted.residual_squares.sum(axis=0) / fit.fitted.samples.sum()
@@ -131,8 +131,8 @@ def main() -> int:
     print("R^2 left out", _row(r2))
     print("rms left out (Nm)", _row(np.sqrt(residual)))
     for symbol, what in SYMBOLS:
-        at = [i for i, name in enumerate(fit.base.names) if name.startswith(f"{symbol}_joint")]
-        cells = [f"{fit.values[i]:.3f} +- {1.96 * fit.sd_robust[i]:.3f}" for i in at]
+        own = [p for p in fit.parameters if p.name.startswith(f"{symbol}_joint")]
+        cells = [f"{p.value:.3f} +- {1.96 * p.sd_robust:.3f}" for p in own]
         print(f"{what:20s}", "  ".join(cells))
     if given.folder is not None:
         from armimpedance.recordings import write_motion
@@ -148,7 +148,7 @@ def draw(motion: MotionRecording, choice: RowChoice, path: Path) -> None:
     from armimpedance.plots import body_figure, save
 
     names = list(motion.trials["condition"])
-    figure = body_figure(motion, choice, fit_of(motion, choice, names[:-1]))
+    figure = body_figure(fit_of(motion, choice, names[:-1]))
     save(figure, path.with_suffix(""), (path.suffix[1:],))
 
 

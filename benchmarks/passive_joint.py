@@ -70,8 +70,8 @@ def study(motions, rest, method, cutoff_hz=8.0):
         except EstimationError:
             failed += 1
             continue
-        found = [fit.parameter(name) for name in NAMES]
-        conditions = (fit.cond_raw, fit.cond_scaled)
+        found = [fit.parameters[name] for name in NAMES]
+        conditions = (fit.torque_fit.cond_raw, fit.torque_fit.cond_scaled)
         rows.append([[p.value, p.sd, *p.ci95, *conditions] for p in found])
     return np.array(rows).transpose(2, 0, 1), failed
 
@@ -171,7 +171,7 @@ def exact(checks):
     x = np.array([truth.k[i], truth.h[i], truth.f[i]])
     for method in ("ls", "parallel"):
         (fit,) = identify_passive(samples, rest_angle=float(truth.q_r[i]), method=method)
-        values = np.array([fit.parameter(name).value for name in NAMES])
+        values = np.array([fit.parameters[name].value for name in NAMES])
         worst = np.abs(values / x - 1).max()
         checks.say(f"{method}: exact data, worst relative error", worst, 0, 1e-6)
 

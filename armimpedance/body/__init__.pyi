@@ -1,5 +1,4 @@
 from .base_parameters import (
-    BaseParameters as BaseParameters,
     base_parameters as base_parameters,
     essential_base_parameters as essential_base_parameters,
 )
@@ -11,18 +10,10 @@ from .exciting import (
     choose_motions as choose_motions,
     motion_conditions as motion_conditions,
 )
-from .identify import (
-    CUTOFF_HZ as CUTOFF_HZ,
-    METHODS as METHODS,
-    NOISE_DRAWS as NOISE_DRAWS,
-    identify_body as identify_body,
-)
-from .joint_terms import passive_terms as passive_terms, robot_terms as robot_terms
-from .parameters import (
-    PARAMETERS as PARAMETERS,
-    inertial_parameters as inertial_parameters,
-    moving_segments as moving_segments,
-)
+from .identify import identify_body as identify_body
+from .joint_terms import TermKind as TermKind
+from .method import METHODS as METHODS
+from .parameters import inertial_parameters as inertial_parameters
 from .result import BodyFit as BodyFit
-from .rows import RowChoice as RowChoice, TrialRows as TrialRows, each_trial as each_trial
-from .validation import BodyValidation as BodyValidation, validate as validate
+from .rows import RowChoice as RowChoice, each_trial as each_trial
+from .validation import BodyValidation as BodyValidation

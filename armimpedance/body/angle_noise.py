@@ -15,11 +15,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import Annotated, Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, frozen_array
+from armimpedance.arrays import FloatArray, FrozenRecord
 from armimpedance.body.rows import RowChoice
 from armimpedance.motion import MotionRecording
 from armimpedance.signals import lowpass
@@ -35,7 +35,7 @@ _GRID: Final = 4096
 
 
 @dataclass(frozen=True)
-class NoiseShift:
+class NoiseShift(FrozenRecord):
     """What noise of the coordinates has done to an estimate.
 
     Attributes
@@ -43,19 +43,14 @@ class NoiseShift:
     shift : (b,)
         To be taken off.
     covariance : (b, b)
-        Of the shift, from a finite number of draws.
+        Covariance of the shift, from a finite number of draws.
     level : float
         Median sd of the angles' noise, rad.
     """
 
-    shift: FloatArray
-    covariance: FloatArray
+    shift: Annotated[FloatArray, "b"]
+    covariance: Annotated[FloatArray, "b b"]
     level: float
-
-    def __post_init__(self) -> None:
-        put, b = object.__setattr__, len(self.shift)
-        put(self, "shift", frozen_array(self.shift, "shift", (b,)))
-        put(self, "covariance", frozen_array(self.covariance, "covariance", (b, b)))
 
 
 def can_tell_noise(recording: MotionRecording, choice: RowChoice) -> bool:

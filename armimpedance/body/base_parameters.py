@@ -11,16 +11,17 @@ everything; data-dependent ones belong to one regressor.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from scipy.linalg import qr, solve_triangular
 
 from armimpedance.arm import skeleton_model
-from armimpedance.arrays import FloatArray, IntArray, frozen_array
+from armimpedance.arrays import FloatArray, FrozenRecord, IntArray
 from armimpedance.body.joint_terms import term_columns
 from armimpedance.body.regressor import regressor
 from armimpedance.body.rows import RowChoice
-from armimpedance.errors import EstimationError, InputError
+from armimpedance.errors import EstimationError, InputError, RecordError
 from armimpedance.skeleton import Skeleton
 
 #: A direction that the scaled regressor shows this much less than the clearest is not shown.
@@ -30,7 +31,7 @@ _ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
-class BaseParameters:
+class BaseParameters(FrozenRecord):
     """``b = mapping @ phi``, with names and texts.
 
     Attributes
@@ -48,18 +49,17 @@ class BaseParameters:
         ``mapping @ null_space = 0``: what no such motion can show.
     """
 
-    names: tuple[str, ...]
-    units: tuple[str, ...]
-    expressions: tuple[str, ...]
-    leading: IntArray
-    mapping: FloatArray
-    null_space: FloatArray
+    names: Annotated[tuple[str, ...], "b"]
+    units: Annotated[tuple[str, ...], "b"]
+    expressions: Annotated[tuple[str, ...], "b"]
+    leading: Annotated[IntArray, "b"]
+    mapping: Annotated[FloatArray, "b p"]
+    null_space: Annotated[FloatArray, "p _"]
 
     def __post_init__(self) -> None:
-        put, b, p = object.__setattr__, len(self.names), np.shape(self.mapping)[1]
-        put(self, "leading", frozen_array(self.leading, "leading", (b,), np.int64))
-        put(self, "mapping", frozen_array(self.mapping, "mapping", (b, p)))
-        put(self, "null_space", frozen_array(self.null_space, "null_space", (p, p - b)))
+        super().__post_init__()
+        if sum(np.shape(self.null_space)) != 2 * np.shape(self.mapping)[1] - self.rank:
+            raise RecordError(f"null space of shape {np.shape(self.null_space)}", expected="p - b")
 
     @property
     def rank(self) -> int:
@@ -85,7 +85,20 @@ def base_parameters(
     *,
     tolerance: float = TOLERANCE,
 ) -> BaseParameters:
-    """Data-dependent base parameters from the triangle R (p, p) of a regressor ``W = Q R``.
+    """Data-dependent base parameters from the triangle of a regressor ``W = Q R``.
+
+    Parameters
+    ----------
+    triangle : (p, p)
+        R.
+    names, units : tuple of p str
+        Names and units of all parameters.
+    tolerance : float
+        A direction that the scaled regressor shows this much less than the clearest is not shown.
+
+    Returns
+    -------
+    BaseParameters
 
     Raises
     ------
@@ -118,6 +131,18 @@ def essential_base_parameters(
     skeleton: Skeleton, choice: RowChoice | None = None, *, seed: int = 0
 ) -> BaseParameters:
     """Base parameters of the structure: random coordinates, velocities and accelerations.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    choice : RowChoice, optional
+        Default: the root's wrench of a floating root, all rows of a fixed one.
+    seed : int
+        Seed of the random motion.
+
+    Returns
+    -------
+    BaseParameters
 
     Raises
     ------

@@ -16,12 +16,12 @@ vanishing gamma costs no digits.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
+from typing import Annotated, Final
 
 import numpy as np
 from scipy.linalg import solve_triangular
 
-from armimpedance.arrays import FloatArray, frozen_array
+from armimpedance.arrays import FloatArray, FrozenRecord
 from armimpedance.body.base_parameters import BaseParameters
 from armimpedance.body.equations import BodyEquations
 from armimpedance.body.parameters import pseudo_inertia_basis, pseudo_inertias
@@ -42,7 +42,7 @@ _LONGEST: Final = 1e3
 
 
 @dataclass(frozen=True)
-class ConsistentFit:
+class ConsistentFit(FrozenRecord):
     """Physically consistent parameters of every segment.
 
     Attributes
@@ -59,18 +59,11 @@ class ConsistentFit:
     gamma : float
     """
 
-    phi: FloatArray
-    base: FloatArray
-    covariance: FloatArray | None
-    smallest_eigenvalue: FloatArray
+    phi: Annotated[FloatArray, "p"]
+    base: Annotated[FloatArray, "b"]
+    covariance: Annotated[FloatArray, "p p"] | None
+    smallest_eigenvalue: Annotated[FloatArray, "s"]
     gamma: float
-
-    def __post_init__(self) -> None:
-        put, p = object.__setattr__, len(self.phi)
-        put(self, "phi", frozen_array(self.phi, "phi", (p,)))
-        put(self, "base", frozen_array(self.base, "base", (None,)))
-        if self.covariance is not None:
-            put(self, "covariance", frozen_array(self.covariance, "covariance", (p, p)))
 
 
 def fit_consistent(

@@ -91,11 +91,11 @@ def standing_segments(
     ends = [s.name for s in skeleton.segments if s.name not in parents]
     q = recording.coordinates[samples]
     places = _segment_origins(model, q, np.array([model.getJointId(n) for n in ends]))
-    found = []
+    standing = []
     for k in range(world.shape[1]):
         loaded = world[:, k, 2] > LEAST_LOAD_N
         if not loaded.any():
-            found.append(ends[0])
+            standing.append(ends[0])
             continue
         f = world[loaded, k]
         cop = np.stack([-f[:, 4] / f[:, 2], f[:, 3] / f[:, 2]], axis=1)
@@ -108,8 +108,8 @@ def standing_segments(
                 f"plate {k + 1}: {ends[first]} and {ends[others[0]]} are about equally near",
                 expected="to be told which segment stands on each plate",
             )
-        found.append(ends[first])
-    return tuple(found)
+        standing.append(ends[first])
+    return tuple(standing)
 
 
 def _segment_origins(model: Any, q: FloatArray, joints: IntArray) -> FloatArray:

@@ -7,20 +7,23 @@ validated without the samples.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from armimpedance.arrays import FloatArray, IntArray, frozen_array
+from armimpedance.arrays import FloatArray, FrozenRecord, IntArray
 from armimpedance.body.rows import RowChoice, each_trial
+from armimpedance.body.validation import BodyValidation
 from armimpedance.errors import InputError
 from armimpedance.motion import MotionRecording
 from armimpedance.regression import TrialFactors
 
 
 @dataclass(frozen=True, eq=False)
-class BodyEquations:
+class BodyEquations(FrozenRecord):
     """Triangles of ``w = W phi`` per trial and row, k = p + 1.
 
     Attributes
@@ -39,21 +42,15 @@ class BodyEquations:
         How many of the columns are inertial parameters.
     """
 
-    r: FloatArray
-    samples: IntArray
-    mean: FloatArray
-    motions: tuple[str, ...]
-    rows: tuple[str, ...]
-    row_units: tuple[str, ...]
-    columns: tuple[str, ...]
-    column_units: tuple[str, ...]
+    r: Annotated[FloatArray, "T R p+1 p+1"]
+    samples: Annotated[IntArray, "T"]
+    mean: Annotated[FloatArray, "T R"]
+    motions: Annotated[tuple[str, ...], "T"]
+    rows: Annotated[tuple[str, ...], "R"]
+    row_units: Annotated[tuple[str, ...], "R"]
+    columns: Annotated[tuple[str, ...], "p"]
+    column_units: Annotated[tuple[str, ...], "p"]
     n_inertial: int
-
-    def __post_init__(self) -> None:
-        put, k, R = object.__setattr__, len(self.columns) + 1, len(self.rows)
-        put(self, "r", frozen_array(self.r, "r", (len(self.motions), R, k, k)))
-        put(self, "samples", frozen_array(self.samples, "samples", (len(self.r),), np.int64))
-        put(self, "mean", frozen_array(self.mean, "mean", (len(self.r), R)))
 
     @property
     def n_trials(self) -> int:
@@ -87,14 +84,37 @@ class BodyEquations:
         left = (self.r[..., p] ** 2).sum(axis=2) - self.samples[:, None] * self.mean**2
         return (residual**2).sum(axis=2), left
 
+    def validate(self, phi: FloatArray) -> BodyValidation:
+        """Judge the prediction ``W phi`` of parameters (p,), of all segments and joint terms.
 
-def body_equations(recording: MotionRecording, choice: RowChoice) -> BodyEquations:
+        A base solution serves as `BaseParameters.lift`.
+        """
+        left, varying = self.squares(phi)
+        return BodyValidation(self.motions, self.rows, self.row_units, self.samples, left, varying)
+
+
+def body_equations(
+    recording: MotionRecording,
+    choice: RowChoice,
+    progress: Callable[[int, int], None] | None = None,
+) -> BodyEquations:
     """Reduce a recording to its triangles, one trial after another.
+
+    Parameters
+    ----------
+    recording : MotionRecording
+    choice : RowChoice
+    progress : function, optional
+        Called with how many trials are done, of how many.
+
+    Returns
+    -------
+    BodyEquations
 
     Raises
     ------
     InputError
-        As `rows.each_trial`.
+        As `each_trial`.
     """
     skeleton = recording.skeleton
     triangles, means, samples, motions = [], [], [], []
@@ -108,6 +128,8 @@ def body_equations(recording: MotionRecording, choice: RowChoice) -> BodyEquatio
         means.append(trial.w.mean(axis=0))
         samples.append(len(trial.w))
         motions.append(trial.condition)
+        if progress is not None:
+            progress(len(motions), recording.n_trials)
     return BodyEquations(
         r=np.stack(triangles),
         samples=np.array(samples),

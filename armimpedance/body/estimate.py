@@ -7,12 +7,12 @@ from the fit before, once or twice.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from scipy.linalg import solve_triangular
 
-from armimpedance.arrays import FloatArray, frozen_array
+from armimpedance.arrays import FloatArray, FrozenRecord
 from armimpedance.body.base_parameters import BaseParameters
 from armimpedance.body.equations import BodyEquations, trial_factors_of
 from armimpedance.body.rows import RowChoice, each_trial
@@ -27,7 +27,7 @@ _ROUNDS = 2
 
 
 @dataclass(frozen=True)
-class BaseFit:
+class BaseFit(FrozenRecord):
     """Least-squares base parameters.
 
     Attributes
@@ -35,14 +35,11 @@ class BaseFit:
     fit : Fit
         Classical covariance; rows weighted.
     weights : (R,)
-        Per row.
+        Weight of each row.
     """
 
     fit: Fit
-    weights: FloatArray
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "weights", frozen_array(self.weights, "weights", (None,)))
+    weights: Annotated[FloatArray, "R"]
 
     @property
     def values(self) -> FloatArray:
@@ -54,6 +51,17 @@ def fit_base(
     equations: BodyEquations, base: BaseParameters, weighting: Weighting = "levels"
 ) -> BaseFit:
     """Solve ``w = W_base b`` over all motions of the equations.
+
+    Parameters
+    ----------
+    equations : BodyEquations
+    base : BaseParameters
+    weighting : {"none", "levels"}
+        All rows alike, or each divided by the level of its residuals.
+
+    Returns
+    -------
+    BaseFit
 
     Raises
     ------
@@ -68,11 +76,11 @@ def fit_base(
     if rows <= base.rank:
         raise InputError(f"{rows} rows for {base.rank} parameters", expected="more rows")
     weights = np.ones(len(equations.rows))
-    found = _solve(equations, base, weights)
+    solved = _solve(equations, base, weights)
     for _ in range(_ROUNDS if weighting == "levels" else 0):
-        weights = 1 / row_levels(equations, base.lift(found.parameters))
-        found = _solve(equations, base, weights)
-    return BaseFit(found, weights)
+        weights = 1 / row_levels(equations, base.lift(solved.parameters))
+        solved = _solve(equations, base, weights)
+    return BaseFit(solved, weights)
 
 
 def row_levels(equations: BodyEquations, phi: FloatArray) -> FloatArray:
@@ -96,7 +104,7 @@ def clustered_covariance(
     recording: MotionRecording,
     choice: RowChoice,
     base: BaseParameters,
-    found: BaseFit,
+    solved: BaseFit,
     *,
     block_s: float = 1.0,
     trials: tuple[int, ...] | None = None,
@@ -122,8 +130,8 @@ def clustered_covariance(
     for t, trial in enumerate(each_trial(recording, choice)):
         if trials is not None and t not in trials:
             continue
-        W = trial.W[..., base.leading] * found.weights[:, None]
-        e = trial.w * found.weights - W @ found.values
+        W = trial.W[..., base.leading] * solved.weights[:, None]
+        e = trial.w * solved.weights - W @ solved.values
         blocks = split_blocks(len(W), size) if len(W) >= 2 * size else (slice(None),)
         # s_g (b,) = sum over the block's samples and rows of W e
         scores += [np.einsum("src,sr->c", W[g], e[g]) for g in blocks]
@@ -132,7 +140,7 @@ def clustered_covariance(
         raise InputError("one block only: its spread cannot be seen", expected="a longer recording")
     G, b = len(scores), base.rank
     small_sample = G / (G - 1) * (rows - 1) / max(rows - b, 1)
-    R = found.fit.triangle
+    R = solved.fit.triangle
     scale = np.linalg.norm(R, axis=0)
     # R^T R x = s, columns scaled
     half = solve_triangular(R / scale, np.array(scores).T / scale[:, None], trans="T")

@@ -7,10 +7,11 @@ most; what is left over serves cross-validation.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
+from armimpedance.arrays import FloatArray, FrozenRecord
 from armimpedance.body.base_parameters import BaseParameters
 from armimpedance.body.equations import BodyEquations
 from armimpedance.errors import InputError
@@ -20,7 +21,7 @@ _NOTHING = 1e-12
 
 
 @dataclass(frozen=True)
-class MotionChoice:
+class MotionChoice(FrozenRecord):
     """Motions in the order in which they were chosen.
 
     Attributes
@@ -28,9 +29,9 @@ class MotionChoice:
     chosen : tuple of int
         Rows of the trial table (from 0).
     motions : tuple of str
-        Their names.
+        Names of these motions.
     conditions : tuple of float
-        Of the regressor after each of them was added.
+        Condition of the regressor after each of them was added.
     alone : (T,)
         Condition of every motion by itself; inf where it shows fewer parameters.
     """
@@ -38,7 +39,7 @@ class MotionChoice:
     chosen: tuple[int, ...]
     motions: tuple[str, ...]
     conditions: tuple[float, ...]
-    alone: FloatArray
+    alone: Annotated[FloatArray, "T nan"]
 
     @property
     def rest(self) -> tuple[int, ...]:
@@ -47,7 +48,18 @@ class MotionChoice:
 
 
 def motion_conditions(equations: BodyEquations, base: BaseParameters) -> FloatArray:
-    """Condition (T,) of every motion's column-scaled base regressor; inf at lost rank."""
+    """Condition of every motion's column-scaled base regressor.
+
+    Parameters
+    ----------
+    equations : BodyEquations
+    base : BaseParameters
+
+    Returns
+    -------
+    (T,)
+        inf where a motion shows fewer parameters.
+    """
     return np.array([_condition(r)[1] for r in _triangles(equations, base)])
 
 
@@ -61,6 +73,17 @@ def choose_motions(
     equations: BodyEquations, base: BaseParameters, *, most: int = 4
 ) -> MotionChoice:
     """Add the motion that lowers the condition most, until `most` or no gain.
+
+    Parameters
+    ----------
+    equations : BodyEquations
+    base : BaseParameters
+    most : int
+        As many motions at most.
+
+    Returns
+    -------
+    MotionChoice
 
     Raises
     ------

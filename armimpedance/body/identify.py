@@ -7,8 +7,7 @@ out. A robot: rows of every joint, torque measured, terms for what a joint adds 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Final, Literal
 
 import numpy as np
 
@@ -20,7 +19,6 @@ from armimpedance.body.base_parameters import (
     essential_base_parameters,
 )
 from armimpedance.body.checks import check_body
-from armimpedance.body.consistent import ConsistentFit, fit_consistent
 from armimpedance.body.equations import BodyEquations, body_equations
 from armimpedance.body.estimate import BaseFit, clustered_covariance, fit_base
 from armimpedance.body.exciting import (
@@ -29,46 +27,32 @@ from armimpedance.body.exciting import (
     motion_conditions,
     scaled_condition,
 )
-from armimpedance.body.parameters import inertial_parameters, moving_segments
+from armimpedance.body.method import METHODS, Method
 from armimpedance.body.result import BodyFit
 from armimpedance.body.rows import RowChoice
-from armimpedance.body.validation import validate
+from armimpedance.body.solution import Solution, WeightedSolution
 from armimpedance.errors import EstimationError, InputError, NotIdentifiableError
 from armimpedance.motion import MotionRecording
+from armimpedance.regression import Parameters
 from armimpedance.skeleton import Skeleton
 
-Method = Literal["least_squares", "weighted", "consistent", "prior"]
-METHODS: tuple[Method, ...] = ("least_squares", "weighted", "consistent", "prior")
-#: Human motion on force plates: slower than this, and noise of differentiated angles above it.
-CUTOFF_HZ = 6.0
 #: Draws of added noise: the mean shift is then known to .4 of its own spread.
-NOISE_DRAWS = 6
+_NOISE_DRAWS: Final = 6
 #: Scaled condition above which small errors of the motion decide the parameters.
-_POOR_CONDITION = 100.0
-
-
-@dataclass(frozen=True)
-class _Found:
-    """Base values, covariances, and all parameters where the method has them."""
-
-    values: FloatArray
-    covariance: FloatArray
-    robust: FloatArray
-    phi: FloatArray | None = None
-    phi_sd: FloatArray | None = None
+_POOR_CONDITION: Final = 100.0
 
 
 def identify_body(
     recording: MotionRecording,
     *,
-    method: Method = "weighted",
+    method: str = "weighted",
     choice: RowChoice | None = None,
     motions: Sequence[str] | int | None = 4,
     prior: Skeleton | None = None,
     prior_sd: float = 0.3,
     block_s: float = 1.0,
     data_dependent: bool = False,
-    noise_draws: int = NOISE_DRAWS,
+    noise_draws: int | None = None,
     check: bool = True,
     progress: Progress | None = None,
 ) -> BodyFit:
@@ -78,29 +62,34 @@ def identify_body(
     ----------
     recording : MotionRecording
         With force plates (a body) or torque (a robot).
-    method : {"least_squares", "weighted", "consistent", "prior"}
-        Plain; rows weighted by their residuals; every segment physically possible; the same with a
+    method : {"weighted", "consistent", "ls", "prior"}
+        Rows weighted by their residuals; every segment physically possible; plain; possible with a
         prior.
     choice : RowChoice, optional
-        Default: for a body the root's wrench at `CUTOFF_HZ`, for a fixed root all rows unfiltered.
+        Default: for a body the root's wrench at 6 Hz, for a fixed root all rows unfiltered.
     motions : names, or how many, or None
         Which trials to fit, by condition; an integer chooses greedily; None takes all.
     prior : Skeleton, optional
         Masses and inertias to start from; by default the recording's skeleton.
     prior_sd : float
-        Relative; see `consistent.fit_consistent`.
+        How well the prior's masses are trusted, relative: .3 for 30 %.
     block_s : float
-        Blocks of time for robust standard errors: longer than the residuals' memory.
+        Blocks of time for robust standard errors, s: longer than the residuals' memory.
     data_dependent : bool
         Take the base parameters that these motions show, instead of refusing when they show fewer
         than the structure has.
-    noise_draws : int
+    noise_draws : int, optional
         How often noise of the coordinates is added to learn what it does (`angle_noise`), which is
-        then taken off; 0 leaves it in. Never for plain least squares, nor without a filter.
+        then taken off; 0 leaves it in. Default: 6, and none for plain least squares or where no
+        band is left in which the noise shows.
     check : bool
         Refuse a recording whose units, frame or weight cannot be.
     progress : function, optional
-        Called with how many draws of noise are done, of how many.
+        Called with how much is done, of how much: trials, then draws of noise.
+
+    Returns
+    -------
+    BodyFit
 
     Raises
     ------
@@ -111,40 +100,54 @@ def identify_body(
     EstimationError
         The physically consistent fit does not settle.
     """
-    if method not in METHODS:
-        raise InputError(f"no method {method!r}", expected=", ".join(METHODS))
-    skeleton = recording.skeleton
+    way, skeleton = METHODS.named(method), recording.skeleton
     if choice is None:
-        choice = RowChoice(cutoff_hz=CUTOFF_HZ) if skeleton.floating else RowChoice(rows="all")
+        choice = RowChoice(cutoff_hz=6.0) if skeleton.floating else RowChoice(rows="all")
+    draws = _draws(noise_draws, way, recording, choice)
     if check:
         check_body(recording)
-    equations = body_equations(recording, choice)
+    equations = body_equations(recording, choice, progress)
     base = _base(equations, skeleton, choice, data_dependent)
     chosen = _chosen(equations, base, motions)
     fitted = equations.subset(list(chosen.chosen))
     _refuse_silence(fitted, base)
-    least = _least_squares(fitted, base, "none" if method == "least_squares" else "levels")
+    least = _least_squares(fitted, base, way.weighting)
     robust = clustered_covariance(
         recording, choice, base, least, block_s=block_s, trials=chosen.chosen
     )
     inflation = float(np.median(np.diag(robust) / np.diag(least.fit.covariance)))
     noise = None
-    if noise_draws > 0 and method != "least_squares" and can_tell_noise(recording, choice):
+    if draws:
         fitted_motion = recording.select(chosen.chosen)
-        noise = _noise_shift(fitted_motion, choice, base, least, noise_draws, progress)
-    found = _without_noise(_Found(least.values, least.fit.covariance, robust), noise)
-    if method in ("consistent", "prior"):
-        better = fit_consistent(
-            fitted,
-            base,
-            least.weights,
-            _guess(prior or skeleton),
-            prior_sd=prior_sd if method == "prior" else None,
-            inflation=max(inflation, 1.0),
-            about=None if noise is None else found.values,
+        noise = _noise_shift(fitted_motion, choice, base, least, draws, progress)
+    solution = Solution(least.values, least.fit.covariance, robust).without(noise)
+    given = WeightedSolution(
+        fitted, base, least, solution, inflation, noise, prior or skeleton, prior_sd
+    )
+    if way.improve is not None:
+        solution = way.improve(given)
+    return _result(method, recording, choice, equations, chosen, given, solution)
+
+
+def _draws(asked: int | None, method: Method, recording: MotionRecording, choice: RowChoice) -> int:
+    """How often noise is added.
+
+    Raises
+    ------
+    InputError
+        A number that shows no spread, or any where it would have no effect.
+    """
+    usable = method.weighting != "none" and can_tell_noise(recording, choice)
+    if asked is None:
+        return _NOISE_DRAWS if usable else 0
+    if asked != 0 and asked < 2:
+        raise InputError(f"{asked} draws of noise", expected="2 or more, or 0")
+    if asked and not usable:
+        raise InputError(
+            "draws of noise have no effect here",
+            expected="weighted rows, and a filter far below half of the sample rate",
         )
-        found = _of_consistent(better, base, found, inflation)
-    return _result(method, equations, base, chosen, least, found, inflation, noise)
+    return asked
 
 
 def _base(
@@ -168,27 +171,6 @@ def _noise_shift(
         return fit_base(body_equations(recording, choice), base, "levels").values
 
     return noise_shift(fitted, choice, again, least.values, draws=draws, progress=progress)
-
-
-def _without_noise(found: _Found, noise: NoiseShift | None) -> _Found:
-    if noise is None:
-        return found
-    return replace(
-        found,
-        values=found.values - noise.shift,
-        covariance=found.covariance + noise.covariance,
-        robust=found.robust + noise.covariance,
-    )
-
-
-def _guess(skeleton: Skeleton) -> FloatArray:
-    massless = [s.name for s in moving_segments(skeleton) if not s.mass_kg > 0]
-    if massless:
-        raise InputError(
-            f"no mass of {massless[0]} to start from",
-            expected="a prior skeleton with masses and inertias, from a table for example",
-        )
-    return inertial_parameters(skeleton)
 
 
 def _chosen(
@@ -243,31 +225,18 @@ def _least_squares(
         ) from error
 
 
-def _of_consistent(
-    better: ConsistentFit, base: BaseParameters, least: _Found, inflation: float
-) -> _Found:
-    """With a prior the curvature says how far to trust; without, the least-squares fit does."""
-    if better.covariance is None:
-        return replace(least, values=better.base, phi=better.phi)
-    # C_b (b, b) = B (b, p) C (p, p) B^T
-    robust = base.mapping @ better.covariance @ base.mapping.T
-    sd = np.sqrt(np.diag(better.covariance))
-    return _Found(better.base, robust / max(inflation, 1.0), robust, better.phi, sd)
-
-
 def _result(
-    method: Method,
+    method: str,
+    recording: MotionRecording,
+    rows: RowChoice,
     equations: BodyEquations,
-    base: BaseParameters,
     chosen: MotionChoice,
-    least: BaseFit,
-    found: _Found,
-    inflation: float,
-    noise: NoiseShift | None,
+    given: WeightedSolution,
+    solution: Solution,
 ) -> BodyFit:
-    phi = base.lift(found.values) if found.phi is None else found.phi
-    fitted = equations.subset(list(chosen.chosen))
-    direct = validate(fitted, phi)
+    base, least = given.base, given.least
+    phi = base.lift(solution.values) if solution.phi is None else solution.phi
+    direct = given.equations.validate(phi)
     squares = (least.weights**2 * direct.squares).sum()
     left = (least.weights**2 * direct.residual_squares).sum()
     warnings = list(least.fit.warnings)
@@ -279,21 +248,25 @@ def _result(
     return BodyFit(
         method=method,
         base=base,
-        values=found.values,
-        covariance=found.covariance,
-        covariance_robust=found.robust,
-        dof=least.fit.dof,
-        phi=found.phi,
-        phi_sd=found.phi_sd,
-        cond_raw=least.fit.cond_raw,
-        cond_scaled=least.fit.cond_scaled,
-        n_rows=least.fit.n_rows,
-        r2=least.fit.r2,
+        parameters=Parameters(
+            base.names,
+            base.units,
+            solution.values,
+            solution.robust,
+            "by blocks of time" if solution.phi_sd is None else "of data and prior",
+            least.fit.dof,
+            solution.covariance,
+        ),
+        phi=solution.phi,
+        phi_sd=solution.phi_sd,
+        least=least.fit,
         vaf=float(1 - left / squares) if squares > 0 else float("nan"),
+        recording=recording,
+        rows=rows,
         choice=chosen,
         fitted=direct,
-        held_out=validate(equations.subset(list(chosen.rest)), phi) if chosen.rest else None,
-        inflation=inflation,
-        noise=noise,
+        held_out=equations.subset(list(chosen.rest)).validate(phi) if chosen.rest else None,
+        inflation=given.inflation,
+        noise=given.noise,
         warnings=tuple(warnings),
     )

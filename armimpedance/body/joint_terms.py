@@ -116,20 +116,20 @@ def term_columns(
         Coordinates after the filter, and their derivatives.
     """
     q, qd, qdd = motion
-    found = np.empty((len(q), len(terms)))
+    columns = np.empty((len(q), len(terms)))
     for i, term in enumerate(terms):
         j = skeleton.coordinate(term.coordinate)
         if term.kind == "stiffness":
-            found[:, i] = q[:, j] - term.rest_rad
+            columns[:, i] = q[:, j] - term.rest_rad
         elif term.kind == "viscosity":
-            found[:, i] = qd[:, j]
+            columns[:, i] = qd[:, j]
         elif term.kind == "inertia":
-            found[:, i] = qdd[:, j]
+            columns[:, i] = qdd[:, j]
         elif term.kind == "offset":
-            found[:, i] = 1.0
+            columns[:, i] = 1.0
         elif term.kind == "friction":
-            found[:, i] = filtered_sign(qd[:, j], cutoff_hz, sample_rate_hz)
+            columns[:, i] = filtered_sign(qd[:, j], cutoff_hz, sample_rate_hz)
         else:
             bent = (raw[:, j] - term.rest_rad) ** 2
-            found[:, i] = lowpass(bent, cutoff_hz, sample_rate_hz, axis=0)
-    return found
+            columns[:, i] = lowpass(bent, cutoff_hz, sample_rate_hz, axis=0)
+    return columns

@@ -36,8 +36,29 @@ def parameter_units(skeleton: Skeleton) -> tuple[str, ...]:
 
 
 def inertial_parameters(skeleton: Skeleton) -> FloatArray:
-    """Parameters (10 s,) of a skeleton's masses, centres and inertias."""
+    """Parameters of a skeleton's masses, centres and inertias.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+        s segments move: all, or all but a fixed root.
+
+    Returns
+    -------
+    (10 s,)
+        Ten per segment, kg, kg m and kg m^2.
+    """
     return np.concatenate([_of(s) for s in moving_segments(skeleton)] or [np.empty(0)])
+
+
+def segment_parameters(skeleton: Skeleton, phi: FloatArray) -> dict[str, dict[str, float]]:
+    """Parameters (10 s, or more) by segment and symbol."""
+    segments = moving_segments(skeleton)
+    rows = np.asarray(phi)[: 10 * len(segments)].reshape(len(segments), 10)
+    return {
+        s.name: dict(zip(PARAMETERS, row.tolist(), strict=True))
+        for s, row in zip(segments, rows, strict=True)
+    }
 
 
 def _of(segment: Segment) -> FloatArray:
@@ -48,17 +69,18 @@ def _of(segment: Segment) -> FloatArray:
 
 
 def with_inertial_parameters(skeleton: Skeleton, phi: FloatArray) -> Skeleton:
-    """The skeleton with masses, centres and inertias from parameters (10 s,).
+    """The skeleton with masses, centres and inertias from parameters (10 s, or more).
 
     Raises
     ------
     InputError
-        A mass that is not positive, or another number of parameters.
+        A mass that is not positive, or fewer parameters.
     """
     moving = moving_segments(skeleton)
-    if np.shape(phi) != (10 * len(moving),):
+    if np.size(phi) < 10 * len(moving):
         raise InputError(f"{np.size(phi)} parameters", expected=f"10 for each of {len(moving)}")
-    changed = [_segment(s, p) for s, p in zip(moving, np.reshape(phi, (-1, 10)), strict=True)]
+    own = np.reshape(phi[: 10 * len(moving)], (-1, 10))
+    changed = [_segment(s, p) for s, p in zip(moving, own, strict=True)]
     fixed = () if skeleton.floating else skeleton.segments[:1]
     return replace(skeleton, segments=(*fixed, *changed))
 
@@ -95,10 +117,3 @@ def pseudo_inertia_basis() -> FloatArray:
 def pseudo_inertias(phi: FloatArray) -> FloatArray:
     """Pseudo-inertias (s, 4, 4) of parameters (10 s,)."""
     return np.tensordot(np.reshape(phi, (-1, 10)), pseudo_inertia_basis(), axes=1)
-
-
-def impossible_segments(skeleton: Skeleton, phi: FloatArray) -> tuple[str, ...]:
-    """Names of the segments that no distribution of mass could give these parameters."""
-    smallest = np.linalg.eigvalsh(pseudo_inertias(phi))[:, 0]
-    names = [s.name for s in moving_segments(skeleton)]
-    return tuple(n for n, value in zip(names, smallest, strict=True) if value < 0)

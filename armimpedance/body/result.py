@@ -4,45 +4,59 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from html import escape
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import numpy as np
 
-from armimpedance.arrays import BoolArray, FloatArray, frozen_array
+from armimpedance.arrays import BoolArray, FloatArray, FrozenRecord
 from armimpedance.body.angle_noise import NoiseShift
 from armimpedance.body.base_parameters import BaseParameters
 from armimpedance.body.exciting import MotionChoice
+from armimpedance.body.method import METHODS
+from armimpedance.body.parameters import segment_parameters, with_inertial_parameters
+from armimpedance.body.rows import RowChoice
 from armimpedance.body.validation import BodyValidation
-from armimpedance.regression import FitSummary, NamedParameter
+from armimpedance.errors import InputError
+from armimpedance.motion import MotionRecording
+from armimpedance.regression import Fit, FitSummary, Parameters
+from armimpedance.skeleton import Skeleton
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+#: Lines and parameters that a short text shows.
+_MOST_LINES: Final = 10
 
 
-@dataclass(frozen=True)
-class BodyFit:
+@dataclass(frozen=True, repr=False, eq=False)
+class BodyFit(FrozenRecord):
     """Identified base parameters, and how far to trust them.
 
     Attributes
     ----------
-    method : {"least_squares", "weighted", "consistent", "prior"}
+    method : {"weighted", "consistent", "ls", "prior"}
     base : BaseParameters
         Names, units, texts and the map from all parameters.
-    values : (b,)
-        SI.
-    covariance : (b, b)
-        Classical: independent residuals (with a prior: of data and prior together).
-    covariance_robust : (b, b)
-        Clustered by blocks of time; with a prior the curvature's, inflated.
-    dof : float
-        Of the t distribution for intervals of `covariance_robust`.
+    parameters : Parameters
+        Base values and their covariances, b of them. Intervals are made of the robust covariance,
+        clustered by blocks of time; the plain one is of independent residuals. With a prior both
+        are of data and prior together.
     phi : (p,) or None
         All parameters, ten per segment and the joint terms; None for least squares, which cannot
         tell them apart.
     phi_sd : (p,) or None
-        With a prior only.
-    cond_raw, cond_scaled : float
-        Of the base regressor of the motions that were fitted, rows as weighted.
-    n_rows : int
-    r2, vaf : float
-        Of the weighted rows that were fitted, about zero and about each row's mean.
+        Standard errors of phi, with a prior only.
+    least : Fit
+        The least squares of the motions that were fitted, rows as weighted: its condition, rows and
+        R^2.
+    vaf : float
+        Of the weighted rows that were fitted, about each row's mean in each motion.
+    recording : MotionRecording
+        The joint motion that all of this was found from.
+    rows : RowChoice
+        Which rows and columns of it, and the filter.
     choice : MotionChoice
         Which motions were fitted, and the conditions on the way.
     fitted, held_out : BodyValidation
@@ -51,101 +65,137 @@ class BodyFit:
         Median ratio of robust to classical variance.
     noise : NoiseShift or None
         What noise of the coordinates had done to the values, which was taken off them.
+    notes : tuple of str
+        What a reader must know of the recording.
     warnings : tuple of str
     """
 
     method: str
     base: BaseParameters
-    values: FloatArray
-    covariance: FloatArray
-    covariance_robust: FloatArray
-    dof: float
-    phi: FloatArray | None
-    phi_sd: FloatArray | None
-    cond_raw: float
-    cond_scaled: float
-    n_rows: int
-    r2: float
+    parameters: Parameters
+    phi: Annotated[FloatArray, "p"] | None
+    phi_sd: Annotated[FloatArray, "p"] | None
+    least: Fit
     vaf: float
+    recording: MotionRecording
+    rows: RowChoice
     choice: MotionChoice
     fitted: BodyValidation
     held_out: BodyValidation | None
     inflation: float
     noise: NoiseShift | None = None
+    notes: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
-
-    def __post_init__(self) -> None:
-        put, b = object.__setattr__, self.base.rank
-        put(self, "values", frozen_array(self.values, "values", (b,)))
-        for name in ("covariance", "covariance_robust"):
-            put(self, name, frozen_array(getattr(self, name), name, (b, b)))
-
-    @property
-    def sd(self) -> FloatArray:
-        """Classical standard errors (b,)."""
-        return np.sqrt(np.diag(self.covariance))
-
-    @property
-    def sd_robust(self) -> FloatArray:
-        """Robust standard errors (b,)."""
-        return np.sqrt(np.diag(self.covariance_robust))
 
     @property
     def relative_sd_percent(self) -> FloatArray:
-        """``100 sd_robust / |value|`` (b,); inf at zero."""
-        size = np.abs(self.values)
-        return np.where(size > 0, 100 * self.sd_robust / np.where(size > 0, size, 1.0), np.inf)
+        """``100 sd / |value|`` (b,) of the robust standard errors; inf at zero."""
+        size, sd = np.abs(self.parameters.values), self.parameters.sd
+        return np.where(size > 0, 100 * sd / np.where(size > 0, size, 1.0), np.inf)
 
     @property
     def well_identified(self) -> BoolArray:
         """Whether twice the relative robust standard error stays below 10 %, (b,)."""
         return np.asarray(2 * self.relative_sd_percent < 10)
 
+    @property
     def summary(self) -> FitSummary:
-        """For FIT.json: parameters named after their leading symbol."""
-        rows = zip(
-            self.base.names, self.base.units, self.values, self.sd, self.sd_robust, strict=True
-        )
-        parameters = tuple(
-            NamedParameter(name, float(value), float(sd), float(robust), unit, self.dof)
-            for name, unit, value, sd, robust in rows
-        )
+        """Method, size, condition and parameters, named after their leading symbol."""
         return FitSummary(
-            method=f"body_{self.method}",
-            n=self.n_rows,
-            cond_raw=self.cond_raw,
-            cond_scaled=self.cond_scaled,
+            method=f"body_{METHODS[self.method].label}",
+            n=self.least.n_rows,
+            cond_raw=self.least.cond_raw,
+            cond_scaled=self.least.cond_scaled,
             rank=self.base.rank,
-            r2=self.r2,
+            r2=self.least.r2,
             vaf=self.vaf,
-            parameters=parameters,
+            parameters=tuple(self.parameters),
             warnings=self.warnings,
         )
 
+    @property
+    def predicting_phi(self) -> FloatArray:
+        """Parameters (p,) that predict: `phi`, or any that the base parameters allow."""
+        return self.base.lift(self.parameters.values) if self.phi is None else self.phi
+
+    @property
+    def skeleton(self) -> Skeleton:
+        """The skeleton with the identified masses, centres and inertias.
+
+        Raises
+        ------
+        InputError
+            The method does not tell the segments' own parameters apart.
+        """
+        if self.phi is None:
+            raise InputError(
+                f"method {self.method!r} finds sums of segments' parameters only",
+                expected="method 'consistent' or 'prior'",
+            )
+        return with_inertial_parameters(self.recording.skeleton, self.phi)
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row a base parameter: value, standard error, 95 % limits, unit, expression."""
+        return self.parameters.to_frame().assign(expression=list(self.base.expressions))
+
+    def to_dict(self) -> dict[str, Any]:
+        """What FIT.json holds: summary, expressions, motions, validation, segments."""
+        names = self.base.names
+        content = {
+            **self.summary.to_dict(),
+            "expressions": dict(zip(names, self.base.expressions, strict=True)),
+            "motions_fitted": list(self.choice.motions),
+            "condition_after_each": list(self.choice.conditions),
+            "condition_alone": self.choice.alone.tolist(),
+            "direct_validation": self.fitted.to_list(),
+            "cross_validation": None if self.held_out is None else self.held_out.to_list(),
+        }
+        if self.noise is not None:
+            shift = dict(zip(names, self.noise.shift.tolist(), strict=True))
+            content["angle_noise"] = {"level_rad": self.noise.level, "bias_taken_off": shift}
+        if self.phi is not None:
+            content["segments"] = segment_parameters(self.recording.skeleton, self.phi)
+        return content
+
+    @property
     def lines(self) -> tuple[str, ...]:
         """What a person reads first, a line each."""
         conditions = " -> ".join(f"{c:.3g}" for c in self.choice.conditions)
-        found = [
-            f"{self.base.rank} base parameters, {self.method.replace('_', ' ')}, "
+        said = [
+            f"{self.base.rank} base parameters, {METHODS[self.method].label.replace('_', ' ')}, "
             f"{int(self.well_identified.sum())} of them within 10 %",
             f"fitted: {_named(self.choice.motions)} (scaled condition {conditions})",
             f"fitted motions: {_residuals(self.fitted)}",
         ]
         if self.held_out is not None:
-            found.append(f"held-out motions: {_residuals(self.held_out)}")
-            found += [f"  {line}" for line in _by_motion(self.held_out)]
+            said.append(f"held-out motions: {_residuals(self.held_out)}")
+            said += [f"  {line}" for line in _by_motion(self.held_out)]
         if self.noise is not None:
-            moved = int((np.abs(self.noise.shift) > self.sd_robust).sum())
-            found.append(
+            moved = int((np.abs(self.noise.shift) > self.parameters.sd).sum())
+            said.append(
                 f"noise of the angles, {1e3 * self.noise.level:.2g} mrad: its bias was taken off, "
                 f"more than a standard error for {moved} parameters"
             )
         if self.inflation > 2:
-            found.append(
+            said.append(
                 "residuals are correlated: robust standard errors are "
                 f"{np.sqrt(self.inflation):.1f} times the classical ones"
             )
-        return tuple(found + [f"warning: {w}" for w in self.warnings])
+        return tuple(said + [f"warning: {w}" for w in self.warnings])
+
+    def __repr__(self) -> str:
+        short = [line for line in self.lines if not line.startswith("  ")]
+        left = len(short) - _MOST_LINES
+        more = [f"... and {left} more lines"] if left > 0 else []
+        return "\n".join([*short[:_MOST_LINES], *more])
+
+    def _repr_html_(self) -> str:
+        told = [line for line in self.lines if not line.startswith("warning: ")]
+        order = np.argsort(self.relative_sd_percent)[:_MOST_LINES]
+        best = replace(self.summary, parameters=tuple(self.parameters[int(i)] for i in order))
+        return (
+            f"<ul>{''.join(f'<li>{escape(line)}</li>' for line in told)}</ul>{best._repr_html_()}"
+        )
 
 
 def _named(motions: Sequence[str]) -> str:

@@ -7,9 +7,9 @@ the root, the torques, and the joint terms that are not linear.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Final, Literal
 
 import numpy as np
 
@@ -21,13 +21,22 @@ from armimpedance.body.contacts import (
     standing_segments,
     wrench_on_root,
 )
-from armimpedance.body.joint_terms import JointTerm, term_columns
+from armimpedance.body.joint_terms import (
+    JointTerm,
+    TermKind,
+    passive_terms,
+    robot_terms,
+    term_columns,
+)
 from armimpedance.body.parameters import parameter_names, parameter_units
 from armimpedance.body.regressor import ROOT_ROWS, regressor, root_wrench
 from armimpedance.errors import InputError
 from armimpedance.motion import MotionRecording
 from armimpedance.signals import lowpass, smoothed_derivatives
 from armimpedance.skeleton import Skeleton
+
+#: No joint rests further from zero, rad; degrees do.
+_LARGEST_REST: Final = 6.3
 
 
 @dataclass(frozen=True)
@@ -40,7 +49,7 @@ class RowChoice:
         The root's wrench, or every coordinate (needs measured torque, and a fixed root has no
         other rows).
     cutoff_hz : float or None
-        Of the zero-phase low-pass; None for exact data.
+        Cut-off of the zero-phase low-pass; None for exact data.
     trim_s : float or None
         Left out at both ends of a trial, where the filter and the spline see one side only. None:
         one period of the cut-off, nothing without a filter.
@@ -63,6 +72,60 @@ class RowChoice:
             raise InputError(f"no rows {self.rows!r}", expected="'base' or 'all'")
         if self.trim_s is not None and not self.trim_s >= 0:
             raise InputError(f"{self.trim_s} s left out at the ends", expected="0 or more")
+
+    @classmethod
+    def of(
+        cls,
+        skeleton: Skeleton,
+        *,
+        rows: Literal["base", "all"] | None = None,
+        cutoff_hz: float | None = 6.0,
+        terms: Sequence[TermKind] = (),
+        passive_joints: Mapping[str, float] | None = None,
+    ) -> RowChoice:
+        """Rows and columns for a skeleton, by default those of a body or of a robot.
+
+        Parameters
+        ----------
+        skeleton : Skeleton
+        rows : {"base", "all"}, optional
+            Default: the root's wrench of a floating root, all rows of a fixed one.
+        cutoff_hz : float or None
+        terms : sequence of {"viscosity", "friction", "inertia", "offset"}
+            What every hinge of a robot adds.
+        passive_joints : mapping of names to rad, optional
+            Relaxed hinges and their rest angles; k, h and f of each are columns.
+
+        Returns
+        -------
+        RowChoice
+
+        Raises
+        ------
+        InputError
+            No such joint or term, a rest angle in degrees, or terms whose rows are not used.
+        """
+        joints = dict(passive_joints or {})
+        hinges = skeleton.coordinates[len(skeleton.root_coordinates) :]
+        for name, rest in joints.items():
+            if name not in hinges:
+                raise InputError(f"no joint {name!r}", expected=f"one of {', '.join(hinges)}")
+            if not abs(rest) <= _LARGEST_REST:
+                raise InputError(
+                    f"a rest angle of {rest:g} of {name} looks like degrees", expected="radians"
+                )
+        if terms and joints:
+            raise InputError("a robot's terms beside passive joints", expected="one of the two")
+        chosen = rows or ("base" if skeleton.floating else "all")
+        if terms and chosen == "base":
+            raise InputError(
+                "terms of joints with the rows of the root, which no joint's torque enters",
+                expected="rows 'all', of a recording with measured torque",
+            )
+        columns = passive_terms(tuple(joints), tuple(joints.values())) + robot_terms(
+            skeleton, terms
+        )
+        return cls(chosen, cutoff_hz, terms=columns, passive_joints=tuple(joints))
 
     def indices(self, skeleton: Skeleton) -> IntArray:
         """The coordinates whose rows are used.
@@ -122,6 +185,15 @@ class TrialRows:
 
 def each_trial(recording: MotionRecording, choice: RowChoice) -> Iterator[TrialRows]:
     """The rows of trial after trial; only one is held at a time.
+
+    Parameters
+    ----------
+    recording : MotionRecording
+    choice : RowChoice
+
+    Yields
+    ------
+    TrialRows
 
     Raises
     ------

@@ -8,15 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated, Any
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, IntArray
-from armimpedance.body.equations import BodyEquations
+from armimpedance.arrays import FloatArray, FrozenRecord, IntArray
 
 
 @dataclass(frozen=True)
-class BodyValidation:
+class BodyValidation(FrozenRecord):
     """Residuals per motion and row.
 
     Attributes
@@ -25,15 +25,15 @@ class BodyValidation:
     rows, row_units : tuples of R str
     samples : (T,) int
     residual_squares, squares : (T, R)
-        Sums over samples; of what was measured about its mean in that motion.
+        Sums over samples: of the residual, and of what was measured about its mean in that motion.
     """
 
-    motions: tuple[str, ...]
-    rows: tuple[str, ...]
-    row_units: tuple[str, ...]
-    samples: IntArray
-    residual_squares: FloatArray
-    squares: FloatArray
+    motions: Annotated[tuple[str, ...], "T"]
+    rows: Annotated[tuple[str, ...], "R"]
+    row_units: Annotated[tuple[str, ...], "R"]
+    samples: Annotated[IntArray, "T"]
+    residual_squares: Annotated[FloatArray, "T R"]
+    squares: Annotated[FloatArray, "T R"]
 
     @property
     def rms(self) -> FloatArray:
@@ -67,19 +67,20 @@ class BodyValidation:
         """The rows in N."""
         return tuple(row for row in self.rows if row not in self.moments)
 
+    def to_list(self) -> list[dict[str, Any]]:
+        """Plain values, one mapping a motion, as FIT.json holds them."""
+        return [
+            {
+                "motion": motion,
+                "samples": int(self.samples[t]),
+                "rms": dict(zip(self.rows, self.rms[t].tolist(), strict=True)),
+                "r2": dict(zip(self.rows, self.r2[t].tolist(), strict=True)),
+            }
+            for t, motion in enumerate(self.motions)
+        ]
+
     def _at(self, rows: Sequence[str] | None) -> list[int]:
         return [self.rows.index(row) for row in (self.rows if rows is None else rows)]
-
-
-def validate(equations: BodyEquations, phi: FloatArray) -> BodyValidation:
-    """Judge the prediction ``W phi`` of parameters (p,), of all segments and joint terms.
-
-    A base solution serves as `BaseParameters.lift`.
-    """
-    left, varying = equations.squares(phi)
-    return BodyValidation(
-        equations.motions, equations.rows, equations.row_units, equations.samples, left, varying
-    )
 
 
 def _r2(residual: FloatArray, total: FloatArray) -> FloatArray:

@@ -19,32 +19,18 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
 
-from armimpedance.cli.parts.checks import naming, number
-from armimpedance.cli.parts.passive_input import read_joint_motion
+from armimpedance.cli.parts.outputs import FIGURE, FIT, Output, add_figure, add_out, check_outputs
 from armimpedance.errors import InputError
-
-if TYPE_CHECKING:
-    from armimpedance.body import RowChoice
-    from armimpedance.motion import MotionRecording
-    from armimpedance.skeleton import Skeleton
-
-METHODS = {"ls": "least_squares"} | {n: n for n in ("weighted", "consistent", "prior")}
-#: No joint rests further from zero, rad; degrees do.
-_LARGEST_REST = 6.3
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
+    from armimpedance.body import METHODS
+
     parser.add_argument("recording", metavar="RECORDING", type=Path)
-    parser.add_argument("--out", type=Path, metavar="FIT.json")
-    parser.add_argument(
-        "--method",
-        default="weighted",
-        metavar="NAME",
-        help="ls, weighted (default), consistent or prior",
-    )
+    add_out(parser, "the base parameters and all that is known of them", FIT)
+    parser.add_argument("--method", metavar="NAME", help=METHODS.listed())
     parser.add_argument(
         "--motions",
         default="4",
@@ -58,7 +44,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "(default of a robot)",
     )
     parser.add_argument(
-        "--cutoff-hz", metavar="HZ|none", help="of the zero-phase low-pass (default: 6)"
+        "--cutoff-hz",
+        default="6",
+        metavar="HZ|none",
+        help="cut-off of the zero-phase low-pass (default: 6)",
     )
     parser.add_argument(
         "--prior-sd-percent",
@@ -70,7 +59,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--noise-draws",
         type=int,
         metavar="N",
-        help="of added noise, to take off what the angles' own noise does (default: 6; 0: none)",
+        help="draws of added noise, to take off what the angles' own noise does (default: 6; 0: "
+        "none)",
     )
     parser.add_argument(
         "--term",
@@ -93,124 +83,68 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="fit what these motions show instead of refusing where they show too little",
     )
     parser.add_argument(
-        "--figure", type=Path, metavar="PATH.png", help="draw wrench and prediction"
+        "--longest-gap-s",
+        type=float,
+        metavar="S",
+        help="longest loss of a marker to bridge (default: 0.2)",
     )
+    add_figure(parser, "the wrench and its prediction")
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Read, identify, print, write."""
-    from armimpedance.body import identify_body
-    from armimpedance.cli.parts.checks import check_outputs
+    """Identify, write, print."""
+    from armimpedance.analyses import body
+    from armimpedance.cli.parts.checks import number
     from armimpedance.cli.parts.progress import bar
-    from armimpedance.files import write_fit
-    from armimpedance.report import body_object, body_text
+    from armimpedance.files import write_json
+    from armimpedance.report import body_text
 
-    check_outputs(figure=arguments.figure, out=arguments.out)
-    if arguments.method not in METHODS:
-        raise InputError(f"--method {arguments.method}", expected=f"one of {', '.join(METHODS)}")
-    prior_sd = _prior_sd(arguments)
-    recording, notes = read_joint_motion(arguments.recording, forces=True)
-    choice = row_choice(recording, arguments)
-    with naming(arguments.recording), bar("identifying") as progress:
-        fit = identify_body(
-            recording,
-            method=METHODS[arguments.method],  # type: ignore[arg-type]
-            choice=choice,
+    out, figure, cutoff = arguments.out, arguments.figure, arguments.cutoff_hz
+    check_outputs(
+        Output("--out", out, FIT), Output("--figure", figure, FIGURE), reads=[arguments.recording]
+    )
+    with bar("identifying") as progress:
+        fit = body(
+            arguments.recording,
+            method=arguments.method,
             motions=_motions(arguments.motions),
-            prior_sd=prior_sd,
-            data_dependent=arguments.what_shows,
-            noise_draws=_draws(arguments.noise_draws),
+            rows=arguments.rows,
+            cutoff_hz=None
+            if cutoff == "none"
+            else number(cutoff, "--cutoff-hz", "more than 0 Hz, or none"),
+            terms=arguments.term,
+            passive_joints=_rest_angles(arguments.passive_joint),
+            prior_sd_percent=arguments.prior_sd_percent,
+            noise_draws=arguments.noise_draws,
+            what_shows=arguments.what_shows,
+            longest_gap_s=arguments.longest_gap_s,
             progress=progress,
         )
-    print("\n".join([*notes, body_text(fit)]))
-    if arguments.out is not None:
-        write_fit(fit.summary(), arguments.out, **body_object(fit, recording.skeleton))
-    if arguments.figure is not None:
+    if out is not None:
+        write_json(fit.to_dict(), out)
+    if figure is not None:
         from armimpedance.plots import body_figure, save
 
-        figure = body_figure(recording, choice, fit)
-        save(figure, arguments.figure.with_suffix(""), (arguments.figure.suffix[1:],))
+        save(body_figure(fit), figure.with_suffix(""), (figure.suffix[1:],))
+    print(body_text(fit))
     return 0
 
 
-def row_choice(recording: MotionRecording, arguments: argparse.Namespace) -> RowChoice:
-    """Rows, columns and filter as asked, by default those of a body or a robot.
-
-    Raises
-    ------
-    InputError
-        An option that does not go with the recording.
-    """
-    from armimpedance.body import CUTOFF_HZ, RowChoice, passive_terms, robot_terms
-
-    floating = recording.skeleton.floating
-    joints, rests = _passive(arguments.passive_joint, recording.skeleton)
-    if arguments.term and joints:
-        raise InputError("--term with --passive-joint", expected="one of the two")
-    rows: Literal["base", "all"] = arguments.rows or ("base" if floating else "all")
-    if arguments.term and rows == "base":
-        raise InputError(
-            "--term with the rows of the root, which no joint's torque enters",
-            expected="--rows all, of a recording with measured torque",
-        )
-    terms = passive_terms(joints, rests) + robot_terms(recording.skeleton, arguments.term)
-    cutoff = CUTOFF_HZ if arguments.cutoff_hz is None else None
-    if arguments.cutoff_hz not in (None, "none"):
-        cutoff = number(arguments.cutoff_hz, "--cutoff-hz", "more than 0 Hz, or none")
-    return RowChoice(
-        rows=rows,
-        cutoff_hz=cutoff,
-        terms=terms,
-        passive_joints=joints,
-    )
-
-
-def _prior_sd(arguments: argparse.Namespace) -> float:
-    percent = arguments.prior_sd_percent
-    if percent is None:
-        return 0.3
-    if arguments.method != "prior":
-        raise InputError("--prior-sd-percent without --method prior", expected="both")
-    if not 0 < percent < float("inf"):
-        raise InputError(f"--prior-sd-percent {percent:g}", expected="more than 0")
-    return float(percent) / 100
-
-
-def _passive(words: list[str], skeleton: Skeleton) -> tuple[tuple[str, ...], tuple[float, ...]]:
-    hinges = skeleton.coordinates[len(skeleton.root_coordinates) :]
-    joints, rests = [], []
+def _rest_angles(words: list[str]) -> dict[str, float]:
+    """Passive joints and their rest angles, from ``NAME=REST_RAD``."""
+    rests: dict[str, float] = {}
     for word in words:
         name, _, rest = word.partition("=")
         try:
-            angle = float(rest)
+            rests[name] = float(rest)
         except ValueError:
-            angle = float("nan")
-        if angle != angle:
-            raise InputError(f"--passive-joint {word}", expected="NAME=REST_RAD, as elbow=0.3")
-        if abs(angle) > _LARGEST_REST:
-            raise InputError(f"--passive-joint {word} looks like degrees", expected="radians")
-        if name not in hinges:
             raise InputError(
-                f"--passive-joint {word}: no such joint", expected=f"one of {', '.join(hinges)}"
-            )
-        joints.append(name)
-        rests.append(angle)
-    return tuple(joints), tuple(rests)
+                f"--passive-joint {word}", expected="NAME=REST_RAD, as elbow=0.3"
+            ) from None
+    return rests
 
 
 def _motions(word: str) -> int | list[str] | None:
     if word == "all":
         return None
-    if word.lstrip("-").isdigit():
-        return int(word)
-    return word.split(",")
-
-
-def _draws(given: int | None) -> int:
-    from armimpedance.body import NOISE_DRAWS
-
-    if given is None:
-        return NOISE_DRAWS
-    if given != 0 and given < 2:
-        raise InputError(f"--noise-draws {given}", expected="2 or more, or 0")
-    return given
+    return int(word) if word.lstrip("-").isdigit() else word.split(",")

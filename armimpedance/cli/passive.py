@@ -20,16 +20,20 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from armimpedance.cli.parts.outputs import FIGURE, FIT, Output, add_figure, add_out, check_outputs
 
 if TYPE_CHECKING:
-    from armimpedance.passive import EmgLevel, PassiveFit, RestAngle
+    from armimpedance.passive import RestAngle
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
+    from armimpedance.passive import METHODS
+
     parser.add_argument("recording", metavar="RECORDING", type=Path)
-    parser.add_argument("--out", type=Path, metavar="FIT.json")
+    add_out(parser, "the parameters and all that is known of them", FIT)
     parser.add_argument(
         "--rest-angle",
         action="append",
@@ -40,8 +44,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--method",
         metavar="NAME",
-        help="parallel (default; every term through the filter), ls (the source's, sign "
-        "unfiltered), output-error (the measured swing itself is fitted)",
+        help=f"{METHODS.listed()}; parallel takes every term through the filter, ls is the "
+        "source's with its unfiltered sign, output-error fits the measured swing itself",
     )
     parser.add_argument(
         "--joint",
@@ -52,11 +56,14 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--quadratic", action="store_true", help="fit K (q - q_r)^2 too")
     parser.add_argument(
         "--cutoff-hz",
+        default="8",
         metavar="HZ|none",
-        help="of the zero-phase low-pass (default: 8; a joint that swings at 5 Hz needs 15)",
+        help="cut-off of the zero-phase low-pass (default: 8; a joint that swings at 5 Hz needs "
+        "15)",
     )
     parser.add_argument(
         "--emg-gate",
+        default="3",
         metavar="PERCENT|off",
         help="a muscle above this part of its maximum is not relaxed (default: 3)",
     )
@@ -69,114 +76,85 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--longest-gap-s",
         type=float,
-        default=0.2,
         metavar="S",
         help="longest loss of a marker to bridge (default: 0.2)",
     )
     parser.add_argument("--validate", type=Path, metavar="RECORDING", help="predict its torque too")
-    parser.add_argument(
-        "--figure", type=Path, metavar="PATH.png", help="draw torque and prediction"
-    )
+    add_figure(parser, "torque and its prediction")
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Read, fit, print, write."""
-    from armimpedance.cli.parts.checks import check_outputs, naming
-    from armimpedance.cli.parts.passive_input import read_passive
-    from armimpedance.files import write_fit
-    from armimpedance.passive import DEFAULT_METHOD, identify_passive, method_named, summarise
+    """Fit, write, print."""
+    from armimpedance.analyses import passive
+    from armimpedance.cli.parts.checks import number
+    from armimpedance.cli.parts.progress import bar
+    from armimpedance.files import write_json
     from armimpedance.report import passive_text
 
-    check_outputs(figure=arguments.figure, out=arguments.out)
-    method = method_named(arguments.method or DEFAULT_METHOD)
-    given = read_passive(arguments.recording, arguments)
-    rests = rest_angles(arguments.rest_angle, given.samples.joints)
-    with naming(arguments.recording):
-        fits = identify_passive(
-            given.samples, rest_angle=rests, method=method.name, quadratic=arguments.quadratic
+    out, figure, gate = arguments.out, arguments.figure, arguments.emg_gate
+    check_outputs(
+        Output("--out", out, FIT),
+        Output("--figure", figure, FIGURE),
+        reads=[arguments.recording, arguments.validate],
+    )
+    cutoff = arguments.cutoff_hz
+    with bar("passive joints") as progress:
+        fits = passive(
+            arguments.recording,
+            rest_angle=rest_angles(arguments.rest_angle or ["free"]),
+            method=arguments.method,
+            quadratic=arguments.quadratic,
+            joints=arguments.joint,
+            cutoff_hz=None
+            if cutoff == "none"
+            else number(cutoff, "--cutoff-hz", "more than 0 Hz, or none"),
+            emg_gate_percent=None
+            if gate == "off"
+            else number(gate, "--emg-gate", "% of the maximum, or off"),
+            torque_sign=arguments.torque_sign,
+            longest_gap_s=arguments.longest_gap_s,
+            validate=arguments.validate,
+            progress=progress,
         )
-    other = None
-    if arguments.validate is not None:
-        there = read_passive(arguments.validate, arguments).samples
-        with naming(arguments.validate):
-            other = tuple(fit.validate(there) for fit in fits)
-    print(passive_text(fits, given.notes, other))
-    if arguments.out is not None:
-        write_fit(summarise(fits), arguments.out, **_more(arguments, fits, given.emg, other))
-    if arguments.figure is not None:
-        _draw(fits, given.samples, arguments.figure)
+    if out is not None:
+        write_json(fits.to_dict(), out)
+    if figure is not None:
+        from armimpedance.plots import plot_passive_fits, save
+
+        save(plot_passive_fits(fits), figure.with_suffix(""), (figure.suffix[1:],))
+    print(passive_text(fits))
     return 0
 
 
-def _more(
-    arguments: argparse.Namespace,
-    fits: tuple[PassiveFit, ...],
-    emg: EmgLevel | None,
-    other: Any,
-) -> dict[str, Any]:
-    from armimpedance.report import emg_object, passive_object
-
-    more: dict[str, Any] = {"joints": passive_object(fits), "emg": emg_object(emg)}
-    if other is not None:
-        names = [fit.joint for fit in fits]
-        more["validated_on"] = {
-            "recording": str(arguments.validate),
-            "joints": [
-                {"joint": n, "rms_Nm": float(v.rms[0]), "r2": v.r2, "vaf": v.vaf}
-                for n, v in zip(names, other, strict=True)
-            ],
-        }
-    return more
-
-
-def _draw(fits: tuple[PassiveFit, ...], samples: Any, path: Path) -> None:
-    from armimpedance.plots import plot_passive_fits, save
-
-    figure = plot_passive_fits(fits, samples)
-    save(figure, path.with_suffix(""), (path.suffix[1:],))
-
-
-def rest_angles(
-    given: list[str] | None, joints: tuple[str, ...]
-) -> RestAngle | dict[str, RestAngle]:
+def rest_angles(words: list[str]) -> RestAngle | dict[str, RestAngle]:
     """One rest angle for all joints, or one each; a joint that is not named is free.
 
     Raises
     ------
     InputError
-        Not an angle, an unknown joint or one twice, or one angle for all beside one for a joint.
+        Not an angle, one joint twice, or one angle for all beside one for a joint.
     """
     from armimpedance.errors import InputError
 
-    words = given or ["free"]
-    named = {w.split("=", 1)[0]: _angle(w.split("=", 1)[1]) for w in words if "=" in w}
-    plain = [_angle(w) for w in words if "=" not in w]
-    if len(plain) == len(words) == 1:
-        return plain[0]
-    unknown = sorted(set(named) - set(joints))
-    if plain or unknown or len(named) != len(words):
+    named = {w.split("=", 1)[0]: _angle(w) for w in words if "=" in w}
+    if len(words) == 1 and not named:
+        return _angle(words[0])
+    if len(named) != len(words):
         raise InputError(
-            f"--rest-angle {' '.join(words)}",
-            expected=f"one angle for all, or one each for {', '.join(joints)}",
+            f"--rest-angle {' '.join(words)}", expected="one angle for all joints, or one each"
         )
-    return {joint: named.get(joint, "free") for joint in joints}
+    return named
 
 
 def _angle(word: str) -> RestAngle:
-    from math import pi
-
+    """The angle in ``0.3``, ``free`` or ``elbow=0.3``."""
     from armimpedance.errors import InputError
 
-    if word == "free":
-        return "free"
+    text = word.split("=", 1)[-1]
     try:
-        value = float(word)
+        value = float("nan" if text == "free" else text)
     except ValueError:
         value = float("nan")
-    if abs(value) > 2 * pi:
-        raise InputError(
-            f"--rest-angle {word} looks like degrees", expected="radians within a turn of zero"
-        )
-    if value != value:
+    if value != value and text != "free":
         raise InputError(f"--rest-angle {word}", expected="radians, or free")
-    return value
+    return "free" if text == "free" else value

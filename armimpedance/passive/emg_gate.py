@@ -3,60 +3,68 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 import pandas as pd
 
-from armimpedance.arrays import FloatArray, frozen_array
+from armimpedance.arrays import FloatArray, FrozenRecord
 from armimpedance.errors import InputError
 from armimpedance.motion import EmgSignals
 from armimpedance.records import Recording
 from armimpedance.signals import envelope, mvc_column
 
-#: The source's envelope: rectified, second-order Butterworth forward and backward.
-ENVELOPE_HZ: Final = 6.0
-
-#: % of the maximum. The source reads about 2 % as passive, noise of the electrodes included, and
-#: its envelopes wave by about a half of that: 3 % lets such a test pass and refuses a muscle that
-#: adds 2 % of its own to an electrode's 2 % (independent noises add as squares: 2.8 %) held any
-#: longer than by chance.
-DEFAULT_LIMIT_PERCENT: Final = 3.0
-
-#: Seconds of the mean that must stay below the gate.
-WINDOW_S: Final = 1.0
-
 
 @dataclass(frozen=True)
-class EmgLevel:
-    """How active the muscles were; T trials, m muscles.
+class EmgLevel(FrozenRecord):
+    """How active the muscles were; T trials, m muscles. As a text it is one sentence.
 
     Attributes
     ----------
     muscles : tuple of m str
-    mean_percent, highest_percent : (T, m)
-        Of the maximum: over the trial, and over the second in which it was highest.
+    mean_percent : (T, m)
+        Mean over the trial in % of the maximum.
+    highest_percent : (T, m)
+        The same over the second in which it was highest.
     limit_percent : float
+        The gate.
+    envelope_hz : float
+        Low-pass of the rectified EMG, the source's: second-order Butterworth forward and backward.
+    window_s : float
+        Seconds of the mean that must stay below the gate.
     """
 
-    muscles: tuple[str, ...]
-    mean_percent: FloatArray
-    highest_percent: FloatArray
+    muscles: Annotated[tuple[str, ...], "m"]
+    mean_percent: Annotated[FloatArray, "T m"]
+    highest_percent: Annotated[FloatArray, "T m"]
     limit_percent: float
+    envelope_hz: ClassVar[float] = 6.0
+    window_s: ClassVar[float] = 1.0
 
-    def __post_init__(self) -> None:
-        put = object.__setattr__
-        put(self, "muscles", tuple(self.muscles))
-        shape = (None, len(self.muscles))
-        put(self, "mean_percent", frozen_array(self.mean_percent, "mean_percent", shape))
-        highest = frozen_array(self.highest_percent, "highest_percent", self.mean_percent.shape)
-        put(self, "highest_percent", highest)
+    def to_dict(self) -> dict[str, Any]:
+        """Plain texts and numbers, as FIT.json holds them."""
+        return {
+            "muscles": list(self.muscles),
+            "mean_percent": self.mean_percent.tolist(),
+            "highest_percent": self.highest_percent.tolist(),
+            "limit_percent": self.limit_percent,
+        }
+
+    def __str__(self) -> str:
+        shown = ", ".join(
+            f"{muscle} {mean:.1f} %"
+            for muscle, mean in zip(self.muscles, self.mean_percent.mean(axis=0), strict=True)
+        )
+        return f"EMG: {shown} of the maximum, below the gate of {self.limit_percent:g} %"
 
 
-def emg_gate(
-    emg: EmgSignals, trials: pd.DataFrame, *, limit_percent: float = DEFAULT_LIMIT_PERCENT
-) -> EmgLevel:
+def emg_gate(emg: EmgSignals, trials: pd.DataFrame, *, limit_percent: float = 3.0) -> EmgLevel:
     """Refuse a test in which a muscle was active over any one second.
+
+    The source reads about 2 % of the maximum as passive, noise of the electrodes included, and its
+    envelopes wave by about a half of that. A gate of 3 % lets such a test pass and refuses a muscle
+    that adds 2 % of its own to an electrode's 2 % (independent noises add as squares: 2.8 %) for
+    any longer than by chance.
 
     Parameters
     ----------
@@ -64,7 +72,11 @@ def emg_gate(
     trials : DataFrame (T rows)
         With ``trial``, and with ``mvc_<muscle>_V`` where the EMG is in V.
     limit_percent : float
-        Of the maximum.
+        The gate in % of the maximum.
+
+    Returns
+    -------
+    EmgLevel
 
     Raises
     ------
@@ -88,14 +100,24 @@ def emg_gate(
             seconds = float(means[:, worst].argmax()) / emg.sample_rate_hz
             raise InputError(
                 f"trial {number}: {emg.muscles[worst]} at {highest[t, worst]:.1f} % of its "
-                f"maximum from {seconds:.2f} s on for {WINDOW_S:g} s",
+                f"maximum from {seconds:.2f} s on for {EmgLevel.window_s:g} s",
                 expected=f"a relaxed muscle, below {limit_percent:g} %",
             )
     return EmgLevel(emg.muscles, mean, highest, limit_percent)
 
 
 def recorded_emg(recording: Recording) -> EmgSignals | None:
-    """The EMG of a recording of angle and torque, at its own rate; None where there is none."""
+    """The EMG of a recording of angle and torque; None where there is none.
+
+    Parameters
+    ----------
+    recording : Recording
+
+    Returns
+    -------
+    EmgSignals or None
+        At the recording's rate and in its unit.
+    """
     if recording.emg is None:
         return None
     return EmgSignals(
@@ -127,13 +149,13 @@ def _maxima(emg: EmgSignals, trials: pd.DataFrame) -> FloatArray:
 def _envelope(raw: FloatArray, rate_hz: float, trial: object) -> FloatArray:
     """Rectified and smoothed EMG (S, m)."""
     try:
-        return envelope(raw, rate_hz, cutoff_hz=ENVELOPE_HZ)
+        return envelope(raw, rate_hz, cutoff_hz=EmgLevel.envelope_hz)
     except InputError as error:
         raise InputError(f"trial {trial}: {error}") from error
 
 
 def _window_means(level: FloatArray, rate_hz: float) -> FloatArray:
-    """Means over `WINDOW_S` from every sample on (., m); over all of a shorter trial."""
-    width = min(max(round(WINDOW_S * rate_hz), 1), len(level))
+    """Means over `EmgLevel.window_s` from every sample on (., m); over all of a shorter trial."""
+    width = min(max(round(EmgLevel.window_s * rate_hz), 1), len(level))
     running = np.cumsum(np.vstack([np.zeros(level.shape[1]), level]), axis=0)
     return np.asarray((running[width:] - running[:-width]) / width)

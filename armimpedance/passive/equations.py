@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Annotated, Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, frozen_array
+from armimpedance.arrays import FloatArray, FrozenRecord, frozen_array
 from armimpedance.errors import InputError, NotIdentifiableError
 from armimpedance.passive.samples import PassiveSamples
 from armimpedance.passive.terms import Terms
-from armimpedance.regression import TrialFactors, ragged_factors
+from armimpedance.regression import CovarianceKind, Fit, fit, ragged_factors
 from armimpedance.signals import filtered_sign
 
 #: Rows left out at both ends of a trial, in periods of the cut-off: the filter has no neighbours
@@ -21,25 +21,26 @@ _END_PERIODS: Final = 1.5
 
 
 @dataclass(frozen=True)
-class Equations:
+class Equations(FrozenRecord):
     """Rows of one joint, trial by trial.
 
     Attributes
     ----------
     columns : tuple of p str
     column_units : tuple of p str
-        Of the columns' parameters.
+        Units of the columns' parameters.
     W : tuple of T arrays (S_t, p)
     Y : tuple of T arrays (S_t, 1)
         Nm.
     """
 
-    columns: tuple[str, ...]
-    column_units: tuple[str, ...]
+    columns: Annotated[tuple[str, ...], "p"]
+    column_units: Annotated[tuple[str, ...], "p"]
     W: tuple[FloatArray, ...]
     Y: tuple[FloatArray, ...]
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         W = tuple(frozen_array(w, "W", (None, len(self.columns))) for w in self.W)
         Y = tuple(frozen_array(y, "Y", (len(w), 1)) for w, y in zip(W, self.Y, strict=True))
         object.__setattr__(self, "W", W)
@@ -50,14 +51,35 @@ class Equations:
         """Rows of all trials."""
         return sum(len(y) for y in self.Y)
 
-    def factors(self, nuisance_per_trial: int = 0) -> TrialFactors:
-        """Triangular factors for the regression, one per trial."""
-        return ragged_factors(
+    def fit(self, covariance: CovarianceKind = "classical", nuisance_per_trial: int = 0) -> Fit:
+        """Least squares over all trials.
+
+        Parameters
+        ----------
+        covariance : {"classical", "cr1", "cr3"}
+            Clustered ones take a trial as one observation.
+        nuisance_per_trial : int
+            Parameters that were projected out of each trial's rows.
+
+        Raises
+        ------
+        NotIdentifiableError
+            W loses rank; names the parameters.
+        InputError
+            No more rows than parameters.
+        """
+        factors = ragged_factors(
             self.W,
             self.Y,
             regressors=self.columns,
             outputs=("torque",),
             nuisance_per_trial=nuisance_per_trial,
+        )
+        return fit(
+            factors,
+            covariance=covariance,
+            parameter_names=self.columns,
+            parameter_units=self.column_units,
         )
 
     def stacked(self) -> tuple[FloatArray, FloatArray]:

@@ -6,7 +6,7 @@ Import this module only where a skeleton is used: it loads Pinocchio.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 
@@ -18,15 +18,12 @@ from armimpedance.passive.hinge import SUBSTEPS, HingeDynamics, hinge_coefficien
 from armimpedance.passive.samples import PassiveSamples
 from armimpedance.signals import SPLINE_DEGREE, refuse_degrees, smoothed_derivatives
 
-#: Hz; see docs of `from_motion`.
-DEFAULT_CUTOFF_HZ: Final = 8.0
-
 
 def from_motion(
     motion: MotionRecording,
     joints: Sequence[str],
     *,
-    cutoff_hz: float | None = DEFAULT_CUTOFF_HZ,
+    cutoff_hz: float | None = 8.0,
 ) -> PassiveSamples:
     """Smooth every trial for itself, and take the passive torque ``-H_j`` from the skeleton.
 
@@ -38,9 +35,13 @@ def from_motion(
         Its skeleton has masses and inertias.
     joints : names of coordinates
     cutoff_hz : float or None
-        Of the low-pass; None for data without noise. The default keeps an elbow's swing of
-        1.5 Hz and takes most of the markers' noise off its acceleration; joints that swing at
-        5 Hz need 15.
+        Cut-off of the zero-phase low-pass; None for data without noise. The default keeps an
+        elbow's swing of 1.5 Hz and takes most of the markers' noise off its acceleration; joints
+        that swing at 5 Hz need 15.
+
+    Returns
+    -------
+    PassiveSamples
 
     Raises
     ------

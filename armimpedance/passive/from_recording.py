@@ -16,9 +16,6 @@ from armimpedance.records import Recording
 from armimpedance.regression import Fit
 from armimpedance.signals import lowpass, refuse_degrees, smoothed_derivatives
 
-#: Hz.
-DEFAULT_CUTOFF_HZ: Final = 8.0
-
 #: One-sided 95 % of the normal distribution.
 _ONE_SIDED: Final = 1.645
 
@@ -26,7 +23,7 @@ _ONE_SIDED: Final = 1.645
 def from_joint_recording(
     recording: Recording,
     *,
-    cutoff_hz: float | None = DEFAULT_CUTOFF_HZ,
+    cutoff_hz: float | None = 8.0,
     torque_sign: Literal[1, -1] | None = None,
 ) -> PassiveSamples:
     """Filter angle and torque of every trial alike; the torque column holds the passive torque.
@@ -43,9 +40,13 @@ def from_joint_recording(
     recording : Recording
         Of kind "joint"; joints are called ``q1``, ``q2``, ... in messages and results.
     cutoff_hz : float or None
-        Of the zero-phase low-pass that angle and torque go through.
+        Cut-off of the zero-phase low-pass that angle and torque go through.
     torque_sign : 1, -1 or None
         What to multiply the torque column by.
+
+    Returns
+    -------
+    PassiveSamples
 
     Raises
     ------

@@ -18,29 +18,30 @@ _HARD: Final = 30.0
 
 
 def joint_notes(
-    found: PassiveFit, samples: PassiveSamples, fits: TwoFits, elsewhere: str | None
+    fitted: PassiveFit, samples: PassiveSamples, fits: TwoFits, elsewhere: str | None
 ) -> tuple[str, ...]:
     """Warnings on one joint, the samples' own first; `elsewhere` says where the data rest."""
     notes = [*samples.notes, *fits.classical.warnings, *([elsewhere] if elsewhere else [])]
-    h, f = found.parameter("h"), found.parameter("f")
-    if found.cond_scaled > _HARD:
+    h, f = fitted.parameters["h"], fitted.parameters["f"]
+    condition = fitted.torque_fit.cond_scaled
+    if condition > _HARD:
         notes.append(
-            f"ill-conditioned: scaled condition number {found.cond_scaled:.0f}; the motion shows "
+            f"ill-conditioned: scaled condition number {condition:.0f}; the motion shows "
             "the terms together rather than each"
         )
     if f.value < 0:
-        notes.append(_negative_friction(f.value, h.value, natural_frequency(found, samples)))
+        notes.append(_negative_friction(f.value, h.value, natural_frequency(fitted, samples)))
     if h.value < 0:
         notes.append(f"negative viscosity {h.value:.3g} Nm s/rad: not dissipative")
-    if found.parameter("k").value < 0:
+    if fitted.parameters["k"].value < 0:
         doubt = "" if elsewhere else "; is the torque's sign right?"
         notes.append(f"negative stiffness: no passive joint has one{doubt}")
-    if found.terms.free:
+    if fitted.terms.free:
         notes.append("rest angle unknown and fitted: the interval of k may be several times wider")
     return tuple(notes)
 
 
-def natural_frequency(found: PassiveFit, samples: PassiveSamples) -> float:
+def natural_frequency(fitted: PassiveFit, samples: PassiveSamples) -> float:
     """Angular frequency of the free joint, rad/s.
 
     ``sqrt((k + dg/dq) / I)`` at the mean angle where the limb's dynamics is known; otherwise that
@@ -53,7 +54,7 @@ def natural_frequency(found: PassiveFit, samples: PassiveSamples) -> float:
     mean = np.concatenate(samples.hinges[0].coefficients).mean(axis=0)
     step, at = 1e-4, float(q.mean())
     slope = (harmonics_at(np.array(at + step)) - harmonics_at(np.array(at - step))) / (2 * step)
-    stiffness = found.parameter("k").value + float(mean[2:] @ slope)
+    stiffness = fitted.parameters["k"].value + float(mean[2:] @ slope)
     return float(np.sqrt(stiffness / mean[0])) if stiffness > 0 else seen
 
 

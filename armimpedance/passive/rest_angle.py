@@ -54,27 +54,27 @@ def free_rest_angle(
     """
     try:
         fits = solve_linear(_with_offset(equations), sample_rate_hz)
-        found = Terms("free", terms.quadratic).parameters(fits.robust)
+        fitted = Terms("free", terms.quadratic).parameters(fits.robust)
     except ArmImpedanceError:
         return None
-    k, rest = found.names.index("k"), found.names.index("q_r")
-    shown = abs(found.values[k]) > _LEAST_STIFFNESS * found.sd[k]
-    low, high = found.interval(_LEVEL)[rest] + terms.reference
+    k, rest = fitted.names.index("k"), fitted.names.index("q_r")
+    shown = abs(fitted.values[k]) > _LEAST_STIFFNESS * fitted.sd[k]
+    low, high = fitted.interval(_LEVEL)[rest] + terms.reference
     if not (shown and np.isfinite([low, high]).all()):
         return None
-    return FreeRestAngle(float(found.values[rest]) + terms.reference, float(low), float(high))
+    return FreeRestAngle(float(fitted.values[rest]) + terms.reference, float(low), float(high))
 
 
 def rest_angle_note(equations: Equations, terms: Terms, sample_rate_hz: float) -> str | None:
     """A sentence where the data contradict the stated rest angle, else None."""
     if terms.free:
         return None
-    found = free_rest_angle(equations, terms, sample_rate_hz)
-    if found is None or not found.contradicts(terms.reference):
+    fitted = free_rest_angle(equations, terms, sample_rate_hz)
+    if fitted is None or not fitted.contradicts(terms.reference):
         return None
     return (
-        f"the data put the rest angle at {found.value:.3f} ({found.low:.3f} to {found.high:.3f}) "
-        f"rad, not at {terms.reference:g}, and k depends on it: is {terms.reference:g} in radians, "
+        f"the data put the rest angle at {fitted.value:.3f} ({fitted.low:.3f} to "
+        f"{fitted.high:.3f}) rad, not at {terms.reference:g}, and k depends on it: is {terms.reference:g} in radians, "
         "from the same zero?"
     )
 

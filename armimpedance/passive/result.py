@@ -2,16 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from armimpedance.arrays import FrozenRecord
 from armimpedance.errors import InputError
-from armimpedance.passive.methods import method_named
+from armimpedance.passive.emg_gate import EmgLevel
+from armimpedance.passive.equations import Equations
+from armimpedance.passive.method import METHODS
 from armimpedance.passive.samples import PassiveSamples
 from armimpedance.passive.terms import Terms
-from armimpedance.regression import Fit, FitSummary, NamedParameter, Validation
+from armimpedance.regression import Fit, FitSummary, NamedParameter, Parameters, Validation
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+#: Joints that a short text shows.
+_MOST_SHOWN: Final = 8
 
 
 @dataclass(frozen=True)
@@ -22,27 +32,23 @@ class CrossValidation:
     validation: Validation
 
 
-@dataclass(frozen=True)
-class PassiveFit:
+@dataclass(frozen=True, repr=False)
+class PassiveFit(FrozenRecord):
     """The parameters of one passive joint and how far to trust them.
 
     Attributes
     ----------
     joint : str
     number : int
-        Of the joint among those of the analysis, from 1.
+        Number of the joint among those of the analysis, from 1.
     method : str
     terms : Terms
-    parameters : tuple of NamedParameter
-        k, h, f [, q_r] [, K]: `sd` is the source's (10) (denominator: rows less parameters),
-        `sd_robust` and `ci95` are robust.
+    parameters : Parameters
+        k, h, f [, q_r] [, K]: `plain_sd` is the source's (10) (denominator: rows less parameters),
+        `sd` and the intervals count that residuals are correlated.
     torque_fit : Fit
-        The torque equations with this joint's parameters: predicts and validates.
-    n : int
-        Rows of the torque equations.
-    cond_raw, cond_scaled : float
-        Of the torque equations' W; the source does not say which of the two it prints.
-    rank : int
+        The torque equations with this joint's parameters: predicts and validates. Its condition
+        numbers are those of W; the source does not say which of the two it prints.
     direct : Validation
         On the rows of the fit, torque in Nm.
     cross : tuple of CrossValidation
@@ -50,6 +56,7 @@ class PassiveFit:
     friction_share_percent : float
         Root mean square of the friction torque over that of the joint torque.
     cutoff_hz : float or None
+        Cut-off of the filter that the samples went through.
     warnings : tuple of str
     """
 
@@ -57,36 +64,39 @@ class PassiveFit:
     number: int
     method: str
     terms: Terms
-    parameters: tuple[NamedParameter, ...]
+    parameters: Parameters
     torque_fit: Fit
-    n: int
-    cond_raw: float
-    cond_scaled: float
-    rank: int
     direct: Validation
     cross: tuple[CrossValidation, ...]
     friction_share_percent: float
     cutoff_hz: float | None
     warnings: tuple[str, ...] = ()
 
-    def parameter(self, name: str) -> NamedParameter:
-        """The parameter of this name.
-
-        Raises
-        ------
-        InputError
-            It was not fitted.
-        """
-        for parameter in self.parameters:
-            if parameter.name == name:
-                return parameter
-        known = ", ".join(p.name for p in self.parameters)
-        raise InputError(f"no parameter {name!r}", expected=f"one of {known}")
-
     @property
     def rms_Nm(self) -> float:
         """Root mean square of the torque that the fit leaves."""
         return float(self.direct.rms[0])
+
+    @property
+    def named(self) -> tuple[NamedParameter, ...]:
+        """The parameters, each with the joint's number."""
+        return tuple(replace(one, joint=self.number) for one in self.parameters)
+
+    @property
+    def summary(self) -> FitSummary:
+        """Method, size, condition and parameters."""
+        return summary_of([self])
+
+    def equations(self, samples: PassiveSamples) -> Equations:
+        """The torque equations of this joint, as the method makes them, from any samples of it.
+
+        Raises
+        ------
+        InputError
+            The samples do not hold this joint.
+        """
+        one = samples.only(samples.joint(self.joint))
+        return METHODS.named(self.method).equations(one, self.terms)
 
     def validate(self, samples: PassiveSamples) -> Validation:
         """How well the parameters predict the torque of another recording of this joint.
@@ -94,18 +104,116 @@ class PassiveFit:
         Raises
         ------
         InputError
-            It does not hold this joint.
+            The samples do not hold this joint.
         """
-        one = samples.only(samples.joint(self.joint))
-        W, Y = method_named(self.method).equations(one, self.terms).stacked()
-        return self.torque_fit.validate(W, Y)
+        return self.torque_fit.validate(*self.equations(samples).stacked())
 
+    def to_frame(self) -> pd.DataFrame:
+        """One row a parameter: value, standard error, 95 % limits, unit."""
+        return self.summary.to_frame()
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values: the summary, and what else is known of the joint."""
+        return {**self.summary.to_dict(), "joints": [_joint_object(self)]}
+
+    def __repr__(self) -> str:
+        said = len(self.warnings)
+        more = [f"{said} warning{'s' if said > 1 else ''}"] if said else []
+        head = f"{self.joint}: {self.method}, R^2 {self.direct.r2:.4f}"
+        return "\n".join([head, *map(repr, self.parameters), *more])
+
+    def _repr_html_(self) -> str:
+        return self.summary._repr_html_()
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class PassiveFits(FrozenRecord, Sequence[PassiveFit]):
+    """The fits of several joints of one recording: a sequence, and by a joint's name.
+
+    Attributes
+    ----------
+    fits : tuple of PassiveFit
+    samples : PassiveSamples
+        What they were fitted to.
+    notes : tuple of str
+        What a reader must know of the recording.
+    emg : EmgLevel or None
+        How active the muscles were; None where that is not known.
+    validations : tuple of Validation
+        How well each joint's torque in another recording is predicted; none without one.
+    validated_on : str
+        What that recording is called.
+    """
+
+    fits: tuple[PassiveFit, ...]
+    samples: PassiveSamples
+    notes: tuple[str, ...] = ()
+    emg: EmgLevel | None = None
+    validations: tuple[Validation, ...] = ()
+    validated_on: str = ""
+
+    def __len__(self) -> int:
+        return len(self.fits)
+
+    def __iter__(self) -> Iterator[PassiveFit]:
+        return iter(self.fits)
+
+    def __getitem__(self, which: Any) -> Any:
+        """One fit by its number from 0 or its joint's name; a slice gives a tuple.
+
+        Raises
+        ------
+        InputError
+            No joint of this name was fitted.
+        """
+        return self.fits[self.samples.joint(which) if isinstance(which, str) else which]
+
+    @property
     def summary(self) -> FitSummary:
-        """For FIT.json."""
-        return summarise([self])
+        """One summary of all joints."""
+        return summary_of(self.fits)
+
+    def predicting(self, samples: PassiveSamples, name: str) -> PassiveFits:
+        """The same with how well they predict another recording of these joints.
+
+        Raises
+        ------
+        InputError
+            The samples do not hold one of the joints.
+        """
+        validations = tuple(fit.validate(samples) for fit in self.fits)
+        return replace(self, validations=validations, validated_on=name)
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row a parameter: joint, value, standard error, 95 % limits, unit."""
+        return self.summary.to_frame()
+
+    def to_dict(self) -> dict[str, Any]:
+        """What FIT.json holds."""
+        content = self.summary.to_dict()
+        content["joints"] = [_joint_object(fit) for fit in self.fits]
+        content["emg"] = None if self.emg is None else self.emg.to_dict()
+        if self.validations:
+            judged = zip(self.fits, self.validations, strict=True)
+            joints = [{"joint": fit.joint, **_quality(v)} for fit, v in judged]
+            content["validated_on"] = {"recording": self.validated_on, "joints": joints}
+        return content
+
+    def __repr__(self) -> str:
+        lines = []
+        for fit in self.fits[:_MOST_SHOWN]:
+            shown = ", ".join(f"{p.name} {p.value:.4g} {p.unit}" for p in fit.parameters)
+            lines.append(f"{fit.joint}: {shown}; R^2 {fit.direct.r2:.4f}")
+        left, said = len(self) - len(lines), len(self.summary.warnings)
+        more = [f"... and {left} more"] if left else []
+        more += [f"{said} warning{'s' if said > 1 else ''}"] if said else []
+        return "\n".join([f"{self.fits[0].method}, {len(self)} passive joints", *lines, *more])
+
+    def _repr_html_(self) -> str:
+        return self.summary._repr_html_()
 
 
-def summarise(fits: Sequence[PassiveFit]) -> FitSummary:
+def summary_of(fits: Sequence[PassiveFit]) -> FitSummary:
     """One summary of all joints: rows added up, the worst condition, r2 and vaf of all torques.
 
     Raises
@@ -115,7 +223,7 @@ def summarise(fits: Sequence[PassiveFit]) -> FitSummary:
     """
     if len({f.method for f in fits}) != 1:
         raise InputError("no joints, or joints of different methods", expected="one method")
-    rows = np.array([f.n for f in fits], dtype=float)
+    rows = np.array([f.torque_fit.n_rows for f in fits], dtype=float)
     left = rows * [f.rms_Nm**2 for f in fits]
     about_zero = np.array([1 - f.direct.r2 for f in fits])
     about_mean = np.array([1 - f.direct.vaf for f in fits])
@@ -123,12 +231,12 @@ def summarise(fits: Sequence[PassiveFit]) -> FitSummary:
     return FitSummary(
         method=fits[0].method,
         n=int(rows.sum()),
-        cond_raw=max(f.cond_raw for f in fits),
-        cond_scaled=max(f.cond_scaled for f in fits),
-        rank=sum(f.rank for f in fits),
+        cond_raw=max(f.torque_fit.cond_raw for f in fits),
+        cond_scaled=max(f.torque_fit.cond_scaled for f in fits),
+        rank=sum(f.torque_fit.rank for f in fits),
         r2=_together(left, about_zero),
         vaf=_together(left, about_mean),
-        parameters=tuple(replace(p, joint=f.number) for f in fits for p in f.parameters),
+        parameters=tuple(one for f in fits for one in f.named),
         warnings=tuple(f"{f.joint}: {w}" if several else w for f in fits for w in f.warnings),
     )
 
@@ -138,3 +246,24 @@ def _together(left: np.ndarray, unexplained: np.ndarray) -> float:
     if len(left) == 1 or not (unexplained > 0).all():
         return float(1 - unexplained.mean())
     return float(1 - left.sum() / (left / unexplained).sum())
+
+
+def _joint_object(fit: PassiveFit) -> dict[str, Any]:
+    """What FIT.json says of a joint beside its parameters."""
+    return {
+        "joint": fit.number,
+        "name": fit.joint,
+        "n": fit.torque_fit.n_rows,
+        "cond_raw": fit.torque_fit.cond_raw,
+        "cond_scaled": fit.torque_fit.cond_scaled,
+        "rest_angle": fit.terms.rest_angle,
+        "cutoff_hz": fit.cutoff_hz,
+        "friction_share_percent": fit.friction_share_percent,
+        "direct_validation": _quality(fit.direct),
+        "cross_validation": [{"left_out": c.left_out, **_quality(c.validation)} for c in fit.cross],
+        "warnings": list(fit.warnings),
+    }
+
+
+def _quality(validation: Validation) -> dict[str, float]:
+    return {"rms_Nm": float(validation.rms[0]), "r2": validation.r2, "vaf": validation.vaf}

@@ -8,16 +8,17 @@ The passive torque is the right-hand side of Venture's equation (6),
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Annotated, Any
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, IntArray, frozen_array
+from armimpedance.arrays import FloatArray, FrozenRecord, IntArray
 from armimpedance.errors import InputError, RecordError
 from armimpedance.passive.hinge import HingeDynamics
 
 
 @dataclass(frozen=True)
-class PassiveSamples:
+class PassiveSamples(FrozenRecord):
     """Motion and passive torque of j joints, N samples of all trials one after another.
 
     Attributes
@@ -33,8 +34,8 @@ class PassiveSamples:
     measured_q : (N, j)
         Before the filter.
     cutoff_hz : float or None
-        Of the zero-phase second-order Butterworth low-pass that q and what the torque is made of
-        went through; None: no filter.
+        Cut-off of the zero-phase second-order Butterworth low-pass that q and what the torque is
+        made of went through; None: no filter.
     qdd : (N, j) or None
         rad/s^2, after the filter; None where nothing was made of it.
     measured_torque : (N, j) or None
@@ -48,35 +49,29 @@ class PassiveSamples:
     """
 
     sample_rate_hz: float
-    offsets: IntArray
-    joints: tuple[str, ...]
-    q: FloatArray
-    qd: FloatArray
-    torque: FloatArray
-    measured_q: FloatArray
+    offsets: Annotated[IntArray, "T+1"]
+    joints: Annotated[tuple[str, ...], "j"]
+    q: Annotated[FloatArray, "N j"]
+    qd: Annotated[FloatArray, "N j"]
+    torque: Annotated[FloatArray, "N j"]
+    measured_q: Annotated[FloatArray, "N j"]
     cutoff_hz: float | None = None
-    qdd: FloatArray | None = None
-    measured_torque: FloatArray | None = None
+    qdd: Annotated[FloatArray, "N j"] | None = None
+    measured_torque: Annotated[FloatArray, "N j"] | None = None
     hinges: tuple[HingeDynamics, ...] | None = None
     trials: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        put = object.__setattr__
+        super().__post_init__()
         if not (np.isfinite(self.sample_rate_hz) and self.sample_rate_hz > 0):
             raise RecordError(f"sample rate {self.sample_rate_hz} Hz", expected="a positive number")
-        put(self, "joints", tuple(self.joints))
-        put(self, "offsets", frozen_array(self.offsets, "offsets", (None,), np.int64))
         if len(self.offsets) < 2 or self.offsets[0] != 0 or (np.diff(self.offsets) <= 0).any():
             raise RecordError("a trial has no samples", expected="rising offsets from 0")
-        shape = (int(self.offsets[-1]), len(self.joints))
-        for name in ("q", "qd", "torque", "measured_q"):
-            put(self, name, frozen_array(getattr(self, name), name, shape))
-        for name in ("qdd", "measured_torque"):
-            if getattr(self, name) is not None:
-                put(self, name, frozen_array(getattr(self, name), name, shape))
-        trials = tuple(self.trials) or tuple(str(t + 1) for t in range(self.n_trials))
-        put(self, "trials", trials)
+        if self.offsets[-1] != len(self.q):
+            raise RecordError(f"{len(self.q)} samples", expected=f"{self.offsets[-1]}")
+        trials = self.trials or tuple(str(t + 1) for t in range(self.n_trials))
+        object.__setattr__(self, "trials", trials)
         if len(trials) != self.n_trials or len(self.hinges or self.joints) != len(self.joints):
             raise RecordError("names of trials or dynamics of joints that do not match the samples")
 
@@ -105,17 +100,8 @@ class PassiveSamples:
     def only(self, joint: int) -> PassiveSamples:
         """The samples of one joint, numbered from 0."""
         one = slice(joint, joint + 1)
-        return replace(
-            self,
-            joints=self.joints[one],
-            q=self.q[:, one],
-            qd=self.qd[:, one],
-            torque=self.torque[:, one],
-            measured_q=self.measured_q[:, one],
-            qdd=None if self.qdd is None else self.qdd[:, one],
-            measured_torque=None if self.measured_torque is None else self.measured_torque[:, one],
-            hinges=None if self.hinges is None else self.hinges[one],
-        )
+        hinges = self.hinges and self.hinges[one]
+        return replace(self, joints=self.joints[one], hinges=hinges, **self._signals(np.s_[:, one]))
 
     def select(self, rows: list[int]) -> PassiveSamples:
         """The samples of these trials only (rows from 0)."""
@@ -125,15 +111,16 @@ class PassiveSamples:
         return replace(
             self,
             offsets=np.concatenate([[0], np.cumsum([s.stop - s.start for s in kept])]),
-            q=self.q[index],
-            qd=self.qd[index],
-            torque=self.torque[index],
-            measured_q=self.measured_q[index],
-            qdd=None if self.qdd is None else self.qdd[index],
-            measured_torque=None if self.measured_torque is None else self.measured_torque[index],
             hinges=hinges,
             trials=tuple(self.trials[r] for r in rows),
+            **self._signals(index),
         )
+
+    def _signals(self, at: Any) -> dict[str, FloatArray | None]:
+        """A part of every signal (N, j)."""
+        names = ("q", "qd", "torque", "measured_q", "qdd", "measured_torque")
+        signals = {name: getattr(self, name) for name in names}
+        return {name: None if x is None else x[at] for name, x in signals.items()}
 
     def in_thirds(self) -> PassiveSamples:
         """A single trial cut into three that follow each other.

@@ -22,7 +22,7 @@ from armimpedance.passive.linear import TwoFits, solve_linear
 from armimpedance.passive.samples import PassiveSamples
 from armimpedance.passive.swing import simulate_swings
 from armimpedance.passive.terms import Terms
-from armimpedance.regression import CovarianceKind, Fit, fit
+from armimpedance.regression import Fit
 
 _MOST_STEPS: Final = 30
 _MOST_HALVINGS: Final = 8
@@ -41,9 +41,6 @@ _STILL_EXACT: Final = 1e-9
 #: or is no longer than this part of the robust standard errors.
 _STILL_ENOUGH: Final = 1.0
 _STILL_ROBUST: Final = 0.25
-
-#: Covariances of the linearised fit.
-_KINDS: Final[tuple[CovarianceKind, CovarianceKind]] = ("classical", "cr3")
 
 #: Longest piece with a start of its own, s. An elbow forgets its start in some 4 s.
 LONGEST_PIECE_S: Final = 3.0
@@ -203,13 +200,7 @@ def _both(equations: Equations) -> TwoFits:
     The other coordinates' noise drives the joint at its own resonance, so that a residual
     remembers as long as the swing does; a piece with its own start forgets what was before.
     """
-    factors = equations.factors(nuisance_per_trial=2)
-    names, units = equations.columns, equations.column_units
-    classical, clustered = (
-        fit(factors, covariance=kind, parameter_names=names, parameter_units=units)
-        for kind in _KINDS
-    )
-    return TwoFits(classical, clustered)
+    return TwoFits(equations.fit("classical", 2), equations.fit("cr3", 2))
 
 
 def _descend(

@@ -38,8 +38,15 @@ class Terms:
     quadratic: bool = False
 
     def __post_init__(self) -> None:
-        if self.rest_angle != "free" and not np.isfinite(self.rest_angle):
+        if self.rest_angle == "free":
+            return
+        if not np.isfinite(self.rest_angle):
             raise InputError(f"rest angle {self.rest_angle}", expected="rad, or 'free'")
+        if abs(self.rest_angle) > 2 * np.pi:
+            raise InputError(
+                f"a rest angle of {self.rest_angle:g} looks like degrees",
+                expected="radians within a turn of zero",
+            )
 
     @property
     def free(self) -> bool:

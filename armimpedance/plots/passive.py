@@ -9,14 +9,7 @@ import numpy as np
 
 from armimpedance.errors import InputError
 from armimpedance.motion import EmgSignals
-from armimpedance.passive import (
-    DEFAULT_LIMIT_PERCENT,
-    ENVELOPE_HZ,
-    WINDOW_S,
-    PassiveFit,
-    PassiveSamples,
-    method_named,
-)
+from armimpedance.passive import EmgLevel, PassiveFit, PassiveFits, PassiveSamples
 from armimpedance.plots.style import (
     OKABE_ITO,
     TWO_COLUMNS_IN,
@@ -54,9 +47,15 @@ def plot_passive_fit(
     fit : PassiveFit
     samples : PassiveSamples
         Those of the fit, or others that hold its joint.
+    ax : Axes, optional
+        Where to draw; without it a new figure is made.
+    title : str, optional
+
+    Returns
+    -------
+    Axes
     """
-    one = samples.only(samples.joint(fit.joint))
-    equations = method_named(fit.method).equations(one, fit.terms)
+    equations = fit.equations(samples)
     with print_style():
         ax = new_axes(TWO_COLUMNS_IN, _ROW_IN) if ax is None else ax
         start = 0.0
@@ -76,19 +75,28 @@ def plot_passive_fit(
     return ax
 
 
-def plot_passive_fits(fits: Sequence[PassiveFit], samples: PassiveSamples) -> Figure:
-    """One row a joint."""
+def plot_passive_fits(fits: PassiveFits) -> Figure:
+    """Draw all joints' torques and their estimates, one row a joint.
+
+    Parameters
+    ----------
+    fits : PassiveFits
+
+    Returns
+    -------
+    Figure
+    """
     figure = new_figure(TWO_COLUMNS_IN, _ROW_IN * len(fits))
     with print_style():
         axes = figure.subplots(len(fits), squeeze=False)[:, 0]
     for ax, fit in zip(axes, fits, strict=True):
-        plot_passive_fit(fit, samples, ax, title=fit.joint.replace("_", " "))
+        plot_passive_fit(fit, fits.samples, ax, title=fit.joint.replace("_", " "))
     return figure
 
 
 def plot_emg_level(
     emg: EmgSignals,
-    limit_percent: float = DEFAULT_LIMIT_PERCENT,
+    level: EmgLevel,
     row: int = 0,
     axes: Sequence[Axes] | None = None,
 ) -> list[Axes]:
@@ -101,10 +109,16 @@ def plot_emg_level(
     ----------
     emg : EmgSignals
         Normalised to the maximum.
-    limit_percent : float
-        Of the gate, which judges the running mean.
+    level : EmgLevel
+        What the gate, which judges the running mean, said of it.
     row : int
         Which trial, from 0.
+    axes : sequence of Axes, optional
+        One a muscle; without them a new figure is made.
+
+    Returns
+    -------
+    list of Axes
 
     Raises
     ------
@@ -115,22 +129,23 @@ def plot_emg_level(
         raise InputError("EMG in V", expected="divided by each muscle's maximum")
     rate = emg.sample_rate_hz
     raw = emg.signals[emg.offsets[row] : emg.offsets[row + 1]]
-    level = 100 * envelope(raw, rate, cutoff_hz=ENVELOPE_HZ)
-    width = min(max(round(WINDOW_S * rate), 1), len(level))
-    running = np.cumsum(np.vstack([np.zeros(level.shape[1]), level]), axis=0)
+    percent = 100 * envelope(raw, rate, cutoff_hz=level.envelope_hz)
+    width = min(max(round(level.window_s * rate), 1), len(percent))
+    running = np.cumsum(np.vstack([np.zeros(percent.shape[1]), percent]), axis=0)
     mean = (running[width:] - running[:-width]) / width
-    time = np.arange(len(level)) / rate
+    time = np.arange(len(percent)) / rate
     middle = time[: len(mean)] + width / rate / 2
-    end = round(rate / ENVELOPE_HZ)
-    inner = slice(end, len(level) - end)
+    end = round(rate / level.envelope_hz)
+    inner, gate = slice(end, len(percent) - end), level.limit_percent
     with print_style():
         drawn = list(axes or _stacked(len(emg.muscles)))
         for m, (muscle, ax) in enumerate(zip(emg.muscles, drawn, strict=True)):
-            label = f"mean over {WINDOW_S:g} s"
-            ax.plot(time[inner], level[inner, m], color=OKABE_ITO["blue"], lw=0.6, label="envelope")
+            label = f"mean over {level.window_s:g} s"
+            shown = percent[inner]
+            ax.plot(time[inner], shown[:, m], color=OKABE_ITO["blue"], lw=0.6, label="envelope")
             ax.plot(middle, mean[:, m], color="black", lw=1.6, label=label)
-            ax.axhline(limit_percent, color=OKABE_ITO["vermillion"], ls=(0, (4, 2)), label="gate")
-            ax.set_ylim(0, 1.15 * max(limit_percent, float(level[inner].max())))
+            ax.axhline(gate, color=OKABE_ITO["vermillion"], ls=(0, (4, 2)), label="gate")
+            ax.set_ylim(0, 1.15 * max(gate, float(shown.max())))
             ax.margins(x=0.01)
             ax.set_title(muscle.replace("_", " "), loc="left")
             label_axes(ax, "time (s)", "EMG (% of max.)")

@@ -1,20 +1,12 @@
-from .body_text import body_object as body_object, body_text as body_text
+from .body_text import body_text as body_text
 from .comparison_text import comparison_text as comparison_text, subjects_text as subjects_text
 from .contribution_text import contribution_text as contribution_text
 from .discrimination_text import (
     discrimination_object as discrimination_object,
     discrimination_text as discrimination_text,
 )
-from .elbow_law_text import (
-    law_object as law_object,
-    law_summary as law_summary,
-    law_text as law_text,
-)
-from .elbow_text import (
-    elbow_object as elbow_object,
-    elbow_text as elbow_text,
-    varying_text as varying_text,
-)
+from .elbow_law_text import law_text as law_text
+from .elbow_text import elbow_text as elbow_text, varying_text as varying_text
 from .methods_table import methods_table as methods_table
 from .model_text import model_text as model_text
 from .muscle_text import muscle_text as muscle_text
@@ -25,12 +17,7 @@ from .numbers import (
     fixed as fixed,
     with_half_width as with_half_width,
 )
-from .passive_text import (
-    emg_object as emg_object,
-    emg_text as emg_text,
-    passive_object as passive_object,
-    passive_text as passive_text,
-)
+from .passive_text import passive_text as passive_text
 from .plan_text import plan_text as plan_text
 from .reflex_text import (
     headline as headline,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from armimpedance.passive import ENVELOPE_HZ, WINDOW_S
 from armimpedance.plots import plot_emg_level
 from armimpedance_figures.fixed_layout import settle
 from armimpedance_figures.source_figure import SourceFigure, script
@@ -17,27 +16,27 @@ if TYPE_CHECKING:
 def draw(tests: tuple[StudiedTest, ...]) -> Figure:
     """Both muscles of the first subject, one below the other."""
     one = tests[0]
-    figure: Figure = plot_emg_level(one.emg, one.level.limit_percent)[0].figure
+    figure: Figure = plot_emg_level(one.emg, one.level)[0].figure
     settle(figure)
     return figure
 
 
 def caption(tests: tuple[StudiedTest, ...]) -> str:
     """What is shown and what differs."""
-    one = tests[0]
+    one, level = tests[0], tests[0].level
     said = ", ".join(
         f"{muscle} {mean:.1f} % on average, {high:.1f} % in its highest second"
         for muscle, mean, high in zip(
-            one.level.muscles,
-            one.level.mean_percent.mean(axis=0),
-            one.level.highest_percent.max(axis=0),
+            level.muscles,
+            level.mean_percent.mean(axis=0),
+            level.highest_percent.max(axis=0),
             strict=True,
         )
     )
     return (
         "After Venture et al. (in-vivo elbow), Fig. 4: EMG of biceps and triceps during test P5, "
-        f"rectified, second-order Butterworth low-pass {ENVELOPE_HZ:g} Hz forward and backward, "
-        f"% of the maximum (thin, without the filter's ends), its mean over {WINDOW_S:g} s "
+        f"rectified, second-order Butterworth low-pass {level.envelope_hz:g} Hz forward and "
+        f"backward, % of the maximum (thin, without the filter's ends), its mean over {level.window_s:g} s "
         "(thick), and the gate above which a recording is refused (dashed): "
         f"{said}. Simulated subject {one.subject}: noise of "
         "20-450 Hz at 1 kHz whose rectified mean is 2 % of the maximum, the level that the source "

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from armimpedance.passive import DEFAULT_METHOD
+from armimpedance.passive import METHODS
 from armimpedance_figures.source_figure import SourceFigure, script
 from armimpedance_figures.venture_elbow.panels import Panel, draw_panels, panel_table
 from armimpedance_figures.venture_elbow.study import SUBJECTS, StudiedTest, design, study
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 def panels(*tests: tuple[StudiedTest, ...]) -> list[Panel]:
     """P5 of all subjects, then the release of all."""
     return [
-        Panel(f"Fig. {number}: {one.title}", one.fits[DEFAULT_METHOD], one.samples)
+        Panel(f"Fig. {number}: {one.title}", one.fits[METHODS.default], one.samples)
         for number, studied in zip((6, 7), tests, strict=True)
         for one in studied
     ]
@@ -38,8 +38,8 @@ def caption(*tests: tuple[StudiedTest, ...]) -> str:
     return (
         "After Venture et al. (in-vivo elbow), Figs 6 and 7, direct validation: passive torque of "
         "the elbow, minus that of inertia and gravity, of the recordings that k, h and f were "
-        f"fitted to (measured), the estimate W X by method '{DEFAULT_METHOD}', and the difference. "
-        "R² is about zero, as torque without an offset is judged; in P5, where k holds the forearm "
+        f"fitted to (measured), the estimate W X by method '{METHODS.default}', and the "
+        "difference. R² is about zero, as torque without an offset is judged; in P5, where k holds the forearm "
         "up all the time, most of it comes for free. VAF takes the mean off. What is left over is "
         "mostly noise of the twice differentiated angle. The four releases follow one another. "
         f"{design(*every)}. Differs from the source: simulated; another estimator (the source's "

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from armimpedance.passive import DEFAULT_METHOD
+from armimpedance.passive import METHODS
 from armimpedance_figures.source_figure import SourceFigure, script
 from armimpedance_figures.venture_elbow.panels import Panel, draw_panels, panel_table
 from armimpedance_figures.venture_elbow.study import SUBJECTS, StudiedTest, design, study
@@ -17,7 +17,7 @@ def panels(p5: tuple[StudiedTest, ...], release: tuple[StudiedTest, ...]) -> lis
     """For every subject a release and another P5, both by the fit to P5."""
     found = []
     for number, (shaken, let_go) in enumerate(zip(p5, release, strict=True), start=8):
-        fit, who = shaken.fits[DEFAULT_METHOD], shaken.subject
+        fit, who = shaken.fits[METHODS.default], shaken.subject
         found.append(Panel(f"Fig. {number}: release, subject {who}", fit, let_go.samples))
         found.append(Panel(f"Fig. {number}: another P5, subject {who}", fit, shaken.again))
     return found
@@ -38,7 +38,7 @@ def caption(p5: tuple[StudiedTest, ...], release: tuple[StudiedTest, ...]) -> st
     every = [*p5, *release]
     return (
         "After Venture et al. (in-vivo elbow), Figs 8 and 9, cross-validation: k, h and f fitted "
-        f"to one P5 recording (method '{DEFAULT_METHOD}') predict the torque of releases of the "
+        f"to one P5 recording (method '{METHODS.default}') predict the torque of releases of the "
         "forearm and of another P5 recording of the same subject. R² is about zero, where a P5 "
         "has most of it for free; VAF takes the mean off. The release asks more of the fit: "
         f"there the elbow swings about its rest angle ({_spread(release)} rad rms about the mean), "

@@ -59,10 +59,11 @@ def _block(one: StudiedTest) -> TableBlock:
     table = "Table II" if one.subject == "1" else "Table III"
     heading = f"Subject {one.subject}, {PRINTED_NAMES[one.test]}"
     rows = [row for i, name in enumerate(NAMES) for row in _parameter_rows(one, name, i)]
-    conditions = [f"{fixed(f.cond_raw, 2)} ({fixed(f.cond_scaled, 2)})" for f in fits]
+    torques = [f.torque_fit for f in fits]
+    conditions = [f"{fixed(f.cond_raw, 2)} ({fixed(f.cond_scaled, 2)})" for f in torques]
     rows += [
         TableRow("cond W (columns scaled)", (source.condition, *conditions, "")),
-        TableRow("n", (source.n, *(str(f.n) for f in fits), "")),
+        TableRow("n", (source.n, *(str(f.n_rows) for f in torques), "")),
         TableRow("R² about zero; VAF", ("", *map(_explained, fits), "")),
     ]
     known = source is not _NONE
@@ -70,7 +71,7 @@ def _block(one: StudiedTest) -> TableBlock:
 
 
 def _parameter_rows(one: StudiedTest, name: str, i: int) -> Iterator[TableRow]:
-    source, found = printed(one), [one.fits[m].parameter(name) for m in METHODS_SHOWN]
+    source, found = printed(one), [one.fits[m].parameters[name] for m in METHODS_SHOWN]
     values = tuple(with_half_width(p.value, _half_width(p)) for p in found)
     truth = f"{one.true(name):g}"
     yield TableRow(NAMES[name], (source.values[i], *values, truth))
@@ -105,9 +106,10 @@ def table(*tests: tuple[StudiedTest, ...]) -> list[list[str]]:
 
 def _table_row(one: StudiedTest, name: str, i: int, method: str) -> list[str]:
     fit, source = one.fits[method], printed(one)
-    p = fit.parameter(name)
+    p = fit.parameters[name]
     numbers = [p.value, p.sd, p.relative_sd_percent]
-    quality = [fit.cond_raw, fit.cond_scaled, float(fit.n), fit.direct.r2, fit.direct.vaf]
+    of = fit.torque_fit
+    quality = [of.cond_raw, of.cond_scaled, float(of.n_rows), fit.direct.r2, fit.direct.vaf]
     texts = (source.values[i], source.relative_sd_percent[i], source.condition, source.n)
     return [
         *(one.subject, one.test, name, p.unit, method, *map(number, numbers)),
@@ -120,7 +122,7 @@ def _table_row(one: StudiedTest, name: str, i: int, method: str) -> list[str]:
 def caption(*tests: tuple[StudiedTest, ...]) -> str:
     """What is shown, what the source's numbers are worth, what differs."""
     every = by_subject(*tests)
-    worst = max(abs(o.fits["ls"].parameter("k").value / o.true("k") - 1) for o in every)
+    worst = max(abs(o.fits["ls"].parameters["k"].value / o.true("k") - 1) for o in every)
     return (
         "After Venture et al. (in-vivo elbow), Tables II and III: stiffness k, viscosity h and "
         "friction f of the elbow from the examination's test P5 and from a release of the lifted "

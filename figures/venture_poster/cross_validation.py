@@ -37,9 +37,9 @@ def draw(studied: StudiedBody) -> Figure:
     """A column per motion; forces above, moments below."""
     from matplotlib.ticker import MultipleLocator
 
-    motions, labels = shown(studied), row_labels(studied.rows, studied.recording)
+    motions, labels = shown(studied), row_labels(studied.rows, studied.recording.skeleton)
     trials = {t.condition: t for t in each_trial(studied.recording, studied.rows)}
-    phi, rate = studied.phi_of(studied.weighted), studied.recording.sample_rate_hz
+    phi, rate = studied.weighted.predicting_phi, studied.recording.sample_rate_hz
     r2 = studied.agreement(phi, motions).r2
     figure = new_figure(TWO_COLUMNS_IN, _ROW_IN * len(labels))
     with print_style():
@@ -48,7 +48,8 @@ def draw(studied: StudiedBody) -> Figure:
             for row, label in enumerate(labels):
                 ax = axes[row, m]
                 ax.xaxis.set_major_locator(MultipleLocator(5))
-                plot_row(trials[motion], phi, row, label, rate, ax)
+                predicted = trials[motion].W[:, row] @ phi
+                plot_row(trials[motion].w[:, row], predicted, label, rate, ax)
                 _judge(ax, r2[m, row])
                 if row + 1 < len(labels):
                     ax.set_xlabel("")
@@ -86,8 +87,8 @@ def table(studied: StudiedBody) -> list[list[str]]:
 def parameters(studied: StudiedBody) -> dict[str, np.ndarray]:
     """What predicts: two estimates, and the truth, whose residual is the noise of the angles."""
     return {
-        "weighted least squares": studied.phi_of(studied.weighted),
-        "with a prior": studied.phi_of(studied.prior),
+        "weighted least squares": studied.weighted.predicting_phi,
+        "with a prior": studied.prior.predicting_phi,
         "simulated truth": studied.true_phi,
     }
 

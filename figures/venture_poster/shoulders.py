@@ -171,6 +171,6 @@ def _examine(group: str, someone: PassiveSubject, seed: int) -> Shoulder:
         someone.mass_kg,
         someone.height_m,
         joint.k,
-        fit.parameter("k"),
-        fit.n,
+        fit.parameters["k"],
+        fit.torque_fit.n_rows,
     )

@@ -19,7 +19,6 @@ from armimpedance.body import (
     essential_base_parameters,
     identify_body,
     motion_conditions,
-    validate,
 )
 from armimpedance.errors import InputError
 from armimpedance.motion import MotionRecording
@@ -65,19 +64,15 @@ class StudiedBody:
     exact_alone: FloatArray
     true_phi: FloatArray
 
-    def phi_of(self, fit: BodyFit) -> FloatArray:
-        """All parameters (p,); for least squares any that the base parameters allow."""
-        return np.asarray(fit.base.lift(fit.values) if fit.phi is None else fit.phi)
-
     def agreement(self, phi: FloatArray, motions: tuple[str, ...]) -> BodyValidation:
         """How well parameters predict some motions."""
         rows = [self.equations.motions.index(motion) for motion in motions]
-        return validate(self.equations.subset(rows), phi)
+        return self.equations.subset(rows).validate(phi)
 
     def median_error_percent(self, fit: BodyFit) -> float:
         """Median of the base parameters' errors against the truth, % of each."""
         true = fit.base.mapping @ self.true_phi
-        return float(100 * np.median(np.abs(fit.values / true - 1)))
+        return float(100 * np.median(np.abs(fit.parameters.values / true - 1)))
 
 
 def study(experiment: str, *, subject: str, seed: int, sets: int) -> StudiedBody:

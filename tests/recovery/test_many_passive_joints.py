@@ -7,7 +7,7 @@ import pytest
 from armimpedance.mocap.joint_motion import joint_motion
 from armimpedance.passive.from_motion import from_motion
 from armimpedance.passive.identify import identify_passive
-from armimpedance.passive.result import summarise
+from armimpedance.passive.result import summary_of
 from manipulandum_sim.passive.swing import simulate_passive
 
 
@@ -23,7 +23,7 @@ def test_every_joint_is_near_its_truth(fitted):
     fits, truth = fitted
     assert len(fits) == 5
     for i, fit in enumerate(fits):
-        k, h, f = (fit.parameter(name) for name in "khf")
+        k, h, f = (fit.parameters[name] for name in "khf")
         # one trial of 12 s; the slack beyond four standard errors is the filter's own bias
         assert k.value == pytest.approx(truth.k[i], rel=0.02, abs=4 * k.sd_robust)
         assert h.value == pytest.approx(truth.h[i], abs=0.1 * truth.h[i] + 4 * h.sd_robust)
@@ -32,12 +32,12 @@ def test_every_joint_is_near_its_truth(fitted):
 
 def test_stiff_and_soft_joints_are_told_apart(fitted):
     fits, truth = fitted
-    found = [fit.parameter("k").value for fit in fits]
+    found = [fit.parameters["k"].value for fit in fits]
     assert sorted(range(5), key=found.__getitem__) == sorted(range(5), key=truth.k.__getitem__)
 
 
 def test_one_summary_numbers_the_joints(fitted):
     fits, _ = fitted
-    parameters = summarise(fits).parameters
+    parameters = summary_of(fits).parameters
     assert [(p.name, p.joint) for p in parameters[:4]] == [("k", 1), ("h", 1), ("f", 1), ("k", 2)]
     assert {p.joint for p in parameters} == {1, 2, 3, 4, 5}

@@ -34,11 +34,11 @@ def test_the_elbow_is_recovered_from_markers(release, method):
     samples = from_motion(joint_motion(markers).motion, [ELBOW])
     (fit,) = identify_passive(samples, rest_angle=rest, method=method)
     for name, value in expected.items():
-        found = fit.parameter(name)
+        found = fit.parameters[name]
         low, high = found.ci95
         # twice the 95 % interval: a seed in thousands falls out
         assert abs(found.value - value) < high - low, name
-    assert fit.parameter("k").value == pytest.approx(expected["k"], rel=0.02)
+    assert fit.parameters["k"].value == pytest.approx(expected["k"], rel=0.02)
     assert fit.direct.r2 > 0.9
 
 
@@ -68,7 +68,7 @@ def test_exact_motion_gives_the_truth(release):
     for method in ("ls", "parallel"):
         (fit,) = identify_passive(given, rest_angle=rest, method=method)
         for name, value in expected.items():
-            assert fit.parameter(name).value == pytest.approx(value, rel=1e-6), (method, name)
+            assert fit.parameters[name].value == pytest.approx(value, rel=1e-6), (method, name)
 
 
 def test_the_simulated_relaxed_muscle_passes_the_gate(release):

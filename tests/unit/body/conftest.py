@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 from scipy.interpolate import make_interp_spline
 
+from armimpedance.body.parameters import moving_segments, pseudo_inertias
 from armimpedance.motion import MotionRecording
 from armimpedance.skeleton import Hinge, Segment, Skeleton
 from manipulandum_sim.tree_dynamics import contact_wrench, inverse_dynamics
@@ -80,6 +81,13 @@ def moving(skeleton, seed, trials=3, seconds=4.0, **how):
     return record(skeleton, parts, forces), parts
 
 
+def impossible_segments(skeleton, phi):
+    """Names of the segments that no distribution of mass could give these parameters (10 s,)."""
+    smallest = np.linalg.eigvalsh(pseudo_inertias(phi))[:, 0]
+    names = [s.name for s in moving_segments(skeleton)]
+    return tuple(n for n, value in zip(names, smallest, strict=True) if value < 0)
+
+
 SMALL = [("trunk", None, 0), ("arm", "trunk", 3), ("forearm", "arm", 1)]
 ROBOT = [("stand", None, 0)] + [
     (f"link{i}", f"link{i - 1}" if i > 1 else "stand", 1) for i in range(1, 8)
@@ -108,6 +116,7 @@ def rigs():
         record=record,
         moving=moving,
         contact_wrench=contact_wrench,
+        impossible_segments=impossible_segments,
         inverse_dynamics=inverse_dynamics,
         SMALL=SMALL,
         ROBOT=ROBOT,

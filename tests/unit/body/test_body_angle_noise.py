@@ -67,10 +67,10 @@ def test_the_bias_of_noise_is_taken_off(shaken, small):
         recording = noisy(shaken, seed)
         for found, draws in ((left, 0), (off, 6)):
             fit = fitted(recording, noise_draws=draws)
-            found.append((fit.values - fit.base.of(truth)) / np.abs(fit.base.of(truth)))
+            found.append((fit.parameters.values - fit.base.of(truth)) / np.abs(fit.base.of(truth)))
     bias = [np.abs(np.mean(found, axis=0)) for found in (left, off)]
     # what a filter does to the motion itself, and noise of the plate, stay
-    exact = np.abs(fitted(shaken).values / fit.base.of(truth) - 1)
+    exact = np.abs(fitted(shaken).parameters.values / fit.base.of(truth) - 1)
     moved = bias[0] > 2 * exact + 0.05
     assert moved.sum() >= 10
     assert bias[1][moved].sum() < 0.67 * bias[0][moved].sum()
@@ -83,7 +83,7 @@ def test_intervals_hold_where_noise_would_make_them_too_short(shaken, small):
         recording = noisy(shaken, 100 + seed)
         for draws, found in held.items():
             fit = fitted(recording, noise_draws=draws)
-            low, high = np.array([p.ci95 for p in fit.summary().parameters]).T
+            low, high = np.array([p.ci95 for p in fit.summary.parameters]).T
             b = fit.base.of(truth)
             found.append((low <= b) & (b <= high))
     shares = {draws: float(np.mean(found)) for draws, found in held.items()}
@@ -95,22 +95,22 @@ def test_intervals_hold_where_noise_would_make_them_too_short(shaken, small):
 def test_without_noise_nothing_is_taken_off(shaken):
     left, off = fitted(shaken, noise_draws=0), fitted(shaken)
     # the filter's ends count as a little noise
-    assert np.abs(off.noise.shift).max() < 0.01 * left.sd_robust.max()
-    assert (np.abs(off.noise.shift) < 0.1 * left.sd_robust).all()
+    assert np.abs(off.noise.shift).max() < 0.01 * left.parameters.sd.max()
+    assert (np.abs(off.noise.shift) < 0.1 * left.parameters.sd).all()
     assert left.noise is None
     assert off.noise.level < 0.01 * ANGLE
 
 
 def test_plain_least_squares_and_exact_data_are_left_alone(shaken):
     recording = noisy(shaken, 0)
-    assert fitted(recording, method="least_squares").noise is None
+    assert fitted(recording, method="ls").noise is None
     unfiltered = identify_body(recording, choice=RowChoice(), motions=None, check=False)
     assert unfiltered.noise is None
 
 
 def test_the_same_recording_gives_the_same_bits(shaken):
     recording = noisy(shaken, 3)
-    assert np.array_equal(fitted(recording).values, fitted(recording).values)
+    assert np.array_equal(fitted(recording).parameters.values, fitted(recording).parameters.values)
 
 
 def test_slow_cameras_cannot_tell_noise_from_motion(shaken):

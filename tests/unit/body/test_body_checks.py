@@ -106,7 +106,7 @@ def test_motions_that_excite_too_little_are_told_by_name(sound, small, rigs):
 
 
 def test_what_is_asked_for_must_exist(sound):
-    with pytest.raises(InputError, match="no method"):
+    with pytest.raises(InputError, match="unknown method"):
         identify_body(sound, method="magic")
     with pytest.raises(InputError, match="no motion 'dance'"):
         identify_body(sound, motions=["dance"])

@@ -12,7 +12,6 @@ from armimpedance.body.equations import body_equations
 from armimpedance.body.estimate import clustered_covariance, fit_base, row_levels
 from armimpedance.body.parameters import inertial_parameters
 from armimpedance.body.rows import RowChoice
-from armimpedance.body.validation import validate
 from armimpedance.errors import InputError, NotIdentifiableError
 
 
@@ -109,7 +108,7 @@ def test_validation_on_triangles_is_validation_on_samples(exact, small):
     base = essential_base_parameters(small)
     equations = body_equations(recording, RowChoice())
     phi = base.lift(fit_base(equations, base).values)
-    judged = validate(equations, phi)
+    judged = equations.validate(phi)
     for t, trial in enumerate(each_trial(recording, RowChoice())):
         e = trial.w - trial.W @ phi
         np.testing.assert_allclose(judged.rms[t], np.sqrt((e**2).mean(axis=0)), rtol=1e-9)

@@ -15,7 +15,6 @@ from armimpedance.body.contacts import (
     wrench_on_root,
 )
 from armimpedance.body.parameters import (
-    impossible_segments,
     inertial_parameters,
     parameter_names,
     pseudo_inertias,
@@ -149,7 +148,7 @@ def test_a_pseudo_inertia_is_the_second_moment_of_mass(body):
     assert np.linalg.eigvalsh(P).min() > 0
 
 
-def test_an_impossible_segment_is_named(body):
+def test_an_impossible_segment_is_named(body, rigs):
     phi = inertial_parameters(body)
     phi[24] = 3 * (phi[26] + phi[29])  # Ixx above Iyy + Izz
-    assert impossible_segments(body, phi) == ("head",)
+    assert rigs.impossible_segments(body, phi) == ("head",)

@@ -9,7 +9,8 @@ import pytest
 
 from armimpedance.body.equations import body_equations
 from armimpedance.body.exciting import scaled_condition
-from armimpedance.body.identify import METHODS, identify_body
+from armimpedance.body.identify import identify_body
+from armimpedance.body.method import METHODS
 from armimpedance.body.parameters import parameter_names
 from armimpedance.body.rows import RowChoice
 from armimpedance.errors import InputError
@@ -30,15 +31,15 @@ def identified(recording, **how):
 @pytest.mark.parametrize("method", METHODS)
 def test_a_summary_says_what_the_fit_says(noisy, method):
     found = identified(noisy, method=method, motions=2)
-    summary = found.summary()
+    summary = found.summary
     assert summary.rank == 26 == len(summary.parameters)
     assert {p.name for p in summary.parameters} <= set(parameter_names(noisy.skeleton))
-    np.testing.assert_allclose([p.value for p in summary.parameters], found.values)
-    for p, sd in zip(summary.parameters, found.sd_robust, strict=True):
+    np.testing.assert_allclose([p.value for p in summary.parameters], found.parameters.values)
+    for p, sd in zip(summary.parameters, found.parameters.sd, strict=True):
         low, high = p.ci95
         assert high - low == pytest.approx(2 * 1.96 * sd, rel=0.01)
-    assert np.linalg.eigvalsh(found.covariance_robust).min() > -1e-12
-    assert (found.phi is None) == (method in ("least_squares", "weighted"))
+    assert np.linalg.eigvalsh(found.parameters.covariance).min() > -1e-12
+    assert (found.phi is None) == (method in ("ls", "weighted"))
     assert (found.phi_sd is not None) == (method == "prior")
 
 
@@ -46,7 +47,7 @@ def test_a_prior_narrows_every_interval(noisy):
     free, held = (identified(noisy, method=m, motions=None) for m in ("weighted", "prior"))
     # where independent noise needs no inflation to speak of, data and prior know more than data
     assert 0.5 < free.inflation < 2
-    assert (held.sd < 1.1 * free.sd).all()
+    assert (held.parameters.plain_sd < 1.1 * free.parameters.plain_sd).all()
 
 
 def test_motions_may_be_chosen_named_or_all(noisy):
@@ -64,7 +65,7 @@ def test_motions_may_be_chosen_named_or_all(noisy):
 
 
 def test_lines_tell_forces_and_moments_apart(noisy):
-    lines = identified(noisy, motions=2).lines()
+    lines = identified(noisy, motions=2).lines
     held = next(line for line in lines if line.startswith("held-out"))
     assert "forces" in held
     assert "moments" in held
@@ -84,11 +85,13 @@ def test_a_skeleton_without_masses_needs_a_prior(noisy, small):
         identified(recording, method="prior")
     with_prior = identified(recording, method="prior", prior=small)
     np.testing.assert_allclose(
-        with_prior.values, identified(noisy, method="prior").values, rtol=1e-9
+        with_prior.parameters.values,
+        identified(noisy, method="prior").parameters.values,
+        rtol=1e-9,
     )
 
 
 def test_the_same_data_give_the_same_bits(noisy):
     a, b = (identified(noisy, method="prior", motions=None) for _ in range(2))
     assert np.array_equal(a.phi, b.phi)
-    assert np.array_equal(a.covariance_robust, b.covariance_robust)
+    assert np.array_equal(a.parameters.covariance, b.parameters.covariance)

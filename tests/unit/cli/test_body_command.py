@@ -194,15 +194,18 @@ def test_wrong_recordings_are_one_line(damage, options, says, studio, refusal, t
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        (("--method", "magic"), ("--method magic", "ls, weighted, consistent, prior")),
+        (("--method", "magic"), ("'magic'", "weighted, consistent, ls, prior")),
         (("--motions", "jump"), ("'jump'", "walk, all_joints, trunk_twist")),
         (("--motions", "0"), ("0 motions",)),
         (("--rows", "all"), ("torque",)),
-        (("--term", "viscosity"), ("--term", "--rows all")),
-        (("--passive-joint", "knee=0"), ("knee=0", "right_elbow_flexion")),
+        (("--term", "viscosity"), ("terms of joints", "rows 'all'")),
+        (("--noise-draws", "1"), ("1 draws", "2 or more")),
+        (("--noise-draws", "4", "--method", "ls"), ("no effect", "weighted")),
+        (("--longest-gap-s", "0.1"), ("gaps", "recording of markers")),
+        (("--passive-joint", "knee=0"), ("'knee'", "right_elbow_flexion")),
         (("--passive-joint", "right_elbow_flexion"), ("NAME=REST_RAD",)),
         (("--passive-joint", "right_elbow_flexion=90"), ("degrees", "radians")),
-        (("--prior-sd-percent", "30"), ("--method prior",)),
+        (("--prior-sd-percent", "30"), ("method 'prior'",)),
         (("--method", "prior", "--prior-sd-percent", "-3"), ("-3", "more than 0")),
         (("--cutoff-hz", "nan"), ("--cutoff-hz nan", "none")),
         (("--figure", "x.tiff"), ("x.tiff", ".png")),
@@ -262,4 +265,5 @@ def test_other_kinds_are_one_line(limb, refusal, relaxed, tmp_path):
     line = refusal("body", relaxed)
     assert "without force plates" in line
     line = refusal("body", shutil.move(relaxed / "samples.csv", tmp_path / "samples.csv"))
-    assert "is a file" in line
+    assert "samples.csv" in line
+    assert "known format" in line

@@ -246,12 +246,13 @@ def active(columns):
         ({"seconds": 0.3}, (), ("samples", "38", "8 Hz")),
         ({}, ("--cutoff-hz", "60"), ("cut-off 60 Hz", "50 Hz", "joint")),
         ({}, ("--cutoff-hz", "-1"), ("--cutoff-hz -1", "Hz, or none")),
-        ({}, ("--rest-angle", "20"), ("--rest-angle 20", "degrees", "radians")),
+        ({}, ("--rest-angle", "20"), ("rest angle of 20", "degrees", "radians")),
         ({}, ("--rest-angle", "east"), ("--rest-angle east", "radians, or free")),
-        ({}, ("--rest-angle", "knee=0.3"), ("knee=0.3", "q1")),
+        ({}, ("--rest-angle", "knee=0.3"), ("joint", "rest angles of knee", "q1")),
+        ({}, ("--longest-gap-s", "0.1"), ("joint", "gaps", "recording of markers")),
         ({}, ("--rest-angle", "q1=0.3", "--rest-angle", "0.2"), ("one angle for all",)),
         ({}, ("--method", "magic"), ("'magic'", "parallel", "output-error")),
-        ({}, ("--joint", "q1"), ("--joint", "all its joints")),
+        ({}, ("--joint", "q1"), ("joints chosen", "all its joints")),
         ({}, ("--emg-gate", "x"), ("--emg-gate x",)),
         ({}, ("--figure", "x.tiff"), ("x.tiff", ".png")),
         ({"kind": "hand"}, (), ("samples.csv", "x_m")),
@@ -318,8 +319,8 @@ def nothing(folder):
         (lost_for_long, (), ("relaxed", "trial 1", "s")),
         (nothing, ("--joint", "knee"), ("'knee'", "right_elbow_flexion")),
         (nothing, ("--emg-gate", "1"), ("relaxed", "trial 1", "% of its maximum", "below 1 %")),
-        (nothing, ("--torque-sign", "1"), ("--torque-sign", "recording of torque")),
-        (nothing, ("--longest-gap-s", "0"), ("--longest-gap-s 0", "more than 0")),
+        (nothing, ("--torque-sign", "1"), ("sign of the torque", "recording of torque")),
+        (nothing, ("--longest-gap-s", "0"), ("gaps of 0 s", "more than 0")),
         (nothing, ("--out", "no/such/fit.json"), ("no/such", "existing folder")),
         (edited("recording.json", lambda m: m.update(kind="arm")), (), ("recording.json", "kind")),
     ],
@@ -337,4 +338,3 @@ def test_what_is_no_recording_is_one_line(what, refusal, tmp_path):
     (tmp_path / "swing.c3d").write_bytes(b"?")
     line = refusal("passive", tmp_path / what, "--out", "fit.json")
     assert what in line
-    assert "folder" in line

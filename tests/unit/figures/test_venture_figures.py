@@ -11,7 +11,8 @@ from armimpedance.body.rows import each_trial
 from armimpedance.comparison.discrimination import Group, discriminate
 from armimpedance.errors import InputError
 from armimpedance.motion import EmgSignals
-from armimpedance.passive.methods import DEFAULT_METHOD
+from armimpedance.passive.emg_gate import EmgLevel
+from armimpedance.passive.method import METHODS
 from armimpedance.plots.discrimination import plot_discrimination
 from armimpedance.plots.passive import plot_emg_level
 from armimpedance.regression import NamedParameter
@@ -165,16 +166,16 @@ def test_ls_is_the_sources_estimator_and_covariance(studied):
     X, (left,), *_ = np.linalg.lstsq(W, s.torque[:, 0], rcond=None)
     sd = np.sqrt(left / (len(W) - 3) * np.diag(np.linalg.inv(W.T @ W)))
     for i, name in enumerate(("k", "h", "f")):
-        assert fit.parameter(name).value == pytest.approx(X[i], rel=1e-8)
-        assert fit.parameter(name).sd == pytest.approx(sd[i], rel=1e-6)
-    assert fit.cond_raw == pytest.approx(np.linalg.cond(W), rel=1e-8)
-    assert fit.n == len(W)
+        assert fit.parameters[name].value == pytest.approx(X[i], rel=1e-8)
+        assert fit.parameters[name].sd == pytest.approx(sd[i], rel=1e-6)
+    assert fit.torque_fit.cond_raw == pytest.approx(np.linalg.cond(W), rel=1e-8)
+    assert fit.torque_fit.n_rows == len(W)
 
 
 def test_stiffness_is_found_by_the_default_method(studied):
     """Within four robust standard errors."""
     for one in (*studied["p5"], *studied["release"]):
-        k = one.fits[DEFAULT_METHOD].parameter("k")
+        k = one.fits[METHODS.default].parameters["k"]
         assert abs(k.value - one.true("k")) < 4 * k.sd_robust
 
 
@@ -221,7 +222,7 @@ def test_the_difference_is_drawn_and_its_rms_is_said(module, studied):
 def test_cross_validation_is_of_recordings_that_were_not_fitted(studied):
     p5, release = studied["p5"], studied["release"]
     panels = fig08.panels(p5, release)
-    assert [panel.fit for panel in panels] == [p5[i].fits[DEFAULT_METHOD] for i in (0, 0, 1, 1)]
+    assert [panel.fit for panel in panels] == [p5[i].fits[METHODS.default] for i in (0, 0, 1, 1)]
     samples = [release[0].samples, p5[0].again, release[1].samples, p5[1].again]
     for panel, expected in zip(panels, samples, strict=True):
         assert panel.samples is expected
@@ -250,7 +251,7 @@ def test_the_drawn_mean_is_the_one_that_the_gate_judges(studied):
 def test_emg_in_volts_is_not_drawn():
     emg = EmgSignals(1000.0, [0, 2000], np.ones((2000, 1)), ("biceps",), "V")
     with pytest.raises(InputError, match="EMG in V"):
-        plot_emg_level(emg)
+        plot_emg_level(emg, EmgLevel(emg.muscles, [[1.0]], [[1.0]], 3.0))
 
 
 # The poster

@@ -10,17 +10,17 @@ import pytest
 
 from armimpedance.passive.from_motion import from_motion
 from armimpedance.passive.identify import identify_passive
-from armimpedance.passive.long_run import number_of_cosines
-from armimpedance.passive.methods import METHODS
+from armimpedance.passive.linear import number_of_cosines
+from armimpedance.passive.method import METHODS
 from armimpedance.passive.notes import limit_cycle_rad
-from armimpedance.passive.result import summarise
+from armimpedance.passive.result import summary_of
 from armimpedance.passive.samples import PassiveSamples
 
 NAMES = ("k", "h", "f")
 
 
 def values(fit):
-    return np.array([fit.parameter(name).value for name in NAMES])
+    return np.array([fit.parameters[name].value for name in NAMES])
 
 
 def truth_of(forearm):
@@ -67,7 +67,7 @@ def test_exact_derivatives_give_exact_parameters(forearm, clean, method, rest):
     (fit,) = identify_passive(samples, rest_angle=angle, method=method)
     np.testing.assert_allclose(values(fit), truth_of(forearm), rtol=1e-9)
     if rest == "free":
-        assert fit.parameter("q_r").value == pytest.approx(forearm.truth.q_r, rel=1e-9)
+        assert fit.parameters["q_r"].value == pytest.approx(forearm.truth.q_r, rel=1e-9)
     assert fit.direct.r2 > 1 - 1e-12
 
 
@@ -86,7 +86,7 @@ def test_quadratic_stiffness_and_its_rest_angle_come_back(forearm, clean):
     curved = replace(samples, torque=samples.torque + 0.8 * about**2)
     for angle in (forearm.truth.q_r, "free"):
         (fit,) = identify_passive(curved, rest_angle=angle, quadratic=True, cross_validate=False)
-        assert fit.parameter("K").value == pytest.approx(0.8, rel=1e-7)
+        assert fit.parameters["K"].value == pytest.approx(0.8, rel=1e-7)
         np.testing.assert_allclose(values(fit), truth_of(forearm), rtol=1e-7)
 
 
@@ -95,8 +95,8 @@ def test_a_wrong_rest_angle_turns_stiffness_and_a_free_one_widens_it(forearm, no
         identify_passive(noisy[0], rest_angle=angle, cross_validate=False)[0]
         for angle in (forearm.truth.q_r, forearm.truth.q_r + 0.05, "free")
     )
-    assert abs(wrong.parameter("k").value / known.parameter("k").value - 1) > 0.04
-    assert free.parameter("k").sd > 3 * known.parameter("k").sd
+    assert abs(wrong.parameters["k"].value / known.parameters["k"].value - 1) > 0.04
+    assert free.parameters["k"].sd > 3 * known.parameters["k"].sd
     assert any("rest angle" in w for w in free.warnings)
 
 
@@ -136,7 +136,7 @@ def test_negative_friction_is_told_with_its_limit_cycle(forearm):
     motion, _ = forearm.swings(trials=1, samples=900, truth=x, shake_m=0.0, start=0.05, substeps=8)
     samples = from_motion(motion, [forearm.elbow], cutoff_hz=None)
     (fit,) = identify_passive(samples, rest_angle=1.0, method="output-error", cross_validate=False)
-    assert fit.parameter("f").value < 0
+    assert fit.parameters["f"].value < 0
     (told,) = [w for w in fit.warnings if "not dissipative" in w]
     assert "limit cycle" in told
     # the swing itself, after its transient
@@ -196,10 +196,10 @@ def test_the_sources_standard_errors_are_the_textbook_ones(forearm, noisy):
     residual = Y[:, 0] - W @ values(fit)
     sigma2 = residual @ residual / (len(Y) - 3)
     expected = np.sqrt(np.diag(sigma2 * np.linalg.inv(W.T @ W)))
-    np.testing.assert_allclose([fit.parameter(n).sd for n in NAMES], expected, rtol=1e-9)
-    assert fit.n == len(Y) == 699
-    assert fit.parameter("k").well_identified
-    assert not fit.parameter("h").well_identified
+    np.testing.assert_allclose([fit.parameters[n].sd for n in NAMES], expected, rtol=1e-9)
+    assert fit.torque_fit.n_rows == len(Y) == 699
+    assert fit.parameters["k"].well_identified
+    assert not fit.parameters["h"].well_identified
 
 
 def test_summary_names_parameters_and_counts_joints_from_one(forearm, clean):
@@ -212,14 +212,14 @@ def test_summary_names_parameters_and_counts_joints_from_one(forearm, clean):
         }
     )
     fits = identify_passive(two, rest_angle={"elbow": 1.0, "wrist": "free"}, cross_validate=False)
-    summary = summarise(fits)
+    summary = summary_of(fits)
     assert [(p.name, p.joint) for p in summary.parameters] == [
         *[(n, 1) for n in NAMES],
         *[(n, 2) for n in (*NAMES, "q_r")],
     ]
     assert summary.n == 2 * 360
     assert all(w.startswith("wrist: ") for w in summary.warnings)
-    assert fits[0].summary().method == "parallel"
+    assert fits[0].summary.method == "parallel"
 
 
 def test_share_of_friction(forearm, clean):
@@ -239,7 +239,7 @@ def test_intervals_of_white_noise_agree_with_the_textbook(forearm, clean):
         (fit,) = identify_passive(
             replace(samples, torque=samples.torque + noise), rest_angle=1.0, cross_validate=False
         )
-        ratios.append([(fit.parameter(n).sd_robust / fit.parameter(n).sd) ** 2 for n in NAMES])
+        ratios.append([(fit.parameters[n].sd_robust / fit.parameters[n].sd) ** 2 for n in NAMES])
     count = number_of_cosines(360, 30.0)
     # each ratio has mean 1 and variance 2 / count
     assert (np.abs(np.mean(ratios, axis=0) - 1) < 4 * np.sqrt(2 / count / 60)).all()

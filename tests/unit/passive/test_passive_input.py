@@ -49,7 +49,7 @@ def test_a_joint_recording_gives_its_truth_within_its_interval(method):
     samples = from_joint_recording(driven(swing, noise=0.02))
     (fit,) = identify_passive(samples, rest_angle=0.3, method=method)
     for name, truth in zip(("k", "h", "f"), (2.0, 0.1, 0.02), strict=True):
-        found = fit.parameter(name)
+        found = fit.parameters[name]
         assert abs(found.value - truth) < 4 * found.sd_robust, name
     assert not fit.warnings
 
@@ -60,11 +60,11 @@ def test_torque_of_the_other_sign_is_turned_and_said():
     assert "sign was turned" in turned.notes[0]
     assert not right.notes
     (fit,) = identify_passive(turned, rest_angle=0.3)
-    assert fit.parameter("k").value == pytest.approx(2.0, rel=0.02)
+    assert fit.parameters["k"].value == pytest.approx(2.0, rel=0.02)
     assert "sign was turned" in fit.warnings[0]
     kept = from_joint_recording(driven(swing, sign=-1.0, noise=0.01), torque_sign=1)
     (negative,) = identify_passive(kept, rest_angle=0.3)
-    assert negative.parameter("k").value < 0
+    assert negative.parameters["k"].value < 0
     assert any("negative stiffness" in w for w in negative.warnings)
 
 
@@ -104,7 +104,7 @@ def test_one_way_with_a_free_rest_angle_is_refused():
         identify_passive(samples, rest_angle="free")
     assert told.value.parameters == ("f", "q_r")
     (fit,) = identify_passive(samples, rest_angle=0.3, cross_validate=False)
-    assert fit.parameter("k").value == pytest.approx(2.0, rel=1e-6)
+    assert fit.parameters["k"].value == pytest.approx(2.0, rel=1e-6)
 
 
 def test_cut_off_samples_joints_and_methods_are_checked(forearm):

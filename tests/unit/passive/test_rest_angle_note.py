@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from armimpedance.errors import EstimationError
-from armimpedance.passive import identify
 from armimpedance.passive.equations import Equations
 from armimpedance.passive.identify import identify_passive
-from armimpedance.passive.methods import METHODS
+from armimpedance.passive.method import METHODS
+from armimpedance.passive.methods import parallel
 from armimpedance.passive.rest_angle import free_rest_angle, rest_angle_note
 from armimpedance.passive.samples import PassiveSamples
 from armimpedance.passive.terms import Terms
@@ -62,9 +64,8 @@ def test_a_search_that_ends_nowhere_says_where_the_data_rest(monkeypatch):
     samples = PassiveSamples(
         RATE, np.array([0, len(about)]), ("elbow",), **{n: v[:, None] for n, v in one.items()}
     )
-    lost = {**vars(METHODS["parallel"]), "solve": nowhere}
-    method = type(METHODS["parallel"])(**lost)
-    monkeypatch.setattr(identify, "method_named", lambda _: method)
+    method = replace(METHODS["parallel"], solve=nowhere)
+    monkeypatch.setattr(parallel, "METHOD", method)
     with pytest.raises(
         EstimationError, match=r"did not settle; the data put the rest angle at 0\.8"
     ):

@@ -1,0 +1,1 @@
+"""The ways to base parameters, one file each; its record `METHOD` is the entry."""

@@ -1,0 +1,1 @@
+"""The estimators of passive joints, one file each; its record `METHOD` is the entry."""
