@@ -2,6 +2,7 @@ from .body import body as body
 from .comparison import Comparison as Comparison, compare as compare
 from .contents import describe as describe
 from .contributions import Contributions as Contributions
+from .drawing import plot_ellipses as plot_ellipses
 from .estimates import Estimates as Estimates
 from .hand import (
     ComparedMethods as ComparedMethods,

@@ -10,6 +10,7 @@ from .elbow import (
 from .ellipse_fields import Predicted as Predicted
 from .ellipse_parts import default_scale as default_scale
 from .ellipses import (
+    plot_ellipse as plot_ellipse,
     plot_ellipse_rose as plot_ellipse_rose,
     plot_ellipses_in_workspace as plot_ellipses_in_workspace,
     plot_ellipses_over_levels as plot_ellipses_over_levels,

@@ -1,0 +1,74 @@
+"""Drawings of results in one call, for notebooks."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from itertools import cycle
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from armimpedance.ellipses import Which
+from armimpedance.files import condition_of, read_results
+from armimpedance.plots import OKABE_ITO, plot_ellipse, plot_ellipses_in_workspace
+from armimpedance.records import ImpedanceEstimate
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+#: Hands closer together than this stand at one place: their ellipses are drawn about one centre.
+ONE_PLACE_M = 0.01
+
+
+def plot_ellipses(
+    estimates: Sequence[ImpedanceEstimate] | str | os.PathLike[str],
+    *,
+    which: Which = "stiffness",
+    ax: Axes | None = None,
+) -> Axes:
+    """Draw the ellipses of estimates with their 95 % bands.
+
+    Ellipses of hands at different places stand where the hands were, as in Tsuji (1997), Fig. 7.
+    Those at one place, and those of joints, are drawn about one centre in their own units.
+
+    Parameters
+    ----------
+    estimates : sequence of ImpedanceEstimate, or path
+        Of two axes each; a path is that of a RESULTS.csv.
+    which : {"stiffness", "viscosity", "inertia"}
+        The matrix that is drawn.
+    ax : Axes, optional
+        Where to draw; without it a new figure is made.
+
+    Returns
+    -------
+    Axes
+        With the drawing.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or an estimate does not have two axes.
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> from manipulandum_sim.hand import simulate
+    >>> recording, _ = simulate("cocontraction", seed=1, sets=1, conditions=["cocontraction_10"])
+    >>> ax = ai.plot_ellipses(ai.estimate(recording))
+    >>> ax.get_xlabel()
+    'K along x (N/m)'
+    """
+    given = read_results(estimates) if isinstance(estimates, str | os.PathLike) else list(estimates)
+    hands = [e.position for e in given if e.level == "hand" and e.position is not None]
+    if len(hands) == len(given) and np.ptp(hands, axis=0).max() > ONE_PLACE_M:
+        return plot_ellipses_in_workspace(given, which, ax)
+    colors = cycle(OKABE_ITO.values())
+    for estimate, color in zip(given, colors, strict=False):
+        label = condition_of(estimate)
+        ax = plot_ellipse(estimate, ax, which=which, show_confidence=True, color=color, label=label)
+    if len(given) > 1 and ax is not None:
+        ax.legend()
+    assert ax is not None  # noqa: S101 - read_results and estimate give one estimate at least
+    return ax
