@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import os
 import struct
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -21,16 +20,16 @@ from numpy.typing import NDArray
 
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
+from armimpedance.recordings.c3d_parameters import (
+    Groups,
+    first_of,
+    numbers_of,
+    read_groups,
+    texts_of,
+)
 
 BLOCK: Final = 512
 _KEY: Final = 0x50
-_LITTLE_ENDIAN: Final = 84
-
-#: Types of parameters in a C3D file: code -> numpy type.
-_TYPES: Final = {-1: "S1", 1: "u1", 2: "<i2", 4: "<f4"}
-
-#: A parameter: texts, or numbers in the order of the file.
-Parameter = tuple[str, ...] | NDArray[np.generic]
 
 
 @dataclass(frozen=True)
@@ -54,7 +53,7 @@ class C3DFile:
     """
 
     name: str
-    parameters: Mapping[str, Mapping[str, Parameter]]
+    parameters: Groups
     rate_hz: float
     samples_per_frame: int
     point_labels: tuple[str, ...]
@@ -75,11 +74,11 @@ class C3DFile:
 
     def texts(self, group: str, name: str) -> tuple[str, ...]:
         """A parameter that holds texts; empty where there is none."""
-        return _texts(self.parameters, group, name)
+        return texts_of(self.parameters, group, name)
 
     def numbers(self, group: str, name: str) -> FloatArray | None:
         """A parameter that holds numbers, as a flat array; None where there is none."""
-        return _numbers(self.parameters, group, name)
+        return numbers_of(self.parameters, group, name)
 
     def number(self, group: str, name: str) -> float | None:
         """A parameter's first number; None where there is none, or it is not finite."""
@@ -118,7 +117,7 @@ def parse_c3d(data: bytes, name: str) -> C3DFile:
     if data[1] != _KEY or data[0] < 2:
         raise InputError("is not a C3D file", file=name, expected="80 as the second byte")
     header = _Header.parse(data)
-    parameters = _ParameterSection(data, name, (data[0] - 1) * BLOCK).parse()
+    parameters = read_groups(data, name, (data[0] - 1) * BLOCK)
     layout = _Layout.of(data, name, header, parameters)
     words = np.frombuffer(
         data, layout.word, layout.frames * layout.words_per_frame, layout.start
@@ -167,72 +166,6 @@ class _Header:
         return max(self.last_frame - self.first_frame + 1, 0)
 
 
-class _ParameterSection:
-    """The parameter section; every read is checked against the end of the file."""
-
-    def __init__(self, data: bytes, name: str, start: int) -> None:
-        self.data, self.name, self.at = data, name, start
-
-    def parse(self) -> dict[str, dict[str, Parameter]]:
-        processor = self._take(4)[3]
-        if processor != _LITTLE_ENDIAN:
-            expected = f"{_LITTLE_ENDIAN}, little-endian"
-            raise InputError(f"processor type {processor}", file=self.name, expected=expected)
-        groups: dict[int, str] = {}
-        found: list[tuple[int, str, Parameter]] = []
-        while self.at + 2 <= len(self.data):
-            length, group = struct.unpack("<bb", self._take(2))
-            if length == 0:
-                break
-            # A negative length locks the entry against editing: of no meaning to a reader.
-            label = _decode(self._take(abs(length))).upper()
-            next_entry = self.at + struct.unpack("<H", self._peek(2))[0]
-            is_last = next_entry == self.at
-            self.at += 2
-            if group < 0:
-                groups[-group] = label
-                self._take(self._take(1)[0])
-            else:
-                found.append((group, label, self._value()))
-            if is_last:
-                break
-            if next_entry < self.at:
-                raise self._broken(f"the entry {label} points back into itself")
-            self.at = next_entry
-        parameters: dict[str, dict[str, Parameter]] = {label: {} for label in groups.values()}
-        for group, label, value in found:
-            parameters.setdefault(groups.get(group, f"GROUP{group}"), {})[label] = value
-        return parameters
-
-    def _value(self) -> Parameter:
-        code, dimensions = struct.unpack("<bB", self._take(2))
-        if code not in _TYPES:
-            raise self._broken(f"a parameter of unknown type {code}")
-        sizes = tuple(self._take(dimensions))
-        kind = np.dtype(_TYPES[code])
-        count = int(np.prod(sizes, dtype=np.int64))
-        raw = self._take(count * kind.itemsize)
-        if code != -1:
-            return np.frombuffer(raw, kind).copy()
-        # The first dimension is a text's length; without a second one there is one text.
-        width = sizes[0] if sizes else 1
-        starts = range(0, count, width) if width else ()
-        return tuple(_decode(raw[i : i + width]) for i in starts)
-
-    def _peek(self, size: int) -> bytes:
-        if self.at + size > len(self.data):
-            raise self._broken("the parameters run past the end of the file")
-        return self.data[self.at : self.at + size]
-
-    def _take(self, size: int) -> bytes:
-        taken = self._peek(size)
-        self.at += size
-        return taken
-
-    def _broken(self, problem: str) -> InputError:
-        return InputError(f"broken parameter section: {problem}", file=self.name)
-
-
 @dataclass(frozen=True)
 class _Layout:
     """Where the data lie and in which form."""
@@ -244,19 +177,17 @@ class _Layout:
     point_scale: float
 
     @staticmethod
-    def of(
-        data: bytes, name: str, header: _Header, parameters: Mapping[str, Mapping[str, Parameter]]
-    ) -> _Layout:
+    def of(data: bytes, name: str, header: _Header, parameters: Groups) -> _Layout:
         words = 4 * header.points + header.analog_per_frame
         per_frame = header.analog_samples_per_frame
         if header.analog_per_frame and (not per_frame or header.analog_per_frame % per_frame):
             problem = f"{header.analog_per_frame} analog values in {per_frame} samples per frame"
             raise InputError(problem, file=name, expected="a multiple")
-        scale = _first(parameters, "POINT", "SCALE", header.scale)
+        scale = first_of(parameters, "POINT", "SCALE", header.scale)
         word = np.dtype("<f4" if scale < 0 else "<i2")
         if not words:
             return _Layout(0, 0, words, word, 1.0)
-        block = header.data_start_block or _first(parameters, "POINT", "DATA_START", 0.0)
+        block = header.data_start_block or first_of(parameters, "POINT", "DATA_START", 0.0)
         if not 1 < block <= len(data) / BLOCK + 1:
             problem = f"the data are said to start at block {block:g}"
             raise InputError(problem, file=name, expected="a block of the file, after the header")
@@ -287,28 +218,24 @@ def _frames(name: str, claimed: int, frame_data: bytes, frame_bytes: int) -> int
     return wrapped if held - wrapped <= filling else claimed
 
 
-def _rate(
-    name: str, header: _Header, parameters: Mapping[str, Mapping[str, Parameter]], frames: int
-) -> float:
+def _rate(name: str, header: _Header, parameters: Groups, frames: int) -> float:
     rate = header.rate_hz
     if not (np.isfinite(rate) and rate > 0):
-        rate = _first(parameters, "POINT", "RATE", 0.0)
+        rate = first_of(parameters, "POINT", "RATE", 0.0)
     if frames and not (np.isfinite(rate) and rate > 0):
         raise InputError(f"a rate of {rate} frames/s", file=name, expected="a positive number")
     return float(rate)
 
 
-def _scaled_analog(
-    name: str, raw: NDArray[np.generic], parameters: Mapping[str, Mapping[str, Parameter]]
-) -> FloatArray:
+def _scaled_analog(name: str, raw: NDArray[np.generic], parameters: Groups) -> FloatArray:
     """Analog samples in their units: (raw - offset) * scale * general scale."""
     channels = raw.shape[1]
-    unsigned = _texts(parameters, "ANALOG", "FORMAT")[:1] == ("UNSIGNED",)
+    unsigned = texts_of(parameters, "ANALOG", "FORMAT")[:1] == ("UNSIGNED",)
     if unsigned and raw.dtype.kind == "i":
         raw = raw.view("<u2")
 
     def per_channel(parameter: str, default: float) -> FloatArray:
-        parts = [_numbers(parameters, "ANALOG", p) for p in (parameter, parameter + "2")]
+        parts = [numbers_of(parameters, "ANALOG", p) for p in (parameter, parameter + "2")]
         values = np.concatenate([p for p in parts if p is not None] or [np.zeros(0)])
         if unsigned and parameter == "OFFSET":
             values = np.mod(values, 65536.0)
@@ -324,45 +251,16 @@ def _scaled_analog(
 
     if channels == 0 or len(raw) == 0:
         return np.zeros((len(raw), channels))
-    scale = per_channel("SCALE", 1.0) * _first(parameters, "ANALOG", "GEN_SCALE", 1.0)
+    scale = per_channel("SCALE", 1.0) * first_of(parameters, "ANALOG", "GEN_SCALE", 1.0)
     return (raw.astype(np.float64) - per_channel("OFFSET", 0.0)) * scale
 
 
-def _labels(
-    parameters: Mapping[str, Mapping[str, Parameter]], group: str, count: int
-) -> tuple[str, ...]:
+def _labels(parameters: Groups, group: str, count: int) -> tuple[str, ...]:
     """Labels of points or channels; those beyond 255 are in LABELS2, unnamed ones get a number."""
     given = [
         label
         for parameter in ("LABELS", "LABELS2", "LABELS3")
-        for label in _texts(parameters, group, parameter)
+        for label in texts_of(parameters, group, parameter)
     ]
     unnamed = [f"{group}_{i}" for i in range(len(given) + 1, count + 1)]
     return tuple((given + unnamed)[:count])
-
-
-def _texts(
-    parameters: Mapping[str, Mapping[str, Parameter]], group: str, name: str
-) -> tuple[str, ...]:
-    value = parameters.get(group, {}).get(name)
-    return value if isinstance(value, tuple) else ()
-
-
-def _numbers(
-    parameters: Mapping[str, Mapping[str, Parameter]], group: str, name: str
-) -> FloatArray | None:
-    value = parameters.get(group, {}).get(name)
-    return value.astype(np.float64) if isinstance(value, np.ndarray) else None
-
-
-def _first(
-    parameters: Mapping[str, Mapping[str, Parameter]], group: str, name: str, default: float
-) -> float:
-    values = _numbers(parameters, group, name)
-    return default if values is None or not len(values) else float(values[0])
-
-
-def _decode(raw: bytes) -> str:
-    text = raw.decode("utf-8", errors="replace").rstrip("\x00 ").lstrip()
-    # Labels stand in messages, which are one line.
-    return "".join(mark if mark.isprintable() else "?" for mark in text)
