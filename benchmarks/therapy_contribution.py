@@ -33,10 +33,10 @@ from armimpedance.therapy import (
     identify_arm,
     identify_robot,
     movement_torques,
+    pipes,
     replay,
     sample_contribution,
     segments_of,
-    source_mockup,
     validate_robot,
 )
 from manipulandum_sim.therapy import (
@@ -141,7 +141,7 @@ def validation_study(check: Checks, robot: TherapyRobot) -> None:
 def mockup_study(check: Checks, robot: TherapyRobot) -> None:
     """Gravity and inertia of two weighed pipes."""
     recording, _ = simulate_mockup(seed=0)
-    found = check_mockup(recording, robot, source_mockup())
+    found = check_mockup(recording, robot, pipes())
     print("\nMock-up")
     for name, value, printed in (
         ("torque level, Nm", found.gravity.value, 10.66),
@@ -216,15 +216,15 @@ def flat(found: Contribution, true: TrueContribution) -> dict:
         "condition": found.condition,
         "movement": found.movement,
         "sum_ratio_true": true.cancellation,
-        "reference": found.reference_percent,
+        "reference": None if found.reference is None else found.reference.percent,
         "reference_valid": found.reference_valid,
     }
     for metric in METRICS:
-        low, high = getattr(found, f"{metric}_ci95")
+        low, high = getattr(found, metric).ci95
         cells |= {
-            metric: getattr(found, f"{metric}_percent"),
-            f"{metric}_sd": getattr(found, f"{metric}_sd"),
-            f"{metric}_valid": getattr(found, f"{metric}_valid"),
+            metric: getattr(found, metric).percent,
+            f"{metric}_sd": getattr(found, metric).sd,
+            f"{metric}_valid": getattr(found, metric).valid,
             f"{metric}_true": getattr(true, metric),
             f"{metric}_covered": low <= getattr(true, metric) <= high,
         }

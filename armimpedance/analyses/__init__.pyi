@@ -3,6 +3,7 @@ from .comparison import Comparison as Comparison, compare as compare
 from .contents import describe as describe
 from .contributions import Contributions as Contributions
 from .drawing import plot_ellipses as plot_ellipses
+from .discrimination import discriminate as discriminate
 from .estimates import Estimates as Estimates
 from .hand import (
     ComparedMethods as ComparedMethods,

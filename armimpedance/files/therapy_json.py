@@ -14,8 +14,7 @@ from armimpedance.errors import InputError
 from armimpedance.files.fit_json import write_json
 from armimpedance.json_text import Fields, read_json
 from armimpedance.plain import from_plain, to_plain
-from armimpedance.regression import FitSummary
-from armimpedance.therapy import PassiveArm, TherapyRobot
+from armimpedance.therapy import ArmCalibration, PassiveArm, RobotCalibration, TherapyRobot
 
 ROBOT_FORMAT: Final = "armimpedance-robot"
 ARM_FORMAT: Final = "armimpedance-arm"
@@ -24,18 +23,44 @@ VERSION: Final = 1
 Record = TypeVar("Record")
 
 
-def write_robot(
-    robot: TherapyRobot, path: str | Path, summary: FitSummary | None = None, **more: Any
-) -> None:
-    """Write a robot, and what its identification says of itself; `read_robot` gives it back."""
-    _write(ROBOT_FORMAT, "robot", robot, path, summary, more)
+def write_robot(robot: TherapyRobot | RobotCalibration, path: str | Path) -> None:
+    """Write a robot; `read_robot` gives it back.
+
+    Parameters
+    ----------
+    robot : TherapyRobot or RobotCalibration
+        Of a calibration also what the identification says of itself.
+    path : path
+        ROBOT.json.
+
+    Raises
+    ------
+    InputError
+        The file cannot be written.
+    """
+    told = robot.to_dict() if isinstance(robot, RobotCalibration) else {}
+    record = robot.robot if isinstance(robot, RobotCalibration) else robot
+    _write(ROBOT_FORMAT, "robot", record, told, path)
 
 
-def write_arm(
-    arm: PassiveArm, path: str | Path, summary: FitSummary | None = None, **more: Any
-) -> None:
-    """Write a passive arm, and what its calibration says of itself; `read_arm` gives it back."""
-    _write(ARM_FORMAT, "arm", arm, path, summary, more)
+def write_arm(arm: PassiveArm | ArmCalibration, path: str | Path) -> None:
+    """Write a passive arm; `read_arm` gives it back.
+
+    Parameters
+    ----------
+    arm : PassiveArm or ArmCalibration
+        Of a calibration also what it says of itself.
+    path : path
+        ARM.json.
+
+    Raises
+    ------
+    InputError
+        The file cannot be written.
+    """
+    told = arm.to_dict() if isinstance(arm, ArmCalibration) else {}
+    record = arm.arm if isinstance(arm, ArmCalibration) else arm
+    _write(ARM_FORMAT, "arm", record, told, path)
 
 
 def read_robot(path: str | Path) -> TherapyRobot:
@@ -64,12 +89,10 @@ def _write(
     form: str,
     name: str,
     record: TherapyRobot | PassiveArm,
+    told: Mapping[str, Any],
     path: str | Path,
-    summary: FitSummary | None,
-    more: Mapping[str, Any],
 ) -> None:
-    told = {} if summary is None else summary.to_dict()
-    content = {"format": form, "version": VERSION, **told, **more, name: to_plain(record)}
+    content = {"format": form, "version": VERSION, **told, name: to_plain(record)}
     write_json(content, path)
 
 

@@ -1,10 +1,7 @@
 from .body_text import body_text as body_text
 from .comparison_text import comparison_text as comparison_text, subjects_text as subjects_text
 from .contribution_text import contribution_text as contribution_text
-from .discrimination_text import (
-    discrimination_object as discrimination_object,
-    discrimination_text as discrimination_text,
-)
+from .discrimination_text import discrimination_text as discrimination_text
 from .elbow_law_text import law_text as law_text
 from .elbow_text import elbow_text as elbow_text, varying_text as varying_text
 from .methods_table import methods_table as methods_table

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
+from typing import Any, Final
 
 import numpy as np
 
@@ -23,6 +24,7 @@ _HEADER = (
 _MEANS_HEADER = (
     *("condition", "movement", "n", "share (%)", "projection", "ratio (4)", "reference (19)"),
 )
+_METRICS: Final = ("share", "projection", "ratio", "reference")
 _LEGEND = (
     "Per cent: 0 is a passive arm, 100 one that needs no support, below 0 one that resists. share: "
     "of the passive arm's torque in the person's, whatever of the robot's own inertia the person "
@@ -43,28 +45,27 @@ def contribution_text(results: Sequence[Contribution]) -> str:
 
 
 def _row(r: Contribution, notes: Sequence[str]) -> list[str]:
-    share = f"{_number(r.share_percent)} ({' to '.join(map(_number, r.share_ci95))})"
+    share = f"{_number(r.share.percent)} ({' to '.join(map(_number, r.share.ci95))})"
     return [
         r.trial,
         r.condition,
         r.movement,
-        share if r.share_valid else f"[{share}]",
-        _marked(r.projection_percent, r.projection_sd, r.projection_valid),
-        _marked(r.ratio_percent, r.ratio_sd, r.ratio_valid),
-        _marked(r.reference_percent, r.reference_sd, r.reference_valid),
+        share if r.share.valid else f"[{share}]",
+        *(_marked(told) for told in (r.projection, r.ratio, r.reference)),
         note_numbers(r.notes, notes),
     ]
 
 
-def _marked(value: float | None, sd: float | None, valid: bool) -> str:
-    if value is None or not np.isfinite(value):
+def _marked(told: Any) -> str:
+    """A metric or the reference with its standard error; in brackets where it is not valid."""
+    if told is None or not np.isfinite(told.percent):
         return "-"
-    shown = f"{_number(value)} ± {_number(sd)}"
-    return shown if valid else f"[{shown}]"
+    shown = f"{_number(told.percent)} ± {_number(told.sd)}"
+    return shown if told.valid else f"[{shown}]"
 
 
-def _number(value: float | None) -> str:
-    if value is None or not np.isfinite(value):
+def _number(value: float) -> str:
+    if not np.isfinite(value):
         return "?"
     return fixed(value, 1 if abs(value) < 200 else 0)
 
@@ -73,18 +74,14 @@ def _means(results: Sequence[Contribution]) -> list[list[str]]:
     rows = []
     for key in dict.fromkeys((r.condition, r.movement) for r in results):
         own = [r for r in results if (r.condition, r.movement) == key]
-        columns = (
-            [r.share_percent for r in own if r.share_valid],
-            [r.projection_percent for r in own if r.projection_valid],
-            [r.ratio_percent for r in own if r.ratio_valid],
-            [r.reference_percent for r in own if r.reference_valid],
-        )
-        rows.append([*key, str(len(own)), *(_mean(c) for c in columns)])
+        columns = ((getattr(r, name) for r in own) for name in _METRICS)
+        values = ([told.percent for told in c if told and told.valid] for c in columns)
+        rows.append([*key, str(len(own)), *map(_mean, values)])
     return rows
 
 
-def _mean(values: Sequence[float | None]) -> str:
-    known = np.array([v for v in values if v is not None])
+def _mean(values: Sequence[float]) -> str:
+    known = np.array(values)
     if len(known) == 0:
         return "-"
     sd = f" ± {_number(float(known.std(ddof=1)))}" if len(known) > 1 else ""

@@ -38,7 +38,7 @@ _MASSES = (
 )
 
 
-def robot_text(calibration: RobotCalibration, validation: Sequence[AxisValidation] = ()) -> str:
+def robot_text(calibration: RobotCalibration) -> str:
     """Friction and cables per axis, the spring, predictions of other movements, then notes."""
     robot, summary = calibration.robot, calibration.summary
     rows = [
@@ -62,8 +62,9 @@ def robot_text(calibration: RobotCalibration, validation: Sequence[AxisValidatio
         f"{counted(len(spring.angle_rad), 'angle')}:",
         f"  {terms}",
     ]
-    if validation:
-        lines += ["", "movements that were not fitted", _validation_table(validation)]
+    if calibration.validation:
+        table = _validation_table(calibration.validation)
+        lines += ["", "movements that were not fitted", table]
     return "\n".join([*lines, "", *numbered_notes([*calibration.notes, _FROM, _INTERVALS])])
 
 
@@ -80,36 +81,6 @@ def _validation_table(validation: Sequence[AxisValidation]) -> str:
         for v in validation
     ]
     return aligned_table(_VALIDATION_HEADER, rows)
-
-
-def robot_object(
-    calibration: RobotCalibration, validation: Sequence[AxisValidation] = ()
-) -> dict[str, Any]:
-    """What ROBOT.json says beside the fit's summary."""
-    return {
-        "axes": [
-            {
-                "joint": sweeps.axis + 1,
-                "lowest_used_deg_s": degrees(sweeps.lowest_used_rad_s),
-                "static_range_deg_s": degrees(sweeps.static_range_rad_s),
-                "rise_deg_s": degrees(sweeps.rise_rad_s),
-                "points": [
-                    {
-                        "speed_deg_s": degrees(p.speed_rad_s),
-                        "up_Nm": p.up_Nm,
-                        "down_Nm": p.down_Nm,
-                        "used": p.used,
-                    }
-                    for p in sweeps.points
-                ],
-            }
-            for sweeps in calibration.axes
-        ],
-        "validation": [
-            {"joint": v.axis + 1, "r2": v.r2, "rms_Nm": v.rms_Nm, "moving_r2": v.moving_r2}
-            for v in validation
-        ],
-    }
 
 
 def arm_text(calibration: ArmCalibration) -> str:
@@ -151,22 +122,6 @@ def _indented(sentence: str) -> str:
 def _spread(values: Any) -> str:
     sd = float(np.std(values, ddof=1)) if len(values) > 1 else float("nan")
     return f"{float(np.mean(values)):.3g} ± {sd:.2g}"
-
-
-def arm_object(calibration: ArmCalibration) -> dict[str, Any]:
-    """What ARM.json says beside the fit's summary."""
-    return {
-        "axes": [
-            {
-                "joint": a.axis + 1,
-                "name": a.elastic.axis,
-                "verdict": a.elastic.verdict,
-                "stiffness_identified": a.elastic.stiffness_identified,
-                "rest_identified": a.elastic.rest_identified,
-            }
-            for a in calibration.axes
-        ]
-    }
 
 
 def mockup_text(check: MockupCheck) -> str:

@@ -105,7 +105,7 @@ def caption(studied: TherapyStudy) -> str:
     """What is shown, what is doubtful, what differs."""
     every = [m for person in studied.people for m in person.measured]
     metrics = ("ratio", "projection", "share")
-    counts = [sum(getattr(m.found, f"{name}_valid") for m in every) for name in metrics]
+    counts = [sum(getattr(m.found, name).valid for m in every) for name in metrics]
     valid = ", ".join(map(str, counts))
     return (
         "After Guidali et al. (2013), text of the Results: contribution in per cent, mean ± sd "

@@ -30,9 +30,9 @@ def table(studied: TherapyStudy) -> list[list[str]]:
         rows[0] += [f"{name}_percent", f"{name}_ci95_low", f"{name}_ci95_high", f"true_{name}"]
     for m in studied.person(SHOWN).measured:
         f = m.found
-        values = [f.share_percent, *f.share_ci95, m.truth_share_percent]
-        values += [f.projection_percent, *f.projection_ci95, m.truth_projection_percent]
-        names = [f.trial, f.movement, f.condition, "yes" if f.share_valid else "no"]
+        values = [f.share.percent, *f.share.ci95, m.truth_share_percent]
+        values += [f.projection.percent, *f.projection.ci95, m.truth_projection_percent]
+        names = [f.trial, f.movement, f.condition, "yes" if f.share.valid else "no"]
         rows.append([*names, *map(number, values)])
     return rows
 
@@ -40,7 +40,7 @@ def table(studied: TherapyStudy) -> list[list[str]]:
 def caption(studied: TherapyStudy) -> str:
     """What is shown and how far off it is."""
     measured = studied.person(SHOWN).measured
-    off = [abs(m.found.share_percent - m.truth_share_percent) for m in measured]
+    off = [abs(m.found.share.percent - m.truth_share_percent) for m in measured]
     return (
         f"The session of patient {SHOWN} as `armimpedance therapy contribution --figure` shows it: "
         "share of the movement so far, beside the robot's own inertia torque, with its 95 % band; "

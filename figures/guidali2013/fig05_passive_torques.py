@@ -9,7 +9,8 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.plots import OKABE_ITO, TWO_COLUMNS_IN, new_figure, print_style
-from armimpedance.therapy import MovementTorques, kernels_for, robot_bodies, smooth_trials
+from armimpedance.signals import spline_kernels
+from armimpedance.therapy import MovementTorques, robot_bodies, smooth_trials
 from armimpedance_figures.fixed_layout import settle
 from armimpedance_figures.guidali2013.study import SUBJECTS, Person, TherapyStudy, design, study
 from armimpedance_figures.source_figure import SourceFigure, script
@@ -28,6 +29,8 @@ PANELS: Final = (
 )
 #: Which axis has a torque sensor, from 0.
 SENSOR_AXIS: Final = 1
+#: Support of the analysis' kernel, s, which the sensor goes through as well.
+KERNEL_S: Final = 0.1
 
 
 def shown(studied: TherapyStudy) -> list[tuple[str, Person, str]]:
@@ -53,7 +56,7 @@ def sensor_support(studied: TherapyStudy, person: Person) -> list[FloatArray]:
     stiffness, offset = (loads.term(n)[SENSOR_AXIS] for n in ("cable_stiffness", "cable_offset"))
     chosen = np.flatnonzero(person.passive.trials["movement"] == "horizontal")
     recording = person.passive.select(chosen)
-    kernels = kernels_for(recording.sample_rate_hz)
+    kernels = spline_kernels(KERNEL_S, recording.sample_rate_hz)
     found = []
     for trial, row in zip(smooth_trials(recording), recording.trials.itertuples(), strict=True):
         raw = recording.extra["sensor2_Nm"][recording.samples_of(trial.row)]

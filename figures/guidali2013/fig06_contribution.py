@@ -90,7 +90,7 @@ def _panel(studied: TherapyStudy, movement: str, group: str, ax: Axes) -> None:
         ax.axhline(level, color="0.6", lw=0.6, ls=style, zorder=0)
     ax.set_yscale("symlog", linthresh=LINEAR, linscale=1.6)
     ax.set_yticks(TICKS, [f"{t}" for t in TICKS])
-    least = min((m.found.ratio_percent for m in everything), default=0.0)
+    least = min((m.found.ratio.percent for m in everything), default=0.0)
     ax.set_ylim(next((b for b in BOTTOMS if b < least), BOTTOMS[-1]), 400)
     ax.set_xticks(range(len(conditions)), [c.replace("_", "\n") for c in conditions])
     ax.set_xlim(-0.55, len(conditions) - 0.45)
@@ -146,13 +146,13 @@ def table(studied: TherapyStudy) -> list[list[str]]:
             rows.append(
                 [
                     *(person.name, f.movement, f.condition, f.trial),
-                    *map(number, [f.ratio_percent, f.ratio_sd]),
-                    *("yes" if f.ratio_valid else "no", number(f.sum_ratio)),
-                    *map(number, [f.projection_percent, f.projection_sd]),
-                    "yes" if f.projection_valid else "no",
-                    *map(number, [f.share_percent, f.share_sd]),
-                    *("yes" if f.share_valid else "no", number(f.inertia_percent)),
-                    "" if f.reference_percent is None else number(f.reference_percent),
+                    *map(number, [f.ratio.percent, f.ratio.sd]),
+                    *("yes" if f.ratio.valid else "no", number(f.sum_ratio)),
+                    *map(number, [f.projection.percent, f.projection.sd]),
+                    "yes" if f.projection.valid else "no",
+                    *map(number, [f.share.percent, f.share.sd]),
+                    *("yes" if f.share.valid else "no", number(f.inertia_percent)),
+                    "" if f.reference is None else number(f.reference.percent),
                     *map(number, [m.truth_percent, m.truth_projection_percent]),
                     *map(number, [m.truth_share_percent, m.whole_percent]),
                 ]
@@ -173,8 +173,8 @@ def covered(measured: Sequence[Measured], metric: str) -> list[bool]:
     return [
         bool(low <= getattr(m, TRUTHS[metric]) <= high)
         for m in measured
-        if getattr(m.found, f"{metric}_valid")
-        for low, high in [getattr(m.found, f"{metric}_ci95")]
+        if getattr(m.found, metric).valid
+        for low, high in [getattr(m.found, metric).ci95]
     ]
 
 
@@ -182,8 +182,8 @@ def caption(studied: TherapyStudy) -> str:
     """What is shown, who is left out, how far off it is, what differs."""
     refused = [f"{p.name} {axis}" for p in studied.people for axis, _ in p.refused]
     told = [m for p in studied.people for m in p.measured]
-    singular = sum(not m.found.ratio_valid for m in told)
-    untold = sum(not m.found.share_valid for m in told)
+    singular = sum(not m.found.ratio.valid for m in told)
+    untold = sum(not m.found.share.valid for m in told)
     held = ", ".join(f"{100 * np.mean(covered(told, name)):.1f}" for name in TRUTHS)
     left_out = f"left out: {', '.join(refused)} (no passive model)" if refused else "nobody refused"
     return (

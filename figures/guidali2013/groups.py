@@ -39,44 +39,44 @@ def measured_of(studied: TherapyStudy, movement: str, group: str, condition: str
 
 def ratios(measured: Sequence[Measured], *, valid: bool = True) -> FloatArray:
     """(4) where it is valid, or where it is flagged."""
-    return values(measured, lambda m: m.found.ratio_valid == valid, lambda m: m.found.ratio_percent)
+    return values(measured, lambda m: m.found.ratio.valid == valid, lambda m: m.found.ratio.percent)
 
 
 def projections(measured: Sequence[Measured]) -> FloatArray:
     """The projection where it is valid."""
     return values(
-        measured, lambda m: m.found.projection_valid, lambda m: m.found.projection_percent
+        measured, lambda m: m.found.projection.valid, lambda m: m.found.projection.percent
     )
 
 
 def shares(measured: Sequence[Measured]) -> FloatArray:
     """The share beside the robot's inertia where it is valid."""
-    return values(measured, lambda m: m.found.share_valid, lambda m: m.found.share_percent)
+    return values(measured, lambda m: m.found.share.valid, lambda m: m.found.share.percent)
 
 
 def true_ratios(measured: Sequence[Measured]) -> FloatArray:
     """(4) of the simulated torques, of the movements in which ours is valid."""
-    return values(measured, lambda m: m.found.ratio_valid, lambda m: m.truth_percent)
+    return values(measured, lambda m: m.found.ratio.valid, lambda m: m.truth_percent)
 
 
 def true_projections(measured: Sequence[Measured]) -> FloatArray:
     """The projection of the simulated torques, of the movements in which ours is valid."""
     return values(
-        measured, lambda m: m.found.projection_valid, lambda m: m.truth_projection_percent
+        measured, lambda m: m.found.projection.valid, lambda m: m.truth_projection_percent
     )
 
 
 def true_shares(measured: Sequence[Measured]) -> FloatArray:
     """The share of the simulated torques, of the movements in which ours is valid."""
-    return values(measured, lambda m: m.found.share_valid, lambda m: m.truth_share_percent)
+    return values(measured, lambda m: m.found.share.valid, lambda m: m.truth_share_percent)
 
 
 def differences(measured: Sequence[Measured]) -> FloatArray:
     """(19) less (4) where both are valid."""
     return values(
         measured,
-        lambda m: m.found.ratio_valid and m.found.reference_valid,
-        lambda m: (m.found.reference_percent or 0.0) - m.found.ratio_percent,
+        lambda m: m.found.ratio.valid and m.found.reference_valid,
+        lambda m: m.found.reference.percent - m.found.ratio.percent,
     )
 
 
@@ -91,10 +91,10 @@ def values(
 
 def lowest(studied: TherapyStudy) -> str:
     """A sentence on the lowest valid (4), and how little it divides by."""
-    valid = [(p, m.found) for p in studied.people for m in p.measured if m.found.ratio_valid]
+    valid = [(p, m.found) for p in studied.people for m in p.measured if m.found.ratio.valid]
     person, found = min(valid, key=lambda pair: pair[1].ratio_percent)
     return (
-        f"The lowest (4), {found.ratio_percent:.0f} %, is one of {person.name}, whose passive arm "
+        f"The lowest (4), {found.ratio.percent:.0f} %, is one of {person.name}, whose passive arm "
         f"needs {found.mean_arm_Nm:.2g} Nm there."
     )
 

@@ -31,9 +31,9 @@ from armimpedance.therapy import (
     identify_arm,
     identify_robot,
     movement_torques,
+    pipes,
     segments_of,
     slides,
-    source_mockup,
     validate_robot,
 )
 from manipulandum_sim.therapy import (
@@ -180,7 +180,7 @@ class TherapyStudy:
     def mockup(self) -> MockUp:
         """Two pipes in the robot."""
         recording, _ = simulate_mockup(seed=self.seed)
-        segments = source_mockup()
+        segments = pipes()
         length = recording.subject.upper_arm_m
         check = check_mockup(recording, self.identified, segments)
         arm = weighed(recording.subject.id, self.identified, length, segments)

@@ -9,7 +9,7 @@ import numpy as np
 
 from armimpedance.plots import TableBlock, TableRow, plot_table
 from armimpedance.report import fixed
-from armimpedance.therapy import LEAST_SPEED_RAD_S, AxisValidation
+from armimpedance.therapy import AxisValidation
 from armimpedance_figures.guidali2013.printed import (
     TABLE_2_IMPOSSIBLE,
     TABLE_2_R2,
@@ -69,7 +69,7 @@ def caption(studied: TherapyStudy) -> str:
     """What is shown, what cannot be in the print, what differs."""
     i = TABLE_2_IMPOSSIBLE - 1
     spread = TABLE_2_RMS[i] / np.sqrt(1 - TABLE_2_R2[i])
-    least = np.rad2deg(LEAST_SPEED_RAD_S)
+    least = np.rad2deg(studied.validated[0].least_speed_rad_s)
     return (
         "After Guidali et al. (2013), Table 2: coefficient of determination and RMS error of the "
         "motor torque of movements that were not fitted, with nobody in the robot. Mismatched: a "

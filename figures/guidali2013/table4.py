@@ -12,11 +12,7 @@ from armimpedance.arrays import FloatArray
 from armimpedance.plots import TableBlock, TableRow, plot_table
 from armimpedance.regression import NamedParameter
 from armimpedance.report import with_half_width
-from armimpedance.therapy import (
-    WIDEST_REST_RAD,
-    WIDEST_STIFFNESS,
-    WIDEST_STIFFNESS_SHARE,
-)
+from armimpedance.therapy import AxisCalibration
 from armimpedance_figures.guidali2013.groups import mean_and_sd
 from armimpedance_figures.guidali2013.printed import TABLE_4, TABLE_4_MEANS, recomputed_means
 from armimpedance_figures.guidali2013.study import SUBJECTS, Person, TherapyStudy, design, study
@@ -174,6 +170,7 @@ def caption(studied: TherapyStudy) -> str:
     known = [c for _, c in cells if not c.refused and np.isfinite(c.found.value)]
     covered, quoted = sum(c.covered for c in known), sum(c.identified for c in known)
     refused = list(dict.fromkeys(p.name for p, c in cells if c.refused))
+    widest_stiffness, widest_share, widest_rest = AxisCalibration.WIDEST
     who = f"refused: {', '.join(refused)}" if refused else "nobody refused"
     return (
         "After Guidali et al. (2013), Table 4: passive stiffness k_s (Nm/rad) and rest angle q_0 "
@@ -181,8 +178,8 @@ def caption(studied: TherapyStudy) -> str:
         "printed values are the simulated truth up to 2 % and 0.015 rad between repetitions. ±: "
         "half of the 95 % interval, which counts that body segments differ from the table of "
         f"masses by 3 %; {covered} of {len(known)} hold the truth. {quoted} of {len(known)} are "
-        f"known: k_s to ± {WIDEST_STIFFNESS} Nm/rad or {100 * WIDEST_STIFFNESS_SHARE:.0f} % of it, "
-        f"q_0 to ± {WIDEST_REST_RAD} rad; the others stand in brackets. As in the source S4 and P1 "
+        f"known: k_s to ± {widest_stiffness} Nm/rad or {100 * widest_share:.0f} % of it, "
+        f"q_0 to ± {widest_rest} rad; the others stand in brackets. As in the source S4 and P1 "
         f"move their trunk; {who}. * the printed means of the horizontal columns do not follow "
         f"from the printed rows. {design(studied)}. Differs from the source: simulated; intervals."
     )

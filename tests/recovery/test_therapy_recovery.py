@@ -11,12 +11,12 @@ import pytest
 
 from armimpedance.cli.simulated.therapy import drawings_of
 from armimpedance.therapy.arm.calibrate import identify_arm
-from armimpedance.therapy.arm.mockup import check_mockup, source_mockup
+from armimpedance.therapy.arm.mockup import check_mockup, pipes
 from armimpedance.therapy.arm.movements import movement_torques
 from armimpedance.therapy.arm.person import segments_of
 from armimpedance.therapy.robot.calibrate import identify_robot
 from armimpedance.therapy.robot.sliding import slides
-from armimpedance.therapy.share.metric import contribution_of
+from armimpedance.therapy.share.of_movement import contribution_of
 from manipulandum_sim.therapy.calibration import simulate_calibration
 from manipulandum_sim.therapy.device import therapy_device
 from manipulandum_sim.therapy.mockup import simulate_mockup
@@ -80,7 +80,7 @@ def test_the_spring_comes_back_over_the_whole_range(robot):
 
 def test_pipes_weigh_what_they_weigh(robot):
     recording, _ = simulate_mockup(seed=SEED, speed_deg_s=60.0, horizontal_deg_s=60.0)
-    check = check_mockup(recording, robot[0].robot, source_mockup())
+    check = check_mockup(recording, robot[0].robot, pipes())
     assert check.gravity.value == pytest.approx(10.66, rel=0.01)
     assert check.inertia.value == pytest.approx(check.inertia_model_kgm2, rel=0.01)
     assert check.inertia_model_kgm2 == pytest.approx(0.450, rel=0.01)
@@ -117,8 +117,8 @@ def test_contributions_lie_within_their_own_intervals(contributions):
     for result, exact in contributions:
         label = f"{result.condition} {result.movement} {result.trial}"
         for name, true in exact.items():
-            off = getattr(result, f"{name}_percent") - true
-            assert abs(off) < STANDARD_ERRORS * getattr(result, f"{name}_sd"), (label, name)
+            off = getattr(result, name).percent - true
+            assert abs(off) < STANDARD_ERRORS * getattr(result, name).sd, (label, name)
 
 
 def test_every_condition_of_elevation_comes_out_within_three_points(contributions):
@@ -128,10 +128,10 @@ def test_every_condition_of_elevation_comes_out_within_three_points(contribution
         own = [p for p in pairs if p[0].movement == "elevation"]
         assert len(own) == 3
         for result, exact in own:
-            assert result.ratio_valid
-            assert result.share_valid
+            assert result.ratio.valid
+            assert result.share.valid
             for name in ("ratio", "share"):
-                assert getattr(result, f"{name}_percent") == pytest.approx(exact[name], abs=3.0)
+                assert getattr(result, name).percent == pytest.approx(exact[name], abs=3.0)
                 assert exact[name] == pytest.approx(asked, abs=15.0)
 
 
@@ -139,5 +139,5 @@ def test_the_reference_agrees_where_both_are_valid(contributions):
     half = [r for r, _ in contributions if r.condition == "half_active" and r.reference_valid]
     assert "elevation" in {r.movement for r in half}
     for result in half:
-        off = result.ratio_percent - result.reference_percent
-        assert abs(off) < STANDARD_ERRORS * np.hypot(result.ratio_sd, result.reference_sd)
+        off = result.ratio.percent - result.reference.percent
+        assert abs(off) < STANDARD_ERRORS * np.hypot(result.ratio.sd, result.reference.sd)

@@ -21,7 +21,15 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import Any
+
+from armimpedance.cli.parts.outputs import (
+    FIGURE,
+    FIT,
+    Output,
+    add_figure,
+    add_out,
+    check_outputs,
+)
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -34,40 +42,40 @@ def configure(parser: argparse.ArgumentParser) -> None:
         metavar="DRAWINGS.json",
         help="what is known of the robot before",
     )
-    parser.add_argument("--out", type=Path, metavar="ROBOT.json", help="for the next steps")
+    add_out(parser, "the robot for the next steps", FIT)
     parser.add_argument(
         "--validate", type=Path, metavar="RECORDING", help="of other movements: predict its torques"
     )
-    parser.add_argument("--figure", type=Path, metavar="PATH.png", help="draw friction and spring")
+    add_figure(parser, "friction and spring")
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Read, fit, print, write."""
-    from armimpedance.cli.parts.checks import check_outputs, naming, refuse_same_file
-    from armimpedance.cli.parts.joint_input import read_joint
-    from armimpedance.files import read_robot, write_robot
-    from armimpedance.report import robot_object, robot_text
-    from armimpedance.therapy import identify_robot, validate_robot
+    """Read, fit, write, print."""
+    from armimpedance.analyses import calibrate_robot
+    from armimpedance.cli.parts.progress import bar
+    from armimpedance.files import write_robot
+    from armimpedance.report import robot_text
 
-    check_outputs(figure=arguments.figure, out=arguments.out)
-    refuse_same_file({"drawings": arguments.drawings}, out=arguments.out)
-    drawings = read_robot(arguments.drawings)
-    recording = read_joint(arguments.recording)
-    with naming(arguments.recording):
-        calibration = identify_robot(recording, drawings)
-    validation: Any = ()
-    if arguments.validate is not None:
-        other = read_joint(arguments.validate)
-        with naming(arguments.validate):
-            validation = validate_robot(other, calibration.robot)
-    print(robot_text(calibration, validation))
-    if arguments.out is not None:
-        more = robot_object(calibration, validation)
-        write_robot(calibration.robot, arguments.out, calibration.summary, **more)
-        print(f"\nrobot {calibration.robot.name} written to {arguments.out}")
-    if arguments.figure is not None:
+    out, figure = arguments.out, arguments.figure
+    check_outputs(
+        Output("--out", out, FIT),
+        Output("--figure", figure, FIGURE),
+        reads=(arguments.recording, arguments.drawings, arguments.validate),
+    )
+    with bar("identifying") as progress:
+        calibration = calibrate_robot(
+            arguments.recording,
+            arguments.drawings,
+            validate=arguments.validate,
+            progress=progress,
+        )
+    if out is not None:
+        write_robot(calibration, out)
+    if figure is not None:
         from armimpedance.plots import plot_robot_calibration, save
 
-        figure = plot_robot_calibration(calibration)
-        save(figure, arguments.figure.with_suffix(""), (arguments.figure.suffix[1:],))
+        save(plot_robot_calibration(calibration), figure.with_suffix(""), (figure.suffix[1:],))
+    print(robot_text(calibration))
+    if out is not None:
+        print(f"\nrobot {calibration.robot.name} written to {out}")
     return 0

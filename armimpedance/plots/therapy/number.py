@@ -33,11 +33,12 @@ class WholeMovement:
     @classmethod
     def of(cls, whole: Contribution) -> WholeMovement:
         """Of a movement."""
-        if whole.share_valid or not whole.projection_valid:
-            half = float(np.ptp(whole.share_ci95)) / 2
-            return cls("share", whole.share_percent, whole.share_sd, half, whole.share_valid)
-        half = float(np.ptp(whole.projection_ci95)) / 2
-        return cls("projection", whole.projection_percent, whole.projection_sd, half, True)
+        if whole.share.valid or not whole.projection.valid:
+            name, told = "share", whole.share
+        else:
+            name, told = "projection", whole.projection
+        half = float(np.ptp(told.ci95)) / 2
+        return cls(name, told.percent, told.sd, half, told.valid)
 
 
 def contribution_text(whole: Contribution) -> str:

@@ -16,7 +16,6 @@ from armimpedance.plots.style import (
     print_style,
 )
 from armimpedance.regression import t_factor
-from armimpedance.therapy import SPRING_TERMS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -70,11 +69,7 @@ def plot_friction(sweeps: AxisSweeps, ax: Axes | None = None) -> Axes:
 def plot_spring(spring: SpringHolds, ax: Axes | None = None) -> Axes:
     """Draw the counterbalance spring's torque over the angle: holds both ways, polynomial, band."""
     q = np.linspace(spring.angle_rad.min(), spring.angle_rad.max(), _FINE)
-    rows = np.stack([q**k for k in range(len(SPRING_TERMS))], axis=1)
-    at = [spring.fit.names.index(name) for name in SPRING_TERMS]
-    law = rows @ spring.fit.parameters[at]
-    # var (F,) = diag(rows (F, 3) C (3, 3) rows^T)
-    sd = np.sqrt(((rows @ spring.fit.covariance[np.ix_(at, at)]) * rows).sum(axis=1))
+    law, sd = spring.polynomial(q)
     half = t_factor(spring.fit.dof) * sd
     angle = np.rad2deg(spring.angle_rad)
     with print_style():

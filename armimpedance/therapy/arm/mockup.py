@@ -10,9 +10,9 @@ linear in the angle (cables).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -25,7 +25,11 @@ from armimpedance.therapy.arm.movements import movement_torques
 from armimpedance.therapy.arm.passive_arm import ArmSegment, PassiveArm
 from armimpedance.therapy.arm.torques import MovementTorques
 from armimpedance.therapy.robot.checks import check_recording
+from armimpedance.therapy.robot.smooth import no_step
 from armimpedance.therapy.robot.therapy_robot import FOREARM, UPPER_ARM, TherapyRobot
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 #: Axes that a mock-up is moved about, as the robot calls them.
 ELEVATION: Final = "elevation"
@@ -33,8 +37,13 @@ HORIZONTAL: Final = "horizontal"
 #: Fewest trials about each.
 FEWEST: Final = 2
 
+#: Mass in kg, length and diameter in m of a tube; those of the source's mock-up.
+Tube = tuple[float, float, float]
+SOURCE_UPPER: Final[Tube] = (1.8, 0.32, 0.100)
+SOURCE_LOWER: Final[Tube] = (1.7, 0.30, 0.090)
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, repr=False)
 class MockupCheck:
     """What the robot measures of a mock-up, and what that weighs.
 
@@ -46,7 +55,7 @@ class MockupCheck:
     gravity_model_Nm, inertia_model_kgm2 : float
         The same from its masses and lengths.
     gravity_rms_Nm, inertia_rms_Nm : float
-        What the fits leave.
+        What the fits leave, Nm.
     """
 
     gravity: NamedParameter
@@ -56,34 +65,68 @@ class MockupCheck:
     gravity_rms_Nm: float
     inertia_rms_Nm: float
 
+    def to_dict(self) -> list[dict[str, Any]]:
+        """One mapping each for gravity and inertia: measured, with 95 % limits, and weighed."""
+        pairs = (
+            (self.gravity, self.gravity_model_Nm, self.gravity_rms_Nm),
+            (self.inertia, self.inertia_model_kgm2, self.inertia_rms_Nm),
+        )
+        return [
+            {
+                "parameter": measured.name,
+                "value": measured.value,
+                "sd": measured.sd_robust,
+                "ci_low": measured.ci95[0],
+                "ci_high": measured.ci95[1],
+                "unit": measured.unit,
+                "model": model,
+                "rms_Nm": left,
+            }
+            for measured, model, left in pairs
+        ]
 
-def pipe(name: str, link: str, mass_kg: float, length_m: float, diameter_m: float) -> ArmSegment:
-    """A thin tube from its link's origin on, its mass in its middle.
+    def to_frame(self) -> pd.DataFrame:
+        """Two rows, gravity and inertia: measured, with 95 % limits, and weighed (`model`)."""
+        import pandas as pd
+
+        return pd.DataFrame(self.to_dict()).set_index("parameter")
+
+    def __repr__(self) -> str:
+        return (
+            f"{self.gravity!r}, weighed {self.gravity_model_Nm:.4g}\n"
+            f"{self.inertia!r}, weighed {self.inertia_model_kgm2:.4g}"
+        )
+
+    def _repr_html_(self) -> str:
+        return str(self.to_frame().to_html(escape=True))
+
+
+def pipes(upper: Tube = SOURCE_UPPER, lower: Tube = SOURCE_LOWER) -> tuple[ArmSegment, ArmSegment]:
+    """A mock-up of the arm: two thin tubes, each from its link's origin on.
+
+    Parameters
+    ----------
+    upper, lower : (mass_kg, length_m, diameter_m)
+        By default the source's two pipes, its Fig. 4; its robot is adjusted to the first one's
+        .32 m.
+
+    Returns
+    -------
+    tuple of 2 ArmSegment
 
     Raises
     ------
     RecordError
-        No such link, or a negative number.
+        A negative number.
     """
+    return _pipe("upper_pipe", UPPER_ARM, *upper), _pipe("lower_pipe", FOREARM, *lower)
+
+
+def _pipe(name: str, link: str, mass_kg: float, length_m: float, diameter_m: float) -> ArmSegment:
     radius = diameter_m / 2
     # thin tube: I = m (l^2 / 12 + r^2 / 2) across, m r^2 about its axis
     across = mass_kg * (length_m**2 / 12 + radius**2 / 2)
-    return ArmSegment(
-        name,
-        link,
-        mass_kg,
-        length_m / 2,
-        across,
-        mass_kg * radius**2,  # type: ignore[arg-type]
-    )
-
-
-def source_mockup() -> tuple[ArmSegment, ...]:
-    """The source's two pipes, its Fig. 4; its robot is adjusted to the first one's .32 m."""
-    return (
-        pipe("upper_pipe", UPPER_ARM, 1.8, 0.32, 0.100),
-        pipe("lower_pipe", FOREARM, 1.7, 0.30, 0.090),
-    )
+    return ArmSegment(name, link, mass_kg, length_m / 2, across, mass_kg * radius**2)
 
 
 def check_mockup(
@@ -92,6 +135,7 @@ def check_mockup(
     segments: Sequence[ArmSegment],
     *,
     upper_arm_m: float | None = None,
+    step: Callable[[], object] = no_step,
 ) -> MockupCheck:
     """Gravity and inertia of the mock-up as the robot measures them.
 
@@ -102,9 +146,15 @@ def check_mockup(
     robot : TherapyRobot
         Identified.
     segments : sequence of ArmSegment
-        The mock-up; weighed.
+        The mock-up, weighed; see `pipes`.
     upper_arm_m : float, optional
-        By default the recording's subject's.
+        Length that the robot was adjusted to, m; by default that of the recording's subject.
+    step : function, optional
+        Called after every trial.
+
+    Returns
+    -------
+    MockupCheck
 
     Raises
     ------
@@ -117,7 +167,7 @@ def check_mockup(
     if length is None:
         raise InputError("the upper arm's length is not known", expected="upper_arm_m")
     arm = PassiveArm(recording.subject.id, robot.name, length, tuple(segments), mass_sd=0.0)
-    torques = movement_torques(recording, robot, arm)
+    torques = movement_torques(recording, robot, arm, step=step)
     gravity_model, inertia_model = _straight_and_level(robot, arm)
     gravity, gravity_rms = _scaled("gravity", "Nm", gravity_model, ELEVATION, torques, robot)
     inertia, inertia_rms = _scaled("inertia", "kg m^2", inertia_model, HORIZONTAL, torques, robot)

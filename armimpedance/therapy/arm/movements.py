@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
@@ -13,7 +14,7 @@ from armimpedance.records import Recording
 from armimpedance.therapy.arm.passive_arm import PassiveArm
 from armimpedance.therapy.arm.torques import MovementTorques
 from armimpedance.therapy.robot.cells import number_in
-from armimpedance.therapy.robot.smooth import SmoothTrial, smooth_trials
+from armimpedance.therapy.robot.smooth import SmoothTrial, no_step, smooth_trials
 from armimpedance.therapy.robot.therapy_robot import TherapyRobot, load_gradient, load_torque
 
 if TYPE_CHECKING:
@@ -54,6 +55,8 @@ def movement_torques(
     recording: Recording,
     robot: TherapyRobot,
     arm: PassiveArm,
+    *,
+    step: Callable[[], object] = no_step,
 ) -> tuple[MovementTorques, ...]:
     """Everything that acts on the moving axis, one for each trial in the table's order.
 
@@ -65,25 +68,45 @@ def movement_torques(
         Identified; it is adjusted to the arm's length here.
     arm : PassiveArm
         Where the stiffness of an axis is not known, `MovementTorques.elastic` is 0.
+    step : function, optional
+        Called after every trial.
+
+    Returns
+    -------
+    tuple of MovementTorques
 
     Raises
     ------
     InputError
-        A movement outside of its trial, a trial in which nothing
-        moves, loads that are not known, an arm that was measured in another robot.
+        A movement outside of its trial, a trial in which nothing moves, loads that are not known,
+        an arm that was measured in another robot.
     """
     from armimpedance.therapy.arm.rigid_arm import arm_bodies
     from armimpedance.therapy.robot.rigid import robot_bodies
 
+    refuse_other_robot(arm, robot)
+    fitted = robot.adjusted_to(arm.upper_arm_m)
+    bodies = robot_bodies(fitted), arm_bodies(fitted, arm)
+    torques = []
+    for movement in cut_movements(recording, fitted):
+        torques.append(_torques(movement, fitted, arm, *bodies, recording.sample_rate_hz))
+        step()
+    return tuple(torques)
+
+
+def refuse_other_robot(arm: PassiveArm, robot: TherapyRobot) -> None:
+    """Refuse an arm that was measured in another robot.
+
+    Raises
+    ------
+    InputError
+        The arm names a robot of another name.
+    """
     if arm.robot != robot.name:
         raise InputError(
             f"the arm of subject {arm.subject} was measured in the robot {arm.robot!r}",
             expected=f"one measured in {robot.name!r}",
         )
-    fitted = robot.adjusted_to(arm.upper_arm_m)
-    bodies = robot_bodies(fitted), arm_bodies(fitted, arm)
-    found = cut_movements(recording, fitted)
-    return tuple(_torques(one, fitted, arm, *bodies, recording.sample_rate_hz) for one in found)
 
 
 def cut_movements(recording: Recording, robot: TherapyRobot) -> tuple[Movement, ...]:

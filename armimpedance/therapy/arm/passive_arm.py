@@ -8,12 +8,12 @@ passive movements of the person in the robot.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
+from typing import Annotated, Final
 
 import numpy as np
 
 from armimpedance.arm import WINTER, SegmentRatios
-from armimpedance.arrays import FloatArray, frozen_array
+from armimpedance.arrays import FloatArray, FrozenRecord
 from armimpedance.errors import InputError, RecordError
 from armimpedance.therapy.robot.therapy_robot import FOREARM, UPPER_ARM
 
@@ -55,7 +55,7 @@ class ArmSegment:
 
 
 @dataclass(frozen=True)
-class Elastic:
+class Elastic(FrozenRecord):
     """Passive stiffness of one axis, (15): ``k_s (q - q_0) = k_s q + offset``.
 
     Attributes
@@ -93,25 +93,20 @@ class Elastic:
     axis: str
     stiffness: float
     offset: float
-    covariance: FloatArray
+    covariance: Annotated[FloatArray, "2 2"]
     dof: float
-    range_rad: FloatArray
-    between: FloatArray
+    range_rad: Annotated[FloatArray, "2"]
+    between: Annotated[FloatArray, "2 2"]
     noise_density: float
-    mass_gradient: FloatArray
-    robot_gradient: FloatArray
+    mass_gradient: Annotated[FloatArray, "2"]
+    robot_gradient: Annotated[FloatArray, "2 p"]
     stiffness_identified: bool = True
     rest_identified: bool = True
     verdict: str = ""
     repeatable: bool = True
 
     def __post_init__(self) -> None:
-        put = object.__setattr__
-        put(self, "covariance", frozen_array(self.covariance, "covariance", (2, 2)))
-        put(self, "range_rad", frozen_array(self.range_rad, "range_rad", (2,)))
-        put(self, "between", frozen_array(self.between, "between", (2, 2)))
-        put(self, "mass_gradient", frozen_array(self.mass_gradient, "mass_gradient", (2,)))
-        put(self, "robot_gradient", frozen_array(self.robot_gradient, "robot_gradient", (2, None)))
+        super().__post_init__()
         if not (np.isfinite(self.noise_density) and self.noise_density >= 0):
             raise RecordError(f"{self.axis}: noise_density {self.noise_density}", expected=">= 0")
         if not (np.isfinite([self.stiffness, self.offset]).all() and self.dof > 0):
@@ -124,7 +119,7 @@ class Elastic:
 
 
 @dataclass(frozen=True)
-class Reference:
+class Reference(FrozenRecord):
     """What the passive repetitions of one movement needed: the denominator of (19).
 
     Attributes
@@ -140,17 +135,13 @@ class Reference:
 
     movement: str
     axis: str
-    support_Nm: FloatArray
+    support_Nm: Annotated[FloatArray, "R"]
     from_rad: float
     to_rad: float
 
-    def __post_init__(self) -> None:
-        support = frozen_array(self.support_Nm, "support_Nm", (None,))
-        object.__setattr__(self, "support_Nm", support)
-
 
 @dataclass(frozen=True)
-class PassiveArm:
+class PassiveArm(FrozenRecord):
     """A person's relaxed arm in the robot.
 
     Attributes
@@ -178,9 +169,7 @@ class PassiveArm:
     mass_sd: float = MASS_SD
 
     def __post_init__(self) -> None:
-        put = object.__setattr__
-        for name in ("segments", "elastic", "references"):
-            put(self, name, tuple(getattr(self, name)))
+        super().__post_init__()
         if not 0 <= self.mass_sd < 0.5:
             raise RecordError(f"mass_sd {self.mass_sd}", expected="0 to 0.5, a fraction")
         axes = [e.axis for e in self.elastic]
@@ -202,6 +191,13 @@ class PassiveArm:
             f"subject {self.subject}: no passive calibration of axis {axis}",
             expected="passive movements about it in the recording for `armimpedance therapy arm`",
         )
+
+    def reference_of(self, movement: str, axis: str) -> Reference | None:
+        """The reference (19) of this movement; None where none was measured."""
+        for reference in self.references:
+            if (reference.movement, reference.axis) == (movement, axis):
+                return reference
+        return None
 
 
 def winter_segments(

@@ -25,12 +25,17 @@ def segments_of(
     Parameters
     ----------
     subject : Subject
+        Who was recorded, with what is known of the body.
     mass_kg : float, optional
-        Of the body.
+        Mass of the whole body, kg.
     upper_arm_m, forearm_m, hand_m : float, optional
-        Shoulder to elbow, elbow to wrist, wrist to finger tip.
+        Shoulder to elbow, elbow to wrist, wrist to finger tip, m.
     point_masses : bool
-        As in the source.
+        As in the source: segments have no inertia of their own.
+
+    Returns
+    -------
+    tuple of ArmSegment
 
     Raises
     ------
@@ -39,12 +44,12 @@ def segments_of(
     """
     mass_kg = mass_kg if mass_kg is not None else subject.mass_kg
     if mass_kg is None:
-        raise InputError(f"subject {subject.id}: no body mass", expected="mass_kg of the subject")
+        raise _unknown(subject, "the body mass", "subject.mass_kg", "mass-kg")
     return winter_segments(
         mass_kg,
         upper_arm_length(subject, upper_arm_m),
-        forearm_m if forearm_m is not None else _beyond_elbow(subject, WINTER.forearm.length),
-        hand_m if hand_m is not None else _beyond_elbow(subject, WINTER.hand.length),
+        forearm_m if forearm_m is not None else _beyond_elbow(subject, "forearm"),
+        hand_m if hand_m is not None else _beyond_elbow(subject, "hand"),
         point_masses=point_masses,
     )
 
@@ -61,18 +66,25 @@ def upper_arm_length(subject: Subject, given: float | None = None) -> float:
         return given
     if subject.upper_arm_m is not None:
         return subject.upper_arm_m
-    return WINTER.upper_arm.length * _height(subject, "upper_arm_m")
-
-
-def _beyond_elbow(subject: Subject, ratio: float) -> float:
-    if subject.forearm_hand_m is not None:
-        return ratio * subject.forearm_hand_m / WINTER.forearm_hand_length
-    return ratio * _height(subject, "forearm_hand_m")
-
-
-def _height(subject: Subject, missing: str) -> float:
     if subject.height_m is None:
-        raise InputError(
-            f"subject {subject.id}: {missing} is not known", expected="it, or height_m"
-        )
-    return subject.height_m
+        where = "subject.upper_arm_m or height_m"
+        raise _unknown(subject, "the upper arm's length", where, "upper-arm-m")
+    return WINTER.upper_arm.length * subject.height_m
+
+
+def _beyond_elbow(subject: Subject, part: str) -> float:
+    """Length of the forearm or of the hand."""
+    ratio = getattr(WINTER, part).length
+    if subject.forearm_hand_m is not None:
+        return float(ratio * subject.forearm_hand_m / WINTER.forearm_hand_length)
+    if subject.height_m is None:
+        where = "subject.forearm_hand_m or height_m"
+        raise _unknown(subject, f"the {part}'s length", where, f"{part}-m")
+    return float(ratio * subject.height_m)
+
+
+def _unknown(subject: Subject, what: str, where: str, option: str) -> InputError:
+    return InputError(
+        f"subject {subject.id}: {what} is not known",
+        expected=f"{where} in recording.json, or --{option}",
+    )

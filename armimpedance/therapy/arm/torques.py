@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
-from armimpedance.arrays import FloatArray, frozen_array
+from armimpedance.arrays import FloatArray, FrozenRecord
 from armimpedance.errors import RecordError
 
 
 @dataclass(frozen=True)
-class MovementTorques:
+class MovementTorques(FrozenRecord):
     """Torques about the axis that one movement is about; S samples from its onset to its end.
 
     ``user = robot + arm - motor`` (2), ``support = motor - robot`` (18).
@@ -44,28 +45,21 @@ class MovementTorques:
     axis: int
     axis_name: str
     sample_rate_hz: float
-    time_s: FloatArray
-    q: FloatArray
-    qd: FloatArray
-    motor: FloatArray
-    robot: FloatArray
-    rigid_arm: FloatArray
-    elastic: FloatArray
-    robot_inertia: FloatArray
-    robot_gradient: FloatArray
+    time_s: Annotated[FloatArray, "S"]
+    q: Annotated[FloatArray, "S"]
+    qd: Annotated[FloatArray, "S"]
+    motor: Annotated[FloatArray, "S"]
+    robot: Annotated[FloatArray, "S"]
+    rigid_arm: Annotated[FloatArray, "S"]
+    elastic: Annotated[FloatArray, "S"]
+    robot_inertia: Annotated[FloatArray, "S"]
+    robot_gradient: Annotated[FloatArray, "S p"]
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        put = object.__setattr__
-        put(self, "time_s", frozen_array(self.time_s, "time_s", (None,)))
+        super().__post_init__()
         if len(self.time_s) < 2:
             raise RecordError(f"trial {self.trial}: a movement of {len(self.time_s)} samples")
-        shape = self.time_s.shape
-        for name in ("q", "qd", "motor", "robot", "rigid_arm", "elastic", "robot_inertia"):
-            put(self, name, frozen_array(getattr(self, name), name, shape))
-        gradient = frozen_array(self.robot_gradient, "robot_gradient", (shape[0], None))
-        put(self, "robot_gradient", gradient)
-        put(self, "notes", tuple(self.notes))
 
     @property
     def arm(self) -> FloatArray:

@@ -11,14 +11,19 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
+from armimpedance.therapy.arm.movements import refuse_other_robot
 from armimpedance.therapy.arm.passive_arm import PassiveArm
+from armimpedance.therapy.live.clock import next_time
 from armimpedance.therapy.live.last_rows import LastRows
-from armimpedance.therapy.live.sample import LiveSample
+from armimpedance.therapy.live.sample import LiveSample, Reading
 from armimpedance.therapy.robot.sliding import least_speed
 from armimpedance.therapy.robot.smooth import WIDTH_S, kernels_for
 from armimpedance.therapy.robot.therapy_robot import TherapyRobot, load_gradient
-from armimpedance.therapy.share.from_sums import Labels, contribution_from
-from armimpedance.therapy.share.metric import WINDOW_S, window_samples
+from armimpedance.therapy.share.error_law import error_law
+from armimpedance.therapy.share.judgement import Judged, Judgement
+from armimpedance.therapy.share.notes import range_notes, usable_elastic
+from armimpedance.therapy.share.of_movement import Labels, contribution_from
+from armimpedance.therapy.share.over_time import WINDOW_S, window_samples
 from armimpedance.therapy.share.result import Contribution
 from armimpedance.therapy.share.sums import (
     ARM,
@@ -29,16 +34,6 @@ from armimpedance.therapy.share.sums import (
     products_of,
     row_length,
     sums_of,
-)
-from armimpedance.therapy.share.uncertainty import error_law, projection, ratio, share
-from armimpedance.therapy.share.validity import (
-    LEAST_BESIDE_SO_FAR,
-    projection_valid,
-    range_notes,
-    ratio_valid,
-    sample_valid,
-    share_valid,
-    usable_elastic,
 )
 
 #: Sums that are kept: of the sample, of the movement so far, of the running window, and of the
@@ -83,11 +78,7 @@ class LiveContribution:
 
         if axis not in range(robot.n_axes):
             raise InputError(f"axis {axis}", expected=f"0 to {robot.n_axes - 1}")
-        if arm.robot != robot.name:
-            raise InputError(
-                f"the arm of subject {arm.subject} was measured in the robot {arm.robot!r}",
-                expected=f"one measured in {robot.name!r}",
-            )
+        refuse_other_robot(arm, robot)
         self._robot = robot.adjusted_to(arm.upper_arm_m)
         self._arm, self._axis, self._rate = arm, axis, sample_rate_hz
         self._elastic = usable_elastic(arm, robot.axes[axis], unrepeatable=unrepeatable)
@@ -223,8 +214,8 @@ class LiveContribution:
         axis_name = self._robot.axes[self._axis]
         notes = range_notes(self._elastic, *self._range_rad)
         labels = Labels(trial, condition, name, axis_name, *self._ends_rad, notes)
-        counted, everything = self._sums[MOVEMENT], self._sums[EVERYTHING]
-        return contribution_from(counted, everything, self._law, labels, self._arm, self._rate)
+        judgement = Judgement(self._sums[MOVEMENT], self._law)
+        return contribution_from(judgement, self._sums[EVERYTHING], labels, self._arm, self._rate)
 
     def _take(self, q: FloatArray, motor: FloatArray, time_s: float | None) -> None:
         n = self._robot.n_axes
@@ -235,30 +226,9 @@ class LiveContribution:
             raise InputError("not a sample", expected=f"{n} angles, {n} torques") from error
         if np.shape(q) != (n,) or np.shape(motor) != (n,) or not np.isfinite(pushed).all():
             raise InputError("not a sample", expected=f"{n} angles, {n} torques, all finite")
-        self._time_s = self._next_time(time_s)
+        self._time_s = next_time(self._time_s, time_s, 1 / self._rate)
         self._measured.push(pushed)
         self._count += 1
-
-    def _next_time(self, time_s: float | None) -> float:
-        step = 1 / self._rate
-        if time_s is not None and not np.isfinite(time_s):
-            raise InputError(f"a time stamp of {time_s}", expected="seconds")
-        if self._time_s is None:
-            return 0.0 if time_s is None else float(time_s)
-        if time_s is None:
-            return self._time_s + step
-        ahead = time_s - self._time_s
-        if not ahead > 0.5 * step:
-            raise InputError(
-                f"the sample at {time_s:.6g} s comes after that at {self._time_s:.6g} s",
-                expected=f"a time stamp {step:g} s later",
-            )
-        if not ahead < 1.5 * step:
-            raise InputError(
-                f"a gap of {ahead:.4g} s before the sample at {time_s:.6g} s",
-                expected=f"samples every {step:g} s; reset() begins anew",
-            )
-        return float(time_s)
 
     def _torques(self) -> tuple[bool, FloatArray]:
         """Fill the row of the sample in the kernel's middle; whether it counts, its products."""
@@ -297,32 +267,31 @@ class LiveContribution:
             self._sums[MOVEMENT] += products
 
     def _sample(self, counts: bool, inside: bool) -> LiveSample:
-        sums, law, half_s = self._sums, self._law, self.delay_s
-        each, whole = ratio(sums[SAMPLE], law, law.kernel_gain), ratio(sums[MOVEMENT], law)
-        projections = projection(sums[MOVEMENT:EVERYTHING], law)
-        known = projection_valid(sums[MOVEMENT:EVERYTHING], projections, law)
-        projected, errors = projections.percent, projections.sd
-        beside = share(sums[MOVEMENT], law)
+        sums, law = self._sums, self._law
+        each = Judgement(sums[SAMPLE], law).of_sample
+        movement = Judgement(sums[MOVEMENT], law, so_far=True)
+        # movement and window in one go: they share their matrix products
+        projections = Judgement(sums[MOVEMENT:EVERYTHING], law).projection
+        projection, running = (
+            Reading(float(percent), float(sd), bool(valid))
+            for percent, sd, valid in zip(
+                projections.percent, projections.sd, projections.valid, strict=True
+            )
+        )
         return LiveSample(
-            time_s=(self._time_s or 0.0) - half_s,
+            time_s=(self._time_s or 0.0) - self.delay_s,
             q_rad=self._q_rad,
             user_Nm=float(self._row[USER]),
             arm_Nm=float(self._row[ARM]),
             counts=counts,
-            percent=float(each.percent),
-            sd=float(each.sd),
-            valid=counts and bool(sample_valid(sums[SAMPLE], law)),
+            of_sample=Reading(float(each.percent), float(each.sd), counts and bool(each.valid)),
             in_movement=inside,
-            ratio_percent=float(whole.percent),
-            ratio_sd=float(whole.sd),
-            ratio_valid=bool(ratio_valid(sums[MOVEMENT], whole, law)),
-            projection_percent=float(projected[0]),
-            projection_sd=float(errors[0]),
-            projection_valid=bool(known[0]),
-            share_percent=float(beside.percent),
-            share_sd=float(beside.sd),
-            share_valid=bool(share_valid(sums[MOVEMENT], beside, law, LEAST_BESIDE_SO_FAR)),
-            running_percent=float(projected[1]),
-            running_sd=float(errors[1]),
-            running_valid=bool(known[1]),
+            ratio=_reading(movement.ratio),
+            projection=projection,
+            share=_reading(movement.share),
+            running=running,
         )
+
+
+def _reading(judged: Judged) -> Reading:
+    return Reading(float(judged.percent), float(judged.sd), bool(judged.valid))

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from operator import attrgetter
 from time import perf_counter_ns
+from typing import Final
 
 import numpy as np
 
@@ -15,18 +18,21 @@ from armimpedance.therapy.arm.passive_arm import PassiveArm
 from armimpedance.therapy.arm.torques import MovementTorques
 from armimpedance.therapy.live.live_contribution import LiveContribution
 from armimpedance.therapy.live.sample import LiveSample
+from armimpedance.therapy.robot.smooth import no_step
 from armimpedance.therapy.robot.therapy_robot import TherapyRobot
-from armimpedance.therapy.share.metric import (
+from armimpedance.therapy.share.of_movement import contribution_of
+from armimpedance.therapy.share.over_time import (
     WINDOW_S,
-    Contribution,
-    contribution_of,
     contribution_so_far,
     running_contribution,
     sample_contribution,
 )
+from armimpedance.therapy.share.result import Contribution
+
+_METRICS: Final = ("ratio", "projection", "share", "reference")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class LiveReport:
     """How a recording went through the live form.
 
@@ -55,6 +61,14 @@ class LiveReport:
     flags_differ: int
     movements: tuple[Contribution, ...]
 
+    def __repr__(self) -> str:
+        differ = f"{self.flags_differ} flags differ" if self.flags_differ else "the same flags"
+        return (
+            f"live: {self.n_updates} updates, {1e3 * self.median_s:.3f} ms each (median), 99 % "
+            f"within {1e3 * self.p99_s:.3f} ms, results {1e3 * self.delay_s:.0f} ms late; at most "
+            f"{self.largest_difference:.1g} from the results in one piece, {differ}"
+        )
+
 
 def replay(
     recording: Recording,
@@ -63,8 +77,28 @@ def replay(
     *,
     window_s: float = WINDOW_S,
     unrepeatable: bool = False,
+    step: Callable[[], object] = no_step,
 ) -> LiveReport:
     """Play every trial to the live form, time each update, compare with the recorded form.
+
+    Parameters
+    ----------
+    recording : Recording
+        Of a person in the robot.
+    robot : TherapyRobot
+        Identified.
+    arm : PassiveArm
+        The person's, calibrated in this robot.
+    window_s : float
+        Length of the running view's window, s.
+    unrepeatable : bool
+        Go on where the passive repetitions of an axis did not agree.
+    step : function, optional
+        Called after every trial.
+
+    Returns
+    -------
+    LiveReport
 
     Raises
     ------
@@ -89,6 +123,7 @@ def replay(
         difference, differ = _compare(samples, torques, robot, arm, window_s)
         differences += [difference, _movement_difference(movements[-1], whole)]
         flags += differ + _flags_differ(movements[-1], whole)
+        step()
     each = np.concatenate(times)
     return LiveReport(
         n_updates=len(each),
@@ -144,39 +179,40 @@ def _compare(
     running = running_contribution(torques, robot, arm, window_s)
     so_far = contribution_so_far(torques, robot, arm)
 
-    def course(name: str) -> FloatArray:
-        return np.array([getattr(sample, name) for sample in samples])
+    def course(*names: str) -> FloatArray:
+        return np.array([attrgetter(".".join(names))(sample) for sample in samples])
 
-    both = np.logical_and(course("valid"), each.valid)
-    shown = np.logical_and(course("running_valid"), running.valid)
-    known = np.logical_and(course("share_valid"), so_far.valid)
-    pairs = (
-        (course("user_Nm"), each.user),
-        (course("arm_Nm"), each.arm),
-        (course("percent")[both], each.percent[both]),
-        (course("sd")[both], each.sd[both]),
-        (course("share_percent")[known], so_far.percent[known]),
-        (course("share_sd")[known], so_far.sd[known]),
-        (course("running_percent")[shown], running.percent[shown]),
-        (course("running_sd")[shown], running.sd[shown]),
-    )
-    flags = (course("valid") != each.valid).sum() + (course("running_valid") != running.valid).sum()
-    return max(_difference(a, b) for a, b in pairs), int(flags)
+    pairs = [(course("user_Nm"), each.user), (course("arm_Nm"), each.arm)]
+    differ = []
+    for name, whole in (("of_sample", each), ("share", so_far), ("running", running)):
+        flags = course(name, "valid")
+        both = np.logical_and(flags, whole.valid)
+        differ.append(int((flags != whole.valid).sum()))
+        pairs += [
+            (course(name, "percent")[both], whole.percent[both]),
+            (course(name, "sd")[both], whole.sd[both]),
+        ]
+    # the live share is shown at once, the recorded one once it has been valid for a while
+    return max(_difference(a, b) for a, b in pairs), differ[0] + differ[2]
 
 
 def _movement_difference(live: Contribution, whole: Contribution) -> float:
     names = ["mean_support_Nm", "mean_arm_Nm", "lowering_share", "saturated_share", "sum_ratio"]
     names += ["n_samples", "still_share", "duration_s"]
-    for metric in ("ratio", "projection", "share", "reference"):
-        if getattr(live, f"{metric}_valid") and getattr(whole, f"{metric}_valid"):
-            names += [f"{metric}_percent", f"{metric}_sd"]
-    a, b = (np.array([getattr(result, name) for name in names]) for result in (live, whole))
-    return _difference(a, b)
+    both = [np.array([getattr(result, name) for name in names]) for result in (live, whole)]
+    for metric in _METRICS:
+        told = getattr(live, metric), getattr(whole, metric)
+        if all(t is not None and t.valid for t in told):
+            both = [np.append(b, [t.percent, t.sd]) for b, t in zip(both, told, strict=True)]
+    return _difference(*both)
 
 
 def _flags_differ(live: Contribution, whole: Contribution) -> int:
-    names = ("ratio_valid", "projection_valid", "share_valid", "reference_valid")
-    return sum(getattr(live, name) != getattr(whole, name) for name in names)
+    def flags(result: Contribution) -> list[bool]:
+        told = (getattr(result, metric) for metric in _METRICS)
+        return [t is not None and t.valid for t in told]
+
+    return sum(a != b for a, b in zip(flags(live), flags(whole), strict=True))
 
 
 def _difference(a: FloatArray, b: FloatArray) -> float:

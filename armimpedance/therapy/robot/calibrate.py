@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from html import escape
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,6 +16,7 @@ from armimpedance.regression import Fit, FitSummary, NamedParameter
 from armimpedance.therapy.robot.checks import check_recording, refuse_person
 from armimpedance.therapy.robot.holds import SpringHolds, fit_holds
 from armimpedance.therapy.robot.notes import axis_notes, rise_notes, spring_notes
+from armimpedance.therapy.robot.smooth import no_step
 from armimpedance.therapy.robot.steady import SteadyPart, steady_parts
 from armimpedance.therapy.robot.sweeps import CABLE, FRICTION, AxisSweeps, fit_axis
 from armimpedance.therapy.robot.therapy_robot import (
@@ -22,12 +26,16 @@ from armimpedance.therapy.robot.therapy_robot import (
     TherapyRobot,
     parameter_count,
 )
+from armimpedance.therapy.robot.validation import AxisValidation
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 #: Names in FIT.json of what `Loads` calls otherwise.
 _SHORT = {"coulomb": "tau_c", "viscous": "k_v", "cable_stiffness": "k_c"}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class RobotCalibration:
     """A robot whose loads were identified, and what a report shows of it.
 
@@ -38,9 +46,13 @@ class RobotCalibration:
     summary : FitSummary
         tau_c, k_v, k_c, q_c of every axis, c_0, c_1, c_2 of the spring.
     axes : tuple of AxisSweeps
-        In the order of the robot's axes.
+        Friction and cables, in the order of the robot's axes.
     spring : SpringHolds
+        The counterbalance spring.
     notes : tuple of str
+        What a reader must know of the calibration.
+    validation : tuple of AxisValidation
+        Predictions of other movements, one an axis; empty where none were given.
     """
 
     robot: TherapyRobot
@@ -48,9 +60,41 @@ class RobotCalibration:
     axes: tuple[AxisSweeps, ...]
     spring: SpringHolds
     notes: tuple[str, ...] = ()
+    validation: tuple[AxisValidation, ...] = ()
+
+    def parameters_of(self, axis: int) -> tuple[NamedParameter, ...]:
+        """The parameters of one axis, counted from 0."""
+        return tuple(p for p in self.summary.parameters if p.joint == axis + 1)
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row a parameter: joint, value, standard error, 95 % limits, unit."""
+        return self.summary.to_frame()
+
+    def to_dict(self) -> dict[str, Any]:
+        """What ROBOT.json says of the identification, beside the robot itself."""
+        return {
+            **self.summary.to_dict(),
+            "axes": [sweeps.to_dict() for sweeps in self.axes],
+            "validation": [
+                {"joint": v.axis + 1, "r2": v.r2, "rms_Nm": v.rms_Nm, "moving_r2": v.moving_r2}
+                for v in self.validation
+            ],
+        }
+
+    def __repr__(self) -> str:
+        lines = [f"robot {self.robot.name}, R^2 {self.summary.r2:.3f} of sweeps and holds"]
+        for axis, name in enumerate(self.robot.axes):
+            said = ", ".join(f"{p.name} = {p.value:.3g}" for p in self.parameters_of(axis))
+            lines.append(f"axis {axis + 1} {name}: {said}")
+        return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        return f"<p>robot {escape(self.robot.name)}</p>{self.summary._repr_html_()}"
 
 
-def identify_robot(recording: Recording, drawings: TherapyRobot) -> RobotCalibration:
+def identify_robot(
+    recording: Recording, drawings: TherapyRobot, *, step: Callable[[], object] = no_step
+) -> RobotCalibration:
     """Friction and cables of every axis from sweeps, the spring from holds in both directions.
 
     Parameters
@@ -59,6 +103,12 @@ def identify_robot(recording: Recording, drawings: TherapyRobot) -> RobotCalibra
         Of the empty robot, trials of the conditions "sweep" and "hold".
     drawings : TherapyRobot
         Its rigid bodies; loads that it has are not used.
+    step : function, optional
+        Called after every trial.
+
+    Returns
+    -------
+    RobotCalibration
 
     Raises
     ------
@@ -72,8 +122,9 @@ def identify_robot(recording: Recording, drawings: TherapyRobot) -> RobotCalibra
     check_recording(recording, replace(drawings, loads=None))
     length = recording.subject.upper_arm_m
     adjusted = drawings if length is None else drawings.adjusted_to(length)
-    sweeps = steady_parts(recording, adjusted, "sweep")
-    holds = [p for p in steady_parts(recording, adjusted, "hold") if p.axis == drawings.spring_axis]
+    sweeps = steady_parts(recording, adjusted, "sweep", step)
+    held = steady_parts(recording, adjusted, "hold", step)
+    holds = [part for part in held if part.axis == drawings.spring_axis]
     axes = tuple(_axis(sweeps, i, drawings) for i in range(drawings.n_axes))
     spring = fit_holds(holds)
     loads = _loads(axes, spring, drawings)

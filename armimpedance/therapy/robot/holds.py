@@ -14,11 +14,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Annotated, Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, frozen_array
+from armimpedance.arrays import FloatArray, FrozenRecord
 from armimpedance.errors import InputError
 from armimpedance.regression import Fit, fit, ragged_factors
 from armimpedance.therapy.robot.steady import SteadyPart
@@ -31,7 +31,7 @@ LEAST_ANGLES: Final = 4
 
 
 @dataclass(frozen=True)
-class SpringHolds:
+class SpringHolds(FrozenRecord):
     """The spring of one axis from holds at A angles.
 
     Attributes
@@ -46,16 +46,10 @@ class SpringHolds:
     """
 
     fit: Fit
-    angle_rad: FloatArray
-    from_below_Nm: FloatArray
-    from_above_Nm: FloatArray
+    angle_rad: Annotated[FloatArray, "A"]
+    from_below_Nm: Annotated[FloatArray, "A"]
+    from_above_Nm: Annotated[FloatArray, "A"]
     notes: tuple[str, ...] = ()
-
-    def __post_init__(self) -> None:
-        put = object.__setattr__
-        put(self, "angle_rad", frozen_array(self.angle_rad, "angle_rad", (None,)))
-        for name in ("from_below_Nm", "from_above_Nm"):
-            put(self, name, frozen_array(getattr(self, name), name, self.angle_rad.shape))
 
     @property
     def spring_Nm(self) -> FloatArray:
@@ -66,6 +60,20 @@ class SpringHolds:
     def stiction_Nm(self) -> FloatArray:
         """Half their difference, (A,): what the axis sticks with, at most the static friction."""
         return (self.from_below_Nm - self.from_above_Nm) / 2
+
+    def polynomial(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The spring's torque (F,) at angles (F,), rad, and its standard error (F,), Nm."""
+        torque, variance = polynomial_of(self.fit, q)
+        return torque, np.sqrt(variance)
+
+
+def polynomial_of(fitted: Fit, q: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The polynomial (12) of a fit at angles (F,), and its variance, both (F,)."""
+    rows = np.stack([q**k for k in range(len(SPRING_TERMS))], axis=1)
+    at = [fitted.names.index(name) for name in SPRING_TERMS]
+    # var (F,) = diag(rows (F, 3) C (3, 3) rows^T)
+    variance = ((rows @ fitted.covariance[np.ix_(at, at)]) * rows).sum(axis=1)
+    return rows @ fitted.parameters[at], variance
 
 
 def fit_holds(parts: Sequence[SteadyPart]) -> SpringHolds:

@@ -9,9 +9,9 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.regression import t_factor
-from armimpedance.therapy.robot.holds import SpringHolds
+from armimpedance.therapy.robot.holds import SpringHolds, polynomial_of
 from armimpedance.therapy.robot.sweeps import CABLE, AxisSweeps
-from armimpedance.therapy.robot.therapy_robot import SPRING_TERMS, TherapyRobot
+from armimpedance.therapy.robot.therapy_robot import TherapyRobot
 
 #: Two looks at one thing differ when they do so at this level ...
 _LEVEL: Final = 0.99
@@ -83,12 +83,6 @@ def spring_notes(spring: SpringHolds, sweeps: AxisSweeps) -> tuple[str, ...]:
 
 def spring_gap(spring: SpringHolds, sweeps: AxisSweeps) -> tuple[FloatArray, FloatArray]:
     """Holds' polynomial less that of the sweeps at the holds' angles (A,), and its sd (A,)."""
-    rows = np.stack([spring.angle_rad**k for k in range(3)], axis=1)
-    gap, variance = np.zeros(len(rows)), np.zeros(len(rows))
-    for found, sign in ((spring.fit, 1.0), (sweeps.spring_fit or sweeps.fit, -1.0)):
-        columns = [found.names.index(name) for name in SPRING_TERMS]
-        gap += sign * (rows @ found.parameters[columns])
-        # var (A,) = diag(rows (A, 3) C (3, 3) rows^T)
-        C = found.covariance[np.ix_(columns, columns)]
-        variance += ((rows @ C) * rows).sum(axis=1)
-    return gap, np.sqrt(variance)
+    held, of_held = polynomial_of(spring.fit, spring.angle_rad)
+    swept, of_swept = polynomial_of(sweeps.spring_fit or sweeps.fit, spring.angle_rad)
+    return held - swept, np.sqrt(of_held + of_swept)

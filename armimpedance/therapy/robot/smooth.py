@@ -8,11 +8,11 @@ late, and no trial has filter transients; half a width at either end of a trial 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
+from typing import Annotated, Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, frozen_array
+from armimpedance.arrays import FloatArray, FrozenRecord
 from armimpedance.errors import InputError
 from armimpedance.records import Recording
 from armimpedance.signals import Kernels, spline_kernels
@@ -22,7 +22,7 @@ WIDTH_S: Final = 0.1
 
 
 @dataclass(frozen=True)
-class SmoothTrial:
+class SmoothTrial(FrozenRecord):
     """One trial after the kernel; S samples, n axes.
 
     Attributes
@@ -35,24 +35,21 @@ class SmoothTrial:
     """
 
     row: int
-    time_s: FloatArray
-    q: FloatArray
-    qd: FloatArray
-    qdd: FloatArray
-    motor: FloatArray
-
-    def __post_init__(self) -> None:
-        put = object.__setattr__
-        put(self, "time_s", frozen_array(self.time_s, "time_s", (None,)))
-        put(self, "q", frozen_array(self.q, "q", (len(self.time_s), None)))
-        for name in ("qd", "qdd", "motor"):
-            put(self, name, frozen_array(getattr(self, name), name, self.q.shape))
+    time_s: Annotated[FloatArray, "S"]
+    q: Annotated[FloatArray, "S n"]
+    qd: Annotated[FloatArray, "S n"]
+    qdd: Annotated[FloatArray, "S n"]
+    motor: Annotated[FloatArray, "S n"]
 
     def between(self, first_s: float, last_s: float) -> SmoothTrial:
         """The samples from `first_s` to `last_s`, both included, on the trial's clock."""
         kept = (self.time_s >= first_s - 1e-9) & (self.time_s <= last_s + 1e-9)
         parts = (getattr(self, name)[kept] for name in ("time_s", "q", "qd", "qdd", "motor"))
         return SmoothTrial(self.row, *parts)
+
+
+def no_step() -> None:
+    """Nobody wants to know how far the work is."""
 
 
 def kernels_for(sample_rate_hz: float, width_s: float = WIDTH_S) -> Kernels:

@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, Final
+from typing import Annotated, Any, Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, IntArray, frozen_array
+from armimpedance.arrays import FloatArray, FrozenRecord, IntArray
 from armimpedance.errors import InputError, RecordError
 from armimpedance.records import Recording
 from armimpedance.regression import Fit
 from armimpedance.therapy.robot.cells import number_in
-from armimpedance.therapy.robot.smooth import WIDTH_S, SmoothTrial, kernels_for, smooth_trials
+from armimpedance.therapy.robot.smooth import (
+    WIDTH_S,
+    SmoothTrial,
+    kernels_for,
+    no_step,
+    smooth_trials,
+)
 from armimpedance.therapy.robot.therapy_robot import TherapyRobot
 
 #: After the kernel (-3 dB near 9 Hz) samples at this distance carry all there is, s.
@@ -23,7 +30,7 @@ _LEAST_SAMPLES: Final = 5
 
 
 @dataclass(frozen=True, eq=False)
-class SteadyPart:
+class SteadyPart(FrozenRecord):
     """One axis during a sweep or a hold; S samples, `EVERY_S` apart.
 
     Attributes
@@ -41,16 +48,13 @@ class SteadyPart:
 
     trial: str
     axis: int
-    q: FloatArray
-    qd: FloatArray
-    load: FloatArray
+    q: Annotated[FloatArray, "S"]
+    qd: Annotated[FloatArray, "S"]
+    load: Annotated[FloatArray, "S"]
     approach: int
 
     def __post_init__(self) -> None:
-        put = object.__setattr__
-        put(self, "q", frozen_array(self.q, "q", (None,)))
-        for name in ("qd", "load"):
-            put(self, name, frozen_array(getattr(self, name), name, self.q.shape))
+        super().__post_init__()
         if self.approach not in (1, -1):
             raise RecordError(f"trial {self.trial}: approach {self.approach}", expected="1 or -1")
 
@@ -61,7 +65,10 @@ class SteadyPart:
 
 
 def steady_parts(
-    recording: Recording, robot: TherapyRobot, condition: str
+    recording: Recording,
+    robot: TherapyRobot,
+    condition: str,
+    step: Callable[[], object] = no_step,
 ) -> tuple[SteadyPart, ...]:
     """All trials of one condition, from `onset_s` to `end_s`, half a kernel off at either end.
 
@@ -72,6 +79,8 @@ def steady_parts(
     robot : TherapyRobot
         Adjusted as it was.
     condition : {"sweep", "hold"}
+    step : function, optional
+        Called after every trial.
 
     Raises
     ------
@@ -86,9 +95,11 @@ def steady_parts(
     _check_table(recording, rows, robot.n_axes)
     bodies = robot_bodies(robot)
     chosen = recording.select(rows)
-    return tuple(
-        _part(chosen, smooth, bodies, condition == "hold") for smooth in smooth_trials(chosen)
-    )
+    parts = []
+    for smooth in smooth_trials(chosen):
+        parts.append(_part(chosen, smooth, bodies, condition == "hold"))
+        step()
+    return tuple(parts)
 
 
 def white_sd(found: Fit) -> FloatArray:

@@ -15,11 +15,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
+from math import degrees
+from typing import Annotated, Any, Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, frozen_array
+from armimpedance.arrays import FloatArray, FrozenRecord
 from armimpedance.errors import InputError
 from armimpedance.regression import Fit, fit, ragged_factors
 from armimpedance.therapy.robot.steady import SteadyPart, white_sd
@@ -75,7 +76,7 @@ class SpeedPoint:
 
 
 @dataclass(frozen=True)
-class AxisSweeps:
+class AxisSweeps(FrozenRecord):
     """Friction and cables of one axis.
 
     Attributes
@@ -107,12 +108,26 @@ class AxisSweeps:
     lowest_used_rad_s: float
     static_range_rad_s: float
     points: tuple[SpeedPoint, ...]
-    even_slope: FloatArray
+    even_slope: Annotated[FloatArray, "2"]
     notes: tuple[str, ...] = ()
 
-    def __post_init__(self) -> None:
-        slope = frozen_array(self.even_slope, "even_slope", (2,))
-        object.__setattr__(self, "even_slope", slope)
+    def to_dict(self) -> dict[str, Any]:
+        """What ROBOT.json says of the axis: speeds in degrees per second."""
+        return {
+            "joint": self.axis + 1,
+            "lowest_used_deg_s": degrees(self.lowest_used_rad_s),
+            "static_range_deg_s": degrees(self.static_range_rad_s),
+            "rise_deg_s": degrees(self.rise_rad_s),
+            "points": [
+                {
+                    "speed_deg_s": degrees(p.speed_rad_s),
+                    "up_Nm": p.up_Nm,
+                    "down_Nm": p.down_Nm,
+                    "used": p.used,
+                }
+                for p in self.points
+            ],
+        }
 
     def friction(self, velocity: FloatArray) -> FloatArray:
         """The fitted law (10), odd, at velocities of any shape, Nm."""

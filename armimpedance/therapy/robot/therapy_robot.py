@@ -11,11 +11,11 @@ counterbalance spring of one axis a polynomial of second order (12).
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import Annotated, Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, frozen_array
+from armimpedance.arrays import FloatArray, FrozenRecord
 from armimpedance.errors import InputError, RecordError
 from armimpedance.skeleton import Skeleton
 
@@ -34,7 +34,7 @@ FOREARM: Final = "forearm"
 
 
 @dataclass(frozen=True)
-class Loads:
+class Loads(FrozenRecord):
     """What was identified: friction, cables and spring of a robot with n axes.
 
     Attributes
@@ -50,17 +50,16 @@ class Loads:
         Of the t distribution for intervals; inf = normal.
     """
 
-    theta: FloatArray
-    covariance: FloatArray
-    rise_rad_s: FloatArray
+    theta: Annotated[FloatArray, "p"]
+    covariance: Annotated[FloatArray, "p p"]
+    rise_rad_s: Annotated[FloatArray, "n"]
     dof: float = float("inf")
 
     def __post_init__(self) -> None:
-        put = object.__setattr__
-        put(self, "rise_rad_s", frozen_array(self.rise_rad_s, "rise_rad_s", (None,)))
+        super().__post_init__()
         p = parameter_count(len(self.rise_rad_s))
-        put(self, "theta", frozen_array(self.theta, "theta", (p,)))
-        put(self, "covariance", frozen_array(self.covariance, "covariance", (p, p)))
+        if len(self.theta) != p:
+            raise RecordError(f"{len(self.theta)} theta", expected=f"{p}")
         if not (self.rise_rad_s > 0).all() or not self.dof > 0:
             raise RecordError("rise_rad_s or dof is not positive", expected="more than 0")
 
@@ -83,7 +82,7 @@ class Loads:
 
 
 @dataclass(frozen=True)
-class TherapyRobot:
+class TherapyRobot(FrozenRecord):
     """A robot of n axes.
 
     Attributes
@@ -109,20 +108,17 @@ class TherapyRobot:
     """
 
     name: str
-    axes: tuple[str, ...]
+    axes: Annotated[tuple[str, ...], "n"]
     skeleton: Skeleton
-    limits_rad: FloatArray
-    torque_limit_Nm: FloatArray
-    motor_inertia_kgm2: FloatArray
+    limits_rad: Annotated[FloatArray, "n 2"]
+    torque_limit_Nm: Annotated[FloatArray, "n"]
+    motor_inertia_kgm2: Annotated[FloatArray, "n"]
     spring_axis: int = 0
     loads: Loads | None = None
 
     def __post_init__(self) -> None:
-        put, n = object.__setattr__, len(self.axes)
-        put(self, "axes", tuple(self.axes))
-        put(self, "limits_rad", frozen_array(self.limits_rad, "limits_rad", (n, 2)))
-        for name in ("torque_limit_Nm", "motor_inertia_kgm2"):
-            put(self, name, frozen_array(getattr(self, name), name, (n,)))
+        super().__post_init__()
+        n = len(self.axes)
         if self.skeleton.floating or sorted(self.skeleton.coordinates) != sorted(self.axes):
             raise RecordError(
                 f"a skeleton with the hinges {', '.join(self.skeleton.coordinates)}",

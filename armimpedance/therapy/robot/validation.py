@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import BoolArray, FloatArray
+from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
 from armimpedance.records import Recording
 from armimpedance.therapy.robot.checks import check_recording, refuse_person
-from armimpedance.therapy.robot.smooth import smooth_trials
+from armimpedance.therapy.robot.smooth import no_step, smooth_trials
 from armimpedance.therapy.robot.therapy_robot import TherapyRobot, load_torque
 
 #: Below this speed friction is static, which the model leaves out, rad/s.
@@ -37,6 +38,9 @@ class AxisValidation:
     moving_share : float
         Share of the samples that are left then.
     samples : int
+        Number of samples.
+    least_speed_rad_s : float
+        The least speed at which an axis counts as moving.
     """
 
     axis: int
@@ -47,10 +51,15 @@ class AxisValidation:
     moving_r2: float
     moving_share: float
     samples: int
+    least_speed_rad_s: float = LEAST_SPEED_RAD_S
 
 
 def validate_robot(
-    recording: Recording, robot: TherapyRobot, *, least_speed_rad_s: float = LEAST_SPEED_RAD_S
+    recording: Recording,
+    robot: TherapyRobot,
+    *,
+    least_speed_rad_s: float = LEAST_SPEED_RAD_S,
+    step: Callable[[], object] = no_step,
 ) -> tuple[AxisValidation, ...]:
     """Predict the motor torques of the empty robot's movements, one result per axis.
 
@@ -62,27 +71,34 @@ def validate_robot(
         With its loads.
     least_speed_rad_s : float
         For the numbers without static friction.
+    step : function, optional
+        Called after every trial.
+
+    Returns
+    -------
+    tuple of AxisValidation
 
     Raises
     ------
     InputError
         Not a recording of this robot, no movements in it, or a robot without loads.
     """
-    predicted, measured, speed = predicted_torque(recording, robot)
+    predicted, measured, speed = predicted_torque(recording, robot, step)
     return tuple(
         _axis(
             axis,
             robot.axes[axis],
             measured[:, axis],
             predicted[:, axis],
-            np.abs(speed[:, axis]) >= least_speed_rad_s,
+            np.abs(speed[:, axis]),
+            least_speed_rad_s,
         )
         for axis in range(robot.n_axes)
     )
 
 
 def predicted_torque(
-    recording: Recording, robot: TherapyRobot
+    recording: Recording, robot: TherapyRobot, step: Callable[[], object] = no_step
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """tau_r (13), tau_motor and the velocities (N, n) of all movements, one after another."""
     from armimpedance.therapy.robot.rigid import robot_bodies
@@ -99,8 +115,11 @@ def predicted_torque(
     adjusted = robot if length is None else robot.adjusted_to(length)
     bodies = robot_bodies(adjusted)
     trials = smooth_trials(recording.select(rows))
-    # tau_r (S, n) = M qdd + C qd + G + friction, cables and spring
-    model = [bodies.torque(t.q, t.qd, t.qdd) + load_torque(adjusted, t.q, t.qd) for t in trials]
+    model = []
+    for t in trials:
+        # tau_r (S, n) = M qdd + C qd + G + friction, cables and spring
+        model.append(bodies.torque(t.q, t.qd, t.qdd) + load_torque(adjusted, t.q, t.qd))
+        step()
     return (
         np.concatenate(model),
         np.concatenate([t.motor for t in trials]),
@@ -109,12 +128,18 @@ def predicted_torque(
 
 
 def _axis(
-    axis: int, name: str, measured: FloatArray, predicted: FloatArray, moving: BoolArray
+    axis: int,
+    name: str,
+    measured: FloatArray,
+    predicted: FloatArray,
+    speed: FloatArray,
+    least_speed_rad_s: float,
 ) -> AxisValidation:
+    moving = speed >= least_speed_rad_s
     whole = _rms_and_r2(measured, predicted)
     moved = _rms_and_r2(measured[moving], predicted[moving])
     return AxisValidation(
-        axis, name, *whole, *moved, moving_share=float(moving.mean()), samples=len(measured)
+        axis, name, *whole, *moved, float(moving.mean()), len(measured), least_speed_rad_s
     )
 
 

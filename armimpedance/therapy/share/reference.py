@@ -9,15 +9,14 @@ reference too: they cancel out as far as the person is passive.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.therapy.arm.passive_arm import PassiveArm, Reference
+from armimpedance.therapy.arm.passive_arm import Reference
+from armimpedance.therapy.share.judgement import Judgement
+from armimpedance.therapy.share.result import ReferenceContribution
 from armimpedance.therapy.share.sums import ABS_ARM, ABS_SUPPORT, ARM, ONE, USER
-from armimpedance.therapy.share.uncertainty import ErrorLaw
 
 #: The mean reference must be this many of its own standard errors away from zero.
 AWAY_SD: Final = 3.0
@@ -30,48 +29,29 @@ OTHER_SHARE: Final = 0.1
 OTHER_RAD: Final = np.deg2rad(10.0)
 
 
-@dataclass(frozen=True)
-class ReferenceContribution:
-    """``C'`` (19) of one movement.
-
-    Attributes
-    ----------
-    percent, sd : float
-    mean_reference_Nm : float
-    valid : bool
-    why_not : str
-        Empty where valid.
-    """
-
-    percent: float
-    sd: float
-    mean_reference_Nm: float
-    valid: bool
-    why_not: str = ""
-
-
 def reference_contribution(
-    sums: FloatArray, law: ErrorLaw, reference: Reference, from_rad: float, to_rad: float
+    judgement: Judgement, reference: Reference, from_rad: float, to_rad: float
 ) -> ReferenceContribution:
     """``C'`` (19) and its standard error, from the scatter of the reference's repetitions.
 
     Parameters
     ----------
-    sums : (6, k)
-        Of the movement.
-    law : ErrorLaw
+    judgement : Judgement
+        Of the sums (6, k) of the movement.
     reference : Reference
+        The support of its passive repetitions.
     from_rad, to_rad : float
         Where this movement starts and ends.
     """
-    total, repetitions = sums[ONE], len(reference.support_Nm)
+    sums, law, repetitions = judgement.sums, judgement.law, len(reference.support_Nm)
+    total = sums[ONE]
     n = total[ONE]
     support = (total[ARM] - total[USER]) / n
     mean = float(reference.support_Nm.mean())
     scatter = float(reference.support_Nm.std(ddof=1)) if repetitions > 1 else float("nan")
     error = scatter * np.sqrt(1 + 1 / repetitions)
     size = max(total[ABS_ARM], total[ABS_SUPPORT]) / n
-    why_not = _why_not(mean, error, float(size)) or _other_timing(mean, error, sums, law)
+    why_not = _why_not(mean, error, float(size)) or _other_timing(mean, error, judgement)
     away = max(abs(from_rad - reference.from_rad), abs(to_rad - reference.to_rad))
     if away > OTHER_RAD:
         why_not = f"starts or ends {np.degrees(away):.0f} degrees from where the reference does"
@@ -97,19 +77,12 @@ def _why_not(mean: float, error: float, size: float) -> str:
     return ""
 
 
-def _other_timing(mean: float, error: float, sums: FloatArray, law: ErrorLaw) -> str:
+def _other_timing(mean: float, error: float, judgement: Judgement) -> str:
     """Why the reference is that of another course; empty where it is of this one."""
+    sums = judgement.sums
     needs = float(sums[ONE, ARM] / sums[ONE, ONE])
-    known = float(law.variance_of_arm_sum(sums)) / sums[ONE, ONE] ** 2
+    known = float(judgement.law.variance_of_arm_sum(sums)) / sums[ONE, ONE] ** 2
     apart = abs(needs - mean)
     if apart > max(OTHER_SHARE * abs(mean), AWAY_SD * float(np.hypot(error, np.sqrt(known)))):
         return f"the arm needs {needs:.3g} Nm over this movement, {mean:.3g} Nm over the reference"
     return ""
-
-
-def reference_of(arm: PassiveArm, movement: str, axis_name: str) -> Reference | None:
-    """The reference of this movement; None where none was measured."""
-    for reference in arm.references:
-        if (reference.movement, reference.axis) == (movement, axis_name):
-            return reference
-    return None

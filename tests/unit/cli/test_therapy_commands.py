@@ -13,7 +13,7 @@ import pytest
 import manipulandum_sim.therapy.calibration as calibrations
 import manipulandum_sim.therapy.session as sessions
 from armimpedance.__main__ import main
-from armimpedance.files.contribution_csv import COLUMNS, SAMPLE_COLUMNS
+from armimpedance.files.therapy_csv import COLUMNS, SAMPLE_COLUMNS
 from armimpedance.files.therapy_json import read_arm, read_robot
 from manipulandum_sim.therapy.truth import TherapyTruth
 

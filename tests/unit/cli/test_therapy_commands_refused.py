@@ -13,10 +13,10 @@ import pytest
 
 from armimpedance.__main__ import main
 from armimpedance.cli.simulated.therapy import drawings_of
-from armimpedance.cli.therapy.arm import pipes
 from armimpedance.files.therapy_json import write_robot
 from armimpedance.recordings.tables.folder import write_folder
 from armimpedance.records import Recording, Subject
+from armimpedance.therapy.arm.mockup import pipes
 from armimpedance.therapy.arm.passive_arm import PassiveArm
 from armimpedance.therapy.arm.person import segments_of
 from armimpedance.therapy.arm.rigid_arm import arm_bodies
@@ -124,7 +124,8 @@ class Bench:
     def call(self, command, *options, **given):
         """Arguments of a command on the sound files, some of them replaced."""
         files = {name: given.get(name, self.folder / f"{name}.json") for name in ("robot", "arm")}
-        out = ("--out", given.get("out", "out.file"))
+        ending = "csv" if command == "contribution" else "json"
+        out = ("--out", given.get("out", f"out.{ending}"))
         if command == "robot":
             drawings = given.get("drawings", self.folder / "drawings.json")
             recording = given.get("recording", self.folder / "calibration")
@@ -142,7 +143,7 @@ def bench(tmp_path_factory):
     write_folder(made.session, folder / "session")
     write_robot(DRAWINGS, folder / "drawings.json")
     for command in ("robot", "arm", "contribution"):
-        out = folder / f"{command}.json"
+        out = folder / f"{command}.{'csv' if command == 'contribution' else 'json'}"
         assert main([str(a) for a in made.call(command, out=out)]) == 0
     return made
 
@@ -163,7 +164,7 @@ def test_sound_files_are_taken_and_predict_other_movements(bench, tmp_path, caps
 def test_pipes_are_weighed(bench, tmp_path, capsys):
     ways = [lifted("passive", axis) for axis in (0, 1)]
     ways += [(t, q[::-1], -qd[::-1], qdd[::-1], row) for t, q, qd, qdd, row in ways]
-    arm = PassiveArm("pipes", DRAWINGS.name, 0.32, pipes([PIPE[1], "1.7,0.30,0.09"]))
+    arm = PassiveArm("pipes", DRAWINGS.name, 0.32, pipes())
     # without its length: --upper-arm-m says it
     write_folder(recorded(ways, Subject("pipes"), arm, elastic=False), tmp_path / "pipes")
     call = ("therapy", "arm", tmp_path / "pipes", "--robot", bench.folder / "robot.json", *PIPE)
@@ -440,7 +441,7 @@ def test_files_that_hold_something_else_are_named(refusal, bench, tmp_path):
     [
         *((c, ("--figure", "x.gif"), ("x.gif", ".png")) for c in ("robot", "arm", "contribution")),
         ("contribution", ("--samples", "no/such.csv"), ("no: no such folder",)),
-        ("contribution", ("--samples", "out.file"), ("--out and to --samples", "two files")),
+        ("contribution", ("--samples", "out.csv"), ("--out and to --samples", "two files")),
         ("contribution", ("--condition", "activ"), ("'activ'", "one of passive, half_active")),
         ("arm", ("--mass-kg", "0"), ("body mass", "more than 0")),
         ("arm", ("--mass-kg", "nan"), ("body mass", "more than 0")),
@@ -461,28 +462,40 @@ def test_options_that_cannot_be(refusal, bench, command, options, words):
         assert word in said, said
 
 
-@pytest.mark.parametrize("command", ["robot", "arm", "contribution"])
-def test_an_output_has_a_folder(refusal, bench, command):
-    assert "existing folder" in refusal(*bench.call(command, out="no/such/out.file"))
+#: What each command writes.
+OUTPUTS = (("robot", "out.json"), ("arm", "out.json"), ("contribution", "out.csv"))
 
 
-@pytest.mark.parametrize("command", ["robot", "arm", "contribution"])
-def test_an_output_is_no_folder(refusal, bench, command, tmp_path):
-    said = refusal(*bench.call(command, out=tmp_path))
+@pytest.mark.parametrize(("command", "out"), OUTPUTS)
+def test_an_output_has_a_folder(refusal, bench, command, out):
+    assert "existing folder" in refusal(*bench.call(command, out=f"no/such/{out}"))
+
+
+@pytest.mark.parametrize(("command", "out"), OUTPUTS)
+def test_an_output_is_no_folder(refusal, bench, command, out, tmp_path):
+    (tmp_path / out).mkdir()
+    said = refusal(*bench.call(command, out=tmp_path / out))
     assert "is a folder (expected the name of a file)" in said
 
 
+@pytest.mark.parametrize(
+    ("command", "out"), [("robot", "x.csv"), ("arm", "x"), ("contribution", "x.txt")]
+)
+def test_an_output_has_an_ending_that_can_be_written(refusal, bench, command, out):
+    assert "one that ends in" in refusal(*bench.call(command, out=out))
+
+
 def test_what_is_read_is_not_written_over(refusal, bench):
-    robot, arm = bench.folder / "robot.json", bench.folder / "arm.json"
-    for command, path, options in (
-        ("arm", robot, "--robot and to --out"),
-        ("contribution", arm, "--arm and to --out"),
+    robot, inside = bench.folder / "robot.json", bench.folder / "session" / "result.csv"
+    for call, path in (
+        (bench.call("arm", out=robot), robot),
+        (bench.call("contribution", "--samples", inside), inside),
     ):
-        before = path.read_bytes()
-        said = refusal(*bench.call(command, out=path))
+        before = path.read_bytes() if path.exists() else None
+        said = refusal(*call)
         assert str(path) in said
-        assert options in said
-        assert path.read_bytes() == before
+        assert (path.read_bytes() if path.exists() else None) == before
+    assert "would replace what is read" in refusal(*bench.call("arm", out=robot))
 
 
 def test_a_person_is_not_taken_for_the_empty_robot(refusal, bench):
@@ -552,7 +565,8 @@ def test_an_output_that_was_there_is_kept(refusal, bench, command, tmp_path):
     write_folder(replace(recording, force=-recording.force), tmp_path / "turned")
     kept = tmp_path / "kept"
     kept.mkdir()
-    (kept / "out").write_text("somebody's only copy")
-    refusal(*bench.call(command, recording=tmp_path / "turned", out=kept / "out"))
-    assert [path.name for path in kept.iterdir()] == ["out"]
-    assert (kept / "out").read_text() == "somebody's only copy"
+    out = kept / dict(OUTPUTS)[command]
+    out.write_text("somebody's only copy")
+    refusal(*bench.call(command, recording=tmp_path / "turned", out=out))
+    assert [path.name for path in kept.iterdir()] == [out.name]
+    assert out.read_text() == "somebody's only copy"

@@ -17,7 +17,7 @@ import pytest
 from armimpedance.cli.simulated.therapy import drawings_of
 from armimpedance.errors import InputError
 from armimpedance.records import Recording, Subject
-from armimpedance.therapy.arm.mockup import source_mockup
+from armimpedance.therapy.arm.mockup import pipes
 from armimpedance.therapy.arm.passive_arm import PassiveArm
 from armimpedance.therapy.arm.person import segments_of
 from armimpedance.therapy.arm.rigid_arm import arm_bodies
@@ -175,9 +175,9 @@ def place(axis, angle_deg):
     return np.deg2rad(start)
 
 
-def pipes(*, seed):
+def mockup(*, seed):
     robot = plant().adjusted_to(0.32)
-    arm = PassiveArm("pipes", robot.name, 0.32, source_mockup(), mass_sd=0.0)
+    arm = PassiveArm("pipes", robot.name, 0.32, pipes(), mass_sd=0.0)
     bench = Bench(seed, robot, arm)
     for name, axis, ends in (
         ("elevation", 0, (45.0, 110.0)),
@@ -231,7 +231,7 @@ def studied():
         for name, function in (
             ("simulate_calibration", calibrate),
             ("simulate_validation", validate),
-            ("simulate_mockup", pipes),
+            ("simulate_mockup", mockup),
             ("simulate_therapy_many", treat),
             ("VALIDATION_TRIALS", 2),
         ):

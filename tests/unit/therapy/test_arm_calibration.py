@@ -130,7 +130,7 @@ def test_an_axis_without_stiffness_has_no_rest_angle(tmp_path):
     assert not axis.elastic.rest_identified
     assert np.isnan(axis.rest.value)
     assert "q_0 not identified" in axis.elastic.verdict
-    write_arm(found.arm, tmp_path / "arm.json", found.summary)
+    write_arm(found, tmp_path / "arm.json")
     content = json.loads((tmp_path / "arm.json").read_text())
     assert content["parameters"][3]["value"] is None
     assert read_arm(tmp_path / "arm.json").elastic_of("horizontal").verdict == axis.elastic.verdict

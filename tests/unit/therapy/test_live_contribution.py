@@ -27,7 +27,7 @@ from armimpedance.therapy.live.last_rows import LastRows
 from armimpedance.therapy.live.live_contribution import LiveContribution
 from armimpedance.therapy.live.replay import replay
 from armimpedance.therapy.robot.smooth import kernels_for
-from armimpedance.therapy.share.metric import contribution_of
+from armimpedance.therapy.share.of_movement import contribution_of
 
 HALF = kernels_for(RATE).half
 
@@ -46,12 +46,12 @@ def test_a_replayed_recording_gives_what_the_recording_gives():
     assert report.n_updates == len(played.time_s)
     assert 0 < report.median_s <= report.p99_s <= report.longest_s
     whole = [contribution_of(m, robot, arm) for m in movement_torques(played, robot, arm)]
-    assert [m.ratio_valid for m in report.movements] == [True, False, True]
+    assert [m.ratio.valid for m in report.movements] == [True, False, True]
     assert [m.reference_valid for m in report.movements] == [True, False, False]
     for live, batch in zip(report.movements, whole, strict=True):
         assert live.notes == batch.notes
         assert (live.trial, live.n_samples) == (batch.trial, batch.n_samples)
-        assert live.projection_ci95 == pytest.approx(batch.projection_ci95, rel=1e-9)
+        assert live.projection.ci95 == pytest.approx(batch.projection.ci95, rel=1e-9)
         assert to_plain(live.share_variance) == pytest.approx(to_plain(batch.share_variance))
 
 
@@ -94,10 +94,12 @@ def test_before_a_movement_there_is_nothing_but_samples_and_the_running_view():
     q, motor = stream()
     result = feed(live_form(), q, motor)[-1]
     assert not result.in_movement
-    assert np.isnan([result.ratio_percent, result.projection_percent]).all()
-    assert not result.ratio_valid
-    assert not result.projection_valid
-    assert np.isfinite([result.percent, result.sd, result.running_percent]).all()
+    assert np.isnan([result.ratio.percent, result.projection.percent]).all()
+    assert not result.ratio.valid
+    assert not result.projection.valid
+    assert np.isfinite(
+        [result.of_sample.percent, result.of_sample.sd, result.running.percent]
+    ).all()
 
 
 def test_a_movement_counts_from_its_first_to_its_last_sample():
@@ -129,10 +131,10 @@ def test_the_result_so_far_is_that_of_the_samples_so_far():
     feed(again, q, motor, 0, 100)
     again.start()
     so_far = feed(again, q, motor, 100, 150 + HALF)[-1]
-    assert so_far.projection_percent == pytest.approx(shorter.movement().projection_percent)
-    assert so_far.ratio_sd == pytest.approx(shorter.movement().ratio_sd)
-    assert so_far.share_percent == pytest.approx(shorter.movement().share_percent)
-    assert so_far.share_sd == pytest.approx(shorter.movement().share_sd)
+    assert so_far.projection.percent == pytest.approx(shorter.movement().projection.percent)
+    assert so_far.ratio.sd == pytest.approx(shorter.movement().ratio.sd)
+    assert so_far.share.percent == pytest.approx(shorter.movement().share.percent)
+    assert so_far.share.sd == pytest.approx(shorter.movement().share.sd)
     assert longer.movement().n_samples > shorter.movement().n_samples
 
 

@@ -27,12 +27,9 @@ from metric_bench import (
 from armimpedance.errors import InputError
 from armimpedance.therapy.robot.smooth import kernels_for
 from armimpedance.therapy.robot.therapy_robot import Loads
-from armimpedance.therapy.share.metric import (
-    contribution_of,
-    running_contribution,
-    sample_contribution,
-)
-from armimpedance.therapy.share.uncertainty import PARTS
+from armimpedance.therapy.share.error_law import PARTS
+from armimpedance.therapy.share.of_movement import contribution_of
+from armimpedance.therapy.share.over_time import running_contribution, sample_contribution
 
 
 def plain_metrics(seen, theta, mass, line, own, arm):
@@ -97,7 +94,7 @@ def test_standard_errors_are_those_of_the_slow_delta_method(name, share):
     found, slow = contribution_of(seen, robot, arm), slow_parts(counted(seen), robot, arm)
     variances = slow.sum(axis=0)
     for variance, metric in zip(variances, ("ratio", "projection", "share"), strict=True):
-        assert getattr(found, f"{metric}_sd") == pytest.approx(np.sqrt(variance), rel=1e-5)
+        assert getattr(found, metric).sd == pytest.approx(np.sqrt(variance), rel=1e-5)
     parts = [getattr(found.share_variance, part) for part in PARTS]
     assert parts == pytest.approx(slow[:, 2] / variances[2], abs=1e-5)
     assert sum(parts) == pytest.approx(1)
@@ -129,9 +126,9 @@ def test_the_running_view_is_the_projection_of_every_window():
     for i in (40, 68, 69, 70, 139, 140, 141, 300, len(m.q) - 30):
         window = slice(max(i - 69, 0), i + 1)
         whole = contribution_of(samples(seen, window), robot, arm)
-        assert running.percent[i] == pytest.approx(whole.projection_percent, rel=1e-9)
-        assert running.sd[i] == pytest.approx(whole.projection_sd, rel=1e-9)
-        assert running.valid[i] == whole.projection_valid
+        assert running.percent[i] == pytest.approx(whole.projection.percent, rel=1e-9)
+        assert running.sd[i] == pytest.approx(whole.projection.sd, rel=1e-9)
+        assert running.valid[i] == whole.projection.valid
     # nothing has moved yet
     assert np.isnan(running.percent[1])
     assert not running.valid[1]
@@ -151,8 +148,8 @@ def test_masses_do_not_matter_to_who_carries_the_arm_alone():
     rigid = counted(helping(motion("elevation"), arm, 0.0)).rigid_arm
     for share in (0.0, 0.5, 1.0):
         found = contribution_of(helping(motion("elevation"), arm, share), robot, arm)
-        sds.append(found.ratio_sd)
-        assert found.ratio_sd == pytest.approx(
+        sds.append(found.ratio.sd)
+        assert found.ratio.sd == pytest.approx(
             3 * (1 - share) * rigid.mean() / found.mean_arm_Nm, abs=1e-9
         )
     assert sds[0] > sds[1] > sds[2] == pytest.approx(0, abs=1e-9)
@@ -161,8 +158,8 @@ def test_masses_do_not_matter_to_who_carries_the_arm_alone():
 def test_what_is_known_exactly_has_no_error():
     arm = known_exactly(bench_arm())
     found = contribution_of(helping(motion("elevation"), arm, 0.5), exact_robot(), arm)
-    assert found.ratio_sd == found.projection_sd == 0
-    assert found.ratio_ci95 == pytest.approx([50, 50])
+    assert found.ratio.sd == found.projection.sd == 0
+    assert found.ratio.ci95 == pytest.approx([50, 50])
     assert sum(getattr(found.share_variance, part) for part in PARTS) == 0
 
 
@@ -175,8 +172,8 @@ def test_an_interval_takes_its_degrees_of_freedom_from_what_dominates(change, fa
     elastic = replace(arm.elastic_of("elevation"), between=0.01 * np.eye(2), **change)
     arm = replace(arm, elastic=(elastic,))
     found = contribution_of(helping(motion("elevation"), arm, 0.0), exact_robot(), arm)
-    half = np.diff(found.projection_ci95)[0] / 2
-    assert half == pytest.approx(factor * found.projection_sd, rel=1e-5)
+    half = np.diff(found.projection.ci95)[0] / 2
+    assert half == pytest.approx(factor * found.projection.sd, rel=1e-5)
 
 
 def test_degrees_of_freedom_of_a_mixture_lie_between():
@@ -184,12 +181,12 @@ def test_degrees_of_freedom_of_a_mixture_lie_between():
     elastic = replace(arm.elastic_of("elevation"), between=1e-2 * np.eye(2), dof=2.0)
     arm = replace(arm, elastic=(elastic,))
     found = contribution_of(helping(motion("elevation"), arm, 0.0), exact_robot(), arm)
-    factor = np.diff(found.projection_ci95)[0] / 2 / found.projection_sd
+    factor = np.diff(found.projection.ci95)[0] / 2 / found.projection.sd
     assert 1.96 < factor < 4.30
     loads = bench_robot().identified
     robot = bench_robot(loads=Loads(loads.theta, 1e-12 * np.eye(P), loads.rise_rad_s, dof=3.0))
     same = contribution_of(helping(motion("elevation"), arm, 0.0), robot, arm)
-    assert np.diff(same.projection_ci95)[0] / 2 / same.projection_sd == pytest.approx(factor)
+    assert np.diff(same.projection.ci95)[0] / 2 / same.projection.sd == pytest.approx(factor)
 
 
 def test_more_noise_is_less_certain():
@@ -197,7 +194,7 @@ def test_more_noise_is_less_certain():
     for density in (0.0, 1e-3, 1e-2):
         arm = bench_arm(elastic=(bench_elastic("elevation", noise_density=density),))
         found = contribution_of(helping(motion("elevation"), arm, 0.3), bench_robot(), arm)
-        sds.append((found.ratio_sd, found.projection_sd))
+        sds.append((found.ratio.sd, found.projection.sd))
     assert (np.diff(sds, axis=0) > 0).all()
 
 
@@ -223,7 +220,7 @@ def test_intervals_hold_the_truth_as_often_as_they_say(name, share):
         u, h, r = (x[np.abs(m.qd) >= 0.05] for x in (user, needs, m.inertia))
         beside = np.linalg.lstsq(np.stack([h, r], axis=1), u, rcond=None)[0][0]
         truth = 100 * u.sum() / h.sum(), 100 * (u @ h) / (h @ h), 100 * beside
-        for j, ci in enumerate((found.ratio_ci95, found.projection_ci95, found.share_ci95)):
+        for j, ci in enumerate((found.ratio.ci95, found.projection.ci95, found.share.ci95)):
             inside[i, j] = ci[0] <= truth[j] <= ci[1]
     coverage, error = inside.mean(axis=0), np.sqrt(0.95 * 0.05 / draws)
     assert coverage[1:] == pytest.approx(0.95, abs=3 * error)

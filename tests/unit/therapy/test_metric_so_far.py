@@ -16,7 +16,8 @@ from metric_bench import (
     true_arm,
 )
 
-from armimpedance.therapy.share.metric import STEADY_S, contribution_of, contribution_so_far
+from armimpedance.therapy.share.of_movement import contribution_of
+from armimpedance.therapy.share.over_time import STEADY_S, contribution_so_far
 
 METRICS = ("share", "projection")
 
@@ -27,9 +28,9 @@ def test_the_last_sample_is_the_whole_movement(name, metric):
     arm, robot, m = bench_arm(), bench_robot(), motion(name)
     seen = torques(m, arm, 2 * np.sin(np.linspace(0, 5, len(m.q))))
     whole, so_far = contribution_of(seen, robot, arm), contribution_so_far(seen, robot, arm, metric)
-    assert so_far.percent[-1] == pytest.approx(getattr(whole, f"{metric}_percent"))
-    assert so_far.sd[-1] == pytest.approx(getattr(whole, f"{metric}_sd"))
-    assert so_far.valid[-1] == getattr(whole, f"{metric}_valid")
+    assert so_far.percent[-1] == pytest.approx(getattr(whole, metric).percent)
+    assert so_far.sd[-1] == pytest.approx(getattr(whole, metric).sd)
+    assert so_far.valid[-1] == getattr(whole, metric).valid
 
 
 @pytest.mark.parametrize("name", MOVEMENTS)

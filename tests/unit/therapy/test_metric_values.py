@@ -24,11 +24,8 @@ from metric_bench import (
 
 from armimpedance.errors import InputError
 from armimpedance.plain import from_plain, to_plain
-from armimpedance.therapy.share.metric import (
-    contribution_of,
-    running_contribution,
-    sample_contribution,
-)
+from armimpedance.therapy.share.of_movement import contribution_of
+from armimpedance.therapy.share.over_time import running_contribution, sample_contribution
 
 SHARES = (-0.8, 0.0, 0.5, 1.0, 1.3)
 
@@ -40,11 +37,11 @@ def test_a_constant_share_is_what_every_form_gives(name, share):
     seen = helping(motion(name), arm, share)
     whole = contribution_of(seen, robot, arm)
     # horizontal: tau_h sums up to nothing, and what (4) gives is rounding
-    assert whole.ratio_valid == (name != "horizontal")
-    if whole.ratio_valid:
-        assert whole.ratio_percent == pytest.approx(100 * share, abs=1e-9)
-    assert whole.projection_percent == pytest.approx(100 * share, abs=1e-9)
-    assert whole.share_percent == pytest.approx(100 * share, abs=1e-9)
+    assert whole.ratio.valid == (name != "horizontal")
+    if whole.ratio.valid:
+        assert whole.ratio.percent == pytest.approx(100 * share, abs=1e-9)
+    assert whole.projection.percent == pytest.approx(100 * share, abs=1e-9)
+    assert whole.share.percent == pytest.approx(100 * share, abs=1e-9)
     assert whole.inertia_percent == pytest.approx(0, abs=1e-9)
     each = sample_contribution(seen, robot, arm)
     assert each.percent[each.valid] == pytest.approx(100 * share, abs=1e-6)
@@ -60,17 +57,17 @@ def test_who_moves_the_robot_too_is_given_the_share_of_the_arm(name, moved):
     arm, robot, m = bench_arm(), bench_robot(), motion(name)
     own = true_arm(m, arm, no_errors(len(m.q)))
     found = contribution_of(torques(m, arm, own + moved * m.inertia), robot, arm)
-    assert found.share_percent == pytest.approx(100, abs=1e-8)
+    assert found.share.percent == pytest.approx(100, abs=1e-8)
     assert found.inertia_percent == pytest.approx(100 * moved, abs=1e-8)
     if name == "horizontal":
-        assert abs(found.projection_percent - 100) > 10
+        assert abs(found.projection.percent - 100) > 10
 
 
 def test_an_arm_without_stiffness_cannot_be_told_from_the_robots_inertia():
     line = bench_elastic("horizontal", stiffness=1e-3, offset=0.0)
     arm = bench_arm(elastic=(bench_elastic("elevation"), line))
     found = contribution_of(helping(motion("horizontal"), arm, 1.0), bench_robot(), arm)
-    assert not found.share_valid
+    assert not found.share.valid
 
 
 def any_user(m, seed=0):
@@ -85,8 +82,8 @@ def test_the_sums_are_those_of_the_source():
     moving = counted(seen)
     user, needs = moving.robot + moving.arm - moving.motor, moving.arm
     found = contribution_of(seen, bench_robot(), arm)
-    assert found.ratio_percent == pytest.approx(100 * sum(user) / sum(needs))
-    assert found.projection_percent == pytest.approx(100 * (user @ needs) / (needs @ needs))
+    assert found.ratio.percent == pytest.approx(100 * sum(user) / sum(needs))
+    assert found.projection.percent == pytest.approx(100 * (user @ needs) / (needs @ needs))
     assert found.sum_ratio == pytest.approx(abs(sum(needs)) / sum(abs(needs)))
     assert found.mean_support_Nm == pytest.approx(np.mean(moving.motor - moving.robot))
     user, needs = seen.robot + seen.arm - seen.motor, seen.arm
@@ -106,9 +103,9 @@ def test_the_order_of_samples_does_not_matter_and_what_the_robot_needs_neither()
     heavier = replace(seen, motor=seen.motor + extra, robot=seen.robot + extra)
     for other in (mixed, heavier):
         again = contribution_of(other, bench_robot(), arm)
-        assert again.ratio_percent == pytest.approx(found.ratio_percent)
-        assert again.projection_percent == pytest.approx(found.projection_percent)
-        assert again.projection_sd == pytest.approx(found.projection_sd)
+        assert again.ratio.percent == pytest.approx(found.ratio.percent)
+        assert again.projection.percent == pytest.approx(found.projection.percent)
+        assert again.projection.sd == pytest.approx(found.projection.sd)
 
 
 @pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
@@ -116,12 +113,12 @@ def test_at_a_rest_angle_in_the_middle_the_sum_is_flagged_and_the_projection_hol
     arm = bench_arm()
     found = contribution_of(helping(motion("horizontal"), arm, share), bench_robot(), arm)
     assert found.sum_ratio < 0.2
-    assert not found.ratio_valid
+    assert not found.ratio.valid
     assert any("singular" in note for note in found.notes)
-    assert found.projection_valid
-    assert found.projection_sd < 6
-    low, high = found.projection_ci95
-    assert low < found.projection_percent < high
+    assert found.projection.valid
+    assert found.projection.sd < 6
+    low, high = found.projection.ci95
+    assert low < found.projection.percent < high
 
 
 def test_a_denominator_that_is_not_known_is_flagged_though_it_is_one_sided():
@@ -130,8 +127,8 @@ def test_a_denominator_that_is_not_known_is_flagged_though_it_is_one_sided():
     m = motion("horizontal", arm=arm)
     found = contribution_of(helping(m, arm, 0.5), bench_robot(), arm)
     assert found.sum_ratio == pytest.approx(1)
-    assert not found.ratio_valid
-    assert not found.projection_valid
+    assert not found.ratio.valid
+    assert not found.projection.valid
     assert any("no denominator" in note for note in found.notes)
 
 
@@ -142,14 +139,14 @@ def test_a_sum_whose_error_is_tens_of_points_is_flagged_though_it_has_a_denomina
         seen[offset] = contribution_of(helping(m, arm, 0.0), bench_robot(), arm)
     wide, narrow = seen[0.4], seen[4.0]
     # so much more torque, the same errors of it
-    assert narrow.ratio_sd < wide.ratio_sd
-    assert narrow.ratio_valid
+    assert narrow.ratio.sd < wide.ratio.sd
+    assert narrow.ratio.valid
     spread = bench_elastic(offset=0.4, between=np.diag([0.05, 0.05]))
     arm = bench_arm(elastic=(spread,))
     found = contribution_of(helping(m, arm, 0.0), bench_robot(), arm)
     assert found.sum_ratio > 0.9
-    assert found.ratio_sd > 10
-    assert not found.ratio_valid
+    assert found.ratio.sd > 10
+    assert not found.ratio.valid
     assert any("an error of" in note and "points" in note for note in found.notes)
 
 
@@ -191,7 +188,7 @@ def test_who_pushes_down_while_the_arm_is_lowered_contributes_less_than_nothing(
     needs = true_arm(m, arm, no_errors(len(m.q)))
     pushing = contribution_of(torques(m, arm, np.full(len(m.q), -3.0)), bench_robot(), arm)
     assert needs.mean() > 0
-    assert pushing.ratio_percent < 0
+    assert pushing.ratio.percent < 0
 
 
 def test_a_stand_still_does_not_count_whatever_the_gears_bear_in_it():
@@ -201,8 +198,8 @@ def test_a_stand_still_does_not_count_whatever_the_gears_bear_in_it():
     assert found.still_share == pytest.approx(still.mean())
     stuck = replace(seen, motor=seen.motor + 8.0 * still)
     again = contribution_of(stuck, bench_robot(), arm)
-    assert again.ratio_percent == pytest.approx(found.ratio_percent)
-    assert again.projection_sd == pytest.approx(found.projection_sd)
+    assert again.ratio.percent == pytest.approx(found.ratio.percent)
+    assert again.projection.sd == pytest.approx(found.projection.sd)
     assert again.ratio_all_percent < found.ratio_all_percent - 5
     assert not sample_contribution(stuck, bench_robot(), arm).valid[still].any()
 
@@ -268,7 +265,7 @@ def test_an_axis_that_does_not_repeat_is_refused_unless_one_insists():
     with pytest.raises(InputError, match="too different"):
         contribution_of(seen, bench_robot(), arm)
     found = contribution_of(seen, bench_robot(), arm, unrepeatable=True)
-    assert found.projection_percent == pytest.approx(50)
+    assert found.projection.percent == pytest.approx(50)
 
 
 def test_a_zero_of_the_arm_is_no_number_and_no_warning():
@@ -303,8 +300,8 @@ def test_the_reference_method_agrees_where_the_reference_is_the_arm(share):
     arm = bench_arm(references=(reference("elevation", needs + np.array([-0.1, 0.0, 0.1])),))
     found = contribution_of(helping(motion("elevation"), arm, share), bench_robot(), arm)
     assert found.reference_valid
-    assert found.reference_percent == pytest.approx(found.ratio_percent)
-    assert found.mean_reference_Nm == pytest.approx(needs)
+    assert found.reference.percent == pytest.approx(found.ratio.percent)
+    assert found.reference.mean_reference_Nm == pytest.approx(needs)
 
 
 def test_the_reference_errs_by_the_scatter_of_its_repetitions():
@@ -314,9 +311,9 @@ def test_the_reference_errs_by_the_scatter_of_its_repetitions():
         elastic = replace(bench_elastic("elevation"), noise_density=0.0)
         arm = bench_arm(elastic=(elastic,), references=(reference("elevation", support),))
         found = contribution_of(helping(motion("elevation"), arm, 0.25), exact_robot(), arm)
-        sds.append(found.reference_sd)
+        sds.append(found.reference.sd)
         # mean support .75 of the reference, which stands for this one repetition
-        assert found.reference_sd == pytest.approx(75 * scatter * np.sqrt(4 / 3) / needs)
+        assert found.reference.sd == pytest.approx(75 * scatter * np.sqrt(4 / 3) / needs)
     assert sds[1] == pytest.approx(2 * sds[0])
 
 
@@ -327,7 +324,7 @@ def test_the_robots_errors_leave_the_reference_method_as_far_as_one_is_passive()
     sds = []
     for share in (0.0, 0.5, 1.0):
         found = contribution_of(helping(motion("elevation"), arm, share), bench_robot(), arm)
-        sds.append(found.reference_sd)
+        sds.append(found.reference.sd)
     mean = counted(helping(motion("elevation"), arm, 0.0)).robot_gradient.mean(axis=0)
     variance = mean @ bench_robot().identified.covariance @ mean
     assert sds == pytest.approx(np.array([0, 0.5, 1]) * 100 * np.sqrt(variance) / needs, abs=1e-6)
@@ -339,7 +336,7 @@ def test_references_that_cannot_serve_are_flagged():
         return contribution_of(helping(motion(name), arm, 0.5), bench_robot(), arm)
 
     none = found("elevation")
-    assert none.reference_percent is None
+    assert none.reference is None
     assert not none.reference_valid
     small = mean_needs("horizontal")
     for name, reference_, words in (

@@ -41,9 +41,9 @@ def test_measured_lengths_go_before_the_height_and_options_before_both():
 @pytest.mark.parametrize(
     ("subject", "words"),
     [
-        (Subject("A", None, 1.7), "no body mass"),
-        (Subject("A", 65.0), "upper_arm_m is not known"),
-        (Subject("A", 65.0, upper_arm_m=0.3), "forearm_hand_m is not known"),
+        (Subject("A", None, 1.7), "the body mass is not known"),
+        (Subject("A", 65.0), "the upper arm's length is not known"),
+        (Subject("A", 65.0, upper_arm_m=0.3), "the forearm's length is not known"),
         (Subject("A", 65.0, upper_arm_m=30.0, forearm_hand_m=0.34), "upper_arm_m is 30"),
         (Subject("A", -65.0, 1.7), "body mass"),
     ],

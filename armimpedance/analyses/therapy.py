@@ -1,0 +1,374 @@
+"""The patient's contribution in robot-assisted therapy, in three steps (Guidali 2013).
+
+The empty robot is calibrated once, a person's relaxed arm in it once a session; with both, every
+movement says how much of it is the person's own.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from armimpedance.analyses.contributions import Contributions, stepper
+from armimpedance.analyses.sources import PathLike, naming, of_condition, read_recording
+from armimpedance.errors import InputError
+from armimpedance.files import read_arm, read_robot
+from armimpedance.records import Recording, Subject
+from armimpedance.therapy import (
+    ArmCalibration,
+    MockupCheck,
+    PassiveArm,
+    RobotCalibration,
+    TherapyRobot,
+    check_mockup as check_pipes,
+    check_recording,
+    contribution_of,
+    identify_arm,
+    identify_robot,
+    movement_torques,
+    pipes,
+    segments_of,
+    validate_robot,
+)
+
+Progress = Callable[[int, int], None]
+Robot = TherapyRobot | RobotCalibration | PathLike
+Arm = PassiveArm | ArmCalibration | PathLike
+Pipe = tuple[float, float, float]
+
+#: Lengths of the upper arm that differ by less than this are the same, m.
+_SAME_LENGTH_M: Final = 1e-3
+
+
+def calibrate_robot(
+    recording: Recording | PathLike,
+    drawings: TherapyRobot | PathLike,
+    *,
+    validate: Recording | PathLike | None = None,
+    progress: Progress | None = None,
+) -> RobotCalibration:
+    """Identify friction, cables and counterbalance spring of the empty robot.
+
+    Parameters
+    ----------
+    recording : Recording or path
+        Trials of the conditions "sweep" and "hold", of kind "joint" with the motors' torques.
+    drawings : TherapyRobot or path
+        What is known of the robot before: its links, rotors and limits.
+    validate : Recording or path, optional
+        Other movements of the empty robot, whose torques are then predicted.
+    progress : function (done, all), optional
+        Called after each trial.
+
+    Returns
+    -------
+    RobotCalibration
+        The robot with its loads; `files.write_robot` writes it.
+
+    Raises
+    ------
+    InputError
+        Not a recording of this robot, somebody in it, an axis without sweeps, sweeps or holds in
+        one direction only, or too few speeds above the static range.
+    NotIdentifiableError
+        The sweeps of an axis do not tell its terms apart.
+
+    Examples
+    --------
+    >>> from armimpedance.analyses import calibrate_robot
+    >>> calibrate_robot("calibration", "nowhere.json")
+    Traceback (most recent call last):
+    armimpedance.errors.InputError: nowhere.json: cannot be read: No such file or directory
+    """
+    robot = _robot(drawings)
+    sweeps = read_recording(recording)
+    other = None if validate is None else read_recording(validate)
+    step = stepper(progress, sweeps.n_trials + (0 if other is None else other.n_trials))
+    with naming(recording):
+        calibration = identify_robot(sweeps, robot, step=step)
+    if other is None:
+        return calibration
+    with naming(validate):
+        told = validate_robot(other, calibration.robot, step=step)
+    return replace(calibration, validation=told)
+
+
+def calibrate_arm(
+    recording: Recording | PathLike,
+    robot: Robot,
+    *,
+    mass_kg: float | None = None,
+    upper_arm_m: float | None = None,
+    forearm_m: float | None = None,
+    hand_m: float | None = None,
+    point_masses: bool = False,
+    mass_sd: float = PassiveArm.mass_sd,
+    condition: str = "passive",
+    progress: Progress | None = None,
+) -> ArmCalibration:
+    """Find what a person's relaxed arm needs in the robot: weight, inertia, stiffness.
+
+    Parameters
+    ----------
+    recording : Recording or path
+        Three or more passive repetitions of every movement; other conditions are not looked at.
+    robot : TherapyRobot, RobotCalibration or path
+        Identified.
+    mass_kg : float, optional
+        Mass of the whole body, kg; by default that of the recording's subject.
+    upper_arm_m, forearm_m, hand_m : float, optional
+        Shoulder to elbow, elbow to wrist, wrist to finger tip, m; by default from the subject.
+    point_masses : bool
+        As in the source: segments have no inertia of their own.
+    mass_sd : float
+        Standard deviation of a person's masses about the table, as a fraction.
+    condition : str
+        Condition of the passive trials.
+    progress : function (done, all), optional
+        Called after each trial.
+
+    Returns
+    -------
+    ArmCalibration
+        The arm and how far to trust it; `files.write_arm` writes it.
+
+    Raises
+    ------
+    InputError
+        No passive trials, fewer than three repetitions of a movement, a mass or length that is not
+        known, a robot whose loads are not known, or another robot's recording.
+
+    Examples
+    --------
+    >>> from armimpedance.analyses import calibrate_arm
+    >>> calibrate_arm("session", "nowhere.json")
+    Traceback (most recent call last):
+    armimpedance.errors.InputError: nowhere.json: cannot be read: No such file or directory
+    """
+    identified = _identified(robot)
+    session = read_recording(recording)
+    with naming(recording):
+        segments = segments_of(
+            session.subject,
+            mass_kg=mass_kg,
+            upper_arm_m=upper_arm_m,
+            forearm_m=forearm_m,
+            hand_m=hand_m,
+            point_masses=point_masses,
+        )
+        return identify_arm(
+            session,
+            identified,
+            segments,
+            upper_arm_m=upper_arm_m,
+            mass_sd=mass_sd,
+            condition=condition,
+            step=stepper(progress, _trials_of(session, condition)),
+        )
+
+
+def check_mockup(
+    recording: Recording | PathLike,
+    robot: Robot,
+    *,
+    upper_pipe: Pipe,
+    lower_pipe: Pipe,
+    upper_arm_m: float | None = None,
+    condition: str | None = None,
+    progress: Progress | None = None,
+) -> MockupCheck:
+    """Compare what the robot measures of a mock-up of two weighed pipes with what they weigh.
+
+    Parameters
+    ----------
+    recording : Recording or path
+        Movements of the mock-up about elevation, up and down, and about the vertical axis.
+    robot : TherapyRobot, RobotCalibration or path
+        Identified.
+    upper_pipe, lower_pipe : (mass_kg, length_m, diameter_m)
+        On the robot's upper arm, and on its forearm.
+    upper_arm_m : float, optional
+        Length that the robot was adjusted to, m; by default that of the recording's subject.
+    condition : str, optional
+        Only trials of this condition.
+    progress : function (done, all), optional
+        Called after each trial.
+
+    Returns
+    -------
+    MockupCheck
+
+    Raises
+    ------
+    InputError
+        Fewer than two movements about either axis, elevation one way only, no length, or another
+        robot's recording.
+
+    Examples
+    --------
+    >>> from armimpedance.analyses import check_mockup
+    >>> upper, lower = (1.8, 0.32, 0.1), (1.7, 0.3, 0.09)
+    >>> check_mockup("pipes", "nowhere.json", upper_pipe=upper, lower_pipe=lower)
+    Traceback (most recent call last):
+    armimpedance.errors.InputError: nowhere.json: cannot be read: No such file or directory
+    """
+    identified = _identified(robot)
+    session = read_recording(recording)
+    with naming(recording):
+        chosen = of_condition(session, condition)
+        step = stepper(progress, chosen.n_trials)
+        tubes = pipes(upper_pipe, lower_pipe)
+        return check_pipes(chosen, identified, tubes, upper_arm_m=upper_arm_m, step=step)
+
+
+def contribution(
+    recording: Recording | PathLike,
+    *,
+    robot: Robot,
+    arm: Arm,
+    condition: str | None = None,
+    unrepeatable: bool = False,
+    progress: Progress | None = None,
+) -> Contributions:
+    """Tell how much of each movement is the patient's own.
+
+    0 % is a passive arm, 100 % an arm that needs no support; below 0 it resists.
+
+    Parameters
+    ----------
+    recording : Recording or path
+        Of a person in the robot.
+    robot : TherapyRobot, RobotCalibration or path
+        Identified.
+    arm : PassiveArm, ArmCalibration or path
+        The same person's, measured in the same robot.
+    condition : str, optional
+        Only trials of this condition.
+    unrepeatable : bool
+        Go on where the passive repetitions of an axis did not agree; otherwise its movements are
+        left out.
+    progress : function (done, all), optional
+        Called after each trial.
+
+    Returns
+    -------
+    Contributions
+        One `Contribution` a movement.
+
+    Raises
+    ------
+    InputError
+        A robot or an axis of the arm that was not calibrated, another person's arm, another
+        robot's recording, or no axis with a passive model.
+
+    Examples
+    --------
+    >>> from armimpedance.analyses import contribution
+    >>> contribution("session", robot="nowhere.json", arm="arm.json")
+    Traceback (most recent call last):
+    armimpedance.errors.InputError: nowhere.json: cannot be read: No such file or directory
+    """
+    identified, passive = _identified(robot), _arm(arm)
+    with naming(arm):
+        _refuse_other_robot(passive, identified, robot)
+        identified.adjusted_to(passive.upper_arm_m)
+    session = read_recording(recording)
+    with naming(recording):
+        session = of_condition(session, condition)
+    with naming(arm):
+        notes = _same_person(passive, session.subject)
+    with naming(recording):
+        check_recording(session, identified)
+        step = stepper(progress, session.n_trials)
+        every = movement_torques(session, identified, passive, step=step)
+    with naming(arm):
+        left_out = _without_model((m.axis_name for m in every), passive, unrepeatable)
+    kept = np.array([m.axis_name not in left_out for m in every])
+    movements = tuple(m for m in every if m.axis_name not in left_out)
+    with naming(recording):
+        results = [contribution_of(m, identified, passive, unrepeatable=True) for m in movements]
+    return Contributions(
+        tuple(results), movements, session.select(kept), identified, passive, left_out, notes
+    )
+
+
+def _robot(robot: Robot) -> TherapyRobot:
+    if isinstance(robot, RobotCalibration):
+        return robot.robot
+    return robot if isinstance(robot, TherapyRobot) else read_robot(robot)
+
+
+def _identified(robot: Robot) -> TherapyRobot:
+    """A robot whose loads are known; errors name the file at fault."""
+    known = _robot(robot)
+    with naming(robot):
+        known.identified  # noqa: B018 - refuses a robot that was not identified
+    return known
+
+
+def _arm(arm: Arm) -> PassiveArm:
+    if isinstance(arm, ArmCalibration):
+        return arm.arm
+    return arm if isinstance(arm, PassiveArm) else read_arm(arm)
+
+
+def _refuse_other_robot(arm: PassiveArm, identified: TherapyRobot, robot: Robot) -> None:
+    if arm.robot == identified.name:
+        return
+    of_file = f", the robot of {robot}" if isinstance(robot, str | os.PathLike) else ""
+    raise InputError(
+        f"the arm of subject {arm.subject} was measured in the robot {arm.robot!r}",
+        expected=f"one measured in {identified.name!r}{of_file}",
+    )
+
+
+def _trials_of(recording: Recording, condition: str) -> int:
+    return int((recording.trials["condition"].astype(str) == condition).sum())
+
+
+def _same_person(arm: PassiveArm, subject: Subject) -> tuple[str, ...]:
+    """A note where the robot was adjusted differently; another person's arm is refused.
+
+    Raises
+    ------
+    InputError
+        The arm and the recording are of different subjects.
+    """
+    if Subject.id not in (arm.subject, subject.id) and arm.subject != subject.id:
+        raise InputError(
+            f"the passive arm of subject {arm.subject}",
+            expected=f"that of subject {subject.id}, whose recording this is",
+        )
+    length = subject.upper_arm_m
+    if length is None or abs(length - arm.upper_arm_m) < _SAME_LENGTH_M:
+        return ()
+    return (
+        f"the robot was adjusted to {arm.upper_arm_m:.3f} m when the arm was measured, and "
+        f"that was used; the recording says {length:.3f} m",
+    )
+
+
+def _without_model(axes: Iterable[str], arm: PassiveArm, unrepeatable: bool) -> dict[str, str]:
+    """The moving axes that have no passive model, each with a sentence that says why.
+
+    Raises
+    ------
+    InputError
+        An axis without passive calibration, or no axis with a model.
+    """
+    moving = [arm.elastic_of(axis) for axis in dict.fromkeys(axes)]
+    refused = {
+        e.axis: f"subject {arm.subject}: axis {e.axis} has no passive model, {e.verdict}"
+        for e in moving
+        if not (e.repeatable or unrepeatable)
+    }
+    if len(refused) == len(moving):
+        raise InputError(
+            next(iter(refused.values())),
+            expected="passive repetitions that agree, or --unrepeatable to go on with these",
+        )
+    return {axis: f"{problem}; --unrepeatable goes on" for axis, problem in refused.items()}
