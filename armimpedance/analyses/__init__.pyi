@@ -30,6 +30,7 @@ from .one_joint import (
     elbow_over_time as elbow_over_time,
     emg_law as emg_law,
 )
+from .plan import plan as plan
 from .sources import (
     naming as naming,
     of_condition as of_condition,

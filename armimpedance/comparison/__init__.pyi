@@ -3,7 +3,7 @@ from .differences import Change as Change, changes as changes
 from .discrimination import (
     Discrimination as Discrimination,
     Group as Group,
-    discriminate as discriminate,
+    discriminate_groups as discriminate_groups,
 )
 from .distance import upper_elements as upper_elements
 from .groups import (

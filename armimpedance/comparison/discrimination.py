@@ -9,25 +9,33 @@ that was made without them (leave-one-out).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from html import escape
 from math import sqrt
-from typing import Final
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import numpy as np
-from scipy.optimize import brentq
-from scipy.special import gammaln, nctdtrinc
-from scipy.stats import mannwhitneyu, norm
+from scipy.stats import mannwhitneyu
 
-from armimpedance.arrays import FloatArray, frozen_array
+from armimpedance.arrays import FloatArray, FrozenRecord
+from armimpedance.comparison.two_samples import (
+    Interval,
+    hedges_g,
+    leave_one_out,
+    newcombe_auc,
+    welch,
+    wilson,
+)
 from armimpedance.errors import InputError
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 #: Fewer people in a group say nothing about the spread between them.
 FEWEST: Final = 3
-_LEVEL: Final = 0.95
-Interval = tuple[float, float]
 
 
-@dataclass(frozen=True)
-class Group:
+@dataclass(frozen=True, eq=False)
+class Group(FrozenRecord):
     """One value a person, with its standard error where there is one.
 
     Attributes
@@ -36,33 +44,33 @@ class Group:
     people : tuple of str
     values : (P,)
     sd : (P,) or None
-        Of each value as measured; for drawing, and to say how much of the spread it makes.
+        Standard error of each value as measured; for drawing, and to say how much of the spread it
+        makes.
+    unit : str
     """
 
     name: str
-    people: tuple[str, ...]
-    values: FloatArray
-    sd: FloatArray | None = None
+    people: Annotated[tuple[str, ...], "P"]
+    values: Annotated[FloatArray, "P"]
+    sd: Annotated[FloatArray, "P"] | None = None
+    unit: str = ""
 
     def __post_init__(self) -> None:
-        put = object.__setattr__
-        put(self, "people", tuple(self.people))
-        shape = (len(self.people),)
-        put(self, "values", frozen_array(self.values, f"values of {self.name}", shape))
-        if self.sd is not None:
-            put(self, "sd", frozen_array(self.sd, f"standard errors of {self.name}", shape))
+        super().__post_init__()
         if len(self.people) < FEWEST:
             raise InputError(
                 f"group {self.name} has {len(self.people)} people", expected=f"{FEWEST} or more"
             )
 
 
-@dataclass(frozen=True)
-class Discrimination:
+@dataclass(frozen=True, repr=False, eq=False)
+class Discrimination(FrozenRecord):
     """How well one number tells two groups apart.
 
     Attributes
     ----------
+    quantity : str
+        What the values are, with their unit.
     first, second : Group
     difference, difference_ci95 : float, (2,)
         Mean of the second less that of the first; Welch's interval.
@@ -85,6 +93,7 @@ class Discrimination:
     warnings : tuple of str
     """
 
+    quantity: str
     first: Group
     second: Group
     difference: float
@@ -107,17 +116,78 @@ class Discrimination:
         """Share of people that leave-one-out puts right."""
         return self.correct / self.people
 
+    def to_frame(self) -> pd.DataFrame:
+        """One row a measure: value and 95 % limits."""
+        import pandas as pd
 
-def discriminate(first: Group, second: Group) -> Discrimination:
+        rows = {
+            "difference of means": (self.difference, *self.difference_ci95),
+            "effect size": (self.effect, *self.effect_ci95),
+            "area under the ROC curve": (self.auc, *self.auc_ci95),
+            "accuracy": (self.accuracy, *self.accuracy_ci95),
+        }
+        frame = pd.DataFrame.from_dict(rows, "index", columns=["value", "ci_low", "ci_high"])
+        return frame.rename_axis("measure")
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values, as the command writes them."""
+        return {
+            "quantity": self.quantity,
+            "groups": [_group_object(group) for group in (self.first, self.second)],
+            "difference": self.difference,
+            "difference_ci95": self.difference_ci95,
+            "effect_size": self.effect,
+            "effect_size_ci95": self.effect_ci95,
+            "mann_whitney_u": self.mann_whitney_u,
+            "p": self.p,
+            "auc": self.auc,
+            "auc_ci95": self.auc_ci95,
+            "threshold": self.threshold,
+            "leave_one_out_correct": self.correct,
+            "people": self.people,
+            "accuracy_ci95": self.accuracy_ci95,
+            "measurement_share": self.measurement_share,
+            "warnings": list(self.warnings),
+        }
+
+    def __repr__(self) -> str:
+        who = (f"{group.name} ({len(group.people)})" for group in (self.first, self.second))
+        lines = [
+            f"{name}: {value:.3g} (95 %: {low:.3g} to {high:.3g})"
+            for name, value, low, high in self.to_frame().itertuples()
+        ]
+        right = f"leave-one-out: {self.correct} of {self.people} in the right group"
+        head = f"{self.quantity or 'values'} of {' and '.join(who)}"
+        return "\n".join([head, *lines, right, *self.warnings])
+
+    def _repr_html_(self) -> str:
+        head, *lines = repr(self).splitlines()
+        return f"<p>{escape(head)}</p><ul>{''.join(f'<li>{escape(s)}</li>' for s in lines)}</ul>"
+
+
+def discriminate_groups(first: Group, second: Group, parameter: str = "") -> Discrimination:
     """Tell two groups apart by their values.
+
+    Parameters
+    ----------
+    first, second : Group
+    parameter : str
+        What the values are called.
+
+    Returns
+    -------
+    Discrimination
 
     Raises
     ------
     InputError
-        Groups of one name, or of people who are all alike.
+        Groups of one name or of different units, or of people who are all alike.
     """
     if first.name == second.name:
         raise InputError(f"two groups of the name {first.name}", expected="a name each")
+    if first.unit != second.unit:
+        both = f"{parameter} in {first.unit} and in {second.unit}"
+        raise InputError(both, expected="one unit")
     x, y = first.values, second.values
     if np.ptp(x) == 0 and np.ptp(y) == 0:
         raise InputError("all values within a group are equal", expected="a spread between people")
@@ -129,6 +199,7 @@ def discriminate(first: Group, second: Group) -> Discrimination:
     people = len(x) + len(y)
     share = _measurement_share(first, second)
     return Discrimination(
+        quantity=f"{parameter} ({first.unit})" if first.unit else parameter,
         first=first,
         second=second,
         difference=difference,
@@ -148,74 +219,13 @@ def discriminate(first: Group, second: Group) -> Discrimination:
     )
 
 
-def welch(x: FloatArray, y: FloatArray) -> tuple[float, Interval]:
-    """Difference of means ``y - x`` and its 95 % interval for unequal variances."""
-    from armimpedance.regression import t_factor
-
-    vx, vy = x.var(ddof=1) / len(x), y.var(ddof=1) / len(y)
-    dof = (vx + vy) ** 2 / (vx**2 / (len(x) - 1) + vy**2 / (len(y) - 1))
-    difference, half = float(y.mean() - x.mean()), t_factor(float(dof)) * sqrt(vx + vy)
-    return difference, (difference - half, difference + half)
-
-
-def hedges_g(x: FloatArray, y: FloatArray) -> tuple[float, Interval]:
-    """Standardised difference ``J (mean y - mean x)/s`` and its 95 % interval.
-
-    ``J = Gamma(m/2)/(sqrt(m/2) Gamma((m - 1)/2))``, m degrees of freedom (Hedges 1981, J Educ Stat
-    6:107-128). The interval inverts the noncentral t distribution of
-    ``t = d sqrt(n1 n2/(n1 + n2))``.
-    """
-    m = len(x) + len(y) - 2
-    pooled = ((len(x) - 1) * x.var(ddof=1) + (len(y) - 1) * y.var(ddof=1)) / m
-    scale = sqrt(len(x) * len(y) / (len(x) + len(y)))
-    t = float(y.mean() - x.mean()) / sqrt(pooled) * scale
-    bias = float(np.exp(gammaln(m / 2) - gammaln((m - 1) / 2)) / sqrt(m / 2))
-    tail = (1 - _LEVEL) / 2
-    low, high = (float(nctdtrinc(m, p, t)) for p in (1 - tail, tail))
-    return bias * t / scale, (bias * low / scale, bias * high / scale)
-
-
-def newcombe_auc(auc: float, n_first: int, n_second: int) -> Interval:
-    """95 % limits of an area under the ROC curve: ``|auc - A| = z sqrt(V(A))`` solved for A.
-
-    ``V(A) = A (1 - A) [1 + (N - 1)((1 - A)/(2 - A) + A/(1 + A))]/(n1 n2)``, ``N = (n1 + n2)/2``
-    (Newcombe 2006, Stat Med 25:559-573, method 5).
-    """
-    z = float(norm.ppf(0.5 + _LEVEL / 2))
-    mean_size = (n_first + n_second) / 2
-
-    def excess(area: float) -> float:
-        spread = 1 + (mean_size - 1) * ((1 - area) / (2 - area) + area / (1 + area))
-        variance = area * (1 - area) * spread / (n_first * n_second)
-        return (auc - area) ** 2 - z**2 * variance
-
-    # an area of 0 or 1 solves the equation too: the other root is the limit
-    edge = 1e-9
-    low = 0.0 if auc == 0 else float(brentq(excess, 0.0, min(auc, 1 - edge)))
-    high = 1.0 if auc == 1 else float(brentq(excess, max(auc, edge), 1.0))
-    return low, high
-
-
-def leave_one_out(x: FloatArray, y: FloatArray) -> int:
-    """How many people fall on their own group's side of the midpoint of the others' means.
-
-    Somebody who falls exactly on it counts as wrong.
-    """
-    correct = 0
-    for own, other in ((x, y), (y, x)):
-        rest = (own.sum() - own) / (len(own) - 1)
-        middle = (rest + other.mean()) / 2
-        correct += int(((own - middle) * (rest - other.mean()) > 0).sum())
-    return correct
-
-
-def wilson(successes: int, trials: int) -> Interval:
-    """95 % score interval of a proportion (Wilson 1927)."""
-    z = float(norm.ppf(0.5 + _LEVEL / 2))
-    share, weight = successes / trials, 1 + z**2 / trials
-    middle = (share + z**2 / (2 * trials)) / weight
-    half = z * sqrt(share * (1 - share) / trials + z**2 / (4 * trials**2)) / weight
-    return max(middle - half, 0.0), min(middle + half, 1.0)
+def _group_object(group: Group) -> dict[str, Any]:
+    sds = [None] * len(group.people) if group.sd is None else group.sd.tolist()
+    people = zip(group.people, group.values.tolist(), sds, strict=True)
+    return {
+        "name": group.name,
+        "people": [{"id": who, "value": value, "sd": sd} for who, value, sd in people],
+    }
 
 
 def _measurement_share(first: Group, second: Group) -> float | None:
@@ -227,15 +237,15 @@ def _measurement_share(first: Group, second: Group) -> float | None:
 
 
 def _warnings(x: FloatArray, y: FloatArray, share: float | None) -> tuple[str, ...]:
-    found = []
+    told = []
     if min(len(x), len(y)) < 8:
-        found.append(
+        told.append(
             f"{len(x)} and {len(y)} people: the intervals are wide, and those of the effect size "
             "and the difference take the values as normally distributed"
         )
     if share is not None and share > 0.5:
-        found.append(
+        told.append(
             f"{100 * share:.0f} % of the spread within the groups is the measurement's own error: "
             "more or longer recordings would part the groups better"
         )
-    return tuple(found)
+    return tuple(told)

@@ -18,14 +18,22 @@ _MARKERS = ("o", "s")
 _SPREAD = 0.5
 
 
-def plot_discrimination(result: Discrimination, quantity: str, ax: Axes | None = None) -> Axes:
+def plot_discrimination(
+    result: Discrimination, ax: Axes | None = None, *, label: str | None = None
+) -> Axes:
     """Draw each person's value (95 % interval where known), the groups' means, the threshold.
 
     Parameters
     ----------
     result : Discrimination
-    quantity : str
-        What the values are, with the unit; the axis label.
+    ax : Axes, optional
+        Where to draw; without it a new figure is made.
+    label : str, optional
+        The axis label; by default the quantity.
+
+    Returns
+    -------
+    Axes
     """
     with print_style():
         ax = new_axes(ONE_COLUMN_IN, 0.85 * ONE_COLUMN_IN) if ax is None else ax
@@ -50,7 +58,7 @@ def plot_discrimination(result: Discrimination, quantity: str, ax: Axes | None =
         ax.set_xlim(-0.5, 1.5)
         names = [f"{g.name}\n(n = {len(g.people)})" for g in (result.first, result.second)]
         ax.set_xticks([0, 1], names)
-        ax.set_ylabel(quantity)
+        ax.set_ylabel(label or result.quantity)
         ax.set_title(
             f"area under ROC {result.auc:.2f} ({result.auc_ci95[0]:.2f} to "
             f"{result.auc_ci95[1]:.2f})\n{result.correct} of {result.people} in the right group, "

@@ -1,8 +1,6 @@
-"""Two groups told apart, as text for a terminal and as plain values for JSON."""
+"""Two groups told apart, as text for a terminal."""
 
 from __future__ import annotations
-
-from typing import Any
 
 import numpy as np
 
@@ -16,10 +14,19 @@ from armimpedance.report.numbers import (
 )
 
 
-def discrimination_text(result: Discrimination, quantity: str) -> str:
-    """Groups, then how far apart they are; `quantity` names the value with its unit."""
+def discrimination_text(result: Discrimination) -> str:
+    """Groups, then how far apart they are.
+
+    Parameters
+    ----------
+    result : Discrimination
+
+    Returns
+    -------
+    str
+    """
     rows = [_group_cells(group) for group in (result.first, result.second)]
-    groups = aligned_table(("group", "people", f"mean {quantity}", "sd", "range"), rows)
+    groups = aligned_table(("group", "people", f"mean {result.quantity}", "sd", "range"), rows)
     lines = [
         f"difference {with_interval(result.difference, *result.difference_ci95)} "
         f"({result.second.name} less {result.first.name}; Welch)",
@@ -35,42 +42,11 @@ def discrimination_text(result: Discrimination, quantity: str) -> str:
     return "\n".join([groups, "", *lines, *numbered_notes(result.warnings)])
 
 
-def discrimination_object(result: Discrimination, quantity: str) -> dict[str, Any]:
-    """The same as plain values."""
-    return {
-        "quantity": quantity,
-        "groups": [_group_object(group) for group in (result.first, result.second)],
-        "difference": result.difference,
-        "difference_ci95": result.difference_ci95,
-        "effect_size": result.effect,
-        "effect_size_ci95": result.effect_ci95,
-        "mann_whitney_u": result.mann_whitney_u,
-        "p": result.p,
-        "auc": result.auc,
-        "auc_ci95": result.auc_ci95,
-        "threshold": result.threshold,
-        "leave_one_out_correct": result.correct,
-        "people": result.people,
-        "accuracy_ci95": result.accuracy_ci95,
-        "measurement_share": result.measurement_share,
-        "warnings": list(result.warnings),
-    }
-
-
 def _group_cells(group: Group) -> list[str]:
     values, count = group.values, len(group.people)
     sd = float(values.std(ddof=1))
     mean = with_half_width(float(values.mean()), t_factor(count - 1) * sd / np.sqrt(count))
     return [group.name, str(count), mean, f"{sd:.3g}", f"{values.min():.4g} to {values.max():.4g}"]
-
-
-def _group_object(group: Group) -> dict[str, Any]:
-    sds = [None] * len(group.people) if group.sd is None else group.sd.tolist()
-    people = zip(group.people, group.values.tolist(), sds, strict=True)
-    return {
-        "name": group.name,
-        "people": [{"id": who, "value": value, "sd": sd} for who, value, sd in people],
-    }
 
 
 def _percent(share: float) -> str:

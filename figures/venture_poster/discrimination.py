@@ -26,7 +26,7 @@ def draw(studied: StudiedShoulders) -> Figure:
     figure = new_figure(TWO_COLUMNS_IN, 2.8)
     with print_style():
         ax = figure.add_subplot()
-    plot_discrimination(studied.result, "stiffness of shoulder flexion\nk (Nm/rad)", ax)
+    plot_discrimination(studied.result, ax, label="stiffness of shoulder flexion\nk (Nm/rad)")
     return figure
 
 

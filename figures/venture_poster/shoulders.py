@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.comparison import Discrimination, Group, discriminate
+from armimpedance.comparison import Discrimination, Group, discriminate_groups
 from armimpedance.errors import InputError
 from armimpedance.mocap import joint_motion
 from armimpedance.passive import from_motion, identify_passive
@@ -121,7 +121,7 @@ def study(experiment: str, *, subject: str, seed: int, sets: int) -> StudiedShou
     groups = [_group(population, seed, g) for g, population in enumerate((CONTROLS, PATIENTS))]
     return StudiedShoulders(
         tuple(person for group in groups for person in group),
-        discriminate(*(_values(group) for group in groups)),
+        discriminate_groups(*(_values(group) for group in groups), parameter="k"),
     )
 
 
@@ -131,6 +131,7 @@ def _values(people: list[Shoulder]) -> Group:
         tuple(p.person for p in people),
         np.array([p.k.value for p in people]),
         np.array([p.k.sd_robust for p in people]),
+        people[0].k.unit,
     )
 
 

@@ -9,16 +9,15 @@ import pytest
 from scipy.stats import norm, ttest_ind
 
 from armimpedance.__main__ import main
+from armimpedance.analyses import discriminate
 from armimpedance.comparison.discrimination import (
     Group,
-    discriminate,
-    hedges_g,
-    leave_one_out,
-    newcombe_auc,
-    wilson,
+    discriminate_groups,
 )
+from armimpedance.comparison.two_samples import hedges_g, leave_one_out, newcombe_auc, wilson
 from armimpedance.errors import InputError
 from armimpedance.plots.discrimination import plot_discrimination
+from armimpedance.regression import NamedParameter
 
 
 def group(name, values, sd=None):
@@ -28,7 +27,7 @@ def group(name, values, sd=None):
 def test_the_area_is_the_share_of_pairs_and_the_difference_welch_s():
     rng = np.random.default_rng(1)
     x, y = rng.normal(0, 1, 9), rng.normal(1.2, 2, 13)
-    result = discriminate(group("a", x), group("b", y))
+    result = discriminate_groups(group("a", x), group("b", y))
     pairs = np.mean([(b > a) + 0.5 * (b == a) for a in x for b in y])
     assert result.auc == pytest.approx(pairs, abs=1e-12)
     scipy_s = ttest_ind(y, x, equal_var=False).confidence_interval(0.95)
@@ -38,7 +37,7 @@ def test_the_area_is_the_share_of_pairs_and_the_difference_welch_s():
 def test_turning_the_groups_round_turns_every_sign():
     rng = np.random.default_rng(2)
     a, b = group("a", rng.normal(size=7)), group("b", rng.normal(1, 1, 10))
-    there, back = discriminate(a, b), discriminate(b, a)
+    there, back = discriminate_groups(a, b), discriminate_groups(b, a)
     assert back.difference == pytest.approx(-there.difference)
     assert back.effect_ci95 == pytest.approx([-v for v in there.effect_ci95[::-1]], rel=1e-6)
     assert back.auc_ci95 == pytest.approx([1 - v for v in there.auc_ci95[::-1]], abs=1e-6)
@@ -58,7 +57,7 @@ def test_leave_one_out_is_its_slow_obvious_version():
 
 
 def test_groups_fully_apart_keep_honest_limits():
-    result = discriminate(group("a", np.arange(6.0)), group("b", 10 + np.arange(6.0)))
+    result = discriminate_groups(group("a", np.arange(6.0)), group("b", 10 + np.arange(6.0)))
     assert result.auc == 1.0
     assert result.auc_ci95[1] == 1.0
     assert 0.5 < result.auc_ci95[0] < 0.9
@@ -73,7 +72,7 @@ def test_intervals_cover_the_truth(apart, sizes):
     inside = np.zeros(3)
     for _ in range(repeats):
         x, y = rng.normal(size=sizes[0]), rng.normal(apart, 1, sizes[1])
-        r = discriminate(group("a", x), group("b", y))
+        r = discriminate_groups(group("a", x), group("b", y))
         limits = (r.difference_ci95, r.effect_ci95, r.auc_ci95)
         truths = (apart, apart, area)
         inside += [low <= t <= high for (low, high), t in zip(limits, truths, strict=True)]
@@ -99,7 +98,9 @@ def test_the_share_of_measurement_error_is_named():
     rng = np.random.default_rng(6)
     true, sd = rng.normal(size=400), np.full(400, 2.0)
     noisy = true + 2.0 * rng.normal(size=400)
-    result = discriminate(group("a", noisy[:200], sd[:200]), group("b", noisy[200:], sd[200:]))
+    result = discriminate_groups(
+        group("a", noisy[:200], sd[:200]), group("b", noisy[200:], sd[200:])
+    )
     # variance 4 of 5; the sample variance of 400 has a standard error of 7 %
     assert result.measurement_share == pytest.approx(0.8, abs=4 * 0.07 * 0.8)
     assert any("measurement's own error" in w for w in result.warnings)
@@ -109,12 +110,14 @@ def test_too_few_people_and_no_spread_are_refused():
     with pytest.raises(InputError, match="has 2 people"):
         group("a", [1.0, 2.0])
     with pytest.raises(InputError, match="all values within a group are equal"):
-        discriminate(group("a", [1.0] * 3), group("b", [2.0] * 3))
+        discriminate_groups(group("a", [1.0] * 3), group("b", [2.0] * 3))
 
 
 def test_the_drawing_shows_every_person():
-    result = discriminate(group("a", np.arange(4.0), np.ones(4)), group("b", np.arange(3.0) + 2))
-    ax = plot_discrimination(result, "k (Nm/rad)")
+    result = discriminate_groups(
+        group("a", np.arange(4.0), np.ones(4)), group("b", np.arange(3.0) + 2)
+    )
+    ax = plot_discrimination(result, label="k (Nm/rad)")
     points = [len(line.get_xdata()) for line in ax.lines if line.get_marker() in ("o", "s")]
     assert points == [4, 3]
     assert ax.get_ylabel() == "k (Nm/rad)"
@@ -158,3 +161,43 @@ def test_a_wrong_call_is_one_line_and_writes_nothing(tmp_path, capsys, change, m
     assert message in error
     assert error.count("\n") == 1
     assert not out.exists()
+
+
+def test_files_fits_and_parameters_tell_the_same(tmp_path):
+    first, second = [2.0, 2.1, 2.5], [3.0, 3.3, 3.6]
+    files = {
+        name: [fit_file(tmp_path, f"{name}{i}", v) for i, v in enumerate(values)]
+        for name, values in (("a", first), ("b", second))
+    }
+    told = discriminate(files, joint=1)
+    fitted = {
+        name: [NamedParameter("k", v, 0.1, 0.2, "Nm/rad", joint=1) for v in values]
+        for name, values in (("a", first), ("b", second))
+    }
+    again = discriminate(fitted)
+    assert again.to_dict() | {"groups": 0} == told.to_dict() | {"groups": 0}
+    named = {name: dict(zip("xyz", people, strict=True)) for name, people in fitted.items()}
+    assert discriminate(named).first.people == ("x", "y", "z")
+    assert told.first.people == ("a0", "a1", "a2")
+    with pytest.raises(InputError, match="3 groups"):
+        discriminate({**files, "c": files["a"]})
+
+
+def test_a_result_shows_itself_in_a_few_lines_and_escaped():
+    x, y = np.arange(4.0), np.arange(4.0) + 3
+    result = discriminate_groups(group("<b>", x), group("b", y), "<i>k</i>")
+    assert len(repr(result).splitlines()) <= 12
+    html = result._repr_html_()
+    assert "<b>" not in html
+    assert "<i>" not in html
+    frame = result.to_frame()
+    assert list(frame.columns) == ["value", "ci_low", "ci_high"]
+    assert frame.loc["difference of means", "value"] == result.difference
+    assert (frame.ci_low <= frame.value).all()
+    assert (frame.value <= frame.ci_high).all()
+
+
+def test_groups_of_different_units_are_refused():
+    a, b = (Group(n, ("x", "y", "z"), np.arange(3.0), None, n) for n in ("Nm", "N"))
+    with pytest.raises(InputError, match="in Nm and in N"):
+        discriminate_groups(a, b, "k")

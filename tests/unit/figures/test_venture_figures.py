@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from armimpedance.body.rows import each_trial
-from armimpedance.comparison.discrimination import Group, discriminate
+from armimpedance.comparison.discrimination import Group, discriminate_groups
 from armimpedance.errors import InputError
 from armimpedance.motion import EmgSignals
 from armimpedance.passive.emg_gate import EmgLevel
@@ -365,7 +365,7 @@ def test_the_threshold_is_drawn_midway():
         Group(name, tuple("abcd"), mean + rng.standard_normal(4))
         for name, mean in (("controls", 0.0), ("patients", 3.0))
     )
-    ax = plot_discrimination(discriminate(first, second), "k (Nm/rad)")
+    ax = plot_discrimination(discriminate_groups(first, second), label="k (Nm/rad)")
     middle = (first.values.mean() + second.values.mean()) / 2
     assert any(np.allclose(line.get_ydata(), middle) for line in ax.lines)
     assert "threshold" in [t.get_text() for t in ax.texts]
