@@ -9,11 +9,11 @@ flexion is positive where its name says flexion.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Final
+from typing import Annotated, Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, frozen_array
+from armimpedance.arrays import FloatArray, FrozenRecord
 from armimpedance.errors import RecordError
 
 #: m/s^2, along -z (standard gravity).
@@ -25,23 +25,21 @@ ROOT_TURNS: Final = ("rz", "ry", "rx")
 
 
 @dataclass(frozen=True)
-class Hinge:
+class Hinge(FrozenRecord):
     """One angle of a joint, rad, about a unit axis (3,)."""
 
     name: str
-    axis: FloatArray
+    axis: Annotated[FloatArray, "3"]
 
     def __post_init__(self) -> None:
-        axis = frozen_array(self.axis, f"axis of {self.name}", (3,))
-        object.__setattr__(self, "axis", axis)
-        if abs(float(axis @ axis) - 1) > 1e-9:
-            raise RecordError(
-                f"axis of {self.name} has length {np.sqrt(axis @ axis):g}", expected="1"
-            )
+        super().__post_init__()
+        squared = float(self.axis @ self.axis)
+        if abs(squared - 1) > 1e-9:
+            raise RecordError(f"axis of {self.name} has length {np.sqrt(squared):g}", expected="1")
 
 
 @dataclass(frozen=True)
-class Segment:
+class Segment(FrozenRecord):
     """A rigid body and the joint that holds it to its parent.
 
     Attributes
@@ -63,17 +61,14 @@ class Segment:
 
     name: str
     parent: str | None
-    origin_m: FloatArray
+    origin_m: Annotated[FloatArray, "3"]
     hinges: tuple[Hinge, ...] = ()
     mass_kg: float = 0.0
-    com_m: FloatArray = field(default_factory=lambda: np.zeros(3))
-    inertia_kgm2: FloatArray = field(default_factory=lambda: np.zeros((3, 3)))
+    com_m: Annotated[FloatArray, "3"] = field(default_factory=lambda: np.zeros(3))
+    inertia_kgm2: Annotated[FloatArray, "3 3"] = field(default_factory=lambda: np.zeros((3, 3)))
 
     def __post_init__(self) -> None:
-        put = object.__setattr__
-        put(self, "hinges", tuple(self.hinges))
-        for name, shape in (("origin_m", (3,)), ("com_m", (3,)), ("inertia_kgm2", (3, 3))):
-            put(self, name, frozen_array(getattr(self, name), f"{name} of {self.name}", shape))
+        super().__post_init__()
         if not (np.isfinite(self.mass_kg) and self.mass_kg >= 0):
             raise RecordError(f"mass of {self.name} is {self.mass_kg} kg", expected="0 or more")
         if not np.allclose(self.inertia_kgm2, self.inertia_kgm2.T, atol=1e-12):
@@ -81,20 +76,16 @@ class Segment:
 
 
 @dataclass(frozen=True)
-class MarkerSite:
+class MarkerSite(FrozenRecord):
     """Where a marker sits: a point (3,) in a segment's frame, m."""
 
     name: str
     segment: str
-    position_m: FloatArray
-
-    def __post_init__(self) -> None:
-        place = frozen_array(self.position_m, f"position of {self.name}", (3,))
-        object.__setattr__(self, "position_m", place)
+    position_m: Annotated[FloatArray, "3"]
 
 
 @dataclass(frozen=True)
-class Skeleton:
+class Skeleton(FrozenRecord):
     """A tree of segments, parents first, and the markers on it.
 
     Attributes
@@ -110,8 +101,7 @@ class Skeleton:
     floating: bool = True
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "segments", tuple(self.segments))
-        object.__setattr__(self, "markers", tuple(self.markers))
+        super().__post_init__()
         root = self.segments[0] if self.segments else None
         if root is None or root.parent is not None or root.hinges or root.origin_m.any():
             expected = "first a segment without parent and hinges, its origin 0"
@@ -158,7 +148,7 @@ class Skeleton:
 
     @property
     def mass_kg(self) -> float:
-        """Of all segments."""
+        """Mass of all segments together, kg."""
         return float(sum(s.mass_kg for s in self.segments))
 
     def index(self, segment: str) -> int:
