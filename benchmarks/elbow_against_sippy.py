@@ -31,16 +31,15 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+from scipy.signal import detrend
 
 from armimpedance.elbow import (
-    DEFAULT,
     METHODS,
     JointSamples,
-    Prepared,
     from_recording,
     identify_elbow,
-    prepare,
 )
+from armimpedance.signals import lowpass
 
 TRUTH = (0.07, 0.6, 20.0)
 REPEATS, AGREE = 3, 1e-6
@@ -68,7 +67,7 @@ def rows(y: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def ours(samples: JointSamples, name: str) -> Callable[[], np.ndarray]:
-    return lambda: identify_elbow(samples, method=name).values
+    return lambda: identify_elbow(samples, method=name).parameters.values
 
 
 def plain(y: np.ndarray, u: np.ndarray, rate: float, constant: bool) -> Callable[[], np.ndarray]:
@@ -133,11 +132,19 @@ def timed(solve: Callable[[], np.ndarray]) -> tuple[np.ndarray, float]:
     return found, min(spent)
 
 
-def decimated(samples: JointSamples) -> Prepared:
-    """As a user of a general package would: about five samples per period of the cut-off."""
-    cutoff = prepare(samples).cutoff_hz or 10.0
-    keep = max(round(samples.sample_rate_hz / (DECIMATED * cutoff)), 1)
-    return prepare(samples, cutoff_hz=cutoff, decimation=keep)
+def decimated(samples: JointSamples) -> tuple[np.ndarray, np.ndarray, float]:
+    """Angle, torque and rate as a user of a general package would have them.
+
+    Behind the low-pass that our default chooses, about five samples per period of its edge, without
+    the ends in which the filter rings.
+    """
+    cutoff, rate = identify_elbow(samples).details["band_hz"], samples.sample_rate_hz
+    keep = max(round(rate / (DECIMATED * cutoff)), 1)
+    both = detrend(np.stack([samples.angle, samples.torque]), axis=1)
+    y, u = lowpass(both, cutoff, rate, axis=1)[:, ::keep]
+    edge = int(np.ceil(rate / keep / cutoff))
+    print(f"low-pass {cutoff:.3g} Hz on both channels, every {keep}. sample kept")
+    return y[edge:-edge], u[edge:-edge], rate / keep
 
 
 def one_trial(arguments: argparse.Namespace) -> JointSamples:
@@ -159,10 +166,7 @@ def main() -> int:
     parser.add_argument("--trial", type=int, default=1)
     arguments = parser.parse_args()
     samples = one_trial(arguments)
-    prepared = decimated(samples)
-    inner = slice(prepared.edge, len(prepared.angle) - prepared.edge or None)
-    y, u, rate = prepared.angle[inner], prepared.torque[inner], prepared.sample_rate_hz
-    print("; ".join(prepared.notes))
+    y, u, rate = decimated(samples)
     solvers = {f"ours: {name}": ours(samples, name) for name in METHODS}
     # as theirs, which leave out as many rows as their longest lag, 3
     solvers[LSTSQ] = plain(y[1:-1], u[1:-1], rate, constant=False)
@@ -170,7 +174,7 @@ def main() -> int:
     solvers |= {f"SIPPY {k}": sippy(y, u, rate, k) for k in ("ARX", "OE")}
     solvers["SysIdentPy NARX, linear"] = sysidentpy(y, u, rate)
     results = {name: timed(solve) for name, solve in solvers.items()}
-    base = results[f"ours: {DEFAULT}"][1]
+    base = results[f"ours: {METHODS.default}"][1]
     for name, (found, seconds) in results.items():
         error = "" if arguments.recording else f"  error % {100 * (found / TRUTH - 1)}"
         print(

@@ -130,7 +130,7 @@ def errors(laws: list[LinearLaw | None], levels: FloatArray) -> FloatArray:
     found = [law for law in laws if law is not None]
     if len(found) < len(laws):
         return np.full(3, np.inf)
-    slopes = np.array([law.coefficients[1:] / TRUE[1:] - 1 for law in found])
+    slopes = np.array([law.slopes / TRUE[1:] - 1 for law in found])
     true = TRUE[0] + levels @ TRUE[1:]
     K = np.array([law.predict(levels).value / true - 1 for law in found])
     return np.sqrt([*(slopes**2).mean(axis=0), (K**2).mean()])
@@ -215,8 +215,8 @@ def interval_study(runs: int) -> Iterator[tuple[str, str, str, bool]]:
 def _judged(
     share: float, made: list[LinearLaw], refused: int
 ) -> Iterator[tuple[str, str, str, bool]]:
-    found = np.array([law.coefficients for law in made])
-    limits = np.array([law.interval() for law in made])
+    found = np.array([law.parameters.values for law in made])
+    limits = np.array([law.parameters.interval() for law in made])
     inside = ((limits[..., 0] < TRUE) & (limits[..., 1] > TRUE)).mean(axis=0)
     error = found.std(axis=0, ddof=1) / np.sqrt(len(found))
     z = (found.mean(axis=0) - TRUE) / error
@@ -251,7 +251,7 @@ def index_study(sessions: int) -> Iterator[tuple[str, str, str, bool]]:
             "calibration", subject=str(1 + k % 4), seed=k, repetitions=2, duration_s=3.0
         )
         made = calibrate_imcj(recording)
-        low, high = made.law.interval()[1:].T
+        low, high = made.law.parameters.interval()[1:].T
         inside += list((low < truth.torque_per_activation) & (truth.torque_per_activation < high))
         found, _ = imcj(made, LEVELS)
         relative.append(found / (LEVELS @ np.abs(truth.torque_per_activation)) - 1)
@@ -279,9 +279,9 @@ def rig_study() -> Iterator[tuple[str, str, str, bool]]:
             (law.viscosity, truth.viscosity_law),
         ):
             assert one is not None
-            z = (one.coefficients - true)[1:] / one.sd[1:]
+            z = (one.slopes - true[1:]) / one.parameters.sd[1:]
             name = f"rig, subject {subject}: {one.symbol} per activation (truth)"
-            shown = f"{_list(one.coefficients[1:], '', 1)}({_list(true[1:], '').strip()})"
+            shown = f"{_list(one.slopes, '', 1)}({_list(true[1:], '').strip()})"
             yield f"{name}, {_list(z, 's.e.', 1)}", shown, "", True
 
 

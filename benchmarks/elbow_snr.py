@@ -17,6 +17,8 @@ import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
+from typing import Literal
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
@@ -24,17 +26,14 @@ import numpy as np
 
 from armimpedance.elbow import (
     METHODS,
-    Estimate,
     JointSamples,
-    band_of,
+    estimate_joint,
     from_recording,
     identify_elbow,
-    prepare,
-    solve_structure,
-    weighed_band,
+    least_squares_arx,
 )
 from armimpedance.errors import ArmImpedanceError, InputError
-from armimpedance.regression import t_factor
+from armimpedance.regression import Parameters, t_factor
 from manipulandum_sim.elbow import simulate_bench, simulate_elbow
 
 JOINTS = {"underdamped": (0.07, 0.6, 20.0), "overdamped": (0.07, 3.5, 9.0)}
@@ -56,32 +55,48 @@ class Way:
     """One way from samples to an estimate; the level asked for, dB, or None = never."""
 
     name: str
-    solve: Callable[[JointSamples], Estimate]
+    solve: Callable[[JointSamples], Parameters]
     asked_db: float | None
     judged: bool = True
 
 
-def by_method(name: str, *, instrument: bool = False) -> Callable[[JointSamples], Estimate]:
+def by_method(name: str, *, instrument: bool = False) -> Callable[[JointSamples], Parameters]:
     """A method of the table with its own choice of filter, whatever the SNR."""
 
-    def solve(samples: JointSamples) -> Estimate:
-        prepared = prepare(samples if instrument else replace(samples, perturbation=None))
-        return METHODS[name].identify(prepared, weighed_band(prepared, band_of(prepared)))
+    def solve(samples: JointSamples) -> Parameters:
+        return estimate_joint(samples if instrument else replace(samples, perturbation=None), name)
 
     return solve
 
 
+def by_arx(
+    structure: Literal["zoh", "tustin"],
+    cutoff_hz: float | None,
+    decimation: int,
+    *,
+    free: bool = False,
+) -> Callable[[JointSamples], Parameters]:
+    """The source's ARX with a filter and decimation of its own."""
+    return partial(
+        least_squares_arx,
+        structure=structure,
+        cutoff_hz=cutoff_hz,
+        decimation=decimation,
+        free=free,
+    )
+
+
 WAYS = (
-    Way("arx raw, 1 kHz, nb 2 nk 1", lambda s: solve_structure(prepare(s, None, 1), "zoh"), None),
+    Way("arx raw, 1 kHz, nb 2 nk 1", by_arx("zoh", None, 1), None),
     Way(
         "arx 10 Hz, 1 kHz, nb 2 nk 1",
-        lambda s: solve_structure(prepare(s, 10.0, 1), "zoh"),
+        by_arx("zoh", 10.0, 1),
         15.0,
         judged=False,
     ),
     Way(
         "arx 50 Hz, nb 3 nk 0",
-        lambda s: solve_structure(prepare(s, None, 20), "tustin", free=True),
+        by_arx("tustin", None, 20, free=True),
         25.0,
         judged=False,
     ),
@@ -197,7 +212,7 @@ def study_coverage(checks: Checks, benches: dict[str, Bench], runs: int) -> None
                 held = np.zeros(3)
                 for run in range(runs):
                     fit = way.solve(bench.record(run, snr_db))
-                    half = t_factor(fit.dof) * np.sqrt(np.diag(fit.covariance))
+                    half = t_factor(fit.dof) * fit.sd
                     held += np.abs(fit.values - bench.joint) <= half
                 share = held / runs
                 # arx adds what it knows to be off: it may cover more.
@@ -225,7 +240,7 @@ def study_subjects(checks: Checks, sessions: int) -> None:
         quiet = simulate_elbow(
             "posture", subject=subject, seed=SUBJECTS_SEED + 1, repetitions=16, noise="none"
         )[0]
-        joints[subject] = identify_elbow(from_recording(quiet)).values
+        joints[subject] = identify_elbow(from_recording(quiet)).parameters.values
     for name in ("iv", "derivative"):
         for trials in (5, 1):
             held, errors_ = [], []
@@ -233,9 +248,9 @@ def study_subjects(checks: Checks, sessions: int) -> None:
                 for first in range(0, 5 * sessions, trials):
                     part = recording.select(list(range(first, first + trials)))
                     fit = identify_elbow(from_recording(part), method=name)
-                    low, high = fit.interval.T
+                    low, high = fit.parameters.interval().T
                     held.append((low <= joints[subject]) & (joints[subject] <= high))
-                    errors_.append(fit.values / joints[subject] - 1)
+                    errors_.append(fit.parameters.values / joints[subject] - 1)
             share = np.mean(held, axis=0)
             rms = 100 * np.sqrt(np.mean(np.square(errors_), axis=0))
             checks.say(

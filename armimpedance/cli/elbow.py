@@ -22,27 +22,35 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+from armimpedance.cli.parts.elbow_input import FIT as AT_ONE_POINT, LAW
+from armimpedance.cli.parts.outputs import (
+    FIGURE,
+    FIT,
+    TABLE,
+    Output,
+    add_figure,
+    add_out,
+    check_outputs,
+)
 
 if TYPE_CHECKING:
-    from armimpedance.elbow import ElbowFit, VaryingImpedance
     from armimpedance.records import Recording
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
+    from armimpedance.elbow import METHODS, VARYING_METHODS
+
     parser.add_argument("recording", metavar="RECORDING", type=Path)
-    parser.add_argument("--out", type=Path, metavar="FIT.json|COURSE.csv")
-    parser.add_argument(
-        "--method",
-        metavar="NAME",
-        help="iv (default), output-error, derivative, arx (the source's)",
-    )
+    add_out(parser, "the fit, a .json; with --time-varying the course", TABLE)
+    parser.add_argument("--method", metavar="NAME", help=f"{METHODS.listed()}; arx is the source's")
     parser.add_argument(
         "--cutoff-hz",
         default="auto",
         metavar="HZ|auto|none",
-        help="of the zero-phase low-pass on torque and angle (default: chosen and reported)",
+        help="edge of the zero-phase low-pass on torque and angle (default: chosen and reported)",
     )
     parser.add_argument(
         "--decimation",
@@ -60,7 +68,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--time-varying",
         metavar="NAME",
-        help="windows (the source's), quadratic, smoother, spline, emg",
+        help=f"B and K over time: {', '.join(VARYING_METHODS)}; windows are the source's",
     )
     parser.add_argument("--window-s", type=float, metavar="S", help="windows, quadratic: length")
     parser.add_argument(
@@ -69,8 +77,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--emg-cutoff-hz",
         metavar="HZ",
-        help="of the amplitudes' low-pass, --time-varying emg: the lower, the less noisy, so long "
-        "as the muscles are slower (default: 10)",
+        help="edge of the amplitudes' low-pass, --time-varying emg: the lower, the less noisy, so "
+        "long as the muscles are slower (default: 10)",
     )
     parser.add_argument("--flexor", metavar="MUSCLE", help="default: the recording's first muscle")
     parser.add_argument("--extensor", metavar="MUSCLE", help="default: the second")
@@ -80,81 +88,89 @@ def configure(parser: argparse.ArgumentParser) -> None:
         metavar="RECORDING",
         help="with --emg-law: isometric torques that calibrate the index of co-contraction",
     )
-    parser.add_argument("--figure", type=Path, metavar="PATH.png", help="draw the result")
+    add_figure(parser, "draw the result")
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Read, fit, print, write."""
-    from armimpedance.cli.parts.checks import check_outputs
-    from armimpedance.cli.parts.elbow_input import check_choices
-    from armimpedance.cli.parts.joint_input import read_joint
+    """Read, fit, write, print."""
+    from armimpedance.analyses import naming, of_condition, read_recording
+    from armimpedance.cli.parts.elbow_input import analysis_of, options_of
 
-    check_outputs(figure=arguments.figure, out=arguments.out)
-    check_choices(arguments)
-    recording = read_joint(arguments.recording, arguments.condition)
-    if arguments.time_varying is not None:
-        return _over_time(recording, arguments)
-    if arguments.emg_law:
-        from armimpedance.cli.parts.elbow_law import run_law
+    analysis = analysis_of(arguments)
+    over_time = analysis not in (AT_ONE_POINT, LAW)
+    check_outputs(
+        Output("--out", arguments.out, TABLE if over_time else FIT),
+        Output("--figure", arguments.figure, FIGURE),
+        reads=[arguments.recording, arguments.imcj],
+    )
+    options = options_of(arguments, analysis)
+    with naming(arguments.recording):
+        recording = of_condition(read_recording(arguments.recording), arguments.condition)
+        if over_time:
+            return _over_time(recording, options, arguments)
+        if analysis == LAW:
+            return _law(recording, options, arguments)
+        return _at_one_point(recording, options, arguments)
 
-        return run_law(recording, arguments)
-    return _at_one_point(recording, arguments)
 
-
-def _at_one_point(recording: Recording, arguments: argparse.Namespace) -> int:
-    from armimpedance.cli.parts.elbow_input import fit_parts, fit_recording, with_pooling_told
+def _at_one_point(
+    recording: Recording, options: dict[str, Any], arguments: argparse.Namespace
+) -> int:
+    from armimpedance.analyses import elbow
+    from armimpedance.cli.parts.progress import bar
+    from armimpedance.elbow import from_recording
     from armimpedance.files import write_fit
-    from armimpedance.report import elbow_object, elbow_text
+    from armimpedance.plots import plot_frequency_response
+    from armimpedance.report import elbow_text
 
-    parts = fit_parts(recording, arguments)
-    fit = with_pooling_told(fit_recording(recording, arguments), parts)
-    print(elbow_text(fit, parts))
+    with bar("fitting") as progress:
+        fit = elbow(recording, **options, progress=progress)
     if arguments.out is not None:
-        write_fit(fit.summary, arguments.out, **elbow_object(fit, parts))
+        write_fit(fit.summary, arguments.out, **fit.to_dict())
     if arguments.figure is not None:
-        _draw_fit(fit, recording, arguments)
+        samples = from_recording(recording, arguments.joint)
+        _save(plot_frequency_response(samples, fit), arguments.figure)
+    print(elbow_text(fit))
     return 0
 
 
-def _over_time(recording: Recording, arguments: argparse.Namespace) -> int:
-    from armimpedance.cli.parts.checks import naming
-    from armimpedance.cli.parts.elbow_input import amplitudes, band_edge, emg_cutoff
-    from armimpedance.elbow import from_recording, identify_varying
+def _over_time(recording: Recording, options: dict[str, Any], arguments: argparse.Namespace) -> int:
+    from armimpedance.analyses import elbow_over_time
+    from armimpedance.cli.parts.progress import bar
     from armimpedance.files import write_varying
+    from armimpedance.plots import plot_varying_both
     from armimpedance.report import varying_text
 
-    with naming(arguments.recording):
-        samples = from_recording(recording, arguments.joint)
-        emg = amplitudes(recording, arguments) if arguments.time_varying == "emg" else None
-        varying = identify_varying(
-            samples,
-            method=arguments.time_varying,
-            amplitude=None if emg is None else emg.amplitude,
-            # one standard error per muscle: the mean square over time
-            amplitude_sd=None if emg is None else (emg.sd**2).mean(axis=0) ** 0.5,
-            amplitude_cutoff_hz=emg_cutoff(arguments),
-            window_s=arguments.window_s,
-            cutoff_hz=band_edge(arguments),
-        )
-    print(varying_text(varying, () if emg is None else (*emg.notes, *emg.warnings)))
+    with bar("estimating the course") as progress:
+        course = elbow_over_time(recording, **options, progress=progress)
     if arguments.out is not None:
-        write_varying(varying, arguments.out)
-        print(f"\n{len(varying.time_s)} rows written to {arguments.out}")
+        write_varying(course, arguments.out)
     if arguments.figure is not None:
-        _draw_course(varying, arguments.figure)
+        _save(plot_varying_both(course), arguments.figure)
+    print(varying_text(course))
+    if arguments.out is not None:
+        print(f"\n{len(course.time_s)} rows written to {arguments.out}")
     return 0
 
 
-def _draw_course(varying: VaryingImpedance, path: Path) -> None:
-    from armimpedance.plots import plot_varying_both, save
+def _law(recording: Recording, options: dict[str, Any], arguments: argparse.Namespace) -> int:
+    from armimpedance.analyses import emg_law
+    from armimpedance.cli.parts.progress import bar
+    from armimpedance.files import write_fit
+    from armimpedance.plots import plot_emg_law
+    from armimpedance.report import law_text
 
-    save(plot_varying_both(varying), path.with_suffix(""), (path.suffix[1:],))
+    with bar("fitting trials") as progress:
+        law = emg_law(recording, **options, imcj=arguments.imcj, progress=progress)
+    if arguments.out is not None:
+        write_fit(law.summary, arguments.out, **law.to_dict())
+    if arguments.figure is not None:
+        _save(plot_emg_law(law), arguments.figure)
+    print(law_text(law))
+    return 0
 
 
-def _draw_fit(fit: ElbowFit, recording: Recording, arguments: argparse.Namespace) -> None:
-    from armimpedance.elbow import from_recording
-    from armimpedance.plots import plot_frequency_response, save
+def _save(figure: Any, path: Path) -> None:
+    from armimpedance.plots import save
 
-    samples = from_recording(recording, arguments.joint)
-    figure = plot_frequency_response(samples, fit)
-    save(figure, arguments.figure.with_suffix(""), (arguments.figure.suffix[1:],))
+    save(figure, path.with_suffix(""), (path.suffix[1:],))

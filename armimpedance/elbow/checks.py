@@ -7,6 +7,7 @@ from typing import Final
 import numpy as np
 
 from armimpedance.arrays import FloatArray
+from armimpedance.elbow.result import ChannelSnr
 from armimpedance.elbow.samples import JointSamples
 from armimpedance.errors import InputError
 
@@ -18,6 +19,8 @@ CLIPPED_S: Final = 0.01
 HEAPED: Final = 8.0
 #: A value that does not change for longer than this belongs to a stuck sensor (s).
 STUCK_S: Final = 0.5
+#: The signal to noise of a record of some seconds is read off to about this (dB).
+SNR_SLACK_DB: Final = 0.5
 
 
 def check_samples(samples: JointSamples) -> None:
@@ -45,6 +48,30 @@ def check_samples(samples: JointSamples) -> None:
                 f"the perturbation of trial {trial} does not vary",
                 expected="one that does, or none",
             )
+
+
+def check_snr(snr: ChannelSnr, lowest_db: float, method: str) -> None:
+    """Refuse a channel whose signal to noise is below a method's limit.
+
+    Raises
+    ------
+    InputError
+        Which channel, how many dB, what the limit is and what would help.
+    """
+    for name, level in (("torque", snr.torque_db), ("angle", snr.angle_db)):
+        if level is None or level >= lowest_db - SNR_SLACK_DB:
+            continue
+        if not np.isfinite(level):
+            raise InputError(
+                f"the {name} holds noise alone", expected="a joint that is perturbed and moves"
+            )
+        helps = "a stronger perturbation"
+        if lowest_db > 5 and level >= 5 - SNR_SLACK_DB:
+            helps = f"method iv or output-error, or {helps}"
+        raise InputError(
+            f"signal to noise of the {name} is {level:.1f} dB, below what method {method} needs",
+            expected=f"{lowest_db:g} dB or more; {helps} would help",
+        )
 
 
 def _check_channel(values: FloatArray, rate: float, where: str) -> None:

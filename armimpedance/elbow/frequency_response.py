@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
+from typing import Annotated, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
-from armimpedance.arrays import FloatArray, frozen_array
+from armimpedance.arrays import FloatArray, FrozenRecord
 from armimpedance.elbow.samples import JointSamples
 from armimpedance.errors import InputError
 
@@ -16,8 +17,8 @@ from armimpedance.errors import InputError
 SEGMENT_S: Final = 4.0
 
 
-@dataclass(frozen=True)
-class FrequencyResponse:
+@dataclass(frozen=True, eq=False)
+class FrequencyResponse(FrozenRecord):
     """Angle over torque at each of f frequencies.
 
     Attributes
@@ -30,18 +31,10 @@ class FrequencyResponse:
     segments : int
     """
 
-    frequency_hz: FloatArray
-    compliance: np.ndarray
-    coherence: FloatArray
+    frequency_hz: Annotated[FloatArray, "f"]
+    compliance: NDArray[np.complex128]
+    coherence: Annotated[FloatArray, "f"]
     segments: int
-
-    def __post_init__(self) -> None:
-        put = object.__setattr__
-        put(self, "frequency_hz", frozen_array(self.frequency_hz, "frequency_hz", (None,)))
-        shape = self.frequency_hz.shape
-        put(self, "coherence", frozen_array(self.coherence, "coherence", shape))
-        compliance = frozen_array(self.compliance, "compliance", shape, np.complex128)
-        put(self, "compliance", compliance)
 
 
 def frequency_response(samples: JointSamples, segment_s: float = SEGMENT_S) -> FrequencyResponse:

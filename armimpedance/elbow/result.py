@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from types import MappingProxyType
-from typing import Any, Final
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, fields, is_dataclass, replace
+from html import escape
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, IntArray, frozen_array
+from armimpedance.arrays import FloatArray, FrozenRecord, IntArray
 from armimpedance.errors import RecordError
-from armimpedance.regression import FitSummary, NamedParameter, t_factor
+from armimpedance.regression import FitSummary, NamedParameter, Parameters, t_interval
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 #: Names and units of the three parameters of (3), in this order everywhere.
 NAMES: Final = ("I", "B", "K")
 UNITS: Final = ("kg m^2", "Nm s/rad", "Nm/rad")
+#: Warnings that a short text shows.
+_MOST_WARNINGS: Final = 5
 
 
 @dataclass(frozen=True)
@@ -38,10 +43,11 @@ class Whiteness:
     Attributes
     ----------
     statistic, p : float
-        Ljung-Box over `lags` lags, and the probability of one as large from white residuals.
+        Statistic of Ljung and Box over `lags` lags, and the probability of one as large from white
+        residuals.
     lags : int
     largest_correlation : float
-        Of all lags but zero.
+        The largest autocorrelation at any lag but zero.
     """
 
     statistic: float
@@ -49,71 +55,132 @@ class Whiteness:
     lags: int
     largest_correlation: float
 
+    @property
+    def probability(self) -> str:
+        """The probability as a text shows it: ``p 0.03``, ``p < 1e-6``."""
+        return "p < 1e-6" if self.p < 1e-6 else f"p {self.p:.2g}"
 
-@dataclass(frozen=True)
-class ElbowFit:
+
+@dataclass(frozen=True, repr=False, eq=False)
+class ElbowFit(FrozenRecord):
     """I, B and K of one joint.
 
     Attributes
     ----------
-    summary : FitSummary
-        What FIT.json holds; parameters `NAMES`.
-    covariance : (3, 3)
-        Robust, of I, B, K.
+    method : str
+    parameters : Parameters
+        I, B, K with their robust covariance; `plain_covariance` takes residuals as independent.
+    n : int
+        Rows of the regression.
+    cond_raw, cond_scaled : float
+        Condition of its columns as they are, and scaled to unit length.
+    rank : int
+    r2 : float
+        Part of the angle's power in the band that the torque explains by I, B and K.
     snr : ChannelSnr
     whiteness : Whiteness
+    joint : int
+        Axis of the recording, counted from 1.
     preparation : tuple of str
         Filter, decimation and band: what was chosen, and why, one sentence each.
+    warnings : tuple of str
     details : mapping
         What a method adds: its discrete model, the orders that were compared.
+    parts : mapping str -> ElbowFit
+        The same of single conditions or trials, where they were fitted too.
     """
 
-    summary: FitSummary
-    covariance: FloatArray
+    method: str
+    parameters: Parameters
+    n: int
+    cond_raw: float
+    cond_scaled: float
+    rank: int
+    r2: float
     snr: ChannelSnr
     whiteness: Whiteness
+    joint: int = 1
     preparation: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
     details: Mapping[str, Any] = field(default_factory=dict)
+    parts: Mapping[str, ElbowFit] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        put = object.__setattr__
-        if tuple(p.name for p in self.summary.parameters) != NAMES:
+        super().__post_init__()
+        if self.parameters.names != NAMES:
             raise RecordError("the parameters of a joint", expected=", ".join(NAMES))
-        put(self, "covariance", frozen_array(self.covariance, "covariance", (3, 3)))
-        put(self, "preparation", tuple(self.preparation))
-        put(self, "details", MappingProxyType(dict(self.details)))
 
-    def _value(self, name: str) -> NamedParameter:
-        return self.summary.parameters[NAMES.index(name)]
+    def __getitem__(self, name: str) -> NamedParameter:
+        """I, B or K with the joint that it is of.
+
+        Raises
+        ------
+        InputError
+            There is no parameter of this name.
+        """
+        return replace(self.parameters[name], joint=self.joint)
 
     @property
     def inertia(self) -> NamedParameter:
         """I, kg m^2."""
-        return self._value("I")
+        return self["I"]
 
     @property
     def viscosity(self) -> NamedParameter:
         """B, Nm s/rad."""
-        return self._value("B")
+        return self["B"]
 
     @property
     def stiffness(self) -> NamedParameter:
         """K, Nm/rad."""
-        return self._value("K")
+        return self["K"]
 
     @property
-    def values(self) -> FloatArray:
-        """I, B, K, (3,)."""
-        return np.array([p.value for p in self.summary.parameters])
+    def summary(self) -> FitSummary:
+        """What FIT.json holds of every fit."""
+        return FitSummary(
+            method=self.method,
+            n=self.n,
+            cond_raw=self.cond_raw,
+            cond_scaled=self.cond_scaled,
+            rank=self.rank,
+            r2=self.r2,
+            vaf=self.r2,
+            parameters=tuple(self[name] for name in NAMES),
+            warnings=self.warnings,
+        )
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row a parameter: joint, value, standard error, 95 % limits, unit."""
+        return self.summary.to_frame()
+
+    def to_dict(self) -> dict[str, Any]:
+        """What FIT.json holds: the contract's fields, how the fit was made, and its parts."""
+        return {
+            **self.summary.to_dict(),
+            "covariance": self.parameters.covariance,
+            "snr_db": {"torque": self.snr.torque_db, "angle": self.snr.angle_db},
+            "residual_whiteness": plain(self.whiteness),
+            "preparation": list(self.preparation),
+            "details": {name: plain(value) for name, value in self.details.items()},
+            "parts": [
+                {"part": label, **part.summary.to_dict()} for label, part in self.parts.items()
+            ],
+        }
+
+    def __repr__(self) -> str:
+        return _short(f"{self.method}, R^2 {self.r2:.3f}", list(map(repr, self._named)), self)
+
+    def _repr_html_(self) -> str:
+        return self.summary._repr_html_()
 
     @property
-    def interval(self) -> FloatArray:
-        """95 % limits of I, B, K, (3, 2)."""
-        return np.array([p.ci95 for p in self.summary.parameters])
+    def _named(self) -> Iterator[NamedParameter]:
+        return (self[name] for name in NAMES)
 
 
-@dataclass(frozen=True)
-class VaryingImpedance:
+@dataclass(frozen=True, repr=False, eq=False)
+class VaryingImpedance(FrozenRecord):
     """I constant, B and K over time, with bands.
 
     Samples of T trials, one trial after another; L points in all.
@@ -129,44 +196,43 @@ class VaryingImpedance:
     B, K : (L,)
     sd_B, sd_K : (L,)
         Standard errors; the band is pointwise.
-    inertia : NamedParameter
-    dof : float
-        Of the t distribution for the bands; inf = normal.
+    parameters : Parameters
+        What is constant: I. Its degrees of freedom serve the bands too.
     snr : ChannelSnr
+    joint : int
+        Axis of the recording, counted from 1.
     preparation, warnings : tuple of str
     details : mapping
         What a method adds: noise level chosen, knots, coefficients of a law.
+    notes : tuple of str
+        How the EMG amplitudes were made, where there are any.
     """
 
     method: str
-    trials: tuple[str, ...]
-    offsets: IntArray
-    time_s: FloatArray
-    B: FloatArray
-    K: FloatArray
-    sd_B: FloatArray
-    sd_K: FloatArray
-    inertia: NamedParameter
+    trials: Annotated[tuple[str, ...], "t"]
+    offsets: Annotated[IntArray, "t+1"]
+    time_s: Annotated[FloatArray, "l"]
+    B: Annotated[FloatArray, "l"]
+    K: Annotated[FloatArray, "l"]
+    sd_B: Annotated[FloatArray, "l"]
+    sd_K: Annotated[FloatArray, "l"]
+    parameters: Parameters
     snr: ChannelSnr
-    dof: float = float("inf")
+    joint: int = 1
     preparation: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
     details: Mapping[str, Any] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        put = object.__setattr__
-        put(self, "trials", tuple(self.trials))
-        put(
-            self,
-            "offsets",
-            frozen_array(self.offsets, "offsets", (len(self.trials) + 1,), np.int64),
-        )
-        put(self, "time_s", frozen_array(self.time_s, "time_s", (int(self.offsets[-1]),)))
-        for name in ("B", "K", "sd_B", "sd_K"):
-            put(self, name, frozen_array(getattr(self, name), name, self.time_s.shape))
-        put(self, "preparation", tuple(self.preparation))
-        put(self, "warnings", tuple(self.warnings))
-        put(self, "details", MappingProxyType(dict(self.details)))
+        super().__post_init__()
+        if int(self.offsets[-1]) != len(self.time_s):
+            raise RecordError(f"{len(self.time_s)} points", expected=f"{self.offsets[-1]}")
+
+    @property
+    def inertia(self) -> NamedParameter:
+        """I, kg m^2."""
+        return replace(self.parameters["I"], joint=self.joint)
 
     def points_of(self, row: int) -> slice:
         """The points of trial `row`, counted from 0."""
@@ -174,6 +240,74 @@ class VaryingImpedance:
 
     def band(self, name: str, level: float = 0.95) -> FloatArray:
         """Pointwise limits of B or K, (L, 2)."""
-        value, sd = getattr(self, name), getattr(self, f"sd_{name}")
-        half = t_factor(self.dof, level) * sd
-        return np.stack([value - half, value + half], axis=-1)
+        return t_interval(getattr(self, name), getattr(self, f"sd_{name}"), self.dof, level)
+
+    @property
+    def dof(self) -> float:
+        """Degrees of freedom of the t distribution for the bands; inf = normal."""
+        return self.parameters.dof
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row a point: time, B and K with 95 % limits and standard errors, I, trial."""
+        import pandas as pd
+
+        low, high = self.inertia.ci95
+        bands = {
+            f"ci_{side}_{name}": self.band(name)[:, at]
+            for name in "BK"
+            for at, side in enumerate(("low", "high"))
+        }
+        columns = {
+            **{"time_s": self.time_s, "B": self.B, "K": self.K, **bands},
+            **{"sd_B": self.sd_B, "sd_K": self.sd_K},
+            **{"I": self.inertia.value, "ci_low_I": low, "ci_high_I": high},
+            "trial": np.repeat(np.array(self.trials, dtype=object), np.diff(self.offsets)),
+            **{"method": self.method, "warnings": "; ".join(self.warnings)},
+        }
+        return pd.DataFrame(columns)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Method, I, and the course as lists of numbers."""
+        course = self.to_frame().drop(columns=["method", "warnings"])
+        return {
+            "method": self.method,
+            "parameters": self.parameters.to_dict(),
+            "warnings": list(self.warnings),
+            "course": course.to_dict("list"),
+        }
+
+    def __repr__(self) -> str:
+        ranges = [f"{n} from {low:.4g} to {high:.4g} {u}" for n, low, high, u in self._ranges]
+        head = f"{self.method}: {len(self.time_s)} points of {len(self.trials)} trials"
+        return _short(head, [repr(self.inertia), *ranges], self)
+
+    def _repr_html_(self) -> str:
+        rows = "".join(
+            f"<tr><th>{name}</th><td>{low:.4g} to {high:.4g}</td><td>{escape(unit)}</td></tr>"
+            for name, low, high, unit in self._ranges
+        )
+        told = "".join(f"<li>{escape(warning)}</li>" for warning in self.warnings)
+        return (
+            f"<p>{escape(self.method)}</p>{self.parameters._repr_html_()}"
+            f"<table>{rows}</table><ul>{told}</ul>"
+        )
+
+    @property
+    def _ranges(self) -> list[tuple[str, float, float, str]]:
+        """Name, lowest and highest value and unit of B and K."""
+        courses = zip(NAMES[1:], (self.B, self.K), UNITS[1:], strict=True)
+        return [(name, float(v.min()), float(v.max()), unit) for name, v, unit in courses]
+
+
+def _short(head: str, lines: list[str], result: ElbowFit | VaryingImpedance) -> str:
+    """A text of a few lines: the numbers, then the first warnings."""
+    told = [f"warning: {warning}" for warning in result.warnings[:_MOST_WARNINGS]]
+    left = len(result.warnings) - len(told)
+    return "\n".join([head, *lines, *told, *([f"... and {left} more warnings"] if left else [])])
+
+
+def plain(value: Any) -> Any:
+    """Records as mappings, for JSON."""
+    if is_dataclass(value) and not isinstance(value, type):
+        return {f.name: plain(getattr(value, f.name)) for f in fields(value)}
+    return [plain(v) for v in value] if isinstance(value, (list, tuple)) else value

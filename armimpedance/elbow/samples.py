@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Final, Literal
+from dataclasses import dataclass
+from typing import Annotated, Final, Literal
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, IntArray, frozen_array
+from armimpedance.arrays import FloatArray, FrozenRecord, IntArray
 from armimpedance.conventions import perturbation_columns
 from armimpedance.errors import InputError, RecordError
 from armimpedance.records import Recording
@@ -22,8 +22,8 @@ TORQUE_FIELD: Final = (
 COMMANDED: Final = "the torque is the motor's command: I, B, K are those of arm and device"
 
 
-@dataclass(frozen=True)
-class JointSamples:
+@dataclass(frozen=True, eq=False)
+class JointSamples(FrozenRecord):
     """What is fitted: ``tau = I theta'' + B theta' + K theta`` about an operating point (3).
 
     Samples of T trials, one trial after another.
@@ -49,33 +49,25 @@ class JointSamples:
     """
 
     sample_rate_hz: float
-    trials: tuple[str, ...]
-    offsets: IntArray
-    torque: FloatArray
-    angle: FloatArray
+    trials: Annotated[tuple[str, ...], "t"]
+    offsets: Annotated[IntArray, "t+1"]
+    torque: Annotated[FloatArray, "n"]
+    angle: Annotated[FloatArray, "n"]
     torque_is: Literal["interaction", "commanded"] = "interaction"
-    perturbation: FloatArray | None = None
+    perturbation: Annotated[FloatArray, "n"] | None = None
     joint: int = 1
-    notes: tuple[str, ...] = field(default=())
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        put = object.__setattr__
+        super().__post_init__()
         if not (np.isfinite(self.sample_rate_hz) and self.sample_rate_hz > 0):
             raise RecordError(f"sample rate {self.sample_rate_hz} Hz", expected="a positive number")
-        put(self, "trials", tuple(self.trials))
-        put(self, "notes", tuple(self.notes))
-        put(
-            self,
-            "offsets",
-            frozen_array(self.offsets, "offsets", (len(self.trials) + 1,), np.int64),
-        )
         if self.offsets[0] != 0 or (np.diff(self.offsets) <= 0).any():
             raise RecordError("a trial has no samples", expected="rising offsets from 0")
-        shape = (int(self.offsets[-1]),)
-        put(self, "torque", frozen_array(self.torque, "torque", shape))
-        put(self, "angle", frozen_array(self.angle, "angle", shape))
-        if self.perturbation is not None:
-            put(self, "perturbation", frozen_array(self.perturbation, "perturbation", shape))
+        if self.offsets[-1] != len(self.torque):
+            raise RecordError(
+                f"torque has shape {self.torque.shape}", expected=f"{self.offsets[-1]} samples"
+            )
 
     @property
     def n_trials(self) -> int:
@@ -96,7 +88,11 @@ def from_recording(recording: Recording, joint: int = 1) -> JointSamples:
     ----------
     recording : Recording
     joint : int
-        Counted from 1.
+        Axis of the recording, counted from 1.
+
+    Returns
+    -------
+    JointSamples
 
     Raises
     ------

@@ -9,11 +9,11 @@ good.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
+from typing import Annotated, Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
+from armimpedance.arrays import FloatArray, FrozenRecord
 from armimpedance.elbow.result import ChannelSnr
 from armimpedance.elbow.samples import JointSamples
 
@@ -26,8 +26,8 @@ STILL_FALLING: Final = 2.0
 SEGMENT_S: Final = 1.0
 
 
-@dataclass(frozen=True)
-class ChannelSpectrum:
+@dataclass(frozen=True, eq=False)
+class ChannelSpectrum(FrozenRecord):
     """Averaged power spectrum of one channel, over all trials.
 
     Attributes
@@ -36,13 +36,13 @@ class ChannelSpectrum:
     density : (f,)
         One-sided, unit^2/Hz.
     variance : float
-        Of the channel about each trial's mean.
+        Variance of the channel about each trial's mean.
     floor : float or None
         Density of the white floor; None where none is seen.
     """
 
-    frequency_hz: FloatArray
-    density: FloatArray
+    frequency_hz: Annotated[FloatArray, "f"]
+    density: Annotated[FloatArray, "f"]
     variance: float
     floor: float | None
 
@@ -62,18 +62,34 @@ class ChannelSpectrum:
         return float(10 * np.log10(signal / noise)) if signal > 0 else -np.inf
 
 
-def channel_snr(samples: JointSamples) -> ChannelSnr:
-    """Signal to noise of torque and angle, dB of power over the whole band; None = no floor seen.
+@dataclass(frozen=True)
+class Spectra:
+    """The spectra of both channels.
+
+    Attributes
+    ----------
+    torque, angle : ChannelSpectrum
+    """
+
+    torque: ChannelSpectrum
+    angle: ChannelSpectrum
+
+    @property
+    def snr(self) -> ChannelSnr:
+        """Signal to noise of torque and angle, dB of power over the whole band."""
+        return ChannelSnr(self.torque.snr_db, self.angle.snr_db)
+
+
+def spectra_of(samples: JointSamples) -> Spectra:
+    """Spectra of torque and angle with their floors.
 
     Parameters
     ----------
     samples : JointSamples
         As recorded; filtered samples show no floor.
     """
-    return ChannelSnr(
-        torque_db=channel_spectrum(samples, samples.torque).snr_db,
-        angle_db=channel_spectrum(samples, samples.angle).snr_db,
-    )
+    channels = (samples.torque, samples.angle)
+    return Spectra(*(channel_spectrum(samples, channel) for channel in channels))
 
 
 def channel_spectrum(samples: JointSamples, channel: FloatArray) -> ChannelSpectrum:

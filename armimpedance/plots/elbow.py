@@ -27,8 +27,6 @@ from armimpedance.plots.style import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -59,7 +57,14 @@ def plot_varying(
     trial : int
         Row of the result's trials, from 0.
     truth : (time (S,), value (S,)), optional
-        Drawn below, in black.
+        The true course, drawn below, in black.
+    color, label : str
+    ax : Axes, optional
+        New ones are made if none are given.
+
+    Returns
+    -------
+    Axes
 
     Raises
     ------
@@ -82,7 +87,23 @@ def plot_varying(
 
 
 def plot_varying_both(varying: VaryingImpedance, trial: int = 0) -> Figure:
-    """K above B, of one trial."""
+    """Draw K above B, of one trial.
+
+    Parameters
+    ----------
+    varying : VaryingImpedance
+    trial : int
+        Row of the result's trials, from 0.
+
+    Returns
+    -------
+    Figure
+
+    Raises
+    ------
+    InputError
+        No such trial.
+    """
     figure = new_figure(TWO_COLUMNS_IN, 2 * _ROW_IN)
     with print_style():
         upper, lower = figure.subplots(2, sharex=True)
@@ -99,11 +120,26 @@ def plot_frequency_response(samples: JointSamples, fit: ElbowFit) -> Figure:
     """Compliance over frequency, measured without a model and as I, B and K predict it.
 
     Gain, phase and coherence, one below the other; without coherence nothing was measured, and no
-    gain is drawn. Where the two part, a second-order joint does not
-    hold: a reflex, a soft strap, a delay between the channels.
+    gain is drawn. Where the two part, a second-order joint does not hold: a reflex, a soft strap, a
+    delay between the channels.
+
+    Parameters
+    ----------
+    samples : JointSamples
+        As recorded.
+    fit : ElbowFit
+
+    Returns
+    -------
+    Figure
+
+    Raises
+    ------
+    InputError
+        No trial is long enough for a spectrum.
     """
     measured = frequency_response(samples)
-    f, model = measured.frequency_hz, model_compliance(measured.frequency_hz, fit.values)
+    f, model = measured.frequency_hz, model_compliance(measured.frequency_hz, fit.parameters.values)
     figure = new_figure(TWO_COLUMNS_IN, 3 * _ROW_IN)
     look = {"color": OKABE_ITO["blue"], "marker": ".", "ms": 2.5, "lw": 0.6, "label": "measured"}
     with print_style():
@@ -112,7 +148,7 @@ def plot_frequency_response(samples: JointSamples, fit: ElbowFit) -> Figure:
         gain.loglog(f, np.abs(shown), **look)
         phase.semilogx(f, np.degrees(np.angle(shown)), **look)
         coherence.semilogx(f, measured.coherence, **look)
-        name = f"I, B, K of method {fit.summary.method}"
+        name = f"I, B, K of method {fit.method}"
         line = {"color": OKABE_ITO["vermillion"], "lw": 1.4, "label": name}
         gain.loglog(f, np.abs(model), **line)
         phase.semilogx(f, np.degrees(np.angle(model)), **line)
@@ -134,7 +170,7 @@ def plot_law(
     ----------
     law : LinearLaw
     value, sd : (L,)
-        Of each trial, and its standard error.
+        Measured value of each trial, and its standard error.
     amplitude : (L, m)
     ax : Axes, optional
     """
@@ -152,15 +188,31 @@ def plot_law(
     return ax
 
 
-def plot_emg_law(law: EmgLaw, fits: Sequence[ElbowFit], amplitude: FloatArray) -> Figure:
-    """The law of K and, where there is one, of B, side by side."""
-    pairs = [(law.stiffness, [f.stiffness for f in fits])]
-    if law.viscosity is not None:
-        pairs.append((law.viscosity, [f.viscosity for f in fits]))
-    figure = new_figure(TWO_COLUMNS_IN if len(pairs) > 1 else ONE_COLUMN_IN, ONE_COLUMN_IN)
+def plot_emg_law(law: EmgLaw) -> Figure:
+    """Draw the law of K and, where there is one, of B, side by side.
+
+    Parameters
+    ----------
+    law : EmgLaw
+        With its points, as `analyses.emg_law` makes it.
+
+    Returns
+    -------
+    Figure
+
+    Raises
+    ------
+    InputError
+        The law does not hold its points.
+    """
+    points = law.points
+    if points is None:
+        raise InputError("a law without its points", expected="one of a recording")
+    width = TWO_COLUMNS_IN if len(law.laws) > 1 else ONE_COLUMN_IN
+    figure = new_figure(width, ONE_COLUMN_IN)
     with print_style():
-        axes = figure.subplots(1, len(pairs), squeeze=False)[0]
-    for ax, (one, given) in zip(axes, pairs, strict=True):
-        value, sd = (np.array([getattr(g, n) for g in given]) for n in ("value", "sd_robust"))
-        plot_law(one, value, sd, amplitude, ax)
+        axes = figure.subplots(1, len(law.laws), squeeze=False)[0]
+    for ax, one in zip(axes, law.laws, strict=True):
+        value, sd = getattr(points, one.symbol), getattr(points, f"sd_{one.symbol}")
+        plot_law(one, value, sd, points.amplitude, ax)
     return figure

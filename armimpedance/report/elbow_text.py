@@ -1,15 +1,13 @@
-"""One joint under a random perturbation as text, and what FIT.json adds to the contract."""
+"""One joint under a random perturbation as text."""
 
 from __future__ import annotations
 
 import textwrap
 from collections.abc import Mapping, Sequence
-from dataclasses import fields, is_dataclass
-from typing import Any
 
 import numpy as np
 
-from armimpedance.elbow import NAMES, ChannelSnr, ElbowFit, VaryingImpedance, probability
+from armimpedance.elbow import ElbowFit, VaryingImpedance
 from armimpedance.report.numbers import (
     TABLE_WIDTH,
     aligned_table,
@@ -27,37 +25,35 @@ _LEGEND = (
 _LABEL_WIDTH = 30
 
 
-def elbow_text(
-    fit: ElbowFit, parts: Mapping[str, ElbowFit] | None = None, notes: Sequence[str] = ()
-) -> str:
+def elbow_text(fit: ElbowFit) -> str:
     """A table of I, B and K, how the data were prepared, then parts of the recording.
 
     Parameters
     ----------
     fit : ElbowFit
-    parts : mapping label -> ElbowFit, optional
-        The same of single conditions or trials.
-    notes : sequence of str
-        Printed first.
+
+    Returns
+    -------
+    str
     """
     s = fit.summary
     blocks = [
-        *_filled(notes),
         f"{s.method}: {s.n} rows, condition of the scaled columns {s.cond_scaled:.3g}, "
         f"variance accounted for {100 * s.vaf:.2f} %",
         *_filled(fit.preparation),
-        snr_line(fit.snr),
-        whiteness_line(fit),
+        _snr_line(fit),
+        _whiteness_line(fit),
         "",
         parameter_table(s.parameters, "textbook sd"),
     ]
-    if parts:
-        blocks += ["", _parts_table(parts)]
+    if fit.parts:
+        blocks += ["", _parts_table(fit.parts)]
     return "\n".join([*blocks, "", *numbered_notes([*s.warnings, _LEGEND])])
 
 
-def snr_line(snr: ChannelSnr) -> str:
+def _snr_line(result: ElbowFit | VaryingImpedance) -> str:
     """``signal to noise: torque 31 dB, angle 40 dB``."""
+    snr = result.snr
     shown = {
         name: "no noise seen" if value is None else f"{value:.0f} dB"
         for name, value in (("torque", snr.torque_db), ("angle", snr.angle_db))
@@ -65,12 +61,12 @@ def snr_line(snr: ChannelSnr) -> str:
     return f"signal to noise: torque {shown['torque']}, angle {shown['angle']}"
 
 
-def whiteness_line(fit: ElbowFit) -> str:
+def _whiteness_line(fit: ElbowFit) -> str:
     """What is left in the residuals."""
     w = fit.whiteness
     said = "white" if w.p >= 0.05 else "correlated"
     return (
-        f"residuals: {said} (Ljung-Box over {counted(w.lags, 'lag')}: {probability(w.p)}; "
+        f"residuals: {said} (Ljung-Box over {counted(w.lags, 'lag')}: {w.probability}; "
         f"largest correlation {w.largest_correlation:.2f})"
     )
 
@@ -84,14 +80,23 @@ def _parts_table(parts: Mapping[str, ElbowFit]) -> str:
         for label, f in parts.items()
     ]
     if len(parts) > 1:
-        values = np.array([f.values for f in parts.values()])
+        values = np.array([f.parameters.values for f in parts.values()])
         mean, sd = values.mean(axis=0), values.std(axis=0, ddof=1)
         rows.append(["mean ± sd", *(f"{m:.3g} ± {s:.2g}" for m, s in zip(mean, sd, strict=True))])
-    return aligned_table(("part", *NAMES), rows)
+    return aligned_table(("part", "I", "B", "K"), rows)
 
 
-def varying_text(varying: VaryingImpedance, notes: Sequence[str] = ()) -> str:
-    """I, the range of B and K, the mean width of their bands, then notes."""
+def varying_text(varying: VaryingImpedance) -> str:
+    """I, the range of B and K, the mean width of their bands, then notes.
+
+    Parameters
+    ----------
+    varying : VaryingImpedance
+
+    Returns
+    -------
+    str
+    """
     rows = []
     for name in "BK":
         value, band = getattr(varying, name), varying.band(name)
@@ -100,37 +105,16 @@ def varying_text(varying: VaryingImpedance, notes: Sequence[str] = ()) -> str:
         rows.append([name, *(f"{c:.3g}" for c in cells)])
     points = f"{counted(len(varying.time_s), 'point')} of {counted(len(varying.trials), 'trial')}"
     blocks = [
-        *_filled(notes),
+        *_filled(varying.notes),
         f"{varying.method}: {points}",
         *_filled(varying.preparation),
-        snr_line(varying.snr),
+        _snr_line(varying),
         f"I {with_interval(varying.inertia.value, *varying.inertia.ci95)} {varying.inertia.unit}",
         "",
         aligned_table(("", "mean", "lowest", "highest", "± (median half-width)"), rows),
         "",
     ]
     return "\n".join([*blocks, *numbered_notes(varying.warnings)]).rstrip()
-
-
-def elbow_object(fit: ElbowFit, parts: Mapping[str, ElbowFit] | None = None) -> dict[str, Any]:
-    """What stands in FIT.json beside the contract's fields."""
-    return {
-        "covariance": fit.covariance,
-        "snr_db": {"torque": fit.snr.torque_db, "angle": fit.snr.angle_db},
-        "residual_whiteness": vars(fit.whiteness),
-        "preparation": list(fit.preparation),
-        "details": {name: _plain(value) for name, value in fit.details.items()},
-        "parts": [
-            {"part": label, **part.summary.to_dict()} for label, part in (parts or {}).items()
-        ],
-    }
-
-
-def _plain(value: Any) -> Any:
-    """Records as mappings, for JSON."""
-    if is_dataclass(value) and not isinstance(value, type):
-        return {f.name: _plain(getattr(value, f.name)) for f in fields(value)}
-    return [_plain(v) for v in value] if isinstance(value, (list, tuple)) else value
 
 
 def _filled(sentences: Sequence[str]) -> list[str]:

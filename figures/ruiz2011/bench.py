@@ -15,6 +15,8 @@ from armimpedance.signals import emg_amplitude, mvc_column, rest_column
 from manipulandum_sim.elbow import RATE_HZ, Electrodes, raw_emg, simulate_bench
 
 DURATION_S: Final = 10.0
+#: Length of the source's windows, those of method "windows", s.
+CONSTANT_S: Final = 0.5
 #: B and K go up and down by this part of their mean, both at once.
 DEPTH: Final = 0.3
 MUSCLES: Final = ("flexor", "extensor")

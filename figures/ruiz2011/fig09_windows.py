@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal
 
-from armimpedance.elbow import CONSTANT_S, NAMES, VaryingImpedance, identify_varying
+from armimpedance.elbow import VaryingImpedance, identify_varying
 from armimpedance.plots import OKABE_ITO, TWO_COLUMNS_IN, new_figure, plot_varying, print_style
 from armimpedance_figures.fixed_layout import settle
+from armimpedance_figures.ruiz2011.bench import CONSTANT_S
 from armimpedance_figures.ruiz2011.session import Session, design, study
 from armimpedance_figures.source_figure import SourceFigure, one_legend, script
 from armimpedance_figures.table_cells import number
@@ -84,8 +85,8 @@ def table(studied: StudiedWindows) -> list[list[str]]:
 
 def caption(studied: StudiedWindows) -> str:
     """What is shown, where the scatter comes from, what differs."""
-    session, at = studied.session, NAMES.index("K")
-    low, high = session.fits[REPETITION].interval[at]
+    session = studied.session
+    low, high = session.fits[REPETITION].stiffness.ci95
     means = " and ".join(f"{studied.mean(s, 'K'):.1f} ({s:g} s)" for s in WINDOWS)
     return (
         "After Ruiz et al. (2011), Fig. 9: viscosity B and stiffness K of one subject who holds a "

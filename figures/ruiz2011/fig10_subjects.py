@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from armimpedance.arrays import FloatArray
-from armimpedance.elbow import DEFAULT, NAMES
+from armimpedance.elbow import METHODS
 from armimpedance.plots import OKABE_ITO, TWO_COLUMNS_IN, new_figure, print_style
 from armimpedance_figures.fixed_layout import settle
 from armimpedance_figures.ruiz2011.session import SUBJECTS, Session, design, study
@@ -25,13 +25,12 @@ LABELS: Final = {"B": "B (Nms/rad)", "K": "K (Nm/rad)"}
 
 def values(one: Session, name: str) -> FloatArray:
     """I, B or K of each repetition."""
-    return np.array([fit.values[NAMES.index(name)] for fit in one.fits])
+    return np.array([fit[name].value for fit in one.fits])
 
 
 def covered(sessions: tuple[Session, ...], name: str) -> int:
     """How many repetitions' 95 % intervals hold the truth."""
-    at = NAMES.index(name)
-    ends = [(fit.interval[at], one.true(name)) for one in sessions for fit in one.fits]
+    ends = [(fit[name].ci95, one.true(name)) for one in sessions for fit in one.fits]
     return sum(bool(low <= true <= high) for (low, high), true in ends)
 
 
@@ -77,8 +76,8 @@ def table(sessions: tuple[Session, ...]) -> list[list[str]]:
     rows = [[*header, "mean_standard_error_of_one_fit", "printed_lowest", "printed_highest"]]
     for one in sessions:
         for name, printed in PRINTED.items():
-            each, at = values(one, name), NAMES.index(name)
-            error = np.mean([fit.summary.parameters[at].sd_robust for fit in one.fits])
+            each = values(one, name)
+            error = np.mean([fit[name].sd_robust for fit in one.fits])
             own = [one.true(name), each.mean(), each.std(ddof=1)]
             rows.append(
                 [
@@ -100,8 +99,8 @@ def caption(sessions: tuple[Session, ...]) -> str:
     return (
         "After Ruiz et al. (2011), Fig. 10: mean and standard deviation of viscosity B and "
         "stiffness K of each subject in the posture test, beside the single repetitions and the "
-        f"truth. Each repetition is fitted by itself, method '{DEFAULT}'; the means are off by "
-        f"{100 * off['B']:+.1f} % (B) and {100 * off['K']:+.1f} % (K) on average, "
+        f"truth. Each repetition is fitted by itself, method '{METHODS.default}'; the means are "
+        f"off by {100 * off['B']:+.1f} % (B) and {100 * off['K']:+.1f} % (K) on average, "
         f"{covered(sessions, 'B')} (B) and {covered(sessions, 'K')} (K) of {count} intervals of 95 "
         "% hold the truth. B is told by all of the perturbation's band, K by its low end, where "
         "the subject's own torque is: hence K's scatter. "

@@ -8,12 +8,7 @@ from typing import Final
 import numpy as np
 
 from armimpedance.arrays import FloatArray
-from armimpedance.elbow import (
-    VARYING_METHODS,
-    VaryingImpedance,
-    identify_varying,
-    varying_method_named,
-)
+from armimpedance.elbow import VARYING_METHODS, VaryingImpedance, identify_varying
 from armimpedance.errors import ArmImpedanceError, InputError
 from armimpedance_figures.ruiz2011.bench import JOINTS, Joint, Varying, varying_draws
 
@@ -23,7 +18,7 @@ SNR_DB: Final = 40.0
 NAMES: Final = ("B", "K")
 #: Method "emg" with the activations themselves in place of amplitudes from EMG.
 EXACT: Final = "emg without noise"
-METHODS: Final = (*VARYING_METHODS, EXACT)
+METHODS: Final = ("windows", "quadratic", "smoother", "spline", "emg", EXACT)
 
 
 @dataclass(frozen=True)
@@ -92,7 +87,7 @@ def study_joint(
         An unknown method.
     """
     for method in set(methods) - {EXACT}:
-        varying_method_named(method)
+        VARYING_METHODS.named(method)
     chosen, count = frequencies_hz or FREQUENCIES_HZ, draws or DRAWS
     error = {method: np.full((len(chosen), count, 2), np.nan) for method in methods}
     for f, frequency in enumerate(chosen):
@@ -107,7 +102,7 @@ def identified(record: Varying, method: str) -> VaryingImpedance:
     """B and K over time by one of `METHODS`."""
     if method == EXACT:
         return identify_varying(record.samples, method="emg", amplitude=record.activation)
-    if varying_method_named(method).needs != "amplitude":
+    if VARYING_METHODS.named(method).needs != "amplitude":
         return identify_varying(record.samples, method=method)
     return identify_varying(
         record.samples,

@@ -10,16 +10,7 @@ from typing import Final
 import numpy as np
 
 from armimpedance.arrays import FloatArray
-from armimpedance.elbow import (
-    METHODS,
-    JointSamples,
-    band_of,
-    from_recording,
-    method_named,
-    prepare,
-    solve_structure,
-    weighed_band,
-)
+from armimpedance.elbow import JointSamples, estimate_joint, from_recording, least_squares_arx
 from armimpedance.errors import ArmImpedanceError, InputError
 from armimpedance_figures.ruiz2011.bench import DURATION_S, JOINTS, Joint
 from manipulandum_sim.elbow import simulate_bench
@@ -29,6 +20,8 @@ DRAWS: Final = 12
 #: The limit that the source sets to the relative error.
 WITHIN: Final = 0.10
 RAW: Final = "raw arx"
+#: In the order of the drawing.
+METHODS: Final = ("arx", "iv", "output-error", "derivative")
 
 
 @dataclass(frozen=True)
@@ -70,16 +63,15 @@ class SnrStudy:
 
 def _raw(samples: JointSamples) -> FloatArray:
     """The source's model as printed, nb = 2 and nk = 1, on samples as they are."""
-    return solve_structure(prepare(samples, None, 1), "zoh", free=True).values
+    raw = least_squares_arx(samples, "zoh", cutoff_hz=None, decimation=1, free=True)
+    return raw.values
 
 
 def _by(name: str) -> Callable[[JointSamples], FloatArray]:
     """A method without the limits that the command sets to the SNR."""
 
     def solve(samples: JointSamples) -> FloatArray:
-        prepared = prepare(samples)
-        band = weighed_band(prepared, band_of(prepared))
-        return method_named(name).identify(prepared, band).values
+        return estimate_joint(samples, name).values
 
     return solve
 

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from armimpedance.elbow import NAMES
 from armimpedance_figures.ruiz2011.bench import DURATION_S
 from armimpedance_figures.ruiz2011.error_panels import Scale, draw_errors
 from armimpedance_figures.ruiz2011.snr import RAW, WITHIN, SnrStudy, study
@@ -16,6 +15,7 @@ from armimpedance_figures.table_cells import number
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+NAMES: Final = ("I", "B", "K")
 #: What the source prints as lowest; it gives no unit, dB reproduces it.
 PRINTED_DB: Final = (15.0, 18.0)
 #: Room for the marks' text above 100 %.

@@ -20,7 +20,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from armimpedance.arrays import FloatArray
+from armimpedance.arrays import FloatArray, FrozenRecord
 from armimpedance.elbow.emg.law import fit_law
 from armimpedance.elbow.emg.law_result import LinearLaw
 from armimpedance.elbow.emg.roles import Action, Role, roles_of
@@ -32,8 +32,8 @@ from armimpedance.signals import segment_amplitude
 STILL_RAD: Final = 0.02
 
 
-@dataclass(frozen=True)
-class ImcjCalibration:
+@dataclass(frozen=True, eq=False)
+class ImcjCalibration(FrozenRecord):
     """What an activation of 1 of each muscle does to the joint's torque.
 
     Attributes
@@ -57,7 +57,7 @@ class ImcjCalibration:
     @property
     def gains(self) -> FloatArray:
         """``|a_i|``, Nm, (m,)."""
-        return np.abs(self.law.coefficients[1:])
+        return np.abs(self.law.slopes)
 
 
 def calibrate_imcj(
@@ -78,11 +78,15 @@ def calibrate_imcj(
         Kind "joint", interaction torque, isometric trials at several levels of flexion, extension
         and, at best, co-contraction; raw EMG with its maximum contraction.
     roles : mapping of muscle to "flexor" or "extensor", optional
-        For muscles that `elbow.emg_roles.ROLES` does not know.
+        For muscles that `roles.ROLES` does not know.
     joint : int
-        Counted from 1.
+        Axis of the recording, counted from 1.
     flexion_positive : bool
-        Of the recording's angle and torque.
+        Whether flexion is positive in the recording's angle and torque.
+
+    Returns
+    -------
+    ImcjCalibration
 
     Raises
     ------
@@ -92,7 +96,7 @@ def calibrate_imcj(
     NotIdentifiableError
         Muscles that these trials cannot tell apart.
     """
-    found = roles_of(recording.muscles, roles)
+    known = roles_of(recording.muscles, roles)
     torque = _isometric_torque(recording, joint) * (1 if flexion_positive else -1)
     levels = segment_amplitude(recording)
     law = fit_law(
@@ -103,8 +107,8 @@ def calibrate_imcj(
         levels.sd,
         muscles=recording.muscles,
     )
-    warnings = (*levels.warnings, *law.warnings, *_wrong_signs(law, found))
-    return ImcjCalibration(law, found, levels.notes, warnings)
+    warnings = (*levels.warnings, *law.warnings, *_wrong_signs(law, known))
+    return ImcjCalibration(law, known, levels.notes, warnings)
 
 
 def imcj(
@@ -122,6 +126,11 @@ def imcj(
     amplitude_sd : broadcasts to (..., m)
         Standard errors, independent of one another.
 
+    Returns
+    -------
+    index, sd : (...)
+        Nm.
+
     Raises
     ------
     InputError
@@ -131,10 +140,11 @@ def imcj(
     m = len(calibration.muscles)
     if s.shape[-1:] != (m,):
         raise InputError(f"amplitudes of shape {s.shape}", expected=f"(..., {m})")
-    a = calibration.law.coefficients[1:]
+    law = calibration.law
+    a = law.slopes
     signed = s * np.sign(a)
     # variance (...,) = signed (..., m) C (m, m) signed^T + sum (a sd)^2
-    variance = np.einsum("...i,ij,...j->...", signed, calibration.law.covariance[1:, 1:], signed)
+    variance = np.einsum("...i,ij,...j->...", signed, law.parameters.covariance[1:, 1:], signed)
     errors = np.broadcast_to(np.asarray(amplitude_sd, dtype=np.float64), s.shape)
     variance = variance + ((a * errors) ** 2).sum(axis=-1)
     return np.asarray(s @ np.abs(a)), np.sqrt(variance)
@@ -168,21 +178,21 @@ def _isometric_torque(recording: Recording, joint: int) -> FloatArray:
 
 def _wrong_signs(law: LinearLaw, roles: tuple[Role, ...]) -> list[str]:
     """Muscles whose torque has the sign of their opponents'."""
-    a, names = law.coefficients[1:], law.muscles
+    a, names = law.slopes, law.muscles
     wrong = [i for i, role in enumerate(roles) if a[i] * role.sign < 0]
     if len(wrong) == len(names):
         return [
             "every muscle pulls the wrong way: is extension positive here, or the torque that "
             "of the device on the limb?"
         ]
-    limits = law.interval()[1:]
     said = []
     for i in wrong:
-        low, high = limits[i]
+        one = law.parameters[i + 1]
+        low, high = one.ci95
         sure = "surely so" if low * high > 0 else "perhaps by its errors"
         said.append(
             f"{names[i]}, {'an' if roles[i].action == 'extensor' else 'a'} {roles[i].action}, has "
-            f"{law.names[i + 1]} = {a[i]:.3g} Nm ({low:.3g} to {high:.3g}; {sure}): crosstalk of a "
+            f"{one.name} = {a[i]:.3g} Nm ({low:.3g} to {high:.3g}; {sure}): crosstalk of a "
             "neighbour, muscles that vary together, or channels that were exchanged"
         )
     return said

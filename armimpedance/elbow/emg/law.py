@@ -3,8 +3,8 @@
     K = k0 + kF s_F + kE s_E,   B = b0 + bF s_F + bE s_E
 
 Amplitudes are estimates too, and least squares, which the source uses, flattens slopes by what
-their errors explain. Here their errors are accounted for (`elbow.emg_errors`); the naive fit stands
-beside it.
+their errors explain. Here their errors are accounted for (`regression.errors_in_regressors`);
+plain least squares stands beside it.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ from armimpedance.regression import (
     DOUBTFUL,
     Corrected,
     ErrorMoments,
+    Parameters,
     refuse_unreliable,
     small_sample_term,
     solve_corrected,
@@ -84,7 +85,27 @@ def fit_emg_law_of(
     *,
     muscles: Sequence[str] = ("flexor", "extensor"),
 ) -> EmgLaw:
-    """`fit_emg_law` of one `ElbowFit` per operating point, with their robust standard errors."""
+    """K and B linear in the amplitudes, of one fit per operating point.
+
+    Parameters
+    ----------
+    fits : sequence of L ElbowFit
+        Their robust standard errors weigh the points.
+    amplitude : (L, m)
+        Parts of the maximum contraction.
+    amplitude_sd : (L, m), (m,) or float
+        Standard errors.
+    muscles : sequence of m str
+
+    Returns
+    -------
+    EmgLaw
+
+    Raises
+    ------
+    InputError, NotIdentifiableError, EstimationError
+        As `fit_emg_law`.
+    """
     K, B = [f.stiffness for f in fits], [f.viscosity for f in fits]
     return fit_emg_law(
         [k.value for k in K],
@@ -106,8 +127,28 @@ def fit_law(
     *,
     muscles: Sequence[str],
 ) -> LinearLaw:
-    """One linear law of m amplitudes; arguments and errors as of `fit_emg_law`.
+    """One linear law of m amplitudes.
 
+    Parameters
+    ----------
+    symbol : {"K", "B", "torque"}
+    value, value_sd : (L,)
+        Values and standard errors (0: not known, points count alike).
+    amplitude, amplitude_sd
+        As `fit_emg_law`.
+    muscles : sequence of m str
+
+    Returns
+    -------
+    LinearLaw
+
+    Raises
+    ------
+    InputError, NotIdentifiableError, EstimationError
+        As `fit_emg_law`; InputError also for an unknown symbol.
+
+    Notes
+    -----
     Points weigh ``1 / (sd^2 + sum_i (c_i sd_i)^2 + scatter^2)``; the scatter is the one that makes
     the weighted squares of the residuals as large as their number less that of the coefficients.
     """
@@ -119,28 +160,39 @@ def fit_law(
     W, S = constant_and(s), _error_covariance(s_sd)
     variance, scatter = _settled(W, y, sd, S, names)
     moments = _moments(W, y, S, variance, names)
-    found = solve_corrected(moments, small_sample_term(moments))
-    residual = y - W @ found.coefficients
+    solved = solve_corrected(moments, small_sample_term(moments))
+    residual = y - W @ solved.coefficients
     weight = 1 / variance
     about = y - np.average(y, weights=weight)
     law = LinearLaw(
         symbol=symbol,
         muscles=tuple(muscles),
-        coefficients=found.coefficients,
-        naive=found.naive,
-        covariance=found.covariance,
-        naive_covariance=found.naive_covariance,
-        dof=found.dof,
+        parameters=_parameters(symbol, muscles, solved),
+        naive=solved.naive,
         scatter=scatter,
         r2=1 - float(weight @ residual**2) / max(float(weight @ about**2), 1e-300),
         cond_raw=conds[0],
         cond_scaled=conds[1],
-        reliability=found.reliability,
+        reliability=solved.reliability,
         lowest=s.min(axis=0),
         highest=s.max(axis=0),
         n=len(y),
     )
-    return _warned(law, found)
+    return _warned(law, solved)
+
+
+def _parameters(symbol: str, muscles: Sequence[str], solved: Corrected) -> Parameters:
+    """``k0, k_<muscle>, ...``: the symbol in lower case (torque: a)."""
+    letter = "a" if symbol == "torque" else symbol.lower()
+    return Parameters(
+        names=(f"{letter}0", *(f"{letter}_{muscle}" for muscle in muscles)),
+        units=(LAW_UNITS[symbol],) * (1 + len(muscles)),
+        values=solved.coefficients,
+        covariance=solved.covariance,
+        covariance_kind="cr3",
+        dof=solved.dof,
+        plain_covariance=solved.naive_covariance,
+    )
 
 
 def _points(
@@ -230,13 +282,13 @@ def _unexplained(residual: FloatArray, known: FloatArray, dof: int) -> float:
     return float(brentq(excess, 0.0, most, xtol=1e-14 * most, rtol=1e-13))
 
 
-def _warned(law: LinearLaw, found: Corrected) -> LinearLaw:
+def _warned(law: LinearLaw, solved: Corrected) -> LinearLaw:
     """The law with what a reader must know."""
     said = []
     if law.reliability < DOUBTFUL:
         said.append(
             f"errors explain {100 - 100 * law.reliability:.0f} % of how the amplitude of "
-            f"{' and '.join(found.least_certain)} varies: least squares is flattened by it, and "
+            f"{' and '.join(solved.least_certain)} varies: least squares is flattened by it, and "
             "the correction is rough"
         )
     if law.symbol in ("K", "B"):
@@ -247,13 +299,13 @@ def _warned(law: LinearLaw, found: Corrected) -> LinearLaw:
 def _negative(law: LinearLaw) -> list[str]:
     """Muscles that seem to lower K or B."""
     said = []
-    for name, value, (low, high) in zip(
-        law.names[1:], law.coefficients[1:], law.interval()[1:], strict=True
-    ):
-        if value < 0:
+    for one in list(law.parameters)[1:]:
+        if one.value < 0:
+            low, high = one.ci95
             sure = "surely so" if high < 0 else "perhaps by its errors"
             said.append(
-                f"{name} is negative ({value:.3g}, {low:.3g} to {high:.3g}; {sure}): a muscle does "
+                f"{one.name} is negative ({one.value:.3g}, {low:.3g} to {high:.3g}; {sure}): a "
+                "muscle does "
                 f"not lower {law.symbol} as it becomes more active"
             )
     return said

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from armimpedance.arrays import BoolArray, FloatArray, frozen_array
+from armimpedance.arrays import BoolArray, FloatArray, FrozenRecord, IntArray
 from armimpedance.errors import InputError
-from armimpedance.regression import NamedParameter, t_interval
+from armimpedance.regression import FitSummary, Parameters, t_interval
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 #: Units of what a law gives.
 LAW_UNITS: Final = {"K": "Nm/rad", "B": "Nm s/rad", "torque": "Nm"}
@@ -18,31 +21,33 @@ LAW_UNITS: Final = {"K": "Nm/rad", "B": "Nm s/rad", "torque": "Nm"}
 _BEYOND: Final = 0.05
 
 
-@dataclass(frozen=True)
-class LawPrediction:
+@dataclass(frozen=True, eq=False)
+class LawPrediction(FrozenRecord):
     """What a law says at P amplitudes.
 
     Attributes
     ----------
     value, sd : (P,)
-        Of the law itself; single points scatter about it by `LinearLaw.scatter` more.
+        The law itself and its standard error; single points scatter about it by
+        `LinearLaw.scatter` more.
     dof : float
+        Degrees of freedom of the t distribution.
     outside : (P,) bool
         Beyond the amplitudes that the law was fitted to.
     """
 
-    value: FloatArray
-    sd: FloatArray
+    value: Annotated[FloatArray, "p"]
+    sd: Annotated[FloatArray, "p"]
     dof: float
-    outside: BoolArray
+    outside: Annotated[BoolArray, "p"]
 
     def interval(self, level: float = 0.95) -> FloatArray:
         """Confidence limits, (P, 2)."""
         return t_interval(self.value, self.sd, self.dof, level)
 
 
-@dataclass(frozen=True)
-class LinearLaw:
+@dataclass(frozen=True, repr=False, eq=False)
+class LinearLaw(FrozenRecord):
     """``y = c_0 + sum_i c_i s_i`` over m amplitudes, fitted to L points.
 
     Attributes
@@ -50,16 +55,17 @@ class LinearLaw:
     symbol : str
         "K", "B" or "torque".
     muscles : tuple of m str
-    coefficients, naive : (m + 1,)
-        With errors of the amplitudes accounted for, and plain (weighted) least squares.
-    covariance, naive_covariance : (m + 1, m + 1)
-    dof : float
+    parameters : Parameters
+        The coefficients ``k0, k_<muscle>, ...`` (m + 1,), errors of the amplitudes accounted for;
+        the plain covariance is that of least squares.
+    naive : (m + 1,)
+        The same by plain (weighted) least squares.
     scatter : float
         Standard deviation of points about the law beyond their stated errors.
     r2 : float
-        Of the points, weighted.
+        Part of the points' weighted variance that the law explains.
     cond_raw, cond_scaled : float
-        Of the columns [1, s], and of the same with unit lengths, about their means.
+        Condition of the columns [1, s], and of s about its means with unit lengths.
     reliability : float
         Part of the least certain combination of amplitudes that errors do not explain.
     lowest, highest : (m,)
@@ -70,66 +76,34 @@ class LinearLaw:
     """
 
     symbol: str
-    muscles: tuple[str, ...]
-    coefficients: FloatArray
-    naive: FloatArray
-    covariance: FloatArray
-    naive_covariance: FloatArray
-    dof: float
+    muscles: Annotated[tuple[str, ...], "m"]
+    parameters: Parameters
+    naive: Annotated[FloatArray, "m+1"]
     scatter: float
     r2: float
     cond_raw: float
     cond_scaled: float
     reliability: float
-    lowest: FloatArray
-    highest: FloatArray
+    lowest: Annotated[FloatArray, "m"]
+    highest: Annotated[FloatArray, "m"]
     n: int
     warnings: tuple[str, ...] = ()
 
-    def __post_init__(self) -> None:
-        put, m = object.__setattr__, len(self.muscles)
-        for name in ("coefficients", "naive"):
-            put(self, name, frozen_array(getattr(self, name), name, (m + 1,)))
-        for name in ("covariance", "naive_covariance"):
-            put(self, name, frozen_array(getattr(self, name), name, (m + 1, m + 1)))
-        for name in ("lowest", "highest"):
-            put(self, name, frozen_array(getattr(self, name), name, (m,)))
-
     @property
     def unit(self) -> str:
-        """Of all coefficients: amplitudes are parts of the maximum contraction."""
+        """Unit of what the law gives, and of all coefficients: amplitudes have none."""
         return LAW_UNITS[self.symbol]
 
     @property
-    def names(self) -> tuple[str, ...]:
-        """``k0, k_<muscle>, ...``: the symbol in lower case (torque: a)."""
-        letter = "a" if self.symbol == "torque" else self.symbol.lower()
-        return (f"{letter}0", *(f"{letter}_{muscle}" for muscle in self.muscles))
-
-    @property
-    def sd(self) -> FloatArray:
-        """Standard errors of `coefficients`, (m + 1,)."""
-        return np.sqrt(np.diag(self.covariance))
+    def slopes(self) -> FloatArray:
+        """Coefficients of the muscles, (m,)."""
+        return self.parameters.values[1:]
 
     @property
     def attenuation(self) -> FloatArray:
         """``naive / corrected``, (m + 1,): what errors of the amplitudes made of each."""
-        known = self.coefficients != 0
-        return np.divide(self.naive, self.coefficients, out=np.ones_like(self.naive), where=known)
-
-    def interval(self, level: float = 0.95) -> FloatArray:
-        """Confidence limits of `coefficients`, (m + 1, 2)."""
-        return t_interval(self.coefficients, self.sd, self.dof, level)
-
-    @property
-    def parameters(self) -> tuple[NamedParameter, ...]:
-        """For FIT.json: `sd` is the naive fit's, `sd_robust` the one to trust."""
-        plain = np.sqrt(np.diag(self.naive_covariance))
-        columns = zip(self.names, self.coefficients, plain, self.sd, strict=True)
-        return tuple(
-            NamedParameter(name, float(c), float(s), float(r), self.unit, self.dof)
-            for name, c, s, r in columns
-        )
+        own = self.parameters.values
+        return np.divide(self.naive, own, out=np.ones_like(self.naive), where=own != 0)
 
     def predict(self, amplitude: ArrayLike, amplitude_sd: ArrayLike = 0.0) -> LawPrediction:
         """The law at amplitudes (P, m), with standard errors of them (broadcast) if known.
@@ -145,26 +119,155 @@ class LinearLaw:
             raise InputError(f"amplitudes of shape {s.shape}", expected=f"(points, {m})")
         errors = np.broadcast_to(np.asarray(amplitude_sd, dtype=np.float64), s.shape)
         W = constant_and(s)
-        variance = np.einsum("pi,ij,pj->p", W, self.covariance, W)
-        variance += ((errors * self.coefficients[1:]) ** 2).sum(axis=1)
+        variance = np.einsum("pi,ij,pj->p", W, self.parameters.covariance, W)
+        variance += ((errors * self.slopes) ** 2).sum(axis=1)
         slack = _BEYOND * (self.highest - self.lowest)
         beyond = (s < self.lowest - slack) | (s > self.highest + slack)
-        outside = np.asarray(beyond.any(axis=1))
-        return LawPrediction(W @ self.coefficients, np.sqrt(variance), self.dof, outside)
+        value, dof = W @ self.parameters.values, self.parameters.dof
+        return LawPrediction(value, np.sqrt(variance), dof, np.asarray(beyond.any(axis=1)))
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row a coefficient: value, standard error, 95 % limits, unit, least squares."""
+        return self.parameters.to_frame().assign(least_squares=self.naive)
+
+    def to_dict(self) -> dict[str, Any]:
+        """What FIT.json holds of the law beside its coefficients."""
+        return {
+            "symbol": self.symbol,
+            "least_squares": self.naive,
+            "attenuation": self.attenuation,
+            "scatter": self.scatter,
+            "r2": self.r2,
+            "reliability": self.reliability,
+            "covariance": self.parameters.covariance,
+            "amplitudes": {"lowest": self.lowest, "highest": self.highest},
+        }
+
+    def __repr__(self) -> str:
+        return f"{self.symbol} over EMG, {self.n} points, R^2 {self.r2:.3f}\n{self.parameters!r}"
+
+    def _repr_html_(self) -> str:
+        return self.parameters._repr_html_()
 
 
-@dataclass(frozen=True)
-class EmgLaw:
-    """The laws of K and, where it was given, of B."""
+@dataclass(frozen=True, eq=False)
+class OperatingPoints(FrozenRecord):
+    """I, B, K and EMG amplitudes of L trials, of which a law is made.
+
+    Attributes
+    ----------
+    trials : (L,) int
+    muscles : tuple of m str
+    amplitude : (L, m)
+        Parts of the maximum contraction.
+    K, sd_K, B, sd_B : (L,)
+        Stiffness (Nm/rad) and viscosity (Nm s/rad) with their standard errors.
+    imcj, sd_imcj : (L,) or None
+        Index of co-contraction, Nm, and its standard error, where it was calibrated.
+    """
+
+    trials: Annotated[IntArray, "l"]
+    muscles: Annotated[tuple[str, ...], "m"]
+    amplitude: Annotated[FloatArray, "l m"]
+    K: Annotated[FloatArray, "l"]
+    sd_K: Annotated[FloatArray, "l"]
+    B: Annotated[FloatArray, "l"]
+    sd_B: Annotated[FloatArray, "l"]
+    imcj: Annotated[FloatArray, "l"] | None = None
+    sd_imcj: Annotated[FloatArray, "l"] | None = None
+
+    def to_dict(self) -> list[dict[str, Any]]:
+        """One mapping a trial, as FIT.json holds it."""
+        names = {"K": self.K, "sd_K": self.sd_K, "B": self.B, "sd_B": self.sd_B}
+        if self.imcj is not None and self.sd_imcj is not None:
+            names |= {"imcj_Nm": self.imcj, "sd_imcj_Nm": self.sd_imcj}
+        return [
+            {
+                "trial": int(trial),
+                "amplitude": dict(zip(self.muscles, self.amplitude[row].tolist(), strict=True)),
+                **{name: float(column[row]) for name, column in names.items()},
+            }
+            for row, trial in enumerate(self.trials)
+        ]
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row a trial; the amplitudes in columns ``amplitude_<muscle>``."""
+        import pandas as pd
+
+        rows = [
+            {
+                "trial": row.pop("trial"),
+                **{f"amplitude_{name}": value for name, value in row.pop("amplitude").items()},
+                **row,
+            }
+            for row in self.to_dict()
+        ]
+        return pd.DataFrame(rows)
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class EmgLaw(FrozenRecord):
+    """The laws of K and, where it was given, of B.
+
+    Attributes
+    ----------
+    stiffness : LinearLaw
+    viscosity : LinearLaw or None
+    points : OperatingPoints or None
+        What the laws were fitted to, where they come from a recording.
+    notes : tuple of str
+        How the amplitudes were made, and which trials have been left out.
+    """
 
     stiffness: LinearLaw
     viscosity: LinearLaw | None = None
+    points: OperatingPoints | None = None
+    notes: tuple[str, ...] = ()
+
+    @property
+    def laws(self) -> tuple[LinearLaw, ...]:
+        """The law of K, then that of B."""
+        return tuple(law for law in (self.stiffness, self.viscosity) if law is not None)
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Of both laws."""
-        laws = (self.stiffness, self.viscosity)
-        return tuple(dict.fromkeys(w for law in laws if law for w in law.warnings))
+        """What a reader must know of both laws."""
+        return tuple(dict.fromkeys(w for law in self.laws for w in law.warnings))
+
+    @property
+    def summary(self) -> FitSummary:
+        """What FIT.json holds of every fit: ``k0, k_<flexor>, k_<extensor>``, the same of B."""
+        law = self.stiffness
+        return FitSummary(
+            method="emg-law",
+            n=law.n,
+            cond_raw=law.cond_raw,
+            cond_scaled=law.cond_scaled,
+            rank=len(law.parameters),
+            r2=law.r2,
+            vaf=law.r2,
+            parameters=tuple(p for one in self.laws for p in one.parameters),
+            warnings=self.warnings,
+        )
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row a coefficient: value, standard error, 95 % limits, unit."""
+        return self.summary.to_frame()
+
+    def to_dict(self) -> dict[str, Any]:
+        """What FIT.json holds: the contract's fields, both laws, their points, notes."""
+        return {
+            **self.summary.to_dict(),
+            "laws": [law.to_dict() for law in self.laws],
+            "points": [] if self.points is None else self.points.to_dict(),
+            "notes": list(self.notes),
+        }
+
+    def __repr__(self) -> str:
+        return repr(self.summary)
+
+    def _repr_html_(self) -> str:
+        return self.summary._repr_html_()
 
 
 def constant_and(amplitude: FloatArray) -> FloatArray:

@@ -54,7 +54,7 @@ def roles_of(
         A name that says nothing, a role that is none, or no flexor or no extensor among them.
     """
     given = {} if given is None else given
-    found = []
+    roles = []
     for muscle in muscles:
         if muscle in given:
             if given[muscle] not in SIGN:
@@ -62,17 +62,17 @@ def roles_of(
                     f"{muscle} as {given[muscle]!r}", expected="'flexor' or 'extensor'"
                 )
             known = ROLES.get(muscle)
-            found.append(Role(given[muscle], known.biarticular if known else False))
+            roles.append(Role(given[muscle], known.biarticular if known else False))
         elif muscle in ROLES:
-            found.append(ROLES[muscle])
+            roles.append(ROLES[muscle])
         else:
             raise InputError(
                 f"not known whether {muscle} flexes or extends the elbow",
                 expected=f"its role, or one of {', '.join(ROLES)}",
             )
     for action in SIGN:
-        if all(role.action != action for role in found):
+        if all(role.action != action for role in roles):
             raise InputError(
                 f"no {action} among {', '.join(muscles)}", expected="a flexor and an extensor"
             )
-    return tuple(found)
+    return tuple(roles)

@@ -14,8 +14,8 @@ from typing import Final
 import numpy as np
 
 from armimpedance.arrays import FloatArray
-from armimpedance.elbow.stationary.band import Band, Bins, Complex, impedance, real_rows
-from armimpedance.elbow.stationary.estimate import without
+from armimpedance.elbow.stationary.band import Band, Bins, Complex
+from armimpedance.elbow.stationary.least_squares import LeastSquares, least_squares
 from armimpedance.elbow.stationary.orders import BIC_GAIN, ENOUGH, SQUARES_GAIN
 
 #: From a short-latency reflex with its muscle's rise to a voluntary answer, s.
@@ -48,20 +48,36 @@ class Feedback:
     answer: FloatArray
 
 
-def delayed_feedback(band: Band, values: FloatArray) -> Feedback:
-    """The best delay on the grid, weights at I, B, K (3,), up to `HIGHEST_HZ`."""
-    band = _below(band)
-    joint = _left(band, values, None)[1]
-    found = [(_left(band, values, float(d)), float(d)) for d in DELAYS_S]
-    (parameters, squares), delay = min(found, key=lambda f: f[0][1])
-    rows = sum(2 * len(b.s) - b.ends.shape[1] for b in band.trials)
+def delayed_feedback(
+    band: Band, values: FloatArray, unexplained: float
+) -> tuple[Feedback, str | None]:
+    """The best delay on the grid up to `HIGHEST_HZ`, and a warning where it leaves clearly less.
+
+    Parameters
+    ----------
+    band : Band
+    values : (3,)
+        I, B, K, whose noise weighs the frequencies.
+    unexplained : float
+        Part of the angle's power that they do not explain.
+    """
+    low = [b.of_lines(b.frequency_hz <= HIGHEST_HZ) for b in band.trials]
+    band = replace(band, trials=tuple(low))
+    weights = [b.weight(b.impedance(values)) for b in band.trials]
+
+    def fit_of(delay_s: float | None) -> LeastSquares:
+        return least_squares(band, [_columns(bins, delay_s) for bins in band.trials], weights)
+
+    joint, rows = fit_of(None).squares, band.rows
+    late, delay = min(((fit_of(float(d)), float(d)) for d in DELAYS_S), key=lambda f: f[0].squares)
     tiny = np.finfo(float).tiny
-    bic = rows * float(np.log(max(joint, tiny) / max(squares, tiny))) - 3 * float(np.log(rows))
-    gain = 1 - squares / joint if joint > 0 else 0.0
-    return Feedback(delay, gain, bic, parameters[:3], parameters[3:])
+    bic = rows * float(np.log(max(joint, tiny) / max(late.squares, tiny))) - 3 * float(np.log(rows))
+    gain = 1 - late.squares / joint if joint > 0 else 0.0
+    feedback = Feedback(delay, gain, bic, late.parameters[:3], late.parameters[3:])
+    return feedback, _warning(feedback, unexplained)
 
 
-def feedback_warning(feedback: Feedback, unexplained: float) -> str | None:
+def _warning(feedback: Feedback, unexplained: float) -> str | None:
     """A sentence where a late answer leaves clearly less, at a delay inside the grid."""
     inside = DELAYS_S[0] < feedback.delay_s < DELAYS_S[-1]
     clear = feedback.bic_gain >= BIC_GAIN and feedback.gain >= SQUARES_GAIN
@@ -74,33 +90,9 @@ def feedback_warning(feedback: Feedback, unexplained: float) -> str | None:
     )
 
 
-def _below(band: Band) -> Band:
-    """Its lines up to `HIGHEST_HZ`."""
-    trials = []
-    for bins in band.trials:
-        low = bins.frequency_hz <= HIGHEST_HZ
-        trials.append(bins.of_lines(low))
-    return replace(band, trials=tuple(trials))
-
-
-def _left(band: Band, values: FloatArray, delay_s: float | None) -> tuple[FloatArray, float]:
-    """Parameters and weighted squares left."""
-    tables = []
-    for bins in band.trials:
-        weight = np.sqrt(2 / bins.noise_power(impedance(bins, values)))
-        columns = np.column_stack([_columns(bins, delay_s), bins.torque]) * weight[:, None]
-        tables.append(without(real_rows(bins.ends * weight[:, None]), real_rows(columns))[0])
-    table = np.concatenate(tables)
-    X, y = table[:, :-1], table[:, -1]
-    scale = np.linalg.norm(X, axis=0)
-    # X (n, 3 or 5) [I B K B_r K_r] = Tau (n,)
-    parameters = np.linalg.lstsq(X / scale, y, rcond=None)[0] / scale
-    return parameters, float(((y - X @ parameters) ** 2).sum())
-
-
 def _columns(bins: Bins, delay_s: float | None) -> Complex:
+    """What I, B, K and the late answer's B_r, K_r multiply, and last the torque."""
     own = bins.powers * bins.angle[:, None]
-    if delay_s is None:
-        return own
-    late = np.exp(-bins.s * delay_s)[:, None]
-    return np.concatenate([own, own[:, 1:] * late], axis=1)
+    if delay_s is not None:
+        own = np.concatenate([own, own[:, 1:] * np.exp(-bins.s * delay_s)[:, None]], axis=1)
+    return np.column_stack([own, bins.torque])

@@ -14,120 +14,28 @@ with a reference signal in the frequency domain: R. Pintelon, J. Schoukens, Syst
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
 from armimpedance.arrays import FloatArray
-from armimpedance.elbow.result import NAMES
-from armimpedance.elbow.stationary.band import (
-    Band,
-    Bins,
-    Complex,
-    band_of,
-    impedance,
-    in_time,
-    real_rows,
-    start_values,
-    without_torque_noise,
-)
-from armimpedance.elbow.stationary.estimate import (
-    Estimate,
-    Rows,
-    Solved,
-    estimate_of,
-    settled,
-    solve_rows,
-    without,
-)
-from armimpedance.elbow.stationary.output_error import fit_band
-from armimpedance.elbow.stationary.preparation import Prepared
-from armimpedance.elbow.stationary.residual_spectrum import with_residual
+from armimpedance.elbow.result import NAMES, UNITS
+from armimpedance.elbow.stationary.band import Band, Bins, Complex, in_time
+from armimpedance.elbow.stationary.estimate import Estimate, estimate_of
+from armimpedance.elbow.stationary.joint_fit import fit_band
+from armimpedance.elbow.stationary.rows import Rows, Solved, solve_rows
 from armimpedance.errors import EstimationError
 
 ROUNDS: Final = 60
-#: So many rounds start from what the one before found.
+#: Rounds that start from what the one before gave; later ones start half way.
 _FREE_ROUNDS: Final = 4
-#: How often the residual's spectrum is estimated anew, and rounds of instruments before each.
-SPECTRA: Final = 2
-_FIRST_ROUNDS: Final = 6
 #: A parameter that a round finds at or below zero starts the next at this part of what it was.
 _SHRUNK: Final = 0.1
-
-
-def solve(prepared: Prepared, band: Band) -> Estimate:
-    """Refined instruments.
-
-    Raises
-    ------
-    EstimationError
-        I, B or K is not positive, or the rounds do not settle.
-    """
-    driver = driver_of(prepared)
-    return refined(lambda values: _round(band, driver, values), start_values(band))
-
-
-def weighed_band(prepared: Prepared, floors: Band) -> Band:
-    """The band, weighed by the sensors' floors and by what a first pass leaves of the torque.
-
-    `floors`, of `band.band_of`, come back themselves where nothing is left beyond chance.
-
-    Raises
-    ------
-    EstimationError
-        The torque has the wrong sign.
-    NotIdentifiableError
-        The motion does not tell I, B and K apart.
-    """
-    band, driver, values = floors, driver_of(prepared), start_values(floors)
-    for _ in range(SPECTRA):
-        for _ in range(_FIRST_ROUNDS):
-            values = _positive(_round(band, driver, values).parameters, values)
-        band = with_residual(band, values, floors)
-        if band is floors:
-            break
-    return band
-
-
-def refined(solve_from: Callable[[FloatArray], Solved], start: FloatArray) -> Estimate:
-    """Rounds of instruments, each from what the one before found, until they settle.
-
-    Raises
-    ------
-    EstimationError
-        I, B or K is not positive at the end, or the rounds do not settle.
-    """
-    values = start
-    for number in range(ROUNDS):
-        solved = solve_from(values)
-        if settled(solved, values) or (number > _FREE_ROUNDS and (solved.parameters <= 0).any()):
-            return estimate_of(solved)
-        found = _positive(solved.parameters, values)
-        # Half way, after the first rounds, should they swing.
-        values = np.sqrt(values * found) if number >= _FREE_ROUNDS else found
-    raise EstimationError(
-        f"the instruments do not settle within {ROUNDS} rounds: is the perturbation "
-        "strong enough? try method output-error"
-    )
-
-
-def _positive(found: FloatArray, before: FloatArray) -> FloatArray:
-    return np.maximum(found, _SHRUNK * before)
-
-
-def _round(band: Band, driver: Driver, values: FloatArray) -> Solved:
-    rows = []
-    for row, bins in enumerate(band.trials):
-        weight = np.sqrt(2 / bins.noise_power(impedance(bins, values)))
-        clean = driver.angle(row, bins, values)
-        columns = np.column_stack(
-            [bins.powers * bins.angle[:, None], bins.powers * clean[:, None], bins.torque]
-        )
-        ends = real_rows(bins.ends * weight[:, None])
-        series = in_time(without(ends, real_rows(columns * weight[:, None]))[0])
-        rows.append(Rows(series[:, :3], series[:, 3:6], series[:, 6], bins.seconds))
-    return solve_rows(rows, NAMES)
+#: Rounds settle once no parameter moves by more than this part of itself ...
+_SETTLED: Final = 1e-6
+#: ... or of its standard error, whichever is larger.
+_SETTLED_SD: Final = 1e-3
 
 
 @dataclass(frozen=True)
@@ -146,19 +54,66 @@ class Driver:
     values: FloatArray | None = None
 
     def angle(self, row: int, bins: Bins, limb: FloatArray) -> Complex:
-        """Of trial `row`, (n,); `limb` is I, B, K (3,) so far."""
+        """The angle without noise of trial `row`, (n,); `limb` is I, B, K (3,) so far."""
         torque = bins.torque if self.band is None else self.band.trials[row].torque
-        return np.asarray(torque / impedance(bins, limb if self.values is None else self.values))
+        return np.asarray(torque / bins.impedance(limb if self.values is None else self.values))
 
 
-def driver_of(prepared: Prepared) -> Driver:
+def driver_of(band: Band) -> Driver:
     """The perturbation and what it moves, where it was recorded."""
-    if prepared.source.perturbation is None:
+    under = band.under_perturbation
+    if under is None:
         return Driver()
-    source = replace(prepared.source, torque=prepared.source.perturbation)
-    under = without_torque_noise(band_of(replace(prepared, source=source)))
     try:
-        return Driver(under, fit_band(under, start_values(under)))
+        return Driver(under, fit_band(under))
     except EstimationError:
         # A device that is no joint of second order: the limb's own model still follows it.
         return Driver(under)
+
+
+def round_of(band: Band, driver: Driver, values: FloatArray) -> Solved:
+    """One round: instruments and weights of I, B, K (3,), then the equations' solution."""
+    rows = []
+    for row, bins in enumerate(band.trials):
+        clean = driver.angle(row, bins, values)
+        columns = np.column_stack(
+            [bins.powers * bins.angle[:, None], bins.powers * clean[:, None], bins.torque]
+        )
+        series = in_time(bins.free(bins.weight(bins.impedance(values)), columns))
+        rows.append(Rows(series[:, :3], series[:, 3:6], series[:, 6], bins.seconds))
+    return solve_rows(rows, NAMES, UNITS)
+
+
+def refined(solve_from: Callable[[FloatArray], Solved], start: FloatArray) -> Estimate:
+    """Rounds of instruments, each from what the one before gave, until they settle.
+
+    Raises
+    ------
+    EstimationError
+        I, B or K is not positive at the end, or the rounds do not settle.
+    """
+    values = start
+    for number in range(ROUNDS):
+        solved = solve_from(values)
+        new = solved.parameters.values
+        if _settled(solved, values) or (number > _FREE_ROUNDS and (new <= 0).any()):
+            return estimate_of(solved)
+        new = positive(solved, values)
+        # Half way, after the first rounds, should they swing.
+        values = np.sqrt(values * new) if number >= _FREE_ROUNDS else new
+    raise EstimationError(
+        f"the instruments do not settle within {ROUNDS} rounds: is the perturbation "
+        "strong enough? try method output-error"
+    )
+
+
+def positive(solved: Solved, before: FloatArray) -> FloatArray:
+    """I, B, K (3,) to start the next round from; those before it bound them from below."""
+    return np.maximum(solved.parameters.values, _SHRUNK * before)
+
+
+def _settled(solved: Solved, before: FloatArray) -> bool:
+    """Whether a round moved I, B, K by less than matters."""
+    values, sd = solved.parameters.values, solved.parameters.sd
+    allowed = np.maximum(_SETTLED * np.abs(values), _SETTLED_SD * sd)
+    return bool((np.abs(values - before) <= allowed).all())

@@ -8,6 +8,7 @@ from typing import Final
 import numpy as np
 
 from armimpedance.arrays import FloatArray
+from armimpedance.elbow.result import NAMES, UNITS
 from armimpedance.elbow.stationary.discrete import (
     DELAY,
     DiscreteModel,
@@ -15,7 +16,15 @@ from armimpedance.elbow.stationary.discrete import (
     jacobian,
     to_continuous,
 )
-from armimpedance.elbow.stationary.estimate import Estimate, Solved
+from armimpedance.elbow.stationary.estimate import Estimate, estimate_of
+from armimpedance.elbow.stationary.preparation import Prepared
+from armimpedance.elbow.stationary.rows import (
+    Rows,
+    Solved,
+    ramp,
+    solve_rows,
+    without,
+)
 
 #: b (nb,) = SHAPE (nb, columns) @ fitted.
 SHAPE: Final = {"zoh": np.eye(2), "tustin": np.array([[1.0], [2.0], [1.0]])}
@@ -30,13 +39,8 @@ class Lagged:
     y: FloatArray
 
 
-def column_names(shape: FloatArray) -> tuple[str, ...]:
-    """Of the fitted parameters: a1, a2, b1, ..."""
-    return ("a1", "a2", *(f"b{j + 1}" for j in range(shape.shape[1])))
-
-
 def lagged(
-    angle: FloatArray, torque: FloatArray, structure: Structure, shape: FloatArray | None = None
+    angle: FloatArray, torque: FloatArray, structure: Structure, shape: FloatArray
 ) -> Lagged:
     """``y(t)`` and ``[-y(t-1), -y(t-2), u ...]`` for t from the third sample on.
 
@@ -44,43 +48,54 @@ def lagged(
     ----------
     angle, torque : (S,)
     structure : {"zoh", "tustin"}
-    shape : (nb, columns), optional
-        `SHAPE` by default.
+    shape : (nb, columns)
+        `SHAPE` or `FREE` of the structure.
     """
     now, one, two = angle[2:], angle[1:-1], angle[:-2]
     inputs = np.column_stack([torque[2:], torque[1:-1], torque[:-2]])[:, DELAY[structure] :]
     # U (S, columns) = [u(t-nk) u(t-nk-1) ...] (S, nb) shape (nb, columns)
-    held = inputs @ (SHAPE[structure] if shape is None else shape)
+    held = inputs @ shape
     return Lagged(np.column_stack([-one, -two, held]), now)
 
 
 def model_of(
-    parameters: FloatArray, rate_hz: float, structure: Structure, shape: FloatArray | None = None
+    parameters: FloatArray, rate_hz: float, structure: Structure, shape: FloatArray
 ) -> DiscreteModel:
     """The difference equation of fitted parameters."""
-    b = (SHAPE[structure] if shape is None else shape) @ parameters[2:]
-    return DiscreteModel(parameters[:2], b, rate_hz, structure)
+    return DiscreteModel(parameters[:2], shape @ parameters[2:], rate_hz, structure)
 
 
-def to_estimate(
-    solved: Solved, rate_hz: float, structure: Structure, shape: FloatArray | None = None
+def solve_structure(prepared: Prepared, structure: Structure, *, free: bool = False) -> Estimate:
+    """Least squares in one of the two structures, its b in their proportions or `free`.
+
+    Raises
+    ------
+    EstimationError
+        The fitted poles or gain are no joint's.
+    NotIdentifiableError
+        The record does not tell the coefficients apart.
+    """
+    shape = (FREE if free else SHAPE)[structure]
+    rows = []
+    for row in range(prepared.n_trials):
+        inside = prepared.inside(row)
+        table = lagged(prepared.angle[inside], prepared.torque[inside], structure, shape)
+        X, y = without(ramp(len(table.y)), table.X, table.y)
+        rows.append(Rows(X, X, y, len(y) / prepared.sample_rate_hz))
+    names = ("a1", "a2", *(f"b{j + 1}" for j in range(shape.shape[1])))
+    return _to_estimate(solve_rows(rows, names), prepared.sample_rate_hz, structure, shape)
+
+
+def _to_estimate(
+    solved: Solved, rate_hz: float, structure: Structure, shape: FloatArray
 ) -> Estimate:
     """I, B, K and their covariances by the delta method."""
-    shape = SHAPE[structure] if shape is None else shape
-    model = model_of(solved.parameters, rate_hz, structure, shape)
+    model = model_of(solved.parameters.values, rate_hz, structure, shape)
     # D (3, p) = d(I, B, K)/d(a, b) (3, 2 + nb) d(a, b)/d(fitted) (2 + nb, p)
     chain = np.zeros((2 + len(model.b), len(solved.parameters)))
     chain[:2, :2], chain[2:, 2:] = np.eye(2), shape
     D = jacobian(model) @ chain
-    return Estimate(
-        to_continuous(model),
-        D @ solved.covariance @ D.T,
-        D @ solved.classical @ D.T,
-        solved.dof,
-        solved.n,
-        solved.conditioning,
-        {"discrete": model},
-    )
+    return estimate_of(solved.transformed(to_continuous(model), D, NAMES, UNITS), discrete=model)
 
 
 def simulated(model: DiscreteModel, torque: FloatArray) -> FloatArray:

@@ -19,6 +19,7 @@ from scipy.linalg import toeplitz
 from armimpedance.arrays import FloatArray
 from armimpedance.elbow.result import NAMES
 from armimpedance.elbow.samples import JointSamples
+from armimpedance.elbow.snr import spectra_of
 from armimpedance.elbow.stationary.band import Band
 from armimpedance.elbow.stationary.discrete import DELAY, Structure, joint_model, to_continuous
 from armimpedance.elbow.stationary.lagged import FREE, SHAPE, lagged, model_of, simulated
@@ -48,10 +49,12 @@ def predicted_bias(
     values : (3,)
         I, B, K about which is asked.
     structure, free
-        As in `arx.solve_structure`.
+        As in `lagged.solve_structure`.
     """
     shape = (FREE if free else SHAPE)[structure]
-    clean = prepare(_without_noise(prepared, values), prepared.cutoff_hz, prepared.decimation)
+    noiseless = _without_noise(prepared, values)
+    filtering = prepared.cutoff_hz, prepared.decimation
+    clean = prepare(noiseless, spectra_of(noiseless), *filtering)
     D, d = _noise(prepared, band, structure, shape)
     gram, right = np.zeros_like(D), np.zeros_like(d)
     for row in range(prepared.n_trials):
@@ -61,9 +64,9 @@ def predicted_bias(
         gram += table.X.T @ table.X + len(table.y) * D
         right += table.X.T @ table.y + len(table.y) * d
     scale = np.sqrt(np.diag(gram))
-    found = np.linalg.lstsq(gram / np.outer(scale, scale), right / scale, rcond=None)[0] / scale
+    fitted = np.linalg.lstsq(gram / np.outer(scale, scale), right / scale, rcond=None)[0] / scale
     try:
-        model = model_of(found, prepared.sample_rate_hz, structure, shape)
+        model = model_of(fitted, prepared.sample_rate_hz, structure, shape)
         return np.asarray(to_continuous(model) / values - 1)
     except EstimationError:
         return None

@@ -14,8 +14,8 @@ from typing import Final
 import numpy as np
 
 from armimpedance.arrays import FloatArray
-from armimpedance.elbow.stationary.band import Band, Bins, Complex, real_rows
-from armimpedance.elbow.stationary.estimate import without
+from armimpedance.elbow.stationary.band import Band, Bins, Complex
+from armimpedance.elbow.stationary.least_squares import least_squares
 
 JOINT: Final = (2, 1, 0)
 GRID: Final = tuple(
@@ -46,20 +46,30 @@ class OrderScore:
         return self.na, self.nb, self.nk
 
 
-def compare_orders(band: Band, rate_hz: float) -> tuple[OrderScore, ...]:
-    """Scores of `GRID`, the best BIC first; nk in samples at `rate_hz`."""
-    rows = sum(2 * len(b.s) - b.ends.shape[1] for b in band.trials)
-    scores = []
+def compare_orders(
+    band: Band, rate_hz: float, unexplained: float
+) -> tuple[tuple[OrderScore, ...], str | None]:
+    """Scores of `GRID`, the best BIC first, and a warning where the joint is clearly worse.
+
+    Parameters
+    ----------
+    band : Band
+    rate_hz : float
+        Rate in whose samples nk counts.
+    unexplained : float
+        Part of the angle's power that I, B and K do not explain.
+    """
+    rows, scores = band.rows, []
     for na, nb, nk in GRID:
         squares = _squares(band, na, nb, nk / rate_hz)
         per_row = max(squares / rows, np.finfo(float).tiny)
         fit, p = rows * float(np.log(per_row)), na + nb + (nk > 0)
         scores.append(OrderScore(na, nb, nk, squares, fit + 2 * p, fit + float(np.log(rows)) * p))
-    return tuple(sorted(scores, key=lambda s: s.bic))
+    ranked = tuple(sorted(scores, key=lambda s: s.bic))
+    return ranked, _warning(ranked, unexplained)
 
 
-def order_warning(scores: tuple[OrderScore, ...], unexplained: float) -> str | None:
-    """A sentence where the joint of second order is clearly worse than the best."""
+def _warning(scores: tuple[OrderScore, ...], unexplained: float) -> str | None:
     joint = next(s for s in scores if s.orders == JOINT)
     best = scores[0]
     gain = 1 - best.squares / joint.squares if joint.squares else 0.0
@@ -75,22 +85,13 @@ def order_warning(scores: tuple[OrderScore, ...], unexplained: float) -> str | N
 def _squares(band: Band, na: int, nb: int, delay_s: float) -> float:
     """Weighted squares left, by linear least squares with the weights of the fit before."""
     top = float(np.abs(band.trials[0].s[-1]))
-    parameters = np.zeros(na + nb)
+    columns = [_columns(bins, na, nb, delay_s, top) for bins in band.trials]
     weights = [np.ones(len(b.s)) / np.maximum(np.abs(b.torque).mean(), 1e-300) for b in band.trials]
     squares = np.inf
     for _ in range(_ROUNDS):
-        tables = []
-        for bins, w in zip(band.trials, weights, strict=True):
-            columns = _columns(bins, na, nb, delay_s, top)
-            ends = real_rows(bins.ends * w[:, None])
-            tables.append(without(ends, real_rows(columns * w[:, None]))[0])
-        table = np.concatenate(tables)
-        scale = np.linalg.norm(table[:, :-1], axis=0)
-        scale = np.where(scale > 0, scale, 1.0)
-        # X (n, na + nb) p = y (n,)
-        parameters = np.linalg.lstsq(table[:, :-1] / scale, table[:, -1], rcond=None)[0] / scale
-        squares = float(((table[:, -1] - table[:, :-1] @ parameters) ** 2).sum())
-        weights = [np.sqrt(2 / _power(b, parameters, na, nb, top)) for b in band.trials]
+        fit = least_squares(band, columns, weights)
+        weights = [np.sqrt(2 / _power(b, fit.parameters, na, nb, top)) for b in band.trials]
+        squares = fit.squares
     return squares
 
 

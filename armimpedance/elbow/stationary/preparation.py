@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final, Literal
+from typing import Annotated, Final, Literal
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, IntArray, frozen_array
+from armimpedance.arrays import FloatArray, FrozenRecord, IntArray
 from armimpedance.elbow.samples import JointSamples
-from armimpedance.elbow.snr import ChannelSpectrum, channel_spectrum
+from armimpedance.elbow.snr import ChannelSpectrum, Spectra
 from armimpedance.errors import InputError, RecordError
 from armimpedance.signals import lowpass, ramp_basis
 
@@ -29,8 +29,8 @@ SAMPLES_PER_PERIOD: Final = 50
 ANTI_ALIAS: Final = 0.4
 
 
-@dataclass(frozen=True)
-class Prepared:
+@dataclass(frozen=True, eq=False)
+class Prepared(FrozenRecord):
     """Samples of T trials after drift removal, filter and decimation.
 
     Attributes
@@ -50,6 +50,8 @@ class Prepared:
         Up to here the channels hold signal; a fit in the frequency domain ends here.
     source : JointSamples
         What was prepared.
+    spectra : Spectra
+        Those of the source's torque and angle.
     notes : tuple of str
         What was chosen, and why, one sentence each.
     lowest_hz : float
@@ -60,25 +62,21 @@ class Prepared:
 
     sample_rate_hz: float
     offsets: IntArray
-    torque: FloatArray
-    angle: FloatArray
-    perturbation: FloatArray | None
+    torque: Annotated[FloatArray, "n"]
+    angle: Annotated[FloatArray, "n"]
+    perturbation: Annotated[FloatArray, "n"] | None
     cutoff_hz: float | None
     decimation: int
     edge: int
     band_hz: float
     source: JointSamples
+    spectra: Spectra
     notes: tuple[str, ...] = ()
     lowest_hz: float = 0.0
     band_why: str = ""
 
     def __post_init__(self) -> None:
-        put = object.__setattr__
-        put(self, "offsets", frozen_array(self.offsets, "offsets", (None,), np.int64))
-        shape = (int(self.offsets[-1]),)
-        for name in ("torque", "angle", "perturbation"):
-            if getattr(self, name) is not None:
-                put(self, name, frozen_array(getattr(self, name), name, shape))
+        super().__post_init__()
         if (np.diff(self.offsets) <= 2 * self.edge + 16).any():
             raise RecordError("a trial is too short for its filter", expected="a longer trial")
 
@@ -99,6 +97,7 @@ class Prepared:
 
 def prepare(
     samples: JointSamples,
+    spectra: Spectra,
     cutoff_hz: Cutoff = "auto",
     decimation: Decimation = "auto",
     lowest_hz: float | None = None,
@@ -108,9 +107,12 @@ def prepare(
     Parameters
     ----------
     samples : JointSamples
+    spectra : Spectra
+        Those of the samples' channels.
     cutoff_hz : float, None or "auto"
-        Of the zero-phase low-pass (second order, forward and backward: four poles). "auto": as
-        far up as both channels stand above their noise; None: no filter, save against aliases.
+        Edge in Hz of the zero-phase low-pass (second order, forward and backward: four poles).
+        "auto": as far up as both channels stand above their noise; None: no filter, save against
+        aliases.
     decimation : int or "auto"
         Every how many samples one is kept. "auto": 50 samples per period of the cut-off.
     lowest_hz : float, optional
@@ -123,7 +125,7 @@ def prepare(
         A cut-off at or above half of the rate, a decimation that is no whole number from 1, a
         lowest frequency that is not positive or not below the band's end.
     """
-    band, why = _band(samples)
+    band, why = _band(spectra, samples.sample_rate_hz)
     cutoff, notes = _cutoff(samples, cutoff_hz, decimation, band, why)
     keep, sentence = _decimation(samples, decimation, cutoff)
     notes = [*notes, sentence]
@@ -146,6 +148,7 @@ def prepare(
         edge=0 if cutoff is None else int(np.ceil(rate / cutoff)),
         band_hz=upper,
         source=samples,
+        spectra=spectra,
         notes=("offset and slope taken off each trial", *notes),
         lowest_hz=lowest,
         band_why=why if upper == band else "as the low-pass asks",
@@ -213,15 +216,13 @@ def _decimation(
     return int(asked), f"every {asked}. sample kept, as asked" if asked > 1 else "no decimation"
 
 
-def _band(samples: JointSamples) -> tuple[float, str]:
+def _band(spectra: Spectra, rate_hz: float) -> tuple[float, str]:
     """Up to where torque and angle hold signal, Hz, and why."""
-    torque = channel_spectrum(samples, samples.torque)
-    angle = channel_spectrum(samples, samples.angle)
-    highest = ANTI_ALIAS * samples.sample_rate_hz
+    highest = ANTI_ALIAS * rate_hz
     ends = [
-        (_power_end(torque), f"{100 * (1 - OUTSIDE):g} % of the torque's power lie below"),
-        (_floor_end(torque), "above it the torque drowns in its noise"),
-        (_floor_end(angle), "above it the angle drowns in its noise"),
+        (_power_end(spectra.torque), f"{100 * (1 - OUTSIDE):g} % of the torque's power lie below"),
+        (_floor_end(spectra.torque), "above it the torque drowns in its noise"),
+        (_floor_end(spectra.angle), "above it the angle drowns in its noise"),
         (highest, "little below half of the rate"),
     ]
     seen = [(float(end), why) for end, why in ends if end is not None]

@@ -14,7 +14,6 @@ Hausman, Econometrica 46, 1978, with blocks for the variance). Two pairs are com
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -23,9 +22,9 @@ from armimpedance.arrays import FloatArray
 from armimpedance.elbow.result import NAMES
 from armimpedance.elbow.stationary.band import Band
 from armimpedance.elbow.stationary.estimate import Estimate
-from armimpedance.elbow.stationary.instruments import solve as solve_instruments
-from armimpedance.elbow.stationary.methods import Method
+from armimpedance.elbow.stationary.method import Method
 from armimpedance.elbow.stationary.preparation import Prepared
+from armimpedance.elbow.stationary.table import METHODS
 from armimpedance.errors import EstimationError, NotIdentifiableError
 from armimpedance.regression import t_factor
 
@@ -37,13 +36,13 @@ SMALL: Final = 0.01
 
 def difference(first: Estimate, second: Estimate) -> FloatArray | None:
     """``first - second`` of I, B, K (3,); None where chance explains it."""
-    d = first.values - second.values
+    d = first.parameters.values - second.parameters.values
     if first.moved is None or second.moved is None or first.moved.shape != second.moved.shape:
         return None
     # C (3, 3) = (m1 - m2)^T (3, T) (m1 - m2) (T, 3)
     sd = np.sqrt(((first.moved - second.moved) ** 2).sum(axis=0))
-    beyond = np.abs(d) > t_factor(first.dof, 1 - CHANCE / len(NAMES)) * sd
-    large = np.abs(d) > SMALL * np.abs(second.values)
+    beyond = np.abs(d) > t_factor(first.parameters.dof, 1 - CHANCE / len(NAMES)) * sd
+    large = np.abs(d) > SMALL * np.abs(second.parameters.values)
     return d if (beyond & large).any() else None
 
 
@@ -64,7 +63,7 @@ def with_comparisons(
     if method.name == "output-error" and prepared.source.perturbation is not None:
         estimate = _compared(
             estimate,
-            lambda: solve_instruments(prepared, band),
+            lambda: METHODS["iv"].identify(prepared, band),
             "method iv, from the device's perturbation, finds {}: the measured torque reacts to "
             "what the subject pushes, which biases output error; take iv",
         )
@@ -87,11 +86,6 @@ def _compared(estimate: Estimate, other_way: Callable[[], Estimate], sentence: s
     d = difference(estimate, other)
     if d is None:
         return estimate
-    shown = ", ".join(f"{n} {v:.3g}" for n, v in zip(NAMES, other.values, strict=True))
-    # What may be off by d (3,) is uncertain by it: C (3, 3) + d d^T
-    return replace(
-        estimate,
-        covariance=estimate.covariance + np.outer(d, d),
-        warnings=(*estimate.warnings, f"{sentence.format(shown)}; the intervals allow for it"),
-        moved=None,
-    )
+    values = other.parameters.values
+    shown = ", ".join(f"{n} {v:.3g}" for n, v in zip(NAMES, values, strict=True))
+    return estimate.widened(d, (f"{sentence.format(shown)}; the intervals allow for it",))

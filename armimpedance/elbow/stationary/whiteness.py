@@ -16,7 +16,7 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.elbow.result import Whiteness
-from armimpedance.elbow.stationary.band import Band, in_time, residual_rows
+from armimpedance.elbow.stationary.band import Band, in_time
 
 MOST_LAGS: Final = 20
 #: A correlation below this is of no consequence, however sure.
@@ -26,9 +26,23 @@ UNLIKELY: Final = 1e-3
 ENOUGH: Final = 1e-4
 
 
-def residual_whiteness(band: Band, values: FloatArray) -> Whiteness:
-    """Ljung-Box test of the weighted residual at I, B, K (3,)."""
-    return ljung_box([in_time(residual_rows(bins, values)) for bins in band.trials])
+def residual_whiteness(
+    floors: Band, values: FloatArray, unexplained: float, *, independent: bool = False
+) -> tuple[Whiteness, str | None]:
+    """Ljung-Box test of the weighed residual at I, B, K (3,), and a warning where it is far off.
+
+    Parameters
+    ----------
+    floors : Band
+        Weighed by the sensors' noise alone.
+    values : (3,)
+    unexplained : float
+        Part of the angle's power that I, B and K do not explain.
+    independent : bool
+        What the residuals hold has no part in the instruments, which a perturbation drives.
+    """
+    white = ljung_box([in_time(bins.residual(values)) for bins in floors.trials])
+    return white, _warning(white, unexplained, independent)
 
 
 def ljung_box(series: list[FloatArray], lags: int | None = None) -> Whiteness:
@@ -58,24 +72,14 @@ def ljung_box(series: list[FloatArray], lags: int | None = None) -> Whiteness:
     )
 
 
-def whiteness_warning(
-    white: Whiteness, unexplained: float, *, independent: bool = False
-) -> str | None:
-    """A sentence where the residuals are far from white, and more than rounding.
-
-    `independent`: what they hold has no part in the instruments, which a perturbation drives.
-    """
+def _warning(white: Whiteness, unexplained: float, independent: bool) -> str | None:
+    """A sentence where the residuals are far from white, and more than rounding."""
     if unexplained < ENOUGH or white.p > UNLIKELY or abs(white.largest_correlation) < SMALL:
         return None
     values = "the subject's own does not bias the values" if independent else "the values may not"
     return (
-        f"the residuals are not white (Ljung-Box {probability(white.p)}, correlation up to "
+        f"the residuals are not white (Ljung-Box {white.probability}, correlation up to "
         f"{white.largest_correlation:.2f}): more than I, B, K and sensors' noise is in the "
         "torque (the subject's own, a reflex, a joint that changed); the intervals allow for it, "
         f"{values}"
     )
-
-
-def probability(p: float) -> str:
-    """``p 0.03``, ``p < 1e-6``."""
-    return "p < 1e-6" if p < 1e-6 else f"p {p:.2g}"

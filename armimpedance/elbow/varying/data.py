@@ -8,15 +8,15 @@ and whatever weighs frequencies afterwards does so through the noise covariance 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Final
+from typing import Annotated, Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, IntArray, frozen_array
+from armimpedance.arrays import FloatArray, FrozenRecord, IntArray
 from armimpedance.elbow.checks import check_samples
 from armimpedance.elbow.result import ChannelSnr
 from armimpedance.elbow.samples import JointSamples
-from armimpedance.elbow.snr import channel_snr
+from armimpedance.elbow.snr import spectra_of
 from armimpedance.elbow.varying.autoregression import Autoregression
 from armimpedance.errors import InputError
 
@@ -41,8 +41,8 @@ LEAST_NOISE: Final = 3e-4
 EDGE: Final = 4
 
 
-@dataclass(frozen=True)
-class VaryingData:
+@dataclass(frozen=True, eq=False)
+class VaryingData(FrozenRecord):
     """Decimated torque and angle of T trials, means taken off, with their noise.
 
     Attributes
@@ -53,9 +53,9 @@ class VaryingData:
     torque, angle : (N,)
         Nm on the limb, rad.
     sd_torque, sd_angle : (T,)
-        Of white noise at this rate with the density that the raw channel shows.
+        Standard deviation of white noise at this rate with the density that the raw channel shows.
     snr : ChannelSnr
-        Of the raw channels.
+        Signal to noise of the raw channels.
     every : int
         Raw samples per sample.
     notes : tuple of str
@@ -64,24 +64,16 @@ class VaryingData:
     """
 
     rate_hz: float
-    trials: tuple[str, ...]
-    offsets: IntArray
-    torque: FloatArray
-    angle: FloatArray
-    sd_torque: FloatArray
-    sd_angle: FloatArray
+    trials: Annotated[tuple[str, ...], "t"]
+    offsets: Annotated[IntArray, "t+1"]
+    torque: Annotated[FloatArray, "n"]
+    angle: Annotated[FloatArray, "n"]
+    sd_torque: Annotated[FloatArray, "t"]
+    sd_angle: Annotated[FloatArray, "t"]
     snr: ChannelSnr
     every: int
     notes: tuple[str, ...] = ()
     own: Autoregression = field(default_factory=Autoregression)
-
-    def __post_init__(self) -> None:
-        put, trials = object.__setattr__, len(self.trials)
-        put(self, "offsets", frozen_array(self.offsets, "offsets", (trials + 1,), np.int64))
-        for name in ("torque", "angle"):
-            put(self, name, frozen_array(getattr(self, name), name, (int(self.offsets[-1]),)))
-        for name in ("sd_torque", "sd_angle"):
-            put(self, name, frozen_array(getattr(self, name), name, (trials,)))
 
     @property
     def trial_of(self) -> IntArray:
@@ -114,7 +106,7 @@ def varying_data(samples: JointSamples, cutoff_hz: float | None = None) -> Varyi
     rate = samples.sample_rate_hz
     rows = [samples.samples_of(t) for t in range(samples.n_trials)]
     check_samples(samples)
-    snr = channel_snr(samples)
+    snr = spectra_of(samples).snr
     _refuse_noise(snr)
     held = _band(samples, rows)
     band = min(held, HIGHEST_HZ) if cutoff_hz is None else cutoff_hz

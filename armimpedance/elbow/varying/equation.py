@@ -7,7 +7,7 @@ difference operator ``L = I D2 + diag(B) D1 + diag(K)`` the equation error is
 
 so that frequencies where the angle's noise would drown the torque weigh little, without a filter
 that would not commute with K(t). A torque v that the subject adds unasked, an autoregression with
-the whitening operator A (`varying_autoregression`), enters as ``A e``, whose covariance ``sd^2 1 +
+the whitening operator A (`autoregression`), enters as ``A e``, whose covariance ``sd^2 1 +
 A Sigma A^T`` is banded too: rows are filtered after the products were formed. The gradient of
 ``e^T Sigma^-1 e`` over the parameters holds the motion that is most likely, ``theta^ = theta_m +
 s2^2 L^T Sigma^-1 e``, not the measured one: used as regressors it removes the bias by errors in

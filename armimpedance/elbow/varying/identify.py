@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
 
 from armimpedance.arrays import FloatArray
-from armimpedance.elbow.result import VaryingImpedance
+from armimpedance.elbow.result import NAMES, UNITS, VaryingImpedance
 from armimpedance.elbow.samples import COMMANDED, JointSamples
 from armimpedance.elbow.varying.beginning import Beginning, begin
 from armimpedance.elbow.varying.data import VaryingData, decimated, varying_data
-from armimpedance.elbow.varying.found import Found
-from armimpedance.elbow.varying.methods import DEFAULT_VARYING, varying_method_named
+from armimpedance.elbow.varying.estimated import EstimatedCourse
+from armimpedance.elbow.varying.method import VaryingMethod, VaryingOptions
+from armimpedance.elbow.varying.table import VARYING_METHODS
 from armimpedance.errors import InputError
-from armimpedance.regression import NamedParameter, t_factor
+from armimpedance.regression import Parameters, t_factor
 from armimpedance.signals import CUTOFF_HZ
 
+#: Steps that are told of: the data, the subject's own torque, the method, two parts of the time.
+_STEPS: Final = 4
 #: Half of K's 95 % band over K, above which the subject's own torque is told to limit it.
 WIDE: Final = 0.1
 
@@ -24,34 +29,41 @@ WIDE: Final = 0.1
 def identify_varying(
     samples: JointSamples,
     *,
-    method: str = DEFAULT_VARYING,
+    method: str | None = None,
     amplitude: FloatArray | None = None,
     amplitude_sd: FloatArray | None = None,
     amplitude_cutoff_hz: float = CUTOFF_HZ,
     window_s: float | None = None,
     cutoff_hz: float | None = None,
     every_s: float | None = None,
+    progress: Callable[[int, int], None] | None = None,
 ) -> VaryingImpedance:
     """``tau = I theta'' + B(t) theta' + K(t) theta``, I constant.
 
     Parameters
     ----------
     samples : JointSamples
-    method : str
-        A name in `varying_methods.VARYING_METHODS`.
+    method : str, optional
+        A name in `VARYING_METHODS`; its default if none is given.
     amplitude : (N, m) or None
         EMG amplitudes at the samples' rate, 0..1; the first is the flexor, the second the
         extensor. For "emg" only.
     amplitude_sd : (m,) or None
         Their standard errors.
     amplitude_cutoff_hz : float
-        Of the low-pass that made them: their errors lie below it.
+        Edge of the low-pass that made them, Hz: their errors lie below it.
     window_s : float or None
-        Length of a window, for "windows" and "quadratic"; None: the method's own.
+        Length of a window, s, for "windows" and "quadratic"; None: the method's own.
     cutoff_hz : float or None
-        Highest frequency of the motion that counts; None: read from the torque's spectrum.
+        Highest frequency of the motion that counts, Hz; None: read from the torque's spectrum.
     every_s : float or None
-        Grid of the result; None: the method's own, 0.02 s or the windows' step.
+        Grid of the result, s; None: the method's own, 0.02 s or the windows' step.
+    progress : callable, optional
+        Called with the number of steps that are done and their total.
+
+    Returns
+    -------
+    VaryingImpedance
 
     Raises
     ------
@@ -60,28 +72,28 @@ def identify_varying(
     EstimationError
         The record does not determine B(t) and K(t), or a solver did not get there.
     """
-    chosen = varying_method_named(method)
+    chosen = VARYING_METHODS.named(method)
+    _refuse_times(chosen, window_s, every_s)
+    tell = progress or (lambda *_: None)
+    data = varying_data(samples, cutoff_hz)
+    options = VaryingOptions(window_s, every_s, amplitude_cutoff_hz=amplitude_cutoff_hz)
+    if chosen.needs == "amplitude":
+        own, sd = _amplitudes(samples, data, amplitude, amplitude_sd)
+        options = replace(options, amplitude=own, amplitude_sd=sd)
+    tell(1, _STEPS)
+    begun = begin(data)
+    tell(2, _STEPS)
+    course = chosen.identify(begun, options)
+    tell(_STEPS, _STEPS)
+    return _result(chosen, samples, begun, course)
+
+
+def _refuse_times(method: VaryingMethod, window_s: float | None, every_s: float | None) -> None:
     for name, value in (("window_s", window_s), ("every_s", every_s)):
         if value is not None and not (np.isfinite(value) and value > 0):
             raise InputError(f"{name} of {value:g} s", expected="a positive time")
-    if window_s is not None and chosen.needs != "window":
-        raise InputError(f"method {method!r} takes no window", expected="windows or quadratic")
-    begun = begin(varying_data(samples, cutoff_hz))
-    data = begun.data
-    if chosen.needs == "window":
-        found = chosen.identify(begun, window_s=window_s, every_s=every_s)
-    elif chosen.needs == "amplitude":
-        a, sd = _amplitudes(samples, data, amplitude, amplitude_sd)
-        found = chosen.identify(
-            begun,
-            amplitude=a,
-            amplitude_sd=sd,
-            amplitude_cutoff_hz=amplitude_cutoff_hz,
-            every_s=every_s,
-        )
-    else:
-        found = chosen.identify(begun, every_s=every_s)
-    return _result(method, samples, begun, found)
+    if window_s is not None and method.needs != "window":
+        raise InputError(f"method {method.name!r} takes no window", expected="windows or quadratic")
 
 
 def _amplitudes(
@@ -115,27 +127,29 @@ def _amplitudes(
     return np.stack(columns, axis=1), errors
 
 
-def _result(method: str, samples: JointSamples, begun: Beginning, found: Found) -> VaryingImpedance:
+def _result(
+    method: VaryingMethod, samples: JointSamples, begun: Beginning, course: EstimatedCourse
+) -> VaryingImpedance:
     data = begun.data
-    counts = np.bincount(found.trial, minlength=len(data.trials))
-    inertia = NamedParameter(
-        "I", found.inertia, found.sd_inertia, found.sd_inertia, "kg m^2", found.dof, samples.joint
+    counts = np.bincount(data.trial_of[course.at], minlength=len(data.trials))
+    inertia = Parameters(
+        NAMES[:1], UNITS[:1], np.array([course.inertia]), np.array([[course.sd_inertia**2]])
     )
     return VaryingImpedance(
-        method=method,
+        method=method.name,
         trials=data.trials,
         offsets=np.concatenate([[0], np.cumsum(counts)]),
-        time_s=found.time_s,
-        B=found.B,
-        K=found.K,
-        sd_B=found.sd_B,
-        sd_K=found.sd_K,
-        inertia=inertia,
+        time_s=data.time_s[course.at],
+        B=course.B,
+        K=course.K,
+        sd_B=course.sd_B,
+        sd_K=course.sd_K,
+        parameters=inertia,
         snr=data.snr,
-        dof=found.dof,
-        preparation=(*data.notes, *_own_note(data), *found.notes),
-        warnings=_warnings(samples, begun, found),
-        details={"own_torque_rms": data.own.rms, **found.details},
+        joint=samples.joint,
+        preparation=(*data.notes, *_own_note(data), *course.notes),
+        warnings=_warnings(samples, begun, course),
+        details={"own_torque_rms": data.own.rms, **course.details},
     )
 
 
@@ -148,15 +162,15 @@ def _own_note(data: VaryingData) -> tuple[str, ...]:
     )
 
 
-def _warnings(samples: JointSamples, begun: Beginning, found: Found) -> tuple[str, ...]:
+def _warnings(samples: JointSamples, begun: Beginning, course: EstimatedCourse) -> tuple[str, ...]:
     commanded = (COMMANDED,) if samples.torque_is == "commanded" else ()
-    own = (*begun.warnings, *_limited(begun.data, found))
-    return (*commanded, *_negative(found), *own, *found.warnings)
+    own = (*begun.warnings, *_limited(begun.data, course))
+    return (*commanded, *_negative(course), *own, *course.warnings)
 
 
-def _limited(data: VaryingData, found: Found) -> tuple[str, ...]:
+def _limited(data: VaryingData, course: EstimatedCourse) -> tuple[str, ...]:
     """The subject's own torque, where K's band is wide because of it."""
-    half = float(np.median(t_factor(found.dof) * found.sd_K / np.abs(found.K)))
+    half = float(np.median(t_factor(np.inf) * course.sd_K / np.abs(course.K)))
     if not data.own.order or half < WIDE:
         return ()
     return (
@@ -166,16 +180,16 @@ def _limited(data: VaryingData, found: Found) -> tuple[str, ...]:
     )
 
 
-def _negative(found: Found) -> tuple[str, ...]:
+def _negative(course: EstimatedCourse) -> tuple[str, ...]:
     """A joint that pushes or feeds energy: more likely a sign or too much noise."""
-    parts = {"B": float((found.B < 0).mean()), "K": float((found.K < 0).mean())}
+    parts = {"B": float((course.B < 0).mean()), "K": float((course.K < 0).mean())}
     told = [
         f"{name} is negative in {_percent(part)} of the time: the sign of the torque, or too "
         "little motion for so fast a course"
         for name, part in parts.items()
         if part > 0
     ]
-    if found.inertia < 0:
+    if course.inertia < 0:
         told.append("the inertia is negative: the sign of the torque, or too much noise")
     return tuple(told)
 

@@ -7,7 +7,7 @@ linear Gaussian model,
     angle:     theta_m = theta + n2,                             n2 ~ s2^2
     prior:     B_(t+1) - 2 B_t + B_(t-1) ~ q_B,   K likewise ~ q_K
 
-whose information matrix is banded: `varying_chain` filters and smooths it. The marginal likelihood
+whose information matrix is banded: `chain` filters and smooths it. The marginal likelihood
 of (q_B, q_K, lambda) comes from the same matrix by a banded Cholesky factor. I and the offsets u
 are constant and eliminated by their Schur complement.
 """
@@ -25,7 +25,7 @@ from armimpedance.arrays import FloatArray
 from armimpedance.elbow.varying.chain import smooth_chain
 from armimpedance.elbow.varying.course import Course, Step, with_offsets
 from armimpedance.elbow.varying.data import VaryingData
-from armimpedance.elbow.varying.equation import linearise, start
+from armimpedance.elbow.varying.equation import linearise
 from armimpedance.elbow.varying.smoother_bands import band_variance, own_error
 from armimpedance.elbow.varying.smoother_model import Levels, SmootherModel, smoother_model
 from armimpedance.errors import EstimationError
@@ -93,13 +93,6 @@ def smooth(
     variance = band_variance(variance, *own_error(course, model, now), data)
     sd = np.sqrt(variance)
     return SmoothedCourse(course, sd[:, 0], sd[:, 1], sd_inertia, now, -negative_log(model, now))
-
-
-def free_course(data: VaryingData) -> Course:
-    """A course that is free to vary, without its own noise levels."""
-    course = start(data)
-    scale = np.array([np.abs(course.B).mean(), np.abs(course.K).mean()])
-    return settle(data, course, Levels(START_INTENSITY, START_INTENSITY, 1.0), scale, strict=False)
 
 
 def settle(

@@ -44,13 +44,13 @@ class Levels:
 class SmootherModel:
     """The linear Gaussian model of one linearisation, split by noise level.
 
-    X + angle + rough_B / q_B + rough_K / q_K``, all lower banded; likewise
-        the right-hand sides.
+    The information is ``H = torque / lambda^2 + angle + rough_B / q_B + rough_K / q_K``, all lower
+    banded; likewise the right-hand sides.
 
-        Attributes
-        ----------
-        state : int
-            Unknowns per sample.
+    Attributes
+    ----------
+    state : int
+        Unknowns per sample.
     """
 
     state: int
@@ -90,6 +90,15 @@ class SmootherModel:
 
 
 def smoother_model(data: VaryingData, eq: Linearised, scale: FloatArray) -> SmootherModel:
+    """The model about a linearisation.
+
+    Parameters
+    ----------
+    data : VaryingData
+    eq : Linearised
+    scale : (2,)
+        Means of B and K, of which the levels are parts.
+    """
     state = STATE + bool(eq.own.order)
     N = len(data.angle)
     n, c, band = state * N, eq.centre, 2 * HALF * state + state

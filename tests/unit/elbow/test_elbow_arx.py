@@ -7,12 +7,13 @@ import pytest
 
 from armimpedance.elbow.result import NAMES
 from armimpedance.elbow.samples import JointSamples, from_recording
-from armimpedance.elbow.stationary.arx import solve_structure
+from armimpedance.elbow.snr import spectra_of
 from armimpedance.elbow.stationary.band import band_of
 from armimpedance.elbow.stationary.identify import identify_elbow
-from armimpedance.elbow.stationary.methods import METHODS
+from armimpedance.elbow.stationary.lagged import solve_structure
 from armimpedance.elbow.stationary.noise_bias import predicted_bias
 from armimpedance.elbow.stationary.preparation import prepare
+from armimpedance.elbow.stationary.table import METHODS
 from armimpedance.elbow.stationary.whiteness import ljung_box
 from armimpedance.errors import ArmImpedanceError, EstimationError, InputError
 from armimpedance.regression import t_factor
@@ -54,7 +55,7 @@ def test_without_noise_the_truth_is_found(truths, method):
     fit = identify_elbow(samples_of(torque[:1], angle[:1], torque[:1]), method=method)
     # The bilinear transform is off by (w T)^2 / 12 where the torque ends.
     exact = method != "arx"
-    np.testing.assert_allclose(fit.values, joint, rtol=1e-6 if exact else 2e-3)
+    np.testing.assert_allclose(fit.parameters.values, joint, rtol=1e-6 if exact else 2e-3)
     assert fit.summary.r2 > 0.99999
     assert fit.summary.warnings == ()
     assert fit.details["orders"][0].orders == (2, 1, 0)
@@ -72,9 +73,9 @@ def test_the_intervals_cover(truths, method, commanded):
     for u, y in zip(torque, angle, strict=True):
         device = u[None] if commanded else None
         record = samples_of(noisy(u[None], 20.0, rng), noisy(y[None], 20.0, rng), device)
-        prepared = prepare(record)
-        found = METHODS[method].identify(prepared, band_of(prepared))
-        sd = np.sqrt(np.diag(found.covariance))
+        prepared = prepare(record, spectra_of(record))
+        found = METHODS[method].identify(prepared, band_of(prepared)).parameters
+        sd = found.sd
         held.append(np.abs(found.values - joint) <= t_factor(found.dof) * sd)
         z.append((found.values - joint) / sd)
     share = np.mean(held, axis=0)
@@ -90,8 +91,8 @@ def test_within_ten_percent_at_5_db(truths, method):
     errors = []
     for u, y in zip(torque[:20], angle[:20], strict=True):
         record = samples_of(noisy(u[None], 5.0, rng), noisy(y[None], 5.0, rng))
-        prepared = prepare(record)
-        found = METHODS[method].identify(prepared, band_of(prepared))
+        prepared = prepare(record, spectra_of(record))
+        found = METHODS[method].identify(prepared, band_of(prepared)).parameters
         errors.append(found.values / joint - 1)
     assert (np.sqrt(np.mean(np.square(errors), axis=0)) < 0.1).all()
 
@@ -102,7 +103,7 @@ def test_filtered_arx_within_ten_percent_at_15_db(truths):
     errors = [
         identify_elbow(
             samples_of(noisy(u[None], 15.0, rng), noisy(y[None], 15.0, rng)), method="arx"
-        ).values
+        ).parameters.values
         / joint
         - 1
         for u, y in zip(torque[:20], angle[:20], strict=True)
@@ -119,7 +120,9 @@ def test_raw_arx_is_refused_before_it_fails(truths, snr_db):
         identify_elbow(record, method="arx", cutoff_hz=None, decimation=1)
     # It would have failed indeed.
     try:
-        values = solve_structure(prepare(record, None, 1), "zoh").values
+        values = solve_structure(
+            prepare(record, spectra_of(record), None, 1), "zoh"
+        ).parameters.values
     except ArmImpedanceError:
         return
     assert (np.abs(values / joint - 1) > 0.1).any()
@@ -131,10 +134,11 @@ def test_the_predicted_bias_is_the_bias(truths):
     rng = np.random.default_rng(12)
     told, seen = [], []
     for u, y in zip(torque, angle, strict=True):
-        prepared = prepare(samples_of(noisy(u[None], 12.0, rng), noisy(y[None], 12.0, rng)), 12.0)
+        record = samples_of(noisy(u[None], 12.0, rng), noisy(y[None], 12.0, rng))
+        prepared = prepare(record, spectra_of(record), 12.0)
         band = band_of(prepared)
         told.append(predicted_bias(prepared, band, joint, "tustin"))
-        seen.append(solve_structure(prepared, "tustin").values / joint - 1)
+        seen.append(solve_structure(prepared, "tustin").parameters.values / joint - 1)
     error = np.std(seen, axis=0, ddof=1) / np.sqrt(RUNS)
     # A tenth of the bias for what the torque's own noise in the band adds to both.
     off = np.abs(np.mean(seen, axis=0) - np.mean(told, axis=0))
@@ -150,13 +154,13 @@ def test_trials_are_pooled(truths):
             identify_elbow(samples_of(u[r : r + 1], y[r : r + 1]), method=method) for r in range(8)
         ]
         all_of_them = identify_elbow(samples_of(u, y), method=method)
-        alone = np.mean([np.diag(s.covariance) for s in single], axis=0)
-        ratio = alone / np.diag(all_of_them.covariance)
+        alone = np.mean([np.diag(s.parameters.covariance) for s in single], axis=0)
+        ratio = alone / np.diag(all_of_them.parameters.covariance)
         if method != "arx":
             # Eight times the data; variances of 8 x 9 and of 79 degrees, in ratio known to .24.
             assert (np.abs(ratio / 8 - 1) < 4 * 0.24).all()
-        half = (all_of_them.interval[:, 1] - all_of_them.interval[:, 0]) / 2
-        assert (np.abs(all_of_them.values - joint) < 2 * half).all()
+        half = np.diff(all_of_them.parameters.interval())[:, 0] / 2
+        assert (np.abs(all_of_them.parameters.values - joint) < 2 * half).all()
 
 
 def test_units_of_torque_and_angle_scale_through(truths):
@@ -164,9 +168,9 @@ def test_units_of_torque_and_angle_scale_through(truths):
     rng = np.random.default_rng(14)
     u, y = noisy(torque[:1], 20.0, rng), noisy(angle[:1], 20.0, rng)
     for method in METHODS:
-        plain = identify_elbow(samples_of(u, y), method=method).values
-        twice = identify_elbow(samples_of(2 * u, y), method=method).values
-        mirrored = identify_elbow(samples_of(-u, -y), method=method).values
+        plain = identify_elbow(samples_of(u, y), method=method).parameters.values
+        twice = identify_elbow(samples_of(2 * u, y), method=method).parameters.values
+        mirrored = identify_elbow(samples_of(-u, -y), method=method).parameters.values
         np.testing.assert_allclose(twice, 2 * plain, rtol=1e-5)
         np.testing.assert_allclose(mirrored, plain, rtol=1e-5)
 
@@ -176,8 +180,8 @@ def test_the_same_record_gives_the_same_bits(truths, method):
     _, torque, angle = truths
     record = samples_of(noisy(torque[:1], 20.0, np.random.default_rng(1)), angle[:1])
     first, second = (identify_elbow(record, method=method) for _ in range(2))
-    assert (first.values == second.values).all()
-    assert (first.covariance == second.covariance).all()
+    assert (first.parameters.values == second.parameters.values).all()
+    assert (first.parameters.covariance == second.parameters.covariance).all()
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -220,11 +224,11 @@ def test_instruments_from_the_perturbation_stand_the_subjects_own_torque():
         torque, angle = noisy(torque, 30.0, rng), noisy(angle, 30.0, rng)
         free.append(identify_elbow(samples_of(torque, angle, command), method="iv"))
         bound.append(identify_elbow(samples_of(torque, angle), method="iv"))
-    z = [(f.values - joint) / np.sqrt(np.diag(f.covariance)) for f in free]
+    z = [(f.parameters.values - joint) / np.sqrt(np.diag(f.parameters.covariance)) for f in free]
     # Mean of 12 standardised errors, t with 19 degrees each: 4 standard errors.
     assert (np.abs(np.mean(z, axis=0)) < 4 * 1.06 / np.sqrt(12)).all()
-    off = np.mean([f.values / joint - 1 for f in bound], axis=0)
-    spread = np.std([f.values / joint - 1 for f in bound], axis=0, ddof=1) / np.sqrt(12)
+    off = np.mean([f.parameters.values / joint - 1 for f in bound], axis=0)
+    spread = np.std([f.parameters.values / joint - 1 for f in bound], axis=0, ddof=1) / np.sqrt(12)
     assert (np.abs(off) > 4 * spread).any()
 
 
@@ -256,7 +260,9 @@ def test_a_fit_says_what_it_is():
     assert fit.summary.rank == 3
     assert fit.snr.torque_db == pytest.approx(25, abs=0.5)
     assert fit.preparation
-    for parameter, variance in zip(fit.summary.parameters, np.diag(fit.covariance), strict=True):
+    for parameter, variance in zip(
+        fit.summary.parameters, np.diag(fit.parameters.covariance), strict=True
+    ):
         assert parameter.sd_robust == pytest.approx(np.sqrt(variance))
 
 

@@ -7,14 +7,19 @@ import numpy as np
 import pytest
 
 from armimpedance.elbow.samples import JointSamples
-from armimpedance.elbow.snr import channel_snr, channel_spectrum
+from armimpedance.elbow.snr import channel_spectrum, spectra_of
+from armimpedance.elbow.stationary import preparation
 from armimpedance.elbow.stationary.identify import identify_elbow
-from armimpedance.elbow.stationary.methods import METHODS, method_named
-from armimpedance.elbow.stationary.preparation import prepare, without_ramp
+from armimpedance.elbow.stationary.preparation import without_ramp
+from armimpedance.elbow.stationary.table import METHODS
 from armimpedance.errors import InputError
 from manipulandum_sim.elbow.bench import simulate_bench
 
 JOINT = (0.07, 0.6, 20.0)
+
+
+def prepare(samples, *options):
+    return preparation.prepare(samples, spectra_of(samples), *options)
 
 
 @lru_cache(maxsize=1)
@@ -42,7 +47,7 @@ def noisy():
 
 @pytest.mark.parametrize("levels", [(5.0, 15.0), (20.0, 30.0), (40.0, 10.0)])
 def test_the_snr_is_read_off_the_raw_channels(levels):
-    found = channel_snr(bench(snr_db=levels, seed=2))
+    found = spectra_of(bench(snr_db=levels, seed=2)).snr
     # The floor's mean over 40 % of 500 bins of 19 segments is known to 1.5 %; the noise drawn
     # and the signal's own variance to 2 % more: 0.3 dB holds four standard errors.
     assert found.torque_db == pytest.approx(levels[0], abs=0.4)
@@ -50,7 +55,7 @@ def test_the_snr_is_read_off_the_raw_channels(levels):
 
 
 def test_without_noise_there_is_no_floor():
-    found = channel_snr(bench(seed=1))
+    found = spectra_of(bench(seed=1)).snr
     assert (found.torque_db, found.angle_db) == (None, None)
 
 
@@ -182,5 +187,5 @@ def test_between_the_limits_arx_names_who_can(noisy):
 
 
 def test_an_unknown_method_lists_those_there_are():
-    with pytest.raises(InputError, match=r"'magic'.*arx, iv, output-error, derivative"):
-        method_named("magic")
+    with pytest.raises(InputError, match=r"'magic'.*iv, arx, derivative, output-error"):
+        METHODS.named("magic")

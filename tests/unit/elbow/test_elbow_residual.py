@@ -4,15 +4,16 @@ import numpy as np
 import pytest
 
 from armimpedance.elbow.samples import JointSamples, from_recording
+from armimpedance.elbow.snr import spectra_of
 from armimpedance.elbow.stationary.band import band_of
-from armimpedance.elbow.stationary.estimate import Solved
 from armimpedance.elbow.stationary.identify import identify_elbow
-from armimpedance.elbow.stationary.instruments import refined, weighed_band
-from armimpedance.elbow.stationary.methods import METHODS
+from armimpedance.elbow.stationary.instruments import refined
 from armimpedance.elbow.stationary.preparation import prepare
-from armimpedance.elbow.stationary.residual_spectrum import LINES, RATIO, hats, knots_of
+from armimpedance.elbow.stationary.rows import Solved
+from armimpedance.elbow.stationary.table import METHODS
+from armimpedance.elbow.stationary.weights import LINES, RATIO, hats, knots_of, weighed_band
 from armimpedance.errors import EstimationError, InputError
-from armimpedance.regression import t_factor
+from armimpedance.regression import Parameters, t_factor
 from manipulandum_sim.elbow.bench import simulate_bench
 from manipulandum_sim.elbow.simulate import simulate_elbow
 
@@ -53,9 +54,9 @@ def record(seed, voluntary, end_hz=1.0, answer=None, noise_db=40.0):
 
 
 def weighed(samples):
-    prepared = prepare(samples)
+    prepared = prepare(samples, spectra_of(samples))
     floors = band_of(prepared)
-    return prepared, floors, weighed_band(prepared, floors)
+    return prepared, floors, weighed_band(floors)
 
 
 def test_hats_sum_to_one_and_knots_keep_their_distance():
@@ -108,10 +109,10 @@ def test_where_voluntary_torque_is_slow_the_faster_motion_tells_more(method):
     by_floors, by_rest, z = [], [], []
     for seed in range(12):
         prepared, floors, band = weighed(record(seed, voluntary=0.5)[0])
-        by_floors.append(METHODS[method].identify(prepared, floors).values / JOINT - 1)
-        fit = METHODS[method].identify(prepared, band)
+        by_floors.append(METHODS[method].identify(prepared, floors).parameters.values / JOINT - 1)
+        fit = METHODS[method].identify(prepared, band).parameters
         by_rest.append(fit.values / JOINT - 1)
-        z.append((fit.values - JOINT) / np.sqrt(np.diag(fit.covariance)))
+        z.append((fit.values - JOINT) / fit.sd)
     rms = [np.sqrt(np.mean(np.square(e), axis=0)) for e in (by_floors, by_rest)]
     assert rms[1][2] < 0.5 * rms[0][2]
     # Mean of 12 standardised errors, t with 19 degrees each: 4 standard errors.
@@ -139,8 +140,8 @@ def test_intervals_cover_in_the_exoskeleton(session, method, trials):
         prepared, _, band = weighed(
             from_recording(recording.select(list(range(first, first + trials))))
         )
-        fit = METHODS[method].identify(prepared, band)
-        half = t_factor(fit.dof) * np.sqrt(np.diag(fit.covariance)) + ALIASES * joint
+        fit = METHODS[method].identify(prepared, band).parameters
+        half = t_factor(fit.dof) * fit.sd + ALIASES * joint
         held.append(np.abs(fit.values - joint) <= half)
         relative.append(fit.values / joint - 1)
     share, n = np.mean(held, axis=0), len(held)
@@ -155,7 +156,7 @@ def test_output_error_tells_that_the_loop_biases_it():
     samples, _ = record(3, voluntary=0.7, end_hz=6.0)
     biased = identify_elbow(samples, method="output-error")
     assert any("method iv" in w and "biases" in w for w in biased.summary.warnings)
-    low_, high = biased.interval.T
+    low_, high = biased.parameters.interval().T
     assert ((low_ < JOINT) & (high > JOINT)).all()
     assert not any("biases" in w for w in identify_elbow(samples).summary.warnings)
 
@@ -172,7 +173,8 @@ def test_a_late_answer_is_told_with_its_delay():
 def test_the_band_can_begin_above_the_voluntary_torque():
     samples, _ = record(8, voluntary=1.0)
     fit = identify_elbow(samples, lowest_hz=2.0)
-    assert (np.abs(fit.values - JOINT) < (fit.interval[:, 1] - fit.values) * 1.5).all()
+    given = fit.parameters
+    assert (np.abs(given.values - JOINT) < (given.interval()[:, 1] - given.values) * 1.5).all()
     assert any("2 to" in note for note in fit.preparation)
 
 
@@ -192,7 +194,13 @@ def test_coarse_decimation_does_not_warp_instruments():
     ends = np.array([0, truth.torque.shape[1]])
     samples = JointSamples(RATE, ("1",), ends, truth.torque[0], truth.angle[0])
     fit = identify_elbow(samples, method="iv", cutoff_hz=12.0, decimation=20)
-    np.testing.assert_allclose(fit.values, JOINT, rtol=1e-6)
+    np.testing.assert_allclose(fit.parameters.values, JOINT, rtol=1e-6)
+
+
+def solved(values, covariance):
+    units = ("kg m^2", "Nm s/rad", "Nm/rad")
+    parameters = Parameters(("I", "B", "K"), units, values, covariance, dof=9.0)
+    return Solved(parameters, 100, None, np.zeros((10, 3)))
 
 
 def test_instruments_that_do_not_settle_name_another_method():
@@ -200,9 +208,7 @@ def test_instruments_that_do_not_settle_name_another_method():
 
     def swinging(values):
         swings.reverse()
-        return Solved(
-            values * swings[0], 1e-12 * np.eye(3), np.eye(3), 9.0, 100, None, np.zeros((10, 3))
-        )
+        return solved(values * swings[0], 1e-12 * np.eye(3))
 
     with pytest.raises(EstimationError, match="do not settle.*try method output-error"):
         refined(swinging, JOINT)
@@ -210,8 +216,7 @@ def test_instruments_that_do_not_settle_name_another_method():
 
 def test_a_joint_that_takes_energy_is_no_joint():
     def negative(values):
-        found = values * np.array([1.0, -1.0, 1.0])
-        return Solved(found, np.eye(3), np.eye(3), 9.0, 100, None, np.zeros((10, 3)))
+        return solved(values * np.array([1.0, -1.0, 1.0]), np.eye(3))
 
     with pytest.raises(EstimationError, match="a joint has positive ones"):
         refined(negative, JOINT)

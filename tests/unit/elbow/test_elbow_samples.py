@@ -72,7 +72,7 @@ def test_a_hand_is_no_joint():
 @pytest.mark.parametrize(
     ("change", "match"),
     [
-        ({"torque": np.zeros(3)}, "torque has shape"),
+        ({"torque": np.zeros(3)}, "angle has shape"),
         ({"angle": np.full(4, np.nan)}, "not finite"),
         ({"offsets": np.array([0, 4, 4])}, "offsets"),
         ({"sample_rate_hz": 0.0}, "sample rate"),

@@ -25,12 +25,12 @@ def drawn(rng, amplitude_sd, value_sd=0.2, scatter=0.0, true=TRUE, points=POINTS
 def test_without_errors_the_law_is_found_exactly():
     K, B = (t[0] + POINTS @ t[1:] for t in (TRUE, TRUE / 5))
     law = fit_emg_law(K, 0.0, POINTS, 0.0, viscosity=B)
-    assert law.stiffness.coefficients == pytest.approx(TRUE, rel=1e-9)
-    assert law.viscosity.coefficients == pytest.approx(TRUE / 5, rel=1e-9)
+    assert law.stiffness.parameters.values == pytest.approx(TRUE, rel=1e-9)
+    assert law.viscosity.parameters.values == pytest.approx(TRUE / 5, rel=1e-9)
     assert law.stiffness.r2 == pytest.approx(1)
     assert law.stiffness.scatter == pytest.approx(0, abs=1e-9)
     assert law.warnings == ()
-    assert law.stiffness.names == ("k0", "k_flexor", "k_extensor")
+    assert law.stiffness.parameters.names == ("k0", "k_flexor", "k_extensor")
     assert law.viscosity.parameters[2].unit == "Nm s/rad"
 
 
@@ -42,8 +42,8 @@ def test_exact_amplitudes_leave_weighted_least_squares():
     w = 1 / (sd**2 + law.scatter**2)
     W = np.column_stack([np.ones(N), seen])
     oracle = np.linalg.solve((W.T * w) @ W, (W.T * w) @ value)
-    assert law.coefficients == pytest.approx(oracle, rel=1e-6)
-    assert law.naive == pytest.approx(law.coefficients, rel=1e-9)
+    assert law.parameters.values == pytest.approx(oracle, rel=1e-6)
+    assert law.naive == pytest.approx(law.parameters.values, rel=1e-9)
     assert law.attenuation == pytest.approx(np.ones(3))
 
 
@@ -61,7 +61,7 @@ def runs():
 
 def test_the_correction_removes_what_least_squares_loses(runs):
     """Mean over 400 runs within 3 standard errors of it; least squares more than 10 % low."""
-    found = np.array([law.coefficients for law in runs])
+    found = np.array([law.parameters.values for law in runs])
     error = found.std(axis=0) / np.sqrt(len(runs))
     assert (np.abs(found.mean(axis=0) - TRUE) < 3 * error).all()
     naive = np.array([law.naive for law in runs]).mean(axis=0)
@@ -73,7 +73,10 @@ def test_intervals_cover(runs):
     """95 % stated; 400 runs: 1.1 % a standard error; three of them, and small-sample caution of
     leaving out above."""
     inside = np.array(
-        [(law.interval()[:, 0] < TRUE) & (law.interval()[:, 1] > TRUE) for law in runs]
+        [
+            (law.parameters.interval()[:, 0] < TRUE) & (law.parameters.interval()[:, 1] > TRUE)
+            for law in runs
+        ]
     )
     assert (inside.mean(axis=0) > 0.95 - 0.033).all()
     assert (inside.mean(axis=0) < 0.985).all()
@@ -105,8 +108,8 @@ def test_points_whose_errors_are_larger_count_less():
     sd = np.full(N, 0.05)
     sd[:3] = 300.0
     law = fit_law("K", value, sd, seen, 0.0, muscles=("F", "E"))
-    assert (np.abs(law.coefficients - TRUE) < 5 * law.sd).all()
-    assert (law.sd < 1).all()
+    assert (np.abs(law.parameters.values - TRUE) < 5 * law.parameters.sd).all()
+    assert (law.parameters.sd < 1).all()
 
 
 @settings(max_examples=25, deadline=None)
@@ -124,15 +127,15 @@ def test_units_and_order_of_points_do_not_matter(of_value, of_amplitude, order):
         muscles=("F", "E"),
     )
     scale = of_value / np.array([1, of_amplitude, of_amplitude])
-    assert law.coefficients == pytest.approx(scale * base.coefficients, rel=1e-5)
-    assert law.sd == pytest.approx(scale * base.sd, rel=1e-4)
+    assert law.parameters.values == pytest.approx(scale * base.parameters.values, rel=1e-5)
+    assert law.parameters.sd == pytest.approx(scale * base.parameters.sd, rel=1e-4)
 
 
 def test_exchanging_the_muscles_exchanges_the_coefficients():
     seen, value = drawn(np.random.default_rng(26), 0.03)
     one = fit_law("K", value, 0.2, seen, 0.03, muscles=("F", "E"))
     other = fit_law("K", value, 0.2, seen[:, ::-1], 0.03, muscles=("E", "F"))
-    assert other.coefficients[[0, 2, 1]] == pytest.approx(one.coefficients, rel=1e-6)
+    assert other.parameters.values[[0, 2, 1]] == pytest.approx(one.parameters.values, rel=1e-6)
 
 
 def test_prediction_says_where_it_extrapolates_and_takes_errors_of_the_amplitude():
@@ -140,10 +143,12 @@ def test_prediction_says_where_it_extrapolates_and_takes_errors_of_the_amplitude
     law = fit_law("K", value, 0.2, seen, 0.0, muscles=("F", "E"))
     made = law.predict([[0.2, 0.2], [0.2, 0.9], [0.0, 0.2]])
     assert made.outside.tolist() == [False, True, True]
-    assert made.value[0] == pytest.approx(law.coefficients @ [1, 0.2, 0.2])
+    assert made.value[0] == pytest.approx(law.parameters.values @ [1, 0.2, 0.2])
     assert made.sd[1] > made.sd[0]
     blurred = law.predict([[0.2, 0.2]], [0.1, 0.0])
-    assert blurred.sd[0] ** 2 - made.sd[0] ** 2 == pytest.approx((0.1 * law.coefficients[1]) ** 2)
+    assert blurred.sd[0] ** 2 - made.sd[0] ** 2 == pytest.approx(
+        (0.1 * law.parameters.values[1]) ** 2
+    )
     with pytest.raises(InputError, match=r"amplitudes of shape \(1, 3\)"):
         law.predict([[0.1, 0.2, 0.3]])
 
@@ -234,5 +239,5 @@ def test_an_unknown_law():
 
 def test_values_that_do_not_vary_have_no_slopes():
     law = fit_law("K", np.full(N, 7.0), 0.1, POINTS, 0.01, muscles=("F", "E"))
-    assert law.coefficients == pytest.approx([7, 0, 0], abs=1e-9)
+    assert law.parameters.values == pytest.approx([7, 0, 0], abs=1e-9)
     assert np.isfinite(law.r2)

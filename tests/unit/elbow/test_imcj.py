@@ -27,11 +27,11 @@ def two():
 def test_gains_are_the_subjects_torques_per_activation(calibration):
     """t with 22 or 24 degrees of freedom: beyond 4.5 standard errors once in 5,000."""
     _, truth, made = calibration
-    a = made.law.coefficients[1:]
-    assert (np.abs(a - truth.torque_per_activation) < 4.5 * made.law.sd[1:]).all()
+    a = made.law.parameters.values[1:]
+    assert (np.abs(a - truth.torque_per_activation) < 4.5 * made.law.parameters.sd[1:]).all()
     assert np.sign(a).tolist() == [role.sign for role in made.roles]
     assert made.warnings == ()
-    assert (made.law.sd[1:] < 0.1 * np.abs(a)).all()
+    assert (made.law.parameters.sd[1:] < 0.1 * np.abs(a)).all()
 
 
 def test_the_index_is_the_sum_of_absolute_torques(calibration):
@@ -49,7 +49,7 @@ def test_the_index_is_the_sum_of_absolute_torques(calibration):
 
 def test_errors_of_amplitudes_add_to_its_standard_error(two):
     made = calibrate_imcj(two[0])
-    a = made.law.coefficients[1:]
+    a = made.law.parameters.values[1:]
     exact, blurred = (imcj(made, [0.2, 0.2], sd)[1] for sd in (0.0, [0.01, 0.02]))
     assert blurred**2 - exact**2 == pytest.approx(((a * [0.01, 0.02]) ** 2).sum())
 
@@ -58,7 +58,9 @@ def test_standard_error_is_the_spread_of_the_index_over_draws_of_the_gains(two):
     """20,000 draws: a standard deviation known to 0.5 %; no |a_i| changes its sign here."""
     made = calibrate_imcj(two[0])
     rng = np.random.default_rng(5)
-    a = rng.multivariate_normal(made.law.coefficients, made.law.covariance, 20_000)[:, 1:]
+    a = rng.multivariate_normal(made.law.parameters.values, made.law.parameters.covariance, 20_000)[
+        :, 1:
+    ]
     s = np.array([0.3, 0.1])
     assert imcj(made, s)[1] == pytest.approx((np.abs(a) @ s).std(), rel=0.02)
 
@@ -67,7 +69,7 @@ def test_its_sign_convention_does_not_matter(two):
     recording, _ = two
     turned = replace(recording, position=-recording.position, force=-recording.force)
     made, other = calibrate_imcj(recording), calibrate_imcj(turned, flexion_positive=False)
-    assert other.law.coefficients == pytest.approx(made.law.coefficients, rel=1e-9)
+    assert other.law.parameters.values == pytest.approx(made.law.parameters.values, rel=1e-9)
     wrong = calibrate_imcj(turned)
     assert "every muscle pulls the wrong way" in wrong.warnings[-1]
     assert imcj(wrong, [0.2, 0.2])[0] == pytest.approx(imcj(made, [0.2, 0.2])[0], rel=1e-9)
@@ -120,7 +122,7 @@ def test_unknown_muscles_need_a_role(two):
         calibrate_imcj(other)
     made = calibrate_imcj(other, roles={"m1": "flexor", "m2": "extensor"})
     known = calibrate_imcj(recording)
-    assert made.law.coefficients == pytest.approx(known.law.coefficients)
+    assert made.law.parameters.values == pytest.approx(known.law.parameters.values)
 
 
 @pytest.mark.parametrize(

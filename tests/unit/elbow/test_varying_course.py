@@ -9,11 +9,11 @@ import pytest
 
 from armimpedance.elbow.samples import COMMANDED, JointSamples, from_recording
 from armimpedance.elbow.varying.data import varying_data
-from armimpedance.elbow.varying.equation import linearise
+from armimpedance.elbow.varying.equation import linearise, start
 from armimpedance.elbow.varying.identify import identify_varying
-from armimpedance.elbow.varying.methods import VARYING_METHODS
-from armimpedance.elbow.varying.smoother import free_course, smooth
+from armimpedance.elbow.varying.smoother import START_INTENSITY, settle, smooth
 from armimpedance.elbow.varying.smoother_model import Levels, smoother_model
+from armimpedance.elbow.varying.table import VARYING_METHODS
 from armimpedance.errors import InputError, NotIdentifiableError
 from manipulandum_sim.elbow.bench import simulate_bench
 
@@ -101,6 +101,13 @@ def test_bands_of_windows_take_in_what_they_miss():
     found = _found("windows", samples)
     assert np.mean(_covered(found, truth)) > 0.95 - 3 * np.sqrt(0.95 * 0.05 / 16)
     assert found.details["bias_percent"]["K"] > 5
+
+
+def free_course(data):
+    """A course that is free to vary, without its own noise levels."""
+    course = start(data)
+    scale = np.array([np.abs(course.B).mean(), np.abs(course.K).mean()])
+    return settle(data, course, Levels(START_INTENSITY, START_INTENSITY, 1.0), scale, strict=False)
 
 
 def test_the_smoother_equals_dense_least_squares():

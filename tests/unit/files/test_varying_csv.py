@@ -1,15 +1,17 @@
 """VARYING.csv and the text of a joint: what a script and a reader get."""
 
 import csv
+import json
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from armimpedance.elbow.result import ChannelSnr, ElbowFit, VaryingImpedance, Whiteness
 from armimpedance.errors import InputError, RecordError
-from armimpedance.files.varying_csv import COLUMNS, write_varying
-from armimpedance.regression import FitSummary, NamedParameter
-from armimpedance.report.elbow_text import elbow_object, elbow_text, varying_text
+from armimpedance.files.varying_csv import write_varying
+from armimpedance.regression import Parameters
+from armimpedance.report.elbow_text import elbow_text, varying_text
 
 
 def a_course(**changes):
@@ -23,24 +25,40 @@ def a_course(**changes):
         "K": 20 + np.arange(10.0),
         "sd_B": np.full(10, 0.1),
         "sd_K": np.full(10, 2.0),
-        "inertia": NamedParameter("I", 0.07, 0.001, 0.002, "kg m^2"),
+        "parameters": Parameters(("I",), ("kg m^2",), [0.07], [[0.002**2]], dof=12.0),
         "snr": ChannelSnr(30.0, None),
-        "dof": 12.0,
         "warnings": ("varies as fast as a window", "another"),
     }
     return VaryingImpedance(**{**given, **changes})
 
 
-def a_fit(p=0.5):
-    parameters = tuple(
-        NamedParameter(name, value, 0.01 * value, 0.02 * value, unit)
-        for name, value, unit in (("I", 0.07, "kg m^2"), ("B", 3.0, "x"), ("K", 9.0, "Nm/rad"))
-    )
-    summary = FitSummary("iv", 900, 12.0, 3.0, 3, 0.98, 0.97, parameters, ("a warning",))
-    white = Whiteness(12.0, p, 20, 0.1)
-    return ElbowFit(
-        summary, np.eye(3), ChannelSnr(31.2, None), white, ("low-pass 10 Hz",), {"a": 1}
-    )
+UNITS = ("kg m^2", "Nm s/rad", "Nm/rad")
+COLUMNS = (
+    *("time_s", "B", "K", "ci_low_B", "ci_high_B", "ci_low_K", "ci_high_K", "sd_B", "sd_K"),
+    *("I", "ci_low_I", "ci_high_I", "trial", "method", "warnings"),
+)
+
+
+def a_fit(p=0.5, names=("I", "B", "K"), **changes):
+    values = np.array([0.07, 3.0, 9.0])[: len(names)]
+    covariance = np.diag((0.02 * values) ** 2)
+    given = {
+        "method": "iv",
+        "parameters": Parameters(
+            names, UNITS[: len(names)], values, covariance, plain_covariance=covariance / 4
+        ),
+        "n": 900,
+        "cond_raw": 12.0,
+        "cond_scaled": 3.0,
+        "rank": 3,
+        "r2": 0.98,
+        "snr": ChannelSnr(31.2, None),
+        "whiteness": Whiteness(12.0, p, 20, 0.1),
+        "preparation": ("low-pass 10 Hz",),
+        "warnings": ("a warning",),
+        "details": {"a": 1},
+    }
+    return ElbowFit(**{**given, **changes})
 
 
 def test_the_csv_says_what_the_result_says(tmp_path):
@@ -79,8 +97,42 @@ def test_a_course_that_cannot_be_is_refused(change):
         a_course(**change)
 
 
+@pytest.mark.parametrize("ending", [".json", ".parquet"])
+def test_other_endings_hold_numbers_of_full_precision(tmp_path, ending):
+    course = a_course(B=np.linspace(1, 2, 10) / 3)
+    path = tmp_path / f"course{ending}"
+    write_varying(course, path)
+    read = pd.read_parquet if ending == ".parquet" else lambda file: json.loads(file.read_text())
+    table = pd.DataFrame(read(path))
+    assert list(table.columns) == list(COLUMNS)
+    np.testing.assert_array_equal(table["B"], course.B)
+    with pytest.raises(InputError, match="ending"):
+        write_varying(course, tmp_path / "course.txt")
+
+
+def test_a_course_shows_itself_in_a_few_lines():
+    course = a_course(method="<b>", warnings=tuple(f"<script>{k}" for k in range(20)))
+    assert len(repr(course).splitlines()) <= 12
+    assert "B from 1 to 1.4 Nm s/rad" in repr(course)
+    assert "<script>" not in course._repr_html_()
+    assert "<b>" not in course._repr_html_()
+    assert course.inertia.ci95 == pytest.approx((0.07 - 2.179 * 0.002, 0.07 + 2.179 * 0.002), 1e-3)
+    assert course.to_dict()["course"]["K"] == course.K.tolist()
+
+
+def test_a_fit_shows_itself_in_a_few_lines():
+    fit = a_fit(warnings=tuple(f"<script>{k}" for k in range(20)), joint=2)
+    assert len(repr(fit).splitlines()) <= 12
+    assert "K of joint 2 = 9 Nm/rad" in repr(fit)
+    assert "<script>" not in fit._repr_html_()
+    frame = fit.to_frame()
+    assert list(frame.index) == ["I", "B", "K"]
+    assert list(frame.columns) == ["joint", "value", "sd", "ci_low", "ci_high", "unit"]
+    assert fit["B"] == fit.viscosity
+
+
 def test_the_text_holds_values_intervals_and_warnings():
-    text = elbow_text(a_fit(), {"trial 1": a_fit(), "trial 2": a_fit()})
+    text = elbow_text(a_fit(parts={"trial 1": a_fit(), "trial 2": a_fit()}))
     assert "0.0700 (0.0673 to 0.0727)" in text or "0.0700" in text
     assert "torque 31 dB, angle no noise seen" in text
     assert "residuals: white" in text
@@ -91,30 +143,22 @@ def test_the_text_holds_values_intervals_and_warnings():
 
 
 def test_the_text_of_a_course_holds_its_range_and_warnings():
-    text = varying_text(a_course(), ("a note",))
+    text = varying_text(a_course(notes=("a note",)))
     assert text.startswith("a note")
     assert "10 points of 2 trials" in text
     assert "[2] another" in text
 
 
 def test_what_fit_json_adds_is_plain():
-    import json
-
     from armimpedance.json_text import finite
 
-    added = elbow_object(a_fit(), {"trial 1": a_fit()})
-    content = json.loads(json.dumps(finite(added)))
+    fit = a_fit(parts={"trial 1": a_fit()})
+    content = json.loads(json.dumps(finite(fit.to_dict())))
     assert content["snr_db"] == {"torque": 31.2, "angle": None}
     assert [p["name"] for p in content["parts"][0]["parameters"]] == ["I", "B", "K"]
     assert content["residual_whiteness"]["lags"] == 20
 
 
 def test_a_fit_of_other_parameters_is_refused():
-    fit = a_fit()
     with pytest.raises(RecordError, match="I, B, K"):
-        ElbowFit(
-            FitSummary("x", 1, 1, 1, 1, 1, 1, fit.summary.parameters[:2]),
-            np.eye(3),
-            fit.snr,
-            fit.whiteness,
-        )
+        a_fit(names=("I", "B"))

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from armimpedance.elbow.emg.law import fit_emg_law
+from armimpedance.elbow.emg.law_result import OperatingPoints
 from armimpedance.elbow.frequency_response import frequency_response, model_compliance
 from armimpedance.elbow.result import ChannelSnr, VaryingImpedance
 from armimpedance.elbow.samples import from_recording
@@ -21,7 +22,7 @@ from armimpedance.plots.elbow import (
     plot_varying_both,
 )
 from armimpedance.plots.style import new_axes
-from armimpedance.regression import NamedParameter
+from armimpedance.regression import Parameters
 from manipulandum_sim.elbow.bench import simulate_bench
 
 TRUTH = (0.07, 0.6, 20.0)
@@ -32,7 +33,6 @@ AMPLITUDE = np.array([[0.1, 0.1], [0.1, 0.3], [0.3, 0.1], [0.3, 0.3], [0.2, 0.2]
 def varying():
     """Two trials, of four and of three points."""
     rng = np.random.default_rng(8)
-    inertia = NamedParameter("I", 0.07, 0.001, 0.001, "kg m^2", 50.0, 1)
     return VaryingImpedance(
         method="windows",
         trials=("1", "7"),
@@ -42,9 +42,8 @@ def varying():
         K=9 + rng.standard_normal(7),
         sd_B=rng.uniform(0.1, 0.3, 7),
         sd_K=rng.uniform(0.2, 0.6, 7),
-        inertia=inertia,
+        parameters=Parameters(("I",), ("kg m^2",), [0.07], [[0.001**2]], dof=12.0),
         snr=ChannelSnr(40.0, 40.0),
-        dof=12.0,
     )
 
 
@@ -106,7 +105,7 @@ def test_compliance_is_that_measured_and_that_of_the_fit(bench):
     samples, fit = bench
     gain, phase, coherence = plot_frequency_response(samples, fit).axes
     measured = frequency_response(samples)
-    model = model_compliance(measured.frequency_hz, fit.values)
+    model = model_compliance(measured.frequency_hz, fit.parameters.values)
     np.testing.assert_allclose(gain.lines[1].get_ydata(), np.abs(model))
     np.testing.assert_allclose(phase.lines[1].get_ydata(), np.degrees(np.angle(model)))
     np.testing.assert_allclose(coherence.lines[0].get_ydata(), measured.coherence)
@@ -152,16 +151,12 @@ def test_points_stand_over_what_the_law_predicts_with_their_errors(law):
 
 def test_a_law_of_both_has_two_panels_of_one_has_one(law):
     made, K, B = law
-
-    def given(value, sd):
-        return SimpleNamespace(value=value, sd_robust=sd)
-
-    fits = [
-        SimpleNamespace(stiffness=given(k, 0.2), viscosity=given(b, 0.05))
-        for k, b in zip(K, B, strict=True)
-    ]
-    axes = plot_emg_law(made, fits, AMPLITUDE).axes
+    sd = np.full(6, 0.2)
+    points = OperatingPoints(range(1, 7), ("flexor", "extensor"), AMPLITUDE, K, sd, B, sd / 4)
+    axes = plot_emg_law(replace(made, points=points)).axes
     assert [ax.get_ylabel()[0] for ax in axes] == ["K", "B"]
     np.testing.assert_allclose(axes[1].containers[0].lines[0].get_ydata(), B)
     alone = fit_emg_law(K, 0.2, AMPLITUDE, 0.0)
-    assert len(plot_emg_law(alone, fits, AMPLITUDE).axes) == 1
+    assert len(plot_emg_law(replace(alone, points=points)).axes) == 1
+    with pytest.raises(InputError, match="points"):
+        plot_emg_law(alone)

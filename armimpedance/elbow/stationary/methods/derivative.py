@@ -12,13 +12,16 @@ from typing import Final
 import numpy as np
 
 from armimpedance.arrays import FloatArray
-from armimpedance.elbow.result import NAMES
-from armimpedance.elbow.stationary.band import Band, Bins, in_time, real_rows, start_values
+from armimpedance.elbow.result import NAMES, UNITS
+from armimpedance.elbow.stationary.band import Band, Bins, in_time, real_rows
 from armimpedance.elbow.stationary.discrete import joint_model
-from armimpedance.elbow.stationary.estimate import Estimate, Rows, Solved, ramp, solve_rows, without
+from armimpedance.elbow.stationary.estimate import Estimate
 from armimpedance.elbow.stationary.instruments import Driver, driver_of, refined
+from armimpedance.elbow.stationary.joint_fit import start_values
 from armimpedance.elbow.stationary.lagged import simulated
+from armimpedance.elbow.stationary.method import Method
 from armimpedance.elbow.stationary.preparation import Prepared, without_ramp
+from armimpedance.elbow.stationary.rows import Rows, Solved, ramp, solve_rows, without
 from armimpedance.signals import Kernels, spline_kernels
 
 #: Support of the kernel in periods of the band's upper edge.
@@ -34,7 +37,7 @@ def solve(prepared: Prepared, band: Band) -> Estimate:
         I, B or K is not positive, or the rounds do not settle.
     """
     kernels = spline_kernels(KERNEL_PERIODS / prepared.band_hz, prepared.source.sample_rate_hz)
-    driver = driver_of(prepared)
+    driver = driver_of(band)
     measured = [_measured(prepared, row, kernels) for row in range(prepared.n_trials)]
     return refined(
         lambda values: _round(prepared, band, kernels, measured, driver, values),
@@ -73,7 +76,7 @@ def _round(
         series = in_time(np.column_stack([X, Z, y]))
         seconds = len(columns) / rate
         rows.append(Rows(series[:, :3], series[:, 3:6], series[:, 6], seconds))
-    return solve_rows(rows, NAMES)
+    return solve_rows(rows, NAMES, UNITS)
 
 
 def _weighed(
@@ -109,3 +112,12 @@ def _columns(angle: FloatArray, kernels: Kernels) -> FloatArray:
 def _smoothed(signal: FloatArray, weights: FloatArray) -> FloatArray:
     """Correlation with the kernel where it lies inside the trial."""
     return np.convolve(signal, weights[::-1], mode="valid")
+
+
+METHOD = Method(
+    "derivative",
+    "filtered derivatives in continuous time, with instruments",
+    5.0,
+    "P. C. Young, Recursive Estimation and Time-Series Analysis (2011), chapter 8",
+    solve,
+)

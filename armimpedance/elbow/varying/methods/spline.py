@@ -14,7 +14,8 @@ from armimpedance.elbow.varying.beginning import Beginning
 from armimpedance.elbow.varying.course import Course
 from armimpedance.elbow.varying.data import VaryingData
 from armimpedance.elbow.varying.equation import Linearised, linearise
-from armimpedance.elbow.varying.found import Found, grid
+from armimpedance.elbow.varying.estimated import EstimatedCourse, grid
+from armimpedance.elbow.varying.method import VaryingMethod, VaryingOptions
 
 DEGREE: Final = 3
 #: Intervals between knots per second that are compared; 0: constant.
@@ -35,7 +36,7 @@ LEAST_DENSER: Final = 2.0
 Rates = tuple[float, float]
 
 
-def spline(begun: Beginning, *, every_s: float | None = None) -> Found:
+def spline(begun: Beginning, options: VaryingOptions) -> EstimatedCourse:
     """Cubic splines; B and K have knots of their own."""
     data, course = begun.data, begun.course
     scale = np.array([np.abs(course.B).mean(), np.abs(course.K).mean()])
@@ -43,11 +44,10 @@ def spline(begun: Beginning, *, every_s: float | None = None) -> Found:
     fit = _fit(data, course, chosen, scale)
     course = fit.course
     bias = _bias(data, fit, chosen, scale)
-    at = grid(data, every_s)
+    at = grid(data, options.every_s)
     sd = np.sqrt(_variances(data, fit, chosen)[at] + bias**2)
-    return Found(
-        trial=data.trial_of[at],
-        time_s=data.time_s[at],
+    return EstimatedCourse(
+        at=at,
         B=course.B[at],
         K=course.K[at],
         sd_B=sd[:, 0],
@@ -221,3 +221,12 @@ def _at_limit(chosen: Rates) -> tuple[str, ...]:
         for name, rate in zip("BK", chosen, strict=True)
         if rate == PER_SECOND[-1]
     )
+
+
+METHOD = VaryingMethod(
+    "spline",
+    "cubic splines, the number of knots chosen by cross-validation",
+    "",
+    "C. de Boor, A Practical Guide to Splines (1978)",
+    spline,
+)

@@ -1,4 +1,4 @@
-"""What a time-varying method hands to the entry, which makes the result of it."""
+"""What a time-varying method hands over, of which the result is made."""
 
 from __future__ import annotations
 
@@ -15,30 +15,27 @@ from armimpedance.elbow.varying.data import VaryingData
 EVERY_S: Final = 0.02
 
 
-@dataclass(frozen=True)
-class Found:
+@dataclass(frozen=True, eq=False)
+class EstimatedCourse:
     """B and K at L points of the trials, with what was chosen and warned of.
 
     Attributes
     ----------
-    trial : (L,) int
-        From 0, rising.
-    time_s, B, K, sd_B, sd_K : (L,)
+    at : (L,) int
+        Sample of each point, rising.
+    B, K, sd_B, sd_K : (L,)
     inertia, sd_inertia : float
-    dof : float
     notes, warnings : tuple of str
     details : mapping
     """
 
-    trial: IntArray
-    time_s: FloatArray
+    at: IntArray
     B: FloatArray
     K: FloatArray
     sd_B: FloatArray
     sd_K: FloatArray
     inertia: float
     sd_inertia: float
-    dof: float = float("inf")
     notes: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
     details: Mapping[str, Any] = field(default_factory=dict)

@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Final
 
 from armimpedance.elbow.varying.beginning import Beginning
-from armimpedance.elbow.varying.found import Found, grid
+from armimpedance.elbow.varying.estimated import EstimatedCourse, grid
+from armimpedance.elbow.varying.method import VaryingMethod, VaryingOptions
 from armimpedance.elbow.varying.smoother import smooth
 
 #: +-30 % at 2 Hz asks for about so much; at 3 Hz, twice, bands of 95 % cover some 60 %.
@@ -14,12 +15,12 @@ FAST: Final = 12.0
 MUCH_NOISE: Final = 3.0
 
 
-def smoother(begun: Beginning, *, every_s: float | None = None) -> Found:
+def smoother(begun: Beginning, options: VaryingOptions) -> EstimatedCourse:
     """Integrated random walks with noise levels of maximum likelihood."""
     data = begun.data
     # levels chosen together with the subject's torque are near; else the search begins wide
     made = smooth(data, begun.course, near=begun.levels if data.own.order else None)
-    at, course = grid(data, every_s), made.course
+    at, course = grid(data, options.every_s), made.course
     levels = made.levels
     warnings = []
     if levels.torque > MUCH_NOISE and not data.own.order:
@@ -32,9 +33,8 @@ def smoother(begun: Beginning, *, every_s: float | None = None) -> Found:
             warnings.append(
                 f"{name} varies so fast (intensity {level:.3g} s^-1.5) that its band is too narrow"
             )
-    return Found(
-        trial=data.trial_of[at],
-        time_s=data.time_s[at],
+    return EstimatedCourse(
+        at=at,
         B=course.B[at],
         K=course.K[at],
         sd_B=made.sd_B[at],
@@ -53,3 +53,12 @@ def smoother(begun: Beginning, *, every_s: float | None = None) -> Found:
             "log_likelihood": made.log_likelihood,
         },
     )
+
+
+METHOD = VaryingMethod(
+    "smoother",
+    "integrated random walks, their noise levels chosen by likelihood",
+    "",
+    "H. E. Rauch, F. Tung, C. T. Striebel, AIAA J. 3 (1965) 1445-1450",
+    smoother,
+)

@@ -8,19 +8,18 @@ three b of nb = 3 can be left free, as at a low rate, where they take up what it
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Final
 
 import numpy as np
 
 from armimpedance.arrays import FloatArray
-from armimpedance.elbow.stationary import instruments
-from armimpedance.elbow.stationary.band import Band, start_values
-from armimpedance.elbow.stationary.discrete import Structure
-from armimpedance.elbow.stationary.estimate import Estimate, Rows, ramp, solve_rows, without
-from armimpedance.elbow.stationary.lagged import FREE, SHAPE, column_names, lagged, to_estimate
+from armimpedance.elbow.stationary.band import Band
+from armimpedance.elbow.stationary.estimate import Estimate
+from armimpedance.elbow.stationary.joint_fit import fit_band
+from armimpedance.elbow.stationary.lagged import solve_structure
+from armimpedance.elbow.stationary.method import Method
+from armimpedance.elbow.stationary.methods import iv
 from armimpedance.elbow.stationary.noise_bias import LARGEST, in_words, predicted_bias
-from armimpedance.elbow.stationary.output_error import fit_band
 from armimpedance.elbow.stationary.preparation import Prepared
 from armimpedance.errors import InputError
 from armimpedance.regression import t_factor
@@ -43,10 +42,10 @@ def solve(prepared: Prepared, band: Band) -> Estimate:
     """
     free = prepared.sample_rate_hz < WARPED * prepared.band_hz
     if prepared.perturbation is None:
-        reference = fit_band(band, start_values(band))
+        reference = fit_band(band)
     else:
         # Where the device reacts to the subject, output error is off as well.
-        reference = instruments.solve(prepared, band).values
+        reference = iv.solve(prepared, band).parameters.values
     bias = predicted_bias(prepared, band, reference, "tustin", free=free)
     large = bias is None or bool((np.abs(bias) > LARGEST).any())
     if large and prepared.cutoff_hz is None and prepared.decimation == 1:
@@ -67,13 +66,12 @@ def _with_bias(estimate: Estimate, bias: FloatArray | None, reference: FloatArra
     too and moves least squares away from what output error, or instruments where the perturbation
     is recorded, find in the same record.
     """
-    seen = estimate.values / reference - 1
+    values = estimate.parameters.values
+    seen = values / reference - 1
     predicted = np.zeros(3) if bias is None else bias
-    sd = np.sqrt(np.diag(estimate.covariance)) / estimate.values
-    unforeseen = np.abs(seen) > np.abs(predicted) + t_factor(estimate.dof) * sd
-    # What is off by b (3,) is uncertain by it: C (3, 3) + b b^T
+    sd = estimate.parameters.sd / values
+    unforeseen = np.abs(seen) > np.abs(predicted) + t_factor(estimate.parameters.dof) * sd
     off = np.where(unforeseen, seen, predicted)
-    by = off * estimate.values
     warnings: tuple[str, ...] = ()
     if bias is None or (np.abs(off) > LARGEST).any():
         told = in_words(None if bias is None and not unforeseen.any() else off)
@@ -82,28 +80,13 @@ def _with_bias(estimate: Estimate, bias: FloatArray | None, reference: FloatArra
             f"least squares suffers from {why}: {told}; the intervals allow for it, methods iv "
             "and output-error do not have it",
         )
-    return replace(
-        estimate,
-        covariance=estimate.covariance + np.outer(by, by),
-        details={**estimate.details, "bias": tuple(float(b) for b in off)},
-        warnings=warnings,
-    )
+    return estimate.widened(off * values, warnings, bias=tuple(float(b) for b in off))
 
 
-def solve_structure(prepared: Prepared, structure: Structure, *, free: bool = False) -> Estimate:
-    """Least squares in one of the two structures, its b in their proportions or `free`.
-
-    Raises
-    ------
-    EstimationError, NotIdentifiableError
-        As `solve`.
-    """
-    shape = (FREE if free else SHAPE)[structure]
-    rows = []
-    for row in range(prepared.n_trials):
-        inside = prepared.inside(row)
-        table = lagged(prepared.angle[inside], prepared.torque[inside], structure, shape)
-        X, y = without(ramp(len(table.y)), table.X, table.y)
-        rows.append(Rows(X, X, y, len(y) / prepared.sample_rate_hz))
-    solved = solve_rows(rows, column_names(shape))
-    return to_estimate(solved, prepared.sample_rate_hz, structure, shape)
+METHOD = Method(
+    "arx",
+    "least squares in discrete time on filtered, decimated samples",
+    15.0,
+    "A. F. Ruiz et al. (2011), eqs. (5)-(8)",
+    solve,
+)

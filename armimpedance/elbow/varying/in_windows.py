@@ -1,6 +1,6 @@
 """B and K in windows that overlap: constant (the source's) or quadratic inside a window.
 
-In each window the weighted equation of `varying_equation` is solved for the window's own
+In each window the weighted equation of `equation` is solved for the window's own
 coefficients; I and the offsets are shared by all windows. What a constant cannot follow is told:
 the same windows are solved with two more powers of time, and how far the values at their centres
 move apart, beyond what their noise explains, is the error by time variation that the bands take in.
@@ -18,34 +18,13 @@ from armimpedance.elbow.varying.beginning import Beginning
 from armimpedance.elbow.varying.course import Course, with_offsets
 from armimpedance.elbow.varying.data import VaryingData
 from armimpedance.elbow.varying.equation import WIDTH, Linearised, linearise, solve_gram
-from armimpedance.elbow.varying.found import Found
+from armimpedance.elbow.varying.estimated import EstimatedCourse
+from armimpedance.elbow.varying.method import VaryingOptions
 from armimpedance.errors import EstimationError, InputError
 
-#: The source's window, and the one that a quadratic can fill, s.
-CONSTANT_S: Final = 0.5
-QUADRATIC_S: Final = 1.0
-#: Windows per window's length: half overlap, and the quadratic's.
-CONSTANT_STEPS: Final = 2
-QUADRATIC_STEPS: Final = 10
 ROUNDS: Final = 4
 #: An error by time variation above this part of the mean is warned of.
 TOO_FAST: Final = 0.05
-
-
-def windows(
-    begun: Beginning, *, window_s: float | None = None, every_s: float | None = None
-) -> Found:
-    """Constant B and K in windows of `window_s`, half overlapping unless `every_s` says else."""
-    length = CONSTANT_S if window_s is None else window_s
-    return _in_windows(begun, length, every_s or length / CONSTANT_STEPS, degree=0)
-
-
-def quadratic(
-    begun: Beginning, *, window_s: float | None = None, every_s: float | None = None
-) -> Found:
-    """Quadratic B and K inside windows of `window_s`, read at their centres."""
-    length = QUADRATIC_S if window_s is None else window_s
-    return _in_windows(begun, length, every_s or length / QUADRATIC_STEPS, degree=2)
 
 
 @dataclass(frozen=True)
@@ -58,34 +37,56 @@ class _Values:
     shared_covariance: FloatArray
 
 
-def _in_windows(begun: Beginning, length_s: float, step_s: float, degree: int) -> Found:
+def in_windows(
+    begun: Beginning, options: VaryingOptions, *, length_s: float, per_window: int, degree: int
+) -> EstimatedCourse:
+    """B and K as polynomials of time inside windows, read at their centres.
+
+    Parameters
+    ----------
+    begun : Beginning
+    options : VaryingOptions
+        `window_s` and `every_s` are used instead of the following two where they are given.
+    length_s : float
+    per_window : int
+        Steps from window to window that make up a window's length.
+    degree : int
+        Degree of the polynomials.
+
+    Raises
+    ------
+    InputError
+        Windows that are too short for their coefficients, or longer than a trial.
+    """
     data, course = begun.data, begun.course
+    length_s = length_s if options.window_s is None else options.window_s
+    step_s = options.every_s or length_s / per_window
     rows = round(length_s * data.rate_hz)
     fewest = 4 * (degree + 1) + WIDTH
     if rows < fewest:
         raise InputError(
             f"windows of {length_s:g} s", expected=f"{fewest / data.rate_hz:.2f} s or longer"
         )
-    first = _first_rows(data, linearise(data, course), rows, max(round(step_s * data.rate_hz), 1))
+    eq = linearise(data, course)
+    first = _first_rows(data, eq, rows, max(round(step_s * data.rate_hz), 1))
+    at = eq.centre[first] + rows // 2
     for _ in range(ROUNDS):
         eq = linearise(data, course)
-        found = _solve_windows(eq, first, rows, degree)
-        course = _course_of(data, course, eq.centre[first] + rows // 2, found)
+        solved = _solve_windows(eq, first, rows, degree)
+        course = _course_of(data, course, at, solved)
     finer = _solve_windows(eq, first, rows, degree + 2)
-    apart = ((found.values - finer.values) ** 2 - (finer.variance - found.variance)).mean(axis=0)
+    apart = ((solved.values - finer.values) ** 2 - (finer.variance - solved.variance)).mean(axis=0)
     bias = np.sqrt(np.maximum(apart, 0.0))
-    at = eq.centre[first] + rows // 2
-    sd = np.sqrt(found.variance + bias**2)
-    relative = bias / np.abs(found.values).mean(axis=0)
-    return Found(
-        trial=data.trial_of[at],
-        time_s=data.time_s[at],
-        B=found.values[:, 0],
-        K=found.values[:, 1],
+    sd = np.sqrt(solved.variance + bias**2)
+    relative = bias / np.abs(solved.values).mean(axis=0)
+    return EstimatedCourse(
+        at=at,
+        B=solved.values[:, 0],
+        K=solved.values[:, 1],
         sd_B=sd[:, 0],
         sd_K=sd[:, 1],
-        inertia=float(found.shared[0]),
-        sd_inertia=float(np.sqrt(found.shared_covariance[0, 0])),
+        inertia=float(solved.shared[0]),
+        sd_inertia=float(np.sqrt(solved.shared_covariance[0, 0])),
         notes=(f"windows of {length_s:g} s every {step_s:g} s, B and K of degree {degree} inside",),
         warnings=_too_fast(relative, length_s),
         details={"bias_percent": dict(zip("BK", (100 * relative).tolist(), strict=True))},
@@ -152,13 +153,13 @@ def _reduced(gram: FloatArray, p: int, s: int, prior_sd: FloatArray, overlap: fl
     return _Values(values[:, centre], variance, shared, covariance)
 
 
-def _course_of(data: VaryingData, course: Course, at: IntArray, found: _Values) -> Course:
+def _course_of(data: VaryingData, course: Course, at: IntArray, solved: _Values) -> Course:
     """B and K of all samples: lines between the centres of a trial, level beyond them."""
     trial = data.trial_of
     B, K = np.empty(len(trial)), np.empty(len(trial))
     for t in range(len(data.trials)):
         mine, here = trial[at] == t, np.flatnonzero(trial == t)
         for k, out in ((0, B), (1, K)):
-            out[here] = np.interp(here, at[mine], found.values[mine, k])
-    new = replace(course, inertia=float(found.shared[0]), B=B, K=K)
-    return with_offsets(new, found.shared[1:])
+            out[here] = np.interp(here, at[mine], solved.values[mine, k])
+    new = replace(course, inertia=float(solved.shared[0]), B=B, K=K)
+    return with_offsets(new, solved.shared[1:])

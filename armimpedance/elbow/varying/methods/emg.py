@@ -22,10 +22,11 @@ from armimpedance.elbow.varying.beginning import Beginning
 from armimpedance.elbow.varying.course import Course
 from armimpedance.elbow.varying.data import VaryingData
 from armimpedance.elbow.varying.departures import departures
-from armimpedance.elbow.varying.found import Found, grid
+from armimpedance.elbow.varying.estimated import EstimatedCourse, grid
+from armimpedance.elbow.varying.method import VaryingMethod, VaryingOptions
 from armimpedance.elbow.varying.voluntary import own_torque, residual_of
 from armimpedance.errors import EstimationError, InputError
-from armimpedance.signals import CUTOFF_HZ, lowpass
+from armimpedance.signals import lowpass
 
 ERROR_DRAWS: Final = 32
 #: What an amplitude holds above this is error, for telling when it is large, Hz.
@@ -38,23 +39,8 @@ FEW_ROUNDS: Final = 5
 LEAST_CHANGE: Final = 1e-3
 
 
-def scheduled(
-    begun: Beginning,
-    *,
-    amplitude: FloatArray,
-    amplitude_sd: FloatArray | None = None,
-    amplitude_cutoff_hz: float = CUTOFF_HZ,
-    every_s: float | None = None,
-) -> Found:
-    """K and B linear in the amplitudes.
-
-    Parameters
-    ----------
-    begun : Beginning
-    amplitude : (N, m)
-        At the rate of `data`.
-    amplitude_sd : (m,) or None
-        Standard errors: taken off the moments, so that coefficients are not drawn towards zero.
+def scheduled(begun: Beginning, options: VaryingOptions) -> EstimatedCourse:
+    """K and B linear in the amplitudes; their errors are taken off the moments, where known.
 
     Raises
     ------
@@ -63,6 +49,7 @@ def scheduled(
     NotIdentifiableError
         Amplitudes whose errors explain most of what is seen of every combination of them.
     """
+    amplitude, amplitude_sd = options.amplitude, options.amplitude_sd
     data, names = begun.data, _names(amplitude.shape[1])
     _refuse_still(amplitude, names)
     told_apart = directions_of(amplitude, amplitude_sd, tuple(_word(n) for n in names))
@@ -71,7 +58,7 @@ def scheduled(
     # covariance (c, c) of the errors of the law's amplitudes at a sample
     error, spread = None, np.zeros((W.shape[1],) * 2)
     if amplitude_sd is not None:
-        error = _errors(data, amplitude, amplitude_sd, W, amplitude_cutoff_hz)
+        error = _errors(data, amplitude, amplitude_sd, W, options.amplitude_cutoff_hz)
         spread = W.T @ (amplitude_sd[:, None] ** 2 * W)
     course = begun.course
     for _ in range(WEIGHT_ROUNDS):
@@ -79,11 +66,10 @@ def scheduled(
         # what the law leaves, errors of the amplitudes with it, is what its rows err by
         data = replace(data, own=own_torque(residual_of(data, course)))
     fit, once = _law_fit(data, begun.course, course, law, error)
-    at, m = grid(data, every_s), law.shape[1]
+    at, m = grid(data, options.every_s), law.shape[1]
     details = {"residual_over_noise": fit.excess, **_details(fit, names, told_apart)}
-    return Found(
-        trial=data.trial_of[at],
-        time_s=data.time_s[at],
+    return EstimatedCourse(
+        at=at,
         B=fit.course.B[at],
         K=fit.course.K[at],
         sd_B=_sd(law[at], fit.coefficients[:m], fit.covariance[:m, :m], spread),
@@ -139,9 +125,9 @@ def _details(fit: BasisFit, names: tuple[str, ...], apart: Directions) -> dict[s
 def _note(details: dict[str, Any], apart: Directions) -> str:
     if not apart.complete:
         return f"linear in {apart.told}"
-    found = details["coefficients"].items()
+    coefficients = details["coefficients"].items()
     return "linear in the amplitudes: " + ", ".join(
-        f"{k} {v:.4g} +- {sd:.2g}" for k, (v, sd) in found
+        f"{k} {v:.4g} +- {sd:.2g}" for k, (v, sd) in coefficients
     )
 
 
@@ -188,3 +174,12 @@ def _sd(law: FloatArray, coefficients: FloatArray, C: FloatArray, spread: FloatA
     """Standard error of ``law (L, 1 + c) p``: of the coefficients, and of the amplitudes."""
     own = float(coefficients[1:] @ spread @ coefficients[1:])
     return np.asarray(np.sqrt(((law @ C) * law).sum(axis=1) + own))
+
+
+METHOD = VaryingMethod(
+    "emg",
+    "linear in the EMG amplitudes of flexor and extensor",
+    "amplitude",
+    "Ruiz (2011), eq. (4)",
+    scheduled,
+)

@@ -20,8 +20,14 @@ from typing import Final
 import numpy as np
 
 from armimpedance.arrays import FloatArray
-from armimpedance.elbow.stationary.band import Band, Bins, explained, impedance, real_rows
+from armimpedance.elbow.stationary.band import Band, Bins, real_rows
+from armimpedance.elbow.stationary.instruments import driver_of, positive, round_of
+from armimpedance.elbow.stationary.joint_fit import start_values
+from armimpedance.elbow.stationary.misfit import explained
 
+#: How often the residual's spectrum is estimated anew, and rounds of instruments before each.
+SPECTRA: Final = 2
+_FIRST_ROUNDS: Final = 6
 #: Frequencies between two knots, of all trials together, at least.
 LINES: Final = 8
 #: ... and this ratio of frequencies: half an octave.
@@ -35,32 +41,49 @@ _LONGEST: Final = 1.0
 _SETTLED: Final = 1e-6
 
 
-def with_residual(band: Band, values: FloatArray, floors: Band) -> Band:
-    """The band with weights from the residual at I, B, K (3,); `floors` where chance explains it.
+def weighed_band(floors: Band) -> Band:
+    """The band, weighed by the sensors' floors and by what a first pass leaves of the torque.
 
-    Parameters
-    ----------
-    band : Band
-        Weights so far.
-    values : (3,)
-        Of a fit that the residual did not bias.
-    floors : Band
-        Weights of the sensors' noise alone: the lower limit.
+    `floors`, of `band.band_of`, come back themselves where nothing is left beyond chance.
+
+    Raises
+    ------
+    EstimationError
+        The torque has the wrong sign.
+    NotIdentifiableError
+        The motion does not tell I, B and K apart.
     """
-    if explained(floors, values) > 1 - ENOUGH:
-        return floors
+    band, driver, values = floors, driver_of(floors), start_values(floors)
+    for _ in range(SPECTRA):
+        for _ in range(_FIRST_ROUNDS):
+            values = positive(round_of(band, driver, values), values)
+        if explained(floors, values) > 1 - ENOUGH:
+            return floors
+        band = _with_residual(band, values, floors)
+        if band is floors:
+            break
+    return band
+
+
+def _with_residual(band: Band, values: FloatArray, floors: Band) -> Band:
+    """The floors with weights from the residual at I, B, K (3,), where chance does not explain it.
+
+    The weights so far are those of `band`; those of `floors`, of the sensors' noise alone, are the
+    lower limit.
+    """
     power, squares = _relative_power(band, values, floors)
-    frequency = np.concatenate([b.frequency_hz for b in band.trials])
-    x, knots = np.log(frequency), np.log(knots_of(frequency))
+    frequency = np.concatenate([b.frequency_hz for b in floors.trials])
     seen = floors.torque_noise > 0 or floors.angle_noise > 0
     # Without floors the scale is free: a constant is what chance is held against.
     level = 0.0 if seen else float(np.log(squares @ power / squares.sum()))
-    logs = _smooth(hats(x, knots), power * np.exp(-level), squares)
-    if _chance(hats(x, knots) @ logs, power * np.exp(-level), squares, len(knots)) > UNLIKELY:
+    knots = np.log(knots_of(frequency))
+    H, power = hats(np.log(frequency), knots), power * np.exp(-level)
+    logs = _smooth(H, power, squares)
+    if _chance(H @ logs, power, squares, len(knots)) > UNLIKELY:
         return floors
     trials = []
-    for bins, floor in zip(band.trials, floors.trials, strict=True):
-        g = np.exp(hats(np.log(bins.frequency_hz), knots) @ logs)
+    for floor in floors.trials:
+        g = np.exp(hats(np.log(floor.frequency_hz), knots) @ logs)
         trials.append(_noisier(floor, g, values) if seen else replace(floor, angle_noise=g))
     return replace(floors, trials=tuple(trials))
 
@@ -90,13 +113,11 @@ def _relative_power(band: Band, values: FloatArray, floors: Band) -> tuple[Float
     """
     power, squares = [], []
     for bins, floor in zip(band.trials, floors.trials, strict=True):
-        Z = impedance(bins, values)
-        total = bins.noise_power(Z)
-        weight = np.sqrt(2 / total)
+        Z = bins.impedance(values)
+        total, weight = bins.noise_power(Z), bins.weight(Z)
         # Q (2 n, 6) spans the ends, weighed; e (2 n,) = (1 - Q Q^T) residual
         Q = np.linalg.qr(real_rows(bins.ends * weight[:, None]))[0]
-        e = real_rows((Z * bins.angle - bins.torque) * weight)
-        e = e - Q @ (Q.T @ e)
+        e = bins.residual(values)
         left = _per_line(1 - (Q**2).sum(axis=1)).clip(1e-3)
         power.append(_per_line(e**2) / left * total / floor.noise_power(Z))
         squares.append(left)
@@ -134,5 +155,5 @@ def _chance(eta: FloatArray, power: FloatArray, squares: FloatArray, count: int)
 
 def _noisier(floor: Bins, g: FloatArray, values: FloatArray) -> Bins:
     """What is above the floors as noise of the torque."""
-    more = np.maximum(g - 1, 0.0) * floor.noise_power(impedance(floor, values))
+    more = np.maximum(g - 1, 0.0) * floor.noise_power(floor.impedance(values))
     return replace(floor, torque_noise=floor.torque_noise + more)

@@ -1,0 +1,97 @@
+"""How far an estimate can be trusted: residuals, other models, what the record hardly tells."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from armimpedance.elbow.result import NAMES, ElbowFit
+from armimpedance.elbow.samples import COMMANDED
+from armimpedance.elbow.stationary.band import Band
+from armimpedance.elbow.stationary.estimate import Estimate
+from armimpedance.elbow.stationary.feedback import delayed_feedback
+from armimpedance.elbow.stationary.method import Method
+from armimpedance.elbow.stationary.misfit import explained
+from armimpedance.elbow.stationary.orders import compare_orders
+from armimpedance.elbow.stationary.preparation import Prepared
+from armimpedance.elbow.stationary.whiteness import residual_whiteness
+from armimpedance.regression import Parameters, t_factor
+
+#: An interval whose half-width is above this part of the value says little.
+WIDE: Final = 0.5
+
+
+def diagnosed(
+    estimate: Estimate, method: Method, prepared: Prepared, floors: Band, band: Band
+) -> ElbowFit:
+    """The estimate with all that tells how far it can be trusted.
+
+    Parameters
+    ----------
+    estimate : Estimate
+        Made by `method` with the weights of `band`.
+    method : Method
+    prepared : Prepared
+    floors, band : Band
+        Weighed by the sensors' noise alone, and as used.
+    """
+    samples, values = prepared.source, estimate.parameters.values
+    r2 = explained(band, values)
+    independent = method.name in ("iv", "derivative") and samples.perturbation is not None
+    white, coloured = residual_whiteness(floors, values, 1 - r2, independent=independent)
+    scores, other_order = compare_orders(band, prepared.sample_rate_hz, 1 - r2)
+    late, answers = delayed_feedback(band, values, 1 - r2)
+    commanded = COMMANDED if samples.torque_is == "commanded" else None
+    told = (coloured, other_order, answers, commanded, _hardly_told(estimate.parameters))
+    notes = _notes(method, prepared, band, coloured=band is not floors)
+    return ElbowFit(
+        method=method.name,
+        parameters=estimate.parameters,
+        n=estimate.n,
+        cond_raw=estimate.conditioning.cond_raw,
+        cond_scaled=estimate.conditioning.cond_scaled,
+        rank=estimate.conditioning.rank,
+        r2=r2,
+        snr=prepared.spectra.snr,
+        whiteness=white,
+        joint=samples.joint,
+        preparation=(*samples.notes, *notes),
+        warnings=(*estimate.warnings, *(t for t in told if t is not None)),
+        details={
+            **estimate.details,
+            "orders": scores,
+            "feedback": late,
+            "band_hz": prepared.band_hz,
+        },
+    )
+
+
+def _hardly_told(parameters: Parameters) -> str | None:
+    half = t_factor(parameters.dof) * parameters.sd / parameters.values
+    wide = [f"{n} +-{100 * h:.0f} %" for n, h in zip(NAMES, half, strict=True) if h > WIDE]
+    return f"hardly told by this record: {', '.join(wide)}" if wide else None
+
+
+def _notes(method: Method, prepared: Prepared, band: Band, *, coloured: bool) -> tuple[str, ...]:
+    if method.name == "arx":
+        return prepared.notes
+    count = sum(len(b.s) for b in band.trials)
+    lowest = min(float(b.frequency_hz[0]) for b in band.trials)
+    notes = [
+        "offset and slope taken off each trial",
+        f"{count} frequencies, {lowest:.3g} to {prepared.band_hz:.3g} Hz, of all samples, neither "
+        f"filtered nor decimated: {prepared.band_why}",
+    ]
+    if coloured:
+        notes.append(
+            "weighed by the residual torque's spectrum: more than the sensors' noise is in it"
+        )
+    if method.name == "output-error":
+        return tuple(notes)
+    if prepared.perturbation is None:
+        notes.append(
+            "instruments from the measured torque: what the subject adds to it in answer to the "
+            "motion stays in"
+        )
+    else:
+        notes.append("instruments from the device's perturbation")
+    return tuple(notes)
