@@ -20,7 +20,7 @@ from armimpedance.impedance import (
 )
 from armimpedance.records import ImpedanceEstimate, Recording, Window
 from armimpedance.regression import TrialEquations
-from armimpedance.signals import Timing, cut_windows, disturbance_times
+from armimpedance.signals import cut_windows, disturbance_times
 
 Progress = Callable[[int, int], None]
 
@@ -104,7 +104,8 @@ def groups_of_recording(
     for done, (own, rows) in enumerate(parts, start=1):
         named = {**given, **own}
         try:
-            groups.append(_group(recording, rows, timing, named, by, options))
+            window = cut_windows(recording, rows, timing)
+            groups.append(_group(recording, window, named, by, options))
         except ArmImpedanceError as error:
             message = f"{name_of(named, by)}: {error}"
             if isinstance(error, NotIdentifiableError):
@@ -155,13 +156,11 @@ def _parts(recording: Recording, columns: Sequence[str]) -> list[tuple[dict[str,
 
 def _group(
     recording: Recording,
-    rows: IntArray,
-    timing: Timing,
+    window: Window,
     keys: Mapping[str, Any],
     by: Sequence[str],
     options: Options,
 ) -> ComparedGroup:
-    window = cut_windows(recording, rows, timing)
     if window.usable.sum() < 2:
         raise InputError(
             "a group of one usable trial: what differs between its trials cannot be seen",

@@ -114,7 +114,7 @@ def _pieces(
             if timing is None:
                 yield recording.select(rows), group, options
             else:
-                group = group.with_activation(recording, rows, timing)
+                group = group.with_activation(recording, rows, timing.onset_s)
                 yield cut_windows(recording, rows, timing), group, options
         except ArmImpedanceError as error:
             raise error_in_group(error, keys) from error
@@ -205,24 +205,17 @@ def estimate_window(
             f"one trial only: intervals from {BLOCKS_OF_ONE_TRIAL} blocks of the same record are "
             "rough and do not see what differs between trials",
         )
-    angles, active = window.joint_angles_at_onset, group.activation
+    angles = window.joint_angles_at_onset
     return replace(
         made,
         bound=bound,
         position=window.position_at_onset[used].mean(axis=0),
         force=window.force_at_onset[used].mean(axis=0),
         joint_angles=None if angles is None else angles[used].mean(axis=0),
-        activation=None if active is None else active.mean,
-        activation_sd=None if active is None else active.sd,
-        muscles=() if active is None else active.muscles,
         quality=replace(made.quality, n_trials=int(used.sum())),
-        warnings=(*warnings, *group.notes),
-        provenance=(
-            *made.provenance,
-            *window.notes,
-            *prepared.notes,
-            *(active.notes if active else ()),
-        ),
+        warnings=(*warnings, *group.warnings),
+        provenance=(*made.provenance, *window.notes, *prepared.notes, *group.provenance),
+        **group.activation,
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -17,7 +17,7 @@ from armimpedance.impedance.prepared import Prepared
 from armimpedance.impedance.regressors import fit_names, to_fit_order, to_matrix_order
 from armimpedance.records import ImpedanceEstimate, Quality, Recording
 from armimpedance.regression import Fit, TrialEquations, TrialFactors, fit, solve_equations
-from armimpedance.signals import MeanActivation, Timing, mean_activation
+from armimpedance.signals import mean_activation
 
 ClusteredKind = Literal["cr3", "replicates", "cr1", "bootstrap"]
 
@@ -27,30 +27,46 @@ FEW_CLUSTERS = 10
 
 @dataclass(frozen=True)
 class Group:
-    """What is known of a group of trials beside its samples."""
+    """What is known of a group of trials beside its samples.
+
+    Attributes
+    ----------
+    kind : {"hand", "joint"}
+    keys : mapping
+        The group's columns.
+    handle_mass_kg : float
+    shoulder_m : (d,) or None
+    activation : mapping
+        Fields of the estimate that tell how active the muscles were; empty where it is not known.
+    warnings, provenance : tuples of str
+    """
 
     kind: Kind
     keys: Mapping[str, Any]
     handle_mass_kg: float = 0.0
     shoulder_m: FloatArray | None = None
-    activation: MeanActivation | None = None
-    notes: tuple[str, ...] = ()
+    activation: Mapping[str, Any] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
+    provenance: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, recording: Recording, keys: Mapping[str, Any]) -> Group:
         """The group `keys` of a recording."""
         return cls(recording.kind, keys, recording.handle_mass_kg, recording.shoulder_m)
 
-    def with_activation(self, recording: Recording, rows: IntArray, timing: Timing) -> Group:
+    def with_activation(self, recording: Recording, rows: IntArray, onset_s: FloatArray) -> Group:
         """The same with its muscles' activity, where the recording has EMG and MVC.
 
         An EMG that cannot be right is no reason to refuse the impedance: it becomes a note.
         """
         try:
-            found = mean_activation(recording, rows, timing.onset_s)
+            found = mean_activation(recording, rows, onset_s)
         except InputError as error:
-            return replace(self, notes=(f"activation left out: {error}",))
-        return replace(self, activation=found)
+            return replace(self, warnings=(f"activation left out: {error}",))
+        if found is None:
+            return self
+        fields = {"activation": found.mean, "activation_sd": found.sd, "muscles": found.muscles}
+        return replace(self, activation=fields, provenance=found.notes)
 
 
 def to_estimate(

@@ -12,7 +12,7 @@ then an assumption that only one of them makes does not hold.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import Any
@@ -35,7 +35,7 @@ from armimpedance.impedance.result import Group
 from armimpedance.impedance.table import METHODS
 from armimpedance.records import ImpedanceEstimate, Recording, Window
 from armimpedance.regression import leave_one_out_shift, solve_total
-from armimpedance.signals import Timing, cut_windows, disturbance_times
+from armimpedance.signals import cut_windows, disturbance_times
 
 #: A difference beyond this many of its standard errors is not taken for chance ...
 FEWEST_STANDARD_ERRORS = 3.0
@@ -157,8 +157,8 @@ def side_by_side(
             expected="returning disturbances to compare methods",
         )
     METHODS.named(options.method)
-    timing, groups = disturbance_times(recording), list(groups_of(recording, by))
-    pieces = ((recording, keys, rows, timing, options) for keys, rows in groups)
+    groups = list(groups_of(recording, by))
+    pieces = _pieces(recording, groups, options)
     compared = []
     for side in in_order(_one_group, pieces, workers):
         compared.append(side)
@@ -167,14 +167,22 @@ def side_by_side(
     return compared
 
 
-def _one_group(
-    recording: Recording, keys: Mapping[str, Any], rows: IntArray, timing: Timing, options: Options
-) -> SideBySide:
+def _pieces(
+    recording: Recording, groups: Sequence[tuple[Mapping[str, Any], IntArray]], options: Options
+) -> Iterator[tuple[Window, Group, Options]]:
+    timing = disturbance_times(recording)
+    for keys, rows in groups:
+        try:
+            yield cut_windows(recording, rows, timing), Group.of(recording, keys), options
+        except ArmImpedanceError as error:
+            raise error_in_group(error, keys) from error
+
+
+def _one_group(window: Window, group: Group, options: Options) -> SideBySide:
     try:
-        window = cut_windows(recording, rows, timing)
-        return compare_methods(window, Group.of(recording, keys), options)
+        return compare_methods(window, group, options)
     except ArmImpedanceError as error:
-        raise error_in_group(error, keys) from error
+        raise error_in_group(error, group.keys) from error
 
 
 def compare_methods(window: Window, group: Group, options: Options) -> SideBySide:

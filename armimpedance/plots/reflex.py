@@ -10,7 +10,7 @@ import numpy as np
 from armimpedance.arrays import FloatArray
 from armimpedance.conventions import UNITS
 from armimpedance.errors import InputError
-from armimpedance.impedance import EARLY_S, ReflexVerdict
+from armimpedance.impedance import ReflexVerdict
 from armimpedance.plots.style import (
     LINE_STYLES,
     OKABE_ITO,
@@ -98,7 +98,7 @@ def plot_window_ends(verdict: ReflexVerdict, ax: Axes | None = None) -> Axes:
             color = OKABE_ITO[style]
             ax.fill_between(end, value - width, value + width, color=color, alpha=_BAND_ALPHA, lw=0)
             name = ("largest", "smallest")[axis] if values.shape[1] == 2 else f"value {axis + 1}"
-            first = int(np.searchsorted(end, 1e3 * EARLY_S - 1e-6))
+            first = int((~ends.usable[shown]).sum())
             marks: dict[str, Any] = {"marker": "o", "markersize": 2.5, "color": color}
             ax.plot(end[: first + 1], value[: first + 1], linestyle=":", **marks)
             ax.plot(end[first:], value[first:], linestyle="-", label=name, **marks)

@@ -13,13 +13,13 @@ the covariance is the regression core's, from clusters that are left out one at 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
+from typing import Annotated, Final
 
 import numpy as np
 from scipy.linalg import eigh
 from scipy.special import chdtri
 
-from armimpedance.arrays import FloatArray, frozen_array
+from armimpedance.arrays import FloatArray, FrozenRecord
 from armimpedance.errors import InputError, NotIdentifiableError
 from armimpedance.regression.equations import TrialEquations, solve_equations
 
@@ -33,7 +33,7 @@ _TAKES_PART: Final = 0.3
 
 
 @dataclass(frozen=True, eq=False)
-class ErrorMoments:
+class ErrorMoments(FrozenRecord):
     """Moments of C clusters of rows and p regressors.
 
     Attributes
@@ -48,17 +48,11 @@ class ErrorMoments:
         Of the p coefficients.
     """
 
-    gram: FloatArray
-    cross: FloatArray
-    error: FloatArray
-    names: tuple[str, ...]
-    units: tuple[str, ...]
-
-    def __post_init__(self) -> None:
-        put, p = object.__setattr__, len(self.names)
-        put(self, "gram", frozen_array(self.gram, "gram", (None, p, p)))
-        put(self, "cross", frozen_array(self.cross, "cross", (len(self.gram), p)))
-        put(self, "error", frozen_array(self.error, "error", self.gram.shape))
+    gram: Annotated[FloatArray, "c p p"]
+    cross: Annotated[FloatArray, "c p"]
+    error: Annotated[FloatArray, "c p p"]
+    names: Annotated[tuple[str, ...], "p"]
+    units: Annotated[tuple[str, ...], "p"]
 
     @property
     def corrected(self) -> TrialEquations:

@@ -10,14 +10,7 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.conventions import UNITS, element_names, group_name
-from armimpedance.impedance import (
-    LEVEL,
-    NEGLIGIBLE_SHARE,
-    TELLING_S,
-    ReflexVerdict,
-    Share,
-    WindowEnds,
-)
+from armimpedance.impedance import ReflexVerdict, Share
 from armimpedance.regression import t_factor
 from armimpedance.report.numbers import aligned_table, with_half_width
 
@@ -42,8 +35,8 @@ def verdict_text(verdicts: Sequence[ReflexVerdict]) -> str:
 def headline(verdict: ReflexVerdict) -> str:
     """The verdict in one sentence."""
     p = _p(verdict.p_value)
-    if verdict.outcome == "none" and verdict.p_value <= LEVEL:
-        return f"No reflex that matters ({p}, but below {100 * NEGLIGIBLE_SHARE:g} % of K)."
+    if verdict.outcome == "none" and verdict.p_value <= verdict.NAMED_AT_P:
+        return f"No reflex that matters ({p}, but below {100 * verdict.LEAST_SHARE:g} % of K)."
     if verdict.outcome == "none":
         return f"No sign of a reflex ({p}); {_would_be_seen(verdict)}."
     if verdict.outcome == "unknown":
@@ -58,12 +51,14 @@ def sentences(verdict: ReflexVerdict) -> list[str]:
         share = f"The reflex is {_percent(verdict.share)} of the intrinsic K"
         found.append(f"{share}. {_misstated(verdict.overstated)}")
     elif verdict.scanned:
-        others = (f"{1e3 * d:.0f} ms: {_part(s)}" for d, s in verdict.visible if d != TELLING_S)
+        others = (
+            f"{1e3 * d:.0f} ms: {_part(s)}" for d, s in verdict.visible if d != verdict.TELLING_S
+        )
         found.append(f"Smallest reflex that would be seen at other delays, {', '.join(others)}.")
     if verdict.outcome == "unknown":
         found.append(_REMEDY)
     if verdict.ends is not None:
-        found.append(_ends(verdict, verdict.ends))
+        found.append(_ends(verdict))
     return found
 
 
@@ -107,13 +102,13 @@ def _percent(share: Share, sign: float = 1.0) -> str:
 
 
 def _would_be_seen(verdict: ReflexVerdict) -> str:
-    delay = TELLING_S if verdict.scanned else verdict.delay_s
+    delay = verdict.TELLING_S if verdict.scanned else verdict.delay_s
     seen = _part(verdict.seen_from(delay))
     return f"one of more than {seen}, {1e3 * delay:g} ms late, would have been seen"
 
 
 def _would_hide(verdict: ReflexVerdict) -> str:
-    delay = TELLING_S if verdict.scanned else verdict.delay_s
+    delay = verdict.TELLING_S if verdict.scanned else verdict.delay_s
     seen = verdict.seen_from(delay)
     size = f"of {_part(seen)}" if np.isfinite(seen) else "of any size"
     return f"one {size}, {1e3 * delay:g} ms late, could go unseen"
@@ -129,7 +124,9 @@ def _misstated(overstated: Share) -> str:
     )
 
 
-def _ends(verdict: ReflexVerdict, ends: WindowEnds) -> str:
+def _ends(verdict: ReflexVerdict) -> str:
+    ends = verdict.ends
+    assert ends is not None  # noqa: S101 - the caller asked
     change, error = ends.along(verdict.without)
     half = t_factor(ends.dof) * error[-1]
     first, last = 1e3 * ends.end_s[ends.early], 1e3 * ends.end_s[-1]
@@ -160,7 +157,7 @@ def _elements(matrix: FloatArray, half: FloatArray) -> list[str]:
 
 
 def _row(verdict: ReflexVerdict) -> dict[str, Any]:
-    seen = verdict.seen_from(TELLING_S) if verdict.visible else float("nan")
+    seen = verdict.seen_from(verdict.TELLING_S) if verdict.visible else float("nan")
     row: dict[str, Any] = {
         **verdict.keys,
         "n_trials": verdict.n_trials,

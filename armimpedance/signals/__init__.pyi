@@ -7,32 +7,28 @@ from .differentiate import (
 )
 from .drift import correct_force_only as correct_force_only, ramp_basis as ramp_basis
 from .emg.activation import (
-    MeanActivation as MeanActivation,
     mean_activation as mean_activation,
     mvc_column as mvc_column,
     rest_column as rest_column,
 )
 from .emg.amplitude import (
     CUTOFF_HZ as CUTOFF_HZ,
-    EmgAmplitude as EmgAmplitude,
-    SegmentAmplitude as SegmentAmplitude,
     emg_amplitude as emg_amplitude,
     segment_amplitude as segment_amplitude,
 )
 from .emg.checks import check_emg as check_emg
 from .emg.emg import envelope as envelope
-from .encoder import PositionNoise as PositionNoise, position_noise as position_noise
+from .encoder import position_noise as position_noise
 from .filtered_sign import filtered_sign as filtered_sign
 from .filters import bandpass as bandpass, lowpass as lowpass
 from .modes import Modes as Modes, delayed as delayed, spline_modes as spline_modes
 from .radians import refuse_degrees as refuse_degrees
-from .response import Span as Span, choose_span as choose_span, respond as respond
+from .response import choose_span as choose_span, respond as respond
 from .spectra import multiple_coherence as multiple_coherence
 from .spline_derivatives import smoothed_derivatives as smoothed_derivatives
 from .validity import Check as Check, check_recording as check_recording
 from .windows import (
     MARGIN_S as MARGIN_S,
-    Timing as Timing,
     cut_windows as cut_windows,
     disturbance_times as disturbance_times,
 )

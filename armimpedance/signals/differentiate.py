@@ -11,18 +11,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
-from armimpedance.arrays import FloatArray, frozen_array
+from armimpedance.arrays import FloatArray, FrozenRecord
 from armimpedance.errors import InputError
 
 SPLINE_DEGREE = 5
 
 
 @dataclass(frozen=True)
-class Kernels:
+class Kernels(FrozenRecord):
     """A sampled smoothing kernel and its first two derivatives.
 
     Attributes
@@ -32,14 +33,9 @@ class Kernels:
         smoothed value and its derivatives in units of 1, 1/s, 1/s^2.
     """
 
-    smooth: FloatArray
-    first: FloatArray
-    second: FloatArray
-
-    def __post_init__(self) -> None:
-        for name in ("smooth", "first", "second"):
-            weights = frozen_array(getattr(self, name), name, (len(self.smooth),))
-            object.__setattr__(self, name, weights)
+    smooth: Annotated[FloatArray, "w"]
+    first: Annotated[FloatArray, "w"]
+    second: Annotated[FloatArray, "w"]
 
     @property
     def half(self) -> int:

@@ -11,11 +11,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Annotated
 
 import numpy as np
 from scipy.linalg import solve_triangular
 
-from armimpedance.arrays import FloatArray, frozen_array
+from armimpedance.arrays import FloatArray, FrozenRecord
 from armimpedance.errors import InputError
 from armimpedance.signals.differentiate import SPLINE_DEGREE
 
@@ -26,7 +27,7 @@ FEWEST = 10
 
 
 @dataclass(frozen=True, eq=False)
-class Modes:
+class Modes(FrozenRecord):
     """Orthonormal combinations of test functions and what replaces derivatives of the signal.
 
     Attributes
@@ -37,14 +38,9 @@ class Modes:
         ``first @ x`` is what `smooth` makes of x', ``second @ x`` of x''.
     """
 
-    smooth: FloatArray
-    first: FloatArray
-    second: FloatArray
-
-    def __post_init__(self) -> None:
-        for name in ("smooth", "first", "second"):
-            weights = frozen_array(getattr(self, name), name, (None, None))
-            object.__setattr__(self, name, weights)
+    smooth: Annotated[FloatArray, "n s"]
+    first: Annotated[FloatArray, "n s"]
+    second: Annotated[FloatArray, "n s"]
 
     @property
     def count(self) -> int:

@@ -16,7 +16,9 @@ See T. Soederstroem and P. Stoica, *Instrumental Variable Methods for System Ide
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -28,7 +30,7 @@ from armimpedance.impedance.regressors import impedance_factors, in_blocks, stac
 from armimpedance.impedance.weighing.expected_motion import mean_of_others
 from armimpedance.records import Response, Window
 from armimpedance.regression import TrialEquations
-from armimpedance.signals import Span, choose_span, respond
+from armimpedance.signals import choose_span, respond
 
 
 def prepare(window: Window, kind: Kind) -> Prepared:
@@ -40,20 +42,22 @@ def prepare(window: Window, kind: Kind) -> Prepared:
         Without commanded motion and without two trials of the same disturbance.
     """
     # narrower kernels would not bias this method, but gain nothing either
-    return instrumented(window, kind, choose_span(window))
+    return instrumented(window, kind)
 
 
-def instrumented(window: Window, kind: Kind, span: Span) -> Prepared:
-    """The same with a given kernel.
+def instrumented(window: Window, kind: Kind, **kernel: float) -> Prepared:
+    """The same with a given kernel (options of `signals.choose_span`).
 
     Raises
     ------
     InputError
         As `prepare`.
     """
-    response = respond(window, span)
+    span = choose_span(window, **kernel)  # type: ignore[arg-type]
+    smooth = partial(respond, span=span)
+    response = smooth(window)
     used = window.usable
-    Z, note = _instruments(window, response, span)
+    Z, note = _instruments(window, response, smooth)
     W, y = stack_columns(response)[used], -response.force[used]
     if len(W) == 1:
         Z, W, y = (in_blocks(each) for each in (Z, W, y))
@@ -87,11 +91,13 @@ def instrument_equations(Z: FloatArray, W: FloatArray, y: FloatArray, kind: Kind
     return TrialEquations(A.reshape(T, size, size), b, names, units)
 
 
-def _instruments(window: Window, response: Response, span: Span) -> tuple[FloatArray, str]:
+def _instruments(
+    window: Window, response: Response, smooth: Callable[[Window], Response]
+) -> tuple[FloatArray, str]:
     """Z (T, S, 3 d) of the usable trials, and what it is made of."""
     used = window.usable
     if window.commanded is not None and _moves(window.commanded[used]):
-        told = respond(replace(window, position=window.commanded), span)
+        told = smooth(replace(window, position=window.commanded))
         return stack_columns(told)[used], "instruments: the commanded motion"
     if window.disturbance is None:
         reason = "nor the direction of every trial"

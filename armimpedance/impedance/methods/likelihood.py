@@ -46,7 +46,7 @@ def prepare(window: Window, kind: Kind) -> Prepared:
     start = weighted_fit(window, kind)
     position = motion_scatter(start.equation)
     if position is None:
-        position = start.noise.position.covariance
+        position = start.noise.position
         note = "position noise as the sensor's alone: the trials share no course"
     else:
         note = "position noise from the scatter of motions about their shared course"

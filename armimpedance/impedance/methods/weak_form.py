@@ -21,11 +21,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Annotated
 
 import numpy as np
 from scipy.linalg import solve_triangular
 
-from armimpedance.arrays import FloatArray, frozen_array
+from armimpedance.arrays import FloatArray, FrozenRecord
 from armimpedance.conventions import Kind
 from armimpedance.errors import InputError
 from armimpedance.impedance.prepared import NO_LINEAR_LIMB, Method, Prepared
@@ -42,7 +43,7 @@ FEWEST = 8
 
 
 @dataclass(frozen=True, eq=False)
-class TestFunctions:
+class TestFunctions(FrozenRecord):
     """Sums of a signal x against the rows give what psi makes of x, x' and x''.
 
     Attributes
@@ -53,14 +54,9 @@ class TestFunctions:
 
     __test__ = False  # not a test case, whatever its name
 
-    smooth: FloatArray
-    first: FloatArray
-    second: FloatArray
-
-    def __post_init__(self) -> None:
-        for name in ("smooth", "first", "second"):
-            rows = frozen_array(getattr(self, name), name, (None, None))
-            object.__setattr__(self, name, rows)
+    smooth: Annotated[FloatArray, "n s"]
+    first: Annotated[FloatArray, "n s"]
+    second: Annotated[FloatArray, "n s"]
 
 
 def prepare(window: Window, kind: Kind) -> Prepared:

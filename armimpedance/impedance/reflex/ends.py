@@ -9,21 +9,23 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Annotated
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, frozen_array
+from armimpedance.arrays import BoolArray, FloatArray, FrozenRecord
 from armimpedance.conventions import Kind
 from armimpedance.errors import ArmImpedanceError, InputError
 from armimpedance.impedance.weighing.weighted_fit import weighted_fit
 from armimpedance.records import Window
 from armimpedance.regression import leave_one_out_shift
-from armimpedance.signals import SPLINE_DEGREE, Modes
+from armimpedance.signals import Modes
 
 #: Knots of the kinematics' spline and cells of the force (s). Wider knots miss the jerk of the
 #: onset: with 20 ms knots K is 30 % wrong at 60 ms, narrower ones let more noise through.
 KNOTS_S = 0.008
 CELL_S = 0.010
+_DEGREE = 5
 #: Rest before the onset that is fitted along (s).
 REST_S = 0.080
 #: Ends (s): the first, every cell while a reflex may begin, then fewer.
@@ -37,7 +39,7 @@ EARLY_SD = 0.15
 
 
 @dataclass(frozen=True, eq=False)
-class WindowEnds:
+class WindowEnds(FrozenRecord):
     """Stiffness from windows that end earlier and earlier.
 
     Attributes
@@ -54,17 +56,17 @@ class WindowEnds:
     dof : float
     """
 
-    end_s: FloatArray
-    stiffness: FloatArray
-    covariance: FloatArray
+    end_s: Annotated[FloatArray, "e"]
+    stiffness: Annotated[FloatArray, "e d d"]
+    covariance: Annotated[FloatArray, "e q q"]
     early: int
-    change_covariance: FloatArray
+    change_covariance: Annotated[FloatArray, "e q q"]
     dof: float
 
-    def __post_init__(self) -> None:
-        for name in ("stiffness", "covariance", "change_covariance"):
-            values = frozen_array(getattr(self, name), name, (len(self.end_s), None, None))
-            object.__setattr__(self, name, values)
+    @property
+    def usable(self) -> BoolArray:
+        """Ends (E,) from which on the spline's error at the onset is small."""
+        return np.asarray(self.end_s > EARLY_S - 1e-9)
 
     @property
     def change(self) -> FloatArray:
@@ -157,8 +159,8 @@ def _spline_derivatives(samples: int, sample_rate_hz: float) -> tuple[FloatArray
     spacing = max(3, round(KNOTS_S * sample_rate_hz))
     pieces = max(1, (samples - 1) // spacing)
     inner = np.linspace(0, samples - 1, pieces + 1)
-    knots = np.concatenate([np.zeros(SPLINE_DEGREE), inner, np.full(SPLINE_DEGREE, samples - 1.0)])
-    splines = BSpline(knots, np.eye(len(knots) - SPLINE_DEGREE - 1), SPLINE_DEGREE)
+    knots = np.concatenate([np.zeros(_DEGREE), inner, np.full(_DEGREE, samples - 1.0)])
+    splines = BSpline(knots, np.eye(len(knots) - _DEGREE - 1), _DEGREE)
     at = np.arange(samples, dtype=float)
     # C (b, S) = (N^T N)^-1 N^T, N (S, b)
     N = splines(at)

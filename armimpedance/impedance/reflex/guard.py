@@ -127,7 +127,7 @@ def guard_window(
     visible = () if seen else _visible(scan, seed)
     overstated, share = _shares(found, covariance, d, float(trials - 1))
     return ReflexVerdict(
-        keys=keys or {},
+        keys=dict(keys or {}),
         kind=kind,
         outcome="contaminated" if seen else _unless_hidden(visible),
         p_value=evidence.p_value,

@@ -150,7 +150,7 @@ def scan_delays(window: Window, kind: Kind, delay_s: FloatArray) -> DelayScan:
     d = equation.axes
     excess = np.zeros((3 * d * d, 3 * d * d))
     if instruments is None:
-        excess = regressor_excess(V, fitted.noise.position.covariance)
+        excess = regressor_excess(V, fitted.noise.position)
     scan = DelayScan(
         delay_s=delay_s,
         without=np.zeros(3 * d * d),

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, frozen_array
+from armimpedance.arrays import FloatArray, FrozenRecord
 from armimpedance.conventions import Kind
 from armimpedance.impedance.reflex.ends import WindowEnds
 
@@ -60,7 +59,7 @@ class DelayProfile:
 
 
 @dataclass(frozen=True, eq=False)
-class ReflexVerdict:
+class ReflexVerdict(FrozenRecord):
     """Whether a reflex contaminates the stiffness of one group of trials, and the evidence.
 
     Attributes
@@ -91,7 +90,7 @@ class ReflexVerdict:
     n_trials : int
     """
 
-    keys: Mapping[str, Any]
+    keys: dict[str, Any]
     kind: Kind
     outcome: Outcome
     p_value: float
@@ -99,10 +98,10 @@ class ReflexVerdict:
     delay_low_s: float
     delay_high_s: float
     scanned: bool
-    without: FloatArray
-    intrinsic: FloatArray
-    reflex: FloatArray
-    covariance: FloatArray
+    without: Annotated[FloatArray, "d d"]
+    intrinsic: Annotated[FloatArray, "d d"]
+    reflex: Annotated[FloatArray, "d d"]
+    covariance: Annotated[FloatArray, "q q"]
     dof: float
     overstated: Share
     share: Share
@@ -110,11 +109,6 @@ class ReflexVerdict:
     profile: DelayProfile
     ends: WindowEnds | None
     n_trials: int
-
-    def __post_init__(self) -> None:
-        for name in ("without", "intrinsic", "reflex", "covariance"):
-            values = frozen_array(getattr(self, name), name, (None, None))
-            object.__setattr__(self, name, values)
 
     @property
     def total(self) -> FloatArray:
@@ -133,6 +127,12 @@ class ReflexVerdict:
         T = np.hstack([np.zeros((q, q)), np.eye(q), np.eye(q)])
         variance = np.diag(T @ self.covariance @ T.T)
         return np.asarray(np.sqrt(variance).reshape(self.intrinsic.shape))
+
+    #: A reflex is named at this p or less, and only if it is at least this part of K.
+    NAMED_AT_P: ClassVar[float] = LEVEL
+    LEAST_SHARE: ClassVar[float] = NEGLIGIBLE_SHARE
+    #: "No sign of a reflex" means one this late (s).
+    TELLING_S: ClassVar[float] = TELLING_S
 
     def seen_from(self, delay_s: float = TELLING_S) -> float:
         """Smallest reflex (part of K) that would have been seen at the listed delay nearest."""

@@ -9,18 +9,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, IntArray, frozen_array
+from armimpedance.arrays import FloatArray, FrozenRecord, IntArray
 from armimpedance.conventions import UNITS, Kind, element_names, parameter_names
+from armimpedance.errors import RecordError
 from armimpedance.records import Window
 from armimpedance.regression import TrialEquations
 from armimpedance.signals import Modes, delayed, spline_modes
 
 
 @dataclass(frozen=True, eq=False)
-class ModalEquation:
+class ModalEquation(FrozenRecord):
     """``M x'' + B x' + K x (+ R x_delayed) = -f`` of T trials in n modes.
 
     Attributes
@@ -38,15 +40,15 @@ class ModalEquation:
 
     modes: Modes
     lag_s: FloatArray
-    motion: FloatArray
-    force: FloatArray
+    motion: Annotated[FloatArray, "t r d n"]
+    force: Annotated[FloatArray, "t d n"]
     disturbance: IntArray | None = None
 
     def __post_init__(self) -> None:
-        put, n = object.__setattr__, self.modes.count
-        put(self, "motion", frozen_array(self.motion, "motion", (None, None, None, n)))
-        shape = (len(self.motion), self.motion.shape[2], n)
-        put(self, "force", frozen_array(self.force, "force", shape))
+        super().__post_init__()
+        n = self.modes.count
+        if self.motion.shape[3] != n:
+            raise RecordError(f"motion in {self.motion.shape[3]} modes", expected=f"{n}")
 
     @property
     def axes(self) -> int:

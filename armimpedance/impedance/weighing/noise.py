@@ -7,7 +7,7 @@ noise (`signals.encoder`), which reaches the equation through M, B and K.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Annotated
 
@@ -17,7 +17,7 @@ from armimpedance.arrays import FloatArray, FrozenRecord, frozen_array
 from armimpedance.impedance.weighing.components import fit_components, total_covariance
 from armimpedance.impedance.weighing.modal import ModalEquation
 from armimpedance.records import Window
-from armimpedance.signals import Modes, PositionNoise, position_noise
+from armimpedance.signals import Modes, position_noise
 
 #: Tremor is looked for at these frequencies (Hz), with this standard deviation.
 TREMOR_HZ = (5.5, 7.0, 8.5, 10.0, 11.5)
@@ -43,13 +43,20 @@ class NoiseModel(FrozenRecord):
         Their covariance over axes, N^2.
     floor : (d n, d n)
         Keeps the covariance regular where there is no noise.
-    position : PositionNoise
+    position : (d, 3 n, 3 n)
+        Covariance, for each axis, of the position's noise in x'', x', x.
+    sensor_variance : float
+        Variance of single readings of the position, m^2 (rad^2).
+    sensor_step : float
+        Step of the grid on which the readings lie; 0: there is none.
     """
 
     shapes: Annotated[FloatArray, "j n n"]
     sizes: Annotated[FloatArray, "j d d"]
     floor: FloatArray
-    position: PositionNoise
+    position: Annotated[FloatArray, "d m m"]
+    sensor_variance: float
+    sensor_step: float
 
     @property
     def force(self) -> FloatArray:
@@ -62,7 +69,7 @@ class NoiseModel(FrozenRecord):
         A stands for ``M d2/dt2 + B d/dt + K`` with `parameters` row by row (3 d^2,); a delayed
         term's share is far below K's and left out.
         """
-        return self.force + through_impedance(parameters, self.position.covariance)
+        return self.force + through_impedance(parameters, self.position)
 
 
 def through_impedance(parameters: FloatArray, position: FloatArray) -> FloatArray:
@@ -133,11 +140,14 @@ def start_noise(window: Window, equation: ModalEquation) -> NoiseModel:
     modes, d = equation.modes, equation.axes
     shapes = component_shapes(modes, len(equation.lag_s), window.sample_rate_hz)
     white = (LEAST_WHITE**2) * float((equation.force**2).mean())
+    sensor = position_noise(window.position[window.usable], window.sample_rate_hz, modes)
     return NoiseModel(
         shapes=shapes,
         sizes=np.zeros((len(shapes), d, d)),
         floor=max(white, 1e-300) * np.eye(d * modes.count),
-        position=position_noise(window.position[window.usable], window.sample_rate_hz, modes),
+        position=sensor.covariance,
+        sensor_variance=sensor.variance,
+        sensor_step=sensor.step,
     )
 
 
@@ -161,12 +171,12 @@ def refit_noise(
     sizes = fit_components(
         moment,
         model.shapes,
-        model.floor + through_impedance(parameters, model.position.covariance),
+        model.floor + through_impedance(parameters, model.position),
         isotropic=_ISOTROPIC,
         start=model.sizes if model.sizes.any() else None,
         steps=steps,
     )
-    return NoiseModel(model.shapes, sizes, model.floor, model.position)
+    return replace(model, sizes=sizes)
 
 
 def _fitted_away(equation: ModalEquation, uncertainty: FloatArray) -> FloatArray:

@@ -105,7 +105,7 @@ def compensated_equations(
     # a delayed displacement is taken as free of noise: its share is far below that of x''
     size = equation.matrices * equation.axes**2
     excess = np.zeros((size, size))
-    noisy = regressor_excess(V, noise.position.covariance)
+    noisy = regressor_excess(V, noise.position)
     excess[: len(noisy), : len(noisy)] = noisy
     return weighted_equations(equation, V, kind, excess=excess)
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, IntArray, frozen_array
+from armimpedance.arrays import FloatArray, FrozenRecord, IntArray
 from armimpedance.errors import InputError
 from armimpedance.records import Recording
 from armimpedance.signals.emg.emg import activation
@@ -17,7 +18,7 @@ LEAST_REST_S = 0.1
 
 
 @dataclass(frozen=True)
-class MeanActivation:
+class MeanActivation(FrozenRecord):
     """Activation of the m muscles of a recording, the mean over trials.
 
     Attributes
@@ -31,16 +32,10 @@ class MeanActivation:
         How it was found.
     """
 
-    mean: FloatArray
-    sd: FloatArray | None
-    muscles: tuple[str, ...]
+    mean: Annotated[FloatArray, "m"]
+    sd: Annotated[FloatArray, "m"] | None
+    muscles: Annotated[tuple[str, ...], "m"]
     notes: tuple[str, ...] = ()
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "mean", frozen_array(self.mean, "activation", (None,)))
-        if self.sd is not None:
-            sd = frozen_array(self.sd, "sd of the activation", self.mean.shape)
-            object.__setattr__(self, "sd", sd)
 
 
 def mvc_column(muscle: str) -> str:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final, Literal
+from typing import Annotated, Final, Literal
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, IntArray, frozen_array
+from armimpedance.arrays import FloatArray, FrozenRecord, IntArray
+from armimpedance.errors import RecordError
 
 #: The source's low-pass, Ruiz (2011), section 6.1.
 CUTOFF_HZ: Final = 10.0
@@ -15,7 +16,7 @@ ORDER: Final = 5
 
 
 @dataclass(frozen=True)
-class EmgAmplitude:
+class EmgAmplitude(FrozenRecord):
     """Amplitude of m muscles over time; N samples of T trials, one trial after another.
 
     Attributes
@@ -39,12 +40,12 @@ class EmgAmplitude:
     """
 
     sample_rate_hz: float
-    trials: tuple[str, ...]
-    muscles: tuple[str, ...]
-    offsets: IntArray
-    amplitude: FloatArray
-    sd: FloatArray
-    relative_noise: FloatArray
+    trials: Annotated[tuple[str, ...], "t"]
+    muscles: Annotated[tuple[str, ...], "m"]
+    offsets: Annotated[IntArray, "t+1"]
+    amplitude: Annotated[FloatArray, "n m"]
+    sd: Annotated[FloatArray, "n m"]
+    relative_noise: Annotated[FloatArray, "m"]
     cutoff_hz: float = CUTOFF_HZ
     order: int = ORDER
     causal: bool = False
@@ -53,14 +54,11 @@ class EmgAmplitude:
     warnings: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        put, m = object.__setattr__, len(self.muscles)
-        offsets = frozen_array(self.offsets, "offsets", (len(self.trials) + 1,), np.int64)
-        put(self, "offsets", offsets)
-        put(self, "amplitude", frozen_array(self.amplitude, "amplitude", (int(offsets[-1]), m)))
-        put(self, "sd", frozen_array(self.sd, "sd", self.amplitude.shape))
-        put(self, "relative_noise", frozen_array(self.relative_noise, "relative_noise", (m,)))
-        for name in ("trials", "muscles", "notes", "warnings"):
-            put(self, name, tuple(getattr(self, name)))
+        super().__post_init__()
+        if len(self.amplitude) != self.offsets[-1]:
+            raise RecordError(
+                f"{len(self.amplitude)} amplitudes", expected=f"{self.offsets[-1]}, one per sample"
+            )
 
     @property
     def noise_sd(self) -> FloatArray:
@@ -73,7 +71,7 @@ class EmgAmplitude:
 
 
 @dataclass(frozen=True)
-class SegmentAmplitude:
+class SegmentAmplitude(FrozenRecord):
     """One amplitude of each of m muscles for each of L segments.
 
     Attributes
@@ -89,23 +87,12 @@ class SegmentAmplitude:
     notes, warnings : tuples of str
     """
 
-    muscles: tuple[str, ...]
-    row: IntArray
-    start_s: FloatArray
-    end_s: FloatArray
-    amplitude: FloatArray
-    sd: FloatArray
+    muscles: Annotated[tuple[str, ...], "m"]
+    row: Annotated[IntArray, "l"]
+    start_s: Annotated[FloatArray, "l"]
+    end_s: Annotated[FloatArray, "l"]
+    amplitude: Annotated[FloatArray, "l m"]
+    sd: Annotated[FloatArray, "l m"]
     kind: Literal["rms", "rectified"]
     notes: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
-
-    def __post_init__(self) -> None:
-        put = object.__setattr__
-        put(self, "row", frozen_array(self.row, "row", (None,), np.int64))
-        L, m = len(self.row), len(self.muscles)
-        for name in ("start_s", "end_s"):
-            put(self, name, frozen_array(getattr(self, name), name, (L,)))
-        for name in ("amplitude", "sd"):
-            put(self, name, frozen_array(getattr(self, name), name, (L, m)))
-        for name in ("muscles", "notes", "warnings"):
-            put(self, name, tuple(getattr(self, name)))

@@ -18,6 +18,7 @@ from typing import Final
 import numpy as np
 
 from armimpedance.arrays import FloatArray, IntArray
+from armimpedance.trials import trial_slices
 
 #: Lags of the autocorrelation that are used: an EMG above 20 Hz has forgotten itself by then.
 LONGEST_LAG_S: Final = 0.06
@@ -42,8 +43,8 @@ def carrier_correlation(
     carrier = np.divide(emg, level, out=np.zeros_like(emg), where=level > 0)
     products = np.zeros((lags + 1, emg.shape[1]))
     count = np.zeros((lags + 1, 1))
-    for first, last in zip(offsets[:-1], offsets[1:], strict=True):
-        one = carrier[first:last]
+    for samples in trial_slices(offsets):
+        one = carrier[samples]
         both = fftconvolve(one, one[::-1], axes=0)[len(one) - 1 :][: lags + 1]
         products[: len(both)] += both
         count[: len(both), 0] += len(one) - np.arange(len(both))

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
+from typing import Annotated, Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, frozen_array
+from armimpedance.arrays import FloatArray, FrozenRecord
 from armimpedance.records import Recording
-from armimpedance.signals.emg.checks import ARTEFACT_HZ, check_band, emg_quality, refuse_emg
+from armimpedance.signals.emg.checks import check_band, refuse_emg
+from armimpedance.signals.emg.quality import ARTEFACT_HZ, emg_quality
 from armimpedance.signals.filters import bandpass
 
 #: Order of the zero-phase high-pass against movement artefact.
@@ -23,7 +24,7 @@ _LEFT: Final = 0.05
 
 
 @dataclass(frozen=True)
-class CleanEmg:
+class CleanEmg(FrozenRecord):
     """EMG of N samples and m muscles, ready to be rectified.
 
     Attributes
@@ -35,15 +36,9 @@ class CleanEmg:
     warnings : tuple of str
     """
 
-    emg: FloatArray
+    emg: Annotated[FloatArray, "n m"]
     notes: tuple[str, ...]
     warnings: tuple[str, ...]
-
-    def __post_init__(self) -> None:
-        put = object.__setattr__
-        put(self, "emg", frozen_array(self.emg, "EMG", (None, None)))
-        put(self, "notes", tuple(self.notes))
-        put(self, "warnings", tuple(self.warnings))
 
 
 def clean_emg(recording: Recording, *, band_hz: tuple[float, float] | None = None) -> CleanEmg:

@@ -61,7 +61,7 @@ def test_short_kernels_bias_least_squares_but_not_instruments(limb, commanded):
     errors, found = _errors_in_se(limb, plain)
     assert found[0] < 0.8 * limb.M[0, 0]
     assert errors[0] < -10
-    errors, found = _errors_in_se(limb, instrumented(window, "hand", span))
+    errors, found = _errors_in_se(limb, instrumented(window, "hand", kernel_s=0.06))
     assert np.abs(errors).max() < 4
     assert np.linalg.norm(found[:4] - limb.M.ravel()) < 0.05 * np.linalg.norm(limb.M)
 

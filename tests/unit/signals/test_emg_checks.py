@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from armimpedance.errors import InputError
-from armimpedance.signals.emg.checks import check_band, check_emg, emg_quality, refuse_emg
+from armimpedance.signals.emg.checks import check_band, check_emg, refuse_emg
 from armimpedance.signals.emg.cleaning import clean_emg, without_hum
+from armimpedance.signals.emg.quality import emg_quality
 
 RATE = 1000.0
 TIME = np.arange(5000) / RATE
