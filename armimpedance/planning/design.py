@@ -8,25 +8,26 @@ covariance, with its exact gradient, by sequential quadratic programming from se
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Final
+from typing import Annotated, Any, Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
+from armimpedance.arrays import FloatArray, FrozenRecord
 from armimpedance.errors import EstimationError, InputError
 from armimpedance.impedance import inverse_information
 from armimpedance.planning.motion import equation_rows, modal_motion
-from armimpedance.planning.servo import follow
-from armimpedance.planning.setting import Setting
-from armimpedance.planning.shapes import (
+from armimpedance.planning.profile import (
     Profile,
     Shape,
     designed_shape,
     polynomial_shape,
     rounded_ends,
 )
+from armimpedance.planning.servo import follow
+from armimpedance.planning.setting import Setting
 
 #: Points at which displacement and acceleration are limited.
 _CHECKS: Final = np.linspace(0.0, 1.0, 161)
@@ -73,7 +74,7 @@ class Goal:
 
 
 @dataclass(frozen=True)
-class Design:
+class Design(FrozenRecord):
     """A designed profile and what its maker knows of it.
 
     Attributes
@@ -87,7 +88,7 @@ class Design:
     """
 
     profile: Profile
-    coefficients: FloatArray
+    coefficients: Annotated[FloatArray, "j"]
     relative_sd: float
 
 
@@ -100,6 +101,7 @@ def design(
     starts: int = 12,
     seed: int = 0,
     name: str = "designed",
+    progress: Callable[[int, int], None] | None = None,
 ) -> Design:
     """Optimise; the same arguments give the same profile.
 
@@ -109,12 +111,18 @@ def design(
     limits : Limits
     goal : Goal
     degree : int
-        Of q.
+        Degree of q.
     starts : int
         Random first guesses.
     seed : int
     name : str
-        Of the shape.
+        Name of the shape.
+    progress : function (done, all), optional
+        Called after each start.
+
+    Returns
+    -------
+    Design
 
     Raises
     ------
@@ -131,8 +139,8 @@ def design(
     problem = _Problem(setting, limits, goal, degree)
     rows = problem.limited
     rng = np.random.default_rng(np.random.SeedSequence(seed))
-    found: tuple[float, FloatArray] | None = None
-    for _ in range(starts):
+    best: tuple[float, FloatArray] | None = None
+    for start in range(starts):
         first = rng.standard_normal(degree + 1)
         first /= (rows @ first).max()
         done = search(
@@ -145,11 +153,13 @@ def design(
         )
         scaled = done.x / (rows @ done.x).max()
         value = problem.value_and_gradient(scaled)[0]
-        if np.isfinite(value) and (found is None or value < found[0]):
-            found = (value, scaled)
-    if found is None:
+        if np.isfinite(value) and (best is None or value < best[0]):
+            best = (value, scaled)
+        if progress is not None:
+            progress(start + 1, starts)
+    if best is None:
         raise EstimationError("no start led to a disturbance that tells the parameters apart")
-    return _finished(found[1], limits, name, np.exp(found[0] / 2))
+    return _finished(best[1], limits, name, np.exp(best[0] / 2))
 
 
 def _finished(c: FloatArray, limits: Limits, name: str, relative_sd: float) -> Design:

@@ -14,9 +14,9 @@ from functools import cached_property
 import numpy as np
 
 from armimpedance.arrays import FloatArray
+from armimpedance.planning.profile import Profile
 from armimpedance.planning.servo import follow
 from armimpedance.planning.setting import Setting
-from armimpedance.planning.shapes import Profile
 from armimpedance.signals import Modes, delayed
 
 

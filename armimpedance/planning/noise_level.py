@@ -7,11 +7,11 @@ does: white noise, and the steps of an encoder.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final, Protocol
+from typing import Annotated, Final, Protocol
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
+from armimpedance.arrays import FloatArray, FrozenRecord
 from armimpedance.errors import InputError
 from armimpedance.impedance import WeightedFit, force_covariance
 from armimpedance.records import Window
@@ -106,21 +106,32 @@ NOMINAL: Final = NoiseLevel(
 NOISE_LEVELS: Final = {level.name: level for level in (SENSOR, NOMINAL)}
 
 
-def noise_named(name: str) -> NoiseLevel:
-    """A level by its name.
+def noise_named(name: str | None = None) -> NoiseLevel:
+    """A level of noise by its name.
+
+    Parameters
+    ----------
+    name : {"nominal", "sensor"}, optional
+        Default: "nominal".
+
+    Returns
+    -------
+    NoiseLevel
 
     Raises
     ------
     InputError
         If there is no such level.
     """
+    if name is None:
+        return NOMINAL
     if name not in NOISE_LEVELS:
         raise InputError(f"no noise level {name!r}", expected=" or ".join(NOISE_LEVELS))
     return NOISE_LEVELS[name]
 
 
 @dataclass(frozen=True, eq=False)
-class PilotNoise:
+class PilotNoise(FrozenRecord):
     """The components that a weighted fit found in a pilot recording.
 
     Attributes
@@ -133,7 +144,7 @@ class PilotNoise:
     name : str
     """
 
-    sizes: FloatArray
+    sizes: Annotated[FloatArray, "j d d"]
     floor: float
     encoder_step: float
     position_sd: float
@@ -142,20 +153,20 @@ class PilotNoise:
     @classmethod
     def of(cls, fit: WeightedFit, window: Window) -> PilotNoise:
         """From the fit of a window."""
-        sensor = fit.noise.position
-        if sensor.step > 0:
+        variance, step = fit.noise.sensor_variance, fit.noise.sensor_step
+        if step > 0:
             floor = float(fit.noise.floor[0, 0])
-            return cls(fit.noise.sizes, floor, encoder_step=sensor.step, position_sd=0.0)
+            return cls(fit.noise.sizes, floor, encoder_step=step, position_sd=0.0)
         at_rest = window.position[window.usable][:, window.lag_s <= 0]
         rest = 0.0
         if at_rest.shape[1] >= 32:
             modes = spline_modes(at_rest.shape[1], window.sample_rate_hz)
             rest = position_noise(at_rest, window.sample_rate_hz, modes).variance
-        rest = min(rest, sensor.variance)
+        rest = min(rest, variance)
         return cls(
             sizes=fit.noise.sizes,
             floor=float(fit.noise.floor[0, 0]),
-            encoder_step=float(np.sqrt(12 * (sensor.variance - rest))),
+            encoder_step=float(np.sqrt(12 * (variance - rest))),
             position_sd=float(np.sqrt(rest)),
         )
 

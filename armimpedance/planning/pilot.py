@@ -22,15 +22,15 @@ class Pilot:
     Attributes
     ----------
     setting : Setting
-        With its arm and noise.
-    found : Precision
-        Of its own trials.
+        The setting with its arm and noise.
+    precision : Precision
+        What more trials like its own would tell.
     duration_s, amplitude_m : float
-        Of its disturbances, medians over trials.
+        Duration and amplitude of its disturbances, medians over trials.
     """
 
     setting: Setting
-    found: Precision
+    precision: Precision
     duration_s: float
     amplitude_m: float
 
@@ -43,6 +43,10 @@ def pilot_of(recording: Recording, condition: str | None = None) -> Pilot:
     recording : Recording
     condition : str, optional
         Default: that of the first trial.
+
+    Returns
+    -------
+    Pilot
 
     Raises
     ------

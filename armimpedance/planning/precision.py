@@ -11,17 +11,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Final
+from typing import Annotated, Final
 
 import numpy as np
-from scipy.special import stdtrit
 
-from armimpedance.arrays import FloatArray, frozen_array
+from armimpedance.arrays import FloatArray, FrozenRecord
 from armimpedance.ellipses import Ellipse, ellipse
 from armimpedance.errors import InputError, NotIdentifiableError
 from armimpedance.impedance import WeightedFit, bound_of, inverse_information
 from armimpedance.planning.motion import PlannedMotion, information
-from armimpedance.planning.setting import DIRECTIONS, PlannedArm
+from armimpedance.planning.setting import DIRECTIONS
+from armimpedance.regression import t_factor
 
 #: Standard errors of method `weighted` relative to the bound, for M, B and K: measured over the
 #: designs of benchmarks/plan_widths.py.
@@ -33,7 +33,7 @@ WORST_CONDITION: Final = 1e9
 
 
 @dataclass(frozen=True, eq=False)
-class Precision:
+class Precision(FrozenRecord):
     """What a disturbance will tell about M, B, K (and a delayed answer R).
 
     Attributes
@@ -45,11 +45,8 @@ class Precision:
         4 d^2 with R.
     """
 
-    parameters: FloatArray
-    bound: FloatArray
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "bound", frozen_array(self.bound, "bound", (None, None)))
+    parameters: Annotated[FloatArray, "3 d d"]
+    bound: Annotated[FloatArray, "p p"]
 
     @property
     def axes(self) -> int:
@@ -70,25 +67,36 @@ class Precision:
         Frobenius norm of the symmetric part, (r,).
         """
         d = self.axes
-        found = []
+        parts = []
         for block in range(len(self.bound) // d**2):
             truth = self.parameters[min(block, 2)]
             part = self.bound[block * d * d : (block + 1) * d * d, block * d * d :][:, : d * d]
             C = part.reshape(d, d, d, d)
             # E |S|^2, S = (E + E^T)/2
             total = (np.einsum("ijij", C) + np.einsum("ijji", C)) / 2
-            found.append(np.sqrt(total) / np.linalg.norm((truth + truth.T) / 2))
-        return np.array(found)
+            parts.append(np.sqrt(total) / np.linalg.norm((truth + truth.T) / 2))
+        return np.array(parts)
 
     def half_widths(self, trials: int, level: float = 0.95) -> FloatArray:
         """Expected half-widths of the intervals of all elements, (r, d, d)."""
         sd = np.sqrt(np.diag(self.covariance) / trials)
         return (_t(trials, level) * sd).reshape(-1, self.axes, self.axes)
 
+    def diagonal_part(self, trials: int, matrix: int) -> float:
+        """Half-width of the diagonal's 95 % intervals, the largest part of its element.
+
+        Parameters
+        ----------
+        trials : int
+        matrix : int
+            0 to 3 for M, B, K, R; R is taken relative to K.
+        """
+        half = np.diag(self.half_widths(trials)[matrix])
+        return float((half / np.diag(self.parameters[min(matrix, 2)])).max())
+
     def k_part(self, trials: int) -> float:
         """Half-width of the 95 % interval of K's diagonal, the largest part of its element."""
-        half = np.diag(self.half_widths(trials)[2])
-        return float((half / np.diag(self.parameters[2])).max())
+        return self.diagonal_part(trials, 2)
 
     def ellipse(self, trials: int) -> Ellipse:
         """K's ellipse with the covariance that is expected."""
@@ -99,9 +107,9 @@ class Precision:
 
     def size_part(self, trials: int) -> float:
         """Half the length of the 95 % interval of the ellipse's size, as a part of the size."""
-        found = self.ellipse(trials)
-        low, high = found.interval()[0]
-        return float((high - low) / 2 / found.size)
+        expected = self.ellipse(trials)
+        low, high = expected.interval()[0]
+        return float((high - low) / 2 / expected.size)
 
     def orientation(self, trials: int) -> float:
         """Half the length of the 95 % interval of the ellipse's orientation (rad)."""
@@ -126,22 +134,26 @@ def precision(motion: PlannedMotion, *, delay_s: float | None = None) -> Precisi
     delay_s : float, optional
         R, the answer to the displacement of that much earlier, is a further unknown.
 
+    Returns
+    -------
+    Precision
+
     Raises
     ------
     NotIdentifiableError
         If the motion does not tell the parameters apart.
     """
     rows = motion.rows(() if delay_s is None else (delay_s,))
-    found = information(rows, motion.weight)
-    scale = 1 / np.sqrt(np.maximum(np.diag(found), 1e-300))
-    condition = np.linalg.cond(found * scale[:, None] * scale)
+    known = information(rows, motion.weight)
+    scale = 1 / np.sqrt(np.maximum(np.diag(known), 1e-300))
+    condition = np.linalg.cond(known * scale[:, None] * scale)
     if not condition < WORST_CONDITION:
         profile = motion.profile
         raise NotIdentifiableError(
             f"{profile.shape.name} of {profile.duration_s:g} s does not tell M, B and K apart "
             f"(scaled condition {condition:.1e})"
         )
-    return Precision(motion.setting.arm.parameters, inverse_information(found))
+    return Precision(motion.setting.arm.parameters, inverse_information(known))
 
 
 def precision_of_pilot(fit: WeightedFit) -> Precision:
@@ -153,11 +165,10 @@ def precision_of_pilot(fit: WeightedFit) -> Precision:
         If the pilot is not of two axes.
     """
     d = fit.equation.axes
-    arm = PlannedArm(fit.parameters.reshape(3, d, d), "pilot")
-    found = bound_of(fit.equations)
-    if found is None:
+    bound = bound_of(fit.equations)
+    if bound is None:
         raise NotIdentifiableError("the pilot's noise has swamped its motion")
-    return Precision(arm.parameters, found * fit.equation.trials)
+    return Precision(fit.parameters.reshape(3, d, d), bound * fit.equation.trials)
 
 
 def reflex_bias(motion: PlannedMotion, delay_s: float, share: float = 0.25) -> FloatArray:
@@ -194,4 +205,4 @@ def fewest_trials(enough: Callable[[int], bool]) -> int | None:
 def _t(trials: int, level: float) -> float:
     if trials < 2:
         raise InputError(f"{trials} trials", expected="2 or more")
-    return float(stdtrit(trials - 1, (1 + level) / 2))
+    return t_factor(trials - 1, level)

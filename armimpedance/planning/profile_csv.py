@@ -11,7 +11,7 @@ import numpy as np
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
 from armimpedance.outputs import staged_file
-from armimpedance.planning.shapes import Profile
+from armimpedance.planning.profile import Profile
 
 #: Columns, after two lines of comment.
 COLUMNS: Final = ("time_s", "displacement_m", "velocity_m_s", "acceleration_m_s2")
@@ -72,6 +72,4 @@ def shipped_profile(name: str) -> FloatArray:
     """
     if name not in SHIPPED:
         raise InputError(f"no profile {name!r}", expected=" or ".join(SHIPPED))
-    found = files("armimpedance.planning") / "profiles" / f"{name}.csv"
-    with found.open(encoding="utf-8") as file:
-        return np.loadtxt(file, delimiter=",", skiprows=3)
+    return read_profile(str(files("armimpedance.planning") / "profiles" / f"{name}.csv"))

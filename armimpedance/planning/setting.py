@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Final
+from typing import Annotated, Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, frozen_array
+from armimpedance.arrays import FloatArray, FrozenRecord
 from armimpedance.conventions import CAST_MASS_KG
 from armimpedance.errors import InputError
 from armimpedance.impedance import through_impedance
@@ -29,7 +29,7 @@ RELAXED: Final = (
 
 
 @dataclass(frozen=True, eq=False)
-class PlannedArm:
+class PlannedArm(FrozenRecord):
     """What is expected to be measured.
 
     Attributes
@@ -40,13 +40,12 @@ class PlannedArm:
         For tables.
     """
 
-    parameters: FloatArray
+    parameters: Annotated[FloatArray, "3 2 2"]
     name: str = "relaxed arm"
 
     def __post_init__(self) -> None:
-        values = frozen_array(self.parameters, "M, B, K", (3, 2, 2))
-        object.__setattr__(self, "parameters", values)
-        for symbol, matrix in zip("MBK", values, strict=True):
+        super().__post_init__()
+        for symbol, matrix in zip("MBK", self.parameters, strict=True):
             if np.linalg.eigvalsh((matrix + matrix.T) / 2)[0] <= 0:
                 raise InputError(
                     f"{self.name}: {symbol} is not positive definite", expected="an arm's"

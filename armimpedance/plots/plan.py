@@ -33,11 +33,11 @@ def best_of_each(plan: Plan, most: int = _MOST) -> list[Candidate]:
     """The duration of each shape with the smallest interval of K, at most six, in table order."""
     best: dict[str, Candidate] = {}
     for candidate in plan.candidates:
-        if candidate.found is None or not candidate.recommendable:
+        if not candidate.recommendable:
             continue
         other = best.get(candidate.name)
-        half = np.inf if other is None or other.found is None else other.found.k_part(40)
-        if candidate.found.k_part(40) < half:
+        half = np.inf if other is None else other.cost[1]
+        if candidate.cost[1] < half:
             best[candidate.name] = candidate
     return list(best.values())[:most]
 
@@ -75,8 +75,8 @@ def plot_interval_over_trials(
     with print_style():
         ax = new_axes() if ax is None else ax
         for i, candidate in enumerate(candidates):
-            if candidate.found is not None:
-                half = [100 * candidate.found.k_part(int(n)) for n in trials]
+            if candidate.precision is not None:
+                half = [100 * candidate.precision.k_part(int(n)) for n in trials]
                 ax.plot(trials, half, **_look(i), label=_name(candidate))
         if wish is not None:
             ax.axhline(100 * wish, color="0.6", linewidth=0.8, zorder=0)

@@ -6,7 +6,7 @@ import textwrap
 
 import numpy as np
 
-from armimpedance.planning import Candidate, Plan, Precision
+from armimpedance.planning import Candidate, Plan
 from armimpedance.report.numbers import aligned_table
 
 _WIDTH = 100
@@ -25,7 +25,12 @@ def plan_text(plan: Plan, trials: int = 40) -> str:
     ----------
     plan : Plan
     trials : int
-        Of the columns of precision.
+        For so many trials the precision is shown.
+
+    Returns
+    -------
+    str
+        Lines of at most 100 characters.
     """
     about = (
         f"{plan.setting.arm.name}, noise {plan.setting.noise.name}, {_servo(plan)}, "
@@ -51,23 +56,17 @@ def _servo(plan: Plan) -> str:
 
 def _row(candidate: Candidate, trials: int) -> list[str]:
     cells = _place(candidate)
-    if candidate.found is None:
+    precision = candidate.precision
+    if precision is None:
         return [*cells, *["-"] * 6]
-    found = candidate.found
     needed = "millions" if candidate.trials is None else f"{candidate.trials:,}"
-    M, B, K = (diagonal_part(found, trials, matrix) for matrix in range(3))
+    M, B, K = (precision.diagonal_part(trials, matrix) for matrix in range(3))
     return [
         *cells,
-        *(_percent(part) for part in (M, B, K, found.size_part(trials))),
-        f"{np.rad2deg(found.orientation(trials)):.1f}",
+        *(_percent(part) for part in (M, B, K, precision.size_part(trials))),
+        f"{np.rad2deg(precision.orientation(trials)):.1f}",
         needed,
     ]
-
-
-def diagonal_part(found: Precision, trials: int, matrix: int) -> float:
-    """Half-width of a matrix' diagonal elements, the largest part of its element."""
-    half = np.diag(found.half_widths(trials)[matrix])
-    return float((half / np.diag(found.parameters[min(matrix, 2)])).max())
 
 
 def _place(candidate: Candidate) -> list[str]:
@@ -83,12 +82,12 @@ def _place(candidate: Candidate) -> list[str]:
 def _reflex_table(plan: Plan, trials: int) -> str:
     rows = []
     for candidate in plan.candidates:
-        if candidate.found is None or candidate.profile is None:
+        if candidate.precision is None or candidate.profile is None:
             continue
         apart = ["-", "-"]
         if candidate.apart is not None:
-            apart = [_percent(diagonal_part(candidate.apart, trials, m)) for m in (2, 3)]
-        alone = _percent(diagonal_part(candidate.found, trials, 2))
+            apart = [_percent(candidate.apart.diagonal_part(trials, m)) for m in (2, 3)]
+        alone = _percent(candidate.precision.diagonal_part(trials, 2))
         rows.append([*_place(candidate)[:2], _range(candidate.bias), alone, *apart])
     if not rows:
         return ""

@@ -149,7 +149,8 @@ def test_at_the_hand_the_recordings_arm_is_needed(folder, tmp_path, capsys):
 )
 def test_bad_calls_are_refused_and_write_nothing(folder, tmp_path, capsys, arguments, words):
     given = [folder / a if str(a).endswith(".csv") else a for a in arguments]
-    message = refused(capsys, *given, "--out", tmp_path / "out")
+    out = "out.json" if arguments[0] == "fit" else "out.csv"
+    message = refused(capsys, *given, "--out", tmp_path / out)
     assert words in message
     assert not list(tmp_path.iterdir())
 

@@ -109,7 +109,7 @@ def test_a_raised_cosine_alone_is_not_recommended(capsys):
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (["--shape", "square"], "no shape 'square'"),
+        (["--shape", "square"], "unknown shape 'square'"),
         (["--noise", "loud"], "no noise level 'loud'"),
         (["--servo", "soft"], "--servo soft"),
         (["--servo", "5000", "--bandwidth-hz", "10"], "one of them"),

@@ -14,9 +14,10 @@ from armimpedance.planning.design import (
 )
 from armimpedance.planning.motion import PlannedMotion
 from armimpedance.planning.precision import precision
+from armimpedance.planning.profile import Profile
 from armimpedance.planning.servo import Servo
 from armimpedance.planning.setting import Setting
-from armimpedance.planning.shapes import Profile, shape_named
+from armimpedance.planning.shape_table import SHAPES
 
 
 @pytest.mark.parametrize(
@@ -49,7 +50,7 @@ def test_the_same_call_gives_the_same_profile():
 def test_design_beats_the_shapes_within_its_limits():
     made = precision(PlannedMotion(Setting(), design(Setting(), Limits(), starts=6).profile))
     for name in ("minimum_jerk", "biphasic"):
-        profile = Profile(shape_named(name), 0.005, 0.3)
+        profile = Profile(SHAPES.named(name), 0.005, 0.3)
         assert profile.peak_acceleration <= 5.3
         assert made.relative_sd[2] < precision(PlannedMotion(Setting(), profile)).relative_sd[2]
 
@@ -57,7 +58,7 @@ def test_design_beats_the_shapes_within_its_limits():
 def test_shipped_coefficients_are_as_good_as_a_new_search():
     made = design(Setting(), Limits(), starts=12)
     again = precision(PlannedMotion(Setting(), made.profile)).relative_sd[2]
-    shipped = Profile(shape_named("designed"), 0.005, 0.3)
+    shipped = Profile(SHAPES.named("designed"), 0.005, 0.3)
     assert precision(PlannedMotion(Setting(), shipped)).relative_sd[2] <= 1.02 * again
 
 

@@ -12,9 +12,10 @@ from armimpedance.planning.encoder_error import rounding_covariance
 from armimpedance.planning.motion import PlannedMotion, equation_rows, information
 from armimpedance.planning.noise_level import NOISE_LEVELS, NOMINAL, SENSOR, NoiseLevel, noise_named
 from armimpedance.planning.precision import fewest_trials, precision, reflex_bias
+from armimpedance.planning.profile import Profile
 from armimpedance.planning.servo import Servo, follow
 from armimpedance.planning.setting import PlannedArm, Setting, relaxed_arm, unit_directions
-from armimpedance.planning.shapes import Profile, shape_named
+from armimpedance.planning.shape_table import SHAPES
 from manipulandum_sim.hand import noise as simulated_noise
 from manipulandum_sim.hand.rig import Reflex
 from manipulandum_sim.hand.robot import IDEAL
@@ -22,7 +23,7 @@ from manipulandum_sim.hand.simulate import simulate_condition
 
 
 def planned(shape="minimum_jerk", duration=0.3, amplitude=0.005, **setting):
-    return PlannedMotion(Setting(**setting), Profile(shape_named(shape), amplitude, duration))
+    return PlannedMotion(Setting(**setting), Profile(SHAPES.named(shape), amplitude, duration))
 
 
 @pytest.mark.parametrize("name", NOISE_LEVELS)
@@ -144,7 +145,7 @@ def test_the_servo_obeys_its_equation_of_motion():
     """Differentiated motion put back into (M + m) x'' + ... = k_s x_c + d_s x_c' + m x_c''."""
     arm, servo, rate = relaxed_arm().parameters, Servo(2000.0, 2.0), 20_000.0
     t = np.arange(-0.01, 0.35, 1 / rate)
-    course = Profile(shape_named("minimum_jerk"), 0.005, 0.3).at(t)
+    course = Profile(SHAPES.named("minimum_jerk"), 0.005, 0.3).at(t)
     x = follow(servo, arm, course, rate)[0]
     v = np.gradient(x, 1 / rate, axis=1)
     a = np.gradient(v, 1 / rate, axis=1)
@@ -176,7 +177,7 @@ def test_reflex_bias_is_what_a_noise_free_estimate_shows(shape):
     kwargs["disturbance"] = shape
     with_reflex, truth = simulate_condition(reflex=Reflex(0.25, 0.055), **kwargs)
     arm = np.stack([truth.M_e[0] + 0.164 * np.eye(2), truth.B_e[0], truth.K_e[0]])
-    motion = PlannedMotion(Setting(PlannedArm(arm)), Profile(shape_named(shape), 0.005, 0.3))
+    motion = PlannedMotion(Setting(PlannedArm(arm)), Profile(SHAPES.named(shape), 0.005, 0.3))
     from armimpedance.impedance.weighing.modal import modal_equation
     from armimpedance.signals.windows import cut_windows
 

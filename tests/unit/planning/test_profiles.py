@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from armimpedance.errors import InputError
+from armimpedance.planning.profile import Profile
 from armimpedance.planning.profile_csv import (
     SHIPPED,
     read_profile,
@@ -11,7 +12,7 @@ from armimpedance.planning.profile_csv import (
     shipped_profile,
     write_profile,
 )
-from armimpedance.planning.shapes import SHAPES, Profile, shape_named
+from armimpedance.planning.shape_table import SHAPES
 from manipulandum_sim.hand.disturbances import DISTURBANCES
 
 T, AMPLITUDE = 0.3, 0.005
@@ -20,7 +21,7 @@ T, AMPLITUDE = 0.3, 0.005
 @pytest.mark.parametrize("name", SHAPES)
 def test_planner_and_simulator_mean_the_same_shape(name):
     lag = np.linspace(-0.05, 0.35, 1601)
-    ours = Profile(shape_named(name), AMPLITUDE, T).at(lag)
+    ours = Profile(SHAPES.named(name), AMPLITUDE, T).at(lag)
     theirs = DISTURBANCES[name].profile(lag, T, AMPLITUDE)
     # coefficients are written with six decimals: 1e-6 of the peak
     peak = np.abs(theirs).max(axis=1, keepdims=True)
@@ -51,7 +52,7 @@ def test_shipped_profiles_keep_their_limits(name):
 
 
 def test_a_written_profile_comes_back(tmp_path):
-    profile = Profile(shape_named("biphasic"), 0.004, 0.25)
+    profile = Profile(SHAPES.named("biphasic"), 0.004, 0.25)
     write_profile(profile, tmp_path / "profile.csv", 2000.0)
     values = read_profile(tmp_path / "profile.csv")
     np.testing.assert_allclose(values, sampled(profile, 2000.0), rtol=1e-8, atol=1e-12)
@@ -62,7 +63,7 @@ def test_a_written_profile_comes_back(tmp_path):
 
 @pytest.mark.parametrize("name", ["minimum_jerk", "designed", "reflex_separating", "raised_cosine"])
 def test_velocity_and_acceleration_are_derivatives(name):
-    profile, h = Profile(shape_named(name), AMPLITUDE, T), 1e-5
+    profile, h = Profile(SHAPES.named(name), AMPLITUDE, T), 1e-5
     lag = np.linspace(0.01, T - 0.01, 201)
     low, mid, high = (profile.at(lag + d) for d in (-h, 0, h))
     for order in (0, 1):
@@ -76,11 +77,11 @@ def test_velocity_and_acceleration_are_derivatives(name):
 )
 def test_impossible_profiles_are_refused(amplitude, duration):
     with pytest.raises(InputError):
-        Profile(shape_named("designed"), amplitude, duration)
+        Profile(SHAPES.named("designed"), amplitude, duration)
 
 
 def test_a_duration_between_samples_cannot_be_written(tmp_path):
-    profile = Profile(shape_named("designed"), AMPLITUDE, 0.2505)
+    profile = Profile(SHAPES.named("designed"), AMPLITUDE, 0.2505)
     with pytest.raises(InputError, match="whole number of samples"):
         write_profile(profile, tmp_path / "profile.csv")
     assert not list(tmp_path.iterdir())
@@ -88,6 +89,6 @@ def test_a_duration_between_samples_cannot_be_written(tmp_path):
 
 def test_unknown_names_are_refused():
     with pytest.raises(InputError, match="square"):
-        shape_named("square")
+        SHAPES.named("square")
     with pytest.raises(InputError, match="square"):
         shipped_profile("square")

@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from armimpedance.planning.design import Limits
-from armimpedance.planning.plan import Wish, candidates_of, make_plan
+from armimpedance.planning.plan import make_plan
+from armimpedance.planning.proposals import candidates_of
 from armimpedance.planning.setting import Setting
+from armimpedance.planning.wish import Wish
 from armimpedance.plots.plan import (
     best_of_each,
     plan_figure,
@@ -26,7 +28,7 @@ def test_one_line_for_the_best_of_each_shape(plan):
     assert [c.name for c in chosen] == ["minimum_jerk", "designed"]
     for candidate in chosen:
         rivals = [c for c in plan.candidates if c.name == candidate.name]
-        assert candidate.found.k_part(40) == min(c.found.k_part(40) for c in rivals)
+        assert candidate.precision.k_part(40) == min(c.precision.k_part(40) for c in rivals)
 
 
 def test_courses_are_those_of_the_profiles(plan):
@@ -46,7 +48,7 @@ def test_intervals_fall_and_the_wish_is_a_line(plan):
     for line, candidate in zip(curves, chosen, strict=True):
         assert (np.diff(line.get_ydata()) < 0).all()
         at_40 = line.get_ydata()[list(line.get_xdata()).index(40)]
-        assert at_40 == pytest.approx(100 * candidate.found.k_part(40))
+        assert at_40 == pytest.approx(100 * candidate.precision.k_part(40))
     assert set(wish.get_ydata()) == {10.0}
 
 

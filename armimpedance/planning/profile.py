@@ -1,7 +1,6 @@
 """Courses of a disturbance over time: away from rest and back, in closed form.
 
-Time s in [0, 1], peak 1. The simulator has shapes of its own under the same names; a test compares
-them.
+Time s runs from 0 to 1 and the peak is 1; a profile adds amplitude and duration.
 """
 
 from __future__ import annotations
@@ -80,7 +79,7 @@ class Profile:
 
     @property
     def peak_acceleration(self) -> float:
-        """m/s^2."""
+        """The largest acceleration, m/s^2."""
         return self.amplitude_m * self.shape.peak_curvature / self.duration_s**2
 
 
@@ -103,7 +102,7 @@ def rounded_ends(coefficients: ArrayLike) -> Legendre:
 
 
 def designed_shape(name: str, coefficients: ArrayLike) -> Shape:
-    """Of these Legendre coefficients, scaled to peak 1."""
+    """The shape of these Legendre coefficients, scaled to peak 1."""
     course = rounded_ends(coefficients)
     return polynomial_shape(name, course / largest(course))
 
@@ -113,54 +112,3 @@ def largest(course: Legendre) -> float:
     roots = course.deriv().roots()
     inner = roots.real[(np.abs(roots.imag) < 1e-9) & (roots.real > 0) & (roots.real < 1)]
     return float(np.abs(course(np.concatenate([[0.0, 1.0], inner]))).max())
-
-
-def _raised_cosine(s: FloatArray) -> FloatArray:
-    w = 2 * np.pi
-    return np.stack([1 - np.cos(w * s), w * np.sin(w * s), w**2 * np.cos(w * s)]) / 2
-
-
-def _half_sine(s: FloatArray) -> FloatArray:
-    w = np.pi
-    return np.stack([np.sin(w * s), w * np.cos(w * s), -(w**2) * np.sin(w * s)])
-
-
-#: Found by `design` at 5 mm, 0.3 s, at most 5.3 m/s^2, nominal noise, an arm at rest: the fewest
-#: trials for K (degree 5, goal K alone).
-DESIGNED: Final = (0.0, -9.625238, 0.0, -6.828925, 0.0, -2.989463)
-#: The same limits: K and the answer to what was 40 to 70 ms earlier, the delay not known
-#: (degree 9).
-REFLEX_SEPARATING: Final = (
-    *(0.056824, -8.970596, 2.063219, -7.981409, 6.097356),
-    *(-6.788630, 5.362087, -3.584803, 1.616960, -1.455224),
-)
-
-SHAPES: Final = {
-    shape.name: shape
-    for shape in (
-        designed_shape("minimum_jerk", [1.0]),
-        designed_shape("biphasic", [0.0, -1.0]),
-        designed_shape("designed", DESIGNED),
-        designed_shape("reflex_separating", REFLEX_SEPARATING),
-        Shape("half_sine", _half_sine, "starts with a step of velocity, which no robot makes"),
-        Shape(
-            "raised_cosine",
-            _raised_cosine,
-            "position and acceleration are proportional up to an offset: only the rest before and "
-            "after tells K from M",
-        ),
-    )
-}
-
-
-def shape_named(name: str) -> Shape:
-    """A shape by its name.
-
-    Raises
-    ------
-    InputError
-        If there is no such shape.
-    """
-    if name not in SHAPES:
-        raise InputError(f"no shape {name!r}", expected=", ".join(SHAPES))
-    return SHAPES[name]

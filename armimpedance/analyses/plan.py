@@ -1,0 +1,177 @@
+"""Plan an experiment: trials needed, the best disturbance, what a reflex would do."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from math import radians
+from pathlib import Path
+from typing import Final, Literal
+
+from armimpedance.analyses.sources import PathLike, naming, read_recording
+from armimpedance.errors import InputError
+from armimpedance.files import condition_of, read_results
+from armimpedance.planning import (
+    Limits,
+    Plan,
+    PlannedArm,
+    Servo,
+    Setting,
+    Wish,
+    make_plan,
+    noise_named,
+    pilot_of,
+    proposed_profiles,
+)
+from armimpedance.records import Recording
+
+Progress = Callable[[int, int], None]
+#: K within so many per cent, where no wish is given.
+DEFAULT_K_PERCENT: Final = 10.0
+
+
+def plan(
+    *,
+    k_percent: float | None = None,
+    orientation_deg: float | None = None,
+    max_trials: int = 1000,
+    pilot: Recording | PathLike | None = None,
+    results: PathLike | None = None,
+    condition: str | None = None,
+    noise: str | None = None,
+    force_by: Literal["limb", "device"] | None = None,
+    shape: str = "all",
+    duration_s: float | None = None,
+    amplitude_m: float | None = None,
+    max_acceleration: float = 5.3,
+    design: bool = False,
+    separate_reflex: bool = False,
+    reflex_delay_s: float = 0.055,
+    servo: Servo | None = None,
+    progress: Progress | None = None,
+) -> Plan:
+    """Plan an experiment: trials needed for a wish, the best disturbance, what a reflex does.
+
+    Arm and noise are those of a pilot recording, or the arm of a row of results, or a relaxed arm
+    of 70 kg body mass with nominal noise.
+
+    Parameters
+    ----------
+    k_percent : float, optional
+        The 95 % interval of each diagonal element of K is to be at most +- this many per cent of
+        the element. Default: 10, where no other wish is given.
+    orientation_deg : float, optional
+        Half the 95 % interval of the orientation of the stiffness ellipse.
+    max_trials : int
+        A plan that needs more does not meet the wish.
+    pilot : Recording or path, optional
+        Disturbances of the hand that return; its own disturbance is put first.
+    results : path, optional
+        A RESULTS.csv, instead of a pilot.
+    condition : str, optional
+        Of pilot or results; default: the first.
+    noise : {"nominal", "sensor"}, optional
+        Default: "nominal"; a pilot brings its own.
+    force_by : {"limb", "device"}, optional
+        Whose force on the other a Kinarm's sensor holds, of a pilot.
+    shape : str
+        A shape by its name, such as "minimum_jerk" or "designed", or "all".
+    duration_s : float, optional
+        Default: 0.15, 0.2 and 0.3; of a design 0.3.
+    amplitude_m : float, optional
+        Default: 0.005, less where the acceleration asks for it. With a shape that is named, this
+        amplitude is kept or refused.
+    max_acceleration : float
+        Largest commanded acceleration, m/s^2.
+    design : bool
+        Design a disturbance for this arm, noise, servo and these limits.
+    separate_reflex : bool
+        Design it for K and a reflex apart.
+    reflex_delay_s : float
+        Delay of the reflex that is asked about.
+    servo : Servo, optional
+        Default: the hand moves as commanded.
+    progress : function (done, all), optional
+
+    Returns
+    -------
+    Plan
+        Its attribute `obstacle` says why the wish cannot be met; empty where it can.
+
+    Raises
+    ------
+    InputError
+        A file cannot be read, an option has no meaning here or is out of range, or no course keeps
+        to the limits.
+    NotIdentifiableError
+        The motion of the pilot does not determine its parameters.
+    EstimationError
+        No start of the design led anywhere.
+
+    Examples
+    --------
+    >>> from armimpedance.analyses import plan
+    >>> plan(k_percent=10, shape="minimum_jerk", duration_s=0.3)
+    K within 10 %: 136 trials with minimum_jerk of 0.3 s
+    minimum_jerk, 0.3 s: 136 trials
+    """
+    _refuse_without_effect(pilot, results, condition, noise, force_by)
+    if k_percent is None and orientation_deg is None:
+        k_percent = DEFAULT_K_PERCENT
+    wish = Wish(
+        None if k_percent is None else k_percent / 100,
+        None if orientation_deg is None else radians(orientation_deg),
+        max_trials,
+    )
+    servo, measured = servo or Servo(), None
+    if pilot is not None:
+        with naming(pilot):
+            measured = pilot_of(read_recording(pilot, force_by=force_by), condition)
+        setting = replace(measured.setting, servo=servo)
+    elif results is not None:
+        setting = Setting(_arm_of_results(Path(results), condition), noise_named(noise), servo)
+    else:
+        setting = Setting(noise=noise_named(noise), servo=servo)
+    limits = Limits(
+        0.005 if amplitude_m is None else amplitude_m,
+        0.3 if duration_s is None else duration_s,
+        max_acceleration,
+    )
+    profiles = proposed_profiles(
+        setting,
+        limits,
+        shape=shape,
+        durations_s=None if duration_s is None else (duration_s,),
+        reduce=amplitude_m is None,
+        designed=design or separate_reflex,
+        reflex_delay_s=reflex_delay_s if separate_reflex else None,
+        progress=progress,
+    )
+    return make_plan(
+        setting, profiles, wish, limits, delay_s=reflex_delay_s, pilot=measured, progress=progress
+    )
+
+
+def _refuse_without_effect(
+    pilot: object, results: object, condition: object, noise: object, force_by: object
+) -> None:
+    if pilot is not None and results is not None:
+        raise InputError("a pilot and results", expected="one of them")
+    if pilot is not None and noise is not None:
+        raise InputError(
+            "a noise level with a pilot", expected="one of them: a pilot brings its own"
+        )
+    if condition is not None and pilot is None and results is None:
+        raise InputError("a condition without a pilot or results", expected="one of them")
+    if force_by is not None and pilot is None:
+        raise InputError("whose force it is, without a pilot", expected="a Kinarm exam as pilot")
+
+
+def _arm_of_results(file: Path, condition: str | None) -> PlannedArm:
+    rows = read_results(file)
+    for row in rows:
+        if condition is None or condition == row.keys.get("condition"):
+            with naming(file):
+                return PlannedArm.of(row, condition_of(row))
+    known = ", ".join(str(row.keys.get("condition")) for row in rows[:5])
+    raise InputError(f"no condition {condition!r}", file=file, expected=f"such as {known}")

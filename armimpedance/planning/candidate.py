@@ -1,0 +1,124 @@
+"""One disturbance and what it needs to fulfil a wish."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from armimpedance.arrays import FrozenRecord
+from armimpedance.errors import ArmImpedanceError
+from armimpedance.planning.motion import PlannedMotion
+from armimpedance.planning.pilot import Pilot
+from armimpedance.planning.precision import Precision, precision, reflex_bias
+from armimpedance.planning.profile import Profile
+from armimpedance.planning.setting import Setting
+from armimpedance.planning.wish import Wish
+
+#: How well a reflex's delay is known beforehand (s).
+_DELAY_RANGE_S: Final = 0.005
+#: A hand that reaches less of the commanded peak than this is worth a word.
+_FOLLOWED: Final = 0.9
+
+
+@dataclass(frozen=True)
+class Candidate(FrozenRecord):
+    """One disturbance and what it needs.
+
+    Attributes
+    ----------
+    name : str
+    profile : Profile or None
+        None: a pilot's own, as recorded.
+    precision : Precision or None
+        None where `problem` stands in the way.
+    trials : int or None
+        Trials that the wish needs, in whole sets.
+    bias : (low, high)
+        How much too large K comes out with a reflex of 25 % of K that is ignored, as a part of it:
+        over delays from 5 ms before to 5 ms after the one asked about.
+    apart : Precision or None
+        The precision of K together with the reflex, its delay known.
+    problem : str
+    notes : tuple of str
+    duration_s, amplitude_m : float
+        Duration and amplitude of the profile, or as a pilot recorded them.
+    """
+
+    name: str
+    profile: Profile | None
+    precision: Precision | None = None
+    trials: int | None = None
+    bias: tuple[float, float] = (np.nan, np.nan)
+    apart: Precision | None = None
+    problem: str = ""
+    notes: tuple[str, ...] = ()
+    duration_s: float = np.nan
+    amplitude_m: float = np.nan
+
+    @property
+    def recommendable(self) -> bool:
+        """Whether it can be chosen."""
+        cautious = self.profile is not None and self.profile.shape.caution
+        return self.precision is not None and not cautious
+
+    @property
+    def cost(self) -> tuple[int, float]:
+        """Trials needed, then K's interval: candidates are compared by these."""
+        half = np.inf if self.precision is None else self.precision.k_part(40)
+        return self.trials or 0, half
+
+
+def judge_pilot(pilot: Pilot, wish: Wish) -> Candidate:
+    """A pilot's own disturbance, as it was recorded."""
+    return Candidate(
+        "pilot's own",
+        None,
+        pilot.precision,
+        wish.trials(pilot.precision),
+        duration_s=pilot.duration_s,
+        amplitude_m=pilot.amplitude_m,
+    )
+
+
+def judge(setting: Setting, profile: Profile, wish: Wish, delay_s: float) -> Candidate:
+    """A disturbance judged by what it will tell."""
+    made = Candidate(
+        profile.shape.name,
+        profile,
+        duration_s=profile.duration_s,
+        amplitude_m=profile.amplitude_m,
+    )
+    motion = PlannedMotion(setting, profile)
+    try:
+        expected = precision(motion)
+    except ArmImpedanceError as error:
+        return replace(made, problem=str(error))
+    try:
+        apart = precision(motion, delay_s=delay_s)
+    except ArmImpedanceError:
+        apart = None
+    around = (delay_s - _DELAY_RANGE_S, delay_s, delay_s + _DELAY_RANGE_S)
+    biases = [float(reflex_bias(motion, delay)[2]) for delay in around]
+    return replace(
+        made,
+        precision=expected,
+        trials=wish.trials(expected),
+        bias=(min(biases), max(biases)),
+        apart=apart,
+        notes=_notes(motion),
+    )
+
+
+def _notes(motion: PlannedMotion) -> tuple[str, ...]:
+    setting, profile, moved = motion.setting, motion.profile, motion.displacement
+    notes = [f"{profile.shape.name}: {profile.shape.caution}"] if profile.shape.caution else []
+    reached = min(np.abs(moved[a, a]).max() for a in range(len(moved))) / profile.amplitude_m
+    if reached < _FOLLOWED:
+        notes.append(
+            f"{profile.shape.name} in {profile.duration_s:g} s: the servo "
+            f"({setting.servo.natural_hz:.3g} Hz) lets the hand reach {100 * reached:.0f} % of the "
+            "commanded peak"
+        )
+    return tuple(notes)
