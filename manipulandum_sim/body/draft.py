@@ -9,7 +9,8 @@ import numpy as np
 from armimpedance.arrays import FloatArray
 from manipulandum_sim.body.legs import LEG_ANGLES, FootPath
 from manipulandum_sim.body.plan import BodyPlan, FreeLeg
-from manipulandum_sim.body.subject import SIDES, BodySubject
+from manipulandum_sim.body.segments import SIDES
+from manipulandum_sim.body.subject import BodySubject
 from manipulandum_sim.body.table import HIP_HALF_WIDTH
 
 PELVIS: Final = ("x", "y", "z", "rz", "ry", "rx")

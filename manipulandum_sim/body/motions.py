@@ -7,22 +7,17 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.errors import InputError
 from manipulandum_sim.body.draft import Draft, step
-from manipulandum_sim.body.plan import BodyMotion, FreeLeg, realise
+from manipulandum_sim.body.plan import FreeLeg
 from manipulandum_sim.body.restless import (
     ARM_WAVES,
     LEG_WAVES,
     NECK_WAVES,
     PELVIS_WAVES,
-    TRUNK_WAVES,
-    Waves,
-    background,
     restless,
     restless_above,
 )
-from manipulandum_sim.body.subject import SIDES, BodySubject
+from manipulandum_sim.body.segments import SIDES
 
 
 def walk(d: Draft) -> None:
@@ -219,83 +214,6 @@ def pelvis_still(d: Draft) -> None:
         d.free[side] = FreeLeg(np.ones_like(d.t), np.column_stack(waves))
 
 
-#: Name -> how, seconds at the usual tempo.
-MOTIONS: Final[dict[str, tuple[Callable[[Draft], None], float]]] = {
-    "walk": (walk, 11.8),
-    "side_walk": (side_walk, 11.5),
-    "bending": (bending, 14.0),
-    "squat": (squat, 12.2),
-    "front_squat": (front_squat, 14.0),
-    "arm_raise": (arm_raise, 15.2),
-    "arm_circles": (arm_circles, 14.2),
-    "trunk_twist": (trunk_twist, 12.0),
-    "trunk_side_bend": (trunk_side_bend, 13.0),
-    "head_and_arms": (head_and_arms, 14.0),
-    "leg_swings": (leg_swings, 19.6),
-    "all_joints": (all_joints, 24.0),
-}
-#: Held by the pelvis on a stand, for checks of what such motions cannot say.
-ON_A_STAND: Final[dict[str, tuple[Callable[[Draft], None], float]]] = {
-    "pelvis_still": (pelvis_still, 20.0),
-}
-
-
-def body_motion(
-    name: str, subject: BodySubject, rng: np.random.Generator, rate_hz: float = 100.0
-) -> BodyMotion:
-    """One of the motions as this person does it this time.
-
-    Parameters
-    ----------
-    name : str
-        Of `MOTIONS` or `ON_A_STAND`.
-    subject : BodySubject
-    rng : Generator
-        Of amplitudes, tempo and restlessness.
-    rate_hz : float
-
-    Raises
-    ------
-    InputError
-        There is no such motion, or so tall a step that a foot is out of reach.
-    """
-    known = MOTIONS | ON_A_STAND
-    if name not in known:
-        raise InputError(f"no motion {name!r}", expected=f"one of {', '.join(known)}")
-    compose, seconds = known[name]
-    draft = Draft(subject, seconds, rate_hz, rng)
-    compose(draft)
-    if name in MOTIONS:
-        background(draft)
-    return realise(draft.plan(standing=name in MOTIONS), subject)
-
-
-def still_postures(
-    subject: BodySubject, rng: np.random.Generator, rate_hz: float, postures: int, samples: int
-) -> list[BodyMotion]:
-    """Random postures held still on a stand: the pelvis tilted, all joints bent."""
-    time = np.arange(samples) / rate_hz
-    middle, size = _posture_ranges(subject)
-    motions = []
-    for posture in middle + size * rng.uniform(-1.5, 1.5, (postures, len(size))):
-        q = np.tile(posture, (samples, 1))
-        still = np.zeros_like(q)
-        none = np.full(samples, 0.5)
-        motions.append(BodyMotion(time, q, still, still, none, np.zeros((samples, 2, 3))))
-    return motions
-
-
-def _posture_ranges(subject: BodySubject) -> tuple[FloatArray, FloatArray]:
-    """Middle and amplitude (n,) of every coordinate."""
-    parts: dict[str, Waves] = {"trunk": TRUNK_WAVES, "neck": NECK_WAVES, "pelvis": PELVIS_WAVES}
-    parts |= dict.fromkeys(SIDES, ARM_WAVES | LEG_WAVES)
-    ranges = {f"{part}_{n}": w[:2] for part, waves in parts.items() for n, w in waves.items()}
-    ranges["pelvis_z"] = (0.55 * subject.height_m, 0.0)
-    values = [ranges.get(name, (0.0, 0.0)) for name in subject.skeleton.coordinates]
-    middle, size = np.array(values).T
-    return middle, size
-
-
 def _walk_through(d: Draft, start: float, period: float, stops: list[float], heel: float) -> None:
     """Right, left, right ... to the places along x, the weight passing over between the steps."""
     double = 0.26 * period
@@ -323,3 +241,24 @@ def _swing_both(d: Draft, left: tuple[float, float], right: tuple[float, float])
             (right[1], right[1] + 1.0, 0.5),
         ]
     )
+
+
+#: Name -> how, seconds at the usual tempo.
+MOTIONS: Final[dict[str, tuple[Callable[[Draft], None], float]]] = {
+    "walk": (walk, 11.8),
+    "side_walk": (side_walk, 11.5),
+    "bending": (bending, 14.0),
+    "squat": (squat, 12.2),
+    "front_squat": (front_squat, 14.0),
+    "arm_raise": (arm_raise, 15.2),
+    "arm_circles": (arm_circles, 14.2),
+    "trunk_twist": (trunk_twist, 12.0),
+    "trunk_side_bend": (trunk_side_bend, 13.0),
+    "head_and_arms": (head_and_arms, 14.0),
+    "leg_swings": (leg_swings, 19.6),
+    "all_joints": (all_joints, 24.0),
+}
+#: Held by the pelvis on a stand, for checks of what such motions cannot say.
+ON_A_STAND: Final[dict[str, tuple[Callable[[Draft], None], float]]] = {
+    "pelvis_still": (pelvis_still, 20.0),
+}

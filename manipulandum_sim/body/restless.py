@@ -7,7 +7,7 @@ from typing import Final
 
 from armimpedance.arrays import FloatArray
 from manipulandum_sim.body.draft import Draft
-from manipulandum_sim.body.subject import SIDES
+from manipulandum_sim.body.segments import SIDES
 
 Waves = Mapping[str, tuple[float, float, float, float]]
 

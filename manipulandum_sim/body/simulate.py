@@ -13,9 +13,11 @@ import pandas as pd
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
 from armimpedance.motion import MarkerRecording, MotionRecording
-from manipulandum_sim.body.motions import MOTIONS, ON_A_STAND, body_motion, still_postures
+from manipulandum_sim.body.motions import MOTIONS, ON_A_STAND
+from manipulandum_sim.body.performance import body_motion, still_postures
 from manipulandum_sim.body.plan import BodyMotion
-from manipulandum_sim.body.subject import BodySubject, find_body_subject, inertial_parameters
+from manipulandum_sim.body.segments import inertial_parameters
+from manipulandum_sim.body.subject import BodySubject, find_body_subject
 from manipulandum_sim.body.truth import BodyTruth
 from manipulandum_sim.force_plates import PLATE_ORIGINS_M, about, foot_wrenches, support_torques
 from manipulandum_sim.studio import Studio, film
@@ -113,11 +115,7 @@ def simulate_body(
     who = find_body_subject(subject)
     place_noise = LEVER_M * angle_noise_rad if place_noise_m is None else place_noise_m
     noise = _Noise(place_noise, angle_noise_rad, force_noise_N, moment_noise_Nm)
-    if len(motions) == 0:
-        raise InputError("no motions to simulate", expected=f"some of {', '.join(ALL)}")
-    if not (np.isfinite(sample_rate_hz) and sample_rate_hz >= LOWEST_RATE_HZ):
-        problem = f"a body is sampled at {sample_rate_hz} Hz"
-        raise InputError(problem, expected=f"{LOWEST_RATE_HZ:g} Hz or more")
+    _check(motions, sample_rate_hz)
     trials = _trials(motions, who, seed, sample_rate_hz)
     parts = [_Exact.of(who, trial.name, trial.motion) for trial in trials]
     sensed = [noise.on(part, trial.rng) for part, trial in zip(parts, trials, strict=True)]
@@ -139,6 +137,15 @@ def simulate_body(
         return recording, truth
     exact = replace(recording, coordinates=np.concatenate([part.q for part in parts]))
     return film(exact, None if markers is True else markers, seed=seed), truth
+
+
+def _check(motions: Sequence[str], rate_hz: float) -> None:
+    """Raise for arguments that make no recording."""
+    if len(motions) == 0:
+        raise InputError("no motions to simulate", expected=f"some of {', '.join(ALL)}")
+    if not (np.isfinite(rate_hz) and rate_hz >= LOWEST_RATE_HZ):
+        problem = f"a body is sampled at {rate_hz} Hz"
+        raise InputError(problem, expected=f"{LOWEST_RATE_HZ:g} Hz or more")
 
 
 @dataclass(frozen=True)

@@ -3,25 +3,25 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass, fields
-from typing import Final
+from dataclasses import dataclass
+from typing import Annotated
 
-from armimpedance.arrays import FloatArray, frozen_array
+from armimpedance.arrays import FloatArray, FrozenRecord
 from manipulandum_sim.truth_file import reading_values, write_values
 
 #: Columns of `BodyTruth.parameters`.
-PARAMETERS: Final = ("m", "mx", "my", "mz", "Ixx", "Ixy", "Iyy", "Ixz", "Iyz", "Izz")
 
 
 @dataclass(frozen=True)
-class BodyTruth:
+class BodyTruth(FrozenRecord):
     """Truth of a simulated body; S segments, N samples of all trials, n coordinates.
 
     Attributes
     ----------
     segments, coordinates : tuple of str
     parameters : (S, 10)
-        `PARAMETERS`: kg, kg m (mass times centre), kg m^2 about the segment's origin.
+        m, mx, my, mz, Ixx, Ixy, Iyy, Ixz, Iyz, Izz: kg, kg m (mass times centre), kg m^2 about the
+        segment's origin.
     q, qd, qdd : (N, n) or None
         Exact; absent in a truth that was read from a file, like the other samples.
     generalised_forces : (N, n) or None
@@ -33,28 +33,15 @@ class BodyTruth:
         By the floor on the right and the left foot, about the world's origin. On a stand zero.
     """
 
-    segments: tuple[str, ...]
-    coordinates: tuple[str, ...]
-    parameters: FloatArray
-    q: FloatArray | None = None
-    qd: FloatArray | None = None
-    qdd: FloatArray | None = None
-    generalised_forces: FloatArray | None = None
-    joint_torques: FloatArray | None = None
-    foot_wrenches: FloatArray | None = None
-
-    def __post_init__(self) -> None:
-        put = object.__setattr__
-        put(self, "segments", tuple(self.segments))
-        put(self, "coordinates", tuple(self.coordinates))
-        shape = (len(self.segments), len(PARAMETERS))
-        put(self, "parameters", frozen_array(self.parameters, "parameters", shape))
-        n = len(self.coordinates)
-        for f in fields(self)[3:]:
-            value = getattr(self, f.name)
-            if value is not None:
-                tail = (2, 6) if f.name == "foot_wrenches" else (n,)
-                put(self, f.name, frozen_array(value, f.name, (None, *tail)))
+    segments: Annotated[tuple[str, ...], "S"]
+    coordinates: Annotated[tuple[str, ...], "n"]
+    parameters: Annotated[FloatArray, "S 10"]
+    q: Annotated[FloatArray, "N n"] | None = None
+    qd: Annotated[FloatArray, "N n"] | None = None
+    qdd: Annotated[FloatArray, "N n"] | None = None
+    generalised_forces: Annotated[FloatArray, "N n"] | None = None
+    joint_torques: Annotated[FloatArray, "N n"] | None = None
+    foot_wrenches: Annotated[FloatArray, "N 2 6"] | None = None
 
     def write(self, path: str | os.PathLike[str]) -> None:
         """Write names and parameters as JSON; the samples stay out of it.

@@ -102,21 +102,26 @@ def simulate_bench(
     levels = snr_db if isinstance(snr_db, tuple) else (snr_db, snr_db)
     noisy_torque = _noisy(torque, levels[0], generators)
     noisy_angle = _noisy(angle, levels[1], generators)
-    recording = Recording(
+    return _recorded(noisy_torque, noisy_angle, torque), truth
+
+
+def _recorded(torque: FloatArray, angle: FloatArray, perturbation: FloatArray) -> Recording:
+    """The recording of T trials of S samples from (T, S) channels."""
+    trials, samples = torque.shape
+    return Recording(
         kind="joint",
         sample_rate_hz=RATE_HZ,
         trials=pd.DataFrame({"trial": range(1, trials + 1), "condition": "bench"}),
         offsets=samples * np.arange(trials + 1),
         time_s=np.tile(np.arange(samples) / RATE_HZ, trials),
-        position=noisy_angle.reshape(-1, 1),
-        force=-noisy_torque.reshape(-1, 1),
+        position=angle.reshape(-1, 1),
+        force=-torque.reshape(-1, 1),
         perturbation="stochastic",
         torque="interaction",
         subject=Subject(id="bench"),
-        extra={perturbation_columns(1)[0]: torque.ravel()},
+        extra={perturbation_columns(1)[0]: perturbation.ravel()},
         provenance=("simulated joint on a bench",),
     )
-    return recording, truth
 
 
 def _course(given: Course, time_s: FloatArray) -> FloatArray:

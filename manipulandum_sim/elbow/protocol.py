@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final, Literal, get_args
+from typing import Annotated, Final, Literal, get_args
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, frozen_array
+from armimpedance.arrays import FloatArray, FrozenRecord
 from armimpedance.errors import InputError
 from manipulandum_sim.elbow.device import Rendered
 from manipulandum_sim.elbow.subject import OPERATING_ANGLE_RAD, ElbowSubject, Law
@@ -60,7 +60,7 @@ ROOM: Final = 1.05
 
 
 @dataclass(frozen=True)
-class Protocol:
+class Protocol(FrozenRecord):
     """T trials of one test.
 
     Activations are ``targets + swing sin(2 pi frequency t + phase)``; in a rhythmic movement they
@@ -86,24 +86,14 @@ class Protocol:
     test: Test
     law: Law
     subject: ElbowSubject
-    conditions: tuple[str, ...]
-    targets: FloatArray
-    swing: FloatArray
-    phase: FloatArray
+    conditions: Annotated[tuple[str, ...], "T"]
+    targets: Annotated[FloatArray, "T 2"]
+    swing: Annotated[FloatArray, "T 2"]
+    phase: Annotated[FloatArray, "T"]
     frequency_hz: float
-    load: FloatArray
+    load: Annotated[FloatArray, "T"]
     rendered: Rendered
     rhythm_rad: float = 0.0
-
-    def __post_init__(self) -> None:
-        count = len(self.conditions)
-        for name, shape in (
-            ("targets", (count, 2)),
-            ("swing", (count, 2)),
-            ("phase", (count,)),
-            ("load", (count,)),
-        ):
-            object.__setattr__(self, name, frozen_array(getattr(self, name), name, shape))
 
     @property
     def n_trials(self) -> int:

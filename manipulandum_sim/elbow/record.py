@@ -30,7 +30,7 @@ _TILTS: Final = (0.3, -0.3)
 
 @dataclass(frozen=True)
 class Wiring:
-    """How a session is recorded; see `exo_simulate.simulate_elbow`."""
+    """How a session is recorded; see `simulate_elbow`."""
 
     electrodes: Electrodes
     converted: bool
@@ -90,14 +90,7 @@ def record(
         extra=extra,
         provenance=_provenance(plan, motion, wiring),
     )
-    exact = ElbowMotion(
-        angle=cut.rows(motion.angle),
-        rate=cut.rows(motion.rate),
-        acceleration=cut.rows(motion.acceleration),
-        torque=cut.rows(motion.interaction),
-        motor=cut.rows(motion.motor),
-        restless=cut.rows(restless),
-    )
+    exact = _exact(motion, cut, restless)
     return recording, _truth(plan, wiring, offsets, cut, time, cut.rows(whole), exact)
 
 
@@ -111,6 +104,18 @@ class _Cut:
     def rows(self, values: FloatArray) -> FloatArray:
         """One trial after another, (N, ...) of (S, T, ...)."""
         return np.concatenate([values[self.first : end, t] for t, end in enumerate(self.ends)])
+
+
+def _exact(motion: Motion, cut: _Cut, restless: FloatArray) -> ElbowMotion:
+    """The motion without the sensors' errors, one trial after another."""
+    return ElbowMotion(
+        angle=cut.rows(motion.angle),
+        rate=cut.rows(motion.rate),
+        acceleration=cut.rows(motion.acceleration),
+        torque=cut.rows(motion.interaction),
+        motor=cut.rows(motion.motor),
+        restless=cut.rows(restless),
+    )
 
 
 def _shares(plan: Protocol, four: bool, activation: FloatArray) -> FloatArray:

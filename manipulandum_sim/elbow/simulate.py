@@ -4,15 +4,22 @@ from __future__ import annotations
 
 import zlib
 from dataclasses import dataclass
-from typing import Final, Literal, get_args
+from typing import Final, get_args
 
 import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
 from armimpedance.records import Recording
+from manipulandum_sim.elbow.arguments import (
+    LEAST_S,
+    TorqueColumn,
+    check,
+    check_muscles,
+    electrodes_of,
+    limits_of,
+)
 from manipulandum_sim.elbow.device import RATE_HZ, Exoskeleton, Limits, NoiseLevel
-from manipulandum_sim.elbow.emg import Electrodes
 from manipulandum_sim.elbow.perturbation import Perturbation, perturbation as perturbation_of
 from manipulandum_sim.elbow.plant import (
     CAUSES,
@@ -35,14 +42,8 @@ from manipulandum_sim.elbow.subject import (
 )
 from manipulandum_sim.elbow.truth import ElbowTruth
 
-TorqueColumn = Literal["interaction", "commanded"]
-
 #: Seconds before the record in which the motion settles.
 RUN_IN_S: Final = 2.0
-#: A trial stopped before this is no recording, s.
-LEAST_S: Final = 1.0
-#: Longest trial, s.
-LONGEST_S: Final = 600.0
 #: What each of a trial's random streams is for.
 _STREAMS: Final = ("perturbation", "restless", "sensors", "emg", "phase")
 
@@ -58,6 +59,10 @@ class _Seeds:
         key = (zlib.crc32(self.subject.encode()), trial, _STREAMS.index(purpose))
         return np.random.default_rng(np.random.SeedSequence(self.seed, spawn_key=key))
 
+    def phase(self, trial: int) -> float:
+        """The phase of a trial's rhythm, rad."""
+        return float(self.stream(trial, "phase").uniform(0, 2 * np.pi))
+
 
 @dataclass(frozen=True)
 class _Clock:
@@ -65,6 +70,12 @@ class _Clock:
 
     run_in: int
     samples: int
+
+    @classmethod
+    def of(cls, test: Test, duration_s: float) -> _Clock:
+        """The clock of a test's trials; an isometric one needs no time to settle."""
+        run_in = 0 if test == "calibration" else round(RUN_IN_S * RATE_HZ)
+        return cls(run_in, run_in + round(duration_s * RATE_HZ))
 
     @property
     def time_s(self) -> FloatArray:
@@ -150,40 +161,39 @@ def simulate_elbow(
         An argument that makes no recording, or a trial that is stopped within its first second.
     """
     own = find_elbow_subject(subject)
-    _check(repetitions, duration_s, seed, noise, torque, frequency_hz, activation_delay_s)
-    if four_muscles and test != "calibration":
-        raise InputError(f"four muscles in the test {test}", expected="the test calibration")
-    electrodes = _electrodes(noise, hum_V, hum_hz, electrode_noise_V)
-    seeds, limits = _Seeds(seed, own.id), _limits(velocity_limit, torque_limit)
-    plan = protocol(
-        test,
-        own,
-        repetitions,
-        lambda trial: float(seeds.stream(trial, "phase").uniform(0, 2 * np.pi)),
-        depth=depth,
-        frequency_hz=frequency_hz,
-        law=law,
-    )
-    run_in = 0 if test == "calibration" else round(RUN_IN_S * RATE_HZ)
-    clock = _Clock(run_in, run_in + round(duration_s * RATE_HZ))
+    check(repetitions, duration_s, seed, noise, torque, frequency_hz, activation_delay_s)
+    check_muscles(test, four_muscles)
+    seeds, limits = _Seeds(seed, own.id), limits_of(velocity_limit, torque_limit)
+    electrodes = electrodes_of(noise, hum_V, hum_hz, electrode_noise_V)
+    shape = {"depth": depth, "frequency_hz": frequency_hz, "law": law}
+    plan = protocol(test, own, repetitions, seeds.phase, **shape)
+    clock = _Clock.of(test, duration_s)
     device = device or Exoskeleton()
     forces = _forces(plan, seeds, clock, perturbation, noise)
-    if test == "calibration":
+    motion = _motion(plan, clock, forces, device, limits, progress)
+    told, converted = None if plan.unperturbed else perturbation, noise != "none"
+    wiring = Wiring(
+        electrodes, converted, four_muscles, torque, activation_delay_s, device, perturbation=told
+    )
+    streams = [seeds.stream(t + 1, "emg") for t in range(plan.n_trials)]
+    return record(plan, motion, wiring, clock.run_in, forces.added, forces.restless, streams)
+
+
+def _motion(
+    plan: Protocol,
+    clock: _Clock,
+    forces: _Forces,
+    device: Exoskeleton,
+    limits: Limits,
+    progress: Progress | None,
+) -> Motion:
+    """The motion of arm and device, each trial long enough to be recorded."""
+    if plan.test == "calibration":
         motion = _isometric(plan, forces, limits)
     else:
         motion = run(_drive(plan, clock, forces), device, forces.sensors, limits, progress)
     _refuse_short(motion, clock)
-    wiring = Wiring(
-        electrodes=electrodes,
-        converted=noise != "none",
-        four_muscles=four_muscles,
-        torque=torque,
-        delay_s=activation_delay_s,
-        device=device,
-        perturbation=None if plan.unperturbed else perturbation,
-    )
-    streams = [seeds.stream(t + 1, "emg") for t in range(plan.n_trials)]
-    return record(plan, motion, wiring, clock.run_in, forces.added, forces.restless, streams)
+    return motion
 
 
 @dataclass(frozen=True)
@@ -263,47 +273,3 @@ def _refuse_short(motion: Motion, clock: _Clock) -> None:
             f"{max(lasted[row], 0.0):.2f} s after its start",
             expected=f"{LEAST_S:g} s or more: a higher limit, or a weaker perturbation",
         )
-
-
-def _electrodes(
-    noise: NoiseLevel, hum_V: float | None, hum_hz: float, noise_V: float | None
-) -> Electrodes:
-    usual = Electrodes() if noise != "none" else Electrodes(0.0, 0.0, artefact=0.0)
-    return Electrodes(
-        usual.noise_V if noise_V is None else noise_V,
-        usual.hum_V if hum_V is None else hum_V,
-        hum_hz,
-        usual.artefact,
-    )
-
-
-def _check(
-    repetitions: int,
-    duration_s: float,
-    seed: int,
-    noise: NoiseLevel,
-    torque: TorqueColumn,
-    frequency_hz: float,
-    delay_s: float,
-) -> None:
-    """Raise for an argument that makes no recording."""
-    if noise not in get_args(NoiseLevel):
-        raise InputError(f"no noise level {noise!r}", expected=", ".join(get_args(NoiseLevel)))
-    if torque not in get_args(TorqueColumn):
-        raise InputError(f"no torque {torque!r}", expected=" or ".join(get_args(TorqueColumn)))
-    if not (isinstance(repetitions, int) and repetitions >= 1):
-        raise InputError(f"{repetitions} repetitions", expected="1 or more")
-    if seed < 0:
-        raise InputError(f"seed {seed}", expected="0 or more")
-    if not (np.isfinite(duration_s) and LEAST_S <= duration_s <= LONGEST_S):
-        raise InputError(f"trials of {duration_s} s", expected=f"{LEAST_S:g} to {LONGEST_S:g} s")
-    if not 0 < frequency_hz <= RATE_HZ / 20:
-        raise InputError(f"{frequency_hz} Hz", expected=f"more than 0, at most {RATE_HZ / 20:g} Hz")
-    if not 0 <= delay_s <= LEAST_S:
-        raise InputError(f"an activation delay of {delay_s} s", expected=f"0 to {LEAST_S:g} s")
-
-
-def _limits(velocity: float, torque: float) -> Limits:
-    if not (velocity > 0 and torque > 0):
-        raise InputError(f"limits of {velocity} rad/s and {torque} Nm", expected="above 0")
-    return Limits(velocity, torque)

@@ -4,21 +4,20 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass, fields
-from typing import Final
+from typing import Annotated, Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, IntArray, frozen_array
+from armimpedance.arrays import FloatArray, FrozenRecord, IntArray
 from armimpedance.errors import RecordError
 from manipulandum_sim.truth_file import reading_values, write_values
 
 #: Columns over the samples that are often the same throughout a trial, and written so.
 _COURSES: Final = ("K", "B", "K_muscle", "activation")
-_MOTION: Final = ("angle", "rate", "acceleration", "torque", "motor", "restless")
 
 
 @dataclass(frozen=True)
-class ElbowMotion:
+class ElbowMotion(FrozenRecord):
     """The exact motion at the N samples of a recording.
 
     Attributes
@@ -33,21 +32,16 @@ class ElbowMotion:
         Voluntary torque and tremor on the limb, Nm.
     """
 
-    angle: FloatArray
-    rate: FloatArray
-    acceleration: FloatArray
-    torque: FloatArray
-    motor: FloatArray
-    restless: FloatArray
-
-    def __post_init__(self) -> None:
-        for name in _MOTION:
-            value = frozen_array(getattr(self, name), name, (len(self.angle),))
-            object.__setattr__(self, name, value)
+    angle: Annotated[FloatArray, "N"]
+    rate: Annotated[FloatArray, "N"]
+    acceleration: Annotated[FloatArray, "N"]
+    torque: Annotated[FloatArray, "N"]
+    motor: Annotated[FloatArray, "N"]
+    restless: Annotated[FloatArray, "N"]
 
 
 @dataclass(frozen=True)
-class ElbowTruth:
+class ElbowTruth(FrozenRecord):
     """Truth of a recording of T trials, N samples, m muscles.
 
     Attributes
@@ -85,35 +79,30 @@ class ElbowTruth:
     test: str
     subject: str
     law: str
-    muscles: tuple[str, ...]
-    offsets: IntArray
+    muscles: Annotated[tuple[str, ...], "m"]
+    offsets: Annotated[IntArray, "T+1"]
     I: float  # noqa: E741
-    K: FloatArray
-    B: FloatArray
-    K_muscle: FloatArray
-    activation: FloatArray
+    K: Annotated[FloatArray, "N"]
+    B: Annotated[FloatArray, "N"]
+    K_muscle: Annotated[FloatArray, "N"]
+    activation: Annotated[FloatArray, "N m"]
     activation_delay_s: float
-    stiffness_law: FloatArray
-    viscosity_law: FloatArray
-    torque_per_activation: FloatArray
+    stiffness_law: Annotated[FloatArray, "3"]
+    viscosity_law: Annotated[FloatArray, "3"]
+    torque_per_activation: Annotated[FloatArray, "m"]
     gravity: float
     operating_angle: float
     device_inertia: float
     device_viscosity: float
     device_friction: float
-    rendered: FloatArray
+    rendered: Annotated[FloatArray, "3"]
     motion: ElbowMotion | None = None
 
     def __post_init__(self) -> None:
-        put = object.__setattr__
-        put(self, "muscles", tuple(self.muscles))
-        put(self, "offsets", frozen_array(self.offsets, "offsets", (None,), np.int64))
-        samples, m = int(self.offsets[-1]), len(self.muscles)
-        shapes: dict[str, tuple[int, ...]] = dict.fromkeys(("K", "B", "K_muscle"), (samples,))
-        shapes |= dict.fromkeys(("stiffness_law", "viscosity_law", "rendered"), (3,))
-        shapes |= {"activation": (samples, m), "torque_per_activation": (m,)}
-        for name, shape in shapes.items():
-            put(self, name, frozen_array(getattr(self, name), name, shape))
+        super().__post_init__()
+        samples = int(self.offsets[-1])
+        if len(self.K) != samples:
+            raise RecordError(f"{len(self.K)} samples", expected=f"{samples}")
         if self.motion is not None and len(self.motion.angle) != samples:
             raise RecordError("a motion of another length", expected=f"{samples} samples")
 

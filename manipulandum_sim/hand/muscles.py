@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Final
+from typing import Annotated, Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, frozen_array
+from armimpedance.arrays import FloatArray, FrozenRecord
 from armimpedance.conventions import MUSCLE_SIGNS, NOMINAL_POSTURE_RAD
 
 N_MUSCLES: Final = 6
@@ -34,7 +34,7 @@ PEAK_RAD: Final = ((0.5, 0.0), (1.4, 0.0), (0.0, 1.9), (0.0, 0.8), (0.6, 1.8), (
 
 
 @dataclass(frozen=True)
-class MusclePaths:
+class MusclePaths(FrozenRecord):
     """Muscle lengths ``L_n = sum_i a_ni q_i + s_ni sin q_i + c_ni cos q_i``, lengthening positive.
 
     Attributes
@@ -43,14 +43,9 @@ class MusclePaths:
         Of each muscle over each joint (m).
     """
 
-    slope: FloatArray
-    sine: FloatArray
-    cosine: FloatArray
-
-    def __post_init__(self) -> None:
-        for name in ("slope", "sine", "cosine"):
-            put = frozen_array(getattr(self, name), name, (N_MUSCLES, 2))
-            object.__setattr__(self, name, put)
+    slope: Annotated[FloatArray, "6 2"]
+    sine: Annotated[FloatArray, "6 2"]
+    cosine: Annotated[FloatArray, "6 2"]
 
     @cached_property
     def _weights(self) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -86,7 +81,7 @@ def joint_basis(q1: FloatArray, q2: FloatArray) -> FloatArray:
 
 
 @dataclass(frozen=True)
-class MuscleMechanics:
+class MuscleMechanics(FrozenRecord):
     """Tension, stiffness and viscosity of each muscle over activation 0..1.
 
     Attributes
@@ -101,16 +96,12 @@ class MuscleMechanics:
         ``b = rest_viscosity_s rest_stiffness + active_viscosity_s (k - rest_stiffness)``.
     """
 
-    rest_tension: FloatArray
-    max_tension: FloatArray
-    rest_stiffness: FloatArray
+    rest_tension: Annotated[FloatArray, "6"]
+    max_tension: Annotated[FloatArray, "6"]
+    rest_stiffness: Annotated[FloatArray, "6"]
     stiffness_per_tension: float = 75.0
     rest_viscosity_s: float = 0.07
     active_viscosity_s: float = 0.05
-
-    def __post_init__(self) -> None:
-        for name in ("rest_tension", "max_tension", "rest_stiffness"):
-            object.__setattr__(self, name, frozen_array(getattr(self, name), name, (N_MUSCLES,)))
 
     def tension(self, activation: FloatArray) -> FloatArray:
         """N, (..., 6) of activations (..., 6)."""

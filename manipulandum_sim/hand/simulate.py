@@ -138,13 +138,8 @@ def _session(
         raise InputError(f"{sets} sets, {len(runs)} runs", expected="1 or more")
     rig.shape.warn()
     arm = Arm.of(person)
-    truth = find_truth(
-        arm,
-        conditions,
-        handle_mass_kg=rig.handle_mass_kg,
-        reflex_gain=rig.reflex.gain if rig.reflex else 0.0,
-        reflex_delay_s=rig.reflex.delay_s if rig.reflex else 0.0,
-    )
+    reflex = (rig.reflex.gain, rig.reflex.delay_s) if rig.reflex else (0.0, 0.0)
+    truth = find_truth(arm, conditions, handle_mass_kg=rig.handle_mass_kg, reflex=reflex)
     schedule = make_schedule(seed, runs, sets)
     lengths = schedule.onset + round((rig.duration_s + AFTER_S) * RATE_HZ) + 1
     parts, angles = [], []
@@ -155,28 +150,33 @@ def _session(
         parts.append(_cut(sensed, lengths[rows]))
         if progress:
             progress(int(rows[-1]) + 1, len(lengths))
-    table = _trial_table(schedule, conditions, rig, experiment, np.concatenate(angles))
-    emg = np.concatenate([p.emg for p in parts if p.emg is not None]) if rig.emg else None
-    told = [p.commanded for p in parts if p.commanded is not None]
-    names = command_columns("hand", 2)
-    recording = Recording(
+    return Recording(
         kind="hand",
         sample_rate_hz=RATE_HZ,
-        trials=table,
+        trials=_trial_table(schedule, conditions, rig, experiment, np.concatenate(angles)),
         offsets=np.concatenate([[0], np.cumsum(lengths)]),
         time_s=np.concatenate([np.arange(n) / RATE_HZ for n in lengths]),
-        position=np.concatenate([p.position for p in parts]),
-        force=np.concatenate([p.force for p in parts]),
-        joint_angles=np.concatenate([p.joint_angles for p in parts]),
-        emg=emg,
         muscles=MUSCLES if rig.emg else (),
         handle_mass_kg=rig.handle_mass_kg,
         shoulder_m=np.zeros(2),
-        extra=dict(zip(names, np.concatenate(told).T, strict=True)) if told else {},
         subject=person.record,
         provenance=(*rig.sentences, f"seed {seed}"),
-    )
-    return recording, truth
+        **_joined(parts),
+    ), truth
+
+
+def _joined(parts: list[Sensed]) -> dict[str, Any]:
+    """The channels of all trials, one after another."""
+    told = [p.commanded for p in parts if p.commanded is not None]
+    emg = [p.emg for p in parts if p.emg is not None]
+    names = command_columns("hand", 2)
+    return {
+        "position": np.concatenate([p.position for p in parts]),
+        "force": np.concatenate([p.force for p in parts]),
+        "joint_angles": np.concatenate([p.joint_angles for p in parts]),
+        "emg": np.concatenate(emg) if emg else None,
+        "extra": dict(zip(names, np.concatenate(told).T, strict=True)) if told else {},
+    }
 
 
 def _angles_at_rest(sensed: Sensed, onset: np.ndarray) -> np.ndarray:

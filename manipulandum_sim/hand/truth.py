@@ -9,11 +9,11 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
-from typing import Any, Final
+from typing import Annotated, Any, Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, frozen_array
+from armimpedance.arrays import FloatArray, FrozenRecord
 from armimpedance.errors import InputError
 from manipulandum_sim.hand.arm_plant import (
     Arm,
@@ -36,7 +36,7 @@ Field = Callable[[FloatArray], FloatArray]
 
 
 @dataclass(frozen=True)
-class Truth:
+class Truth(FrozenRecord):
     """Truth of every condition at its posture, with no drift; C conditions.
 
     Attributes
@@ -62,34 +62,25 @@ class Truth:
         0 without reflex.
     """
 
-    conditions: tuple[str, ...]
-    posture: FloatArray
-    hand: FloatArray
-    force: FloatArray
-    activation: FloatArray
-    tension: FloatArray
-    muscle_stiffness: FloatArray
-    muscle_viscosity: FloatArray
-    M_e: FloatArray
-    B_e: FloatArray
-    K_e: FloatArray
-    M_e_with_handle: FloatArray
-    M_j: FloatArray
-    B_j: FloatArray
-    K_j: FloatArray
-    G: FloatArray
-    curvature: FloatArray
-    K_e_reflex: FloatArray
+    conditions: Annotated[tuple[str, ...], "C"]
+    posture: Annotated[FloatArray, "C 2"]
+    hand: Annotated[FloatArray, "C 2"]
+    force: Annotated[FloatArray, "C 2"]
+    activation: Annotated[FloatArray, "C m"]
+    tension: Annotated[FloatArray, "C m"]
+    muscle_stiffness: Annotated[FloatArray, "C m"]
+    muscle_viscosity: Annotated[FloatArray, "C m"]
+    M_e: Annotated[FloatArray, "C 2 2"]
+    B_e: Annotated[FloatArray, "C 2 2"]
+    K_e: Annotated[FloatArray, "C 2 2"]
+    M_e_with_handle: Annotated[FloatArray, "C 2 2"]
+    M_j: Annotated[FloatArray, "C 2 2"]
+    B_j: Annotated[FloatArray, "C 2 2"]
+    K_j: Annotated[FloatArray, "C 2 2"]
+    G: Annotated[FloatArray, "C m 2"]
+    curvature: Annotated[FloatArray, "C m 2 2"]
+    K_e_reflex: Annotated[FloatArray, "C 2 2"]
     reflex_delay_s: float = 0.0
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "conditions", tuple(self.conditions))
-        count = len(self.conditions)
-        for f in fields(self):
-            value = getattr(self, f.name)
-            if isinstance(value, np.ndarray):
-                shape = (count, *value.shape[1:])
-                object.__setattr__(self, f.name, frozen_array(value, f.name, shape))
 
     def index(self, condition: str) -> int:
         """The row of a condition.
@@ -203,6 +194,11 @@ def _inertial_field(arm: Arm, q: FloatArray) -> Field:
     return torque
 
 
+def _moment_arms(arm: Arm, q: FloatArray) -> FloatArray:
+    """dL/dq (C, 6, 2) at joint angles (C, 2)."""
+    return derivative(lambda p: arm.paths.length(joint_basis(p[:, 0], p[:, 1])).T, q, STEP_RAD)
+
+
 def joint_angles(arm: Arm, hand: FloatArray) -> FloatArray:
     """Joint angles (..., 2) at hand locations (..., 2).
 
@@ -223,10 +219,21 @@ def find_truth(
     conditions: Sequence[Condition],
     *,
     handle_mass_kg: float,
-    reflex_gain: float = 0.0,
-    reflex_delay_s: float = 0.0,
+    reflex: tuple[float, float] = (0.0, 0.0),
 ) -> Truth:
     """Solve every condition's activations and differentiate the plant there.
+
+    Parameters
+    ----------
+    arm : Arm
+    conditions : sequence of Condition
+    handle_mass_kg : float
+    reflex : tuple of float
+        Gain and delay (s) of a stretch reflex.
+
+    Returns
+    -------
+    Truth
 
     Raises
     ------
@@ -236,26 +243,17 @@ def find_truth(
     hand = np.array([c.hand for c in conditions], dtype=float)
     force = np.array([c.force for c in conditions], dtype=float)
     q = joint_angles(arm, hand)
-    activation = np.array(
-        [
-            solve_activation(arm, posture, f, c.cocontraction)
-            for c, posture, f in zip(conditions, q, force, strict=True)
-        ]
-    )
-    command = muscle_command(arm, q, activation, reflex_gain=reflex_gain)
+    asked = zip(q, force, [c.cocontraction for c in conditions], strict=True)
+    activation = np.array([solve_activation(arm, *each) for each in asked])
+    command = muscle_command(arm, q, activation, reflex_gain=reflex[0])
 
     def at_hand(what: str, step: float) -> FloatArray:
         origin = hand if what == "position" else np.zeros_like(hand)
         return -derivative(_hand_field(arm, command, hand, what), origin, step)
 
-    def moment_arms(posture: FloatArray) -> FloatArray:
-        return derivative(
-            lambda p: arm.paths.length(joint_basis(p[:, 0], p[:, 1])).T, posture, STEP_RAD
-        )
-
-    inertia = at_hand("acceleration", STEP_RATE)
+    inertia, still = at_hand("acceleration", STEP_RATE), np.zeros_like(q)
     return Truth(
-        conditions=tuple(c.name for c in conditions),
+        tuple(c.name for c in conditions),
         posture=q,
         hand=hand,
         force=force,
@@ -267,11 +265,11 @@ def find_truth(
         B_e=at_hand("velocity", STEP_RATE),
         K_e=at_hand("position", STEP_M),
         M_e_with_handle=inertia + handle_mass_kg * np.eye(2),
-        M_j=derivative(_inertial_field(arm, q), np.zeros_like(q), STEP_RATE),
-        B_j=-derivative(_joint_field(arm, command, q, "rate"), np.zeros_like(q), STEP_RATE),
+        M_j=derivative(_inertial_field(arm, q), still, STEP_RATE),
+        B_j=-derivative(_joint_field(arm, command, q, "rate"), still, STEP_RATE),
         K_j=-derivative(_joint_field(arm, command, q, "angle"), q, STEP_RAD),
-        G=moment_arms(q),
-        curvature=derivative(moment_arms, q, STEP_RAD),
+        G=_moment_arms(arm, q),
+        curvature=derivative(lambda p: _moment_arms(arm, p), q, STEP_RAD),
         K_e_reflex=-derivative(_reflex_field(arm, command, hand), hand, STEP_M),
-        reflex_delay_s=reflex_delay_s,
+        reflex_delay_s=reflex[1],
     )

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass, fields
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
-from armimpedance.arrays import BoolArray, FloatArray, frozen_array
+from armimpedance.arrays import BoolArray, FloatArray, FrozenRecord
 from armimpedance.errors import RecordError
 from armimpedance.motion import MarkerRecording, MotionRecording
 from manipulandum_sim.truth_file import reading_values, write_values
@@ -17,7 +17,7 @@ _NAMES = ("joints", "coordinates")
 
 
 @dataclass(frozen=True)
-class PassiveTruth:
+class PassiveTruth(FrozenRecord):
     """Truth of a recording; J passive joints, n coordinates, N samples of all trials.
 
     Attributes
@@ -39,30 +39,18 @@ class PassiveTruth:
 
     test: str
     subject: str
-    joints: tuple[str, ...]
-    k: FloatArray
-    h: FloatArray
-    f: FloatArray
-    q_r: FloatArray
-    K: FloatArray
-    coordinates: tuple[str, ...]
-    q: FloatArray
-    qd: FloatArray
-    qdd: FloatArray
-    torque: FloatArray
-    held: BoolArray
-
-    def __post_init__(self) -> None:
-        put = object.__setattr__
-        for name in _NAMES:
-            put(self, name, tuple(getattr(self, name)))
-        samples, joints, n = len(self.q), len(self.joints), len(self.coordinates)
-        shapes: dict[str, tuple[int, ...]] = {"torque": (samples, joints)}
-        shapes |= dict.fromkeys(("k", "h", "f", "q_r", "K"), (joints,))
-        shapes |= dict.fromkeys(("q", "qd", "qdd"), (samples, n))
-        for name, shape in shapes.items():
-            put(self, name, frozen_array(getattr(self, name), name, shape))
-        put(self, "held", frozen_array(self.held, "held", (samples, joints), np.bool_))
+    joints: Annotated[tuple[str, ...], "J"]
+    k: Annotated[FloatArray, "J"]
+    h: Annotated[FloatArray, "J"]
+    f: Annotated[FloatArray, "J"]
+    q_r: Annotated[FloatArray, "J"]
+    K: Annotated[FloatArray, "J"]
+    coordinates: Annotated[tuple[str, ...], "n"]
+    q: Annotated[FloatArray, "N n"]
+    qd: Annotated[FloatArray, "N n"]
+    qdd: Annotated[FloatArray, "N n"]
+    torque: Annotated[FloatArray, "N J"]
+    held: Annotated[BoolArray, "N J"]
 
     @property
     def columns(self) -> list[int]:

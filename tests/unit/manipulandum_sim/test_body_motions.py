@@ -8,7 +8,8 @@ from scipy.interpolate import make_interp_spline
 
 from armimpedance.errors import InputError
 from manipulandum_sim.body.draft import Draft, bump, step
-from manipulandum_sim.body.motions import MOTIONS, body_motion
+from manipulandum_sim.body.motions import MOTIONS
+from manipulandum_sim.body.performance import body_motion
 from manipulandum_sim.body.plan import centre_of_pressure
 from manipulandum_sim.body.subject import find_body_subject
 from manipulandum_sim.body.table import (

@@ -8,12 +8,8 @@ import pytest
 
 from armimpedance.arm.skeleton_model import skeleton_model
 from armimpedance.errors import InputError
-from manipulandum_sim.body.subject import (
-    body_subject,
-    find_body_subject,
-    inertial_parameters,
-    pseudo_inertia,
-)
+from manipulandum_sim.body.segments import inertial_parameters, pseudo_inertia
+from manipulandum_sim.body.subject import body_subject, find_body_subject
 from manipulandum_sim.tree_dynamics import marker_positions, move
 
 

@@ -2,48 +2,26 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
+from therapy_sessions import SPEED_DEG_S
 
 from manipulandum_sim.therapy.arm import pipe_arm
 from manipulandum_sim.therapy.device import RATE_HZ, therapy_device
-from manipulandum_sim.therapy.mockup import simulate_mockup
-from manipulandum_sim.therapy.plan import TherapyOptions
 from manipulandum_sim.therapy.record import SPEED_SHARE
-from manipulandum_sim.therapy.session import simulate_therapy, simulate_therapy_many
-from manipulandum_sim.therapy.subject import find_therapy_subject
 
-#: Three times as fast as the source's, for the sake of time.
-FAST = {"repetitions": 2, "speed_deg_s": 60.0}
-TOLD: list[tuple[int, int]] = []
-
-
-def toned():
-    """A patient with tone."""
-    tone = np.array([2.0, 0.5, 0.0, 0.0, 0.0])
-    return replace(find_therapy_subject("P4"), id="P4t", tone_Nm=tone)
-
-
-def singular():
-    """An able-bodied person whose horizontal rest angle leaves (4) no denominator."""
-    return replace(find_therapy_subject("S2"), id="S2m", rest_rad=np.array([1.0, np.pi / 4]))
+#: Columns of the trial table that tell a person's trials apart.
+KEYS = ("condition", "movement", "repetition")
 
 
 @pytest.fixture(scope="module")
-def sessions():
-    options = TherapyOptions(movements=("elevation", "horizontal", "lowering"), **FAST)
-    people = ["S1", "S4", "P6", toned(), singular()]
-    found = simulate_therapy_many(
-        people, 3, options=options, progress=lambda done, of: TOLD.append((done, of))
-    )
-    return {truth.subject: (recording, truth) for recording, truth in found}
+def sessions(therapy_people):
+    return therapy_people.sessions
 
 
 @pytest.fixture(scope="module")
-def mockup():
-    return simulate_mockup(seed=1, repetitions=1, speed_deg_s=50.0, horizontal_deg_s=50.0)
+def mockup(therapy_mockup):
+    return therapy_mockup
 
 
 def trials(recording, **keys):
@@ -69,12 +47,14 @@ def test_what_moves_robot_and_arm_comes_from_motor_and_person(sessions, mockup):
         np.testing.assert_allclose(m.tau_r + m.tau_h, m.motor + m.user, atol=1e-9)
 
 
-def test_a_batch_has_the_bits_of_a_session_alone(sessions):
-    recording, truth = sessions["S1"]
-    alone, exact = simulate_therapy(
-        subject="S1", seed=3, conditions=("active",), movements=("elevation",), **FAST
-    )
-    rows = trials(recording, condition="active", movement="elevation")
+def test_a_batch_has_the_bits_of_a_session_alone(sessions, therapy_alone):
+    alone, exact = therapy_alone
+    recording, truth = sessions[exact.subject]
+    rows = [
+        int(trials(recording, **dict(zip(KEYS, key, strict=True)))[0])
+        for key in alone.trials[list(KEYS)].itertuples(index=False)
+    ]
+    assert len(rows) == 12
     for i, row in enumerate(rows):
         for name in ("q", "qd", "qdd", "motor", "user", "friction", "arm", "passive"):
             whole, part = getattr(truth.motion, name), getattr(exact.motion, name)
@@ -165,7 +145,7 @@ def test_who_moves_freely_has_an_own_time(sessions):
         assert inside.min() >= SPEED_SHARE * speed.max() * (1 - 1e-9)
         assert inside.max() == speed.max()
     times = recording.trials["onset_s"]
-    assert times[trials(recording, condition="active")].nunique() == 6
+    assert times[trials(recording, condition="active")].nunique() == 9
     assert (times[trials(recording, condition="passive")] == 0.5).all()
 
 
@@ -215,7 +195,7 @@ def test_the_mock_up_needs_what_it_weighs(mockup):
         q, qdd = m.q[part], m.qdd[part, axis]
         if axis == 0:
             speed = np.rad2deg(np.abs(m.qd[part, axis]))
-            np.testing.assert_allclose(speed, 50.0, atol=2.0)
+            np.testing.assert_allclose(speed, SPEED_DEG_S, atol=2.0)
             # near level; the elbow gives way by a tenth of a degree
             near = np.abs(q[:, 0] - np.pi / 2) < 0.2
             assert near.any()
@@ -237,6 +217,7 @@ def test_truths_come_back_from_the_disk(sessions, tmp_path):
         np.testing.assert_array_equal(getattr(back, name), getattr(truth, name))
 
 
-def test_progress_ends_at_its_end(sessions):
-    assert TOLD[-1][0] == TOLD[-1][1]
-    assert [done for done, _ in TOLD] == sorted(done for done, _ in TOLD)
+def test_progress_ends_at_its_end(therapy_people):
+    told = therapy_people.told
+    assert told[-1][0] == told[-1][1]
+    assert [done for done, _ in told] == sorted(done for done, _ in told)

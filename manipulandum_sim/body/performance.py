@@ -1,0 +1,78 @@
+"""A motion, or still postures, as one person performs them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from armimpedance.arrays import FloatArray
+from armimpedance.errors import InputError
+from manipulandum_sim.body.draft import Draft
+from manipulandum_sim.body.motions import MOTIONS, ON_A_STAND
+from manipulandum_sim.body.plan import BodyMotion, realise
+from manipulandum_sim.body.restless import (
+    ARM_WAVES,
+    LEG_WAVES,
+    NECK_WAVES,
+    PELVIS_WAVES,
+    TRUNK_WAVES,
+    Waves,
+    background,
+)
+from manipulandum_sim.body.segments import SIDES
+from manipulandum_sim.body.subject import BodySubject
+
+
+def body_motion(
+    name: str, subject: BodySubject, rng: np.random.Generator, rate_hz: float = 100.0
+) -> BodyMotion:
+    """One of the motions as this person does it this time.
+
+    Parameters
+    ----------
+    name : str
+        Of `MOTIONS` or `ON_A_STAND`.
+    subject : BodySubject
+    rng : Generator
+        Of amplitudes, tempo and restlessness.
+    rate_hz : float
+
+    Raises
+    ------
+    InputError
+        There is no such motion, or so tall a step that a foot is out of reach.
+    """
+    known = MOTIONS | ON_A_STAND
+    if name not in known:
+        raise InputError(f"no motion {name!r}", expected=f"one of {', '.join(known)}")
+    compose, seconds = known[name]
+    draft = Draft(subject, seconds, rate_hz, rng)
+    compose(draft)
+    if name in MOTIONS:
+        background(draft)
+    return realise(draft.plan(standing=name in MOTIONS), subject)
+
+
+def still_postures(
+    subject: BodySubject, rng: np.random.Generator, rate_hz: float, postures: int, samples: int
+) -> list[BodyMotion]:
+    """Random postures held still on a stand: the pelvis tilted, all joints bent."""
+    time = np.arange(samples) / rate_hz
+    middle, size = _posture_ranges(subject)
+    motions = []
+    for posture in middle + size * rng.uniform(-1.5, 1.5, (postures, len(size))):
+        q = np.tile(posture, (samples, 1))
+        still = np.zeros_like(q)
+        none = np.full(samples, 0.5)
+        motions.append(BodyMotion(time, q, still, still, none, np.zeros((samples, 2, 3))))
+    return motions
+
+
+def _posture_ranges(subject: BodySubject) -> tuple[FloatArray, FloatArray]:
+    """Middle and amplitude (n,) of every coordinate."""
+    parts: dict[str, Waves] = {"trunk": TRUNK_WAVES, "neck": NECK_WAVES, "pelvis": PELVIS_WAVES}
+    parts |= dict.fromkeys(SIDES, ARM_WAVES | LEG_WAVES)
+    ranges = {f"{part}_{n}": w[:2] for part, waves in parts.items() for n, w in waves.items()}
+    ranges["pelvis_z"] = (0.55 * subject.height_m, 0.0)
+    values = [ranges.get(name, (0.0, 0.0)) for name in subject.skeleton.coordinates]
+    middle, size = np.array(values).T
+    return middle, size
