@@ -1,0 +1,171 @@
+"""Laws of the elbow's room, by its face: known joints come back, units change nothing."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from armimpedance.elbow import (
+    VARYING_METHODS,
+    JointSamples,
+    from_recording,
+    identify_elbow,
+    identify_varying,
+)
+from armimpedance.errors import RecordError
+from manipulandum_sim.elbow.bench import simulate_bench
+
+RATE = 1000.0
+JOINT = np.array([0.07, 0.6, 20.0])
+
+
+def samples_of(torque, angle, rate=RATE):
+    """Trials of equal length, one per row."""
+    torque, angle = np.atleast_2d(torque), np.atleast_2d(angle)
+    count, length = torque.shape
+    names = tuple(str(t) for t in range(1, count + 1))
+    offsets = length * np.arange(count + 1)
+    return JointSamples(rate, names, offsets, torque.ravel(), angle.ravel())
+
+
+def periodic(impedance, seed=0, seconds=16.0, end_hz=15.0, trials=1):
+    """Random torque (T, S) up to `end_hz`, and the angle of a joint with this Z(s), exactly."""
+    rng = np.random.default_rng(seed)
+    count = round(seconds * RATE)
+    f = np.fft.rfftfreq(count, 1 / RATE)
+    band = (f > 0) & (f <= end_hz)
+    drawn = rng.standard_normal((trials, 2, len(f)))
+    spectrum = band * (drawn[:, 0] + 1j * drawn[:, 1])
+    angle = np.zeros_like(spectrum)
+    angle[:, band] = spectrum[:, band] / impedance(2j * np.pi * f[band])
+    torque, angle = np.fft.irfft(spectrum, count), np.fft.irfft(angle, count)
+    scale = 1 / torque.std()
+    return scale * torque, scale * angle
+
+
+def joint(s):
+    return JOINT @ [s**2, s, np.ones_like(s)]
+
+
+def noisy(clean, snr_db, rng):
+    return clean + clean.std() * 10 ** (-snr_db / 20) * rng.standard_normal(clean.shape)
+
+
+@pytest.fixture(scope="module")
+def bench():
+    """Eight seconds at 40 dB with a slow course of B and K."""
+
+    def swing(t):
+        return 1 + 0.3 * np.sin(2 * np.pi * 0.3 * t)
+
+    recording, truth = simulate_bench(
+        0.07, lambda t: 0.6 * swing(t), lambda t: 20 * swing(t), snr_db=40.0, duration_s=8.0
+    )
+    return from_recording(recording), truth
+
+
+def amplitudes(samples):
+    t = np.arange(len(samples.torque)) / RATE
+    return np.stack(
+        [
+            0.3 + 0.2 * np.sin(2 * np.pi * 0.3 * t),
+            0.25 + 0.1 * np.sin(2 * np.pi * 0.37 * t + 1),
+        ],
+        axis=1,
+    )
+
+
+# Constant joints
+
+
+@pytest.mark.parametrize("delay_s", [0.05, 0.12])
+def test_a_late_answer_is_found_at_its_delay(delay_s):
+    def reflex(s):
+        return joint(s) + (0.4 * s + 6.0) * np.exp(-s * delay_s)
+
+    rng = np.random.default_rng(1)
+    torque, angle = periodic(reflex, trials=2)
+    fit = identify_elbow(samples_of(noisy(torque, 50, rng), noisy(angle, 50, rng)))
+    late = fit.details["feedback"]
+    assert late.delay_s == pytest.approx(delay_s, abs=0.011)
+    assert late.values[2] == pytest.approx(JOINT[2], rel=0.1)
+    np.testing.assert_allclose(late.answer, [0.4, 6.0], rtol=0.25)
+
+
+def test_units_of_torque_scale_all_three_parameters():
+    """Torque in other units: I, B, K, their errors and intervals are in those units."""
+    rng = np.random.default_rng(2)
+    torque, angle = periodic(joint)
+    torque, angle = noisy(torque, 35, rng), noisy(angle, 35, rng)
+    one, ten = (identify_elbow(samples_of(k * torque, angle)).parameters for k in (1.0, 16.0))
+    np.testing.assert_allclose(ten.values, 16 * one.values, rtol=1e-6)
+    np.testing.assert_allclose(ten.covariance, 256 * one.covariance, rtol=1e-4)
+
+
+def test_a_joint_behind_a_filter_is_told_from_a_joint():
+    """A filter of first order beside the joint: (2, 2, 0) holds the record, (2, 1, 0) does not."""
+
+    def behind(s):
+        return joint(s) / (1 + s / (2 * np.pi * 6))
+
+    rng = np.random.default_rng(3)
+    torque, angle = periodic(behind, trials=3)
+    fit = identify_elbow(samples_of(noisy(torque, 20, rng), noisy(angle, 45, rng)))
+    scores = {score.orders: score for score in fit.details["orders"]}
+    best, plain = scores[2, 2, 0], scores[2, 1, 0]
+    assert plain.squares > 1.5 * best.squares
+    assert plain.bic > best.bic
+
+
+def test_every_sample_kept_is_no_decimation():
+    rng = np.random.default_rng(4)
+    torque, angle = periodic(joint)
+    samples = samples_of(noisy(torque, 40, rng), noisy(angle, 40, rng))
+    one, three = (identify_elbow(samples, method="arx", decimation=k).preparation for k in (1, 3))
+    assert any("no decimation" in note for note in one)
+    assert not any("sample kept" in note for note in one)
+    assert any("every 3. sample kept, as asked" in note for note in three)
+
+
+@pytest.mark.parametrize("offsets", [[0, 0, 10], [0, 10, 10], [1, 5, 10], [0, 7, 5, 10]])
+def test_trials_without_samples_are_refused(offsets):
+    names = tuple(str(t) for t in range(len(offsets) - 1))
+    with pytest.raises(RecordError):
+        JointSamples(RATE, names, np.array(offsets), np.zeros(10), np.zeros(10))
+
+
+# Joints that vary
+
+
+@pytest.fixture(scope="module", params=list(VARYING_METHODS))
+def varying(request, bench):
+    """A method, its result on a grid of 50 ms, and the truth there."""
+    samples, truth = bench
+    options = {"amplitude": amplitudes(samples)} if request.param == "emg" else {}
+    made = identify_varying(samples, method=request.param, every_s=0.05, **options)
+    at = np.round(made.time_s * RATE).astype(int)
+    return request.param, made, {k: getattr(truth, k)[at] for k in "BK"}
+
+
+def test_the_grid_is_as_asked(varying):
+    _, made, _ = varying
+    # to the nearest sample of what is left after decimation
+    np.testing.assert_allclose(np.diff(made.time_s), 0.05, atol=0.004)
+
+
+@pytest.mark.parametrize("name", ["B", "K"])
+def test_errors_are_of_the_size_of_their_standard_errors(varying, name):
+    """Of B and of K alike; a curve of eight seconds holds some ten independent errors."""
+    _, made, truth = varying
+    low, high = made.band(name).T
+    half = (high - low) / 2
+    error = np.abs(getattr(made, name) - truth[name])
+    assert 0.05 < np.sqrt(np.mean((error / half) ** 2)) < 1.2
+
+
+def test_a_result_knows_its_parameters_by_name():
+    rng = np.random.default_rng(8)
+    torque, angle = periodic(joint)
+    fit = identify_elbow(samples_of(noisy(torque, 40, rng), noisy(angle, 40, rng)))
+    assert tuple(fit.parameters.names) == ("I", "B", "K")
+    np.testing.assert_allclose(fit.parameters.values, JOINT, rtol=0.02)
