@@ -95,15 +95,8 @@ def body(
     """
     chosen = method or METHODS.default
     _refuse_idle(chosen, prior, prior_sd_percent)
-    source = read(recording)
+    motion, notes = _motion(recording, longest_gap_s, progress)
     with naming(recording):
-        if isinstance(source, Recording):
-            raise InputError(
-                f"a recording of kind {source.kind!r}", expected="kind 'markers' or 'motion'"
-            )
-        motion, notes = motion_of(
-            source, longest_gap_s=longest_gap_s, forces=True, progress=progress
-        )
         choice = RowChoice.of(
             motion.skeleton,
             rows=rows,
@@ -123,6 +116,21 @@ def body(
             progress=progress,
         )
     return replace(fit, notes=notes)
+
+
+def _motion(
+    source: MotionRecording | MarkerRecording | PathLike,
+    longest_gap_s: float | None,
+    progress: Progress | None,
+) -> tuple[MotionRecording, tuple[str, ...]]:
+    """The joint motion and notes on it; markers without force plates are refused."""
+    recording = read(source)
+    with naming(source):
+        if isinstance(recording, Recording):
+            raise InputError(
+                f"a recording of kind {recording.kind!r}", expected="kind 'markers' or 'motion'"
+            )
+        return motion_of(recording, longest_gap_s=longest_gap_s, forces=True, progress=progress)
 
 
 def _refuse_idle(method: str, prior: Skeleton | None, prior_sd_percent: float | None) -> None:

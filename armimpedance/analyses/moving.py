@@ -55,9 +55,4 @@ def motion_of(
     if forces and recording.wrenches is None:
         raise InputError("markers without force plates", expected="the forces of all contacts")
     followed = joint_motion(recording, longest_gap_s=gap, progress=progress)
-    worst = int(followed.residual_rms_m.argmax())
-    note = (
-        f"skeleton follows {len(followed.names)} markers; {followed.names[worst]} worst, "
-        f"{1e3 * followed.residual_rms_m[worst]:.1f} mm rms"
-    )
-    return followed.motion, (note, *followed.warnings)
+    return followed.motion, followed.notes

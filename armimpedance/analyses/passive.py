@@ -128,9 +128,9 @@ def passive(
     if validate is None:
         return fits
     others, _, _ = _samples(validate, options)
+    named = isinstance(validate, str | os.PathLike)
     with naming(validate):
-        is_path = isinstance(validate, str | os.PathLike)
-        return fits.predicting(others, os.fspath(validate) if is_path else "another recording")
+        return fits.predicting(others, str(validate) if named else "another recording")
 
 
 def _samples(

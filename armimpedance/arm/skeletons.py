@@ -11,8 +11,6 @@ the thorax its middle and upper parts (omphalion to xiphoid to cervicale), the h
 the cervicale. The table has no breadths: .22 of the height between the shoulders' centres and .10
 between the hips', .039 from the ankle to the sole, which is rounded from Winter's Fig. 4.1, moved
 inwards from the skin.
-
-Marker sites are a laboratory's first guess: `mocap.calibrate_sites` finds a subject's own.
 """
 
 from __future__ import annotations
@@ -22,9 +20,10 @@ from typing import Final
 import numpy as np
 
 from armimpedance.arm.anthropometry import DE_LEVA, WINTER, SegmentRatios, two_link_arm
+from armimpedance.arm.marker_sites import SIDES, body_sites, elbow_sites
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
-from armimpedance.skeleton import Hinge, MarkerSite, Segment, Skeleton
+from armimpedance.skeleton import Hinge, Segment, Skeleton
 
 #: Winter: trunk, head and neck; length from hip to shoulder.
 _TRUNK: Final = SegmentRatios(0.578, 0.818 - 0.530, 0.66, 0.503)
@@ -86,37 +85,6 @@ _LIMBS: Final = (
     ("thorax", (("upper_arm", "shoulder"), ("forearm", "elbow"), ("hand", "wrist"))),
     ("pelvis", (("thigh", "hip"), ("shank", "knee"), ("foot", "ankle"))),
 )
-_SIDES: Final = {"right": -1.0, "left": 1.0}
-
-#: First guesses of the markers' places, fractions of the height.
-_MIDDLE_SITES: Final = {
-    "right_asis": ("pelvis", (0.055, -0.070, 0.055)),
-    "left_asis": ("pelvis", (0.055, 0.070, 0.055)),
-    "right_psis": ("pelvis", (-0.055, -0.028, 0.058)),
-    "left_psis": ("pelvis", (-0.055, 0.028, 0.058)),
-    "c7": ("thorax", (-0.045, 0.0, 0.255)),
-    "sternum": ("thorax", (0.070, 0.0, 0.160)),
-    "right_acromion": ("thorax", (-0.005, -0.115, 0.235)),
-    "left_acromion": ("thorax", (-0.005, 0.115, 0.235)),
-    "forehead": ("head", (0.058, 0.0, 0.105)),
-    "right_temple": ("head", (0.005, -0.045, 0.100)),
-    "left_temple": ("head", (0.005, 0.045, 0.100)),
-}
-#: On both sides; y counts outwards.
-_LIMB_SITES: Final = {
-    "upper_arm": ("upper_arm", (0.005, 0.030, -0.085)),
-    "epicondyle": ("upper_arm", (0.0, 0.024, -0.162)),
-    "radius": ("forearm", (0.020, 0.0, -0.148)),
-    "ulna": ("forearm", (-0.019, 0.004, -0.146)),
-    "knuckle_2": ("hand", (0.022, 0.010, -0.048)),
-    "knuckle_5": ("hand", (-0.020, 0.010, -0.043)),
-    "thigh": ("thigh", (0.020, 0.046, -0.120)),
-    "knee": ("thigh", (0.0, 0.032, -0.243)),
-    "shank": ("shank", (0.020, 0.028, -0.110)),
-    "malleolus": ("shank", (0.0, 0.022, -0.248)),
-    "heel": ("foot", (-0.034, 0.0, -0.018)),
-    "toe": ("foot", (0.085, 0.012, -0.022)),
-}
 
 
 def elbow_skeleton(
@@ -137,6 +105,10 @@ def elbow_skeleton(
     mass_kg, height_m : float
     upper_arm_m, forearm_hand_m : float, optional
         Measured lengths: shoulder to elbow, elbow to the grip's centre.
+
+    Returns
+    -------
+    Skeleton
 
     Raises
     ------
@@ -174,7 +146,15 @@ def elbow_skeleton(
             ),
         ),
     )
-    return Skeleton(segments, _elbow_sites(height_m, arm.upper_arm_m, wrist, arm.forearm_hand_m))
+    sites = elbow_sites(
+        hip_half_m=_HIP_BREADTH * height_m / 2.0,
+        shoulder_half_m=_SHOULDER_BREADTH * height_m / 2.0,
+        shoulder_m=_TRUNK.length * height_m,
+        upper_arm_m=arm.upper_arm_m,
+        wrist_m=wrist,
+        grip_m=arm.forearm_hand_m,
+    )
+    return Skeleton(segments, sites)
 
 
 def body_skeleton(mass_kg: float, height_m: float) -> Skeleton:
@@ -187,6 +167,10 @@ def body_skeleton(mass_kg: float, height_m: float) -> Skeleton:
     ----------
     mass_kg, height_m : float
 
+    Returns
+    -------
+    Skeleton
+
     Raises
     ------
     InputError
@@ -195,7 +179,7 @@ def body_skeleton(mass_kg: float, height_m: float) -> Skeleton:
     _check_person(mass_kg, height_m)
     segments = [*_column(mass_kg, height_m)]
     for root, limb in _LIMBS:
-        for side, sign in _SIDES.items():
+        for side, sign in SIDES.items():
             parent = root
             for name, joint in limb:
                 hinges = _hinges(f"{side}_{joint}", _JOINTS[joint], -sign)
@@ -203,7 +187,7 @@ def body_skeleton(mass_kg: float, height_m: float) -> Skeleton:
                 body = _limb_body(name, mass_kg, height_m)
                 segments.append(Segment(f"{side}_{name}", parent, place, hinges, *body))
                 parent = f"{side}_{name}"
-    return Skeleton(tuple(segments), _body_sites(height_m))
+    return Skeleton(tuple(segments), body_sites(height_m))
 
 
 def _check_person(mass_kg: float, height_m: float) -> None:
@@ -237,24 +221,6 @@ def _elbow_trunk(mass_kg: float, height_m: float) -> Segment:
     along = mass * (_HIP_BREADTH * height_m / 2.0) ** 2 / 2.0
     centre = np.array([0.0, 0.0, _TRUNK.com * length])
     return Segment("trunk", None, np.zeros(3), (), mass, centre, _rod(across, along))
-
-
-def _elbow_sites(
-    height_m: float, upper_arm_m: float, wrist_m: float, grip_m: float
-) -> tuple[MarkerSite, ...]:
-    top, side = _TRUNK.length * height_m, _SHOULDER_BREADTH * height_m / 2.0
-    hip = _HIP_BREADTH * height_m / 2.0
-    sites = {
-        "acromion_right": ("trunk", (0.0, -side, top + 0.03)),
-        "acromion_left": ("trunk", (0.0, side, top + 0.03)),
-        "upper_arm": ("right_upper_arm", (0.01, -0.045, -2.0 / 3.0 * upper_arm_m)),
-        "epicondyle": ("right_upper_arm", (0.0, -0.04, -upper_arm_m)),
-        "forearm": ("right_forearm", (-0.01, -0.035, -2.0 / 3.0 * wrist_m)),
-        "hand": ("right_forearm", (-0.02, 0.0, -grip_m)),
-        "iliac_right": ("trunk", (0.05, -hip, 0.08)),
-        "iliac_left": ("trunk", (0.05, hip, 0.08)),
-    }
-    return tuple(MarkerSite(n, segment, np.array(p)) for n, (segment, p) in sites.items())
 
 
 def _column(mass_kg: float, height_m: float) -> tuple[Segment, Segment, Segment]:
@@ -325,17 +291,3 @@ def _joint_place(name: str) -> FloatArray:
         return np.array([0.0, _HIP_HALF, 0.0])
     parent = {"forearm": "upper_arm", "hand": "forearm", "shank": "thigh", "foot": "shank"}[name]
     return np.array([0.0, 0.0, -BODY[parent].length])
-
-
-def _body_sites(height_m: float) -> tuple[MarkerSite, ...]:
-    sites = [
-        MarkerSite(name, segment, height_m * np.array(place))
-        for name, (segment, place) in _MIDDLE_SITES.items()
-    ]
-    for side, sign in _SIDES.items():
-        outwards = height_m * np.array([1.0, sign, 1.0])
-        sites += [
-            MarkerSite(f"{side}_{name}", f"{side}_{segment}", outwards * np.array(place))
-            for name, (segment, place) in _LIMB_SITES.items()
-        ]
-    return tuple(sites)

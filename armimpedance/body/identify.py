@@ -33,7 +33,6 @@ from armimpedance.body.rows import RowChoice
 from armimpedance.body.solution import Solution, WeightedSolution
 from armimpedance.errors import EstimationError, InputError, NotIdentifiableError
 from armimpedance.motion import MotionRecording
-from armimpedance.regression import Parameters
 from armimpedance.skeleton import Skeleton
 
 #: Draws of added noise: the mean shift is then known to .4 of its own spread.
@@ -116,14 +115,11 @@ def identify_body(
         recording, choice, base, least, block_s=block_s, trials=chosen.chosen
     )
     inflation = float(np.median(np.diag(robust) / np.diag(least.fit.covariance)))
-    noise = None
-    if draws:
-        fitted_motion = recording.select(chosen.chosen)
-        noise = _noise_shift(fitted_motion, choice, base, least, draws, progress)
+    fitted_motion = recording.select(chosen.chosen)
+    noise = _noise_shift(fitted_motion, choice, base, least, draws, progress)
     solution = Solution(least.values, least.fit.covariance, robust).without(noise)
-    given = WeightedSolution(
-        fitted, base, least, solution, inflation, noise, prior or skeleton, prior_sd
-    )
+    expected = (prior or skeleton, prior_sd)
+    given = WeightedSolution(fitted, base, least, solution, inflation, noise, *expected)
     if way.improve is not None:
         solution = way.improve(given)
     return _result(method, recording, choice, equations, chosen, given, solution)
@@ -166,7 +162,11 @@ def _noise_shift(
     least: BaseFit,
     draws: int,
     progress: Progress | None,
-) -> NoiseShift:
+) -> NoiseShift | None:
+    """What noise of the angles has done to the estimate; None where nothing is drawn."""
+    if not draws:
+        return None
+
     def again(recording: MotionRecording) -> FloatArray:
         return fit_base(body_equations(recording, choice), base, "levels").values
 
@@ -239,24 +239,17 @@ def _result(
     direct = given.equations.validate(phi)
     squares = (least.weights**2 * direct.squares).sum()
     left = (least.weights**2 * direct.residual_squares).sum()
-    warnings = list(least.fit.warnings)
+    warnings = least.fit.warnings
     if least.fit.cond_scaled > _POOR_CONDITION:
-        warnings.append(
+        poor = (
             f"the motions excite poorly (scaled condition {least.fit.cond_scaled:.0f}): small "
             "errors of the motion decide some parameters"
         )
+        warnings = (*warnings, poor)
     return BodyFit(
         method=method,
         base=base,
-        parameters=Parameters(
-            base.names,
-            base.units,
-            solution.values,
-            solution.robust,
-            "by blocks of time" if solution.phi_sd is None else "of data and prior",
-            least.fit.dof,
-            solution.covariance,
-        ),
+        parameters=solution.parameters(base, least.fit.dof),
         phi=solution.phi,
         phi_sd=solution.phi_sd,
         least=least.fit,
@@ -268,5 +261,5 @@ def _result(
         held_out=equations.subset(list(chosen.rest)).validate(phi) if chosen.rest else None,
         inflation=given.inflation,
         noise=given.noise,
-        warnings=tuple(warnings),
+        warnings=warnings,
     )

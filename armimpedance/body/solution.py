@@ -14,6 +14,7 @@ from armimpedance.body.equations import BodyEquations
 from armimpedance.body.estimate import BaseFit
 from armimpedance.body.parameters import inertial_parameters, moving_segments
 from armimpedance.errors import InputError
+from armimpedance.regression import Parameters
 from armimpedance.skeleton import Skeleton
 
 
@@ -37,6 +38,12 @@ class Solution:
             covariance=self.covariance + noise.covariance,
             robust=self.robust + noise.covariance,
         )
+
+    def parameters(self, base: BaseParameters, dof: float) -> Parameters:
+        """The base parameters with names, units and both covariances."""
+        kind = "by blocks of time" if self.phi_sd is None else "of data and prior"
+        texts = (base.names, base.units)
+        return Parameters(*texts, self.values, self.robust, kind, dof, self.covariance)
 
 
 @dataclass(frozen=True)

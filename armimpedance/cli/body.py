@@ -30,24 +30,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
     parser.add_argument("recording", metavar="RECORDING", type=Path)
     add_out(parser, "the base parameters and all that is known of them", FIT)
+    add_figure(parser, "the wrench and its prediction")
     parser.add_argument("--method", metavar="NAME", help=METHODS.listed())
     parser.add_argument(
         "--motions",
         default="4",
         metavar="N|all|NAMES",
         help="to fit: at most N, chosen by how they excite (default: 4), all, or these conditions",
-    )
-    parser.add_argument(
-        "--rows",
-        choices=("base", "all"),
-        help="base: the root's wrench alone (default of a body); all: every joint's torque too "
-        "(default of a robot)",
-    )
-    parser.add_argument(
-        "--cutoff-hz",
-        default="6",
-        metavar="HZ|none",
-        help="cut-off of the zero-phase low-pass (default: 6)",
     )
     parser.add_argument(
         "--prior-sd-percent",
@@ -61,6 +50,28 @@ def configure(parser: argparse.ArgumentParser) -> None:
         metavar="N",
         help="draws of added noise, to take off what the angles' own noise does (default: 6; 0: "
         "none)",
+    )
+    parser.add_argument(
+        "--what-shows",
+        action="store_true",
+        help="fit what these motions show instead of refusing where they show too little",
+    )
+    _configure_equations(parser)
+
+
+def _configure_equations(parser: argparse.ArgumentParser) -> None:
+    """Which rows and columns the equations have, and how the motion gets into them."""
+    parser.add_argument(
+        "--rows",
+        choices=("base", "all"),
+        help="base: the root's wrench alone (default of a body); all: every joint's torque too "
+        "(default of a robot)",
+    )
+    parser.add_argument(
+        "--cutoff-hz",
+        default="6",
+        metavar="HZ|none",
+        help="cut-off of the zero-phase low-pass (default: 6)",
     )
     parser.add_argument(
         "--term",
@@ -78,17 +89,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="a relaxed joint: its k, h and f are fitted too; may be given again",
     )
     parser.add_argument(
-        "--what-shows",
-        action="store_true",
-        help="fit what these motions show instead of refusing where they show too little",
-    )
-    parser.add_argument(
         "--longest-gap-s",
         type=float,
         metavar="S",
         help="longest loss of a marker to bridge (default: 0.2)",
     )
-    add_figure(parser, "the wrench and its prediction")
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -34,6 +34,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
     parser.add_argument("recording", metavar="RECORDING", type=Path)
     add_out(parser, "the parameters and all that is known of them", FIT)
+    add_figure(parser, "torque and its prediction")
+    parser.add_argument("--validate", type=Path, metavar="RECORDING", help="predict its torque too")
     parser.add_argument(
         "--rest-angle",
         action="append",
@@ -54,6 +56,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="an angle of the skeleton (default: its only elbow); may be given again",
     )
     parser.add_argument("--quadratic", action="store_true", help="fit K (q - q_r)^2 too")
+    _configure_reading(parser)
+
+
+def _configure_reading(parser: argparse.ArgumentParser) -> None:
+    """How the recording becomes angle and torque."""
     parser.add_argument(
         "--cutoff-hz",
         default="8",
@@ -79,8 +86,6 @@ def configure(parser: argparse.ArgumentParser) -> None:
         metavar="S",
         help="longest loss of a marker to bridge (default: 0.2)",
     )
-    parser.add_argument("--validate", type=Path, metavar="RECORDING", help="predict its torque too")
-    add_figure(parser, "torque and its prediction")
 
 
 def run(arguments: argparse.Namespace) -> int:

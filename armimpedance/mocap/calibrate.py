@@ -39,6 +39,10 @@ def calibrate_sites(
     segments : mapping str -> str, optional
         On which segment a marker sits that the skeleton does not know.
 
+    Returns
+    -------
+    Skeleton
+
     Raises
     ------
     InputError

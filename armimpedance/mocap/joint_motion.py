@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Final
+from typing import Annotated, Final
 
 import numpy as np
 
-from armimpedance.arrays import BoolArray, FloatArray, IntArray, frozen_array
+from armimpedance.arrays import BoolArray, FloatArray, FrozenRecord, IntArray
 from armimpedance.errors import EstimationError, InputError
 from armimpedance.mocap.gaps import BRIDGE_M, bridge, short_frames
 from armimpedance.mocap.kinematics import MarkerTree, marker_places, marker_tree
@@ -23,8 +23,8 @@ _STEEPEST_RAD: Final = np.deg2rad(80.0)
 _BLOCK_FRAMES: Final = 4096
 
 
-@dataclass(frozen=True)
-class MarkerFit:
+@dataclass(frozen=True, repr=False, eq=False)
+class MarkerFit(FrozenRecord):
     """Joint motion, and how well the skeleton follows the markers.
 
     Attributes
@@ -44,22 +44,25 @@ class MarkerFit:
     """
 
     motion: MotionRecording
-    names: tuple[str, ...]
-    residual_rms_m: FloatArray
-    bridged: BoolArray
-    free: FloatArray
-    steps: IntArray
+    names: Annotated[tuple[str, ...], "P"]
+    residual_rms_m: Annotated[FloatArray, "P"]
+    bridged: Annotated[BoolArray, "N"]
+    free: Annotated[FloatArray, "n"]
+    steps: Annotated[IntArray, "N"]
     warnings: tuple[str, ...] = ()
 
-    def __post_init__(self) -> None:
-        put = object.__setattr__
-        samples = len(self.motion.time_s)
-        rms = frozen_array(self.residual_rms_m, "residual_rms_m", (len(self.names),))
-        put(self, "residual_rms_m", rms)
-        put(self, "bridged", frozen_array(self.bridged, "bridged", (samples,), np.bool_))
-        put(self, "steps", frozen_array(self.steps, "steps", (samples,), np.int64))
-        coordinates = len(self.motion.skeleton.coordinates)
-        put(self, "free", frozen_array(self.free, "free", (coordinates,)))
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """How well the skeleton follows the markers, and the warnings."""
+        worst = int(self.residual_rms_m.argmax())
+        follows = (
+            f"skeleton follows {len(self.names)} markers; {self.names[worst]} worst, "
+            f"{1e3 * self.residual_rms_m[worst]:.1f} mm rms"
+        )
+        return (follows, *self.warnings)
+
+    def __repr__(self) -> str:
+        return "\n".join(self.notes[:12])
 
 
 def joint_motion(
@@ -91,6 +94,10 @@ def joint_motion(
     progress : function, optional
         Called with how many frames are done, of how many.
 
+    Returns
+    -------
+    MarkerFit
+
     Raises
     ------
     InputError
@@ -101,11 +108,7 @@ def joint_motion(
     skeleton = skeleton or markers.skeleton
     if skeleton is None:
         raise InputError("no skeleton with the markers", expected="skeleton.json, or a skeleton")
-    names = tuple(n for n in markers.names if n in skeleton.marker_names)
-    if not names:
-        known = ", ".join(skeleton.marker_names) or "none"
-        expected = f"some of {known}"
-        raise InputError("no marker that the skeleton has a site for", expected=expected)
+    names = _known(markers, skeleton)
     tree = marker_tree(skeleton, names)
     targets = markers.positions[:, [markers.names.index(n) for n in names]]
     rest = _natural_posture(skeleton, natural or {})
@@ -132,6 +135,16 @@ def joint_motion(
     warnings = _warnings(skeleton, q, postures, short)
     free = postures.free.mean(axis=0)
     return MarkerFit(motion, names, _rms(distance), short, free, postures.steps, warnings)
+
+
+def _known(markers: MarkerRecording, skeleton: Skeleton) -> tuple[str, ...]:
+    """The markers that the skeleton has a site for."""
+    names = tuple(n for n in markers.names if n in skeleton.marker_names)
+    if not names:
+        known = ", ".join(skeleton.marker_names) or "none"
+        expected = f"some of {known}"
+        raise InputError("no marker that the skeleton has a site for", expected=expected)
+    return names
 
 
 def _natural_posture(skeleton: Skeleton, angles: Mapping[str, float]) -> FloatArray:

@@ -7,11 +7,12 @@ see `armimpedance.skeleton`.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
+from itertools import count
+from typing import Annotated, Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
+from armimpedance.arrays import BoolArray, FloatArray, FrozenRecord, IntArray
 from armimpedance.skeleton import MarkerSite, Skeleton
 
 _UNIT: Final = np.eye(3)
@@ -30,7 +31,7 @@ class Turn:
 
 
 @dataclass(frozen=True)
-class MarkerTree:
+class MarkerTree(FrozenRecord):
     """A skeleton as its markers need it.
 
     Attributes
@@ -49,14 +50,14 @@ class MarkerTree:
     """
 
     skeleton: Skeleton
-    sites: tuple[MarkerSite, ...]
-    parents: tuple[int, ...]
-    turns: tuple[tuple[Turn, ...], ...]
-    segment: np.ndarray
-    moves: np.ndarray
+    sites: Annotated[tuple[MarkerSite, ...], "P"]
+    parents: Annotated[tuple[int, ...], "S"]
+    turns: Annotated[tuple[tuple[Turn, ...], ...], "S"]
+    segment: Annotated[IntArray, "P"]
+    moves: Annotated[BoolArray, "n P"]
 
     @property
-    def angles(self) -> np.ndarray:
+    def angles(self) -> BoolArray:
         """Which coordinates (n,) are hinges: all but a floating root's."""
         hinges = np.ones(len(self.skeleton.coordinates), bool)
         hinges[: len(self.skeleton.root_coordinates)] = False
@@ -75,22 +76,32 @@ def marker_tree(skeleton: Skeleton, names: tuple[str, ...] | None = None) -> Mar
     sites = tuple(by_name[name] for name in names or skeleton.marker_names)
     segment = np.array([skeleton.index(site.segment) for site in sites], dtype=np.int64)
     parents = tuple(-1 if s.parent is None else skeleton.index(s.parent) for s in skeleton.segments)
-    turns: list[tuple[Turn, ...]] = []
-    ancestors: list[set[int]] = []
-    next_ = 3 if skeleton.floating else 0
-    for i, body in enumerate(skeleton.segments):
-        axes = [np.array(hinge.axis) for hinge in body.hinges]
-        if i == 0 and skeleton.floating:
-            axes = [np.array(axis) for axis in _ROOT_AXES]
-        turns.append(tuple(_turn(j, axis) for j, axis in enumerate(axes, start=next_)))
-        next_ += len(axes)
-        above = set() if parents[i] < 0 else ancestors[parents[i]]
-        ancestors.append(above | {turn.coordinate for turn in turns[i]})
-    moves = np.zeros((len(skeleton.coordinates), len(sites)), bool)
+    turns = _turns(skeleton)
+    moves = _movers(skeleton, parents, turns)[:, segment]
+    return MarkerTree(skeleton, sites, parents, turns, segment, moves)
+
+
+def _turns(skeleton: Skeleton) -> tuple[tuple[Turn, ...], ...]:
+    """The angles of each segment, from its parent outwards."""
+    axes = [[hinge.axis for hinge in segment.hinges] for segment in skeleton.segments]
+    number = count(0)
+    if skeleton.floating:
+        axes[0] = [np.array(axis) for axis in _ROOT_AXES]
+        number = count(3)
+    return tuple(tuple(_turn(next(number), axis) for axis in own) for own in axes)
+
+
+def _movers(
+    skeleton: Skeleton, parents: tuple[int, ...], turns: tuple[tuple[Turn, ...], ...]
+) -> BoolArray:
+    """Which of the coordinates move which segment, (n, S)."""
+    moves = np.zeros((len(skeleton.coordinates), len(turns)), bool)
     moves[: 3 if skeleton.floating else 0] = True
-    for marker, body_index in enumerate(segment):
-        moves[sorted(ancestors[body_index]), marker] = True
-    return MarkerTree(skeleton, sites, parents, tuple(turns), segment, moves)
+    for i, (parent, own) in enumerate(zip(parents, turns, strict=True)):
+        if parent >= 0:
+            moves[:, i] = moves[:, parent]
+        moves[[turn.coordinate for turn in own], i] = True
+    return moves
 
 
 def marker_places(tree: MarkerTree, q: FloatArray) -> FloatArray:

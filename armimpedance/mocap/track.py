@@ -88,9 +88,9 @@ def _chains(
     first = [int(np.argmax(seen[rows])) for rows in anchors]
     frames = np.array([rows[i] for rows, i in zip(anchors, first, strict=True)])
     begin = _first_postures(tree, targets[frames], natural)
-    found = [np.empty((len(rows), len(natural))) for rows in anchors]
+    chain = [np.empty((len(rows), len(natural))) for rows in anchors]
     for t, i in enumerate(first):
-        found[t][i] = begin[t]
+        chain[t][i] = begin[t]
     longest = max(len(rows) for rows in anchors)
     for away in range(1, longest):
         steps = [
@@ -100,12 +100,12 @@ def _chains(
         if not here:
             break
         rows = np.array([anchors[t][i] for t, i, _ in here])
-        start = np.array([found[t][before] for t, _, before in here])
+        start = np.array([chain[t][before] for t, _, before in here])
         lost = _lost(targets[rows])
         fitted = fit_postures(tree, targets[rows], start, _centre(tree, natural, start, lost))
         for (t, i, _), q in zip(here, fitted.q, strict=True):
-            found[t][i] = q
-    return list(zip(anchors, found, strict=True))
+            chain[t][i] = q
+    return list(zip(anchors, chain, strict=True))
 
 
 def _first_postures(tree: MarkerTree, targets: FloatArray, natural: FloatArray) -> FloatArray:
@@ -149,9 +149,9 @@ def _root_starts(tree: MarkerTree, target: FloatArray, natural: FloatArray) -> F
     seen = ~np.isnan(target[:, 0])
     on_root = seen & (tree.segment == 0)
     sites = np.array([site.position_m for site in tree.sites])
-    found = rigid_motion(sites[on_root], target[on_root])
-    if found is not None:
-        return np.tile(root_coordinates(*found), (_STARTS, 1))
+    placed = rigid_motion(sites[on_root], target[on_root])
+    if placed is not None:
+        return np.tile(root_coordinates(*placed), (_STARTS, 1))
     # No three markers on the root: all markers as they lie at zero coordinates, in any heading.
     zero = natural.copy()
     zero[:6] = 0.0

@@ -15,6 +15,7 @@ import numpy as np
 from armimpedance.arrays import FloatArray, FrozenRecord, IntArray
 from armimpedance.errors import InputError, RecordError
 from armimpedance.passive.hinge import HingeDynamics
+from armimpedance.trials import check_rate, trial_slices
 
 
 @dataclass(frozen=True)
@@ -64,8 +65,7 @@ class PassiveSamples(FrozenRecord):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not (np.isfinite(self.sample_rate_hz) and self.sample_rate_hz > 0):
-            raise RecordError(f"sample rate {self.sample_rate_hz} Hz", expected="a positive number")
+        check_rate(self.sample_rate_hz)
         if len(self.offsets) < 2 or self.offsets[0] != 0 or (np.diff(self.offsets) <= 0).any():
             raise RecordError("a trial has no samples", expected="rising offsets from 0")
         if self.offsets[-1] != len(self.q):
@@ -80,10 +80,9 @@ class PassiveSamples(FrozenRecord):
         """Number of trials T."""
         return len(self.offsets) - 1
 
-    def slices(self) -> tuple[slice, ...]:
+    def slices(self) -> list[slice]:
         """The samples of each trial."""
-        edges = self.offsets.tolist()
-        return tuple(slice(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True))
+        return trial_slices(self.offsets)
 
     def joint(self, name: str) -> int:
         """Which column bears this joint's name.
@@ -116,7 +115,7 @@ class PassiveSamples(FrozenRecord):
             **self._signals(index),
         )
 
-    def _signals(self, at: Any) -> dict[str, FloatArray | None]:
+    def _signals(self, at: Any) -> dict[str, Any]:
         """A part of every signal (N, j)."""
         names = ("q", "qd", "torque", "measured_q", "qdd", "measured_torque")
         signals = {name: getattr(self, name) for name in names}
