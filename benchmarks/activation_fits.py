@@ -38,10 +38,8 @@ from armimpedance.muscles import (
     fit_activation_model,
     fit_muscle_model,
     fit_posture_model,
-    joint_columns,
     joint_rows,
     matrix,
-    muscle_patterns,
     triple,
 )
 from manipulandum_sim.hand import (
@@ -184,10 +182,16 @@ class Report:
         print(f"{title:52s} {text}  {verdict}", flush=True)
 
 
+def patterns(q: np.ndarray) -> np.ndarray:
+    """What 1 N/m of each muscle adds to ss, se, ee at postures (..., 2), (..., m, 3)."""
+    G = PLANAR6.paths.moment_arms(q)
+    return triple(G[..., :, None] * G[..., None, :])
+
+
 def identifiability(study: Study, report: Report) -> None:
     """Condition of experiment 3, rank of experiment 2."""
     q = study.truths[FORCE].posture[0]
-    A = muscle_patterns(PLANAR6, q, curvature=False, stiffness_per_tension=75.0)
+    A = patterns(q)
     for N in (1, 2, 3):
         model = fit_activation_model(study.rows((FORCE,), 0), PLANAR6, order=N)
         asked, got = ASKED_CONDITION[N - 1], model.summary.cond_scaled
@@ -195,7 +199,8 @@ def identifiability(study: Study, report: Report) -> None:
         report.say(
             f"condition, experiment 3, N = {N}", f"{got:.1f}, asked {asked:g} / 2 to x 2", met
         )
-        X = joint_columns(study.truths[COCONTRACTION].activation, A, N)[..., 3:].reshape(-1, 6 * N)
+        alpha = study.truths[COCONTRACTION].activation[:, None, :, None]
+        X = (A.T[:, :, None] * alpha ** np.arange(1, N + 1)).reshape(-1, 6 * N)
         s = np.linalg.svd(X / np.linalg.norm(X, axis=0))[1]
         rank = int((s > 1e-3 * s[0]).sum())
         try:
@@ -397,11 +402,10 @@ def hand_errors(
     K, B = study.truth_at(q, alpha)
     posture = fit_posture_model(relaxed, order=1).predict(q)
     full = PLANAR6.max_tension * 75.0 * alpha
-    patterns = muscle_patterns(PLANAR6, q, curvature=False, stiffness_per_tension=75.0)
     guesses = (
         model.predict(q, alpha).stiffness,
         posture.stiffness,
-        np.einsum("pm,pme->pe", full, patterns) + REST_K,
+        np.einsum("pm,pme->pe", full, patterns(q)) + REST_K,
     )
     true = geometry(at_hand(known(q, (K, B)), arm).stiffness_matrices)
     errors = []

@@ -23,17 +23,16 @@ from tqdm import tqdm
 
 from armimpedance.impedance import Group, Options, estimate, estimate_window
 from armimpedance.planning import (
-    NOMINAL,
+    SHAPES,
     Goal,
     Limits,
     PlannedArm,
     PlannedMotion,
-    Precision,
     Profile,
     Setting,
     design,
+    noise_named,
     precision,
-    shape_named,
 )
 from manipulandum_sim.hand import Servo, simulate_condition
 
@@ -52,7 +51,7 @@ ASKED_TRIALS = {0.3: 0.2, 0.15: 0.35}
 ASKED_ACCELERATION = 5.3
 WEIGHTED = Options(method="weighted")
 #: The linear limb's tremor is 0.08 N rms, the simulator's has that amplitude.
-LIMB_NOISE = replace(NOMINAL, tremor=0.08 * np.sqrt(2))
+LIMB_NOISE = replace(noise_named("nominal"), tremor=0.08 * np.sqrt(2))
 
 
 def rmse(made: list, truth: np.ndarray) -> np.ndarray:
@@ -80,10 +79,11 @@ def on_subject(shape: str, duration: float, repeats: int) -> np.ndarray:
     return rmse(estimate(recording, options=WEIGHTED), true)
 
 
-def promised(shape: str, duration: float) -> Precision:
-    """The bound on the linear limb, with its noise."""
+def promised(shape: str, duration: float) -> np.ndarray:
+    """The bound on the linear limb with its noise: relative errors of M, B, K in one trial."""
     setting = Setting(PlannedArm(LINEAR), LIMB_NOISE)
-    return precision(PlannedMotion(setting, Profile(shape_named(shape), 0.005, duration)))
+    motion = PlannedMotion(setting, Profile(SHAPES.named(shape), 0.005, duration))
+    return precision(motion).relative_sd
 
 
 def report(name: str, shown: str, asked: str = "", met: bool = True) -> bool:
@@ -95,7 +95,7 @@ def report(name: str, shown: str, asked: str = "", met: bool = True) -> bool:
 
 def relaxed(shape: str, duration: float) -> float:
     """Sd of K of one trial, as a part of K, on the planner's own arm."""
-    motion = PlannedMotion(Setting(), Profile(shape_named(shape), 0.005, duration))
+    motion = PlannedMotion(Setting(), Profile(SHAPES.named(shape), 0.005, duration))
     return float(precision(motion).relative_sd[2])
 
 
@@ -125,7 +125,7 @@ def main() -> int:
     print(f"M/B/K, %, {repeats} experiments of {TRIALS} disturbances")
     for shape, duration in CASES:
         title = f"{shape}, {duration:g} s"
-        bound = 100 * bounds[shape, duration].relative_sd / np.sqrt(TRIALS)
+        bound = 100 * bounds[shape, duration] / np.sqrt(TRIALS)
         report(f"{title}: bound, linear limb", "/".join(f"{v:.2f}" for v in bound))
         for limb, run in (("linear limb", on_linear_limb), ("subject, 20 kN/m", on_subject)):
             found = run(shape, duration, repeats)

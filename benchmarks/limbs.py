@@ -8,7 +8,7 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.impedance import ModalEquation, bound, modal_equation, through_impedance
-from armimpedance.planning import Profile, shape_named
+from armimpedance.planning import SHAPES, Profile
 from armimpedance.records import Window
 from armimpedance.signals import cut_windows, position_noise
 from manipulandum_sim.hand import simulate_condition
@@ -38,7 +38,7 @@ def linear_window(
     """One experiment on the linear limb, with the same kinds of noise as the simulator."""
     rng = np.random.default_rng(np.random.SeedSequence(7, spawn_key=(seed,)))
     t = np.arange(-rest, duration + rest + 1e-9, 1 / RATE)
-    moved = Profile(shape_named(shape), 0.005, duration).at(t)
+    moved = Profile(SHAPES.named(shape), 0.005, duration).at(t)
     angle = np.arange(trials) * np.pi / 4
     u = np.column_stack([np.cos(angle), np.sin(angle)])[:, None, :]
     force = -sum(x[None, :, None] * u @ m.T for x, m in zip(moved[::-1], LINEAR, strict=True))

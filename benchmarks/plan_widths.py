@@ -26,14 +26,14 @@ from limbs import LINEAR, linear_window
 from armimpedance.ellipses import ellipse_of
 from armimpedance.impedance import Group, estimate, estimate_window
 from armimpedance.planning import (
-    NOISE_LEVELS,
+    SHAPES,
     PlannedArm,
     PlannedMotion,
     Profile,
     Servo,
     Setting,
+    noise_named,
     precision,
-    shape_named,
 )
 from armimpedance.records import ImpedanceEstimate
 from armimpedance.regression import t_interval
@@ -119,11 +119,11 @@ def widths_of(made: ImpedanceEstimate) -> np.ndarray:
 
 def promised(case: Case, arm: np.ndarray) -> np.ndarray:
     """The same five of the plan."""
-    noise = NOISE_LEVELS[case.noise]
+    noise = noise_named(case.noise)
     if case.limb == "linear" and case.noise == "nominal":
         noise = LIMB_NOISE
     setting = Setting(PlannedArm(arm), noise, Servo(case.servo, ROBOT_KG))
-    profile = Profile(shape_named(case.shape), 0.005, case.duration)
+    profile = Profile(SHAPES.named(case.shape), 0.005, case.duration)
     found = precision(PlannedMotion(setting, profile))
     n = case.trials
     elements = found.half_widths(n).mean(axis=(1, 2))

@@ -25,26 +25,16 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import ndtri, stdtrit
 from tqdm import tqdm
 
 from armimpedance.muscles import (
-    STRUCTURES,
     AngleScaling,
     GramProgram,
+    JointPrediction,
     JointRows,
-    PostureData,
     Region,
-    choose,
-    exponents,
-    fit_polynomial,
     fit_posture_model,
     matrix,
-    measured_scaling,
-    monomials,
-    posterior,
-    smallest_eigenvalues,
-    stiffness_data,
     triple,
 )
 from armimpedance_figures.tsuji1997.study import study
@@ -76,7 +66,7 @@ def measured_postures() -> np.ndarray:
 
 
 POSTURES = measured_postures()
-SCALING = measured_scaling(POSTURES)
+SCALING = AngleScaling.of(POSTURES)
 
 
 def stiffness(factor: np.ndarray) -> np.ndarray:
@@ -155,14 +145,10 @@ class Score:
     held: list[np.ndarray]
     indefinite: list[np.ndarray]
 
-    def add(
-        self, C: np.ndarray, V: np.ndarray, dof: float, X: np.ndarray, true: np.ndarray
-    ) -> None:
-        terms, fitted = len(C), X @ C
-        sd = [np.sqrt(np.einsum("pt,tv,pv->p", X, v, X)) for v in blocks(V, terms)]
-        reach = ndtri(0.975) if np.isinf(dof) else stdtrit(dof, 0.975)
+    def add(self, predicted: JointPrediction, true: np.ndarray) -> None:
+        fitted = predicted.stiffness
         self.squared.append((fitted - true) ** 2)
-        self.held.append(np.abs(fitted - true) <= reach * np.stack(sd, axis=1))
+        self.held.append(np.abs(fitted - true) <= predicted.half_width("stiffness"))
         self.indefinite.append(smallest_eigenvalues(fitted) < ASKED_EIGENVALUE)
 
     def rmse(self, where: np.ndarray) -> float:
@@ -175,49 +161,26 @@ class Score:
         return 100 * float(np.mean([i[where].mean() for i in self.indefinite]))
 
 
-def blocks(V: np.ndarray, terms: int) -> list[np.ndarray]:
-    return [V[j * terms : (j + 1) * terms, j * terms : (j + 1) * terms] for j in range(3)]
+def smallest_eigenvalues(triples: np.ndarray) -> np.ndarray:
+    return np.linalg.eigvalsh(matrix(triples))[..., 0]
 
 
 def scores(truth: Truth, postures: np.ndarray, repeats: int, at: Places) -> dict[str, Score]:
     """All models on the same noisy data."""
-    scaling = measured_scaling(postures)
-    u = scaling.scaled(at.q)
     true, k = triple(truth(at.q)), triple(truth(postures))
-    powers = exponents(4)
-    programs = {
-        name: GramProgram(STRUCTURES[s](2), scaling.scaled(postures), powers)
-        for name, s in (("sos", "full"), ("separable", "separable"), ("box", "box"))
-    }
     found: dict[str, Score] = {}
+    cases = [(f"least squares, L = {order}", "polynomial", order, True) for order in (0, 1, 2)]
+    cases += [(f"{name}, L = 2", name, 2, True) for name in ("sos", "separable", "box")]
+    cases += [("sos, L = 2, sd not told", "sos", 2, False)]
     for seed in tqdm(range(repeats), disable=None, leave=False):
         K = matrix(k + np.random.default_rng(seed).normal(0, SD, k.shape))
-        rows = JointRows(postures, K, K, np.full(K.shape, SD), np.full(K.shape, SD))
-        known = stiffness_data(rows, scaling)
-        blind = PostureData("K", known.scaled, known.measured, known.values, None)
-        for order in (0, 1, 2):
-            fit = fit_polynomial(known, order, np.random.default_rng(0), lambda _d, _t: None)
-            score = found.setdefault(f"least squares, L = {order}", Score([], [], []))
-            score.add(fit.coefficients, fit.covariance, fit.dof, monomials(u, fit.powers), true)
-        X = monomials(u, powers)
-        for name, program in programs.items():
-            add_sos(found, f"{name}, L = 2", program, known, X, true)
-        add_sos(found, "sos, L = 2, sd not told", programs["sos"], blind, X, true)
+        sd = np.full(K.shape, SD)
+        told, blind = JointRows(postures, K, K, sd, sd), JointRows(postures, K, K)
+        for name, model, order, known in cases:
+            rows = told if known else blind
+            made = fit_posture_model(rows, order=order, model=model, judged=False)
+            found.setdefault(name, Score([], [], [])).add(made.predict(at.q), true)
     return found
-
-
-def add_sos(
-    found: dict[str, Score],
-    name: str,
-    program: GramProgram,
-    data: PostureData,
-    X: np.ndarray,
-    true: np.ndarray,
-) -> None:
-    made = choose(program, data)
-    covariance, dof = posterior(made.tangent, data)
-    score = found.setdefault(name, Score([], [], []))
-    score.add(made.solution.coefficients, covariance, dof, X, true)
 
 
 def noise_free_rows() -> Iterator[Row]:
@@ -240,11 +203,11 @@ def time_rows() -> Iterator[Row]:
     """One solution of the program for 20 postures; cvxpy is imported before."""
     import cvxpy  # noqa: F401
 
-    u, powers = SCALING.scaled(POSTURES), exponents(4)
+    u = SCALING.scaled(POSTURES)
     k = triple(TRUTHS["cosine"](POSTURES)) + np.random.default_rng(0).normal(0, SD, (20, 3))
     w = np.ones((20, 3))
     for structure in ("full", "box", "separable"):
-        program = GramProgram(STRUCTURES[structure](2), u, powers)
+        program = GramProgram.of(structure, 2, u)
         start = time.perf_counter()
         program.solve(k, w, 1.0)
         first = 1e3 * (time.perf_counter() - start)
@@ -266,7 +229,7 @@ def noisy_rows(repeats: int) -> Iterator[Row]:
         yield from error_rows(f"{name} arms", found, at, asked=True)
     rng = np.random.default_rng(7)
     spread = SCALING.angles(rng.uniform(-1, 1, (20, 2)))
-    at = places(measured_scaling(spread), spread)
+    at = places(AngleScaling.of(spread), spread)
     for name, truth in TRUTHS.items():
         found = scores(truth, spread, repeats // 4, at)
         yield from error_rows(f"{name} arms, postures anywhere in the box", found, at, asked=False)

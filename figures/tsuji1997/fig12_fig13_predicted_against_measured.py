@@ -8,7 +8,7 @@ import numpy as np
 from scipy.special import stdtrit
 
 from armimpedance.arrays import FloatArray
-from armimpedance.muscles import ELEMENTS, JointPrediction, triple, triple_sd
+from armimpedance.muscles import ELEMENTS, JointPrediction
 from armimpedance.plots import (
     TWO_COLUMNS_IN,
     new_figure,
@@ -34,7 +34,7 @@ def draw(fits: OverActivation) -> Figure:
         figure = new_figure(TWO_COLUMNS_IN, 5.0)
         axes = figure.subplots(2, 3)
         for row, (symbol, which, unit) in zip(axes, MATRICES, strict=True):
-            measured, half = _measured(fits, which)
+            measured, half = _measured(fits, symbol)
             for i, (ax, element) in enumerate(zip(row, ELEMENTS, strict=True)):
                 plot_predicted_against_measured(
                     getattr(prediction, which)[:, i],
@@ -55,11 +55,11 @@ def _prediction(fits: OverActivation) -> JointPrediction:
     return fits.ours[fits.drawn_order].predict(fits.rows.activation)  # type: ignore[arg-type]
 
 
-def _measured(fits: OverActivation, which: str) -> tuple[FloatArray, FloatArray]:
+def _measured(fits: OverActivation, symbol: str) -> tuple[FloatArray, FloatArray]:
     """Elements (P, 3) and half-widths of their 95 % intervals."""
-    values, sd = getattr(fits.rows, which), getattr(fits.rows, f"{which}_sd")
+    values, sd = fits.rows.elements(symbol)
     dof = np.array([e.dof for one in fits.studied for e in one.joint])
-    return triple(values), stdtrit(dof, 0.975)[:, None] * triple_sd(values, sd)
+    return values, stdtrit(dof, 0.975)[:, None] * np.asarray(sd)
 
 
 def _groups(fits: OverActivation) -> list[str]:
@@ -78,7 +78,7 @@ def table(fits: OverActivation) -> list[list[str]]:
     rows = [[*header, "measured_half_width", "predicted_half_width"]]
     groups = _groups(fits)
     for symbol, which, unit in MATRICES:
-        measured, half = _measured(fits, which)
+        measured, half = _measured(fits, symbol)
         model, model_half = getattr(prediction, which), prediction.half_width(which)
         for p, name in enumerate(fits.rows.labels):
             for i, element in enumerate(ELEMENTS):

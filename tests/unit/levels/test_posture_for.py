@@ -51,7 +51,7 @@ def test_a_subject_without_mass_has_a_posture_without_inertia():
 
 
 def test_what_is_missing_is_named():
-    with pytest.raises(InputError, match="no arm"):
+    with pytest.raises(InputError, match="the arm is not known"):
         arm_posture_for(estimate(joint_angles=Q))
     with pytest.raises(InputError, match="upper_arm_m"):
         arm_posture_for(estimate(joint_angles=Q), Subject("C"))
