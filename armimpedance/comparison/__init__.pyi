@@ -1,18 +1,16 @@
 from .compare import Pair as Pair, compare as compare
-from .differences import Change as Change, changes as changes
+from .differences import changes as changes
 from .discrimination import (
     Discrimination as Discrimination,
     Group as Group,
     discriminate_groups as discriminate_groups,
 )
-from .distance import upper_elements as upper_elements
 from .groups import (
     ComparedGroup as ComparedGroup,
     groups_of_estimates as groups_of_estimates,
     groups_of_recording as groups_of_recording,
     name_of as name_of,
 )
-from .matrix_test import MATRIX_NAMES as MATRIX_NAMES, MatrixTest as MatrixTest
 from .parametric import parametric_test as parametric_test
 from .permutation import permutation_test as permutation_test
 from .subjects import (

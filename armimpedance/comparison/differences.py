@@ -13,27 +13,48 @@ of the two has no orientation, the change may be anything: -90 to 90 degrees.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Final, Literal
+from dataclasses import dataclass, replace
+from typing import Any, Final, Literal, Self
 
 import numpy as np
 from scipy.special import stdtrit
 
 from armimpedance.comparison.distance import upper_elements
 from armimpedance.conventions import MATRICES, UNITS
-from armimpedance.ellipses import Ellipse, Which, ellipse_of
+from armimpedance.ellipses import FIELDS, Ellipse, Which, ellipse_of
 from armimpedance.errors import InputError
 from armimpedance.records import ImpedanceEstimate
 
 Kind = Literal["difference", "ratio"]
 
 LEVEL: Final = 0.95
-#: The three matrices, in the order of the covariance.
-FIELDS: Final[tuple[Which, ...]] = ("inertia", "viscosity", "stiffness")
+#: Fields of a change that are angles where its quantity is one.
+_ANGLES: Final = (
+    *("first", "second", "value", "low", "high", "sd"),
+    *("between_sd", "between_low", "between_high"),
+)
+
+
+class InUnits:
+    """A quantity whose angles can be shown in degrees."""
+
+    quantity: str
+    unit: str
+
+    def in_degrees(self) -> Self:
+        """An orientation in degrees; anything else as it is."""
+        if self.unit != "rad" or self.quantity != "orientation":
+            return self
+        turned: dict[str, Any] = {
+            name: float(np.degrees(getattr(self, name)))
+            for name in _ANGLES
+            if isinstance(getattr(self, name, None), float)
+        }
+        return replace(self, unit="deg", **turned)  # type: ignore[type-var]
 
 
 @dataclass(frozen=True)
-class Change:
+class Change(InUnits):
     """How one quantity changes from the first to the second group.
 
     Attributes

@@ -18,19 +18,26 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 
 import numpy as np
 from scipy.special import chdtri, stdtr, stdtrit
 
 from armimpedance.arrays import FloatArray
-from armimpedance.comparison.differences import LEVEL, Change, changes, wrap_half_turn
+from armimpedance.comparison.differences import (
+    LEVEL,
+    Change,
+    InUnits,
+    changes,
+    wrap_half_turn,
+)
 from armimpedance.comparison.groups import ComparedGroup
 from armimpedance.comparison.matrix_test import holm
 from armimpedance.errors import InputError
 
 
 @dataclass(frozen=True)
-class SubjectsChange:
+class SubjectsChange(InUnits):
     """The change of one quantity over several subjects.
 
     Attributes
@@ -153,25 +160,36 @@ def compare_subjects(
         raise InputError(
             f"{len(subjects)} subject", expected="two or more; without --subjects trials decide"
         )
-    by_name = {s: {g.name: g for g in groups} for s, groups in subjects.items()}
-    names = list(dict.fromkeys(name for groups in by_name.values() for name in groups))
-    if against is not None and against not in names:
-        raise InputError(f"no group {against!r}", expected=f"one of {'; '.join(names)}")
-    found = []
-    for i, first in enumerate(names):
-        for second in names[i + 1 :] if against is None else names:
-            if second == first or against not in (None, first):
-                continue
-            both = [g for g in by_name.values() if first in g and second in g]
-            if len(both) >= 2:
-                each = [changes(g[first].estimate, g[second].estimate) for g in both]
-                found.append([_summary(first, second, row) for row in zip(*each, strict=True)])
+    by_name = [{group.name: group for group in groups} for groups in subjects.values()]
+    names = list(dict.fromkeys(name for groups in by_name for name in groups))
+    found = [_over_subjects(*pair, by_name) for pair in _pairs(names, against)]
+    found = [rows for rows in found if rows]
     if not found:
         raise InputError(
             f"no two groups that two subjects have both (groups: {'; '.join(names)})",
             expected="the same names of groups in each subject",
         )
     return _adjusted(found)
+
+
+def _pairs(names: Sequence[str], against: str | None) -> list[tuple[str, str]]:
+    """All pairs of names, or the one `against` with each other one."""
+    if against is None:
+        return list(combinations(names, 2))
+    if against not in names:
+        raise InputError(f"no group {against!r}", expected=f"one of {'; '.join(names)}")
+    return [(against, name) for name in names if name != against]
+
+
+def _over_subjects(
+    first: str, second: str, by_name: Sequence[Mapping[str, ComparedGroup]]
+) -> list[SubjectsChange]:
+    """Mean changes over the subjects that have both groups; nothing if they are fewer than two."""
+    both = [groups for groups in by_name if first in groups and second in groups]
+    if len(both) < 2:
+        return []
+    each = [changes(groups[first].estimate, groups[second].estimate) for groups in both]
+    return [_summary(first, second, row) for row in zip(*each, strict=True)]
 
 
 def _summary(first: str, second: str, over: Sequence[Change]) -> SubjectsChange:

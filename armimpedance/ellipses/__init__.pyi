@@ -1,4 +1,5 @@
 from .geometry import (
+    FIELDS as FIELDS,
     Ellipse as Ellipse,
     NotPositiveDefiniteError as NotPositiveDefiniteError,
     Which as Which,

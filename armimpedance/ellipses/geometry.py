@@ -30,6 +30,9 @@ from armimpedance.records import ImpedanceEstimate
 
 Which = Literal["inertia", "viscosity", "stiffness"]
 
+#: The three matrices in the order of the covariance.
+FIELDS: Final[tuple[Which, ...]] = ("inertia", "viscosity", "stiffness")
+
 #: Row-major A (4,) to the symmetric elements (A11, A12, A22).
 _ELEMENTS: Final = np.array([[1, 0, 0, 0], [0, 0.5, 0.5, 0], [0, 0, 0, 1]])
 

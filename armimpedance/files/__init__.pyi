@@ -1,4 +1,4 @@
-from .comparison_csv import comparison_rows as comparison_rows, in_degrees as in_degrees
+from .comparison_csv import comparison_rows as comparison_rows
 from .fit_json import (
     read_parameter as read_parameter,
     write_fit as write_fit,
@@ -17,7 +17,6 @@ from .prediction_csv import (
     write_predictions as write_predictions,
 )
 from .quantities import (
-    FIELDS as FIELDS,
     antisymmetric as antisymmetric,
     condition_of as condition_of,
     ellipse_values as ellipse_values,

@@ -6,15 +6,13 @@ Angles in degrees, sd of a ratio as that of its logarithm; what does not exist s
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
-from typing import Any, Final, TypeVar
+from typing import Any, Final
 
 import numpy as np
 
-from armimpedance.comparison import Change, MatrixTest, Pair, SubjectsChange
+from armimpedance.comparison import Pair, SubjectsChange
 
 Row = dict[str, Any]
-AnyChange = TypeVar("AnyChange", Change, SubjectsChange)
 
 PAIR_COLUMNS: Final = (
     *("group_1", "group_2", "matrix", "quantity", "unit", "kind", "value_1", "value_2"),
@@ -23,10 +21,6 @@ PAIR_COLUMNS: Final = (
 SUBJECTS_COLUMNS: Final = (
     *("group_1", "group_2", "matrix", "quantity", "unit", "kind", "change", "ci_low", "ci_high"),
     *("between_sd", "ci_low_between_sd", "ci_high_between_sd", "n_subjects", "p", "p_adjusted"),
-)
-_ANGLES: Final = (
-    *("first", "second", "value", "low", "high", "sd"),
-    *("between_sd", "between_low", "between_high"),
 )
 
 
@@ -51,14 +45,13 @@ def comparison_rows(
     rows : list of mappings
     """
     if over_subjects:
-        found = [_subjects_cells(in_degrees(change)) for change in over_subjects]
+        found = [_subjects_cells(change.in_degrees()) for change in over_subjects]
         return SUBJECTS_COLUMNS, [_known(row, SUBJECTS_COLUMNS) for row in found]
     rows: list[Row] = []
     for pair in pairs:
         head = {"group_1": pair.first, "group_2": pair.second, "basis": pair.basis}
         head["notes"] = "; ".join(pair.notes)
-        rows += [{**head, **_change_cells(change)} for change in pair.changes]
-        rows += [{**head, **cells} for test in pair.tests for cells in _test_cells(test)]
+        rows += [{**head, **cells} for cells in (*_changes(pair), *_tests(pair))]
     return PAIR_COLUMNS, [_known(row, PAIR_COLUMNS) for row in rows]
 
 
@@ -68,70 +61,47 @@ def _known(row: Row, columns: Sequence[str]) -> Row:
     return {k: None if isinstance(v, float) and np.isnan(v) else v for k, v in cells.items()}
 
 
-def in_degrees(change: AnyChange) -> AnyChange:
-    """An orientation in degrees; anything else as it is."""
-    if change.unit != "rad" or change.quantity != "orientation":
-        return change
-    turned: dict[str, Any] = {
-        name: float(np.degrees(getattr(change, name)))
-        for name in _ANGLES
-        if isinstance(getattr(change, name, None), float)
-    }
-    return replace(change, unit="deg", **turned)
-
-
-def _change_cells(given: Change) -> Row:
-    change = in_degrees(given)
-    return {
-        "matrix": change.matrix,
-        "quantity": change.quantity,
-        "unit": change.unit,
-        "kind": change.kind,
-        "value_1": change.first,
-        "value_2": change.second,
-        "change": change.value,
-        "ci_low": change.low,
-        "ci_high": change.high,
-        "sd": change.sd,
-        "dof": change.dof,
-    }
-
-
-def _test_cells(test: MatrixTest) -> tuple[Row, Row]:
-    head = {"matrix": test.matrix, "kind": "test"}
-    return (
+def _changes(pair: Pair) -> list[Row]:
+    """The rows of a pair's changes."""
+    shown = [change.in_degrees() for change in pair.changes]
+    names = ("matrix", "quantity", "unit", "kind", "sd", "dof")
+    return [
         {
-            **head,
-            "quantity": "distance",
-            "change": test.distance,
-            "p": test.p_distance,
-            "p_adjusted": test.p_distance_adjusted,
-        },
-        {
-            **head,
-            "quantity": "t2",
-            "change": test.t2,
-            "p": test.p_t2,
-            "p_adjusted": test.p_t2_adjusted,
-        },
-    )
+            **{name: getattr(change, name) for name in names},
+            "value_1": change.first,
+            "value_2": change.second,
+            "change": change.value,
+            "ci_low": change.low,
+            "ci_high": change.high,
+        }
+        for change in shown
+    ]
+
+
+def _tests(pair: Pair) -> list[Row]:
+    """The rows of a pair's tests: the distance and T2 of each matrix."""
+    rows: list[Row] = []
+    for test in pair.tests:
+        head = {"matrix": test.matrix, "kind": "test"}
+        apart = {"change": test.distance, "p": test.p_distance}
+        rows.append(
+            {**head, "quantity": "distance", **apart, "p_adjusted": test.p_distance_adjusted}
+        )
+        t2 = {"quantity": "t2", "change": test.t2, "p": test.p_t2}
+        rows.append({**head, **t2, "p_adjusted": test.p_t2_adjusted})
+    return rows
 
 
 def _subjects_cells(change: SubjectsChange) -> Row:
+    names = ("matrix", "quantity", "unit", "kind", "between_sd", "p", "p_adjusted")
     return {
+        **{name: getattr(change, name) for name in names},
         "group_1": change.first,
         "group_2": change.second,
-        "matrix": change.matrix,
-        "quantity": change.quantity,
-        "unit": change.unit,
-        "kind": change.kind,
         "change": change.value,
         "ci_low": change.low,
         "ci_high": change.high,
-        "between_sd": change.between_sd,
         "ci_low_between_sd": change.between_low,
         "ci_high_between_sd": change.between_high,
         "n_subjects": change.n,
-        "p": change.p,
-        "p_adjusted": change.p_adjusted,
     }

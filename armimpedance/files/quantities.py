@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Final
-
 import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.conventions import group_name
-from armimpedance.ellipses import Ellipse, Which, ellipse_of
+from armimpedance.ellipses import FIELDS, Ellipse, Which, ellipse_of
 from armimpedance.levels import antisymmetric_part
 from armimpedance.records import ImpedanceEstimate
 from armimpedance.regression import t_factor
-
-#: The three matrices in the order of the covariance.
-FIELDS: Final[tuple[Which, ...]] = ("inertia", "viscosity", "stiffness")
 
 
 def condition_of(estimate: ImpedanceEstimate) -> str:

@@ -16,9 +16,9 @@ import pandas as pd
 
 from armimpedance.arrays import FloatArray
 from armimpedance.conventions import AXES, element_names
+from armimpedance.ellipses import FIELDS
 from armimpedance.errors import InputError
 from armimpedance.files.quantities import (
-    FIELDS,
     antisymmetric,
     ellipse_values,
     half_widths,

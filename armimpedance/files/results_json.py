@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from armimpedance.arrays import FloatArray
+from armimpedance.ellipses import FIELDS
 from armimpedance.files.quantities import (
-    FIELDS,
     antisymmetric,
     ellipse_values,
     half_widths,

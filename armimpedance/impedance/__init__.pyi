@@ -9,7 +9,6 @@ from .parallel import in_order as in_order
 from .reflex.delay import check_delay as check_delay
 from .reflex.guard import guard_window as guard_window, reflex_guard as reflex_guard
 from .reflex.verdict import ReflexVerdict as ReflexVerdict, Share as Share
-from .regressors import to_matrix_order as to_matrix_order
 from .result import ClusteredKind as ClusteredKind, Group as Group
 from .side_by_side import (
     Disagreement as Disagreement,

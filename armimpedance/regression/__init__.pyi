@@ -15,7 +15,6 @@ from .equations import (
     solve_total as solve_total,
 )
 from .errors_in_regressors import (
-    DOUBTFUL as DOUBTFUL,
     Corrected as Corrected,
     ErrorMoments as ErrorMoments,
     refuse_unreliable as refuse_unreliable,

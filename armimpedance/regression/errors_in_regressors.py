@@ -90,6 +90,11 @@ class Corrected:
     reliability: float
     least_certain: tuple[str, ...]
 
+    @property
+    def doubtful(self) -> bool:
+        """Whether errors explain so much of some combination that the correction is rough."""
+        return self.reliability < DOUBTFUL
+
 
 def solve_corrected(moments: ErrorMoments, small_sample: FloatArray | None = None) -> Corrected:
     """Coefficients from moments, and their covariance by leaving out one cluster at a time.

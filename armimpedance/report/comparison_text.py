@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
-from armimpedance.comparison import Change, Pair, SubjectsChange
-from armimpedance.files import FIELDS, in_degrees
+from armimpedance.comparison import Pair, SubjectsChange
+from armimpedance.ellipses import FIELDS
 from armimpedance.report.numbers import aligned_table, short, with_interval
 
 _WIDTH = 100
@@ -93,15 +94,16 @@ def _changes_table(pairs: Sequence[Pair], field: str, many: bool) -> str:
 def _heading(pair: Pair, field: str, quantity: str) -> str:
     if quantity in ("size", "shape"):
         return f"{quantity} ratio"
-    return f"{quantity} ({in_degrees(_of(pair, field, quantity)).unit})"
+    return f"{quantity} ({_of(pair, field, quantity).unit})"
 
 
-def _of(pair: Pair, field: str, quantity: str) -> Change:
-    return next(c for c in pair.changes if (c.matrix, c.quantity) == (field, quantity))
+def _of(pair: Pair, field: str, quantity: str) -> Any:
+    """The change of a quantity of a matrix, angles in degrees."""
+    chosen = (c for c in pair.changes if (c.matrix, c.quantity) == (field, quantity))
+    return next(chosen).in_degrees()
 
 
-def _shown(given: Change) -> str:
-    change = in_degrees(given)
+def _shown(change: Any) -> str:
     return _interval(change.value, change.low, change.high)
 
 
@@ -135,7 +137,7 @@ def _short_tests_table(pairs: Sequence[Pair]) -> str:
 
 
 def _subjects_row(given: SubjectsChange) -> list[str]:
-    change = in_degrees(given)
+    change = given.in_degrees()
     symbol = change.matrix[0].upper() if change.quantity in _QUANTITIES else ""
     symbol = {"I": "M ", "V": "B ", "S": "K "}.get(symbol, "")
     what = "ratio" if change.kind == "ratio" else change.unit

@@ -10,10 +10,9 @@ from numpy.typing import ArrayLike
 
 from armimpedance.arrays import FloatArray
 from armimpedance.conventions import FORCE_UNIT, MATRICES, POSITION_UNIT, UNITS
-from armimpedance.ellipses import Which
+from armimpedance.ellipses import FIELDS, Which
 from armimpedance.errors import InputError
 from armimpedance.files import (
-    FIELDS,
     antisymmetric,
     condition_of,
     ellipse_values,

@@ -9,9 +9,8 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.conventions import FORCE_UNIT, POSITION_UNIT, UNITS
-from armimpedance.ellipses import Which
+from armimpedance.ellipses import FIELDS, Which
 from armimpedance.files import (
-    FIELDS,
     condition_of,
     ellipse_values,
     is_recording_of_joints,

@@ -22,7 +22,6 @@ from armimpedance.elbow.emg.rank import refuse_alike
 from armimpedance.elbow.result import ElbowFit
 from armimpedance.errors import EstimationError, InputError
 from armimpedance.regression import (
-    DOUBTFUL,
     Corrected,
     ErrorMoments,
     Parameters,
@@ -285,7 +284,7 @@ def _unexplained(residual: FloatArray, known: FloatArray, dof: int) -> float:
 def _warned(law: LinearLaw, solved: Corrected) -> LinearLaw:
     """The law with what a reader must know."""
     said = []
-    if law.reliability < DOUBTFUL:
+    if solved.doubtful:
         said.append(
             f"errors explain {100 - 100 * law.reliability:.0f} % of how the amplitude of "
             f"{' and '.join(solved.least_certain)} varies: least squares is flattened by it, and "
