@@ -9,7 +9,7 @@ from armimpedance.errors import InputError
 from armimpedance.plots.style import new_figure, print_style
 from armimpedance_figures import build_all
 from armimpedance_figures.build_all import CATALOGUE, chosen, draw_from
-from armimpedance_figures.source_figure import add_caption, write
+from armimpedance_figures.source_figure import FORMATS, add_caption, write
 from armimpedance_figures.tsuji1997 import (
     fig14_single_joint_activation as fig14,
     over_posture,
@@ -56,13 +56,16 @@ def of(studied, figure):
 
 
 @pytest.mark.parametrize("figure", ESTIMATES.values(), ids=ESTIMATES)
-def test_figure_is_written_in_three_formats_the_same_twice(figure, studied, tmp_path):
-    paths = write(figure, of(studied, figure), tmp_path)
-    assert sorted(p.suffix for p in paths) == [".pdf", ".png", ".svg"]
-    first = {p.suffix: p.read_bytes() for p in paths}
-    again = {p.suffix: p.read_bytes() for p in write(figure, of(studied, figure), tmp_path)}
+def test_figure_of_estimates_is_the_same_twice(figure, studied, tmp_path):
+    """All three formats twice of one figure; they are written by the same function for all."""
+    formats = FORMATS if figure is next(iter(ESTIMATES.values())) else ["svg"]
+    first, again = (
+        {p.suffix: p.read_bytes() for p in write(figure, of(studied, figure), tmp_path, formats)}
+        for _ in range(2)
+    )
+    assert sorted(first) == sorted(f".{name}" for name in formats)
     assert first == again
-    assert len(first[".png"]) > 20_000
+    assert len(first[".svg"]) > 20_000
 
 
 @pytest.mark.parametrize("figure", MODELS.values(), ids=MODELS)
