@@ -13,6 +13,12 @@ import numpy as np
 import pandas as pd
 import pytest
 from hypothesis import settings
+from therapy_sessions import (  # noqa: F401 - fixtures of several folders
+    therapy_alone,
+    therapy_calibration,
+    therapy_mockup,
+    therapy_people,
+)
 
 from armimpedance.records import Recording
 

@@ -17,35 +17,28 @@ from armimpedance.therapy.arm.person import segments_of
 from armimpedance.therapy.robot.calibrate import identify_robot
 from armimpedance.therapy.robot.sliding import slides
 from armimpedance.therapy.share.of_movement import contribution_of
-from manipulandum_sim.therapy.calibration import simulate_calibration
 from manipulandum_sim.therapy.device import therapy_device
-from manipulandum_sim.therapy.mockup import simulate_mockup
-from manipulandum_sim.therapy.session import simulate_therapy
 
 STANDARD_ERRORS = 4.0
-SEED = 3
 #: What the conditions ask of an able-bodied person, %.
 ASKED = {"passive": 0.0, "half_active": 50.0, "active": 100.0}
 
 
 @pytest.fixture(scope="module")
-def robot():
+def robot(therapy_calibration):
     """The calibration and its truth."""
-    recording, truth = simulate_calibration(
-        seed=SEED, speeds_deg_s=(10.0, 20.0, 40.0), held_angles=5
-    )
+    recording, truth = therapy_calibration
     return identify_robot(recording, drawings_of(therapy_device())), truth
 
 
 @pytest.fixture(scope="module")
-def session(robot):
-    """The arm's calibration, the session's movements and contributions, its truth."""
-    recording, truth = simulate_therapy(
-        subject="S1", seed=SEED, conditions=tuple(ASKED), speed_deg_s=60.0
-    )
-    identified = robot[0].robot
-    calibration = identify_arm(recording, identified, segments_of(recording.subject))
-    movements = movement_torques(recording, identified, calibration.arm)
+def session(robot, therapy_people):
+    """The recording, the arm's calibration, movements and contributions, the truth."""
+    recording, truth = therapy_people.sessions["S1"]
+    own = recording.trials["condition"].isin(ASKED) & (recording.trials["movement"] != "lowering")
+    identified, part = robot[0].robot, recording.select(own.to_numpy())
+    calibration = identify_arm(part, identified, segments_of(part.subject))
+    movements = movement_torques(part, identified, calibration.arm)
     found = [contribution_of(m, identified, calibration.arm) for m in movements]
     return recording, calibration, movements, found, truth
 
@@ -78,8 +71,8 @@ def test_the_spring_comes_back_over_the_whole_range(robot):
     assert np.sqrt((off**2).mean()) < 0.5
 
 
-def test_pipes_weigh_what_they_weigh(robot):
-    recording, _ = simulate_mockup(seed=SEED, speed_deg_s=60.0, horizontal_deg_s=60.0)
+def test_pipes_weigh_what_they_weigh(robot, therapy_mockup):
+    recording, _ = therapy_mockup
     check = check_mockup(recording, robot[0].robot, pipes())
     assert check.gravity.value == pytest.approx(10.66, rel=0.01)
     assert check.inertia.value == pytest.approx(check.inertia_model_kgm2, rel=0.01)

@@ -5,23 +5,32 @@ from __future__ import annotations
 import csv
 import json
 import re
-from functools import partial
 
 import numpy as np
+import pandas as pd
 import pytest
+from therapy_sessions import RESTLESS, SEED
 
-import manipulandum_sim.therapy.calibration as calibrations
-import manipulandum_sim.therapy.session as sessions
+import manipulandum_sim.therapy as rig
 from armimpedance.__main__ import main
-from armimpedance.files.therapy_csv import COLUMNS, SAMPLE_COLUMNS
+from armimpedance.files.therapy_csv import SAMPLE_COLUMNS
 from armimpedance.files.therapy_json import read_arm, read_robot
 from manipulandum_sim.therapy.truth import TherapyTruth
 
-#: Shorter than what a user gets, for the sake of time: fewer speeds and angles, faster movements.
-CALIBRATION = {"speeds_deg_s": (10.0, 20.0, 40.0), "held_angles": 4}
-SESSION = {"conditions": ("passive", "half_active"), "speed_deg_s": 60.0}
-#: Whose trunk moves: the horizontal stiffness is another in every repetition.
-SUBJECT = "S4"
+#: Columns of RESULT.csv, in their order.
+COLUMNS = (
+    *("trial", "condition", "movement", "axis", "n_samples", "duration_s", "still_share"),
+    *("share_percent", "sd_share", "ci_low_share", "ci_high_share", "share_valid"),
+    *("robot_inertia_percent",),
+    *("projection_percent", "sd_projection", "ci_low_projection", "ci_high_projection"),
+    *("projection_valid", "ratio_percent", "sd_ratio", "ci_low_ratio", "ci_high_ratio"),
+    *("ratio_valid", "sum_ratio", "ratio_all_samples_percent"),
+    *("reference_percent", "sd_reference", "reference_valid"),
+    *("mean_support_Nm", "mean_arm_Nm", "mean_reference_Nm"),
+    *("lowering_share", "saturated_share"),
+    *(f"variance_from_{part}" for part in ("robot", "mass", "elastic", "between", "noise")),
+    "notes",
+)
 
 
 def call(*arguments):
@@ -29,17 +38,26 @@ def call(*arguments):
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory):
+def folder(tmp_path_factory, therapy_calibration, therapy_alone):
     """Two simulated recordings, the robot and the arm that were identified from them."""
     home = tmp_path_factory.mktemp("therapy")
+
+    def session(*, subject, seed, **_):
+        assert (subject, seed) == (RESTLESS, SEED)
+        return therapy_alone
+
     with pytest.MonkeyPatch.context() as patch:
-        for module, name, shorter in (
-            (calibrations, "simulate_calibration", CALIBRATION),
-            (sessions, "simulate_therapy", SESSION),
-        ):
-            patch.setattr(module, name, partial(getattr(module, name), **shorter))
+        patch.setattr(rig, "simulate_calibration", lambda **_: therapy_calibration)
+        patch.setattr(rig, "simulate_therapy", session)
         call("simulate", "therapy-calibration", "--out", home / "calibration")
-        call("simulate", "therapy", "--subject", SUBJECT, "--seed", 1, "--out", home / "session")
+        call(
+            "simulate",
+            "therapy",
+            *("--subject", RESTLESS),
+            "--seed",
+            SEED,
+            *("--out", home / "session"),
+        )
     drawings = home / "calibration" / "drawings.json"
     robot = home / "robot.json"
     call("therapy", "robot", home / "calibration", "--drawings", drawings, "--out", robot)
@@ -73,7 +91,7 @@ def test_simulated_folders_hold_recording_drawings_and_truth(folder):
         }
         assert read_robot(folder / name / "drawings.json").loads is None
     truth = TherapyTruth.read(folder / "session" / "truth.json")
-    assert truth.subject == SUBJECT
+    assert truth.subject == RESTLESS
     assert truth.n_trials == 12
 
 
@@ -109,7 +127,7 @@ def test_robot_and_arm_are_read_back(folder):
     content = json.loads((folder / "robot.json").read_text())
     coulomb = [p["value"] for p in content["parameters"] if p["name"] == "tau_c"]
     np.testing.assert_array_equal(robot.identified.term("coulomb"), coulomb)
-    assert (arm.subject, arm.robot) == (SUBJECT, robot.name)
+    assert (arm.subject, arm.robot) == (RESTLESS, robot.name)
     assert [(e.axis, e.repeatable) for e in arm.elastic] == [
         ("elevation", True),
         ("horizontal", False),
@@ -212,11 +230,23 @@ def test_the_live_form_says_the_same(folder, capsys):
 
 
 def test_one_condition_gives_its_rows_and_again_the_same_bytes(folder, results, tmp_path):
-    for name in ("once", "again"):
+    once, again = tmp_path / "once.csv", tmp_path / "again.csv"
+    for path in (once, again):
+        contribution(folder, "--condition", "half_active", "--out", path)
+    assert table(once) == results[0][3:6]
+    assert once.read_bytes() == again.read_bytes()
+    assert set(tmp_path.iterdir()) == {once, again}
+
+
+def test_other_endings_hold_the_same_table(folder, results, tmp_path):
+    for name in ("result.json", "result.parquet"):
         contribution(folder, "--condition", "half_active", "--out", tmp_path / name)
-    assert table(tmp_path / "once") == results[0][3:6]
-    assert (tmp_path / "once").read_bytes() == (tmp_path / "again").read_bytes()
-    assert {path.name for path in tmp_path.iterdir()} == {"once", "again"}
+    rows = json.loads((tmp_path / "result.json").read_text())
+    again = pd.read_parquet(tmp_path / "result.parquet")
+    assert tuple(rows[0]) == tuple(again.columns) == COLUMNS
+    assert again["share_percent"].tolist() == [row["share_percent"] for row in rows]
+    for row, written in zip(rows, results[0][3:6], strict=True):
+        assert f"{row['share_percent']:.10g}" == written["share_percent"]
 
 
 def test_figures_are_drawn_where_they_were_asked_for(folder, tmp_path):
