@@ -14,6 +14,7 @@ from armimpedance.conventions import AXES, MATRICES, UNITS
 from armimpedance.ellipses import Ellipse, Which, ellipse_of
 from armimpedance.records import ImpedanceEstimate
 from armimpedance.regression import t_factor
+from armimpedance.report import estimate_text
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -79,7 +80,7 @@ class LabelledMatrix(FrozenRecord):
 class LabelledEstimate:
     """One estimate as a person reads it: its matrices with intervals, units and axes.
 
-    Every other attribute is the record's own: ``hand["relaxed"].quality``.
+    Every other attribute is the record's own: ``hand["relaxed"].quality``. `print` shows all of it.
 
     Parameters
     ----------
@@ -132,6 +133,10 @@ class LabelledEstimate:
         return LabelledMatrix(
             symbol, unit, axes_of(estimate), value, sd, value - half, value + half
         )
+
+    def __str__(self) -> str:
+        """The estimate in full: matrices, their parts and ellipses, quality, warnings."""
+        return estimate_text(self.estimate)
 
     def __repr__(self) -> str:
         return "\n".join(map(repr, (self.inertia, self.viscosity, self.stiffness)))

@@ -11,8 +11,6 @@ from .reflex.guard import guard_window as guard_window, reflex_guard as reflex_g
 from .reflex.verdict import ReflexVerdict as ReflexVerdict, Share as Share
 from .result import ClusteredKind as ClusteredKind, Group as Group
 from .side_by_side import (
-    Disagreement as Disagreement,
-    MethodResult as MethodResult,
     SideBySide as SideBySide,
     side_by_side as side_by_side,
 )

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -75,38 +76,79 @@ def plot_comparison(
     matrices = [matrix_of(group.estimate, which) for group in groups]
     places = _places(groups)
     scale = default_scale(matrices, places) if scale is None else scale
-    names = list(dict.fromkeys(group.name for group in groups))
-    styled, once = len(names) <= _MOST_STYLED, len(names) == len(groups)
+    shown = _Shown(groups, places, which, scale)
     with print_style():
         ax = new_axes(TWO_COLUMNS_IN * 0.65, TWO_COLUMNS_IN * 0.65) if ax is None else ax
         label_axes(ax, "x (m)", "y (m)")
-        _join(ax, places, names, groups, pairs, which)
+        if shown.once:
+            _join(ax, shown, pairs)
         for group, hand in zip(groups, places, strict=True):
-            number = names.index(group.name)
-            plot_ellipse(
-                group.estimate,
-                ax,
-                hand,
-                scale,
-                which,
-                show_confidence=once,
-                color=_COLORS[number % len(_COLORS) if styled else 0],
-                # the second round of colours has other lines than the first
-                linestyle=LINE_STYLES[(number + number // 5) % 5] if styled else "-",
-                linewidth=1.0 if styled and once else 0.6,
-                label=group.name if styled else None,
-            )
-            if not styled and (once or group is _last_of(groups, group.name)):
-                _number(ax, number + 1, matrix_of(group.estimate, which), hand, scale)
-        if once:
+            _draw_group(ax, shown, group, hand)
+        if shown.once:
             ax.fill([], [], color="0.5", alpha=BAND_ALPHA, lw=0, label="95 % band")
         if len(np.unique(places, axis=0)) > 1:
             draw_shoulders(ax, [group.estimate for group in groups])
         draw_scale_bar(ax, matrices, scale, UNITS["hand"][MATRICES[which][0]])
         legend_above(ax, columns=2)
-        if not styled:
-            _list_names(ax, names)
+        if not shown.styled:
+            _list_names(ax, shown.names)
     return ax
+
+
+@dataclass(frozen=True)
+class _Shown:
+    """What a figure shows, and how its groups are told apart.
+
+    Attributes
+    ----------
+    groups : sequence of n ComparedGroup
+    places : (n, 2)
+    which : str
+    scale : float
+    """
+
+    groups: Sequence[ComparedGroup]
+    places: FloatArray
+    which: Which
+    scale: float
+
+    @property
+    def names(self) -> list[str]:
+        """Every name once, in order."""
+        return list(dict.fromkeys(group.name for group in self.groups))
+
+    @property
+    def styled(self) -> bool:
+        """Whether lines and colours tell the groups apart, and not numbers."""
+        return len(self.names) <= _MOST_STYLED
+
+    @property
+    def once(self) -> bool:
+        """Whether each name is that of one group."""
+        return len(self.names) == len(self.groups)
+
+    def style(self, name: str) -> dict[str, Any]:
+        """Colour, line and label of a group."""
+        if not self.styled:
+            return {"color": _COLORS[0], "linestyle": "-", "linewidth": 0.6, "label": None}
+        number = self.names.index(name)
+        return {
+            "color": _COLORS[number % len(_COLORS)],
+            # the second round of colours has other lines than the first
+            "linestyle": LINE_STYLES[(number + number // 5) % 5],
+            "linewidth": 1.0 if self.once else 0.6,
+            "label": name,
+        }
+
+
+def _draw_group(ax: Axes, shown: _Shown, group: ComparedGroup, hand: FloatArray) -> None:
+    """A group's ellipse, and its number where numbers tell the groups apart."""
+    which, scale = shown.which, shown.scale
+    style = shown.style(group.name)
+    plot_ellipse(group.estimate, ax, hand, scale, which, show_confidence=shown.once, **style)
+    if not shown.styled and (shown.once or group is _last_of(shown.groups, group.name)):
+        number = shown.names.index(group.name) + 1
+        _number(ax, number, matrix_of(group.estimate, which), hand, scale)
 
 
 def _places(groups: Sequence[ComparedGroup]) -> FloatArray:
@@ -131,22 +173,15 @@ def _last_of(groups: Sequence[ComparedGroup], name: str) -> ComparedGroup:
     return [group for group in groups if group.name == name][-1]
 
 
-def _join(
-    ax: Axes,
-    places: FloatArray,
-    names: Sequence[str],
-    groups: Sequence[ComparedGroup],
-    pairs: Sequence[Pair],
-    which: Which,
-) -> None:
+def _join(ax: Axes, shown: _Shown, pairs: Sequence[Pair]) -> None:
     """Join groups that differ, where they stand apart and are few enough to read."""
-    where = {group.name: place for group, place in zip(groups, places, strict=True)}
-    row = list(MATRICES).index(which)
+    where = {group.name: place for group, place in zip(shown.groups, shown.places, strict=True)}
+    row = list(MATRICES).index(shown.which)
     differing = [pair for pair in pairs if pair.tests[row].p_t2_adjusted <= LEVEL]
     apart = [pair for pair in differing if (where[pair.first] != where[pair.second]).any()]
-    if not apart or len(apart) > _MOST_JOINED or len(names) != len(groups):
+    if len(apart) > _MOST_JOINED:
         return
-    symbol = MATRICES[which][0]
+    symbol = MATRICES[shown.which][0]
     for pair in apart:
         x, y = np.array([where[pair.first], where[pair.second]]).T
         label = f"{symbol} differs (adjusted p ≤ {LEVEL:g})"

@@ -1,17 +1,14 @@
-"""One estimate in full, and estimates against a known truth, as text."""
+"""One estimate in full, as text."""
 
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from armimpedance.arrays import FloatArray
 from armimpedance.conventions import FORCE_UNIT, MATRICES, POSITION_UNIT, UNITS
 from armimpedance.ellipses import FIELDS, Which
-from armimpedance.errors import InputError
 from armimpedance.files import (
     antisymmetric,
     condition_of,
@@ -114,37 +111,3 @@ def _ellipse_line(
     )
     text = f"  ellipse: size {size} ({unit})^2, orientation {turn} deg, shape {shape}"
     return textwrap.fill(text, _WIDTH, subsequent_indent="    ")
-
-
-def error_table(
-    estimates: Sequence[ImpedanceEstimate], truths: Sequence[Mapping[str, ArrayLike]]
-) -> str:
-    """Estimates against known truths: Frobenius error in % and elements inside their intervals.
-
-    Parameters
-    ----------
-    estimates : sequence of ImpedanceEstimate
-    truths : sequence of mappings
-        ``inertia``, ``viscosity``, ``stiffness`` (k, k) of each estimate.
-
-    Raises
-    ------
-    InputError
-        When the two are not of the same number.
-    """
-    if len(estimates) != len(truths):
-        raise InputError(f"{len(estimates)} estimates and {len(truths)} truths")
-    header = ["condition", *(f"{symbol} error (%)" for symbol in "MBK"), "within 95 % intervals"]
-    rows = [
-        [condition_of(estimate), *_errors(estimate, truth)]
-        for estimate, truth in zip(estimates, truths, strict=True)
-    ]
-    return aligned_table(header, rows)
-
-
-def _errors(estimate: ImpedanceEstimate, truth: Mapping[str, ArrayLike]) -> list[str]:
-    true = np.array([truth[field] for field in FIELDS], dtype=float)
-    error = np.stack([getattr(estimate, field) for field in FIELDS]) - true
-    percent = 100 * np.linalg.norm(error, axis=(1, 2)) / np.linalg.norm(true, axis=(1, 2))
-    inside = np.abs(error) <= half_widths(estimate)
-    return [*(f"{p:.2f}" for p in percent), f"{inside.sum()} of {inside.size}"]

@@ -8,8 +8,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from armimpedance.conventions import MATRICES, UNITS
+from armimpedance.ellipses import FIELDS
 from armimpedance.files import condition_of, half_widths, principal_values
-from armimpedance.impedance import Disagreement, MethodResult, SideBySide
+from armimpedance.impedance import SideBySide
 from armimpedance.levels import symmetric_part
 from armimpedance.records import ImpedanceEstimate
 from armimpedance.report.numbers import aligned_table, fixed, with_half_width
@@ -38,38 +39,35 @@ def methods_table(compared: Sequence[SideBySide], reference: str) -> str:
 
 
 def _group(side: SideBySide, reference: str) -> list[str]:
-    ran = [r for r in side.results if r.estimate is not None]
-    first = ran[0].estimate
-    assert first is not None  # noqa: S101 - `ran` holds estimates only
-    apart = {d.method: d for d in side.disagreements}
+    first = side.estimates[0]
     blocks = [f"{condition_of(first)}: {first.quality.n_trials} trials"]
     for i, (field, (symbol, _)) in enumerate(MATRICES.items()):
         title = f"{field.capitalize()} {symbol} ({UNITS[first.level][symbol]})"
-        blocks.append(f"{title}\n{_table(ran, apart, i)}")
+        blocks.append(f"{title}\n{_table(side, i)}")
     refused = [f"{r.method} cannot run: {r.reason}" for r in side.results if r.estimate is None]
-    found = [sentence for d in side.disagreements for sentence in d.sentences]
-    if not found and side.disagreements:
-        found = [f"no method differs from {reference} by more than chance and a few percent"]
+    said = [sentence for d in side.disagreements for sentence in d.sentences]
+    if not said and side.disagreements:
+        said = [f"no method differs from {reference} by more than chance and a few percent"]
     notes = [
         textwrap.fill(note, _WIDTH, initial_indent="- ", subsequent_indent="  ")
-        for note in (*found, *refused)
+        for note in (*said, *refused)
     ]
     return [*blocks, "\n".join(notes)] if notes else blocks
 
 
-def _table(ran: Sequence[MethodResult], apart: dict[str, Disagreement], i: int) -> str:
-    rows = []
-    for result in ran:
-        made = result.estimate
-        assert made is not None  # noqa: S101 - callers pass those that ran
+def _table(side: SideBySide, i: int) -> str:
+    apart, rows = {d.method: d for d in side.disagreements}, []
+    for result in side.results:
+        if result.estimate is None:
+            continue
         known = apart.get(result.method)
         distance = ["-", "-"]
         if known is not None:
             distance = [_number(known.percent[i]), _number(known.standard_errors[i])]
         time = fixed(1e3 * result.seconds, 1)
-        rows.append([result.method, *_cells(made, i), *distance, time])
-    k = ran[0].estimate.k if ran[0].estimate is not None else 2
-    return aligned_table(["method", *_headings(k, i), "apart (%)", "in se", "time (ms)"], rows)
+        rows.append([result.method, *_cells(result.estimate, i), *distance, time])
+    headings = _headings(side.estimates[0].k, i)
+    return aligned_table(["method", *headings, "apart (%)", "in se", "time (ms)"], rows)
 
 
 def _number(value: float) -> str:
@@ -89,9 +87,9 @@ def _headings(k: int, i: int) -> list[str]:
 def _cells(made: ImpedanceEstimate, i: int) -> list[str]:
     """Elements of the symmetric part of one or two axes, principal values of more."""
     if made.k > 2:
-        values, half = principal_values(made, list(MATRICES)[i])  # type: ignore[arg-type]
+        values, half = principal_values(made, FIELDS[i])
         return [with_half_width(v, h) for v, h in zip(values, half, strict=True)]
     part = symmetric_part(made)
-    matrix, width = getattr(part, list(MATRICES)[i]), half_widths(part)[i]
+    matrix, width = getattr(part, FIELDS[i]), half_widths(part)[i]
     upper = np.triu_indices(made.k)
     return [with_half_width(v, h) for v, h in zip(matrix[upper], width[upper], strict=True)]

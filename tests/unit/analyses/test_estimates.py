@@ -90,3 +90,9 @@ def test_the_short_texts_are_short_and_escaped(make_estimate):
     assert len(repr(many).splitlines()) <= 12
     assert "20 of them not shown" in repr(many)
     assert "<i>" not in many._repr_html_()
+
+
+def test_an_estimate_in_full_and_intervals_over_the_groups(hand):
+    assert "stiffness K (N/m)" in str(hand["stiff"])
+    ax = hand.plot_intervals("K_22")
+    assert [label.get_text() for label in ax.get_yticklabels()] == ["relaxed", "stiff"]

@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from armimpedance.errors import InputError
 from armimpedance.files.quantities import antisymmetric, principal_values
-from armimpedance.report.estimate_text import error_table, estimate_text
+from armimpedance.report.estimate_text import estimate_text
 from armimpedance.report.text_table import summary_table
 
 Z_95 = 1.959964
@@ -94,18 +93,3 @@ def test_full_text_holds_all_matrices_and_both_inertias(make_estimate):
     assert "warning: onsets were detected" in text
     same_mass = make_estimate(inertia_with_handle=None)
     assert "with the handle" not in estimate_text(same_mass)
-
-
-def test_error_table_knows_the_distance_to_the_truth(make_estimate):
-    estimate = make_estimate(covariance=np.eye(12) * 1e-12)
-    truth = {
-        "inertia": estimate.inertia,
-        "viscosity": estimate.viscosity / 1.1,
-        "stiffness": 2 * estimate.stiffness,
-    }
-    cells = error_table([estimate], [truth]).splitlines()[1].split()
-    # The truth stands in the denominator: 10 % above, and half of it missing.
-    assert cells[-6:-3] == ["0.00", "10.00", "50.00"]
-    assert cells[-3:] == ["4", "of", "12"]
-    with pytest.raises(InputError):
-        error_table([estimate], [])
