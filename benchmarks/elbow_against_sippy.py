@@ -153,9 +153,9 @@ def one_trial(arguments: argparse.Namespace) -> JointSamples:
 
         recording, _ = simulate_bench(*TRUTH, snr_db=20.0, seed=3)
         return from_recording(recording)
-    from armimpedance.recordings import read_folder
+    from armimpedance.analyses import read_recording
 
-    recording = read_folder(arguments.recording)
+    recording = read_recording(arguments.recording)
     rows_ = np.flatnonzero(recording.trials["trial"] == arguments.trial)
     return from_recording(recording.select(rows_))
 

@@ -20,9 +20,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from armimpedance.analyses import read_recording
 from armimpedance.files import write_results
 from armimpedance.impedance import Options, estimate
-from armimpedance.recordings import read_folder, write_folder
+from armimpedance.recordings import write_recording
 from armimpedance.records import Recording
 from armimpedance.signals import lowpass
 
@@ -75,7 +76,7 @@ def best_of(repeats: int, task: Callable[[], object]) -> float:
 
 def filtering_alone(folder: Path) -> None:
     """Read, and low-pass position and force once, batched: the yardstick."""
-    recording = read_folder(folder)
+    recording = read_recording(folder)
     shape = (recording.n_trials, SAMPLES, 2)
     lowpass(recording.position.reshape(shape), 15.0, RATE)
     lowpass(recording.force.reshape(shape), 15.0, RATE)
@@ -83,14 +84,14 @@ def filtering_alone(folder: Path) -> None:
 
 def whole_estimate(folder: Path, out: Path, options: Options) -> None:
     """Read, estimate every condition, write the results."""
-    write_results(estimate(read_folder(folder), options=options), out)
+    write_results(estimate(read_recording(folder), options=options), out)
 
 
 def estimate_ratios() -> list[tuple[str, float, float]]:
     """Whole estimate against reading and filtering; ten times the trials against once."""
     with tempfile.TemporaryDirectory() as place:
         folder, out = Path(place) / "session", Path(place) / "results.csv"
-        write_folder(make_recording(60, 40), folder)
+        write_recording(make_recording(60, 40), folder)
         plain = best_of(5, lambda: whole_estimate(folder, out, Options("exact", bound=False)))
         default = best_of(5, lambda: whole_estimate(folder, out, Options()))
         yardstick = best_of(5, lambda: filtering_alone(folder))

@@ -135,9 +135,9 @@ def main() -> int:
         cells = [f"{p.value:.3f} +- {1.96 * p.sd_robust:.3f}" for p in own]
         print(f"{what:20s}", "  ".join(cells))
     if given.folder is not None:
-        from armimpedance.recordings import write_motion
+        from armimpedance.recordings import write_recording
 
-        write_motion(motion, given.folder)
+        write_recording(motion, given.folder)
     if given.figure is not None:
         draw(motion, choice, given.figure)
     return int(r2.min() < LEAST_R2)

@@ -133,7 +133,9 @@ def inspect(
     Parameters
     ----------
     recording : Recording, MarkerRecording, MotionRecording or path
+        What is looked at; a path may be of any format that `read` opens.
     force_by : {"limb", "device"}, optional
+        Whose force on the other a Kinarm's sensor holds.
     **options
         What the file does not say itself; see `read`.
 

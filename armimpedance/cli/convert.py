@@ -23,7 +23,7 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from armimpedance.cli.parts.convert_motion import (
     add_skeleton,
@@ -80,7 +80,7 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _sizes(arguments: argparse.Namespace) -> dict[str, float]:
+def _sizes(arguments: argparse.Namespace) -> dict[str, Any]:
     """The subject's measures that were given."""
     known = {name: getattr(arguments, name) for name in SUBJECT_FIELDS}
     sizes = {name: value for name, value in known.items() if value is not None}
@@ -91,7 +91,7 @@ def _sizes(arguments: argparse.Namespace) -> dict[str, float]:
 
 
 def _with_statements(
-    recording: AnyRecording, sizes: dict[str, float], arguments: argparse.Namespace
+    recording: AnyRecording, sizes: dict[str, Any], arguments: argparse.Namespace
 ) -> AnyRecording:
     """The recording with what the user knows and the files do not."""
     from dataclasses import replace

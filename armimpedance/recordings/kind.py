@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Final, Literal, cast
 
 from armimpedance.errors import InputError
-from armimpedance.recordings.tables.folder import METADATA_FILE, is_recording_folder
+from armimpedance.recordings.tables.folder import METADATA_FILE
 from armimpedance.recordings.tables.metadata import recording_fields
 
 AnyKind = Literal["hand", "joint", "markers", "motion"]
@@ -27,11 +27,3 @@ def recording_kind(path: str | os.PathLike[str]) -> AnyKind:
         raise InputError("no such folder", file=path, expected="a recording's folder")
     given = recording_fields(folder / METADATA_FILE)
     return cast(AnyKind, given.choice("kind", KINDS, required=True))
-
-
-def is_moving(path: str | os.PathLike[str]) -> bool:
-    """Whether this is the folder of a recording of markers or joint motion."""
-    folder = Path(path)
-    if not is_recording_folder(folder):
-        return False
-    return recording_kind(folder) in ("markers", "motion")

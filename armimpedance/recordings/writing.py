@@ -29,6 +29,7 @@ def write_recording(
     Parameters
     ----------
     recording : Recording, MarkerRecording or MotionRecording
+        Trials of the hand or of joints; markers; joint motion.
     path : path
         A new or empty folder, or an earlier recording of this kind, which is replaced.
     table : {"parquet", "csv"}
@@ -38,6 +39,17 @@ def write_recording(
     ------
     InputError
         The folder cannot be written, or a name in the recording has no form on disk.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from armimpedance.recordings import open_recording, write_recording
+    >>> from manipulandum_sim.hand import simulate
+    >>> recording, _ = simulate("cocontraction", seed=1, sets=1, conditions=["cocontraction_10"])
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_recording(recording, f"{folder}/session")
+    ...     bool((open_recording(f"{folder}/session").force == recording.force).all())
+    True
     """
     if isinstance(recording, Recording):
         write_folder(recording, path, table)

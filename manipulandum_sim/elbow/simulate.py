@@ -165,8 +165,9 @@ def simulate_elbow(
     check_muscles(test, four_muscles)
     seeds, limits = _Seeds(seed, own.id), limits_of(velocity_limit, torque_limit)
     electrodes = electrodes_of(noise, hum_V, hum_hz, electrode_noise_V)
-    shape = {"depth": depth, "frequency_hz": frequency_hz, "law": law}
-    plan = protocol(test, own, repetitions, seeds.phase, **shape)
+    plan = protocol(
+        test, own, repetitions, seeds.phase, depth=depth, frequency_hz=frequency_hz, law=law
+    )
     clock = _Clock.of(test, duration_s)
     device = device or Exoskeleton()
     forces = _forces(plan, seeds, clock, perturbation, noise)

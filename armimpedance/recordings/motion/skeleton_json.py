@@ -36,6 +36,15 @@ LONGEST_BONE_M: Final = 2.0
 def read_skeleton(path: str | os.PathLike[str]) -> Skeleton:
     """Read and check a skeleton.
 
+    Parameters
+    ----------
+    path : path
+        The file, such as ``skeleton.json``.
+
+    Returns
+    -------
+    Skeleton
+
     Raises
     ------
     InputError
