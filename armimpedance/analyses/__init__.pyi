@@ -16,12 +16,10 @@ from .inspection import Finding as Finding, Inspection as Inspection, inspect as
 from .labelled import LabelledEstimate as LabelledEstimate, LabelledMatrix as LabelledMatrix
 from .levels import to_hand as to_hand, to_joint as to_joint, to_muscle as to_muscle
 from .models import (
-    at_hand as at_hand,
     fit_activation as fit_activation,
     fit_model as fit_model,
     fit_muscles as fit_muscles,
     fit_posture as fit_posture,
-    predict as predict,
 )
 from .muscle_estimates import MuscleEstimates as MuscleEstimates
 from .passive import passive as passive
@@ -31,6 +29,7 @@ from .one_joint import (
     emg_law as emg_law,
 )
 from .plan import plan as plan
+from .predictions import at_hand as at_hand, predict as predict
 from .sources import (
     naming as naming,
     of_condition as of_condition,

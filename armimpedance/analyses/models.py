@@ -1,4 +1,4 @@
-"""Models of joint impedance over posture and muscle activation: fit them, ask them."""
+"""Fit models of joint impedance over posture and muscle activation."""
 
 from __future__ import annotations
 
@@ -10,31 +10,17 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from armimpedance.analyses.levels import Whose, subject_of
 from armimpedance.analyses.sources import PathLike
 from armimpedance.arm import MuscularArm
-from armimpedance.arrays import FloatArray
-from armimpedance.errors import InputError
-from armimpedance.files import (
-    joined,
-    read_activations,
-    read_joint_rows,
-    read_model,
-    read_postures,
-)
-from armimpedance.levels import kinematic_arm
+from armimpedance.files import read_joint_rows
 from armimpedance.muscles import (
     MODEL_KINDS,
     ActivationModel,
     FittedModel,
-    HandPrediction,
-    JointPrediction,
     JointRows,
     MuscleModel,
     PostureModel,
-    at_hand as predicted_at_hand,
     joint_rows,
-    kind_of,
 )
 from armimpedance.records import ImpedanceEstimate
 
@@ -281,96 +267,6 @@ def fit_model(kind: str, rows: Rows, **options: Any) -> FittedModel:
     return MODEL_KINDS.named(kind).fit(_joint_rows(rows), **options)
 
 
-def predict(
-    model: FittedModel | PathLike,
-    *,
-    postures: ArrayLike | PathLike | None = None,
-    activations: ArrayLike | PathLike | None = None,
-) -> JointPrediction:
-    """Predict joint stiffness and viscosity, with 95 % intervals, from a fitted model.
-
-    Parameters
-    ----------
-    model : PostureModel, ActivationModel, MuscleModel or path
-        The path is that of a MODEL.json.
-    postures : (P, 2) or path, optional
-        Angles of shoulder and elbow, rad, or a table with the columns `q_shoulder_rad` and
-        `q_elbow_rad`.
-    activations : (P, m) or path, optional
-        Activation of each muscle, 0..1, or a table with the columns `alpha_1 …`. Given both, row
-        goes with row; a single row goes with all rows of the other.
-
-    Returns
-    -------
-    JointPrediction
-        With what is extrapolated, and why.
-
-    Raises
-    ------
-    InputError
-        A file cannot be read, or postures or activations are missing, or given to a model that
-        has none.
-
-    Examples
-    --------
-    >>> from armimpedance.analyses import predict
-    >>> predict("nowhere.json", postures=[[1.0, 1.5]])
-    Traceback (most recent call last):
-    armimpedance.errors.InputError: nowhere.json: cannot be read: No such file or directory
-    """
-    file = model if isinstance(model, str | os.PathLike) else None
-    made = read_model(Path(file)) if file is not None else cast(FittedModel, model)
-    kind = kind_of(made)
-    for name, given in (("postures", postures), ("activations", activations)):
-        if (name in kind.needs) != (given is not None):
-            problem = f"a {kind.name} model {'without' if name in kind.needs else 'with'} {name}"
-            raise InputError(problem, file=file, expected=" and ".join(kind.needs))
-    q, alpha = joined(_postures(postures), _activations(activations, made))
-    arguments = [given for given in (q, alpha) if given is not None]
-    predicted: JointPrediction = cast(Any, made).predict(*arguments)
-    return predicted
-
-
-def at_hand(
-    predicted: JointPrediction, *, recording: Whose, force_N: ArrayLike | None = None
-) -> HandPrediction:
-    """Carry a predicted joint impedance to the hand: ``K_e = J^-T (K_j + Gamma(F)) J^-1``.
-
-    Parameters
-    ----------
-    predicted : JointPrediction
-    recording : Recording, Subject or path
-        Whose arm's lengths.
-    force_N : (2,) or (P, 2), optional
-        Force by the hand on its environment; none: no force.
-
-    Returns
-    -------
-    HandPrediction
-
-    Raises
-    ------
-    InputError
-        The recording cannot be read, its subject has neither lengths nor height, or the force has
-        another shape.
-    NotIdentifiableError
-        The arm is stretched in a posture.
-
-    Examples
-    --------
-    >>> from armimpedance.analyses import at_hand
-    >>> from armimpedance.muscles import JointPrediction
-    >>> from armimpedance.records import Subject
-    >>> known = [[[0.0] * 3] * 3]
-    >>> joint = JointPrediction(
-    ...     [[1.0, 1.5]], [[15.0, 6.0, 16.0]], [[1.0, 0.4, 1.0]], known, known, 10.0, [False], [""]
-    ... )
-    >>> at_hand(joint, recording=Subject(height_m=1.75)).stiffness.round().tolist()
-    [[78.0, -58.0, 246.0]]
-    """
-    return predicted_at_hand(predicted, kinematic_arm(subject_of(recording)), force_N)
-
-
 def _joint_rows(rows: Rows) -> JointRows:
     if isinstance(rows, JointRows):
         return rows
@@ -379,15 +275,3 @@ def _joint_rows(rows: Rows) -> JointRows:
     if rows and all(isinstance(row, str | os.PathLike) for row in rows):
         return read_joint_rows([Path(row) for row in cast(Sequence[str], rows)])
     return joint_rows(cast(Sequence[ImpedanceEstimate], rows))
-
-
-def _postures(given: ArrayLike | PathLike | None) -> FloatArray | None:
-    if isinstance(given, str | os.PathLike):
-        return read_postures(Path(given))
-    return None if given is None else np.atleast_2d(np.asarray(given, dtype=float))
-
-
-def _activations(given: ArrayLike | PathLike | None, model: Any) -> FloatArray | None:
-    if isinstance(given, str | os.PathLike):
-        return read_activations(Path(given), len(model.muscles))
-    return None if given is None else np.atleast_2d(np.asarray(given, dtype=float))

@@ -116,22 +116,13 @@ def plan(
     minimum_jerk, 0.3 s: 136 trials
     """
     _refuse_without_effect(pilot, results, condition, noise, force_by)
-    if k_percent is None and orientation_deg is None:
-        k_percent = DEFAULT_K_PERCENT
-    wish = Wish(
-        None if k_percent is None else k_percent / 100,
-        None if orientation_deg is None else radians(orientation_deg),
-        max_trials,
-    )
-    servo, measured = servo or Servo(), None
+    wish = _wish(k_percent, orientation_deg, max_trials)
+    measured = None
     if pilot is not None:
         with naming(pilot):
             measured = pilot_of(read_recording(pilot, force_by=force_by), condition)
-        setting = replace(measured.setting, servo=servo)
-    elif results is not None:
-        setting = Setting(_arm_of_results(Path(results), condition), noise_named(noise), servo)
-    else:
-        setting = Setting(noise=noise_named(noise), servo=servo)
+    of_pilot = None if measured is None else measured.setting
+    setting = _setting(of_pilot, results, condition, noise, servo or Servo())
     limits = Limits(
         0.005 if amplitude_m is None else amplitude_m,
         0.3 if duration_s is None else duration_s,
@@ -150,6 +141,31 @@ def plan(
     return make_plan(
         setting, profiles, wish, limits, delay_s=reflex_delay_s, pilot=measured, progress=progress
     )
+
+
+def _wish(k_percent: float | None, orientation_deg: float | None, max_trials: int) -> Wish:
+    if k_percent is None and orientation_deg is None:
+        k_percent = DEFAULT_K_PERCENT
+    return Wish(
+        None if k_percent is None else k_percent / 100,
+        None if orientation_deg is None else radians(orientation_deg),
+        max_trials,
+    )
+
+
+def _setting(
+    pilot: Setting | None,
+    results: PathLike | None,
+    condition: str | None,
+    noise: str | None,
+    servo: Servo,
+) -> Setting:
+    """Arm and noise of the pilot, or the arm of a row of results, or a relaxed arm."""
+    if pilot is not None:
+        return replace(pilot, servo=servo)
+    if results is not None:
+        return Setting(_arm_of_results(Path(results), condition), noise_named(noise), servo)
+    return Setting(noise=noise_named(noise), servo=servo)
 
 
 def _refuse_without_effect(

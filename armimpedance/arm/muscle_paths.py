@@ -7,12 +7,12 @@ torque ``tau = -G^T f`` (6): flexors have negative rows in G, extensors positive
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final, Protocol
+from typing import Annotated, Final, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from armimpedance.arrays import FloatArray, frozen_array
+from armimpedance.arrays import FloatArray, FrozenRecord
 from armimpedance.errors import InputError
 
 #: Stiffness over tension (1/m) where nothing better is known: Selen, Franklin and Wolpert 2009 (J
@@ -54,7 +54,7 @@ def check_angles(q: ArrayLike, n: int) -> FloatArray:
 
 
 @dataclass(frozen=True)
-class MuscularArm:
+class MuscularArm(FrozenRecord):
     """The muscles of an arm: where they pull, how hard, how stiff they are when they do.
 
     Attributes
@@ -62,27 +62,30 @@ class MuscularArm:
     name : str
     paths : MusclePaths
     max_tension : (m,)
-        N at full activation.
+        Tension of each muscle at full activation, N.
     stiffness_per_tension : float
         1/m: a muscle's stiffness over its tension.
     angle_range : (n, 2)
         Joint angles (rad) that `paths` hold for.
     source : str
-        Whence the numbers come.
+        Where the numbers come from.
     """
 
     name: str
     paths: MusclePaths
-    max_tension: FloatArray
+    max_tension: Annotated[FloatArray, "m"]
     stiffness_per_tension: float
-    angle_range: FloatArray
+    angle_range: Annotated[FloatArray, "n 2"]
     source: str
 
     def __post_init__(self) -> None:
-        put = object.__setattr__
-        m, n = len(self.paths.muscles), self.paths.joints
-        put(self, "max_tension", frozen_array(self.max_tension, "max_tension", (m,)))
-        put(self, "angle_range", frozen_array(self.angle_range, "angle_range", (n, 2)))
+        super().__post_init__()
+        have = (len(self.max_tension), len(self.angle_range))
+        if have != (len(self.paths.muscles), self.paths.joints):
+            raise InputError(
+                f"arm {self.name}: {have[0]} tensions, {have[1]} ranges of angles",
+                expected=f"{len(self.paths.muscles)} and {self.paths.joints}, as its paths",
+            )
         if not (self.max_tension > 0).all():
             raise InputError(f"arm {self.name}: a muscle without tension", expected="max > 0 N")
         if not (np.isfinite(self.stiffness_per_tension) and self.stiffness_per_tension > 0):

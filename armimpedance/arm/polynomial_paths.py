@@ -9,17 +9,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import product
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from armimpedance.arm.muscle_paths import check_angles
-from armimpedance.arrays import BoolArray, FloatArray, IntArray, frozen_array
+from armimpedance.arrays import BoolArray, FloatArray, FrozenRecord, IntArray, frozen_array
 from armimpedance.errors import InputError, NotIdentifiableError
 
 
 @dataclass(frozen=True)
-class PolynomialPaths:
+class PolynomialPaths(FrozenRecord):
     """m muscles over n joints, lengths up to a constant.
 
     Attributes
@@ -28,24 +29,18 @@ class PolynomialPaths:
     exponents : (T, n) int
         Powers of the scaled angles in each of the T terms.
     coefficients : (m, T)
-        Of the lengths, m.
+        Coefficients of the lengths, m.
     box : (n, 2)
         Joint angles (rad) that become -1 and 1.
     """
 
-    muscles: tuple[str, ...]
-    exponents: IntArray
-    coefficients: FloatArray
-    box: FloatArray
+    muscles: Annotated[tuple[str, ...], "m"]
+    exponents: Annotated[IntArray, "t n"]
+    coefficients: Annotated[FloatArray, "m t"]
+    box: Annotated[FloatArray, "n 2"]
 
     def __post_init__(self) -> None:
-        put = object.__setattr__
-        put(self, "muscles", tuple(self.muscles))
-        put(self, "exponents", frozen_array(self.exponents, "exponents", (None, None), np.int64))
-        terms, n = self.exponents.shape
-        shape = (len(self.muscles), terms)
-        put(self, "coefficients", frozen_array(self.coefficients, "coefficients", shape))
-        put(self, "box", frozen_array(self.box, "box", (n, 2)))
+        super().__post_init__()
         if (self.exponents < 0).any():
             raise InputError("a negative power of an angle", expected="0 or more")
         if len(set(self.muscles)) != len(self.muscles):
@@ -104,7 +99,7 @@ def constant_paths(muscles: tuple[str, ...], G: ArrayLike) -> PolynomialPaths:
 
 
 @dataclass(frozen=True)
-class FittedPaths:
+class FittedPaths(FrozenRecord):
     """Polynomial paths and how far their moment arms are from the samples.
 
     Attributes
@@ -115,7 +110,7 @@ class FittedPaths:
     """
 
     paths: PolynomialPaths
-    rms: FloatArray
+    rms: Annotated[FloatArray, "m n"]
 
 
 def fit_paths(
@@ -137,11 +132,15 @@ def fit_paths(
     G : (P, m, n)
         Moment arms dL/dq there, m.
     order : int
-        Of the moment arms; lengths have one more.
+        Order of the moment arms; that of the lengths is one more.
     spans : (m, n) bool
         Which joints a muscle's length depends on.
     box : (n, 2), optional
         Angles (rad) that are scaled to [-1, 1]; default: the range of `q`.
+
+    Returns
+    -------
+    FittedPaths
 
     Raises
     ------
@@ -166,7 +165,7 @@ def fit_paths(
             coefficients[i, used] = _solve(name, W[:, :, used], sampled[:, i], spanned[i])
     paths = PolynomialPaths(muscles, exponents, coefficients, scaled)
     rms = np.sqrt(np.mean((paths.moment_arms(postures) - sampled) ** 2, axis=0))
-    return FittedPaths(paths, frozen_array(rms, "rms", (len(muscles), n)))
+    return FittedPaths(paths, rms)
 
 
 def monomial_exponents(n: int, degree: int) -> IntArray:
@@ -184,11 +183,11 @@ def _range(q: FloatArray) -> FloatArray:
 def _solve(name: str, W: FloatArray, G: FloatArray, spanned: BoolArray) -> FloatArray:
     """Least squares ``W (P n, T) c (T,) = G (P n,)`` over the joints that the muscle spans."""
     rows = W[:, spanned].reshape(-1, W.shape[-1])
-    found, _, rank, _ = np.linalg.lstsq(rows, G[:, spanned].ravel(), rcond=1e-10)
+    coefficients, _, rank, _ = np.linalg.lstsq(rows, G[:, spanned].ravel(), rcond=1e-10)
     if rank < rows.shape[1]:
         raise NotIdentifiableError(
             f"muscle {name}: {len(W)} postures determine {rank} of {rows.shape[1]} coefficients of "
             "its length; take a lower order or more postures, off one line",
             (name,),
         )
-    return np.asarray(found)
+    return np.asarray(coefficients)

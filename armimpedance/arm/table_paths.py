@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Final
+from typing import Annotated, Any, Final
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,7 +13,7 @@ from scipy.sparse import csr_array, diags_array, eye_array, kron, vstack
 from scipy.sparse.linalg import lsqr
 
 from armimpedance.arm.muscle_paths import check_angles
-from armimpedance.arrays import FloatArray, frozen_array
+from armimpedance.arrays import FloatArray, FrozenRecord, frozen_array
 from armimpedance.errors import InputError
 
 #: Fewer angles than these along a joint do not hold a cubic spline.
@@ -26,7 +26,7 @@ _JOINTS: Final = ("shoulder", "elbow")
 
 
 @dataclass(frozen=True)
-class TablePaths:
+class TablePaths(FrozenRecord):
     """m muscles over shoulder and elbow, cubic splines through a table.
 
     Attributes
@@ -45,26 +45,24 @@ class TablePaths:
         Fewer than 4 angles along a joint, or moment arms that no length has.
     """
 
-    muscles: tuple[str, ...]
-    shoulder: FloatArray
-    elbow: FloatArray
-    arms: FloatArray
+    muscles: Annotated[tuple[str, ...], "m"]
+    shoulder: Annotated[FloatArray, "a"]
+    elbow: Annotated[FloatArray, "b"]
+    arms: Annotated[FloatArray, "m a b 2"]
     inconsistency: FloatArray = field(init=False)
-    _splines: tuple[tuple[RectBivariateSpline, ...], ...] = field(init=False, repr=False)
+    # not a tuple by its annotation: it is made after the other fields are checked
+    _splines: Any = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        put = object.__setattr__
-        put(self, "muscles", tuple(self.muscles))
+        super().__post_init__()
         for name in _JOINTS:
-            angles = frozen_array(getattr(self, name), name, (None,))
+            angles = getattr(self, name)
             if len(angles) < LEAST_ANGLES or not (np.diff(angles) > 0).all():
                 raise InputError(
                     f"{len(angles)} angles of the {name}",
                     expected=f"at least {LEAST_ANGLES}, increasing",
                 )
-            put(self, name, angles)
-        shape = (len(self.muscles), len(self.shoulder), len(self.elbow), 2)
-        put(self, "arms", frozen_array(self.arms, "arms", shape))
+        put = object.__setattr__
         splines = tuple(
             tuple(RectBivariateSpline(self.shoulder, self.elbow, arm[..., j]) for j in (0, 1))
             for arm in self.arms

@@ -52,6 +52,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
         metavar=("S_LOW", "S_HIGH", "E_LOW", "E_HIGH"),
         help="moment-arms: the workspace, shoulder and elbow in degrees (default: as measured)",
     )
+    _add_muscles(parser)
+    parser.add_argument("--seed", type=int, default=0, help="seed of shuffles (default: 0)")
+
+
+def _add_muscles(parser: argparse.ArgumentParser) -> None:
+    """Options of the kinds that know single muscles."""
     parser.add_argument(
         "--arm",
         metavar="NAME|TABLE.csv",
@@ -87,7 +93,6 @@ def configure(parser: argparse.ArgumentParser) -> None:
         metavar="P",
         help="muscles: how far moment arms may be from the arm's, one sd (default: 20)",
     )
-    parser.add_argument("--seed", type=int, default=0, help="of shuffles (default: 0)")
 
 
 def run(args: argparse.Namespace) -> int:

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from armimpedance.planning import Servo
@@ -26,8 +26,6 @@ if TYPE_CHECKING:
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
     from armimpedance.cli.estimate import add_force_by
-    from armimpedance.cli.parts.outputs import add_figure
-    from armimpedance.planning import SHAPES
 
     arm = parser.add_argument_group("arm and noise")
     source = arm.add_mutually_exclusive_group()
@@ -60,6 +58,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
         default=40,
         help="trials that the table's intervals are for (default: 40)",
     )
+    _add_disturbance(parser)
+    _add_robot(parser)
+
+
+def _add_disturbance(parser: argparse.ArgumentParser) -> None:
+    from armimpedance.planning import SHAPES
+
     shape = parser.add_argument_group("disturbance")
     shape.add_argument(
         "--shape", default="all", metavar="NAME", help=f"all (default), {SHAPES.listed()}"
@@ -76,6 +81,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
     shape.add_argument(
         "--reflex-delay-ms", type=float, default=55.0, metavar="MS", help="default: 55"
     )
+
+
+def _add_robot(parser: argparse.ArgumentParser) -> None:
+    from armimpedance.cli.parts.outputs import add_figure
+
     robot = parser.add_argument_group("robot")
     robot.add_argument("--servo", metavar="N_PER_M", help="stiffness, or ideal (default)")
     robot.add_argument(
@@ -104,25 +114,7 @@ def run(args: argparse.Namespace) -> int:
     if args.trials < 8:
         raise InputError(f"--trials {args.trials}", expected="8 or more: one set")
     with bar("planning") as progress:
-        made = plan(
-            k_percent=args.k_percent,
-            orientation_deg=args.orientation_deg,
-            max_trials=args.max_trials,
-            pilot=args.pilot,
-            results=args.results,
-            condition=args.condition,
-            noise=args.noise,
-            force_by=args.force_by,
-            shape=args.shape,
-            duration_s=args.duration_s,
-            amplitude_m=None if args.amplitude_mm is None else args.amplitude_mm / 1e3,
-            max_acceleration=args.max_acceleration,
-            design=args.design,
-            separate_reflex=args.separate_reflex,
-            reflex_delay_s=args.reflex_delay_ms / 1e3,
-            servo=_servo(args),
-            progress=progress,
-        )
+        made = plan(**_options(args), servo=_servo(args), progress=progress)
     if args.out_profile is not None and made.profile is not None:
         made.write_profile(args.out_profile)
     if args.figure is not None:
@@ -137,6 +129,17 @@ def run(args: argparse.Namespace) -> int:
     if made.obstacle:
         raise InputError(f"cannot be met: {made.obstacle}")
     return 0
+
+
+def _options(args: argparse.Namespace) -> dict[str, Any]:
+    """The keywords of the verb."""
+    same = ("k_percent", "orientation_deg", "max_trials", "pilot", "results", "condition", "noise")
+    same += ("force_by", "shape", "duration_s", "max_acceleration", "design", "separate_reflex")
+    return {
+        **{name: getattr(args, name) for name in same},
+        "amplitude_m": None if args.amplitude_mm is None else args.amplitude_mm / 1e3,
+        "reflex_delay_s": args.reflex_delay_ms / 1e3,
+    }
 
 
 def _servo(args: argparse.Namespace) -> Servo:

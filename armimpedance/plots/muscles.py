@@ -213,25 +213,38 @@ def plot_predicted_against_measured(
         margin = 0.04 * (ends[1] - ends[0])
         limits = (ends[0] - margin, ends[1] + margin)
         ax.plot(limits, limits, color="0.6", linewidth=0.8, zorder=0, label="identity")
-        for name, (marker, color) in zip(names, _GROUP_LOOKS, strict=False):
+        for name, look in zip(names, _GROUP_LOOKS, strict=False):
             own = np.array([group == name for group in groups])
-            ax.errorbar(
-                x[own],
-                y[own],
-                xerr=x_half[own],
-                yerr=y_half[own],
-                fmt=marker,
-                color=OKABE_ITO[color],
-                mfc="white",
-                markersize=3.5,
-                mew=0.8,
-                elinewidth=0.7,
-                label=name,
-            )
+            _draw_group(ax, x[own], y[own], x_half[own], y_half[own], look, name)
         ax.set(xlim=limits, ylim=limits)
         ax.set_aspect("equal")
         label_axes(ax, f"predicted {label}", f"measured {label}")
     return ax
+
+
+def _draw_group(
+    ax: Axes,
+    x: FloatArray,
+    y: FloatArray,
+    x_half: FloatArray,
+    y_half: FloatArray,
+    look: tuple[str, str],
+    name: str,
+) -> None:
+    """Points of one experiment with bars along both axes; its look is a marker and a colour."""
+    ax.errorbar(
+        x,
+        y,
+        xerr=x_half,
+        yerr=y_half,
+        fmt=look[0],
+        color=OKABE_ITO[look[1]],
+        mfc="white",
+        markersize=3.5,
+        mew=0.8,
+        elinewidth=0.7,
+        label=name,
+    )
 
 
 def half_width_surface(

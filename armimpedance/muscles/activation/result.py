@@ -29,10 +29,7 @@ def activation_result(
     K, B = solved
     n = 3 + of_K.n_active
     X = of_K.columns(of_K.activation)[:, :3, :n]
-    flat = X.reshape(-1, n)
-    length = np.linalg.norm(flat, axis=0)
-    R = np.linalg.inv(np.linalg.qr(flat / length, mode="r")) / length[:, None]
-    leverage = R @ R.T
+    leverage = _inverse_gram(X.reshape(-1, n))
     alpha = of_K.activation
     reach = np.stack([alpha.min(axis=0), alpha.max(axis=0)], axis=1)
     falling = falling_muscles(K.theta, reach, arm.paths.muscles, of_K)
@@ -59,6 +56,13 @@ def activation_result(
     )
 
 
+def _inverse_gram(X: FloatArray) -> FloatArray:
+    """``(X^T X)^-1`` (n, n) of regressors (rows, n), by their triangle."""
+    length = np.linalg.norm(X, axis=0)
+    R = np.linalg.inv(np.linalg.qr(X / length, mode="r")) / length[:, None]
+    return np.asarray(R @ R.T)
+
+
 def _dof(equations: ActivationEquations, solved: SolvedEquations) -> float:
     return float(max(equations.outputs.size - len(solved.theta), 1))
 
@@ -71,27 +75,8 @@ def _summary(
     rank: ActivationRank,
     warnings: tuple[str, ...],
 ) -> FitSummary:
-    of_K = equations[0]
-    N = of_K.order
-    names = [column_names(symbol, muscles, N) for symbol in "KB"]
-    units = [("Nm/rad",) * 3 + ("N/m",) * of_K.n_active]
-    units.append(("Nms/rad",) * 3 + ("Ns/m",) * of_K.n_active)
-    if of_K.n_free:
-        names[0] = (*names[0], "tau_0_s", "tau_0_e", *(f"proportion_{name}" for name in muscles))
-        units[0] = (*units[0], "Nm", "Nm", *("1",) * len(muscles))
-    if of_K.free_proportion:
-        names[0], units[0] = (*names[0], "tension_factor"), (*units[0], "1")
-    parameters = [
-        parameter
-        for i in (0, 1)
-        for parameter in Parameters(
-            names[i],
-            units[i],
-            solved[i].theta,
-            solved[i].covariance,
-            dof=_dof(equations[i], solved[i]),
-        )
-    ]
+    of_K, N = equations[0], equations[0].order
+    parameters = [p for i in (0, 1) for p in _parameters("KB"[i], muscles, equations[i], solved[i])]
     measured = of_K.outputs[:, :3]
     X = of_K.columns(of_K.activation)[:, :3]
     r2, vaf = explained(measured, X @ solved[0].theta[: X.shape[-1]])
@@ -105,4 +90,21 @@ def _summary(
         vaf=vaf,
         parameters=tuple(parameters),
         warnings=warnings,
+    )
+
+
+def _parameters(
+    symbol: str, muscles: tuple[str, ...], equations: ActivationEquations, solved: SolvedEquations
+) -> Parameters:
+    """Coefficients of K or B, then those of the torque where it was fitted."""
+    second = "" if symbol == "K" else "s"
+    names = list(column_names(symbol, muscles, equations.order))
+    units = [f"Nm{second}/rad"] * 3 + [f"N{second}/m"] * equations.n_active
+    if equations.n_free:
+        names += ["tau_0_s", "tau_0_e", *(f"proportion_{name}" for name in muscles)]
+        units += ["Nm", "Nm", *("1",) * len(muscles)]
+    if equations.free_proportion:
+        names, units = [*names, "tension_factor"], [*units, "1"]
+    return Parameters(
+        tuple(names), tuple(units), solved.theta, solved.covariance, dof=_dof(equations, solved)
     )
