@@ -54,7 +54,8 @@ def replacements(node: ast.AST) -> Iterator[ast.AST]:
         case ast.Slice(lower, upper, step) if lower or upper:
             one = ast.Constant(1)
             yield ast.Slice(ast.BinOp(lower, ast.Add(), one) if lower else one, upper, step)
-            yield ast.Slice(lower, ast.BinOp(upper, ast.Sub(), one) if upper else upper, step)
+            if upper:
+                yield ast.Slice(lower, ast.BinOp(upper, ast.Sub(), one), step)
         case ast.Call(function, arguments, keywords):
             if isinstance(function, ast.Name) and function.id in SWAPPED:
                 yield ast.Call(ast.Name(SWAPPED[function.id], ast.Load()), arguments, keywords)

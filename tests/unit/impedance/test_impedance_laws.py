@@ -8,8 +8,16 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from armimpedance.impedance import METHODS, Options, estimate, reflex_guard, side_by_side
+from armimpedance.impedance import (
+    METHODS,
+    Options,
+    check_delay,
+    estimate,
+    reflex_guard,
+    side_by_side,
+)
 from armimpedance.impedance.weighing.components import fit_components, total_covariance
+from armimpedance.signals import cut_windows
 
 MATRICES = ("inertia", "viscosity", "stiffness")
 
@@ -126,6 +134,58 @@ def test_the_total_has_the_error_of_a_sum(verdict):
     expected = np.sqrt(np.diag(both @ verdict.covariance @ both.T)).reshape(2, 2)
     np.testing.assert_allclose(verdict.total_sd, expected, rtol=1e-9)
     np.testing.assert_allclose(verdict.total, verdict.intrinsic + verdict.reflex)
+
+
+def test_a_change_along_itself_is_one(verdict):
+    """Of every end: the projection on its own symmetric part, whatever that is multiplied by."""
+    for end, change in enumerate(verdict.ends.change):
+        if end == verdict.ends.early:
+            continue
+        for factor in (1.0, 3.0):
+            part, sd = verdict.ends.along(factor * change)
+            assert part[end] == pytest.approx(1 / factor)
+            assert sd[end] > 0
+
+
+# Delays
+
+
+def late_by(recording, samples):
+    rows = recording.force.reshape(recording.n_trials, -1, recording.force.shape[1])
+    return replace(recording, force=np.roll(rows, samples, axis=1).reshape(recording.force.shape))
+
+
+@pytest.mark.parametrize("samples", [-15, -12, 12, 15])
+def test_delays_beyond_those_looked_for_are_told_at_the_edge(noisy, samples):
+    """Up to 10 ms are looked for; from the last but one a parabola reaches 1.5 steps further."""
+    (check,) = check_delay(late_by(noisy, samples))
+    assert check.verdict == "warning"
+    told = float(check.message.split(" ms (standard")[0].split()[-1])
+    assert np.sign(told) == np.sign(samples)
+    assert 9 <= abs(told) <= 10.5
+
+
+def test_two_trials_are_enough_for_a_delay_of_one_axis(limb):
+    one = {"inertia": np.eye(1), "viscosity": 8 * np.eye(1), "stiffness": 100 * np.eye(1)}
+    recording = limb.record(sets=1, directions=2, force_noise=0.01, **one)
+    (check,) = check_delay(late_by(recording, 4))
+    assert check.verdict == "warning"
+    assert "standard error" in check.message
+
+
+@pytest.mark.parametrize("rest_s", [0.09, 0.25])
+def test_lines_are_counted_as_they_lie(limb, rest_s):
+    """Lines up to 15 Hz lie 1/(1.5 L) apart, L the window less one rise of its taper.
+
+    The taper rises over the rest, within 80 and 160 ms.
+    """
+    recording = limb.record(sets=5, before=rest_s, after=rest_s, force_noise=0.1)
+    window = cut_windows(recording)
+    made = estimate(recording, options=Options("frequency"))[0]
+    rest = min(-window.lag_s[0], window.lag_s[-1] - 0.3)
+    length = window.lag_s[-1] - window.lag_s[0] - min(max(rest, 0.08), 0.16)
+    count = int(15 * 1.5 * length) + 1
+    assert any(sentence.startswith(f"{count} lines up to 15 Hz") for sentence in made.provenance)
 
 
 # Variance components

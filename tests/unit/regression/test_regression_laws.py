@@ -84,6 +84,18 @@ def test_the_bootstrap_scatters_as_the_trials_do(problem):
     assert (ratio < 1.3).all()
 
 
+def test_one_row_is_a_table_too():
+    """A constant is found in a table of a single row, and kept as the intercept."""
+    made = trial_factors(np.ones((1, 1, 1)), np.full((1, 1, 1), 2.0), regressors="c", outputs="u")
+    assert made.intercept == "c"
+    for last in (1.0, 2.0):
+        W = np.ones((2, 3, 2))
+        W[..., 1] = np.arange(6.0).reshape(2, 3)
+        W[-1, -1, 0] = last
+        made = trial_factors(W, W[..., :1], regressors="cx", outputs="u")
+        assert made.intercept == ("c" if last == 1 else None)
+
+
 # Parameters and their intervals
 
 

@@ -3,15 +3,28 @@
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
+from scipy.signal import butter, sosfiltfilt
 
+from armimpedance.errors import InputError
+from armimpedance.records import Recording
 from armimpedance.signals import (
+    bandpass,
+    check_emg,
     check_recording,
     choose_span,
     cut_windows,
+    emg_amplitude,
+    lowpass,
     mean_activation,
+    multiple_coherence,
+    position_noise,
     respond,
+    segment_amplitude,
+    spline_modes,
 )
+from armimpedance.signals.emg.carrier import mean_overlap
 
 
 def message(recording, name):
@@ -146,3 +159,116 @@ def test_noise_at_rest_is_told_against_the_response(clean, size, verdict):
     found = message(replace(clean, force=force), "noise at rest")
     assert found.verdict == verdict
     assert f"force sd 0.1 N, {100 * 0.1 / size:.0f} % of" in found.message
+
+
+# Filters and spectra
+
+
+@pytest.mark.parametrize(("order", "edges"), [(2, (10.0,)), (4, (3.0,)), (2, (20.0, 90.0))])
+@pytest.mark.parametrize("samples", [400, 60])
+def test_filters_are_scipy_s_forward_and_backward(order, edges, samples):
+    """Of even order, where SciPy's own padding of the ends is the textbook's."""
+    signal = np.cumsum(np.random.default_rng(7).normal(size=(3, samples)), axis=1)
+    kind = "low" if len(edges) == 1 else "band"
+    sos = butter(order, edges[0] if kind == "low" else edges, kind, fs=500.0, output="sos")
+    made = (lowpass if kind == "low" else bandpass)(signal, *edges, 500.0, order=order)
+    expected = sosfiltfilt(sos, signal, padlen=3 * (2 * len(sos) + 1))
+    np.testing.assert_allclose(made, expected, atol=1e-12)
+
+
+def test_coherence_of_an_exact_system_is_one_and_never_more():
+    rng = np.random.default_rng(12)
+    motion = rng.normal(size=(20_000, 2))
+    told = multiple_coherence(motion, motion @ [[3.0, -1.0], [0.5, 2.0]], 500.0)
+    assert (told.coherence <= 1).all()
+    assert (told.coherence >= 0).all()
+    assert told.coherence.min() > 1 - 1e-9
+    assert told.frequency_hz[-1] == 250.0
+    np.testing.assert_allclose(np.diff(told.frequency_hz), 1.0)
+    alone = multiple_coherence(motion, rng.normal(size=(20_000, 2)), 500.0)
+    # two inputs, some 79 segments that overlap by half
+    assert alone.mean(1, 249) == pytest.approx(2 / 40, abs=0.03)
+
+
+def test_readings_on_a_grid_have_a_twelfth_of_its_square():
+    """Uniform between two steps: variance step^2/12, whatever moved."""
+    t = np.arange(600) / 1000.0
+    true = 0.005 * np.sin(2 * np.pi * 3 * t)[None, :, None] * np.ones((6, 1, 2))
+    step = 2e-5
+    made = position_noise(np.round(true / step) * step, 1000.0, spline_modes(600, 1000.0))
+    assert made.step == pytest.approx(step, rel=1e-9)
+    assert made.variance == pytest.approx(step**2 / 12, rel=1e-9)
+
+
+# EMG
+
+
+def test_a_running_mean_overlaps_itself_as_a_triangle():
+    """``(h * h)_k`` of n equal weights 1/n: (n - k)/n^2 up to n, then nothing."""
+    for n in (1, 4, 9):
+        h = np.full(n, 1 / n)
+        expected = [h[: n - k] @ h[k:] if k < n else 0.0 for k in range(12)]
+        np.testing.assert_allclose(mean_overlap(n, 12), expected, atol=1e-15)
+
+
+@pytest.fixture(scope="module")
+def emg(emg_recording):
+    level = 0.3 + 0.2 * np.sin(2 * np.pi * 0.5 * np.arange(6000) / 1000.0)
+    return emg_recording(np.repeat(level, 2).reshape(1, 6000, 2), seed=3, noise_V=2e-6, rest=True)
+
+
+def test_an_amplitude_is_aligned_unless_asked_otherwise(emg):
+    usual, aligned, late = (
+        emg_amplitude(emg, causal=True, **how) for how in ({}, {"align": True}, {"align": False})
+    )
+    np.testing.assert_array_equal(usual.amplitude, aligned.amplitude)
+    assert np.abs(usual.amplitude - late.amplitude).max() > 1e-3
+
+
+def test_the_column_that_is_lacking_is_named(emg):
+    def notes(drop):
+        some = replace(emg, trials=emg.trials.drop(columns=[f"rest_{m}_V" for m in drop]))
+        return " ".join(emg_amplitude(some).notes)
+
+    for gone, stays in (("biceps", "triceps"), ("triceps", "biceps")):
+        said = notes([gone])
+        assert f"rest_{gone}_V" in said
+        assert f"rest_{stays}_V" not in said
+    empty = replace(emg, trials=emg.trials.assign(rest_biceps_V=np.nan))
+    said = " ".join(emg_amplitude(empty).notes)
+    assert "rest_biceps_V" in said
+
+
+def test_a_converter_of_few_levels_is_not_saturated(emg):
+    """Sixteen levels that are all as frequent: each extreme holds a sixteenth of the samples."""
+    levels = np.random.default_rng(6).integers(0, 16, emg.emg.shape)
+
+    def verdict(values):
+        told = check_emg(replace(emg, emg=1e-5 * values))
+        return next(c.verdict for c in told if c.name == "saturated")
+
+    assert verdict(levels) == "ok"
+    assert verdict(np.where(levels > 10, 15, levels)) == "unusable"
+    assert verdict(np.where(levels < 5, 0, levels)) == "unusable"
+
+
+def test_segments_hold_the_mean_of_what_they_span(emg):
+    """Normalised EMG: the amplitude of a segment is its plain mean."""
+    flat = np.linspace(0.0, 0.9, emg.emg.size).reshape(emg.emg.shape)
+    known = replace(emg, emg=flat, emg_unit="normalised")
+    made = segment_amplitude(known, segment_s=0.5)
+    expected = flat.reshape(12, 500, 2).mean(axis=1)
+    np.testing.assert_allclose(made.amplitude, expected, rtol=1e-12)
+
+
+def test_a_recording_holds_samples():
+    with pytest.raises(InputError):
+        Recording(
+            kind="hand",
+            sample_rate_hz=1000.0,
+            trials=pd.DataFrame({"trial": [1], "condition": ["c"]}),
+            offsets=np.array([0, 0]),
+            time_s=np.zeros(0),
+            position=np.zeros((0, 2)),
+            force=np.zeros((0, 2)),
+        )
