@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Literal
 
-from armimpedance.analyses.moving import Progress, motion_of
 from armimpedance.analyses.sources import PathLike, naming, read
 from armimpedance.body import METHODS, BodyFit, RowChoice, TermKind, identify_body
 from armimpedance.errors import InputError
+from armimpedance.mocap import motion_of
 from armimpedance.motion import MarkerRecording, MotionRecording
 from armimpedance.records import Recording
 from armimpedance.skeleton import Skeleton
@@ -29,7 +29,7 @@ def body(
     noise_draws: int | None = None,
     what_shows: bool = False,
     longest_gap_s: float | None = None,
-    progress: Progress | None = None,
+    progress: Callable[[int, int], None] | None = None,
 ) -> BodyFit:
     """Fit the combinations of masses, first moments and inertias that motion can show.
 
@@ -121,7 +121,7 @@ def body(
 def _motion(
     source: MotionRecording | MarkerRecording | PathLike,
     longest_gap_s: float | None,
-    progress: Progress | None,
+    progress: Callable[[int, int], None] | None,
 ) -> tuple[MotionRecording, tuple[str, ...]]:
     """The joint motion and notes on it; markers without force plates are refused."""
     recording = read(source)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
-from armimpedance.analyses.moving import Progress, motion_of
 from armimpedance.analyses.sources import PathLike, naming, read
 from armimpedance.errors import InputError
+from armimpedance.mocap import motion_of
 from armimpedance.motion import EmgSignals, MarkerRecording, MotionRecording
 from armimpedance.passive import (
     EmgLevel,
@@ -40,7 +40,7 @@ class _Options:
     emg_gate_percent: float | None
     torque_sign: Literal[1, -1] | None
     longest_gap_s: float | None
-    progress: Progress | None
+    progress: Callable[[int, int], None] | None
 
 
 def passive(
@@ -55,7 +55,7 @@ def passive(
     torque_sign: Literal[1, -1] | None = None,
     longest_gap_s: float | None = None,
     validate: Recording | MarkerRecording | MotionRecording | PathLike | None = None,
-    progress: Progress | None = None,
+    progress: Callable[[int, int], None] | None = None,
 ) -> PassiveFits:
     """Fit ``k (q - q_r) + h qd + f sign(qd) [+ K (q - q_r)^2]`` to the passive torque of joints.
 

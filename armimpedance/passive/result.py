@@ -118,7 +118,7 @@ class PassiveFit(FrozenRecord):
 
     def __repr__(self) -> str:
         said = len(self.warnings)
-        more = [f"{said} warning{'s' if said > 1 else ''}"] if said else []
+        more = [_counted(said, "warning")] if said else []
         head = f"{self.joint}: {self.method}, R^2 {self.direct.r2:.4f}"
         return "\n".join([head, *map(repr, self.parameters), *more])
 
@@ -204,10 +204,11 @@ class PassiveFits(FrozenRecord, Sequence[PassiveFit]):
         for fit in self.fits[:_MOST_SHOWN]:
             shown = ", ".join(f"{p.name} {p.value:.4g} {p.unit}" for p in fit.parameters)
             lines.append(f"{fit.joint}: {shown}; R^2 {fit.direct.r2:.4f}")
-        left, said = len(self) - len(lines), len(self.summary.warnings)
+        left, said = len(self) - len(lines), sum(len(fit.warnings) for fit in self.fits)
         more = [f"... and {left} more"] if left else []
-        more += [f"{said} warning{'s' if said > 1 else ''}"] if said else []
-        return "\n".join([f"{self.fits[0].method}, {len(self)} passive joints", *lines, *more])
+        more += [_counted(said, "warning")] if said else []
+        head = f"{self.fits[0].method}, {_counted(len(self), 'passive joint')}"
+        return "\n".join([head, *lines, *more])
 
     def _repr_html_(self) -> str:
         return self.summary._repr_html_()
@@ -239,6 +240,10 @@ def summary_of(fits: Sequence[PassiveFit]) -> FitSummary:
         parameters=tuple(one for f in fits for one in f.named),
         warnings=tuple(f"{f.joint}: {w}" if several else w for f in fits for w in f.warnings),
     )
+
+
+def _counted(number: int, what: str) -> str:
+    return f"{number} {what}" + ("" if number == 1 else "s")
 
 
 def _together(left: np.ndarray, unexplained: np.ndarray) -> float:

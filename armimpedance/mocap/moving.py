@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 from armimpedance.errors import InputError
-from armimpedance.mocap import joint_motion
+from armimpedance.mocap.joint_motion import joint_motion
+from armimpedance.mocap.posture import Progress
 from armimpedance.motion import MarkerRecording, MotionRecording
-
-Progress = Callable[[int, int], None]
 
 #: Longest loss of a marker that is bridged where nothing else is said, s.
 _USUAL_GAP_S = 0.2
