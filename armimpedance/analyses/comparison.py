@@ -79,7 +79,7 @@ class Comparison(FrozenRecord):
             Another ending, or the file cannot be written.
         """
         columns, rows = comparison_rows(self.pairs, self.over_subjects)
-        write_table(rows, str(path), columns)
+        write_table(rows, path, columns)
 
     def plot(self, which: Which = "stiffness", ax: Axes | None = None) -> Axes:
         """Draw each group's ellipse where the hand was, and join pairs that differ.
@@ -290,7 +290,7 @@ def _results(source: Any) -> Sequence[ImpedanceEstimate]:
     if not isinstance(source, str | os.PathLike):
         return source  # type: ignore[no-any-return]
     try:
-        return read_results(Path(source))
+        return read_results(source)
     except InputError as error:
         if error.problem == "no such column" and str(error.column).startswith("sd_"):
             raise InputError(

@@ -12,6 +12,7 @@ import numpy as np
 
 from armimpedance.analyses.labelled import LabelledEstimate, html_table
 from armimpedance.analyses.named import position_of
+from armimpedance.analyses.sources import PathLike
 from armimpedance.arrays import FrozenRecord
 from armimpedance.conventions import UNITS
 from armimpedance.errors import InputError
@@ -123,7 +124,7 @@ class Estimates(FrozenRecord, Sequence[ImpedanceEstimate]):
         """One mapping a group with nested lists of numbers, as the JSON file holds them."""
         return result_objects(self.estimates)
 
-    def to_csv(self, path: str | Path) -> None:
+    def to_csv(self, path: PathLike) -> None:
         """Write RESULTS.csv, as the command ``armimpedance estimate --out`` does.
 
         Parameters
@@ -140,7 +141,7 @@ class Estimates(FrozenRecord, Sequence[ImpedanceEstimate]):
             raise InputError("not a CSV file's name", file=path, expected="one that ends in .csv")
         self.write(path)
 
-    def write(self, path: str | Path) -> None:
+    def write(self, path: PathLike) -> None:
         """Write the results; the ending decides: .csv, .json or .parquet.
 
         Raises

@@ -386,7 +386,7 @@ class ReflexVerdicts(FrozenRecord, Sequence[ReflexVerdict]):
         InputError
             Another ending, or the file cannot be written.
         """
-        write_table(verdict_rows(self.verdicts), str(path))
+        write_table(verdict_rows(self.verdicts), path)
 
     def plot(self, axes: Any = None) -> Any:
         """Draw K over the window's end and the evidence over the delay, one row a group.

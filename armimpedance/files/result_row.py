@@ -6,9 +6,9 @@ The columns come in blocks, so that files that mix one, two and three axes keep 
 from __future__ import annotations
 
 import json
+import os
 import re
 from collections.abc import Iterable, Mapping, Sized
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -62,7 +62,7 @@ def is_result_column(name: str) -> bool:
     return name in PLAIN_COLUMNS or _RESULT_COLUMN.fullmatch(name) is not None
 
 
-def require_results(estimates: Sized, path: str | Path) -> None:
+def require_results(estimates: Sized, path: str | os.PathLike[str]) -> None:
     """Refuse to write a file without rows.
 
     Raises

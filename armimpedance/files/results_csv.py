@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 from collections.abc import Sequence
 from pathlib import Path
@@ -25,7 +26,7 @@ _LINE_BREAKS = re.compile(r"[\r\n\x00]+")
 _NUMBER = re.compile(r"-?(0|[1-9]\d*)(\.\d+)?([eE][+-]?\d+)?")
 
 
-def write_results(estimates: Sequence[ImpedanceEstimate], path: str | Path) -> None:
+def write_results(estimates: Sequence[ImpedanceEstimate], path: str | os.PathLike[str]) -> None:
     """Write a table of results through a temporary name.
 
     Parameters
@@ -92,7 +93,7 @@ def _as_cell(value: Any) -> Any:
     return _LINE_BREAKS.sub(" ", value) if isinstance(value, str) else value
 
 
-def read_results(path: str | Path) -> list[ImpedanceEstimate]:
+def read_results(path: str | os.PathLike[str]) -> list[ImpedanceEstimate]:
     """Read RESULTS.csv, ours or one that a script wrote to the same contract.
 
     Needed are `n_trials`, `method`, `level`, all of `M_ij, B_ij, K_ij`, and either `covariance`

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import os
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,9 @@ from armimpedance.outputs import staged_file
 
 
 def write_table(
-    rows: Iterable[Mapping[str, Any]], path: str | Path, columns: Sequence[str] | None = None
+    rows: Iterable[Mapping[str, Any]],
+    path: str | os.PathLike[str],
+    columns: Sequence[str] | None = None,
 ) -> None:
     """Write rows of cells; a cell that a row does not have stays empty (JSON: null).
 
