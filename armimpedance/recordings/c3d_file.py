@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import os
 import struct
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -137,6 +138,20 @@ def parse_c3d(data: bytes, name: str) -> C3DFile:
         analog_labels=_labels(parameters, "ANALOG", channels),
         analog=_scaled_analog(name, raw, parameters),
     )
+
+
+def muscles_of(emg_channels: Mapping[str, str] | None) -> dict[str, str]:
+    """Analog channel -> muscle, each muscle once.
+
+    Raises
+    ------
+    InputError
+        Two channels are given to one muscle.
+    """
+    muscles = dict(emg_channels or {})
+    if len(set(muscles.values())) < len(muscles):
+        raise InputError("two EMG channels of one muscle", expected="a muscle for each channel")
+    return muscles
 
 
 @dataclass(frozen=True)

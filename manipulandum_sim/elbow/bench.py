@@ -66,12 +66,16 @@ def simulate_bench(
     ----------
     inertia, viscosity, stiffness : float, or functions of time for the latter two
         kg m^2, Nm s/rad, Nm/rad; time 0 is the first sample, the run-in before is at time < 0.
+    duration_s : float
+        Length of a trial.
+    trials : int
     snr_db : float, (torque, angle) or None
         White noise is added to each channel at 1 kHz; dB of power, signal over noise, whole band.
     cutoff_hz : float
-        Of the perturbation's low-pass.
+        Cut-off of the perturbation's low-pass.
     torque_rms : float
         Nm.
+    seed : int
 
     Returns
     -------

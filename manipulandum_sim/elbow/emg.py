@@ -63,12 +63,19 @@ def raw_emg(
 
     Parameters
     ----------
+    rng : Generator
     activation : (S, m)
     mvc_V : (m,)
+        Mean rectified EMG of the maximum voluntary contraction.
     rate : (S,)
-        Of the elbow, rad/s.
+        Angular velocity of the elbow, rad/s.
+    electrodes : Electrodes
     converted : bool
-        Through the 16-bit converter.
+        Whether the signal passes the 16-bit converter.
+
+    Returns
+    -------
+    (S, m)
     """
     from scipy.signal import butter, sosfilt
 

@@ -108,7 +108,7 @@ def simulate_elbow(
     electrode_noise_V: float | None = None,
     velocity_limit: float = Limits.velocity,
     torque_limit: float = Limits.torque,
-    device: Exoskeleton | None = None,
+    device: Exoskeleton = Exoskeleton(),  # noqa: B008 - frozen
     progress: Progress | None = None,
 ) -> tuple[Recording, ElbowTruth]:
     """One session of a test, and its truth.
@@ -169,7 +169,6 @@ def simulate_elbow(
         test, own, repetitions, seeds.phase, depth=depth, frequency_hz=frequency_hz, law=law
     )
     clock = _Clock.of(test, duration_s)
-    device = device or Exoskeleton()
     forces = _forces(plan, seeds, clock, perturbation, noise)
     motion = _motion(plan, clock, forces, device, limits, progress)
     told, converted = None if plan.unperturbed else perturbation, noise != "none"

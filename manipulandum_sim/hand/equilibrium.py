@@ -18,7 +18,19 @@ COCONTRACTION_SHARE: Final = np.array([0.3, 0.3, 0.3, 0.3, 1.0, 1.0])
 
 
 def hand_jacobian(arm: Arm, posture: FloatArray) -> FloatArray:
-    """Jacobian (2, 2) of the hand at a posture (2,)."""
+    """Jacobian of the hand at a posture.
+
+    Parameters
+    ----------
+    arm : Arm
+    posture : (2,)
+        Joint angles, rad.
+
+    Returns
+    -------
+    (2, 2)
+        ``dp/dq``, m.
+    """
     x, y = arm.link.end_position(posture[0], posture[1])
     m = arm.link.end_motion(x, y, np.zeros(()), np.zeros(()))
     return np.array([[-m.ry, -m.uy], [m.rx, m.ux]])
@@ -99,6 +111,7 @@ def muscle_command(
 
     Parameters
     ----------
+    arm : Arm
     postures : (T, 2)
         rad.
     activations : (T, 6)

@@ -55,7 +55,17 @@ class Experiment:
 
 
 def nominal_hand(subject: SimulatedSubject) -> tuple[float, float]:
-    """Hand location (m) in the nominal posture."""
+    """Hand location of a subject in the nominal posture.
+
+    Parameters
+    ----------
+    subject : SimulatedSubject
+
+    Returns
+    -------
+    tuple of float
+        x and y, m.
+    """
     q1, q2 = np.array(NOMINAL_POSTURE_RAD)
     x, y = Arm.of(subject).link.end_position(q1, q2)
     return float(x), float(y)
@@ -105,6 +115,14 @@ EXPERIMENTS: Final = {
 
 def find_experiment(name: str) -> Experiment:
     """An experiment by its name.
+
+    Parameters
+    ----------
+    name : {"postures", "cocontraction", "force"}
+
+    Returns
+    -------
+    Experiment
 
     Raises
     ------

@@ -76,7 +76,18 @@ def _weighted(weights: FloatArray, basis: FloatArray) -> FloatArray:
 
 
 def joint_basis(q1: FloatArray, q2: FloatArray) -> FloatArray:
-    """What path lengths are linear in: ``q1, sin q1, cos q1, q2, sin q2, cos q2``, (6, ...)."""
+    """The functions of the joint angles in which the lengths of the paths are linear.
+
+    Parameters
+    ----------
+    q1, q2 : (...)
+        Shoulder and elbow, rad.
+
+    Returns
+    -------
+    (6, ...)
+        ``q1, sin q1, cos q1, q2, sin q2, cos q2``.
+    """
     return np.stack([q1, np.sin(q1), np.cos(q1), q2, np.sin(q2), np.cos(q2)])
 
 

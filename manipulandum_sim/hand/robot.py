@@ -84,8 +84,16 @@ def servo_gains(
 
     Parameters
     ----------
+    robot : Robot
+    servo : Servo
     place, hold : (T, 2)
         Hand position (m) and force by the limb (N) of each trial's condition.
+    cast_kg : float
+        Mass between the force sensor and the hand.
+
+    Returns
+    -------
+    ServoGains
 
     Raises
     ------

@@ -59,6 +59,16 @@ def make_schedule(seed: int, runs: Sequence[Run], sets: int) -> Schedule:
     """Sets of eight directions in random order, each run from a generator of its own.
 
     More sets leave the first ones as they are.
+
+    Parameters
+    ----------
+    seed : int
+    runs : sequence of Run
+    sets : int
+
+    Returns
+    -------
+    Schedule
     """
     first, last = (round(s * RATE_HZ) for s in ONSET_S)
     directions, onsets = [], []

@@ -101,10 +101,12 @@ def simulate_condition(
     ----------
     condition : Condition, optional
         Default: relaxed in the nominal posture.
+    seed, subject
+        As for `simulate`.
     repeats : int
         Repeat r is the condition ``repeat_00r`` of the recording; more repeats leave the first
         ones as they are.
-    seed, subject, sets, progress, **rig
+    sets, progress, **rig
         As for `simulate`.
 
     Returns

@@ -83,6 +83,14 @@ SUBJECTS: Final = {
 def find_subject(subject: str | SimulatedSubject) -> SimulatedSubject:
     """A subject by its letter.
 
+    Parameters
+    ----------
+    subject : {"A", "B", "C", "D"} or SimulatedSubject
+
+    Returns
+    -------
+    SimulatedSubject
+
     Raises
     ------
     InputError

@@ -93,7 +93,16 @@ def _driven(batch: Batch, drift: FloatArray, voluntary: FloatArray | None) -> Tr
 
 
 def make_course(batch: Batch) -> Course:
-    """The commanded course of a batch on the grid of substeps."""
+    """The commanded course of a batch on the grid of substeps.
+
+    Parameters
+    ----------
+    batch : Batch
+
+    Returns
+    -------
+    Course
+    """
     rig, substeps = batch.rig, batch.rig.steps_per_sample
     step = 1 / (RATE_HZ * substeps)
     count = round(rig.duration_s * RATE_HZ) * substeps

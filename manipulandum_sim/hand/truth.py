@@ -200,7 +200,18 @@ def _moment_arms(arm: Arm, q: FloatArray) -> FloatArray:
 
 
 def joint_angles(arm: Arm, hand: FloatArray) -> FloatArray:
-    """Joint angles (..., 2) at hand locations (..., 2).
+    """Joint angles at hand locations.
+
+    Parameters
+    ----------
+    arm : Arm
+    hand : (..., 2)
+        m, from the shoulder.
+
+    Returns
+    -------
+    (..., 2)
+        Shoulder and elbow, rad.
 
     Raises
     ------

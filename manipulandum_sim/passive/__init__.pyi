@@ -1,7 +1,6 @@
+from .segments import ELBOW as ELBOW, SHOULDER as SHOULDER
 from .subject import (
-    ELBOW as ELBOW,
     PASSIVE_SUBJECTS as PASSIVE_SUBJECTS,
-    SHOULDER as SHOULDER,
     PassiveSubject as PassiveSubject,
     find_passive_subject as find_passive_subject,
     passive_subject as passive_subject,

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Final, NamedTuple, get_args
+from typing import Final
 
 import numpy as np
 import pandas as pd
@@ -23,7 +23,8 @@ from armimpedance.motion import MarkerRecording, MotionRecording
 from manipulandum_sim.passive.chain import Chain
 from manipulandum_sim.passive.drive import Drive, Push, Test, held, shaken
 from manipulandum_sim.passive.friction import JointLaw, PassivePlant
-from manipulandum_sim.passive.subject import PassiveSubject, find_passive_subject, hinge_values
+from manipulandum_sim.passive.plan import Plan, plan_of
+from manipulandum_sim.passive.subject import PassiveSubject, hinge_values
 from manipulandum_sim.passive.truth import PassiveTruth
 from manipulandum_sim.studio import Studio, film
 from manipulandum_sim.studio_emg import Burst, relaxed_emg
@@ -36,8 +37,6 @@ STEP_S: Final = 1e-3
 RUN_IN_S: Final = 2.0
 #: How far the forearm is lifted, rad.
 LIFT_RAD: Final = (0.5, 0.8)
-#: (trials, frames of each) of the source's tests.
-SIZES: Final = {"p5": (1, 700), "release": (4, 275)}
 #: Steps from one word about progress to the next.
 _STEPS_TOLD: Final = 500
 #: Chains times instants whose base is worked out at once.
@@ -53,16 +52,6 @@ class Swing:
     qdd: FloatArray
     torque: FloatArray
     held: BoolArray
-
-
-class _Plan(NamedTuple):
-    """Trials of one or more recordings, simulated together."""
-
-    test: Test
-    subject: PassiveSubject
-    trials: int
-    frames: int
-    rate_hz: float
 
 
 def simulate_passive(
@@ -83,7 +72,21 @@ def simulate_passive(
 ) -> tuple[MarkerRecording, PassiveTruth]:
     """One recording of a test, and its truth.
 
-    See `simulate_passive_many`.
+    Parameters
+    ----------
+    test, subject
+        As for `simulate_passive_many`.
+    seed : int
+    trials, duration_s, rate_hz
+        As for `simulate_passive_many`.
+    marker_noise_m, soft_tissue_m, dropout : float
+        As for `Studio`.
+    emg_percent, emg_bursts, push, progress
+        As for `simulate_passive_many`.
+
+    Returns
+    -------
+    (MarkerRecording, PassiveTruth)
     """
     return simulate_passive_many(
         test,
@@ -138,12 +141,16 @@ def simulate_passive_many(
     progress : function, optional
         Called with how many steps are done, of how many.
 
+    Returns
+    -------
+    list of (MarkerRecording, PassiveTruth)
+
     Raises
     ------
     InputError
         Unknown test or subject, or a number that makes no recording.
     """
-    plan = _plan(test, subject, trials, duration_s, rate_hz)
+    plan = plan_of(test, subject, trials, duration_s, rate_hz)
     if len(seeds) == 0 or min(seeds) < 0:
         raise InputError(f"seeds {list(seeds)}", expected="one or more, none negative")
     keys = [
@@ -163,31 +170,8 @@ def simulate_passive_many(
     return made
 
 
-def _plan(
-    test: Test,
-    subject: str | PassiveSubject,
-    trials: int | None,
-    duration_s: float | None,
-    rate_hz: float,
-) -> _Plan:
-    if test not in SIZES:
-        raise InputError(f"no passive test {test!r}", expected=" or ".join(get_args(Test)))
-    if not (np.isfinite(rate_hz) and 1 <= rate_hz <= 1000):
-        raise InputError(f"{rate_hz} frames/s", expected="1 to 1000")
-    usual, frames = SIZES[test]
-    if duration_s is None:
-        frames = round(frames * rate_hz / 30)
-    elif not (np.isfinite(duration_s) and duration_s * rate_hz >= 2):
-        raise InputError(f"trials of {duration_s} s", expected="two frames or more")
-    else:
-        frames = round(duration_s * rate_hz)
-    if trials is not None and trials < 1:
-        raise InputError(f"{trials} trials", expected="1 or more")
-    return _Plan(test, find_passive_subject(subject), trials or usual, frames, rate_hz)
-
-
 def _begin(
-    plan: _Plan, keys: list[np.random.SeedSequence], push: Push
+    plan: Plan, keys: list[np.random.SeedSequence], push: Push
 ) -> tuple[Drive, float, FloatArray]:
     """The prescribed motion, when it starts (s before the first frame), and the free angles."""
     skeleton, height = plan.subject.skeleton, plan.subject.height_m
@@ -218,7 +202,7 @@ def _plant(subject: PassiveSubject, drive: Drive) -> tuple[PassivePlant, tuple[s
 
 
 def _integrate(
-    plan: _Plan, drive: Drive, angles: FloatArray, start_s: float, progress: Progress | None
+    plan: Plan, drive: Drive, angles: FloatArray, start_s: float, progress: Progress | None
 ) -> Swing:
     """From rest at `start_s` over all frames."""
     plant, _ = _plant(plan.subject, drive)
@@ -249,7 +233,7 @@ def _integrate(
     return Swing(q, qd, np.stack(qdd), np.stack(torque), at_rest)
 
 
-def _all_coordinates(plan: _Plan, drive: Drive, swing: Swing, part: int) -> FloatArray:
+def _all_coordinates(plan: Plan, drive: Drive, swing: Swing, part: int) -> FloatArray:
     """Prescribed and free coordinates, or a derivative of theirs, (F, T, n)."""
     times = np.arange(plan.frames) / plan.rate_hz
     free = (swing.q, swing.qd, swing.qdd)[part]
@@ -257,7 +241,7 @@ def _all_coordinates(plan: _Plan, drive: Drive, swing: Swing, part: int) -> Floa
 
 
 def _exact(
-    plan: _Plan, swing: Swing, coordinates: list[FloatArray], rows: slice, seed: int
+    plan: Plan, swing: Swing, coordinates: list[FloatArray], rows: slice, seed: int
 ) -> tuple[MotionRecording, PassiveTruth]:
     """One recording's motion out of the batch; samples of its trials one after another."""
 

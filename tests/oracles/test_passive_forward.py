@@ -11,7 +11,8 @@ from scipy.integrate import solve_ivp
 
 from armimpedance.arm.skeleton_model import skeleton_model
 from manipulandum_sim.passive.drive import Push, held, shaken
-from manipulandum_sim.passive.subject import ELBOW, PASSIVE_SUBJECTS, hinge_values
+from manipulandum_sim.passive.segments import ELBOW
+from manipulandum_sim.passive.subject import PASSIVE_SUBJECTS, hinge_values
 from manipulandum_sim.passive.swing import simulate_passive
 from manipulandum_sim.passive.truth import PassiveTruth
 

@@ -9,11 +9,12 @@ from pathlib import Path
 from typing import Final, Literal
 
 import numpy as np
+import pandas as pd
 
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
-from armimpedance.recordings.c3d_file import C3DFile
-from armimpedance.recordings.kinarm.files import read_exam, refuse_new_format
+from armimpedance.recordings.c3d_file import C3DFile, muscles_of
+from armimpedance.recordings.kinarm.files import Exam, read_exam, refuse_new_format
 from armimpedance.recordings.kinarm.robot import Robot, Side, choose_side, robot_of
 from armimpedance.recordings.kinarm.trials import set_onsets, trial_table, used_trials
 from armimpedance.records import Recording, Subject
@@ -72,16 +73,11 @@ def read_kinarm(
     InputError
         The exam cannot be read, lacks what is needed, or holds both arms and no side was chosen.
     """
-    muscles = dict(emg_channels or {})
-    if len(set(muscles.values())) < len(muscles):
-        raise InputError("two EMG channels of one muscle", expected="a muscle for each channel")
+    muscles = muscles_of(emg_channels)
     exam = read_exam(path)
     side = choose_side(exam, side, path)
     robot = robot_of(exam.common, side)
-    trials = trial_table(exam, keep_personal)
-    order, remarks = used_trials(trials, onset_event, end_event, path)
-    trials = trials.iloc[order].reset_index(drop=True)
-    used = [exam.trials[int(i)].c3d for i in trials.pop("file_index")]
+    trials, used, remarks = _trials(exam, keep_personal, onset_event, end_event, path)
     for c3d in used:
         _check_trial(c3d, used[0].rate_hz, side)
     offsets = np.concatenate([[0], np.cumsum([c3d.frames for c3d in used])])
@@ -89,9 +85,8 @@ def read_kinarm(
     force = _channels(used, f"{side.title()}_FS_ForceX", f"{side.title()}_FS_ForceY")
     personal = _personal(exam.common) if keep_personal else {}
     mirror = np.array([-1.0, 1.0]) if side == "left" else np.ones(2)
-    exoskeleton = robot.kind == "exoskeleton"
-    shoulder = robot.shoulder_m if exoskeleton else None
-    set_onsets(trials, used, onset_event, end_event)
+    along = robot.kind == "exoskeleton"
+    told = [f"{name}: {text}" for name, text in personal.items()]
     return Recording(
         kind="hand",
         sample_rate_hz=used[0].rate_hz,
@@ -100,18 +95,26 @@ def read_kinarm(
         time_s=np.concatenate([np.arange(c3d.frames) / c3d.rate_hz for c3d in used]),
         position=position * mirror,
         force=force * mirror * (-1.0 if force_by == "device" else 1.0),
-        joint_angles=_joint_angles(used, side) if exoskeleton else None,
+        joint_angles=_joint_angles(used, side) if along else None,
         emg=_channels(used, *muscles) if muscles else None,
         muscles=tuple(muscles.values()),
-        shoulder_m=None if shoulder is None else shoulder * mirror,
+        shoulder_m=robot.shoulder_m * mirror if along and robot.shoulder_m is not None else None,
         subject=_subject(personal),
         extra=_further_channels(used, side, muscles),
-        provenance=(
-            *_provenance(robot, source, force_by, len(used)),
-            *remarks,
-            *(f"{name}: {text}" for name, text in personal.items()),
-        ),
+        provenance=(*_provenance(robot, source, force_by, len(used)), *remarks, *told),
     )
+
+
+def _trials(
+    exam: Exam, keep_personal: bool, onset_event: str | None, end_event: str | None, path: object
+) -> tuple[pd.DataFrame, list[C3DFile], list[str]]:
+    """The trial table, the file of each trial, and remarks on trials left out."""
+    trials = trial_table(exam, keep_personal)
+    order, remarks = used_trials(trials, onset_event, end_event, path)
+    trials = trials.iloc[order].reset_index(drop=True)
+    used = [exam.trials[int(i)].c3d for i in trials.pop("file_index")]
+    set_onsets(trials, used, onset_event, end_event)
+    return trials, used, remarks
 
 
 def exam_subject(path: str | os.PathLike[str], keep_personal: bool) -> Subject:

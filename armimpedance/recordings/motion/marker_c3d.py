@@ -14,7 +14,7 @@ import pandas as pd
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
 from armimpedance.motion import EmgSignals, MarkerRecording
-from armimpedance.recordings.c3d_file import C3DFile, read_c3d
+from armimpedance.recordings.c3d_file import C3DFile, muscles_of, read_c3d
 from armimpedance.recordings.motion.lab_axes import Z_UP, lab_rotation, metres_per
 from armimpedance.recordings.motion.moving_metadata import LARGEST_PLACE_M
 
@@ -65,9 +65,7 @@ def read_marker_c3d(
     given = [path] if isinstance(path, str | os.PathLike) else list(path)
     if not given:
         raise InputError("no file", expected="one C3D file per trial")
-    muscles = dict(emg_channels or {})
-    if len(set(muscles.values())) < len(muscles):
-        raise InputError("two EMG channels of one muscle", expected="a muscle for each channel")
+    muscles = muscles_of(emg_channels)
     rotation = lab_rotation(axes)
     trials = [_trial(read_c3d(p), prefix, tuple(muscles), rotation) for p in given]
     first = trials[0]

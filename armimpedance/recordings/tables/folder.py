@@ -172,7 +172,6 @@ def _recording(
     def stack(names: tuple[str, ...]) -> FloatArray | None:
         return samples.stack(names)[index] if names else None
 
-    sign = -1.0 if metadata.force_by == "device" else 1.0
     force = samples.stack(columns.force)[index]
     known = set(columns.named)
     extra = {k: v[index] for k, v in samples.table.columns.items() if k not in known}
@@ -183,7 +182,7 @@ def _recording(
         offsets=offsets,
         time_s=samples.table.columns["time_s"][index],
         position=samples.stack(columns.position)[index],
-        force=force if sign > 0 else -force,
+        force=-force if metadata.force_by == "device" else force,
         joint_angles=stack(columns.joint_angles),
         emg=stack(columns.emg),
         muscles=columns.muscles if columns.emg else metadata.muscles or (),

@@ -9,15 +9,8 @@ import pytest
 
 from armimpedance.errors import InputError, RecordError
 from manipulandum_sim.passive.chain import Chain, base_motion
-from manipulandum_sim.passive.subject import (
-    ELBOW,
-    PASSIVE_SUBJECTS,
-    SHOULDER,
-    WRIST,
-    PassiveJoint,
-    arm_skeleton,
-    passive_subject,
-)
+from manipulandum_sim.passive.segments import ELBOW, SHOULDER, WRIST, arm_skeleton
+from manipulandum_sim.passive.subject import PASSIVE_SUBJECTS, PassiveJoint, passive_subject
 from manipulandum_sim.passive.swing import simulate_passive, simulate_passive_many
 from manipulandum_sim.passive.truth import PassiveTruth
 from manipulandum_sim.tree_dynamics import inverse_dynamics, marker_positions, mass_matrix

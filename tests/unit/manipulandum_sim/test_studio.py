@@ -9,7 +9,7 @@ import pytest
 from armimpedance.errors import InputError
 from armimpedance.motion import MotionRecording
 from armimpedance.skeleton import Hinge, MarkerSite, Segment, Skeleton
-from manipulandum_sim.passive.subject import arm_skeleton
+from manipulandum_sim.passive.segments import arm_skeleton
 from manipulandum_sim.studio import Studio, film
 from manipulandum_sim.studio_emg import relaxed_emg
 from manipulandum_sim.tree_dynamics import marker_positions, move
