@@ -151,10 +151,10 @@ def _per_cent_off(measured: float, model: float) -> str:
 
 
 def _cell(summary: FitSummary, name: str, joint: int, angle: bool = False) -> str:
-    found = [p for p in summary.parameters if (p.name, p.joint) == (name, joint)]
-    if not found:
+    named = [p for p in summary.parameters if (p.name, p.joint) == (name, joint)]
+    if not named:
         return "-"
-    return _value(found[0], degrees(1.0) if angle else 1.0)
+    return _value(named[0], degrees(1.0) if angle else 1.0)
 
 
 def _value(parameter: NamedParameter, scale: float = 1.0) -> str:

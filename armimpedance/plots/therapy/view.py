@@ -158,12 +158,12 @@ def _panel(
         return
     title = f"{group[0].movement}, {_spoken(group[0].condition)}"
     try:
-        found = [contribution_of(m, robot, arm, unrepeatable=unrepeatable) for m in group]
+        results = [contribution_of(m, robot, arm, unrepeatable=unrepeatable) for m in group]
     except InputError as refused:
         _say_why(ax, str(refused))
         ax.set_title(title, loc="left", fontsize=8)
         return
-    whole = [WholeMovement.of(one) for one in found]
+    whole = [WholeMovement.of(one) for one in results]
     shown = [
         _course(ax, m, robot, arm, w, _COLORS[i % len(_COLORS)])
         for i, (m, w) in enumerate(zip(group, whole, strict=True))
@@ -238,9 +238,9 @@ def _limits(whole: Sequence[WholeMovement], shown: Sequence[FloatArray]) -> tupl
 
 
 def _in_order(conditions: Iterable[str]) -> tuple[str, ...]:
-    found = tuple(dict.fromkeys(conditions))
-    known = [c for c in _ORDER if c in found]
-    return (*known, *(c for c in found if c not in _ORDER))
+    named = tuple(dict.fromkeys(conditions))
+    known = [c for c in _ORDER if c in named]
+    return (*known, *(c for c in named if c not in _ORDER))
 
 
 def _spoken(condition: str) -> str:

@@ -43,15 +43,15 @@ class AxisFit:
         k_s and offset of every repetition alone.
     scatter : Scatter
     covariance : (2, 2)
-        Of (k_s, offset), from the scatter: what the repetitions cannot tell.
+        Covariance of (k_s, offset), from the scatter: what the repetitions cannot tell.
     noise_density : float
         Nm^2 s.
     mass_gradient : (2,)
     robot_gradient : (2, p)
     arm_rms_Nm : float
-        Of the arm's whole torque.
+        Root mean square of the arm's whole torque.
     residual_rms_Nm : float
-        About every repetition's own line.
+        Root mean square about every repetition's own line.
     range_rad : (2,)
     left_out : float
         Share of the samples that were too slow.
@@ -101,16 +101,16 @@ def fit_axis(movements: Sequence[MovementTorques], rise_rad_s: float) -> AxisFit
         np.concatenate(q),
     )
     W = _with_direction(lines, movements)
-    found, gradients, parts = _solve(W, S, movements, kept)
+    fitted, gradients, parts = _solve(W, S, movements, kept)
     whole = np.concatenate(
         [
-            w @ found.parameters[:2] + m.rigid_arm[rows]
+            w @ fitted.parameters[:2] + m.rigid_arm[rows]
             for w, m, rows in zip(lines, movements, kept, strict=True)
         ]
     )
     angles = np.concatenate(q)
     return AxisFit(
-        fit=found,
+        fit=fitted,
         single=single,
         scatter=scatter,
         # C (2, 2) = sum_t P_t V P_t^T, the repetitions' own fits enter theta = sum_t P_t theta_t
@@ -174,7 +174,7 @@ def _solve(
     factors = ragged_factors(
         W, [s[:, None] for s in S], regressors=names, outputs=("S_h",), regressor_units=units
     )
-    found = fit(
+    fitted = fit(
         factors,
         covariance="cr1",
         parameter_names=names,
@@ -193,4 +193,4 @@ def _solve(
     grams = factors.r[:, :, : len(names)].transpose(0, 2, 1) @ factors.r[:, :, : len(names)]
     # P_t (2, 2) = (sum W^T W)^-1 W_t^T [q, 1]_t, first two rows
     parts = np.linalg.solve(grams.sum(axis=0), grams[:, :, :2])[:, :2]
-    return found, gradients, parts
+    return fitted, gradients, parts

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 import numpy as np
 
 from armimpedance.errors import InputError
-from armimpedance.records import Recording
+from armimpedance.records import Recording, Subject
 from armimpedance.regression import FitSummary, NamedParameter
 from armimpedance.therapy.arm.axis_stiffness import AxisFit, fit_axis
 from armimpedance.therapy.arm.movements import elastic_torque, movement_torques
@@ -179,13 +179,10 @@ def identify_arm(
     robot.identified  # noqa: B018 - before anything that is slow
     passive = _passive(recording, condition)
     check_recording(passive, robot)
-    subject, length = recording.subject, upper_arm_m
-    if length is None and (subject.upper_arm_m or subject.height_m):
-        length = upper_arm_length(subject)
     arm = PassiveArm(
-        subject=subject.id,
+        subject=recording.subject.id,
         robot=robot.name,
-        upper_arm_m=USUAL_UPPER_ARM_M if length is None else length,
+        upper_arm_m=_adjusted_to(recording.subject) if upper_arm_m is None else upper_arm_m,
         segments=tuple(segments),
         mass_sd=mass_sd,
     )
@@ -210,12 +207,18 @@ def identify_arm(
     )
 
 
+def _adjusted_to(subject: Subject) -> float:
+    """Length of the upper arm that a robot has been adjusted to, m."""
+    known = subject.upper_arm_m is not None or subject.height_m is not None
+    return upper_arm_length(subject) if known else USUAL_UPPER_ARM_M
+
+
 def _passive(recording: Recording, condition: str) -> Recording:
     rows = (recording.trials["condition"].astype(str) == condition).to_numpy()
     if not rows.any():
-        found = ", ".join(sorted(set(recording.trials["condition"].astype(str))))
+        known = ", ".join(sorted(set(recording.trials["condition"].astype(str))))
         raise InputError(
-            f"missing passive calibration: no trial of the condition {condition!r} among {found}",
+            f"missing passive calibration: no trial of the condition {condition!r} among {known}",
             column="condition",
             expected=f"{FEWEST} or more passive repetitions of every movement",
         )
@@ -264,33 +267,33 @@ def _calibrate(
     movements: Sequence[MovementTorques], loads: Loads, mass_sd: float
 ) -> AxisCalibration:
     axis, name = movements[0].axis, movements[0].axis_name
-    found = fit_axis(movements, float(loads.rise_rad_s[axis]))
-    stiffness, rest = axis_parameters(found, loads, mass_sd, axis + 1)
-    repeatable = not found.scatter.disagrees(found.arm_rms_Nm)
+    fitted = fit_axis(movements, float(loads.rise_rad_s[axis]))
+    stiffness, rest = axis_parameters(fitted, loads, mass_sd, axis + 1)
+    repeatable = not fitted.scatter.disagrees(fitted.arm_rms_Nm)
     elastic = Elastic(
         axis=name,
-        stiffness=float(found.fit.parameters[0]),
-        offset=float(found.fit.parameters[1]),
-        covariance=found.covariance,
-        dof=found.scatter.dof,
-        range_rad=found.range_rad,
-        between=found.scatter.between,
-        noise_density=found.noise_density,
-        mass_gradient=found.mass_gradient,
-        robot_gradient=found.robot_gradient,
+        stiffness=float(fitted.fit.parameters[0]),
+        offset=float(fitted.fit.parameters[1]),
+        covariance=fitted.covariance,
+        dof=fitted.scatter.dof,
+        range_rad=fitted.range_rad,
+        between=fitted.scatter.between,
+        noise_density=fitted.noise_density,
+        mass_gradient=fitted.mass_gradient,
+        robot_gradient=fitted.robot_gradient,
         stiffness_identified=repeatable and is_identified(stiffness),
         rest_identified=repeatable and is_identified(rest),
-        verdict=verdict_of(found, stiffness, rest, repeatable),
+        verdict=verdict_of(fitted, stiffness, rest, repeatable),
         repeatable=repeatable,
     )
     return AxisCalibration(
         axis=axis,
         elastic=elastic,
-        fitted=found,
+        fitted=fitted,
         stiffness=stiffness,
         rest=rest,
-        direction_Nm=direction_parameter(found, axis + 1),
-        warnings=axis_warnings(elastic, found, tuple(_by_movement(movements).values())),
+        direction_Nm=direction_parameter(fitted, axis + 1),
+        warnings=axis_warnings(elastic, fitted, tuple(_by_movement(movements).values())),
     )
 
 

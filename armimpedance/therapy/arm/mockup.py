@@ -207,20 +207,20 @@ def _scaled(
     S = [t.support[rows, None] for t, rows in zip(group, kept, strict=True)]
     # S (N, 1) = [rigid arm, direction, q, 1] (N, c) (scale, h, k, b) (c,)
     factors = ragged_factors(W, S, regressors=names, outputs=("support",))
-    found = fit(factors, covariance="cr1", parameter_names=names)
+    fitted = fit(factors, covariance="cr1", parameter_names=names)
     gradient = _robot_gradient(W, names, group, kept)
-    own = float(found.covariance[0, 0])
+    own = float(fitted.covariance[0, 0])
     of_robot = float(gradient @ loads.covariance @ gradient)
-    spread = own**2 / found.dof + of_robot**2 / loads.dof
+    spread = own**2 / fitted.dof + of_robot**2 / loads.dof
     parameter = NamedParameter(
         name=name,
-        value=model * float(found.parameters[0]),
+        value=model * float(fitted.parameters[0]),
         sd=model * float(np.sqrt(own)),
         sd_robust=model * float(np.sqrt(own + of_robot)),
         unit=unit,
         dof=(own + of_robot) ** 2 / spread if spread > 0 else float("inf"),
     )
-    return parameter, found.residual_sd
+    return parameter, fitted.residual_sd
 
 
 def _about(axis_name: str, torques: Sequence[MovementTorques]) -> list[MovementTorques]:

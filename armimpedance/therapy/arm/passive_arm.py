@@ -65,8 +65,9 @@ class Elastic(FrozenRecord):
     stiffness, offset : float
         k_s, Nm/rad, and ``-k_s q_0``, Nm.
     covariance : (2, 2)
-        Of the two.
+        Covariance of the two.
     dof : float
+        Degrees of freedom of the t distribution for intervals.
     range_rad : (2,)
         Angles over which it was measured.
     between : (2, 2)
@@ -147,17 +148,19 @@ class PassiveArm(FrozenRecord):
     Attributes
     ----------
     subject : str
+        Whose arm it is.
     robot : str
         Name of the robot it was measured in.
     upper_arm_m : float
-        That the robot was adjusted to.
+        Length that the robot was adjusted to, m.
     segments : tuple of ArmSegment
+        Masses on the robot's links.
     elastic : tuple of Elastic
         One each for the axes that were measured.
     references : tuple of Reference
+        The support of each passive movement, for (19).
     mass_sd : float
         Sd of the factor between true and stated masses; 0 for a mock-up that was weighed.
-
     """
 
     subject: str
@@ -213,7 +216,7 @@ def winter_segments(
     Parameters
     ----------
     mass_kg : float
-        Of the body.
+        Mass of the whole body.
     upper_arm_m, forearm_m, hand_m : float
         Shoulder to elbow, elbow to wrist, wrist to finger tip.
     point_masses : bool

@@ -202,7 +202,7 @@ def _at_time(
 
 
 def _line_covariance(w: FloatArray, phi: float) -> FloatArray:
-    """Of the least-squares line through a process of unit variance."""
+    """Covariance of the least-squares line through a process of unit variance."""
     lag = np.abs(np.subtract.outer(np.arange(len(w)), np.arange(len(w))))
     inverse = np.linalg.inv(w.T @ w)
     # C (2, 2) = (W^T W)^-1 W^T R W (W^T W)^-1, R (m, m) the correlation

@@ -18,6 +18,7 @@ class MovementTorques(FrozenRecord):
     Attributes
     ----------
     trial, condition, movement : str
+        What the trial table calls them.
     axis : int
         Column of the recording, from 0.
     axis_name : str

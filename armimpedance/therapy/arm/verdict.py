@@ -27,17 +27,17 @@ RESIDUAL_SHARE: Final = 0.1
 
 
 def axis_parameters(
-    found: AxisFit, loads: Loads, mass_sd: float, joint: int
+    fitted: AxisFit, loads: Loads, mass_sd: float, joint: int
 ) -> tuple[NamedParameter, NamedParameter]:
     """k_s and q_0 with all that they depend on: scatter, masses, robot.
 
     q_0 is NaN where k_s is not above 0 beyond its error.
     """
-    k, offset = found.fit.parameters[:2]
+    k, offset = fitted.fit.parameters[:2]
     # C (2, 2) = scatter + g sd^2 g^T + G C_theta G^T, g (2,) of the mass factor, G (2, p)
-    g, G = mass_sd * found.mass_gradient, found.robot_gradient
-    parts = found.covariance, np.outer(g, g), G @ loads.covariance @ G.T
-    dofs = found.scatter.dof, np.inf, loads.dof
+    g, G = mass_sd * fitted.mass_gradient, fitted.robot_gradient
+    parts = fitted.covariance, np.outer(g, g), G @ loads.covariance @ G.T
+    dofs = fitted.scatter.dof, np.inf, loads.dof
     stiffness = _derived("k_s", "Nm/rad", k, np.array([1.0, 0.0]), parts, dofs, joint)
     low, high = stiffness.ci95
     if low <= 0 <= high or k <= 0:
@@ -72,29 +72,29 @@ def _derived(
 
 
 def half_width(parameter: NamedParameter) -> float:
-    """Of the 95 % interval; infinite where there is no value."""
+    """Half-width of the 95 % interval; infinite where there is no value."""
     width = t_factor(parameter.dof) * parameter.sd_robust
     return float(width) if np.isfinite(width) else float("inf")
 
 
-def direction_parameter(found: AxisFit, joint: int) -> NamedParameter | None:
+def direction_parameter(fitted: AxisFit, joint: int) -> NamedParameter | None:
     """Half the difference between up and down, Nm; None of one direction alone."""
-    if len(found.fit.parameters) < 3:
+    if len(fitted.fit.parameters) < 3:
         return None
-    sd = float(found.fit.sd[2])
+    sd = float(fitted.fit.sd[2])
     return NamedParameter(
-        "direction", float(found.fit.parameters[2]), sd, sd, "Nm", found.fit.dof, joint
+        "direction", float(fitted.fit.parameters[2]), sd, sd, "Nm", fitted.fit.dof, joint
     )
 
 
 def verdict_of(
-    found: AxisFit, stiffness: NamedParameter, rest: NamedParameter, repeatable: bool
+    fitted: AxisFit, stiffness: NamedParameter, rest: NamedParameter, repeatable: bool
 ) -> str:
     """Which of the two numbers are identified, and why not, in one line."""
     if not repeatable:
         return (
             "refused: the passive repetitions are too different, they scatter by "
-            f"{found.scatter.rms_Nm:.2g} Nm where the arm needs {found.arm_rms_Nm:.2g} Nm (rms)"
+            f"{fitted.scatter.rms_Nm:.2g} Nm where the arm needs {fitted.arm_rms_Nm:.2g} Nm (rms)"
         )
     parts = []
     for parameter in (stiffness, rest):
@@ -124,34 +124,34 @@ def is_identified(parameter: NamedParameter) -> bool:
 
 
 def axis_warnings(
-    elastic: Elastic, found: AxisFit, movements: Sequence[Sequence[MovementTorques]]
+    elastic: Elastic, fitted: AxisFit, movements: Sequence[Sequence[MovementTorques]]
 ) -> tuple[str, ...]:
     """What a reader must know; `movements` by their names."""
     said = []
     if not elastic.repeatable:
         said.append(f"axis {elastic.axis} {elastic.verdict}")
-    limit = max(LARGEST_RESIDUAL_NM, RESIDUAL_SHARE * found.arm_rms_Nm)
-    if found.residual_rms_Nm > limit:
+    limit = max(LARGEST_RESIDUAL_NM, RESIDUAL_SHARE * fitted.arm_rms_Nm)
+    if fitted.residual_rms_Nm > limit:
         said.append(
-            f"axis {elastic.axis}: single repetitions lie {found.residual_rms_Nm:.2g} Nm (rms) off "
-            "a line; the person may not have been passive"
+            f"axis {elastic.axis}: single repetitions lie {fitted.residual_rms_Nm:.2g} Nm (rms) "
+            "off a line; the person may not have been passive"
         )
     if elastic.stiffness < 0 and elastic.stiffness < -2 * np.sqrt(elastic.covariance[0, 0]):
         said.append(
             f"axis {elastic.axis}: k_s is negative; the masses may be wrong or the person active"
         )
-    said += [_drift(group, found) for group in movements]
+    said += [_drift(group, fitted) for group in movements]
     return tuple(sentence for sentence in said if sentence)
 
 
-def _drift(group: Sequence[MovementTorques], found: AxisFit) -> str:
+def _drift(group: Sequence[MovementTorques], fitted: AxisFit) -> str:
     """A support that rises or falls from one repetition to the next by more than is expected."""
     support = np.array([m.support.mean() for m in group])
     steps, whole = np.diff(support), abs(float(support[-1] - support[0]))
     middle = np.array([np.mean([m.q.mean() for m in group]), 1.0])
-    usual = 3 * float(np.sqrt(2 * middle @ found.scatter.expected @ middle))
+    usual = 3 * float(np.sqrt(2 * middle @ fitted.scatter.expected @ middle))
     one_way = (steps > 0).all() or (steps < 0).all()
-    if not one_way or whole < max(usual, LARGEST_SCATTER_NM, LARGEST_SHARE * found.arm_rms_Nm):
+    if not one_way or whole < max(usual, LARGEST_SCATTER_NM, LARGEST_SHARE * fitted.arm_rms_Nm):
         return ""
     return (
         f"{group[0].movement}: the support goes from {support[0]:.3g} to {support[-1]:.3g} Nm over "

@@ -53,7 +53,7 @@ class LiveContribution:
         The moving axis, column of `update`'s angles, from 0.
     sample_rate_hz : float
     window_s : float
-        Of the running view.
+        Length of the running view's window, s.
     unrepeatable : bool
         Go on where the passive repetitions of this axis did not agree.
 

@@ -148,7 +148,7 @@ def _play(
         -recording.force[samples],
     )
     first, last = np.searchsorted(time, torques.time_s[[0, -1]] - 0.5 / recording.sample_rate_hz)
-    spent, found = np.empty(len(time)), []
+    spent, inside = np.empty(len(time)), []
     live.reset()
     for i in range(len(time)):
         if i == first:
@@ -159,12 +159,12 @@ def _play(
         if i == last:
             live.stop()
         if result is not None and result.in_movement:
-            found.append(result)
-    if len(found) != len(torques.time_s):
+            inside.append(result)
+    if len(inside) != len(torques.time_s):
         raise EstimationError(
-            f"trial {torques.trial}: {len(found)} live samples of {len(torques.time_s)}"
+            f"trial {torques.trial}: {len(inside)} live samples of {len(torques.time_s)}"
         )
-    return found, spent
+    return inside, spent
 
 
 def _compare(

@@ -157,10 +157,10 @@ def _loads(axes: tuple[AxisSweeps, ...], spring: SpringHolds, robot: TherapyRobo
     p, n_terms = parameter_count(len(axes)), len(AXIS_TERMS)
     theta, covariance = np.zeros(p), np.zeros((p, p))
 
-    def put(found: Fit, names: tuple[str, ...], places: IntArray) -> None:
-        columns = [found.names.index(name) for name in names]
-        theta[places] = found.parameters[columns]
-        covariance[np.ix_(places, places)] = found.covariance[np.ix_(columns, columns)]
+    def put(fitted: Fit, names: tuple[str, ...], places: IntArray) -> None:
+        columns = [fitted.names.index(name) for name in names]
+        theta[places] = fitted.parameters[columns]
+        covariance[np.ix_(places, places)] = fitted.covariance[np.ix_(columns, columns)]
 
     for i, sweeps in enumerate(axes):
         names = FRICTION if i == robot.spring_axis else (*FRICTION, *CABLE)
@@ -207,32 +207,32 @@ def _summary(
     )
 
 
-def _named(found: Fit, term: str, name: str, joint: int) -> NamedParameter:
-    j = found.names.index(term)
+def _named(fitted: Fit, term: str, name: str, joint: int) -> NamedParameter:
+    j = fitted.names.index(term)
     return NamedParameter(
         name=name,
-        value=float(found.parameters[j]),
-        sd=float(_classical_sd(found)[j]),
-        sd_robust=float(found.sd[j]),
-        unit=found.units[j],
-        dof=found.dof,
+        value=float(fitted.parameters[j]),
+        sd=float(_classical_sd(fitted)[j]),
+        sd_robust=float(fitted.sd[j]),
+        unit=fitted.units[j],
+        dof=fitted.dof,
         joint=joint,
     )
 
 
-def _classical_sd(found: Fit) -> FloatArray:
-    inverse = np.linalg.inv(found.triangle)
-    return np.asarray(found.residual_sd * np.sqrt((inverse**2).sum(axis=1)))
+def _classical_sd(fitted: Fit) -> FloatArray:
+    inverse = np.linalg.inv(fitted.triangle)
+    return np.asarray(fitted.residual_sd * np.sqrt((inverse**2).sum(axis=1)))
 
 
-def cable_rest(found: Fit, joint: int) -> NamedParameter:
+def cable_rest(fitted: Fit, joint: int) -> NamedParameter:
     """q_c (11), where the cables pull to no side; NaN where k_c is not different from zero."""
-    b, k = (found.names.index(name) for name in CABLE)
-    low, high = found.interval()[k]
+    b, k = (fitted.names.index(name) for name in CABLE)
+    low, high = fitted.interval()[k]
     if low <= 0 <= high:
         nan = float("nan")
-        return NamedParameter("q_c", nan, nan, nan, "rad", found.dof, joint)
-    rest = found.transform(lambda x: np.array([-x[b] / x[k]]), ("q_c",), ("rad",))
-    scale = _classical_sd(found)[k] / found.sd[k] if found.sd[k] > 0 else 1.0
+        return NamedParameter("q_c", nan, nan, nan, "rad", fitted.dof, joint)
+    rest = fitted.transform(lambda x: np.array([-x[b] / x[k]]), ("q_c",), ("rad",))
+    scale = _classical_sd(fitted)[k] / fitted.sd[k] if fitted.sd[k] > 0 else 1.0
     sd = float(rest.sd[0])
-    return NamedParameter("q_c", float(rest.values[0]), sd * scale, sd, "rad", found.dof, joint)
+    return NamedParameter("q_c", float(rest.values[0]), sd * scale, sd, "rad", fitted.dof, joint)

@@ -71,9 +71,9 @@ def _check_kind(recording: Recording, robot: TherapyRobot) -> None:
     if recording.kind != "joint":
         raise InputError(f"a recording of kind {recording.kind!r}", expected="'joint'")
     if recording.torque != "commanded":
-        found = "a recording that does not say what its torques are"
+        unsaid = "a recording that does not say what its torques are"
         raise InputError(
-            found if recording.torque is None else f"a recording of {recording.torque} torques",
+            unsaid if recording.torque is None else f"a recording of {recording.torque} torques",
             column="torque",
             expected="'commanded': those of the robot's motors",
         )

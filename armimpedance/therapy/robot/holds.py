@@ -97,11 +97,11 @@ def fit_holds(parts: Sequence[SteadyPart]) -> SpringHolds:
     # load (2, 1) = [1, q, q^2, approach] (2, 4) [c_0, c_1, c_2, stiction] (4, 1), for all angles
     factors = ragged_factors(W, Y, regressors=(*SPRING_TERMS, "stiction"), outputs=("load",))
     units = (*SPRING_UNITS, "Nm")
-    found = fit(
+    fitted = fit(
         factors, covariance="cr3", parameter_names=factors.regressors, parameter_units=units
     )
     return SpringHolds(
-        fit=found,
+        fit=fitted,
         angle_rad=np.array([w[:, 1].mean() for w in W]),
         from_below_Nm=np.array([y[w[:, 3] > 0].mean() for w, y in zip(W, Y, strict=True)]),
         from_above_Nm=np.array([y[w[:, 3] < 0].mean() for w, y in zip(W, Y, strict=True)]),

@@ -21,16 +21,16 @@ _SHARE: Final = 0.02
 
 def axis_notes(sweeps: AxisSweeps, robot: TherapyRobot) -> tuple[str, ...]:
     """Notes on the friction and the cables of one axis."""
-    found, name = sweeps.fit, f"axis {sweeps.axis + 1}"
+    fitted, name = sweeps.fit, f"axis {sweeps.axis + 1}"
     notes = list(sweeps.notes)
-    coulomb, viscous = found.parameters[:2]
-    low, high = found.interval()[:2].T
+    coulomb, viscous = fitted.parameters[:2]
+    low, high = fitted.interval()[:2].T
     for label, at in (("Coulomb", 0), ("viscous", 1)):
         if high[at] < 0:
-            notes.append(f"{name}: negative {label} friction {found.parameters[at]:.3g}: drives")
+            notes.append(f"{name}: negative {label} friction {fitted.parameters[at]:.3g}: drives")
     fastest = max(p.speed_rad_s for p in sweeps.points)
     slope, sd = sweeps.even_slope
-    if abs(slope) > t_factor(found.dof, _LEVEL) * sd and abs(slope) * fastest > _SHARE * coulomb:
+    if abs(slope) > t_factor(fitted.dof, _LEVEL) * sd and abs(slope) * fastest > _SHARE * coulomb:
         plus, minus = viscous + slope, viscous - slope
         notes.append(
             f"{name}: friction is not odd in the velocity: {plus:.4g} Nm s/rad in positive and "
@@ -38,8 +38,8 @@ def axis_notes(sweeps: AxisSweeps, robot: TherapyRobot) -> tuple[str, ...]:
             "the law is their mean"
         )
     if sweeps.axis != robot.spring_axis:
-        k = found.names.index(CABLE[1])
-        if found.interval()[k, 0] <= 0 <= found.interval()[k, 1]:
+        k = fitted.names.index(CABLE[1])
+        if fitted.interval()[k, 0] <= 0 <= fitted.interval()[k, 1]:
             notes.append(f"{name}: no cable stiffness different from zero: q_c is not identified")
     return tuple(notes)
 

@@ -41,14 +41,14 @@ class RigidBodies:
             rad, rad/s, rad/s^2.
         """
         chain = self.chain
-        found = np.empty_like(q)
+        torque = np.empty_like(q)
         if q.ndim == 1:
-            found[chain] = pin.rnea(self.model, self.data, q[chain], qd[chain], qdd[chain])
-            return found
+            torque[chain] = pin.rnea(self.model, self.data, q[chain], qd[chain], qdd[chain])
+            return torque
         rows = (np.ascontiguousarray(part[:, chain]) for part in (q, qd, qdd))
         for i, (a, b, c) in enumerate(zip(*rows, strict=True)):
-            found[i, chain] = pin.rnea(self.model, self.data, a, b, c)
-        return found
+            torque[i, chain] = pin.rnea(self.model, self.data, a, b, c)
+        return torque
 
     def inertia_torque(self, q: FloatArray, qdd: FloatArray) -> FloatArray:
         """``M qdd`` alone of one sample (n,) or of several (S, n)."""

@@ -28,7 +28,7 @@ class SmoothTrial(FrozenRecord):
     Attributes
     ----------
     row : int
-        Of the recording's trial table, from 0.
+        Row of the recording's trial table, from 0.
     time_s : (S,)
     q, qd, qdd, motor : (S, n)
         rad, rad/s, rad/s^2, Nm; motor torques are positive where they accelerate their axis.

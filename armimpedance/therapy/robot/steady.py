@@ -43,7 +43,7 @@ class SteadyPart(FrozenRecord):
     load : (S,)
         Nm, motor torque less that of the rigid bodies: friction, cables and spring.
     approach : int
-        Of a hold: 1 where the axis came from below, -1 from above. Of a sweep its direction.
+        1 where the axis came from below, -1 from above; the direction of a sweep.
     """
 
     trial: str
@@ -102,13 +102,13 @@ def steady_parts(
     return tuple(parts)
 
 
-def white_sd(found: Fit) -> FloatArray:
+def white_sd(fitted: Fit) -> FloatArray:
     """Standard errors (p,) of a fit to steady parts whose torque noise was white.
 
     The textbook's, times what the kernel makes neighbouring samples repeat each other.
     """
-    inverse = np.linalg.inv(found.triangle)
-    sd = found.residual_sd * np.sqrt((inverse**2).sum(axis=1))
+    inverse = np.linalg.inv(fitted.triangle)
+    sd = fitted.residual_sd * np.sqrt((inverse**2).sum(axis=1))
     return np.asarray(sd * np.sqrt(_repeats()))
 
 

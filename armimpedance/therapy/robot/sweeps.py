@@ -171,7 +171,7 @@ def fit_axis(parts: Sequence[SteadyPart], *, spring: bool) -> AxisSweeps:
     lowest = min(_speed(s) for s in used)
     rise = rise_speed(lowest)
     chosen = [p for s in used for p in s]
-    found = _fit(chosen, rise, order)
+    fitted = _fit(chosen, rise, order)
     polynomial = _fit(chosen, rise, 2) if spring else None
     even = _fit(chosen, rise, order, even=True)
     notes = [
@@ -181,14 +181,14 @@ def fit_axis(parts: Sequence[SteadyPart], *, spring: bool) -> AxisSweeps:
     ]
     return AxisSweeps(
         axis=axis,
-        fit=found,
+        fit=fitted,
         spring_fit=polynomial,
         rise_rad_s=rise,
         lowest_used_rad_s=lowest,
         static_range_rad_s=max((_speed(s) for s in slow), default=0.0),
-        points=tuple(_point(s, found, order, s in used) for s in speeds),
+        points=tuple(_point(s, fitted, order, s in used) for s in speeds),
         even_slope=np.array([even.parameters[-1], even.sd[-1]]),
-        notes=(*notes, *found.warnings),
+        notes=(*notes, *fitted.warnings),
     )
 
 
@@ -235,10 +235,10 @@ def _agrees(slower: list[SteadyPart], faster: Sequence[Sequence[SteadyPart]], or
     """Whether the friction at a lower speed lies on the law of the higher ones."""
     parts = [*slower, *(p for s in faster for p in s)]
     # with |v| beside it, so that a friction that is not odd does not hide the excess in its scatter
-    found = _fit(parts, rise_speed(_speed(slower)), order, even=True, excess_of=slower)
+    fitted = _fit(parts, rise_speed(_speed(slower)), order, even=True, excess_of=slower)
     # few sweeps may agree by chance: their spread is not taken for less than white noise makes it
-    sd = max(float(found.sd[-1]), float(white_sd(found)[-1]))
-    coulomb, excess = abs(float(found.parameters[0])), float(found.parameters[-1])
+    sd = max(float(fitted.sd[-1]), float(white_sd(fitted)[-1]))
+    coulomb, excess = abs(float(fitted.parameters[0])), float(fitted.parameters[-1])
     enough = len(faster) >= LEAST_SPEEDS
     above = max((_EXCESS_ERRORS if enough else _ERRORS) * sd, _NEGLIGIBLE * coulomb)
     return -max(_ERRORS * sd, _NEGLIGIBLE * coulomb) <= excess <= above
@@ -285,8 +285,8 @@ def _angle_columns(q: FloatArray, order: int) -> list[FloatArray]:
     return [q**k for k in range(order + 1)]
 
 
-def _point(parts: Sequence[SteadyPart], found: Fit, order: int, used: bool) -> SpeedPoint:
-    angle = found.parameters[2:]
+def _point(parts: Sequence[SteadyPart], fitted: Fit, order: int, used: bool) -> SpeedPoint:
+    angle = fitted.parameters[2:]
     left: dict[int, list[float]] = {1: [], -1: []}
     for part in parts:
         still = np.stack(_angle_columns(part.q, order), axis=1) @ angle

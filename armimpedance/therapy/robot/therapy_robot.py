@@ -47,7 +47,7 @@ class Loads(FrozenRecord):
     rise_rad_s : (n,)
         v_s, over which the Coulomb friction builds up.
     dof : float
-        Of the t distribution for intervals; inf = normal.
+        Degrees of freedom of the t distribution for intervals; inf = normal.
     """
 
     theta: Annotated[FloatArray, "p"]
@@ -88,21 +88,23 @@ class TherapyRobot(FrozenRecord):
     Attributes
     ----------
     name : str
+        What an arm that was measured in it remembers it by.
     axes : tuple of n str
         Hinges of the skeleton in the order of a recording's columns (axis 1 first), which need not
         be that of the chain.
     skeleton : Skeleton
-        Of the robot alone, the root fixed, one hinge a segment. Segments `UPPER_ARM` and `FOREARM`
-        bear the person's arm, which at zero angles hangs along -z; the forearm's origin lies at the
-        elbow, ``(0, 0, -length)`` in the upper arm's frame, and moves as the robot is adjusted.
+        Bodies of the robot alone, the root fixed, one hinge a segment. Segments `UPPER_ARM` and
+        `FOREARM` bear the person's arm, which at zero angles hangs along -z; the forearm's origin
+        lies at the elbow, ``(0, 0, -length)`` in the upper arm's frame, and moves as the robot is
+        adjusted.
     limits_rad : (n, 2)
         Range of motion.
     torque_limit_Nm : (n,)
-        Of the motors, at the joint.
+        Largest torques of the motors, at the joint.
     motor_inertia_kgm2 : (n,)
-        Rotors seen at the joint.
+        Inertia of the rotors, seen at the joint.
     spring_axis : int
-        Counted from 0.
+        Axis of the counterbalance spring, counted from 0.
     loads : Loads or None
         None before they were identified.
     """
@@ -199,7 +201,7 @@ def parameter_names(n_axes: int) -> tuple[str, ...]:
 
 
 def parameter_units(n_axes: int) -> tuple[str, ...]:
-    """Of `parameter_names`."""
+    """Units of `parameter_names`."""
     return AXIS_UNITS * n_axes + SPRING_UNITS
 
 

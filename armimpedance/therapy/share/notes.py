@@ -10,6 +10,7 @@ from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
 from armimpedance.therapy.arm.passive_arm import Elastic, PassiveArm
 from armimpedance.therapy.share.judgement import Judgement
+from armimpedance.therapy.share.result import ReferenceContribution
 from armimpedance.therapy.share.sums import ABS_ARM, ABS_MOTOR, ARM, LOWERING, ONE, SATURATED
 
 #: A mean |tau_h| below this is no load at all, Nm.
@@ -87,6 +88,11 @@ def ratio_notes(judgement: Judgement) -> tuple[str, ...]:
     what = f"an error of {sd:.2g} points" if judgement.arm_known else "no denominator"
     mean = total[ARM] / total[ONE]
     return (f"(4) has {what}: mean tau_h {mean:.3g} +- {float(error):.2g} Nm",)
+
+
+def reference_notes(compared: ReferenceContribution | None) -> tuple[str, ...]:
+    """Why (19) of a movement is not valid; nothing where it is, or has no reference."""
+    return () if compared is None or compared.valid else (f"(19): {compared.why_not}",)
 
 
 def course_notes(counted: FloatArray, everything: FloatArray) -> tuple[str, ...]:

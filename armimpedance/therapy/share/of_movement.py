@@ -25,11 +25,12 @@ from armimpedance.therapy.share.notes import (
     course_notes,
     range_notes,
     ratio_notes,
+    reference_notes,
     refuse_no_torque,
     usable_elastic,
 )
 from armimpedance.therapy.share.reference import reference_contribution
-from armimpedance.therapy.share.result import Contribution, Metric
+from armimpedance.therapy.share.result import Contribution, Metric, ReferenceContribution
 from armimpedance.therapy.share.sums import (
     ABS_ARM,
     ARM,
@@ -116,7 +117,7 @@ def contribution_from(
     Parameters
     ----------
     judgement : Judgement
-        Of the sums (6, k) of the samples that count.
+        Judgement of the sums (6, k) of the samples that count.
     everything : (6, k)
         Sums of all samples.
 
@@ -129,10 +130,7 @@ def contribution_from(
     where = f"trial {labels.trial}, axis {labels.axis_name}"
     refuse_no_torque(everything[ONE], total[ONE], where)
     n, law = total[ONE], judgement.law
-    reference = arm.reference_of(labels.movement, labels.axis_name)
-    compared = reference and reference_contribution(
-        judgement, reference, labels.from_rad, labels.to_rad
-    )
+    compared = _compared(judgement, labels, arm)
     share, parts = _metric(judgement, judgement.share)
     return Contribution(
         trial=labels.trial,
@@ -157,10 +155,19 @@ def contribution_from(
         notes=(
             *labels.notes,
             *ratio_notes(judgement),
-            *(() if compared is None or compared.valid else (f"(19): {compared.why_not}",)),
+            *reference_notes(compared),
             *course_notes(total, everything[ONE]),
         ),
     )
+
+
+def _compared(
+    judgement: Judgement, labels: Labels, arm: PassiveArm
+) -> ReferenceContribution | None:
+    reference = arm.reference_of(labels.movement, labels.axis_name)
+    if reference is None:
+        return None
+    return reference_contribution(judgement, reference, labels.from_rad, labels.to_rad)
 
 
 def _metric(judgement: Judgement, judged: Judged) -> tuple[Metric, FloatArray]:

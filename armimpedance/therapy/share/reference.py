@@ -37,7 +37,7 @@ def reference_contribution(
     Parameters
     ----------
     judgement : Judgement
-        Of the sums (6, k) of the movement.
+        Judgement of the sums (6, k) of the movement.
     reference : Reference
         The support of its passive repetitions.
     from_rad, to_rad : float

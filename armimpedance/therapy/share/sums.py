@@ -26,7 +26,7 @@ GRADIENT: Final = 11
 #: W. The arm drives the movement where ``-tau_h qd`` is more; at rest, rounding decides its sign.
 DRIVING_W: Final = 1e-3
 
-#: Of the motor's limit: from here on it is taken for saturated.
+#: From this share of its limit on the motor is taken for saturated.
 SATURATION: Final = 0.999
 
 
@@ -58,7 +58,7 @@ def fill_rows(
         As in `MovementTorques`.
     robot_gradient : (S, p) or (p,)
     torque_limit_Nm : float
-        Of this axis' motor.
+        Limit of this axis' motor.
     """
     arm, support = rigid_arm + elastic, motor - robot
     rows[..., ONE] = 1.0
