@@ -129,12 +129,12 @@ def _pooled_though(parts: Mapping[str, ElbowFit]) -> tuple[str, ...]:
     """A warning where conditions differ by more than their intervals allow."""
     if not parts or any(label.startswith(_TRIAL) for label in parts):
         return ()
-    apart = []
-    for name in "IBK":
-        fitted = [part[name] for part in parts.values()]
-        if max(p.ci95[0] for p in fitted) > min(p.ci95[1] for p in fitted):
-            values = [p.value for p in fitted]
-            apart.append(f"{name} from {min(values):.3g} to {max(values):.3g}")
+    limits = np.array([part.parameters.interval() for part in parts.values()])
+    values = np.array([part.parameters.values for part in parts.values()])
+    # limits (parts, 3, 2): no value of a parameter lies within all of its intervals
+    disagree = np.flatnonzero(limits[..., 0].max(axis=0) > limits[..., 1].min(axis=0))
+    lowest, highest = values.min(axis=0), values.max(axis=0)
+    apart = [f"{'IBK'[j]} from {lowest[j]:.3g} to {highest[j]:.3g}" for j in disagree]
     told = f"pooled, though its conditions differ beyond their intervals: {', '.join(apart)}"
     return (told,) if apart else ()
 
@@ -208,7 +208,8 @@ def elbow_over_time(
         raise InputError(f"{', '.join(given)} with method {method!r}", expected="method 'emg'")
     with naming(recording):
         trials = of_condition(read_recording(recording), condition)
-        samples, notes = from_recording(trials, joint), ()
+        samples = from_recording(trials, joint)
+        notes: tuple[str, ...] = ()
         if chosen.needs == "amplitude":
             edge_hz = emg_cutoff_hz or CUTOFF_HZ
             emg = emg_amplitude(two_muscles(trials, flexor, extensor), cutoff_hz=edge_hz)
@@ -291,16 +292,8 @@ def emg_law(
         rows, levels = list(fits), segment_amplitude(pair)
         amplitude, sd = levels.amplitude[rows], levels.sd[rows]
         law = fit_emg_law_of(list(fits.values()), amplitude, sd, muscles=pair.muscles)
-        K, B = ([fit[name] for fit in fits.values()] for name in "KB")
-        points = OperatingPoints(
-            trials=trials.trials["trial"].iloc[rows],
-            muscles=pair.muscles,
-            amplitude=amplitude,
-            K=np.array([p.value for p in K]),
-            sd_K=np.array([p.sd_robust for p in K]),
-            B=np.array([p.value for p in B]),
-            sd_B=np.array([p.sd_robust for p in B]),
-        )
+        numbers = trials.trials["trial"].to_numpy()[rows]
+        points = OperatingPoints.of(fits.values(), numbers, pair.muscles, amplitude)
         notes = (*levels.notes, *levels.warnings, *left_out)
         if imcj is not None:
             points, gains = _with_index(points, trials, rows, imcj, roles, joint)

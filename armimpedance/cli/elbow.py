@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
-    from armimpedance.elbow import METHODS, VARYING_METHODS
+    from armimpedance.elbow import METHODS
 
     parser.add_argument("recording", metavar="RECORDING", type=Path)
     add_out(parser, "the fit, a .json; with --time-varying the course", TABLE)
@@ -63,8 +63,15 @@ def configure(parser: argparse.ArgumentParser) -> None:
         metavar="HZ",
         help="leave out the motion below this: reflexes and what the subject does (default: all)",
     )
+    _configure_course_and_law(parser)
     parser.add_argument("--joint", type=int, default=1, metavar="N", help="axis (default: 1)")
     parser.add_argument("--condition", metavar="NAME", help="trials of this condition only")
+    add_figure(parser, "draw the result")
+
+
+def _configure_course_and_law(parser: argparse.ArgumentParser) -> None:
+    from armimpedance.elbow import VARYING_METHODS
+
     parser.add_argument(
         "--time-varying",
         metavar="NAME",
@@ -88,7 +95,6 @@ def configure(parser: argparse.ArgumentParser) -> None:
         metavar="RECORDING",
         help="with --emg-law: isometric torques that calibrate the index of co-contraction",
     )
-    add_figure(parser, "draw the result")
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -9,7 +9,7 @@ from .frequency_response import (
     frequency_response as frequency_response,
     model_compliance as model_compliance,
 )
-from .result import ElbowFit as ElbowFit, VaryingImpedance as VaryingImpedance
+from .result import ElbowFit as ElbowFit
 from .samples import JointSamples as JointSamples, from_recording as from_recording
 from .stationary.identify import (
     estimate_joint as estimate_joint,
@@ -19,3 +19,4 @@ from .stationary.identify import (
 from .stationary.table import METHODS as METHODS
 from .varying.identify import identify_varying as identify_varying
 from .varying.table import VARYING_METHODS as VARYING_METHODS
+from .varying_result import VaryingImpedance as VaryingImpedance

@@ -1,17 +1,14 @@
-"""What the analyses of one joint say: I, B and K at an operating point, or over time."""
+"""What a fit of one joint says: I, B and K at an operating point."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass, replace
-from html import escape
-from typing import TYPE_CHECKING, Annotated, Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
-import numpy as np
-
-from armimpedance.arrays import FloatArray, FrozenRecord, IntArray
+from armimpedance.arrays import FrozenRecord
 from armimpedance.errors import RecordError
-from armimpedance.regression import FitSummary, NamedParameter, Parameters, t_interval
+from armimpedance.regression import FitSummary, NamedParameter, Parameters
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -169,7 +166,9 @@ class ElbowFit(FrozenRecord):
         }
 
     def __repr__(self) -> str:
-        return _short(f"{self.method}, R^2 {self.r2:.3f}", list(map(repr, self._named)), self)
+        return short_text(
+            f"{self.method}, R^2 {self.r2:.3f}", list(map(repr, self._named)), self.warnings
+        )
 
     def _repr_html_(self) -> str:
         return self.summary._repr_html_()
@@ -179,130 +178,10 @@ class ElbowFit(FrozenRecord):
         return (self[name] for name in NAMES)
 
 
-@dataclass(frozen=True, repr=False, eq=False)
-class VaryingImpedance(FrozenRecord):
-    """I constant, B and K over time, with bands.
-
-    Samples of T trials, one trial after another; L points in all.
-
-    Attributes
-    ----------
-    method : str
-    trials : (T,) tuple of str
-    offsets : (T + 1,) int
-        Points of trial t are ``offsets[t]:offsets[t + 1]``.
-    time_s : (L,)
-        From each trial's first sample.
-    B, K : (L,)
-    sd_B, sd_K : (L,)
-        Standard errors; the band is pointwise.
-    parameters : Parameters
-        What is constant: I. Its degrees of freedom serve the bands too.
-    snr : ChannelSnr
-    joint : int
-        Axis of the recording, counted from 1.
-    preparation, warnings : tuple of str
-    details : mapping
-        What a method adds: noise level chosen, knots, coefficients of a law.
-    notes : tuple of str
-        How the EMG amplitudes were made, where there are any.
-    """
-
-    method: str
-    trials: Annotated[tuple[str, ...], "t"]
-    offsets: Annotated[IntArray, "t+1"]
-    time_s: Annotated[FloatArray, "l"]
-    B: Annotated[FloatArray, "l"]
-    K: Annotated[FloatArray, "l"]
-    sd_B: Annotated[FloatArray, "l"]
-    sd_K: Annotated[FloatArray, "l"]
-    parameters: Parameters
-    snr: ChannelSnr
-    joint: int = 1
-    preparation: tuple[str, ...] = ()
-    warnings: tuple[str, ...] = ()
-    details: Mapping[str, Any] = field(default_factory=dict)
-    notes: tuple[str, ...] = ()
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if int(self.offsets[-1]) != len(self.time_s):
-            raise RecordError(f"{len(self.time_s)} points", expected=f"{self.offsets[-1]}")
-
-    @property
-    def inertia(self) -> NamedParameter:
-        """I, kg m^2."""
-        return replace(self.parameters["I"], joint=self.joint)
-
-    def points_of(self, row: int) -> slice:
-        """The points of trial `row`, counted from 0."""
-        return slice(int(self.offsets[row]), int(self.offsets[row + 1]))
-
-    def band(self, name: str, level: float = 0.95) -> FloatArray:
-        """Pointwise limits of B or K, (L, 2)."""
-        return t_interval(getattr(self, name), getattr(self, f"sd_{name}"), self.dof, level)
-
-    @property
-    def dof(self) -> float:
-        """Degrees of freedom of the t distribution for the bands; inf = normal."""
-        return self.parameters.dof
-
-    def to_frame(self) -> pd.DataFrame:
-        """One row a point: time, B and K with 95 % limits and standard errors, I, trial."""
-        import pandas as pd
-
-        low, high = self.inertia.ci95
-        bands = {
-            f"ci_{side}_{name}": self.band(name)[:, at]
-            for name in "BK"
-            for at, side in enumerate(("low", "high"))
-        }
-        columns = {
-            **{"time_s": self.time_s, "B": self.B, "K": self.K, **bands},
-            **{"sd_B": self.sd_B, "sd_K": self.sd_K},
-            **{"I": self.inertia.value, "ci_low_I": low, "ci_high_I": high},
-            "trial": np.repeat(np.array(self.trials, dtype=object), np.diff(self.offsets)),
-            **{"method": self.method, "warnings": "; ".join(self.warnings)},
-        }
-        return pd.DataFrame(columns)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Method, I, and the course as lists of numbers."""
-        course = self.to_frame().drop(columns=["method", "warnings"])
-        return {
-            "method": self.method,
-            "parameters": self.parameters.to_dict(),
-            "warnings": list(self.warnings),
-            "course": course.to_dict("list"),
-        }
-
-    def __repr__(self) -> str:
-        ranges = [f"{n} from {low:.4g} to {high:.4g} {u}" for n, low, high, u in self._ranges]
-        head = f"{self.method}: {len(self.time_s)} points of {len(self.trials)} trials"
-        return _short(head, [repr(self.inertia), *ranges], self)
-
-    def _repr_html_(self) -> str:
-        rows = "".join(
-            f"<tr><th>{name}</th><td>{low:.4g} to {high:.4g}</td><td>{escape(unit)}</td></tr>"
-            for name, low, high, unit in self._ranges
-        )
-        told = "".join(f"<li>{escape(warning)}</li>" for warning in self.warnings)
-        return (
-            f"<p>{escape(self.method)}</p>{self.parameters._repr_html_()}"
-            f"<table>{rows}</table><ul>{told}</ul>"
-        )
-
-    @property
-    def _ranges(self) -> list[tuple[str, float, float, str]]:
-        """Name, lowest and highest value and unit of B and K."""
-        courses = zip(NAMES[1:], (self.B, self.K), UNITS[1:], strict=True)
-        return [(name, float(v.min()), float(v.max()), unit) for name, v, unit in courses]
-
-
-def _short(head: str, lines: list[str], result: ElbowFit | VaryingImpedance) -> str:
+def short_text(head: str, lines: list[str], warnings: tuple[str, ...]) -> str:
     """A text of a few lines: the numbers, then the first warnings."""
-    told = [f"warning: {warning}" for warning in result.warnings[:_MOST_WARNINGS]]
-    left = len(result.warnings) - len(told)
+    told = [f"warning: {warning}" for warning in warnings[:_MOST_WARNINGS]]
+    left = len(warnings) - len(told)
     return "\n".join([head, *lines, *told, *([f"... and {left} more warnings"] if left else [])])
 
 

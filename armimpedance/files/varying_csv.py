@@ -23,9 +23,8 @@ def write_varying(varying: VaryingImpedance, path: str | Path) -> None:
         Another ending, or the file cannot be written.
     """
     table = varying.to_frame()
-    rows = table.to_dict("records")
-    if Path(path).suffix == ".csv":
-        rows = [{name: _text(cell) for name, cell in row.items()} for row in rows]
+    shown = _text if Path(path).suffix == ".csv" else lambda cell: cell
+    rows = ({str(name): shown(c) for name, c in row.items()} for row in table.to_dict("records"))
     write_table(rows, path, list(table.columns))
 
 

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,22 +18,15 @@ from numpy.typing import ArrayLike
 from armimpedance.arrays import FloatArray, frozen_array
 from armimpedance.elbow.emg.law_result import LAW_UNITS, EmgLaw, LinearLaw, constant_and
 from armimpedance.elbow.emg.rank import refuse_alike
+from armimpedance.elbow.emg.scatter import error_covariance, error_moments, settled_variance
 from armimpedance.elbow.result import ElbowFit
-from armimpedance.errors import EstimationError, InputError
+from armimpedance.errors import InputError
 from armimpedance.regression import (
     Corrected,
-    ErrorMoments,
     Parameters,
-    refuse_unreliable,
     small_sample_term,
     solve_corrected,
-    solve_total,
 )
-
-#: Rounds of, and a relative change that ends, the search for weights and slopes.
-_ROUNDS, _SETTLED = 200, 1e-9
-#: Points without any error weigh as if they had this part of the variance of the values.
-_EXACT: Final = 1e-20
 
 
 def fit_emg_law(
@@ -156,9 +148,9 @@ def fit_law(
     y, sd, s, s_sd = _points(value, value_sd, amplitude, amplitude_sd, muscles)
     names = ("constant", *muscles)
     conds = refuse_alike(s, s_sd, tuple(muscles))
-    W, S = constant_and(s), _error_covariance(s_sd)
-    variance, scatter = _settled(W, y, sd, S, names)
-    moments = _moments(W, y, S, variance, names)
+    W, S = constant_and(s), error_covariance(s_sd)
+    variance, scatter = settled_variance(W, y, sd, S, names)
+    moments = error_moments(W, y, S, variance, names)
     solved = solve_corrected(moments, small_sample_term(moments))
     residual = y - W @ solved.coefficients
     weight = 1 / variance
@@ -218,67 +210,6 @@ def _points(
         if not (np.isfinite(errors).all() and (errors >= 0).all()):
             raise InputError(f"a standard error of the {name} is negative or not finite")
     return y, sd, s, s_sd
-
-
-def _error_covariance(amplitude_sd: FloatArray) -> FloatArray:
-    """Covariance (L, m + 1, m + 1) of the errors of each row of W; the constant has none."""
-    L, m = amplitude_sd.shape
-    S = np.zeros((L, m + 1, m + 1))
-    S[:, np.arange(1, m + 1), np.arange(1, m + 1)] = amplitude_sd**2
-    return S
-
-
-def _moments(
-    W: FloatArray, y: FloatArray, S: FloatArray, variance: FloatArray, names: tuple[str, ...]
-) -> ErrorMoments:
-    """One cluster per point, weighted."""
-    w = 1 / variance
-    gram = np.einsum("l,li,lj->lij", w, W, W)
-    units = ("",) * len(names)
-    return ErrorMoments(gram, W * (w * y)[:, None], S * w[:, None, None], names, units)
-
-
-def _settled(
-    W: FloatArray, y: FloatArray, sd: FloatArray, S: FloatArray, names: tuple[str, ...]
-) -> tuple[FloatArray, float]:
-    """Variance (L,) of each point about the law, and its unexplained part as a deviation.
-
-    Weights need the slopes and slopes the weights: in turns until both stay.
-    """
-    base = np.full(len(y), float(y.var() + (sd**2).mean()) or 1.0)
-    refuse_unreliable(_moments(W, y, S, base, names), points=len(y))
-    variance, scatter = base, 0.0
-    for _ in range(_ROUNDS):
-        before = variance
-        beta = solve_total(_moments(W, y, S, variance, names).corrected)
-        # known (L,) = sd^2 + beta^T S_l beta
-        known = sd**2 + np.einsum("i,lij,j->l", beta, S, beta)
-        scatter = _unexplained(y - W @ beta, known, len(y) - len(beta))
-        variance = np.maximum(known + scatter, _EXACT * base)
-        if np.abs(variance - before).max() <= _SETTLED * variance.max():
-            return variance, float(np.sqrt(scatter))
-    raise EstimationError(
-        f"weights and slopes of {', '.join(names[1:])} do not settle in {_ROUNDS} rounds: "
-        "errors of the amplitudes are too large for these points"
-    )
-
-
-def _unexplained(residual: FloatArray, known: FloatArray, dof: int) -> float:
-    """t >= 0 with ``sum residual^2 / (known + t) = dof`` (R. C. Paule, J. Mandel, 1982)."""
-    from scipy.optimize import brentq
-
-    squares = residual**2
-    most = float(squares.sum()) / dof
-
-    def excess(t: float) -> float:
-        total = np.maximum(known + t, np.finfo(float).tiny)
-        return float((squares / total).sum()) - dof
-
-    if most == 0 or excess(0.0) <= 0:
-        return 0.0
-    if excess(most) >= 0:  # nothing else is known of the points' errors
-        return most
-    return float(brentq(excess, 0.0, most, xtol=1e-14 * most, rtol=1e-13))
 
 
 def _warned(law: LinearLaw, solved: Corrected) -> LinearLaw:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, Final
 
@@ -9,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from armimpedance.arrays import BoolArray, FloatArray, FrozenRecord, IntArray
+from armimpedance.elbow.result import ElbowFit
 from armimpedance.errors import InputError
 from armimpedance.regression import FitSummary, Parameters, t_interval
 
@@ -175,6 +177,20 @@ class OperatingPoints(FrozenRecord):
     sd_B: Annotated[FloatArray, "l"]
     imcj: Annotated[FloatArray, "l"] | None = None
     sd_imcj: Annotated[FloatArray, "l"] | None = None
+
+    @classmethod
+    def of(
+        cls,
+        fits: Iterable[ElbowFit],
+        trials: IntArray,
+        muscles: tuple[str, ...],
+        amplitude: FloatArray,
+    ) -> OperatingPoints:
+        """The points of one fit a trial, with their robust standard errors."""
+        values = [(p.value, p.sd_robust) for fit in fits for p in (fit["K"], fit["B"])]
+        # columns K, sd_K, B, sd_B
+        columns = np.array(values).reshape(-1, 4).T
+        return cls(trials, muscles, amplitude, *columns)
 
     def to_dict(self) -> list[dict[str, Any]]:
         """One mapping a trial, as FIT.json holds it."""

@@ -13,7 +13,7 @@ chapter 9). Both variances may depend on the frequency: what a subject adds to t
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Final
 
@@ -66,10 +66,16 @@ class Bins:
         return np.asarray(self.s.imag / (2 * np.pi))
 
     def of_lines(self, chosen: BoolArray) -> Bins:
-        """Some of the n frequencies."""
-        given = {f.name: getattr(self, f.name) for f in fields(self)}
-        lines = {n: v[chosen] for n, v in given.items() if isinstance(v, np.ndarray)}
-        return replace(self, **lines)
+        """Some of the n frequencies, without the perturbation."""
+        return Bins(
+            self.s[chosen],
+            self.torque[chosen],
+            self.angle[chosen],
+            self.ends[chosen],
+            self.seconds,
+            self.torque_noise[chosen],
+            self.angle_noise[chosen],
+        )
 
     @cached_property
     def powers(self) -> Complex:

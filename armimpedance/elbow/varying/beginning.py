@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -54,25 +55,28 @@ class Beginning:
     warnings: tuple[str, ...] = ()
 
 
-def begin(data: VaryingData) -> Beginning:
+def begin(data: VaryingData, tick: Callable[[], None] = lambda: None) -> Beginning:
     """The data with the torque that the subject adds unasked, and a free course under it.
 
     A course that is merely fast must not be taken for one: the torque has to show beside a course
     as free as any that can be told. What the residuals still hold is told by expectation and
     maximisation, in which what the course takes from the residuals is its doubt, added to their
-    power.
+    power. `tick` is called after each step.
     """
     constant = start(data)
     scale = np.array([np.abs(constant.B).mean(), np.abs(constant.K).mean()])
     usual = Levels(START_INTENSITY, START_INTENSITY, 1.0)
     course = settle(data, constant, usual, scale, strict=False, rounds=FIRST_ROUNDS)
+    tick()
     if not _own_torque_again(data, course, usual, scale).data.own.order:
         return Beginning(data, course, usual)
+    tick()
     free = Levels(FREE_INTENSITY, FREE_INTENSITY, 1.0)
     course = settle(data, course, free, scale, strict=False, rounds=FIRST_ROUNDS)
+    tick()
     if not _own_torque_again(data, course, free, scale).data.own.order:
         return Beginning(data, course, free)
-    begun = _maximised(data, constant, usual, scale)
+    begun = _maximised(data, constant, usual, scale, tick)
     if abs(begun.course.inertia / constant.inertia - 1) > INERTIA_KEPT:
         return Beginning(data, course, free, (_no_torque(begun, constant),))
     return begun
@@ -88,12 +92,19 @@ def _no_torque(begun: Beginning, constant: Course) -> str:
     )
 
 
-def _maximised(data: VaryingData, constant: Course, levels: Levels, scale: FloatArray) -> Beginning:
+def _maximised(
+    data: VaryingData,
+    constant: Course,
+    levels: Levels,
+    scale: FloatArray,
+    tick: Callable[[], None],
+) -> Beginning:
     """Rounds from above: what a constant course leaves, all taken for the subject's own."""
     begun = Beginning(replace(data, own=own_torque(residual_of(data, constant))), constant, levels)
     for turn in range(OWN_ROUNDS):
         before = begun.data.own
         near = before if turn >= ORDER_ROUNDS else None
+        tick()
         begun = _own_torque_again(begun.data, begun.course, begun.levels, scale, near)
         own = begun.data.own
         moved = np.abs([own.rms - before.rms, own.sd - before.sd])
@@ -136,13 +147,13 @@ def _draws(model: SmootherModel, factor: FloatArray) -> FloatArray:
 
 def _expected_levels(model: SmootherModel, course: Course, drawn: FloatArray) -> Levels:
     """Levels that the second differences of the course and its draws have."""
-    found = []
+    intensities = []
     for which, values in ((1, course.B), (2, course.K)):
         both = np.concatenate([values[:, None], values[:, None] + drawn[:, which]], axis=1)
         steps = sum(w * both[model.differences + j] for j, w in enumerate(DIFFERENCE))
         # E[(D x)^2] = (D mean)^2 + mean over draws of (D draw)^2, of draws about the mean
         mean, draws = np.asarray(steps)[:, :1], np.asarray(steps)[:, 1:]
         square = (mean**2).mean() + ((draws - mean) ** 2).mean()
-        found.append(float(np.sqrt(square / model.unit[which - 1])))
-    B, K = np.clip(found, *INTENSITY_RANGE)
+        intensities.append(float(np.sqrt(square / model.unit[which - 1])))
+    B, K = np.clip(intensities, *INTENSITY_RANGE)
     return Levels(float(B), float(K), 1.0)

@@ -4,24 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import count
 from typing import Final
 
 import numpy as np
 
 from armimpedance.arrays import FloatArray
-from armimpedance.elbow.result import NAMES, UNITS, VaryingImpedance
+from armimpedance.elbow.result import NAMES, UNITS
 from armimpedance.elbow.samples import COMMANDED, JointSamples
 from armimpedance.elbow.varying.beginning import Beginning, begin
 from armimpedance.elbow.varying.data import VaryingData, decimated, varying_data
 from armimpedance.elbow.varying.estimated import EstimatedCourse
 from armimpedance.elbow.varying.method import VaryingMethod, VaryingOptions
 from armimpedance.elbow.varying.table import VARYING_METHODS
+from armimpedance.elbow.varying_result import VaryingImpedance
 from armimpedance.errors import InputError
 from armimpedance.regression import Parameters, t_factor
 from armimpedance.signals import CUTOFF_HZ
 
-#: Steps that are told of: the data, the subject's own torque, the method, two parts of the time.
-_STEPS: Final = 4
+#: Steps that are told of at most: the data, rounds that look for the subject's own torque, the
+#: method's own.
+_STEPS: Final = 24
 #: Half of K's 95 % band over K, above which the subject's own torque is told to limit it.
 WIDE: Final = 0.1
 
@@ -74,18 +77,29 @@ def identify_varying(
     """
     chosen = VARYING_METHODS.named(method)
     _refuse_times(chosen, window_s, every_s)
-    tell = progress or (lambda *_: None)
+    tick = _ticks(progress)
     data = varying_data(samples, cutoff_hz)
-    options = VaryingOptions(window_s, every_s, amplitude_cutoff_hz=amplitude_cutoff_hz)
+    options = VaryingOptions(window_s, every_s, amplitude_cutoff_hz=amplitude_cutoff_hz, tick=tick)
     if chosen.needs == "amplitude":
         own, sd = _amplitudes(samples, data, amplitude, amplitude_sd)
         options = replace(options, amplitude=own, amplitude_sd=sd)
-    tell(1, _STEPS)
-    begun = begin(data)
-    tell(2, _STEPS)
+    tick()
+    begun = begin(data, tick)
     course = chosen.identify(begun, options)
-    tell(_STEPS, _STEPS)
+    if progress is not None:
+        progress(_STEPS, _STEPS)
     return _result(chosen, samples, begun, course)
+
+
+def _ticks(progress: Callable[[int, int], None] | None) -> Callable[[], None]:
+    """What tells of one step more; the last one is told at the end."""
+    done = count(1)
+
+    def tick() -> None:
+        if progress is not None:
+            progress(min(next(done), _STEPS - 1), _STEPS)
+
+    return tick
 
 
 def _refuse_times(method: VaryingMethod, window_s: float | None, every_s: float | None) -> None:

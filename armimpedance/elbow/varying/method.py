@@ -30,6 +30,8 @@ class VaryingOptions:
         Their standard errors.
     amplitude_cutoff_hz : float
         Edge of the low-pass that made them: their errors lie below it.
+    tick : function
+        To be called after each step that takes a while.
     """
 
     window_s: float | None = None
@@ -37,6 +39,7 @@ class VaryingOptions:
     amplitude: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
     amplitude_sd: FloatArray | None = None
     amplitude_cutoff_hz: float = CUTOFF_HZ
+    tick: Callable[[], None] = lambda: None
 
 
 @dataclass(frozen=True)

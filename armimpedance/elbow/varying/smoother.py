@@ -14,6 +14,7 @@ are constant and eliminated by their Schur complement.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -63,6 +64,7 @@ def smooth(
     first: Course,
     levels: Levels | None = None,
     near: Levels | None = None,
+    tick: Callable[[], None] = lambda: None,
 ) -> SmoothedCourse:
     """B(t), K(t) and I of all trials.
 
@@ -75,11 +77,13 @@ def smooth(
         None: by maximum likelihood.
     near : Levels or None
         Where that is likely.
+    tick : function
+        Called after each step.
 
     Raises
     ------
     EstimationError
-        The likelihood has no maximum that could be found, or the course does not settle.
+        The likelihood has no maximum within reach, or the course does not settle.
     """
     scale = np.array([np.abs(first.B).mean(), np.abs(first.K).mean()])
     course, now = first, levels or near or Levels(START_INTENSITY, START_INTENSITY, 1.0)
@@ -87,7 +91,9 @@ def smooth(
         if levels is None:
             model = smoother_model(data, linearise(data, course), scale)
             now = likeliest(model, now, coarse=turn == 0 and near is None)
+            tick()
         course = settle(data, course, now, scale)
+        tick()
     model = smoother_model(data, linearise(data, course), scale)
     course, variance, sd_inertia = solve_course(course, model, now)
     variance = band_variance(variance, *own_error(course, model, now), data)
@@ -134,7 +140,7 @@ def likeliest(model: SmootherModel, levels: Levels, *, coarse: bool) -> Levels:
     spread = 1.5 if coarse else 0.4
     at = np.clip(levels.logs, low, high)
     simplex = np.vstack([at, at + np.diag([spread, spread, 0.3 if coarse else 0.05])])
-    found = minimize(
+    optimum = minimize(
         objective,
         at,
         method="Nelder-Mead",
@@ -145,7 +151,7 @@ def likeliest(model: SmootherModel, levels: Levels, *, coarse: bool) -> Levels:
             "maxfev": 80 if coarse else 40,
         },
     )
-    return _levels(np.clip(found.x, low, high))
+    return _levels(np.clip(optimum.x, low, high))
 
 
 def _levels(logs: FloatArray) -> Levels:

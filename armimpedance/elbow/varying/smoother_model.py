@@ -103,8 +103,7 @@ def smoother_model(data: VaryingData, eq: Linearised, scale: FloatArray) -> Smoo
     N = len(data.angle)
     n, c, band = state * N, eq.centre, 2 * HALF * state + state
     s1, s2 = eq.sd_torque, eq.sd_angle
-    L, y = eq.L / s1[:, None], eq.torque_side / s1
-    x1, x0 = eq.x1 / s1, eq.x0 / s1
+    L, y, x1, x0 = eq.L / s1[:, None], eq.torque_side / s1, eq.x1 / s1, eq.x0 / s1
     U = np.column_stack([eq.x2, eq.nuisance]) / s1[:, None]
     further = [x1, x0] if state == STATE else [x1, x0, -1 / s1]
     torque = _torque_information(np.zeros((band, n)), state, c, L, further)

@@ -52,7 +52,8 @@ def test_a_course_of_a_path_is_that_of_its_recording(bench):
     recording, folder = bench
     calls = []
     course = elbow_over_time(recording, method="windows", progress=lambda *done: calls.append(done))
-    assert calls[-1] == (4, 4)
+    assert len(calls) > 2
+    assert calls[-1][0] == calls[-1][1]
     np.testing.assert_array_equal(course.K, elbow_over_time(folder, method="windows").K)
 
 

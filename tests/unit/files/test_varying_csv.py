@@ -7,7 +7,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from armimpedance.elbow.result import ChannelSnr, ElbowFit, VaryingImpedance, Whiteness
+from armimpedance.elbow.result import ChannelSnr, ElbowFit, Whiteness
+from armimpedance.elbow.varying_result import VaryingImpedance
 from armimpedance.errors import InputError, RecordError
 from armimpedance.files.varying_csv import write_varying
 from armimpedance.regression import Parameters

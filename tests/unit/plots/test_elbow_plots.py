@@ -10,9 +10,10 @@ import pytest
 from armimpedance.elbow.emg.law import fit_emg_law
 from armimpedance.elbow.emg.law_result import OperatingPoints
 from armimpedance.elbow.frequency_response import frequency_response, model_compliance
-from armimpedance.elbow.result import ChannelSnr, VaryingImpedance
+from armimpedance.elbow.result import ChannelSnr
 from armimpedance.elbow.samples import from_recording
 from armimpedance.elbow.stationary.identify import identify_elbow
+from armimpedance.elbow.varying_result import VaryingImpedance
 from armimpedance.errors import InputError
 from armimpedance.plots.elbow import (
     plot_emg_law,

@@ -19,7 +19,8 @@ def smoother(begun: Beginning, options: VaryingOptions) -> EstimatedCourse:
     """Integrated random walks with noise levels of maximum likelihood."""
     data = begun.data
     # levels chosen together with the subject's torque are near; else the search begins wide
-    made = smooth(data, begun.course, near=begun.levels if data.own.order else None)
+    near = begun.levels if data.own.order else None
+    made = smooth(data, begun.course, near=near, tick=options.tick)
     at, course = grid(data, options.every_s), made.course
     levels = made.levels
     warnings = []
