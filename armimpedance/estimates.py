@@ -55,7 +55,7 @@ class ImpedanceEstimate(FrozenRecord):
     inertia_with_handle : (k, k)
         As measured.
     covariance : (3 k^2, 3 k^2)
-        Of M, B, K, each row by row (the order of `conventions.parameter_names`).
+        Covariance of M, B, K, each row by row (the order of `conventions.parameter_names`).
     dof : float
         Degrees of freedom of the t distribution for intervals; inf = normal.
     bound : (3 k^2, 3 k^2) or None
@@ -75,7 +75,7 @@ class ImpedanceEstimate(FrozenRecord):
     muscles : tuple of str
         Names of those muscles, in their order; empty where they are not known.
     shoulder_m : (k_hand,) or None
-        Where the shoulder is in the frame of `position`.
+        Place of the shoulder in the frame of `position`.
     warnings : tuple of str
     provenance : tuple of str
     """

@@ -66,7 +66,7 @@ class MarkerRecording(InTrials):
         m, in the world's frame; NaN in all three where a marker was not seen.
     names : tuple of P str
     skeleton : Skeleton or None
-        Of the subject, with the markers' places, where it is known.
+        Skeleton of the subject with the markers' places, where it is known.
     wrenches : (N, K, 6) or None
         Force plates at the markers' rate, as in `MotionRecording`.
     plate_origins_m : (K, 3) or None

@@ -52,7 +52,7 @@ class Recording(InTrials):
         ``target_force_x_N``, ``target_force_y_N``, ``q_shoulder_rad``, ``q_elbow_rad``; further
         columns are kept. Row t belongs to samples ``offsets[t]:offsets[t + 1]``. Not to be changed.
     offsets : (T + 1,) int
-        Where each trial starts; trials may differ in length; none is empty.
+        First sample of each trial; trials may differ in length; none is empty.
     time_s : (N,)
         Each trial's own clock.
     position : (N, d)
@@ -68,7 +68,7 @@ class Recording(InTrials):
     handle_mass_kg : float
         Mass between the force sensor and the hand.
     shoulder_m : (d,) or None
-        Where the shoulder is in the frame of `position` (kind "hand").
+        Place of the shoulder in the frame of `position` (kind "hand").
     extra : mapping str -> (N,)
         Further numeric sample columns, kept for round trips. Analyses read the commanded motion
         (`conventions.command_columns`) and the torque that a device was told to add

@@ -90,10 +90,10 @@ def support_torques(skeleton: Skeleton, motion: SegmentMotion, wrenches: FloatAr
 
 
 def _ancestors(skeleton: Skeleton, segment: str) -> set[int]:
-    found: set[int] = set()
+    below: set[int] = set()
     name: str | None = segment
     while name is not None:
         i = skeleton.index(name)
-        found.add(i)
+        below.add(i)
         name = skeleton.segments[i].parent
-    return found
+    return below

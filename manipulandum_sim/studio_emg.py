@@ -38,7 +38,7 @@ def relaxed_emg(
     percent : float
         Level at rest.
     bursts : sequence of (row, muscle, start s, end s, level %)
-        Where a muscle contracts to a higher level.
+        Times at which a muscle contracts to a higher level.
     seed : int
         A trial's noise depends on the seed and its number alone.
 

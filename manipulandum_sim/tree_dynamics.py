@@ -27,7 +27,7 @@ class SegmentMotion:
     rotation : (S, N, 3, 3)
         Columns are the segment's axes.
     origin, acceleration : (S, N, 3)
-        Of the joint centre.
+        Place and acceleration of the joint's centre.
     rate, angular_acceleration : (S, N, 3)
     axes : tuple of (N, 3)
         Every turning coordinate's axis, in the order of the coordinates.

@@ -96,6 +96,15 @@ def read_recording(
 def of_condition(recording: Recording, condition: str | None) -> Recording:
     """The trials of one condition; all of them where none is named.
 
+    Parameters
+    ----------
+    recording : Recording
+    condition : str or None
+
+    Returns
+    -------
+    Recording
+
     Raises
     ------
     InputError

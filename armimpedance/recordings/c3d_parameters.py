@@ -56,7 +56,7 @@ class _Section:
             expected = f"{_LITTLE_ENDIAN}, little-endian"
             raise InputError(f"processor type {processor}", file=self.name, expected=expected)
         groups: dict[int, str] = {}
-        found: list[tuple[int, str, Parameter]] = []
+        entries: list[tuple[int, str, Parameter]] = []
         while self.at + 2 <= len(self.data):
             length, group = struct.unpack("<bb", self._take(2))
             if length == 0:
@@ -70,14 +70,14 @@ class _Section:
                 groups[-group] = label
                 self._take(self._take(1)[0])
             else:
-                found.append((group, label, self._value()))
+                entries.append((group, label, self._value()))
             if is_last:
                 break
             if next_entry < self.at:
                 raise self._broken(f"the entry {label} points back into itself")
             self.at = next_entry
         parameters: dict[str, dict[str, Parameter]] = {label: {} for label in groups.values()}
-        for group, label, value in found:
+        for group, label, value in entries:
             parameters.setdefault(groups.get(group, f"GROUP{group}"), {})[label] = value
         return parameters
 

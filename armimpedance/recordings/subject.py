@@ -15,7 +15,7 @@ def read_subject(
 ) -> RecordedSubject:
     """The subject and the muscles of a recording in any of the known formats.
 
-    Of a recording's folder only `recording.json` is read. A Kinarm exam needs no `force_by` here.
+    Only `recording.json` of a recording's folder is read. A Kinarm exam needs no `force_by` here.
 
     Parameters
     ----------

@@ -19,7 +19,7 @@ VARIATION: Final = 0.06
 
 
 def step(t: FloatArray, start: float, end: float) -> FloatArray:
-    """From 0 before `start` to 1 after `end`, continuous up to the fourth derivative."""
+    """A step from 0 before `start` to 1 after `end`, continuous up to the fourth derivative."""
     u = np.clip((t - start) / (end - start), 0, 1)
     return u**5 * (126 + u * (-420 + u * (540 + u * (-315 + 70 * u))))
 
@@ -36,10 +36,10 @@ class Draft:
     ----------
     subject : BodySubject
     seconds : float
-        At the usual tempo; the individual's differs.
+        Duration at the usual tempo; the individual's tempo differs.
     rate_hz : float
     rng : Generator
-        Of the individual's variation.
+        Generator of the individual's variation.
 
     Attributes
     ----------
@@ -125,7 +125,7 @@ class Draft:
         start, end : float
         to : (float, float)
         height : float
-            Of the lifted foot, m.
+            Height of the lifted foot, m.
         heel : float
             How far (rad) the heel leaves the floor before the foot does.
         """

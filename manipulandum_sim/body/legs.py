@@ -30,7 +30,7 @@ class FootPath:
     Attributes
     ----------
     place : (N, 2)
-        Where the ankle is above the floor while the sole is flat, m.
+        Place on the floor below the ankle while the sole is flat, m.
     lift : (N,)
         Height of the sole's ball above the floor, m.
     yaw, heel : (N,)
@@ -160,7 +160,7 @@ def pelvis_ceiling(
     leg : Leg
     pelvis_R : (N, 3, 3)
     place : (N, 2)
-        Of the pelvis above the floor, m.
+        Place of the pelvis above the floor, m.
     ankle : (N, 3)
     stretch : float
 

@@ -30,10 +30,10 @@ def body_motion(
     Parameters
     ----------
     name : str
-        Of `MOTIONS` or `ON_A_STAND`.
+        A name of `MOTIONS` or `ON_A_STAND`.
     subject : BodySubject
     rng : Generator
-        Of amplitudes, tempo and restlessness.
+        Generator of amplitudes, tempo and restlessness.
     rate_hz : float
 
     Raises

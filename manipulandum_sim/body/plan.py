@@ -50,7 +50,7 @@ class FreeLeg:
     part : (N,)
         0 on the foothold, 1 free; in between the angles are mixed.
     angles : (N, 6)
-        Of `LEG_ANGLES`, rad.
+        The angles of `LEG_ANGLES`, rad.
     """
 
     part: FloatArray
@@ -67,13 +67,13 @@ class BodyPlan:
     pelvis : (N, 6)
         Place (height above standing), then turns about z, y, x. Without feet it is final.
     angles : dict of (N,)
-        Of the upper body, by coordinate; those not named are zero.
+        Angles of the upper body by coordinate; those not named are zero.
     feet : dict of FootPath
         By side; empty where nothing stands on the floor.
     left_share : (N,)
         How much of the body's weight the left foot is to carry; 0 and 1 where a foot is lifted.
     sway : (N, 2)
-        Where the centre of pressure is to be beside the line of the feet, m.
+        Distance of the centre of pressure from the line of the feet, m.
     free : dict of FreeLeg
         By side.
     """

@@ -87,7 +87,8 @@ def simulate_body(
     Parameters
     ----------
     motions : sequence of str
-        Of `ALL`, ``"pelvis_still"`` or ``"static"`` (one trial per posture); one may come twice.
+        Names of motions: some of `ALL`, ``"pelvis_still"`` or ``"static"`` (one trial per
+        posture); one may come twice.
         The last two are held by the pelvis on a stand, and both plates carry half of it.
     subject : {"A", "B", "table"} or BodySubject
     seed : int
@@ -97,7 +98,7 @@ def simulate_body(
     angle_noise_rad, force_noise_N, moment_noise_Nm : float
         Sd of white noise on all angles, and on each plate's forces and moments.
     place_noise_m : float, optional
-        On the pelvis' place; by default a quarter of a metre times the angles'.
+        Noise of the pelvis' place; by default a quarter of a metre times the angles' noise.
     markers : bool or Studio
         Film the markers instead of recording coordinates; the noise on angles and place has then
         no meaning, the studio's counts.

@@ -62,7 +62,7 @@ def body_subject(
         as much); centres of mass move by this fraction of the radius of gyration along each axis.
         0 is the table itself. The body's mass stays as given.
     seed : int
-        Of the deviations.
+        Seed of the deviations.
 
     Raises
     ------

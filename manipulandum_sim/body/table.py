@@ -32,9 +32,9 @@ class TableRow:
     Attributes
     ----------
     mass : float
-        Fraction of the body's.
+        Fraction of the body's mass.
     length_mm : float
-        Of the sample's mean man.
+        Length in the sample's mean man.
     com : float
         From the upper or proximal end, fraction of the length (foot: from the heel).
     gyration : (3,)

@@ -36,7 +36,7 @@ class BenchTruth:
     ----------
     I : float
     B, K : (S,)
-        At the samples of every trial.
+        Viscosity and stiffness at the samples; every trial has the same.
     torque, angle : (T, S)
         Without noise; the torque on the limb.
     """

@@ -71,7 +71,7 @@ class Drive:
     q0 : float
         rad.
     angle, rate : (T,)
-        At the first instant.
+        Angle and angular velocity at the first instant.
     """
 
     inertia: float
@@ -100,7 +100,7 @@ class Motion:
     stop : (T,) int
         Sample at which a limit was met; S if none was.
     cause : (T,) int
-        Of `CAUSES`.
+        Number of the cause in `CAUSES`.
     """
 
     angle: FloatArray
@@ -188,7 +188,7 @@ def run(
     Parameters
     ----------
     noise : (4, S, T) or None
-        Of the sensors; None: exact sensors and commands, without converters.
+        Noise of the sensors; None: exact sensors and commands, without converters.
     """
     samples, trials = drive.perturbation.shape
     sensing, control = Sensing(noise), Control(drive, noise is not None)

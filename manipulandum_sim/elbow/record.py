@@ -1,4 +1,4 @@
-"""From the motion of arm and exoskeleton to a recording with its trial table, EMG and truth."""
+"""The recording, its trial table, EMG and truth from the motion of arm and exoskeleton."""
 
 from __future__ import annotations
 

@@ -124,26 +124,27 @@ def simulate_elbow(
     seed : int
         A trial's noise depends on seed, subject and the trial's number alone.
     repetitions : int
-        Of every condition of the test.
+        How often every condition of the test is repeated.
     duration_s : float
-        Of a trial.
+        Length of a trial.
     perturbation : {"white", "prbs"}
-        Of the first three tests; the others have none.
+        Kind of the random torque in the first three tests; the others have none.
     noise : {"nominal", "sensor", "none"}
         ``sensor`` leaves out voluntary torque and tremor, ``none`` the sensors' noise and steps
         as well; the EMG's carrier stays, it is a noise by nature.
     torque : {"interaction", "commanded"}
         Which one the torque's column holds.
     depth, frequency_hz : float
-        Of the varying stiffness, share of its middle, Hz.
+        Amplitude of the varying stiffness as a share of its middle, and its frequency in Hz.
     law : {"linear", "saturating"}
-        Of K and B over activation.
+        How K and B depend on activation.
     activation_delay_s : float
-        By which K and B follow the EMG.
+        Time by which K and B follow the EMG.
     four_muscles : bool
         Calibration only: a second flexor and a second extensor.
     hum_V, hum_hz, electrode_noise_V : float
-        Of the EMG; absent: as `noise` says.
+        Hum of the mains (amplitude, frequency) and noise of the electrodes in the EMG; where they
+        are absent, `noise` decides.
     velocity_limit, torque_limit : float
         rad/s, Nm: beyond, a trial ends.
     device : Exoskeleton, optional

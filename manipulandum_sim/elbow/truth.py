@@ -50,7 +50,7 @@ class ElbowTruth(FrozenRecord):
     muscles : tuple of m str
     offsets : (T + 1,) int
     I : float
-        Of the limb, kg m^2.
+        Inertia of the limb, kg m^2.
     K, B : (N,)
         Effective: derivatives of the torque on the limb about the operating angle (or about the
         intended movement), gravity's gradient included in K.

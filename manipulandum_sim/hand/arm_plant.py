@@ -24,7 +24,7 @@ class PassiveJoints:
     viscosity : pair of float
         Nm s/rad.
     rest : pair of float
-        Where the springs rest (rad).
+        Rest angles of the springs (rad).
     """
 
     stiffness: tuple[float, float] = (1.0, 1.0)
@@ -47,7 +47,7 @@ class MuscleCommand(NamedTuple):
     reflex: FloatArray
 
     def over_time(self) -> MuscleCommand:
-        """With a last axis for time."""
+        """The same command with a last axis for time."""
         return MuscleCommand(*(part[..., None] for part in self))
 
 
@@ -100,7 +100,7 @@ class Arm:
         Parameters
         ----------
         basis : (6, ...)
-            Of `muscles.joint_basis` at the joint angles.
+            The values of `joint_basis` at the joint angles.
         rates : pair of (...,)
             Shoulder and elbow, rad/s.
         command : MuscleCommand

@@ -124,7 +124,7 @@ class Course:
     onset : (T,) int
         The substep at which each disturbance starts.
     place, direction : (2, T)
-        Where each trial starts and the unit vector along which it is disturbed.
+        Place where each trial starts, and unit vector along which it is disturbed.
     table : (9, P)
         Per substep since one before the onset: displacement, velocity, acceleration at its start,
         then at its middle, then at its end, as seen from inside the substep: a shape may jump at

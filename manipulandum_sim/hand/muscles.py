@@ -40,7 +40,7 @@ class MusclePaths(FrozenRecord):
     Attributes
     ----------
     slope, sine, cosine : (6, 2)
-        Of each muscle over each joint (m).
+        Coefficients of each muscle over each joint (m).
     """
 
     slope: Annotated[FloatArray, "6 2"]
@@ -49,7 +49,7 @@ class MusclePaths(FrozenRecord):
 
     @cached_property
     def _weights(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Of the length over the basis (6, 6), and of both moment arms over sine, cosine (6, 2)."""
+        """Weights of the length over the basis (6, 6) and of both moment arms over sine, cosine."""
         joints = [np.stack([self.slope[:, j], self.sine[:, j], self.cosine[:, j]]) for j in (0, 1)]
         arms = [np.stack([-self.cosine[:, j], self.sine[:, j]], axis=1) for j in (0, 1)]
         return np.ascontiguousarray(np.concatenate(joints).T), arms[0], arms[1]

@@ -29,7 +29,7 @@ class Reflex:
     Attributes
     ----------
     gain : float
-        Of each muscle: tension per delayed stretch, as a fraction of its stiffness.
+        Tension of each muscle per delayed stretch, as a fraction of its stiffness.
     delay_s : float
     """
 

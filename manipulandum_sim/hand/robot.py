@@ -37,7 +37,7 @@ class Servo:
     stiffness : float
         inf is the ideal servo: the motion is the commanded one.
     damping_ratio : float
-        Of robot and handle alone.
+        Damping ratio of robot and handle alone.
     inertia_feedforward : bool
         Adds the force that accelerates the nominal robot, handle and cast.
     force_feedforward : bool

@@ -31,7 +31,7 @@ class Schedule:
     ----------
     labels : tuple of str
     keys : tuple of tuple of int
-        Of each trial's random numbers.
+        Key of each trial's random numbers.
     condition, set_number, direction, onset : (T,) int
         Row in the truth; from 1; eighths of a turn; sample of the onset.
     """

@@ -113,7 +113,7 @@ def simulate_condition(
     -------
     Recording
     Truth
-        Of the one condition, under its own name.
+        Truth of the one condition, under its own name.
 
     Raises
     ------

@@ -47,11 +47,11 @@ class Truth(FrozenRecord):
         Hand location (m) and force by the hand on the handle (N).
     activation, tension, muscle_stiffness, muscle_viscosity : (C, 6)
     M_e, B_e, K_e : (C, 2, 2)
-        At the hand: ``-dF/da``, ``-dF/dv``, ``-dF/dx``; the limb's own inertia.
+        Impedance at the hand, ``-dF/da``, ``-dF/dv``, ``-dF/dx``; the limb's own inertia.
     M_e_with_handle : (C, 2, 2)
-        With the mass between sensor and hand.
+        Inertia with the mass between sensor and hand.
     M_j, B_j, K_j : (C, 2, 2)
-        At the joints: of torques over accelerations, rates and angles.
+        Impedance at the joints: derivatives of torques over accelerations, rates and angles.
     G : (C, 6, 2)
         Moment arms dL/dq.
     curvature : (C, 6, 2, 2)

@@ -55,7 +55,7 @@ class TwoLink:
         kg m^2: ``M11 = inertia1 + inertia2 + 2 coupling cos q2``,
         ``M12 = inertia2 + coupling cos q2``, ``M22 = inertia2``.
     base_x, base_y : float
-        Where the first hinge is (m).
+        Place of the first hinge (m).
     elbow : {1.0, -1.0}
         Sign of the second joint's angle.
 
@@ -75,7 +75,7 @@ class TwoLink:
     def from_segments(
         cls, l1: float, l2: float, first: Segment, second: Segment, **placement: float
     ) -> TwoLink:
-        """From two rigid links and their lengths."""
+        """Two links that are given as rigid bodies with their lengths."""
         return cls(
             l1,
             l2,

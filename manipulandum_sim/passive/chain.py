@@ -145,7 +145,7 @@ class Chain:
         ----------
         q, qd : (T, K)
         base : (T, 3, 12)
-            Of `base_motion`.
+            The motion of the base as `base_motion` gives it.
         """
         after = self._jets(q, qd, base)
         axes = (after[..., :3] @ self.axes[:, :, None])[..., 0]

@@ -39,7 +39,7 @@ class Push:
     yaw_rad : (float, float)
         Amplitude of the trunk's swing about the vertical axis.
     swing_hz, damping : float
-        Of that swing.
+        Frequency and damping of that swing.
     rise_s : float
         Time in which a push builds up.
     sway_m, sway_rad : float

@@ -38,7 +38,7 @@ class JointLaw:
 
 
 class State(NamedTuple):
-    """Of T chains; every entry (T, K).
+    """State of T chains; every entry (T, K).
 
     sign : -1, 0, 1; 0 where a hinge is held or has no friction. held : by its dry friction.
     """
@@ -125,7 +125,7 @@ class PassivePlant:
         )
 
     def _piece(self, state: State, bases: FloatArray, dt: float, a: float, b: float) -> State:
-        """From the fraction a of a step to b; the base's motion is a parabola within the step."""
+        """Integrate from the fraction a of a step to b; the base moves along a parabola in it."""
         at = np.stack([_parabola(bases, x) for x in (a, (a + b) / 2, b)])
         return self._runge_kutta(state, at, (b - a) * dt)
 

@@ -130,12 +130,13 @@ def simulate_passive_many(
         Trials of a recording and length of each; as the source's if absent: 700 frames in one
         trial (``p5``), 1100 in four (``release``).
     rate_hz : float
-        Of the cameras.
+        Frames of the cameras per second.
     studio : Studio, optional
     emg_percent : float
         Level of biceps and triceps, % of the maximum.
     emg_bursts : sequence of Burst
-        Where one of them is not relaxed (see `studio_emg.relaxed_emg`); the motion ignores it.
+        Times at which one of them is not relaxed (see `studio_emg.relaxed_emg`); the motion
+        ignores it.
     push : Push, optional
         How the examiner pushes in ``p5``.
     progress : function, optional
@@ -204,7 +205,7 @@ def _plant(subject: PassiveSubject, drive: Drive) -> tuple[PassivePlant, tuple[s
 def _integrate(
     plan: Plan, drive: Drive, angles: FloatArray, start_s: float, progress: Progress | None
 ) -> Swing:
-    """From rest at `start_s` over all frames."""
+    """Integrate from rest at `start_s` over all frames."""
     plant, _ = _plant(plan.subject, drive)
     # an even number of steps per frame, so that half a frame is a whole number of them
     per_frame = 2 * int(np.ceil(0.5 / (plan.rate_hz * STEP_S)))

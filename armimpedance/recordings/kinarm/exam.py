@@ -51,7 +51,7 @@ def read_kinarm(
     path : path
         A folder or zip with `common.c3d` and `BB_TT_RR.c3d`, at most two folders deep.
     force_by : {"limb", "device"}
-        Whose force on the other the force sensor's channels hold. The files do not say.
+        Whose force on the other the sensor's channels hold; the files do not say it.
     side : {"right", "left"}, optional
         Needed where both arms have a force sensor.
     onset_event, end_event : str, optional
@@ -65,8 +65,8 @@ def read_kinarm(
     Returns
     -------
     Recording
-        Of kind "hand". Trial columns: `trial`, `condition` (the protocol's name, or `TP_n`), `set`
-        (block), `protocol`, `repetition`, `is_error`, `event_<label>_s` (first occurrence).
+        A recording of kind "hand". Trial columns: `trial`, `condition` (the protocol's name, or
+        `TP_n`), `set` (block), `protocol`, `repetition`, `is_error`, `event_<label>_s` (first occurrence).
 
     Raises
     ------

@@ -112,10 +112,10 @@ def _files(path: Path) -> Iterator[_Files]:
 def _folder_files(path: Path) -> list[str]:
     """C3D files at most `DEEPEST` folders below `path`."""
     patterns = ["*/" * depth + "*" for depth in range(DEEPEST + 1)]
-    found = (file for pattern in patterns for file in path.glob(pattern))
+    candidates = (file for pattern in patterns for file in path.glob(pattern))
     return [
         file.relative_to(path).as_posix()
-        for file in found
+        for file in candidates
         if file.suffix.lower() == ".c3d" and file.is_file()
     ]
 

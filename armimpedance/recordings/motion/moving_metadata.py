@@ -72,10 +72,10 @@ def read_moving_metadata(file: Path, kind: MovingKind) -> MovingMetadata:
         The file is missing or not JSON, a field is not what it must be, or another kind is in it.
     """
     given = recording_fields(file)
-    found = given.choice("kind", tuple(_WHAT), required=True)
-    if found != kind:
+    stated = given.choice("kind", tuple(_WHAT), required=True)
+    if stated != kind:
         expected = f'kind "{kind}"'
-        raise InputError(_WHAT[str(found)], file=file, column="kind", expected=expected)
+        raise InputError(_WHAT[str(stated)], file=file, column="kind", expected=expected)
     ignored = [key for key in given.values if key not in KNOWN_KEYS]
     remarks = (f"Not read from {file.name}: {', '.join(ignored)}.",) if ignored else ()
     return MovingMetadata(

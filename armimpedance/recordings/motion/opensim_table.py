@@ -6,11 +6,12 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 import pandas as pd
 
-from armimpedance.arrays import FloatArray, frozen_array
+from armimpedance.arrays import FloatArray, FrozenRecord
 from armimpedance.errors import InputError
 from armimpedance.motion import MotionRecording
 from armimpedance.recordings.motion.tabbed_text import cells, number_rows, sample_rate, text_lines
@@ -22,7 +23,7 @@ _LONGEST_HEADER = 200
 
 
 @dataclass(frozen=True)
-class OpenSimTable:
+class OpenSimTable(FrozenRecord):
     """Columns over time, as in the file.
 
     Attributes
@@ -37,13 +38,10 @@ class OpenSimTable:
     """
 
     file: str
-    time_s: FloatArray
+    time_s: Annotated[FloatArray, "S"]
     sample_rate_hz: float
     columns: Mapping[str, FloatArray] = field(default_factory=dict)
     in_degrees: bool | None = None
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "time_s", frozen_array(self.time_s, "time_s", (None,)))
 
     def angles(self, names: tuple[str, ...], in_degrees: bool | None = None) -> FloatArray:
         """These columns side by side in rad, (S, len(names)).
@@ -52,7 +50,7 @@ class OpenSimTable:
         ----------
         names : tuple of str
         in_degrees : bool, optional
-            Where the file does not say; what it says comes first.
+            Unit of the angles where the file does not state it; what the file states comes first.
 
         Raises
         ------
@@ -136,7 +134,7 @@ def opensim_motion(
         Coordinate -> column of the table, where the names differ; ``-column`` turns the sign. The
         skeleton's other coordinates have their own names, or are 0, which the provenance tells.
     in_degrees : bool, optional
-        Where the file does not say.
+        Unit of the angles where the file does not state it.
 
     Raises
     ------

@@ -129,7 +129,7 @@ def table_file(folder: Path, stem: str = "samples") -> Path:
 def runs_of_trials(
     table: TrialTable, samples: NumberTable, trials: IntArray, offsets: IntArray
 ) -> IntArray:
-    """For each row of the trial table, which run of the sample table it is.
+    """The number of the run in the sample table that belongs to each row of the trial table.
 
     Raises
     ------

@@ -62,7 +62,7 @@ class Samples:
     trials : (T,) int
         Trial numbers in the order of their samples.
     offsets : (T + 1,) int
-        Where each trial's samples start.
+        First sample of each trial.
     """
 
     table: NumberTable
