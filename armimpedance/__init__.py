@@ -13,18 +13,42 @@ interpreter. Three topics have a verb and a room of one name: ``ai.elbow``, ``ai
 ``from armimpedance.elbow import ElbowFit``.
 """
 
+import ast
 import sys
+from importlib import import_module
+from pathlib import Path
 from types import ModuleType
-
-import lazy_loader
 
 __version__ = "0.1.0"
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+# Name -> room, from the stub, which type checkers read too: one list. The rooms' own faces use
+# lazy_loader; here the standard library is enough, and some names must win over rooms.
+_STUB = ast.parse(Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8"))
+_ROOMS = {
+    alias.name: f"{__name__}.{node.module}"
+    for node in _STUB.body
+    if isinstance(node, ast.ImportFrom)
+    for alias in node.names
+}
+
+__all__ = sorted(_ROOMS)  # noqa: PLE0605 - the names stand in the stub
+
+
+def __getattr__(name: str) -> object:
+    """A name of the face, loaded from its room when it is first used."""
+    if name not in _ROOMS:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(import_module(_ROOMS[name]), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return __all__
 
 
 class _Face(ModuleType):
-    """A module whose names are not hidden by rooms: importing ``armimpedance.elbow`` would do so."""
+    """A module whose verbs are not hidden by the rooms of their names, once these are imported."""
 
     def __setattr__(self, name: str, value: object) -> None:
         if not (name in __all__ and isinstance(value, ModuleType)):

@@ -14,7 +14,7 @@ import pytest
 
 import armimpedance as ai
 from armimpedance.__main__ import main
-from armimpedance.recordings import write_folder
+from armimpedance.recordings import write_recording
 from manipulandum_sim.hand import simulate
 
 mpl.use("Agg")
@@ -26,7 +26,7 @@ def session(tmp_path_factory):
     """A folder with two conditions."""
     folder = tmp_path_factory.mktemp("face") / "session"
     recording, _ = simulate("cocontraction", seed=1, sets=1, conditions=CONDITIONS)
-    write_folder(recording, folder)
+    write_recording(recording, folder)
     return folder
 
 
