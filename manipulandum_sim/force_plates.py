@@ -90,10 +90,10 @@ def support_torques(skeleton: Skeleton, motion: SegmentMotion, wrenches: FloatAr
 
 
 def _ancestors(skeleton: Skeleton, segment: str) -> set[int]:
-    below: set[int] = set()
+    ancestors: set[int] = set()
     name: str | None = segment
     while name is not None:
         i = skeleton.index(name)
-        below.add(i)
+        ancestors.add(i)
         name = skeleton.segments[i].parent
-    return below
+    return ancestors

@@ -7,7 +7,7 @@ Examples:
 Writes recordings (with their truth), hand.csv, joint.csv, models over posture and activation,
 summary.txt and Figs 6-14 and both tables of Tsuji (1997) to the folder, and compares estimates and
 models with the truth on the screen.
---quick takes two sets of disturbances instead of five, a part of the conditions (figures that need
+A folder that an earlier demo wrote is replaced. --quick takes two sets of disturbances instead of five, a part of the conditions (figures that need
 more of them are left out), and writes figures as PNG only.
 """
 
@@ -17,6 +17,10 @@ import argparse
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from armimpedance.cli.parts.checks import check_seed
+from armimpedance.cli.parts.outputs import check_folder
+from armimpedance.cli.parts.simulation import simulated_files, write_simulated
 
 if TYPE_CHECKING:
     from armimpedance.cli.parts.demo_models import DemoModel
@@ -38,14 +42,16 @@ def run(arguments: argparse.Namespace) -> int:
     from armimpedance.cli.parts.demo_models import fit_models, models_text
     from armimpedance.cli.parts.demo_summary import summary
 
+    check_seed(arguments.seed)
+    for name in EXPERIMENTS:
+        check_folder(arguments.out / "recordings" / name, simulated_files(), replace=True)
     print(f"Simulated subject {arguments.subject}: three experiments of Tsuji (1997)")
     studied = _study_all(arguments)
     arguments.out.mkdir(parents=True, exist_ok=True)
     models = fit_models(studied)
     text = f"{summary(studied)}\n\n{models_text(models)}"
-    print(f"\n{text}\n")
-    for line in _write_all(studied, models, arguments.out, text, quick=arguments.quick):
-        print(line)
+    lines = _write_all(studied, models, arguments.out, text, quick=arguments.quick)
+    print("\n".join(["", text, "", *lines]))
     return 0
 
 
@@ -86,7 +92,6 @@ def _write_all(
     quick: bool,
 ) -> list[str]:
     """Write everything; one line per thing written."""
-    from armimpedance.cli.parts.simulation import write_simulated
     from armimpedance.files import write_model, write_results
     from armimpedance.outputs import staged_file
     from armimpedance_figures.build_all import draw_from

@@ -113,7 +113,7 @@ def run(rig: Rig, arguments: argparse.Namespace) -> int:
     from armimpedance.cli.parts.progress import bar
 
     check_seed(arguments.seed)
-    check_folder(arguments.out, _files(), replace=arguments.replace)
+    check_folder(arguments.out, simulated_files(), replace=arguments.replace)
     with bar("simulating") as progress:
         made = rig.simulate(rig.name, arguments, progress)
     write_simulated(made.recording, made.truth, arguments.out, arguments.table, made.beside)
@@ -135,14 +135,15 @@ def write_simulated(
     from armimpedance.recordings import write_recording
 
     folder.parent.mkdir(parents=True, exist_ok=True)
-    with staged_folder(folder, known=_files()) as staged:
+    with staged_folder(folder, known=simulated_files()) as staged:
         write_recording(recording, staged, table)
         for name, write in (beside or {}).items():
             write(staged / name)
         truth.write(staged / TRUTH_FILE)
 
 
-def _files() -> tuple[str, ...]:
+def simulated_files() -> tuple[str, ...]:
+    """What the folder of a simulated recording may hold."""
     from armimpedance.recordings import FOLDER_FILES
 
     return (*FOLDER_FILES, TRUTH_FILE, DRAWINGS_FILE)

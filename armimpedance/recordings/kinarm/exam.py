@@ -66,7 +66,8 @@ def read_kinarm(
     -------
     Recording
         A recording of kind "hand". Trial columns: `trial`, `condition` (the protocol's name, or
-        `TP_n`), `set` (block), `protocol`, `repetition`, `is_error`, `event_<label>_s` (first occurrence).
+        `TP_n`), `set` (block), `protocol`, `repetition`, `is_error`, `event_<label>_s` (first
+        occurrence).
 
     Raises
     ------
