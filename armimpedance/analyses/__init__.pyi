@@ -1,16 +1,15 @@
 from .body import body as body
-from .comparison import Comparison as Comparison, compare as compare
+from .compared import Comparison as Comparison
+from .compared_methods import ComparedMethods as ComparedMethods
+from .comparison import compare as compare
 from .contents import describe as describe
 from .contributions import Contributions as Contributions
 from .drawing import plot_ellipses as plot_ellipses
 from .discrimination import discriminate as discriminate
 from .estimates import Estimates as Estimates
 from .hand import (
-    ComparedMethods as ComparedMethods,
-    ReflexVerdicts as ReflexVerdicts,
     estimate as estimate,
     estimate_all as estimate_all,
-    reflex as reflex,
 )
 from .inspection import Finding as Finding, Inspection as Inspection, inspect as inspect
 from .labelled import LabelledEstimate as LabelledEstimate, LabelledMatrix as LabelledMatrix
@@ -30,6 +29,7 @@ from .one_joint import (
 )
 from .plan import plan as plan
 from .predictions import at_hand as at_hand, predict as predict
+from .reflexes import ReflexVerdicts as ReflexVerdicts, reflex as reflex
 from .sources import (
     naming as naming,
     of_condition as of_condition,

@@ -6,121 +6,29 @@ import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from armimpedance.analyses.compared import Comparison
 from armimpedance.analyses.hand import ForceBy, Progress
-from armimpedance.analyses.labelled import html_table
 from armimpedance.analyses.named import as_columns
 from armimpedance.analyses.sources import PathLike, naming, read_recording
-from armimpedance.arrays import FrozenRecord
 from armimpedance.comparison import (
     ComparedGroup,
-    Pair,
-    SubjectsChange,
     compare as compare_groups,
     compare_subjects,
     groups_of_estimates,
     groups_of_recording,
     name_of,
 )
-from armimpedance.ellipses import Which
 from armimpedance.errors import InputError
-from armimpedance.files import comparison_rows, read_results, write_table
+from armimpedance.files import read_results
 from armimpedance.impedance import METHODS, Options
-from armimpedance.plots import plot_comparison
 from armimpedance.records import ImpedanceEstimate, Recording
-from armimpedance.report import comparison_text, subjects_text
-
-if TYPE_CHECKING:
-    import pandas as pd
-    from matplotlib.axes import Axes
 
 #: What is compared: trials, or estimates without their trials.
 Source = Recording | Sequence[ImpedanceEstimate] | PathLike
 #: The groups of every subject; of one empty name where subjects are not told apart.
 Subjects = dict[str, list[ComparedGroup]]
-
-
-@dataclass(frozen=True, repr=False, eq=False)
-class Comparison(FrozenRecord):
-    """What differs between groups of trials, and whether chance could have done it.
-
-    Attributes
-    ----------
-    groups : tuple of ComparedGroup
-        All groups, of all subjects.
-    pairs : tuple of Pair
-        Pairs of groups with their changes and tests; empty where subjects were told apart.
-    over_subjects : tuple of SubjectsChange
-        Mean changes over subjects and the spread between them; empty otherwise.
-    """
-
-    groups: tuple[ComparedGroup, ...]
-    pairs: tuple[Pair, ...] = ()
-    over_subjects: tuple[SubjectsChange, ...] = ()
-
-    def to_frame(self) -> pd.DataFrame:
-        """The rows and columns of DIFFERENCES.csv."""
-        import pandas as pd
-
-        columns, rows = comparison_rows(self.pairs, self.over_subjects)
-        return pd.DataFrame(rows, columns=columns)
-
-    def to_dict(self) -> list[dict[str, Any]]:
-        """One mapping per row of DIFFERENCES.csv."""
-        return comparison_rows(self.pairs, self.over_subjects)[1]
-
-    def write(self, path: PathLike) -> None:
-        """Write the differences; the ending decides: .csv, .json or .parquet.
-
-        Raises
-        ------
-        InputError
-            Another ending, or the file cannot be written.
-        """
-        columns, rows = comparison_rows(self.pairs, self.over_subjects)
-        write_table(rows, path, columns)
-
-    def plot(self, which: Which = "stiffness", ax: Axes | None = None) -> Axes:
-        """Draw each group's ellipse where the hand was, and join pairs that differ.
-
-        Parameters
-        ----------
-        which : {"stiffness", "viscosity", "inertia"}
-        ax : Axes, optional
-
-        Returns
-        -------
-        Axes
-        """
-        return plot_comparison(self.groups, self.pairs, which, ax)
-
-    def __str__(self) -> str:
-        """The tables that ``armimpedance compare`` prints."""
-        if self.over_subjects:
-            return subjects_text(self.over_subjects)
-        return comparison_text(self.pairs)
-
-    def _table(self) -> list[list[str]]:
-        rows = [
-            [f"{pair.first} | {pair.second}", *(f"{t.p_t2_adjusted:.3g}" for t in pair.tests)]
-            for pair in self.pairs
-        ]
-        rows += [
-            [f"{c.first} | {c.second}", f"{c.p_adjusted:.3g}"]
-            for c in self.over_subjects
-            if (c.matrix, c.quantity) == ("stiffness", "size")
-        ]
-        left = [["...", f"{len(rows) - 9} more"]] if len(rows) > 9 else []
-        heads = ["M", "B", "K", "all"] if self.pairs else ["size of K"]
-        return [["adjusted p", *heads], *rows[:9], *left]
-
-    def __repr__(self) -> str:
-        return "\n".join(f"{first}: {', '.join(others)}" for first, *others in self._table())
-
-    def _repr_html_(self) -> str:
-        table = self._table()
-        return html_table([row + [""] * (len(table[0]) - len(row)) for row in table])
 
 
 def compare(

@@ -80,15 +80,16 @@ def shown_p(p: float) -> str:
 
 def _changes_table(pairs: Sequence[Pair], field: str, many: bool) -> str:
     quantities = [c.quantity for c in pairs[0].changes if c.matrix == field]
-    order = [q for q in _QUANTITIES if q in quantities]
-    elements = [q for q in quantities if q not in _QUANTITIES and not (many and order)]
-    tables = []
-    for columns in (order, elements):
-        if columns:
-            header = ["", *(_heading(pairs[0], field, q) for q in columns)]
-            rows = [[pair_name(p), *(_shown(_of(p, field, q)) for q in columns)] for p in pairs]
-            tables.append(aligned_table(header, rows))
-    return "\n".join(tables)
+    ellipse = [q for q in _QUANTITIES if q in quantities]
+    elements = [q for q in quantities if q not in _QUANTITIES]
+    parts = [ellipse] if many and ellipse else [ellipse, elements]
+    return "\n".join(_quantities_table(pairs, field, part) for part in parts if part)
+
+
+def _quantities_table(pairs: Sequence[Pair], field: str, quantities: Sequence[str]) -> str:
+    header = ["", *(_heading(pairs[0], field, q) for q in quantities)]
+    rows = [[pair_name(p), *(_shown(_of(p, field, q)) for q in quantities)] for p in pairs]
+    return aligned_table(header, rows)
 
 
 def _heading(pair: Pair, field: str, quantity: str) -> str:

@@ -101,29 +101,9 @@ def cut_windows(
     """
     timing = timing or disturbance_times(recording)
     rows = np.arange(recording.n_trials) if rows is None else np.asarray(rows)
-    rate = recording.sample_rate_hz
-    first, lengths = _onset_samples(recording, timing)[rows], np.diff(recording.offsets)[rows]
+    rate, first = recording.sample_rate_hz, _onset_samples(recording, timing)[rows]
     duration = (timing.end_s - timing.onset_s)[rows]
-    trial = recording.trials["trial"].to_numpy(dtype=np.int64)[rows]
-    needed = int(np.ceil(duration.max() * rate - 1e-6))
-    before, after = _common_extent(first, lengths - 1 - first, needed, rate)
-    usable = (first >= before) & (lengths - 1 - first >= after)
-    flawed = _flawed(recording)[rows]
-    if flawed.all():
-        raise InputError(
-            f"all {len(flawed)} trials are marked as errors",
-            column="is_error",
-            expected="one that is not",
-        )
-    notes = timing.notes + _left_out(usable | flawed, "too short around the disturbance")
-    usable &= ~flawed
-    if after < needed or not usable.any():
-        shortest = int(np.argmin(lengths - 1 - first))
-        held = (lengths - 1 - first)[shortest] / rate
-        raise InputError(
-            f"trial {trial[shortest]} ends {held:.3f} s after its onset",
-            expected=f"at least the disturbance of {needed / rate:.3f} s",
-        )
+    before, after, usable, notes = _extent(recording, rows, first, float(duration.max()))
     lag = np.arange(-before, after + 1)
     index = (recording.offsets[rows] + np.where(usable, first, before))[:, None] + lag
     index[~usable] = 0
@@ -143,15 +123,46 @@ def cut_windows(
         position=position,
         force=force,
         duration_s=duration,
-        trial=trial,
+        trial=_trial_numbers(recording, rows),
         usable=usable,
         position_at_onset=position[:, rest].mean(axis=1),
         force_at_onset=force[:, rest].mean(axis=1),
         joint_angles_at_onset=_joint_angles(recording, rows, index[:, rest]),
         disturbance=_disturbance(recording, rows),
-        notes=notes + _left_out(~flawed, "marked as an error when recorded"),
+        notes=timing.notes + notes,
         commanded=None if commanded is None else gather(commanded),
     )
+
+
+def _extent(
+    recording: Recording, rows: np.ndarray, first: IntArray, duration_s: float
+) -> tuple[int, int, np.ndarray, tuple[str, ...]]:
+    """Samples before and after the onset, which trials hold them (T,), and what is left out."""
+    rate, later = recording.sample_rate_hz, np.diff(recording.offsets)[rows] - 1 - first
+    needed = int(np.ceil(duration_s * rate - 1e-6))
+    before, after = _common_extent(first, later, needed, rate)
+    long_enough = (first >= before) & (later >= after)
+    flawed = _flawed(recording)[rows]
+    if flawed.all():
+        raise InputError(
+            f"all {len(flawed)} trials are marked as errors",
+            column="is_error",
+            expected="one that is not",
+        )
+    usable = long_enough & ~flawed
+    if after < needed or not usable.any():
+        shortest = int(np.argmin(later))
+        trial = _trial_numbers(recording, rows)[shortest]
+        raise InputError(
+            f"trial {trial} ends {later[shortest] / rate:.3f} s after its onset",
+            expected=f"at least the disturbance of {needed / rate:.3f} s",
+        )
+    notes = _left_out(long_enough | flawed, "too short around the disturbance")
+    return before, after, usable, notes + _left_out(~flawed, "marked as an error when recorded")
+
+
+def _trial_numbers(recording: Recording, rows: np.ndarray) -> IntArray:
+    return recording.trials["trial"].to_numpy(dtype=np.int64)[rows]
 
 
 def _joint_angles(recording: Recording, rows: np.ndarray, at_rest: IntArray) -> FloatArray | None:

@@ -85,12 +85,7 @@ def emg_quality(recording: Recording) -> EmgQuality:
     InputError
         No EMG, or EMG that is normalised already.
     """
-    if recording.emg is None or not recording.muscles:
-        raise InputError("the recording holds no EMG", expected="columns emg_<muscle>")
-    if recording.emg_unit != "V":
-        raise InputError("the EMG is normalised: an envelope", expected="raw EMG in V")
-    rate = recording.sample_rate_hz
-    raw = [recording.emg[samples] for samples in trial_slices(recording.offsets)]
+    rate, raw = recording.sample_rate_hz, _raw_emg(recording)
     spectra = [_spectrum(one - one.mean(axis=0), rate) for one in raw]
     lines = np.array([[_line_share(f, p, hz) for f, p in spectra] for hz in MAINS_HZ])
     mains = int(lines.sum(axis=(1, 2)).argmax())
@@ -106,6 +101,15 @@ def emg_quality(recording: Recording) -> EmgQuality:
         level=_over_maximum(rms, recording),
         snr_db=_over_rest_db(rms, recording),
     )
+
+
+def _raw_emg(recording: Recording) -> list[FloatArray]:
+    """The raw EMG of each trial, (S_t, m)."""
+    if recording.emg is None or not recording.muscles:
+        raise InputError("the recording holds no EMG", expected="columns emg_<muscle>")
+    if recording.emg_unit != "V":
+        raise InputError("the EMG is normalised: an envelope", expected="raw EMG in V")
+    return [recording.emg[samples] for samples in trial_slices(recording.offsets)]
 
 
 def _levels(recording: Recording, column_of: Callable[[str], str]) -> FloatArray | None:

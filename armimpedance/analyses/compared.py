@@ -1,0 +1,101 @@
+"""What `compare` returns: changes and tests as a table, a figure and text."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from armimpedance.analyses.labelled import html_table
+from armimpedance.analyses.sources import PathLike
+from armimpedance.arrays import FrozenRecord
+from armimpedance.comparison import ComparedGroup, Pair, SubjectsChange
+from armimpedance.ellipses import Which
+from armimpedance.files import comparison_rows, write_table
+from armimpedance.plots import plot_comparison
+from armimpedance.report import comparison_text, subjects_text
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.axes import Axes
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Comparison(FrozenRecord):
+    """What differs between groups of trials, and whether chance could have done it.
+
+    Attributes
+    ----------
+    groups : tuple of ComparedGroup
+        All groups, of all subjects.
+    pairs : tuple of Pair
+        Pairs of groups with their changes and tests; empty where subjects were told apart.
+    over_subjects : tuple of SubjectsChange
+        Mean changes over subjects and the spread between them; empty otherwise.
+    """
+
+    groups: tuple[ComparedGroup, ...]
+    pairs: tuple[Pair, ...] = ()
+    over_subjects: tuple[SubjectsChange, ...] = ()
+
+    def to_frame(self) -> pd.DataFrame:
+        """The rows and columns of DIFFERENCES.csv."""
+        import pandas as pd
+
+        columns, rows = comparison_rows(self.pairs, self.over_subjects)
+        return pd.DataFrame(rows, columns=columns)
+
+    def to_dict(self) -> list[dict[str, Any]]:
+        """One mapping per row of DIFFERENCES.csv."""
+        return comparison_rows(self.pairs, self.over_subjects)[1]
+
+    def write(self, path: PathLike) -> None:
+        """Write the differences; the ending decides: .csv, .json or .parquet.
+
+        Raises
+        ------
+        InputError
+            Another ending, or the file cannot be written.
+        """
+        columns, rows = comparison_rows(self.pairs, self.over_subjects)
+        write_table(rows, path, columns)
+
+    def plot(self, which: Which = "stiffness", ax: Axes | None = None) -> Axes:
+        """Draw each group's ellipse where the hand was, and join pairs that differ.
+
+        Parameters
+        ----------
+        which : {"stiffness", "viscosity", "inertia"}
+        ax : Axes, optional
+
+        Returns
+        -------
+        Axes
+        """
+        return plot_comparison(self.groups, self.pairs, which, ax)
+
+    def __str__(self) -> str:
+        """The tables that ``armimpedance compare`` prints."""
+        if self.over_subjects:
+            return subjects_text(self.over_subjects)
+        return comparison_text(self.pairs)
+
+    def _table(self) -> list[list[str]]:
+        rows = [
+            [f"{pair.first} | {pair.second}", *(f"{t.p_t2_adjusted:.3g}" for t in pair.tests)]
+            for pair in self.pairs
+        ]
+        rows += [
+            [f"{c.first} | {c.second}", f"{c.p_adjusted:.3g}"]
+            for c in self.over_subjects
+            if (c.matrix, c.quantity) == ("stiffness", "size")
+        ]
+        left = [["...", f"{len(rows) - 9} more"]] if len(rows) > 9 else []
+        heads = ["M", "B", "K", "all"] if self.pairs else ["size of K"]
+        return [["adjusted p", *heads], *rows[:9], *left]
+
+    def __repr__(self) -> str:
+        return "\n".join(f"{first}: {', '.join(others)}" for first, *others in self._table())
+
+    def _repr_html_(self) -> str:
+        table = self._table()
+        return html_table([row + [""] * (len(table[0]) - len(row)) for row in table])

@@ -1,0 +1,165 @@
+"""Whether a reflex stands in the stiffness: the verb and its verdicts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, overload
+
+import numpy as np
+
+from armimpedance.analyses.hand import ForceBy, Progress, opened
+from armimpedance.analyses.labelled import html_table
+from armimpedance.analyses.named import position_of
+from armimpedance.analyses.sources import PathLike
+from armimpedance.arrays import FrozenRecord
+from armimpedance.conventions import group_name
+from armimpedance.files import write_table
+from armimpedance.impedance import ReflexVerdict, reflex_guard
+from armimpedance.plots import plot_reflex
+from armimpedance.records import Recording
+from armimpedance.report import headline, verdict_rows
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+def reflex(
+    recording: Recording | PathLike,
+    *,
+    by: str | Sequence[str] = "condition",
+    delay_ms: float | None = None,
+    seed: int = 0,
+    force_by: ForceBy | None = None,
+    progress: Progress | None = None,
+) -> ReflexVerdicts:
+    """Judge for every group of trials whether a reflex stands in its stiffness.
+
+    Parameters
+    ----------
+    recording : Recording or path
+        Of the hand or of joints, with disturbances that return.
+    by : str or sequence of str
+        Columns of the trial table; trials alike in all of them form a group.
+    delay_ms : float, optional
+        Delay of the reflex where it is known, for example from EMG; default: delays from 30 to
+        120 ms are scanned.
+    seed : int
+        Seed of the random signs behind p.
+    force_by : {"limb", "device"}, optional
+        Whose force on the other a Kinarm's sensor holds.
+    progress : function (done, all), optional
+        Called after each group.
+
+    Returns
+    -------
+    ReflexVerdicts
+        One verdict per group, in the order of the trial table.
+
+    Raises
+    ------
+    InputError
+        The recording cannot be read, a column is missing, there are too few trials, the delay is
+        out of range, or the perturbation is stochastic.
+    NotIdentifiableError
+        The motion of a group does not determine M, B and K.
+
+    Examples
+    --------
+    >>> from armimpedance.analyses import reflex
+    >>> from manipulandum_sim.hand import simulate
+    >>> recording, _ = simulate("cocontraction", seed=1, sets=1, conditions=["cocontraction_10"])
+    >>> verdicts = reflex(recording)
+    >>> verdicts["cocontraction_10"].outcome in ("none", "contaminated", "unknown")
+    True
+    """
+    delay_s = None if delay_ms is None else delay_ms / 1e3
+    with opened(recording, by, seed, force_by) as (read, columns):
+        made = reflex_guard(read, by=columns, delay_s=delay_s, seed=seed, progress=progress)
+        return ReflexVerdicts(tuple(made))
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class ReflexVerdicts(FrozenRecord, Sequence[ReflexVerdict]):
+    """What the reflex guard says of every group of trials.
+
+    Iteration gives `ReflexVerdict`; a number, or the value of a group's column, finds one.
+
+    Attributes
+    ----------
+    verdicts : tuple of ReflexVerdict
+    """
+
+    verdicts: tuple[ReflexVerdict, ...]
+
+    def __len__(self) -> int:
+        return len(self.verdicts)
+
+    @overload
+    def __getitem__(self, which: int | str | tuple[Any, ...]) -> ReflexVerdict: ...
+    @overload
+    def __getitem__(self, which: slice) -> ReflexVerdicts: ...
+    def __getitem__(
+        self, which: int | slice | str | tuple[Any, ...]
+    ) -> ReflexVerdict | ReflexVerdicts:
+        """Look up verdicts by position, slice or name.
+
+        Raises
+        ------
+        InputError
+            No group has this name, or several have; the message lists the names.
+        """
+        if isinstance(which, slice):
+            return ReflexVerdicts(self.verdicts[which])
+        if isinstance(which, int | np.integer):
+            return self.verdicts[which]
+        return self.verdicts[position_of(which, [tuple(v.keys.values()) for v in self])]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The groups in words: the condition alone, or all columns with their values."""
+        return tuple(group_name(verdict.keys) for verdict in self)
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row a group, with the columns of ``armimpedance reflex --out``."""
+        import pandas as pd
+
+        return pd.DataFrame(verdict_rows(self.verdicts))
+
+    def to_dict(self) -> list[dict[str, Any]]:
+        """One mapping a group, with the names of the table's columns."""
+        return verdict_rows(self.verdicts)
+
+    def write(self, path: PathLike) -> None:
+        """Write the table; the ending decides: .csv, .json or .parquet.
+
+        Raises
+        ------
+        InputError
+            Another ending, or the file cannot be written.
+        """
+        write_table(verdict_rows(self.verdicts), path)
+
+    def plot(self, axes: Any = None) -> Any:
+        """Draw K over the window's end and the evidence over the delay, one row a group.
+
+        Parameters
+        ----------
+        axes : (n, 2) array of Axes, optional
+
+        Returns
+        -------
+        axes : (n, 2) array of Axes
+        """
+        return plot_reflex(self.verdicts, axes)
+
+    def _table(self) -> list[list[str]]:
+        rows = [[name, headline(v)] for name, v in zip(self.names, self, strict=True)]
+        left = [["...", f"{len(rows) - 10} more"]] if len(rows) > 10 else []
+        return [["group", "verdict"], *rows[:10], *left]
+
+    def __repr__(self) -> str:
+        return "\n".join(f"{name}: {said}" for name, said in self._table()[1:])
+
+    def _repr_html_(self) -> str:
+        return html_table(self._table())
