@@ -33,8 +33,8 @@ def body(
 ) -> BodyFit:
     """Fit the combinations of masses, first moments and inertias that motion can show.
 
-    Of a body on force plates the six equations of the root alone are fitted, so that no joint
-    torque is needed (Venture, poster); of a robot the torques of all joints.
+    For a body on force plates the six equations of the root alone are fitted, so that no joint
+    torque is needed (Venture, poster). For a robot the torques of all joints are fitted.
 
     Parameters
     ----------
@@ -58,13 +58,13 @@ def body(
         Expected masses and inertias, of the methods ``consistent`` and ``prior``; by default the
         recording's own skeleton.
     prior_sd_percent : float, optional
-        Of the method ``prior``: how far a mass may be from the expected one, % (default: 30).
+        Only with the method ``prior``: how far a mass may be from the expected one, % (default: 30).
     noise_draws : int, optional
         Draws of added noise, to take off what the angles' own noise does (default: 6; 0: none).
     what_shows : bool
         Fit what these motions show instead of refusing where they show too little.
     longest_gap_s : float, optional
-        Of markers: longest loss of a marker to bridge, s (default: 0.2).
+        Only with markers: longest loss of a marker to bridge, s (default: 0.2).
     progress : function, optional
         Called with how much is done, of how much: frames of markers, trials, draws of noise.
 

@@ -66,7 +66,7 @@ def coordinate_noise(recording: MotionRecording, cutoff_hz: float) -> FloatArray
     Parameters
     ----------
     cutoff_hz : float
-        Of the filter that the motion goes through; above `_ABOVE` times that is noise.
+        Cut-off of the filter that the motion goes through; above `_ABOVE` times that is noise.
     """
     edge, rate = _ABOVE * cutoff_hz, recording.sample_rate_hz
     left = np.empty_like(recording.coordinates)

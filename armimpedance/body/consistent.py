@@ -52,10 +52,10 @@ class ConsistentFit(FrozenRecord):
     base : (b,)
         The base parameters in it.
     covariance : (p, p) or None
-        Of phi, from the curvature of data and prior together (Laplace); None without a prior, where
-        the data alone leave some directions open.
+        Covariance of phi, from the curvature of data and prior together (Laplace); None without a
+        prior, where the data alone leave some directions open.
     smallest_eigenvalue : (s,)
-        Of each segment's pseudo-inertia, in units of the prior's; positive.
+        Smallest eigenvalue of each segment's pseudo-inertia, in units of the prior's; positive.
     gamma : float
     """
 

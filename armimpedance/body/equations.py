@@ -32,7 +32,7 @@ class BodyEquations(FrozenRecord):
         Upper triangles of ``[W w]``.
     samples : (T,) int
     mean : (T, R)
-        Of w, so that what varies can be judged apart from what is constant.
+        Mean of w, so that what varies can be judged apart from what is constant.
     motions : tuple of T str
         The trials' conditions.
     rows, row_units : tuples of R str

@@ -23,8 +23,8 @@ class Method:
     assumes : str
         What must hold for the estimate to be right, in one sentence.
     weighting : {"none", "levels"}
-        Of the least squares. Where rows are weighted, the bias from noise of the angles is taken
-        off too.
+        How the least squares weight the rows. Where rows are weighted, the bias from noise of the
+        angles is taken off too.
     improve : function, optional
         What is made of the least-squares solution; None: it stands.
     """

@@ -52,9 +52,10 @@ class BodyFit(FrozenRecord):
         The least squares of the motions that were fitted, rows as weighted: its condition, rows and
         R^2.
     vaf : float
-        Of the weighted rows that were fitted, about each row's mean in each motion.
+        Variance accounted for of the weighted rows that were fitted, about each row's mean in each
+        motion.
     recording : MotionRecording
-        The joint motion that all of this was found from.
+        The joint motion that all of this rests on.
     rows : RowChoice
         Which rows and columns of it, and the filter.
     choice : MotionChoice

@@ -53,7 +53,7 @@ class WeightedSolution:
     Attributes
     ----------
     equations : BodyEquations
-        Of the motions that are fitted.
+        Equations of the motions that are fitted.
     base : BaseParameters
     least : BaseFit
         The least squares as they are.

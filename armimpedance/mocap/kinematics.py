@@ -42,7 +42,7 @@ class MarkerTree(FrozenRecord):
     parents : tuple of S int
         -1 for the root.
     turns : tuple of S tuples of Turn
-        Of each segment, from its parent outwards.
+        Angles of each segment, from its parent outwards.
     segment : (P,) int
         On which segment each marker sits.
     moves : (n, P) bool

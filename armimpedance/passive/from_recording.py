@@ -38,7 +38,8 @@ def from_joint_recording(
     Parameters
     ----------
     recording : Recording
-        Of kind "joint"; joints are called ``q1``, ``q2``, ... in messages and results.
+        A recording of kind "joint"; its joints are called ``q1``, ``q2``, ... in messages and
+        results.
     cutoff_hz : float or None
         Cut-off of the zero-phase low-pass that angle and torque go through.
     torque_sign : 1, -1 or None

@@ -43,7 +43,7 @@ class TrialSpline:
     ----------
     q, torque : (S,)
     B, B1 : sparse (S, c)
-        Of the angle and of its derivative.
+        Design matrices of the angle and of its derivative.
     """
 
     q: FloatArray

@@ -81,7 +81,7 @@ def with_long_run(
     Parameters
     ----------
     fit : Fit
-        Of one output.
+        A fit of one output.
     W : sequence of (S_t, p)
     E : sequence of (S_t, 1)
         Residuals, trials one after another in time.

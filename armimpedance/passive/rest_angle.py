@@ -42,7 +42,7 @@ def free_rest_angle(
     Parameters
     ----------
     equations : Equations
-        Of a single joint, by these terms.
+        Equations of a single joint, by these terms.
     terms : Terms
         With a stated rest angle.
     sample_rate_hz : float
@@ -74,8 +74,8 @@ def rest_angle_note(equations: Equations, terms: Terms, sample_rate_hz: float) -
         return None
     return (
         f"the data put the rest angle at {fitted.value:.3f} ({fitted.low:.3f} to "
-        f"{fitted.high:.3f}) rad, not at {terms.reference:g}, and k depends on it: is {terms.reference:g} in radians, "
-        "from the same zero?"
+        f"{fitted.high:.3f}) rad, not at {terms.reference:g}, and k depends on it: is "
+        f"{terms.reference:g} in radians, from the same zero?"
     )
 
 

@@ -28,9 +28,9 @@ def simulate_swings(
     Parameters
     ----------
     coefficients : (2 SUBSTEPS (S - 1) + 1, 7, B)
-        Of the hinge, as in `HingeDynamics`.
+        Coefficients of the hinge, as in `HingeDynamics`.
     parameters : (p, B)
-        Of the columns of `terms`.
+        Parameters of the columns of `terms`.
     start : (2, B)
         Angle and velocity at the first sample.
     terms : Terms

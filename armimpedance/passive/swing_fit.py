@@ -136,12 +136,12 @@ def in_pieces(samples: PassiveSamples, longest_s: float) -> PassiveSamples:
         pieces = int(np.ceil(count / max(longest_s * samples.sample_rate_hz, 2)))
         edges = np.linspace(0, count, pieces + 1).astype(int).tolist()
         ends += [part.start + e for e in edges[1:]]
-        for found, hinge in zip(hinges, samples.hinges or (), strict=True):
-            found += hinge.select([t]).cut(edges).coefficients
+        for pieces_so_far, hinge in zip(hinges, samples.hinges or (), strict=True):
+            pieces_so_far += hinge.select([t]).cut(edges).coefficients
     return replace(
         samples,
         offsets=np.array(ends),
-        hinges=tuple(HingeDynamics(tuple(found)) for found in hinges) or None,
+        hinges=tuple(HingeDynamics(tuple(own)) for own in hinges) or None,
         trials=(),
     )
 

@@ -36,8 +36,8 @@ def caption(tests: tuple[StudiedTest, ...]) -> str:
     return (
         "After Venture et al. (in-vivo elbow), Fig. 4: EMG of biceps and triceps during test P5, "
         f"rectified, second-order Butterworth low-pass {level.envelope_hz:g} Hz forward and "
-        f"backward, % of the maximum (thin, without the filter's ends), its mean over {level.window_s:g} s "
-        "(thick), and the gate above which a recording is refused (dashed): "
+        f"backward, % of the maximum (thin, without the filter's ends), its mean over "
+        f"{level.window_s:g} s (thick), and the gate above which a recording is refused (dashed): "
         f"{said}. Simulated subject {one.subject}: noise of "
         "20-450 Hz at 1 kHz whose rectified mean is 2 % of the maximum, the level that the source "
         "reads off its own figure; no muscle contracts. Differs from the source: simulated; % "

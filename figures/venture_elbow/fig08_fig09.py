@@ -15,12 +15,12 @@ if TYPE_CHECKING:
 
 def panels(p5: tuple[StudiedTest, ...], release: tuple[StudiedTest, ...]) -> list[Panel]:
     """For every subject a release and another P5, both by the fit to P5."""
-    found = []
+    shown = []
     for number, (shaken, let_go) in enumerate(zip(p5, release, strict=True), start=8):
         fit, who = shaken.fits[METHODS.default], shaken.subject
-        found.append(Panel(f"Fig. {number}: release, subject {who}", fit, let_go.samples))
-        found.append(Panel(f"Fig. {number}: another P5, subject {who}", fit, shaken.again))
-    return found
+        shown.append(Panel(f"Fig. {number}: release, subject {who}", fit, let_go.samples))
+        shown.append(Panel(f"Fig. {number}: another P5, subject {who}", fit, shaken.again))
+    return shown
 
 
 def draw(*tests: tuple[StudiedTest, ...]) -> Figure:

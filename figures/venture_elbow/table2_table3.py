@@ -71,11 +71,11 @@ def _block(one: StudiedTest) -> TableBlock:
 
 
 def _parameter_rows(one: StudiedTest, name: str, i: int) -> Iterator[TableRow]:
-    source, found = printed(one), [one.fits[m].parameters[name] for m in METHODS_SHOWN]
-    values = tuple(with_half_width(p.value, _half_width(p)) for p in found)
+    source, fitted = printed(one), [one.fits[m].parameters[name] for m in METHODS_SHOWN]
+    values = tuple(with_half_width(p.value, _half_width(p)) for p in fitted)
     truth = f"{one.true(name):g}"
     yield TableRow(NAMES[name], (source.values[i], *values, truth))
-    spreads = tuple(_judged(p.relative_sd_percent) for p in found)
+    spreads = tuple(_judged(p.relative_sd_percent) for p in fitted)
     printed_sd = source.relative_sd_percent[i]
     shown = "-" if printed_sd == "-" else _judged(float(printed_sd), printed_sd)
     yield TableRow("   sd %; well identified?", (shown, *spreads, ""))

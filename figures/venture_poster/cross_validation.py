@@ -74,12 +74,12 @@ def table(studied: StudiedBody) -> list[list[str]]:
     rows = [list(HEADER)]
     motions = shown(studied)
     for name, phi in parameters(studied).items():
-        found = studied.agreement(phi, motions)
+        judged = studied.agreement(phi, motions)
         about_zero = _about_zero(studied, phi, motions)
         for m, motion in enumerate(motions):
-            for r, component in enumerate(found.rows):
-                values = [found.rms[m, r], found.r2[m, r], about_zero[m, r]]
-                unit = found.row_units[r]
+            for r, component in enumerate(judged.rows):
+                values = [judged.rms[m, r], judged.r2[m, r], about_zero[m, r]]
+                unit = judged.row_units[r]
                 rows.append([motion, name, component, unit, *map(number, values)])
     return rows
 

@@ -137,13 +137,13 @@ def _values(people: list[Shoulder]) -> Group:
 
 def _group(population: Population, seed: int, group: int) -> list[Shoulder]:
     """Every person has a body of their own, so that the simulator cannot take them together."""
-    found = []
+    people = []
     for i in range(population.people):
         rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(group, i)))
         name = f"{population.name[0].upper()}{i + 1}"
         someone = _person(name, population.stiffness(i), rng)
-        found.append(_examine(population.name, someone, int(rng.integers(2**31))))
-    return found
+        people.append(_examine(population.name, someone, int(rng.integers(2**31))))
+    return people
 
 
 def _person(name: str, stiffness: float, rng: np.random.Generator) -> PassiveSubject:

@@ -331,7 +331,7 @@ def test_moments_are_predicted_as_well_as_the_truth_predicts_them(studied):
     shown = poster.shown(body)
     ours, true = (
         body.agreement(phi, shown).pooled_rms(moments)
-        for phi in (body.phi_of(body.prior), body.true_phi)
+        for phi in (body.prior.predicting_phi, body.true_phi)
     )
     assert ours < 1.1 * true
 
