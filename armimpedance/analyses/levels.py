@@ -163,6 +163,7 @@ def to_muscle(
     Returns
     -------
     MuscleEstimates
+        One estimate for each given.
 
     Raises
     ------

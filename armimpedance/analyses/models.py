@@ -58,10 +58,12 @@ def fit_posture(
     seed : int
         Seed of the shuffles behind the null R.
     progress : function (done, all), optional
+        Called with what is done and what there is to do.
 
     Returns
     -------
     PostureModel
+        With what the fit is worth, element by element.
 
     Raises
     ------
@@ -125,10 +127,12 @@ def fit_activation(
     seed : int
         Seed of the shuffles behind the null R.
     progress : function (done, all), optional
+        Called with what is done and what there is to do.
 
     Returns
     -------
     ActivationModel
+        With what the fit is worth, element by element.
 
     Raises
     ------
@@ -197,10 +201,12 @@ def fit_muscles(
     seed : int
         Seed of the shuffles behind the null R.
     progress : function (done, all), optional
+        Called with what is done and what there is to do.
 
     Returns
     -------
     MuscleModel
+        With what the fit is worth, element by element.
 
     Raises
     ------
@@ -249,6 +255,7 @@ def fit_model(kind: str, rows: Rows, **options: Any) -> FittedModel:
     Returns
     -------
     FittedModel
+        Of the class of its kind.
 
     Raises
     ------

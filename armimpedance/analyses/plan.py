@@ -92,6 +92,7 @@ def plan(
     servo : Servo, optional
         Default: the hand moves as commanded.
     progress : function (done, all), optional
+        Called with what is done and what there is to do.
 
     Returns
     -------

@@ -82,6 +82,7 @@ def at_hand(
     Parameters
     ----------
     predicted : JointPrediction
+        What `predict` returned.
     recording : Recording, Subject or path
         Whose arm's lengths.
     force_N : (2,) or (P, 2), optional
@@ -90,6 +91,7 @@ def at_hand(
     Returns
     -------
     HandPrediction
+        Stiffness and viscosity of the hand with their covariance.
 
     Raises
     ------

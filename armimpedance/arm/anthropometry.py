@@ -166,6 +166,17 @@ def two_link_arm(
 def arm_of(subject: Subject, *, table: Table = "winter", sex: Sex = "male") -> TwoLinkArm:
     """The two-link arm of a recording's subject, from what is known of it.
 
+    Parameters
+    ----------
+    subject : Subject
+    table : {"winter", "de_leva"}
+    sex : {"male", "female"}
+        Winter does not distinguish.
+
+    Returns
+    -------
+    TwoLinkArm
+
     Raises
     ------
     InputError

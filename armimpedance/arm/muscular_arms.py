@@ -120,16 +120,23 @@ def arm_named(name_or_path: MuscularArm | str | Path) -> MuscularArm:
     Parameters
     ----------
     name_or_path : str or path
-        An arm is returned as it is.
+        "planar6", "arm26", or the path of a table of moment arms. An arm is returned as it is.
 
     Returns
     -------
     MuscularArm
+        The muscles with their moment arms, strength and stiffness.
 
     Raises
     ------
     InputError
         There is no such arm and no such file, or the table is not what it should be.
+
+    Examples
+    --------
+    >>> from armimpedance.arm import arm_named
+    >>> arm_named("planar6").paths.muscles[:2]
+    ('pectoralis_major', 'infraspinatus')
     """
     if isinstance(name_or_path, MuscularArm):
         return name_or_path
@@ -145,6 +152,15 @@ def arm_named(name_or_path: MuscularArm | str | Path) -> MuscularArm:
 
 def with_muscles(posture: ArmPosture, arm: MuscularArm) -> ArmPosture:
     """The posture with the arm's moment arms and the curvature of its lengths.
+
+    Parameters
+    ----------
+    posture : ArmPosture
+    arm : MuscularArm
+
+    Returns
+    -------
+    ArmPosture
 
     Raises
     ------

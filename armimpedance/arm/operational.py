@@ -48,6 +48,18 @@ def require_full_rank(J: FloatArray) -> None:
 def hand_inertia(J: ArrayLike, M: ArrayLike) -> FloatArray:
     """``Lambda_e = (J M^-1 J^T)^-1``, eq. (17), kg, (..., d, d).
 
+    Parameters
+    ----------
+    J : (..., d, n)
+        Jacobian of the hand.
+    M : (..., n, n)
+        Inertia of the joints, kg m^2.
+
+    Returns
+    -------
+    (..., d, d)
+        Inertia of the hand, kg.
+
     Raises
     ------
     InputError
@@ -62,21 +74,56 @@ def hand_inertia(J: ArrayLike, M: ArrayLike) -> FloatArray:
 
 
 def dynamic_inverse(J: ArrayLike, M: ArrayLike) -> FloatArray:
-    """``Jbar = M^-1 J^T Lambda_e``, eq. (20), (..., n, d): ``J Jbar = I``. Raises as (17)."""
+    """``Jbar = M^-1 J^T Lambda_e``, eq. (20): ``J Jbar = I``.
+
+    Parameters
+    ----------
+    J : (..., d, n)
+        Jacobian of the hand.
+    M : (..., n, n)
+        Inertia of the joints, kg m^2.
+
+    Returns
+    -------
+    (..., n, d)
+
+    Raises
+    ------
+    InputError
+        Shapes do not fit.
+    NotIdentifiableError
+        Singular posture, or fewer joints than hand axes.
+    """
     J, M = _checked(J, M)
     # M^-1 (n, n) J^T (n, d) Lambda_e (d, d)
     return np.linalg.solve(M, np.swapaxes(J, -1, -2)) @ hand_inertia(J, M)
 
 
 def hand_bias(J: ArrayLike, Jdot_qd: ArrayLike, M: ArrayLike, h: ArrayLike) -> FloatArray:
-    """``h_e = Jbar^T h - Lambda_e Jdot qd``, eq. (18), N, (..., d). Raises as (17).
+    """``h_e = Jbar^T h - Lambda_e Jdot qd``, eq. (18).
 
     Parameters
     ----------
+    J : (..., d, n)
+        Jacobian of the hand.
     Jdot_qd : (..., d)
         ``dJ/dt qd``, m/s^2.
+    M : (..., n, n)
+        Inertia of the joints, kg m^2.
     h : (..., n)
         Coriolis and centrifugal torque, Nm.
+
+    Returns
+    -------
+    (..., d)
+        Force at the hand, N.
+
+    Raises
+    ------
+    InputError
+        Shapes do not fit.
+    NotIdentifiableError
+        Singular posture, or fewer joints than hand axes.
     """
     return hand_gravity(J, M, h) - np.einsum(
         "...ij,...j->...i", hand_inertia(J, M), np.asarray(Jdot_qd, dtype=float)
@@ -84,11 +131,27 @@ def hand_bias(J: ArrayLike, Jdot_qd: ArrayLike, M: ArrayLike, h: ArrayLike) -> F
 
 
 def hand_gravity(J: ArrayLike, M: ArrayLike, g: ArrayLike) -> FloatArray:
-    """``g_e = Jbar^T g``, eq. (19), N, (..., d). Raises as (17).
+    """``g_e = Jbar^T g``, eq. (19).
 
     Parameters
     ----------
+    J : (..., d, n)
+        Jacobian of the hand.
+    M : (..., n, n)
+        Inertia of the joints, kg m^2.
     g : (..., n)
         Gravity torque, Nm.
+
+    Returns
+    -------
+    (..., d)
+        Force at the hand, N.
+
+    Raises
+    ------
+    InputError
+        Shapes do not fit.
+    NotIdentifiableError
+        Singular posture, or fewer joints than hand axes.
     """
     return np.einsum("...ji,...j->...i", dynamic_inverse(J, M), np.asarray(g, dtype=float))

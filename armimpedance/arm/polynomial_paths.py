@@ -169,7 +169,19 @@ def fit_paths(
 
 
 def monomial_exponents(n: int, degree: int) -> IntArray:
-    """Powers (T, n) of all monomials of n angles with total degree 1 to `degree`."""
+    """Powers (T, n) of all monomials of n angles with total degree 1 to `degree`.
+
+    Parameters
+    ----------
+    n : int
+        Number of angles.
+    degree : int
+        Highest total degree.
+
+    Returns
+    -------
+    (T, n) int
+    """
     every = [e for e in product(range(degree + 1), repeat=n) if 0 < sum(e) <= degree]
     return np.array(sorted(every, key=lambda e: (sum(e), e)), dtype=np.int64)
 

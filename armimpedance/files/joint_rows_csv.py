@@ -24,11 +24,34 @@ def read_joint_rows(paths: Sequence[str | Path]) -> JointRows:
     Taken where every row has them: `sd_K_ij` and `sd_B_ij` (weights), `alpha_1 …` with
     `sd_alpha_1 …`, `torque_1_Nm` and `torque_2_Nm`; `muscles` names those of the activations.
 
+    Parameters
+    ----------
+    paths : sequence of paths
+        Files of joint-level rows, read one after the other.
+
+    Returns
+    -------
+    JointRows
+        The rows of all files.
+
     Raises
     ------
     InputError
         With file, row and column of what is missing or is not what it should be; also where some
         rows have standard errors or activations and others have none.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from armimpedance.files import read_joint_rows
+    >>> head = "level,q_shoulder_rad,q_elbow_rad,K_11,K_12,K_21,K_22,B_11,B_12,B_21,B_22"
+    >>> with TemporaryDirectory() as folder:
+    ...     file = Path(folder) / "joint.csv"
+    ...     _ = file.write_text(f"{head}\\njoint,1.0,1.5,15,6,6,16,1,.4,.4,1\\n")
+    ...     rows = read_joint_rows([file])
+    >>> rows.stiffness.tolist()
+    [[[15.0, 6.0], [6.0, 16.0]]]
     """
     rows = [row for path in paths for row in table_rows(Path(path), _WHAT)]
     for row in rows:

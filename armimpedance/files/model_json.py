@@ -21,7 +21,9 @@ def write_model(model: FittedModel, path: str | Path) -> None:
     Parameters
     ----------
     model : FittedModel
+        The fitted model.
     path : path
+        MODEL.json.
     """
     content = {
         "format": FORMAT,
@@ -39,6 +41,7 @@ def read_model(path: str | Path) -> FittedModel:
     Parameters
     ----------
     path : path
+        MODEL.json of ``armimpedance fit`` or of `write_model`.
 
     Returns
     -------
@@ -49,6 +52,20 @@ def read_model(path: str | Path) -> FittedModel:
     ------
     InputError
         The file cannot be read, or holds no model of this version.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from armimpedance.files import read_model, write_model
+    >>> from armimpedance.muscles import JointRows, fit_posture_model
+    >>> K = [[[15.0, 6.0], [6.0, 16.0]], [[16.0, 6.0], [6.0, 15.0]]]
+    >>> model = fit_posture_model(JointRows([[0.5, 1.2], [1.1, 1.7]], K, K), order=0)
+    >>> with TemporaryDirectory() as folder:
+    ...     write_model(model, Path(folder) / "model.json")
+    ...     again = read_model(Path(folder) / "model.json")
+    >>> again.order
+    0
     """
     content = _content(Path(path))
     kind = content.get("kind")

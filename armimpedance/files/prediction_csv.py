@@ -22,6 +22,15 @@ _MATRICES: Final = (("K", "stiffness"), ("B", "viscosity"))
 def read_postures(path: str | Path) -> FloatArray:
     """Columns `q_shoulder_rad`, `q_elbow_rad` of a file, (P, 2).
 
+    Parameters
+    ----------
+    path : path
+
+    Returns
+    -------
+    (P, 2)
+        rad.
+
     Raises
     ------
     InputError
@@ -34,6 +43,16 @@ def read_postures(path: str | Path) -> FloatArray:
 
 def read_activations(path: str | Path, muscles: int) -> FloatArray:
     """Columns `alpha_1 …` of a file, each 0..1, (P, muscles).
+
+    Parameters
+    ----------
+    path : path
+    muscles : int
+        Number of muscles.
+
+    Returns
+    -------
+    (P, muscles)
 
     Raises
     ------
@@ -98,6 +117,15 @@ def _ellipse_rows(predicted: Predicted, symbol: str, field: str) -> list[Cells]:
 
 def joined(postures: FloatArray | None, activations: FloatArray | None) -> tuple[Any, Any]:
     """Postures and activations row by row; a single row goes with all rows of the other.
+
+    Parameters
+    ----------
+    postures : (P, 2) or None
+    activations : (A, m) or None
+
+    Returns
+    -------
+    postures, activations : arrays of as many rows, or None as given
 
     Raises
     ------

@@ -34,6 +34,11 @@ def force_term(posture: ArmPosture, force: ArrayLike) -> FloatArray:
     force : (d,)
         Force by the hand on the environment, N.
 
+    Returns
+    -------
+    (n, n)
+        Nm/rad.
+
     Raises
     ------
     InputError
@@ -69,6 +74,10 @@ def to_joint(
         False leaves Gamma out, as the source does.
     symmetric : bool
         Map the symmetric part only; False maps the matrices as they are.
+
+    Returns
+    -------
+    ImpedanceEstimate
 
     Raises
     ------
@@ -125,6 +134,10 @@ def to_hand(
         n >= d joints.
     force_dependent : bool
         The estimate was (or is to be) mapped with Gamma.
+
+    Returns
+    -------
+    ImpedanceEstimate
 
     Raises
     ------

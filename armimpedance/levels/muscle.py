@@ -20,7 +20,7 @@ def joint_stiffness(
     tensions: ArrayLike | None = None,
     curvature: ArrayLike | None = None,
 ) -> FloatArray:
-    """``K_j = G^T K_m G + sum_n f_n d2L_n``, Nm/rad, (..., n, n).
+    """``K_j = G^T K_m G + sum_n f_n d2L_n``; Tsuji (1997), eq. (11) without the second term.
 
     Parameters
     ----------
@@ -32,6 +32,11 @@ def joint_stiffness(
         N; with `curvature`. Without both the second term is left out, as the source does.
     curvature : (..., m, n, n), optional
         d2L/dq2, m.
+
+    Returns
+    -------
+    (..., n, n)
+        Nm/rad.
 
     Raises
     ------
@@ -47,13 +52,19 @@ def joint_stiffness(
 
 
 def joint_viscosity(G: ArrayLike, B_m: ArrayLike) -> FloatArray:
-    """``B_j = G^T B_m G``, Nms/rad, (..., n, n); Tsuji (1997), eq. (13).
+    """``B_j = G^T B_m G``; Tsuji (1997), eq. (13).
 
     Parameters
     ----------
     G : (..., m, n)
+        Moment arms dL/dq, m.
     B_m : (..., m)
         Viscosity of each muscle, Ns/m.
+
+    Returns
+    -------
+    (..., n, n)
+        Nms/rad.
     """
     return _through_arms(G, B_m)
 

@@ -25,11 +25,18 @@ def arm_posture_for(
     Parameters
     ----------
     estimate : ImpedanceEstimate
-        At the hand.
+        An estimate at the hand.
     subject : Subject, optional
         From whom the two-link arm follows where no `arm` is given; without a body mass the
         posture has no inertia.
     arm : Arm, optional
+        An arm that takes the place of the subject's.
+
+    Returns
+    -------
+    posture : ArmPosture
+    source : str
+        Where it comes from.
 
     Raises
     ------
@@ -47,6 +54,14 @@ def arm_posture_for(
 
 def kinematic_arm(subject: Subject | None) -> TwoLinkArm:
     """The two-link arm of a subject whose body mass need not be known: lengths, no inertia.
+
+    Parameters
+    ----------
+    subject : Subject or None
+
+    Returns
+    -------
+    TwoLinkArm
 
     Raises
     ------

@@ -27,6 +27,14 @@ def symmetric_part(estimate: ImpedanceEstimate) -> ImpedanceEstimate:
     """``(A + A^T)/2`` of M, B and K, with the covariance of that linear map.
 
     The covariance becomes singular: the two off-diagonal elements are one number.
+
+    Parameters
+    ----------
+    estimate : ImpedanceEstimate
+
+    Returns
+    -------
+    ImpedanceEstimate
     """
     k = estimate.k
     # vec(A_s) (k^2,) = (I + P)/2 (k^2, k^2) vec(A) (k^2,)
@@ -82,7 +90,16 @@ class AntisymmetricPart(FrozenRecord):
 
 
 def antisymmetric_part(estimate: ImpedanceEstimate) -> AntisymmetricPart:
-    """The antisymmetric coefficients of M, B and K: one each for two axes, three for three."""
+    """The antisymmetric coefficients of M, B and K: one each for two axes, three for three.
+
+    Parameters
+    ----------
+    estimate : ImpedanceEstimate
+
+    Returns
+    -------
+    AntisymmetricPart
+    """
     k = estimate.k
     rows, columns = np.triu_indices(k, 1)
     # coefficients (c,) = (A_ij - A_ji)/2 = D (c, k^2) vec(A) (k^2,)

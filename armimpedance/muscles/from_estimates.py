@@ -22,7 +22,11 @@ def joint_rows(estimates: Sequence[ImpedanceEstimate]) -> JointRows:
     Parameters
     ----------
     estimates : sequence of ImpedanceEstimate
-        Of the joints, two axes, with joint angles (`levels.joint.to_joint`).
+        Estimates of two joints, with joint angles (`levels.to_joint`).
+
+    Returns
+    -------
+    JointRows
 
     Raises
     ------

@@ -47,7 +47,16 @@ class ElementQuality:
 
 
 def correlation(measured: ArrayLike, predicted: ArrayLike) -> float:
-    """Correlation of two vectors (P,); 0 where one of them is constant."""
+    """Correlation of two vectors (P,); 0 where one of them is constant.
+
+    Parameters
+    ----------
+    measured, predicted : (P,)
+
+    Returns
+    -------
+    float
+    """
     return float(correlations(np.atleast_2d(measured), np.atleast_2d(predicted))[0])
 
 

@@ -142,13 +142,31 @@ class JointRows(FrozenRecord):
 
 
 def triple(matrices: ArrayLike) -> FloatArray:
-    """``ss, se, ee`` (..., 3) of matrices (..., 2, 2), the cross term the mean of se and es."""
+    """``ss, se, ee`` (..., 3) of matrices (..., 2, 2), the cross term the mean of se and es.
+
+    Parameters
+    ----------
+    matrices : (..., 2, 2)
+
+    Returns
+    -------
+    (..., 3)
+    """
     A = np.asarray(matrices, dtype=float)
     return np.stack([A[..., 0, 0], (A[..., 0, 1] + A[..., 1, 0]) / 2, A[..., 1, 1]], axis=-1)
 
 
 def matrix(triples: ArrayLike) -> FloatArray:
-    """Symmetric matrices (..., 2, 2) of ``ss, se, ee`` (..., 3)."""
+    """Symmetric matrices (..., 2, 2) of ``ss, se, ee`` (..., 3).
+
+    Parameters
+    ----------
+    triples : (..., 3)
+
+    Returns
+    -------
+    (..., 2, 2)
+    """
     t = np.asarray(triples, dtype=float)
     return t[..., [0, 1, 1, 2]].reshape(*t.shape[:-1], 2, 2)
 

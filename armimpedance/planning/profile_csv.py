@@ -65,6 +65,15 @@ def read_profile(path: str | Path) -> FloatArray:
 def shipped_profile(name: str) -> FloatArray:
     """The samples (S, 4) of a profile that comes with the package, 5 mm in 0.3 s.
 
+    Parameters
+    ----------
+    name : {"designed", "reflex_separating"}
+
+    Returns
+    -------
+    (S, 4)
+        Time, displacement, velocity, acceleration at 1 kHz.
+
     Raises
     ------
     InputError

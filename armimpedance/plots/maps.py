@@ -43,10 +43,15 @@ def plot_map(
     ----------
     surface : Surface
     points : MeasuredPoints, optional
+    ax : Axes, optional
     levels : (L,), optional
         Borders of the colours; without it round numbers over what was measured.
     bar : bool
         Draw the bar of colours.
+
+    Returns
+    -------
+    Axes
 
     Raises
     ------

@@ -63,6 +63,11 @@ def posture_surfaces(
     which : {"stiffness", "viscosity"}
     count : int
         Points along each angle.
+
+    Returns
+    -------
+    mapping of str to Surface
+        By the names `PARAMETERS`.
     """
     corners = model.scaling.angles([[-1 - _ROOM] * 2, [1 + _ROOM] * 2])
     s, e = (np.linspace(low, high, count) for low, high in corners.T)
@@ -80,6 +85,20 @@ def posture_points(
     which: Predicted,
 ) -> dict[str, MeasuredPoints]:
     """The measured ellipses of the hand, each beside what the model says of its posture.
+
+    Parameters
+    ----------
+    model : PostureModel
+    arm : TwoLinkArm
+        The arm of the subject.
+    estimates : sequence of ImpedanceEstimate
+        Estimates at the hand, with joint angles.
+    which : {"stiffness", "viscosity"}
+
+    Returns
+    -------
+    mapping of str to MeasuredPoints
+        By the names `PARAMETERS`.
 
     Raises
     ------
@@ -124,7 +143,14 @@ def activation_surfaces(
     reach : (2,)
         Largest activation along x and y, 0..1.
     labels : (str, str)
-        Of the axes.
+        Labels of the axes.
+    count : int
+        Points along each axis.
+
+    Returns
+    -------
+    mapping of str to Surface
+        By the names `PARAMETERS`.
     """
     x_end, y_end = np.asarray(reach, dtype=float)
     x, y = np.linspace(0, x_end, count), np.linspace(0, y_end, count)
@@ -184,17 +210,33 @@ def plot_predicted_against_measured(
     Parameters
     ----------
     predicted, measured : (P,)
+        Values in one unit.
     predicted_half, measured_half : (P,)
         Half-widths of the intervals.
     groups : (P,) sequence of str
         Experiments, told apart by shape and colour; at most four.
+    ax : Axes, optional
+        Drawn into a new figure without it.
     label : str
         What it is, with its unit.
+
+    Returns
+    -------
+    Axes
+        The axes drawn into.
 
     Raises
     ------
     InputError
         Vectors of different lengths, or more than four groups.
+
+    Examples
+    --------
+    >>> from armimpedance.plots import plot_predicted_against_measured
+    >>> half, groups = [0.5, 0.5], ["force", "force"]
+    >>> ax = plot_predicted_against_measured([10, 20], [11, 19], half, half, groups, label="K")
+    >>> ax.get_xlabel()
+    'predicted K'
     """
     x, y, x_half, y_half = (
         np.asarray(v, dtype=float) for v in (predicted, measured, predicted_half, measured_half)
@@ -264,6 +306,10 @@ def half_width_surface(
     labels : (str, str)
     outline : (V, 2), optional
         The polygon outside of which all is extrapolated.
+
+    Returns
+    -------
+    Surface
     """
     shape = x.shape if x.ndim == 2 else (len(y), len(x))
     half = 100 * predicted_field(hand, "stiffness").size_half_width.reshape(shape)

@@ -92,7 +92,25 @@ def plot_interval_over_trials(
 
 
 def plan_figure(plan: Plan) -> Figure:
-    """Displacement, acceleration and interval, side by side with one legend."""
+    """Displacement, acceleration and interval, side by side with one legend.
+
+    Parameters
+    ----------
+    plan : Plan
+        What `armimpedance.plan` returned.
+
+    Returns
+    -------
+    Figure
+        Three panels.
+
+    Examples
+    --------
+    >>> from armimpedance.analyses import plan
+    >>> from armimpedance.plots import plan_figure
+    >>> len(plan_figure(plan(shape="minimum_jerk", duration_s=0.3)).axes)
+    3
+    """
     chosen = best_of_each(plan)
     figure = new_figure(TWO_COLUMNS_IN, 2.7)
     with print_style():

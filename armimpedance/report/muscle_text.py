@@ -44,7 +44,17 @@ _LEGEND = (
 
 
 def muscle_text(estimates: Sequence[MuscleEstimate]) -> str:
-    """What is identifiable, the ranges of what is not, tensions, notes."""
+    """What is identifiable, the ranges of what is not, tensions, notes.
+
+    Parameters
+    ----------
+    estimates : sequence of MuscleEstimate
+
+    Returns
+    -------
+    str
+        Lines of at most 100 characters.
+    """
     warnings = list(dict.fromkeys(w for e in estimates for w in e.warnings))
     blocks = [
         *_sums(estimates, warnings),

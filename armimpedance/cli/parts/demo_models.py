@@ -13,6 +13,7 @@ from armimpedance.arm import arm_named
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import ArmImpedanceError
 from armimpedance.muscles import (
+    FittedModel,
     JointPrediction,
     JointRows,
     fit_activation_model,
@@ -45,7 +46,7 @@ class DemoModel:
     ----------
     name, line : str
         File name without ending, and what it is.
-    model : a model of `report.model_json.MODEL_KINDS`, or None
+    model : FittedModel or None
         None where these conditions do not determine it.
     problem : str
         Why not.
@@ -57,7 +58,7 @@ class DemoModel:
 
     name: str
     line: str
-    model: Any = None
+    model: FittedModel | None = None
     problem: str = ""
     estimates_percent: float = float("nan")
     model_percent: float = float("nan")
@@ -114,8 +115,8 @@ def _true_stiffness(each: StudiedExperiment) -> FloatArray:
     return np.asarray(each.truth.K_j[rows])
 
 
-def _median_error(found: FloatArray, true: FloatArray) -> float:
-    error = np.linalg.norm(found - true, axis=(1, 2)) / np.linalg.norm(true, axis=(1, 2))
+def _median_error(given: FloatArray, true: FloatArray) -> float:
+    error = np.linalg.norm(given - true, axis=(1, 2)) / np.linalg.norm(true, axis=(1, 2))
     return float(100 * np.median(error))
 
 

@@ -44,6 +44,10 @@ def element_fits(
     seed : int
         Of the shuffles behind the null R.
 
+    Returns
+    -------
+    tuple of ElementQuality
+
     Raises
     ------
     InputError
