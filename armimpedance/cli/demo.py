@@ -6,8 +6,8 @@ Examples:
 
 Writes recordings (with their truth), hand.csv, joint.csv, models over posture and activation,
 summary.txt and Figs 6-14 and both tables of Tsuji (1997) to the folder, and compares estimates and
-models with the truth on the screen.
-A folder that an earlier demo wrote is replaced. --quick takes two sets of disturbances instead of five, a part of the conditions (figures that need
+models with the truth on the screen. What an earlier demo wrote there is replaced.
+--quick takes two sets of disturbances instead of five, a part of the conditions (figures that need
 more of them are left out), and writes figures as PNG only.
 """
 

@@ -100,7 +100,18 @@ def test_the_simulator_shares_no_dynamics_with_the_analysis(path):
 
 
 @pytest.mark.parametrize(
-    "arguments", [["--help"], ["estimate", "--help"], ["therapy", "robot", "--help"], ["--version"]]
+    "arguments",
+    [
+        ["--help"],
+        ["estimate", "--help"],
+        ["simulate", "--help"],
+        ["simulate", "elbow-varying", "--help"],
+        ["convert", "--help"],
+        ["inspect", "--help"],
+        ["therapy", "robot", "--help"],
+        ["--version"],
+    ],
+    ids=" ".join,
 )
 def test_help_imports_nothing_heavy(arguments):
     code = (
