@@ -42,7 +42,7 @@ class Prepared(FrozenRecord):
     perturbation : (N,) or None
         Through the same filter.
     cutoff_hz : float or None
-        Of the zero-phase low-pass; None where there was none.
+        Edge of the zero-phase low-pass; None where there was none.
     decimation : int
     edge : int
         Samples at each end of each trial in which the filter rings: not to be used in a fit.

@@ -28,7 +28,7 @@ class Autoregression:
     ----------
     coefficients : (p,)
     sd : float
-        Of the innovation, Nm.
+        Standard deviation of the innovation, Nm.
     """
 
     coefficients: FloatArray = field(default_factory=lambda: np.zeros(0))
@@ -55,7 +55,7 @@ class Autoregression:
 
     @property
     def rms(self) -> float:
-        """Of the torque, Nm."""
+        """Root mean square of the torque, Nm."""
         return float(np.sqrt(self.covariance[0]))
 
     def spectrum(self, frequency: FloatArray) -> FloatArray:

@@ -58,10 +58,15 @@ class Beginning:
 def begin(data: VaryingData, tick: Callable[[], None] = lambda: None) -> Beginning:
     """The data with the torque that the subject adds unasked, and a free course under it.
 
-    A course that is merely fast must not be taken for one: the torque has to show beside a course
-    as free as any that can be told. What the residuals still hold is told by expectation and
-    maximisation, in which what the course takes from the residuals is its doubt, added to their
-    power. `tick` is called after each step.
+    A fast course must not be mistaken for such a torque: the torque has to show in the residuals of
+    a course that is free to vary as fast as can be resolved. It is then estimated by expectation
+    and maximisation: the uncertainty of the course is added to the power of the residuals.
+
+    Parameters
+    ----------
+    data : VaryingData
+    tick : function
+        Called after each step.
     """
     constant = start(data)
     scale = np.array([np.abs(constant.B).mean(), np.abs(constant.K).mean()])

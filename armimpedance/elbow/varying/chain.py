@@ -31,7 +31,7 @@ def smooth_chain(banded: FloatArray, right: FloatArray, size: int) -> Smoothed:
         H in lower banded form: ``banded[k, i] = H[i + k, i]``.
     right : (n, q)
     size : int
-        Of a block, at least w - 1.
+        Unknowns of a block, at least w - 1.
 
     Raises
     ------

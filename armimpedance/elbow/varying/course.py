@@ -22,7 +22,7 @@ class Course:
     inertia : float
     B, K : (N,)
     torque_offset, angle_offset : (T,)
-        What the means of a trial missed of its operating point: Nm, rad.
+        Difference of a trial's operating point from its means: Nm, rad.
     """
 
     inertia: float

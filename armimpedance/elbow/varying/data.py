@@ -162,6 +162,42 @@ def decimated(signal: FloatArray, every: int) -> FloatArray:
     return np.asarray(resample_poly(longer, 1, every)[first : first + count])
 
 
+def decimated_amplitudes(
+    samples: JointSamples,
+    every: int,
+    amplitude: FloatArray | None,
+    sd: FloatArray | None,
+) -> tuple[FloatArray, FloatArray | None]:
+    """Amplitudes (N, m) at the decimated rate, (N', m), and their standard errors.
+
+    Raises
+    ------
+    InputError
+        No amplitudes, others than of these samples, or standard errors that cannot be.
+    """
+    if amplitude is None:
+        raise InputError("method 'emg' without EMG amplitudes", expected="amplitude (N, m)")
+    given = np.asarray(amplitude, dtype=np.float64)
+    if given.ndim != 2 or len(given) != len(samples.torque) or not np.isfinite(given).all():
+        raise InputError(
+            f"EMG amplitudes of shape {given.shape}",
+            expected=f"({len(samples.torque)}, muscles), finite",
+        )
+    rows = [samples.samples_of(t) for t in range(samples.n_trials)]
+    columns = [
+        np.concatenate([decimated(given[r, j], every) for r in rows]) for j in range(given.shape[1])
+    ]
+    if sd is None:
+        return np.stack(columns, axis=1), None
+    errors = np.asarray(sd, dtype=np.float64)
+    if errors.shape != (given.shape[1],) or not (np.isfinite(errors) & (errors >= 0)).all():
+        raise InputError(
+            f"standard errors {errors} of the amplitudes",
+            expected=f"{given.shape[1]} numbers, 0 or more",
+        )
+    return np.stack(columns, axis=1), errors
+
+
 def _spectrum(signal: FloatArray) -> FloatArray:
     """Periodogram of a Hann-tapered signal whose mean over all frequencies is its variance."""
     taper = np.hanning(len(signal))

@@ -51,7 +51,7 @@ class Departure:
     Attributes
     ----------
     p : float
-        Of a statistic as large if the law holds.
+        Probability of a statistic as large if the law holds.
     moves : (2,)
         rms of the change of B and K over their means.
     size : (k,)

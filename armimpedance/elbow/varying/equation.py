@@ -60,12 +60,12 @@ class Linearised:
     nuisance : (R, 2 T)
         Columns of each trial's offset of torque, then of angle.
     prior_sd : (2 T,)
-        Of the offsets, inf = none.
+        Prior standard deviation of the offsets; inf = none.
     sd_torque, sd_angle : (R,), (N,)
     own : Autoregression
         The subject's own torque.
-    chi2 : float
-        ``e^T Sigma^-1 e`` of the course itself.
+    e : (R,)
+        Error of the equation under the course itself, with the angle as measured.
     """
 
     centre: IntArray
@@ -81,7 +81,7 @@ class Linearised:
     sd_torque: FloatArray
     sd_angle: FloatArray
     own: Autoregression
-    chi2: float
+    e: FloatArray
 
     @cached_property
     def sigma(self) -> FloatArray:
@@ -168,11 +168,9 @@ def linearise(data: VaryingData, course: Course) -> Linearised:
     EstimationError
         The covariance of the equation's noise is not positive definite.
     """
-    centre = rows_of(data)
-    trial = data.trial_of
+    centre, trial = rows_of(data), data.trial_of
     at = trial[centre]
-    B, K = course.B[centre], course.K[centre]
-    step = 1 / data.rate_hz
+    step, B, K = 1 / data.rate_hz, course.B[centre], course.K[centre]
     L = course.inertia / step**2 * SECOND + B[:, None] / step * FIRST
     L[:, HALF] += K
     near = centre[:, None] + np.arange(-HALF, HALF + 1)
@@ -183,9 +181,8 @@ def linearise(data: VaryingData, course: Course) -> Linearised:
     A = data.own.operator(np.bincount(at, minlength=len(data.trials)))
     factor = _cholesky(_sigma(centre, L, s1, data.sd_angle[trial], A, data.own.sd))
     # A^T Cov(A e)^-1 A e, (R,)
-    weighted = transposed(A, np.asarray(cho_solve_banded((factor, True), applied(A, e[:, None]))))[
-        :, 0
-    ]
+    solved = np.asarray(cho_solve_banded((factor, True), applied(A, e[:, None])))
+    weighted = transposed(A, solved)[:, 0]
     angle = np.array(data.angle)
     for a in range(WIDTH):
         angle[near[:, a]] += s2[near[:, a]] ** 2 * L[:, a] * weighted
@@ -208,7 +205,7 @@ def linearise(data: VaryingData, course: Course) -> Linearised:
         sd_torque=s1,
         sd_angle=s2,
         own=data.own,
-        chi2=float(e @ weighted),
+        e=e,
     )
 
 

@@ -13,7 +13,7 @@ from armimpedance.arrays import FloatArray
 from armimpedance.elbow.result import NAMES, UNITS
 from armimpedance.elbow.samples import COMMANDED, JointSamples
 from armimpedance.elbow.varying.beginning import Beginning, begin
-from armimpedance.elbow.varying.data import VaryingData, decimated, varying_data
+from armimpedance.elbow.varying.data import VaryingData, decimated_amplitudes, varying_data
 from armimpedance.elbow.varying.estimated import EstimatedCourse
 from armimpedance.elbow.varying.method import VaryingMethod, VaryingOptions
 from armimpedance.elbow.varying.table import VARYING_METHODS
@@ -81,7 +81,7 @@ def identify_varying(
     data = varying_data(samples, cutoff_hz)
     options = VaryingOptions(window_s, every_s, amplitude_cutoff_hz=amplitude_cutoff_hz, tick=tick)
     if chosen.needs == "amplitude":
-        own, sd = _amplitudes(samples, data, amplitude, amplitude_sd)
+        own, sd = decimated_amplitudes(samples, data.every, amplitude, amplitude_sd)
         options = replace(options, amplitude=own, amplitude_sd=sd)
     tick()
     begun = begin(data, tick)
@@ -108,37 +108,6 @@ def _refuse_times(method: VaryingMethod, window_s: float | None, every_s: float 
             raise InputError(f"{name} of {value:g} s", expected="a positive time")
     if window_s is not None and method.needs != "window":
         raise InputError(f"method {method.name!r} takes no window", expected="windows or quadratic")
-
-
-def _amplitudes(
-    samples: JointSamples,
-    data: VaryingData,
-    amplitude: FloatArray | None,
-    sd: FloatArray | None,
-) -> tuple[FloatArray, FloatArray | None]:
-    """Amplitudes at the decimated rate, (N', m), and their standard errors."""
-    if amplitude is None:
-        raise InputError("method 'emg' without EMG amplitudes", expected="amplitude (N, m)")
-    given = np.asarray(amplitude, dtype=np.float64)
-    if given.ndim != 2 or len(given) != len(samples.torque) or not np.isfinite(given).all():
-        raise InputError(
-            f"EMG amplitudes of shape {given.shape}",
-            expected=f"({len(samples.torque)}, muscles), finite",
-        )
-    rows = [samples.samples_of(t) for t in range(samples.n_trials)]
-    columns = [
-        np.concatenate([decimated(given[r, j], data.every) for r in rows])
-        for j in range(given.shape[1])
-    ]
-    if sd is None:
-        return np.stack(columns, axis=1), None
-    errors = np.asarray(sd, dtype=np.float64)
-    if errors.shape != (given.shape[1],) or not (np.isfinite(errors) & (errors >= 0)).all():
-        raise InputError(
-            f"standard errors {errors} of the amplitudes",
-            expected=f"{given.shape[1]} numbers, 0 or more",
-        )
-    return np.stack(columns, axis=1), errors
 
 
 def _result(

@@ -72,11 +72,11 @@ def smooth(
     ----------
     data : VaryingData
     first : Course
-        Where to start.
+        Course to start from.
     levels : Levels or None
-        None: by maximum likelihood.
+        Noise levels; None: those of maximum likelihood.
     near : Levels or None
-        Where that is likely.
+        Levels from which their search starts.
     tick : function
         Called after each step.
 

@@ -99,20 +99,17 @@ def smoother_model(data: VaryingData, eq: Linearised, scale: FloatArray) -> Smoo
     scale : (2,)
         Means of B and K, of which the levels are parts.
     """
-    state = STATE + bool(eq.own.order)
-    N = len(data.angle)
+    state, N = STATE + bool(eq.own.order), len(data.angle)
     n, c, band = state * N, eq.centre, 2 * HALF * state + state
     s1, s2 = eq.sd_torque, eq.sd_angle
     L, y, x1, x0 = eq.L / s1[:, None], eq.torque_side / s1, eq.x1 / s1, eq.x0 / s1
     U = np.column_stack([eq.x2, eq.nuisance]) / s1[:, None]
     further = [x1, x0] if state == STATE else [x1, x0, -1 / s1]
     torque = _torque_information(np.zeros((band, n)), state, c, L, further)
-    angle = np.zeros((band, n))
-    angle[0, ::state] = s2**-2
+    angle, right_angle = np.zeros((band, n)), np.zeros(n)
+    angle[0, ::state], right_angle[::state] = s2**-2, data.angle / s2**2
     if eq.own.order:
         _add_own_torque(angle, state, data, eq)
-    right_angle = np.zeros(n)
-    right_angle[::state] = data.angle / s2**2
 
     def transposed(v: FloatArray) -> FloatArray:
         """``A^T v`` of the torque rows, (n, q) of (R, q)."""

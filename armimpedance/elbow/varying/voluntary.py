@@ -25,7 +25,7 @@ from armimpedance.elbow.varying.autoregression import (
 )
 from armimpedance.elbow.varying.course import Course
 from armimpedance.elbow.varying.data import VaryingData
-from armimpedance.elbow.varying.equation import HALF, WIDTH, Linearised, linearise
+from armimpedance.elbow.varying.equation import WIDTH, Linearised, linearise
 
 #: Orders that are compared beside none.
 ORDERS: Final = (1, 2, 3, 4, 6)
@@ -96,14 +96,11 @@ def residual_of(data: VaryingData, course: Course, doubt: FloatArray | None = No
         took from the residuals.
     """
     eq = linearise(data, course)
-    near = eq.centre[:, None] + np.arange(-HALF, HALF + 1)
-    bias = course.torque_offset[eq.trial] - course.K[eq.centre] * course.angle_offset[eq.trial]
-    e = data.torque[eq.centre] - bias - (eq.L * data.angle[near]).sum(axis=1)
     sums = np.zeros((4, BINS))
     edges = np.geomspace(1, 1 + HIGHEST / FINEST, BINS + 1)
     for t in range(len(data.trials)):
         here = np.flatnonzero(eq.trial == t)
-        power = _tapered(e[here, None])[:, 0]
+        power = _tapered(eq.e[here, None])[:, 0]
         if doubt is not None:
             power = power + _tapered(doubt[here]).mean(axis=1)
         f = np.arange(len(power)) / len(here)
