@@ -6,12 +6,15 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from armimpedance.errors import InputError
+from armimpedance.errors import InputError, NotIdentifiableError
 from armimpedance.regression import (
+    ErrorMoments,
     Parameters,
     bootstrap,
     fit,
     leave_one_out,
+    long_run_covariance,
+    refuse_unreliable,
     t_factor,
     trial_factors,
 )
@@ -94,6 +97,44 @@ def test_one_row_is_a_table_too():
         W[-1, -1, 0] = last
         made = trial_factors(W, W[..., :1], regressors="cx", outputs="u")
         assert made.intercept == ("c" if last == 1 else None)
+
+
+@pytest.mark.parametrize("cosines", [3, 8])
+def test_the_long_run_covariance_is_that_of_slow_cosine_sums(cosines):
+    """Written out: (W'W)^-1 (2/B sum_j L_j L_j') (W'W)^-1.
+
+    L_j is the sum over t of cos(pi j (t + 1/2)/n) w_t e_t.
+    """
+    rng = np.random.default_rng(8)
+    n = 60
+    W = rng.normal(size=(n, 3)) * [1.0, 50.0, 1e-3]
+    E = np.cumsum(rng.normal(size=(n, 1)), axis=0)
+    t = np.arange(n) + 0.5
+    L = np.array([np.cos(np.pi * j * t / n) @ (W * E) for j in range(1, cosines + 1)])
+    bread = np.linalg.inv(W.T @ W)
+    expected = bread @ (2 / cosines * L.T @ L) @ bread
+    made = long_run_covariance(np.linalg.qr(W, mode="r"), W, E, cosines)
+    scale = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
+    np.testing.assert_allclose(made / scale, expected / scale, atol=1e-9)
+
+
+@pytest.mark.parametrize("size", [1e-4, 1.0, 1e3])
+def test_reliability_knows_no_units(size):
+    """One regressor with a fifth of its length from errors; an exact one beside it."""
+    rng = np.random.default_rng(9)
+    W = size * rng.normal(size=(30, 2))
+    gram = W[:, :, None] * W[:, None, :]
+    total = gram[:, 0, 0].sum()
+    error = np.zeros((30, 2, 2))
+    error[:, 0, 0] = 0.2 * total / 30
+    names = {"names": ("a", "b"), "units": ("", "")}
+    alone = ErrorMoments(gram[:, :1, :1], W[:, :1], error[:, :1, :1], ("a",), ("",))
+    assert refuse_unreliable(alone) == (pytest.approx(0.8), ("a",))
+    both, least = refuse_unreliable(ErrorMoments(gram, W, error, **names))
+    assert both == pytest.approx(0.8, abs=0.05)
+    assert least == ("a",)
+    with pytest.raises(NotIdentifiableError, match="nothing but zeros"):
+        refuse_unreliable(ErrorMoments(gram * [[1, 0], [0, 0]], W, error, **names))
 
 
 # Parameters and their intervals
