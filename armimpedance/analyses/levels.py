@@ -132,7 +132,7 @@ def to_hand(
 def to_muscle(
     estimates: Results,
     *,
-    arm: MuscularArm | PathLike,
+    arm: MuscularArm | str | Path,
     recording: Whose | None = None,
     force_term: bool = True,
     curvature: bool = True,

@@ -133,8 +133,10 @@ def run(args: argparse.Namespace) -> int:
 
 def _options(args: argparse.Namespace) -> dict[str, Any]:
     """The keywords of the verb."""
-    same = ("k_percent", "orientation_deg", "max_trials", "pilot", "results", "condition", "noise")
-    same += ("force_by", "shape", "duration_s", "max_acceleration", "design", "separate_reflex")
+    same = [
+        *("k_percent", "orientation_deg", "max_trials", "pilot", "results", "condition", "noise"),
+        *("force_by", "shape", "duration_s", "max_acceleration", "design", "separate_reflex"),
+    ]
     return {
         **{name: getattr(args, name) for name in same},
         "amplitude_m": None if args.amplitude_mm is None else args.amplitude_mm / 1e3,

@@ -76,7 +76,7 @@ def read_model(path: str | Path) -> FittedModel:
     if not isinstance(plain, Mapping):
         raise InputError("no model", file=path, column="model", expected="an object")
     try:
-        return MODEL_KINDS[kind].type.from_plain(plain)
+        return MODEL_KINDS[str(kind)].type.from_plain(plain)
     except InputError as error:
         raise InputError(
             error.problem, file=path, column=error.column, expected=error.expected

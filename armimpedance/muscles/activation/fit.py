@@ -21,6 +21,7 @@ from armimpedance.muscles.activation.rank import activation_rank
 from armimpedance.muscles.activation.result import activation_result
 from armimpedance.muscles.activation.table import ACTIVATION_MODELS, ActivationMethod
 from armimpedance.muscles.progress import Progress, Steps
+from armimpedance.muscles.quality import ElementQuality
 from armimpedance.muscles.rows import JointRows
 
 #: Orders N of the source's Table 2, and what is refused beyond.
@@ -108,7 +109,8 @@ def fit_activation_model(
     if stiffness_per_tension == "fit":
         of_K = _fitted_kappa(of_K, arm, q, kind, curvature, increasing)
     cones = [_cone(e, increasing) if kind.bounded else None for e in (of_K, of_B)]
-    steps, solved, quality = Steps(progress, 4), [], []
+    steps, solved = Steps(progress, 4), []
+    quality: list[ElementQuality] = []
     for equations, cone in zip((of_K, of_B), cones, strict=True):
         solved.append(solve_equations(equations, cone))
         steps.step()
