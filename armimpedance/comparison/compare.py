@@ -26,7 +26,7 @@ PERMUTATIONS_PER_PAIR: Final = 100
 _FEW_ARRANGEMENTS: Final = 200
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Pair:
     """Two groups compared.
 
@@ -48,6 +48,10 @@ class Pair:
     tests: tuple[MatrixTest, ...]
     basis: Basis
     notes: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        tested = (f"{test.matrix} p = {test.p_t2_adjusted:.2g}" for test in self.tests)
+        return f"{self.first} | {self.second}: {', '.join(tested)} (T2, adjusted)"
 
 
 def compare(

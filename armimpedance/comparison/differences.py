@@ -91,6 +91,11 @@ class Change(InUnits):
 def changes(first: ImpedanceEstimate, second: ImpedanceEstimate) -> tuple[Change, ...]:
     """All changes from the first to the second estimate.
 
+    Parameters
+    ----------
+    first, second : ImpedanceEstimate
+        Of the same level and number of axes, independent of each other.
+
     Returns
     -------
     tuple of Change

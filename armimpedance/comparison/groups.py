@@ -47,7 +47,15 @@ class ComparedGroup:
 
 
 def name_of(keys: Mapping[str, Any], by: Sequence[str]) -> str:
-    """The values of the columns `by`, whole numbers without a decimal point."""
+    """The values of the columns `by`, whole numbers without a decimal point.
+
+    Parameters
+    ----------
+    keys : mapping
+        Columns of a group.
+    by : sequence of str
+        Those that make its name.
+    """
     values = [keys[column] for column in by]
     whole = [int(v) if isinstance(v, float) and v.is_integer() else v for v in values]
     return ", ".join(map(str, whole))
@@ -120,6 +128,12 @@ def groups_of_estimates(
     estimates: Sequence[ImpedanceEstimate], by: Sequence[str]
 ) -> list[ComparedGroup]:
     """Groups of which only the estimates are known.
+
+    Parameters
+    ----------
+    estimates : sequence of ImpedanceEstimate
+    by : sequence of str
+        Names among their keys.
 
     Raises
     ------

@@ -28,6 +28,19 @@ def parametric_test(
     T2 against its F distribution (`hotelling`); the distance against pairs drawn from the two
     covariances about one common value (t distributed), as the null hypothesis has it.
 
+    Parameters
+    ----------
+    first, second : ImpedanceEstimate
+        Independent of each other.
+    draws : int
+        Pairs drawn for the distance.
+    seed : int or SeedSequence
+
+    Returns
+    -------
+    tuple of MatrixTest
+        Inertia, viscosity, stiffness, all three together.
+
     Raises
     ------
     InputError

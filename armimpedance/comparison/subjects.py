@@ -97,6 +97,13 @@ class RandomEffects:
 def random_effects(values: FloatArray, variances: FloatArray) -> RandomEffects:
     """Mean of subjects' values (n,) whose errors have known variances (n,).
 
+    Parameters
+    ----------
+    values : (n,)
+        One per subject.
+    variances : (n,)
+        Of their errors.
+
     Raises
     ------
     InputError

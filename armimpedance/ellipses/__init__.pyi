@@ -5,6 +5,6 @@ from .geometry import (
     Which as Which,
     ellipse as ellipse,
     ellipse_of as ellipse_of,
-    locus as locus,
 )
+from .outline import locus as locus
 from .resampled import ResampledEllipse as ResampledEllipse, resampled_ellipse as resampled_ellipse

@@ -279,14 +279,6 @@ def ellipse_of(
         return None
 
 
-def locus(matrix: ArrayLike, n: int = 200) -> FloatArray:
-    """Closed curve of ``A u``, |u| = 1, of the symmetric part, (n, 2): last point = first."""
-    A = frozen_array(matrix, "matrix", (2, 2))
-    angle = np.linspace(0, 2 * np.pi, n)
-    # points (n, 2) = u (n, 2) A_s^T (2, 2)
-    return np.stack([np.cos(angle), np.sin(angle)], axis=-1) @ ((A + A.T) / 2)
-
-
 def _reference_angle(estimate: ImpedanceEstimate) -> float:
     if estimate.level != "hand" or estimate.position is None:
         return 0.0

@@ -43,6 +43,11 @@ def bound_of(equations: TrialEquations) -> FloatArray | None:
 
     ``sum_t A_t`` of the method `weighted` is the information, its expectation free of the
     position's noise. None where noise has swamped it.
+
+    Parameters
+    ----------
+    equations : TrialEquations
+        Of the method `weighted`, parameters M, B, K row by row.
     """
     total = equations.A.sum(axis=0)
     symmetric = (total + total.T) / 2
@@ -52,7 +57,13 @@ def bound_of(equations: TrialEquations) -> FloatArray | None:
 
 
 def inverse_information(information: FloatArray) -> FloatArray:
-    """Inverse of a symmetric information matrix, scaled to a unit diagonal first."""
+    """Inverse of a symmetric information matrix, scaled to a unit diagonal first.
+
+    Parameters
+    ----------
+    information : (n, n)
+        Symmetric, positive definite.
+    """
     scale = 1 / np.sqrt(np.abs(np.diag(information)))
     inverse = np.linalg.inv(information * scale[:, None] * scale)
     return np.asarray(inverse * scale[:, None] * scale)

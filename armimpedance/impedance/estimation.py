@@ -181,6 +181,14 @@ def estimate_window(
     """The estimate of one group from its raw windows (what simulations call).
 
     `prepared` is what the method's `prepare` made of the window, if the caller has it already.
+
+    Parameters
+    ----------
+    window : Window
+        Raw samples of T trials around each onset.
+    group : Group
+    options : Options
+    prepared : Prepared, optional
     """
     method = METHODS.named(options.method)
     if prepared is None:

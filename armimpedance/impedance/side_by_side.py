@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from armimpedance.arrays import FloatArray, IntArray
-from armimpedance.conventions import MATRICES, Kind
+from armimpedance.conventions import MATRICES, Kind, group_name
 from armimpedance.errors import ArmImpedanceError, InputError
 from armimpedance.impedance.estimation import (
     DEFAULT_BY,
@@ -92,7 +92,7 @@ class Disagreement:
     sentences: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class SideBySide:
     """All methods on one group of trials, in the order of the table of methods.
 
@@ -108,6 +108,11 @@ class SideBySide:
     keys: Mapping[str, Any]
     results: tuple[MethodResult, ...]
     disagreements: tuple[Disagreement, ...]
+
+    def __repr__(self) -> str:
+        said = [sentence for d in self.disagreements for sentence in d.sentences]
+        ran = f"{group_name(self.keys)}: {len(self.estimates)} of {len(self.results)} methods ran"
+        return "\n".join([ran, *said])
 
     @property
     def estimates(self) -> tuple[ImpedanceEstimate, ...]:

@@ -27,12 +27,8 @@ from .factors import (
     split_blocks as split_blocks,
     trial_factors as trial_factors,
 )
-from .parameters import (
-    NamedParameter as NamedParameter,
-    Parameters as Parameters,
-    t_factor as t_factor,
-    t_interval as t_interval,
-)
+from .intervals import t_factor as t_factor, t_interval as t_interval
+from .parameters import NamedParameter as NamedParameter, Parameters as Parameters
 from .pooled import pool as pool
 from .resample import bootstrap as bootstrap, leave_one_out as leave_one_out
 from .result import Fit as Fit, Validation as Validation

@@ -75,6 +75,13 @@ def conditioning(triangle: FloatArray, n_rows: int) -> Conditioning:
 
     The rank tolerance is ``10 p sqrt(n_rows) eps``: well above the rounding of an orthogonal
     factorisation of that many rows, far below the 1e-10 of the hardest certified polynomial.
+
+    Parameters
+    ----------
+    triangle : (p, p)
+        R of W = Q R.
+    n_rows : int
+        Rows of W.
     """
     lengths = np.linalg.norm(triangle, axis=0)
     scale = np.where(lengths > 0, lengths, 1.0)
@@ -121,7 +128,13 @@ def null_directions(state: Conditioning, names: tuple[str, ...]) -> tuple[NullDi
 
 
 def refuse_rank_loss(state: Conditioning, names: tuple[str, ...]) -> None:
-    """Raise `NotIdentifiableError` naming the columns if the rank is not full."""
+    """Raise `NotIdentifiableError` naming the columns if the rank is not full.
+
+    Parameters
+    ----------
+    state : Conditioning
+    names : tuple of p str
+    """
     if state.rank == len(names):
         return
     directions = null_directions(state, names)

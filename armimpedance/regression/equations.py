@@ -163,6 +163,10 @@ def solve_equations(
 def solve_total(equations: TrialEquations) -> FloatArray:
     """Parameters (n,) of all clusters together.
 
+    Parameters
+    ----------
+    equations : TrialEquations
+
     Raises
     ------
     NotIdentifiableError
@@ -174,6 +178,13 @@ def solve_total(equations: TrialEquations) -> FloatArray:
 
 def leave_one_out_shift(equations: TrialEquations, theta: FloatArray) -> FloatArray:
     """``theta - theta_(t)`` (T, n): how far each cluster moved the solution.
+
+    Parameters
+    ----------
+    equations : TrialEquations
+        T clusters, n parameters.
+    theta : (n,)
+        Their solution.
 
     Raises
     ------

@@ -144,6 +144,11 @@ def small_sample_term(moments: ErrorMoments) -> FloatArray:
 
     (of p regressors with equal errors: about ``(p + 1) S / C``). It serves what Fuller's modified
     estimators serve: without it the denominator may come near zero.
+
+    Parameters
+    ----------
+    moments : ErrorMoments
+        Of points with one row each.
     """
     S = moments.error
 

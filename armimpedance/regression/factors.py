@@ -181,6 +181,16 @@ def ragged_factors(
 ) -> TrialFactors:
     """Factor clusters of different length: lists of (S_t, p) and of (S_t, q).
 
+    Parameters
+    ----------
+    W : sequence of T arrays (S_t, p)
+        Regressors, SI.
+    Y : sequence of T arrays (S_t, q)
+        Outputs, SI.
+    regressors, outputs, regressor_units, output_units : sequences of str
+    nuisance_per_trial : int
+        See `TrialFactors`.
+
     Raises
     ------
     InputError
@@ -215,6 +225,14 @@ def split_blocks(n_rows: int, block_rows: int) -> tuple[slice, ...]:
     All blocks have `block_rows` rows or up to twice less one more: a short rest would be a
     cluster that says little, so it joins the last block. Blocks must be much longer than the
     memory of the residuals.
+
+    Parameters
+    ----------
+    n_rows, block_rows : int
+
+    Returns
+    -------
+    tuple of slice
 
     Raises
     ------

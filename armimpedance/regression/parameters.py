@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import ndtri, stdtrit
 
 from armimpedance.arrays import FloatArray, FrozenRecord
 from armimpedance.errors import EstimationError, InputError
+from armimpedance.regression.intervals import t_interval
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -32,7 +32,7 @@ class NamedParameter:
     sd_robust : float
         The one to trust: intervals are made of it.
     dof : float
-        Of the t distribution for the interval; inf = normal.
+        Degrees of freedom of the t distribution for the interval; inf = normal.
     joint : int or None
         Counted from 1; None where it has no meaning.
     """
@@ -88,7 +88,7 @@ class Parameters(FrozenRecord):
     covariance_kind : str
         What it is: ``cr3``, ``cr1``, ``long-run``, ``fisher``, ...
     dof : float
-        Of the t distribution for intervals; inf = normal.
+        Degrees of freedom of the t distribution for intervals; inf = normal.
     plain_covariance : (p, p) or None
         The classical one, of independent residuals, as the sources print it; None: the same.
     notes : tuple of str
@@ -255,32 +255,6 @@ def parameter_html(parameters: Sequence[NamedParameter]) -> str:
     ]
     head = "<tr><th></th><th>value</th><th>95 %</th><th>unit</th></tr>"
     return f"<table>{head}{''.join(cells)}</table>"
-
-
-def t_factor(dof: float, level: float = 0.95) -> float:
-    """Half-width of a two-sided interval in standard errors; dof inf = normal.
-
-    Raises
-    ------
-    InputError
-        The level does not lie between 0 and 1.
-    """
-    if not 0 < level < 1:
-        raise InputError(f"an interval of level {level}", expected="between 0 and 1")
-    upper = 0.5 + level / 2
-    return float(ndtri(upper) if np.isinf(dof) else stdtrit(dof, upper))
-
-
-def t_interval(values: FloatArray, sd: FloatArray, dof: float, level: float = 0.95) -> FloatArray:
-    """Limits ``values -+ t sd`` (m, 2) of a two-sided interval; dof inf = normal.
-
-    Raises
-    ------
-    InputError
-        The level does not lie between 0 and 1.
-    """
-    half = t_factor(dof, level) * sd
-    return np.stack([values - half, values + half], axis=-1)
 
 
 def _differences(function: Function, at: FloatArray, step: FloatArray) -> FloatArray:

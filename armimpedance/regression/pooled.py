@@ -64,6 +64,10 @@ def pool(factors: TrialFactors) -> Pooled:
     The solution stays with the factors, which cannot change: fit, leave-one-out and bootstrap of
     the same clusters share it.
 
+    Parameters
+    ----------
+    factors : TrialFactors
+
     Raises
     ------
     NotIdentifiableError

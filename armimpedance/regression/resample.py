@@ -26,6 +26,11 @@ _BATCH_NUMBERS = 60_000
 def leave_one_out(factors: TrialFactors) -> FloatArray:
     """Coefficients (T, p, q) of the fits without one cluster each.
 
+    Parameters
+    ----------
+    factors : TrialFactors
+        T clusters, p regressors, q outputs.
+
     Raises
     ------
     NotIdentifiableError

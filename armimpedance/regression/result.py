@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from armimpedance.arrays import BoolArray, FloatArray, FrozenRecord
 from armimpedance.errors import InputError
-from armimpedance.regression.parameters import Function, Parameters, t_interval
+from armimpedance.regression.intervals import t_interval
+from armimpedance.regression.parameters import Function, Parameters
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+#: Parameters that a short text shows.
+_MOST_SHOWN: Final = 10
 
 
 @dataclass(frozen=True)
@@ -38,7 +45,7 @@ class Validation:
     correlation: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Fit(FrozenRecord):
     """A solved linear model ``Y = W Theta + E``.
 
@@ -214,6 +221,23 @@ class Fit(FrozenRecord):
             The function or its derivative is not finite.
         """
         return self.named.transform(function, names, units, jacobian=jacobian)
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row a parameter: value, standard error, 95 % limits, unit."""
+        return self.named.to_frame()
+
+    def to_dict(self) -> list[dict[str, Any]]:
+        """One mapping a parameter, of plain numbers and texts."""
+        return self.named.to_dict()
+
+    def __repr__(self) -> str:
+        shown = [repr(self.named[i]) for i in range(min(len(self.names), _MOST_SHOWN))]
+        left = len(self.names) - len(shown)
+        more = [f"... and {left} more"] if left else []
+        return "\n".join([f"R^2 {self.r2:.3f}, {self.n_rows} rows", *shown, *more])
+
+    def _repr_html_(self) -> str:
+        return self.named._repr_html_()
 
     def with_covariance(self, covariance: ArrayLike, kind: str, dof: float) -> Fit:
         """The same fit with another covariance (p q, p q) of `parameters`, as from a bootstrap."""

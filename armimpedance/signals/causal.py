@@ -16,6 +16,14 @@ def causal_lowpass(
     It starts in the steady state of the mean over the first half period of the cut-off: the first
     sample alone, of a rectified signal, would start it anywhere.
 
+    Parameters
+    ----------
+    signal : array
+        Time along `axis`.
+    cutoff_hz, sample_rate_hz : float
+    order : int
+    axis : int
+
     Raises
     ------
     InputError
@@ -38,6 +46,11 @@ def lowpass_delay_s(cutoff_hz: float, sample_rate_hz: float, order: int) -> floa
 
     For ``H(z) = b(z) / a(z)`` it is ``sum n b_n / sum b_n - sum n a_n / sum a_n`` samples, added
     up over its sections. Fifth order at 10 Hz: 51.5 ms.
+
+    Parameters
+    ----------
+    cutoff_hz, sample_rate_hz : float
+    order : int
 
     Raises
     ------

@@ -99,6 +99,15 @@ def derivatives(signal: FloatArray, sample_rate_hz: float) -> tuple[FloatArray, 
 
     Only the method `paper` and plots of raw data use them: at 1 kHz they turn encoder steps into
     accelerations larger than the arm's.
+
+    Parameters
+    ----------
+    signal : (T, S, d)
+    sample_rate_hz : float
+
+    Returns
+    -------
+    first, second : (T, S, d)
     """
     first = np.gradient(signal, 1.0 / sample_rate_hz, axis=1)
     return first, np.gradient(first, 1.0 / sample_rate_hz, axis=1)

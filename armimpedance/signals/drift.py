@@ -24,6 +24,10 @@ from armimpedance.errors import InputError
 def ramp_basis(lag_s: FloatArray) -> FloatArray:
     """Orthonormal basis Q (S, 2) of an offset and a ramp; ``P s = s - Q Q^T s`` removes both.
 
+    Parameters
+    ----------
+    lag_s : (S,)
+
     Raises
     ------
     InputError
@@ -49,5 +53,12 @@ def correct_force_only(force: FloatArray, lag_s: FloatArray, start: int, end: in
     """The source's drift correction (29) on forces (T, S, d), from single samples at t0 and tf.
 
     ``dF_d = dF - (t - t0)/(tf - t0) dF(tf)``, ``dF = F - F(t0)``.
+
+    Parameters
+    ----------
+    force : (T, S, d)
+    lag_s : (S,)
+    start, end : int
+        Samples of t0 and tf.
     """
     return np.matmul(end_operator(lag_s, start, end), force)

@@ -22,6 +22,17 @@ def filtered_sign(
     A sign sampled at 30 frames/s knows the reversal to a frame only. It is taken between the
     frames, from the spline through the velocity, and brought down to the frames without aliasing.
 
+    Parameters
+    ----------
+    velocity : (S,)
+    cutoff_hz : float or None
+    sample_rate_hz : float
+
+    Returns
+    -------
+    (S,)
+        From -1 to 1.
+
     Raises
     ------
     InputError

@@ -48,6 +48,19 @@ def lowpass(
 
     A cut-off of None leaves the signal as it is.
 
+    Parameters
+    ----------
+    signal : array
+        Time along `axis`.
+    cutoff_hz : float or None
+    sample_rate_hz : float
+    order : int
+    axis : int
+
+    Returns
+    -------
+    array of the same shape
+
     Raises
     ------
     InputError
@@ -68,6 +81,18 @@ def bandpass(
     axis: int = 1,
 ) -> FloatArray:
     """Zero-phase Butterworth band-pass along `axis`.
+
+    Parameters
+    ----------
+    signal : array
+        Time along `axis`.
+    low_hz, high_hz, sample_rate_hz : float
+    order : int
+    axis : int
+
+    Returns
+    -------
+    array of the same shape
 
     Raises
     ------

@@ -59,7 +59,14 @@ class Modes(FrozenRecord):
 
 
 def delayed(signal: FloatArray, samples: float) -> FloatArray:
-    """The signal (..., S) as it was `samples` earlier, linear between samples; at rest before."""
+    """The signal (..., S) as it was `samples` earlier, linear between samples; at rest before.
+
+    Parameters
+    ----------
+    signal : (..., S)
+    samples : float
+        Delay in samples, not necessarily whole.
+    """
     whole = int(np.floor(samples))
     part = samples - whole
     rest = np.repeat(signal[..., :1], whole + 1, axis=-1)

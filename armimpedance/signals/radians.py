@@ -14,6 +14,13 @@ LARGEST_ANGLE_RAD = 2 * np.pi
 def refuse_degrees(q: FloatArray, joints: tuple[str, ...]) -> None:
     """Refuse angles (N, j) that no joint in radians can have.
 
+    Parameters
+    ----------
+    q : (N, j)
+        Angles.
+    joints : tuple of j str
+        Names for the message.
+
     Raises
     ------
     InputError

@@ -43,6 +43,16 @@ def choose_span(
 ) -> Span:
     """Kernel and centres for a window: the defaults, narrowed where the records are short.
 
+    Parameters
+    ----------
+    window : Window
+    kernel_s : float
+        Support of the smoothing kernel, s.
+    pad_s : float
+        The fit runs from this long before the onset to this long after the end, s.
+    rows_per_kernel : int
+        Rows of a fit per support of the kernel.
+
     Raises
     ------
     InputError

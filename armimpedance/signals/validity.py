@@ -34,7 +34,15 @@ NOISE_FRACTION = 0.5
 
 @dataclass(frozen=True)
 class Check:
-    """One validity check: its name, verdict, and what was found, in one line."""
+    """One validity check.
+
+    Attributes
+    ----------
+    name : str
+    verdict : {"ok", "warning", "unusable"}
+    message : str
+        What it rests on, in one line.
+    """
 
     name: str
     verdict: Verdict

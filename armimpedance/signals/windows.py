@@ -45,6 +45,16 @@ def _column(recording: Recording, name: str) -> FloatArray:
 def disturbance_times(recording: Recording) -> Timing:
     """Onset and end from the trial table; what is missing there is detected from the position.
 
+    Parameters
+    ----------
+    recording : Recording
+        Of returning disturbances.
+
+    Returns
+    -------
+    Timing
+        Onset and end of every trial.
+
     Raises
     ------
     InputError

@@ -26,6 +26,10 @@ def check_delay(recording: Recording) -> tuple[Check, ...]:
 
     Uses the condition with the most trials. The unexplained part over the shift is a parabola near
     its minimum; its vertex is the delay, with a standard error, so that noise is not taken for one.
+
+    Parameters
+    ----------
+    recording : Recording
     """
     if recording.perturbation != "returning":
         return ()

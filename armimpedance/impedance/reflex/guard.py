@@ -111,7 +111,22 @@ def guard_window(
     seed: int = 0,
     ends: bool = True,
 ) -> ReflexVerdict:
-    """The verdict on one group from its raw windows (what simulations call)."""
+    """The verdict on one group from its raw windows (what simulations call).
+
+    Parameters
+    ----------
+    window : Window
+        Raw samples of T trials around each onset.
+    kind : {"hand", "joint"}
+    keys : mapping, optional
+        The group's columns.
+    delay_s : float, optional
+        Delay of the reflex where it is known.
+    seed : int
+        Seed of the random signs behind p.
+    ends : bool
+        Fit windows that end early too.
+    """
     _check(window, delay_s)
     require_identifiable(exact.prepare(window, kind).factors)
     scanned = delay_s is None

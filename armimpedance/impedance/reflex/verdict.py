@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal
 import numpy as np
 
 from armimpedance.arrays import FloatArray, FrozenRecord
-from armimpedance.conventions import Kind
+from armimpedance.conventions import Kind, group_name
 from armimpedance.impedance.reflex.ends import WindowEnds
 
 Outcome = Literal["none", "contaminated", "unknown"]
@@ -27,7 +27,12 @@ TELLING_S = 0.050
 
 @dataclass(frozen=True)
 class Share:
-    """A part of the intrinsic stiffness (0.25 is 25 %) with its 95 % interval."""
+    """A part of the intrinsic stiffness (0.25 is 25 %) with its 95 % interval.
+
+    Attributes
+    ----------
+    value, low, high : float
+    """
 
     value: float
     low: float
@@ -58,7 +63,7 @@ class DelayProfile:
         return float(np.interp(part, np.concatenate([[0.0], np.cumsum(self.weight)]), edges))
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class ReflexVerdict(FrozenRecord):
     """Whether a reflex contaminates the stiffness of one group of trials, and the evidence.
 
@@ -109,6 +114,13 @@ class ReflexVerdict(FrozenRecord):
     profile: DelayProfile
     ends: WindowEnds | None
     n_trials: int
+
+    def __repr__(self) -> str:
+        said = f"{group_name(self.keys)}: {self.outcome}, p = {self.p_value:.2g}"
+        if self.outcome != "contaminated":
+            return said
+        delay, share = 1e3 * self.delay_s, 100 * self.share.value
+        return f"{said}, {delay:.0f} ms after the onset, {share:.0f} % of the intrinsic K"
 
     @property
     def total(self) -> FloatArray:

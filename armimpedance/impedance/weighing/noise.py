@@ -73,7 +73,15 @@ class NoiseModel(FrozenRecord):
 
 
 def through_impedance(parameters: FloatArray, position: FloatArray) -> FloatArray:
-    """What position noise of covariance (d, 3 n, 3 n) is in the equation: ``A Sigma_n A^T``."""
+    """What position noise of covariance (d, 3 n, 3 n) is in the equation: ``A Sigma_n A^T``.
+
+    Parameters
+    ----------
+    parameters : (3 d^2,) or longer
+        M, B, K row by row; what follows them is not read.
+    position : (d, 3 n, 3 n)
+        Covariance, for each axis, of the position's noise in x'', x', x.
+    """
     d, n = len(position), position.shape[1] // 3
     theta = parameters[: 3 * d * d].reshape(3, d, d)
     C = position.reshape(d, 3, n, 3, n)

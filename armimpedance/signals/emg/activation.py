@@ -39,12 +39,22 @@ class MeanActivation(FrozenRecord):
 
 
 def mvc_column(muscle: str) -> str:
-    """The column of trials.csv with a muscle's mean rectified EMG in its maximum contraction."""
+    """The column of trials.csv with a muscle's mean rectified EMG in its maximum contraction.
+
+    Parameters
+    ----------
+    muscle : str
+    """
     return f"mvc_{muscle}_V"
 
 
 def rest_column(muscle: str) -> str:
-    """The column of trials.csv with the mean rectified EMG of a silent muscle (optional)."""
+    """The column of trials.csv with the mean rectified EMG of a silent muscle (optional).
+
+    Parameters
+    ----------
+    muscle : str
+    """
     return f"rest_{muscle}_V"
 
 

@@ -41,6 +41,11 @@ LOW_SNR_DB: Final = 6.0
 def check_emg(recording: Recording) -> tuple[Check, ...]:
     """All checks of the raw EMG, in a fixed order; one line for the worst trial and muscle.
 
+    Parameters
+    ----------
+    recording : Recording
+        With raw EMG, V.
+
     Raises
     ------
     InputError

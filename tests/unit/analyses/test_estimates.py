@@ -96,3 +96,14 @@ def test_an_estimate_in_full_and_intervals_over_the_groups(hand):
     assert "stiffness K (N/m)" in str(hand["stiff"])
     ax = hand.plot_intervals("K_22")
     assert [label.get_text() for label in ax.get_yticklabels()] == ["relaxed", "stiff"]
+
+
+def test_a_fit_shows_itself_in_few_lines():
+    from armimpedance.regression import fit, trial_factors
+
+    rng = np.random.default_rng(0)
+    W = rng.standard_normal((5, 40, 13))
+    names = [f"a{i}" for i in range(13)]
+    made = fit(trial_factors(W, W[..., :1], regressors=names, outputs=["y"]))
+    assert len(repr(made).splitlines()) == 12
+    assert list(made.to_frame().index) == names == [one["name"] for one in made.to_dict()]
