@@ -27,7 +27,7 @@ demo: setup
 	$(BIN)/python -m armimpedance demo --out $(OUT)/demo $(if $(QUICK),--quick)
 
 test: setup
-	$(BIN)/python -m pytest -q -n 2
+	$(BIN)/python -m pytest -q -n 2 --dist worksteal
 
 lint: setup
 	$(BIN)/ruff check .
