@@ -40,8 +40,9 @@ def caption(*tests: tuple[StudiedTest, ...]) -> str:
         "the elbow, minus that of inertia and gravity, of the recordings that k, h and f were "
         f"fitted to (measured), the estimate W X by method '{METHODS.default}', and the "
         "difference. R² is about zero, as torque without an offset is judged; in P5, where k holds "
-        "the forearm up all the time, most of it comes for free. VAF takes the mean off. What is left over is "
-        "mostly noise of the twice differentiated angle. The four releases follow one another. "
+        "the forearm up all the time, most of it comes for free. VAF takes the mean off. What "
+        "is left over is mostly noise of the twice differentiated angle. The four releases follow "
+        "one another. "
         f"{design(*every)}. Differs from the source: simulated; another estimator (the source's "
         "'ls' is in the table)."
     )
