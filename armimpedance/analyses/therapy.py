@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable
 from dataclasses import replace
+from pathlib import Path
 from typing import Final
 
 import numpy as np
@@ -79,7 +80,14 @@ def calibrate_robot(
 
     Examples
     --------
+    A simulated session takes longer than an example may (docs/therapy.md has one):
+
     >>> from armimpedance.analyses import calibrate_robot
+    >>> robot = calibrate_robot("calibration", "drawings.json", validate="moving")  # doctest: +SKIP
+    >>> robot.to_frame()  # doctest: +SKIP
+
+    A file that is not there is named:
+
     >>> calibrate_robot("calibration", "nowhere.json")
     Traceback (most recent call last):
     armimpedance.errors.InputError: nowhere.json: cannot be read: No such file or directory
@@ -144,7 +152,14 @@ def calibrate_arm(
 
     Examples
     --------
+    A simulated session takes longer than an example may (docs/therapy.md has one):
+
     >>> from armimpedance.analyses import calibrate_arm
+    >>> arm = calibrate_arm("session", "robot.json", mass_kg=72.0)  # doctest: +SKIP
+    >>> arm.to_frame()  # doctest: +SKIP
+
+    A file that is not there is named:
+
     >>> calibrate_arm("session", "nowhere.json")
     Traceback (most recent call last):
     armimpedance.errors.InputError: nowhere.json: cannot be read: No such file or directory
@@ -201,6 +216,7 @@ def check_mockup(
     Returns
     -------
     MockupCheck
+        Gravity and inertia with their intervals, beside what masses and lengths say.
 
     Raises
     ------
@@ -267,7 +283,14 @@ def contribution(
 
     Examples
     --------
+    A simulated session takes longer than an example may (docs/therapy.md has one):
+
     >>> from armimpedance.analyses import contribution
+    >>> session = contribution("session", robot="robot.json", arm="arm.json")  # doctest: +SKIP
+    >>> session.to_frame()[["trial", "share_percent"]]  # doctest: +SKIP
+
+    A file that is not there is named:
+
     >>> contribution("session", robot="nowhere.json", arm="arm.json")
     Traceback (most recent call last):
     armimpedance.errors.InputError: nowhere.json: cannot be read: No such file or directory
@@ -299,7 +322,7 @@ def contribution(
 def _robot(robot: Robot) -> TherapyRobot:
     if isinstance(robot, RobotCalibration):
         return robot.robot
-    return robot if isinstance(robot, TherapyRobot) else read_robot(robot)
+    return robot if isinstance(robot, TherapyRobot) else read_robot(Path(robot))
 
 
 def _identified(robot: Robot) -> TherapyRobot:
@@ -313,7 +336,7 @@ def _identified(robot: Robot) -> TherapyRobot:
 def _arm(arm: Arm) -> PassiveArm:
     if isinstance(arm, ArmCalibration):
         return arm.arm
-    return arm if isinstance(arm, PassiveArm) else read_arm(arm)
+    return arm if isinstance(arm, PassiveArm) else read_arm(Path(arm))
 
 
 def _refuse_other_robot(arm: PassiveArm, identified: TherapyRobot, robot: Robot) -> None:

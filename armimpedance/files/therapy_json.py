@@ -66,6 +66,15 @@ def write_arm(arm: PassiveArm | ArmCalibration, path: str | Path) -> None:
 def read_robot(path: str | Path) -> TherapyRobot:
     """A robot that `write_robot` wrote, or drawings in the same form with ``"loads": null``.
 
+    Parameters
+    ----------
+    path : path
+        ROBOT.json.
+
+    Returns
+    -------
+    TherapyRobot
+
     Raises
     ------
     InputError
@@ -76,6 +85,15 @@ def read_robot(path: str | Path) -> TherapyRobot:
 
 def read_arm(path: str | Path) -> PassiveArm:
     """An arm that `write_arm` wrote.
+
+    Parameters
+    ----------
+    path : path
+        ARM.json.
+
+    Returns
+    -------
+    PassiveArm
 
     Raises
     ------

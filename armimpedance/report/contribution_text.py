@@ -36,7 +36,17 @@ _MEANS_LEGEND = "Means are over movements, valid values only, ± sd between them
 
 
 def contribution_text(results: Sequence[Contribution]) -> str:
-    """All movements, then conditions by their means."""
+    """All movements, then conditions by their means.
+
+    Parameters
+    ----------
+    results : sequence of Contribution
+        Of all movements.
+
+    Returns
+    -------
+    str
+    """
     notes = list(dict.fromkeys(note for r in results for note in r.notes))
     table = aligned_table(_HEADER, [_row(r, notes) for r in results])
     means = aligned_table(_MEANS_HEADER, _means(results))

@@ -39,7 +39,17 @@ _MASSES = (
 
 
 def robot_text(calibration: RobotCalibration) -> str:
-    """Friction and cables per axis, the spring, predictions of other movements, then notes."""
+    """Friction and cables per axis, the spring, predictions of other movements, then notes.
+
+    Parameters
+    ----------
+    calibration : RobotCalibration
+        With or without a validation.
+
+    Returns
+    -------
+    str
+    """
     robot, summary = calibration.robot, calibration.summary
     rows = [
         [
@@ -84,7 +94,17 @@ def _validation_table(validation: Sequence[AxisValidation]) -> str:
 
 
 def arm_text(calibration: ArmCalibration) -> str:
-    """Masses, stiffness and verdict per axis, references of (19), then warnings."""
+    """Masses, stiffness and verdict per axis, references of (19), then warnings.
+
+    Parameters
+    ----------
+    calibration : ArmCalibration
+        Of a person.
+
+    Returns
+    -------
+    str
+    """
     arm = calibration.arm
     masses = ", ".join(f"{s.name} {s.mass_kg:.3g} kg at {s.com_m:.3g} m" for s in arm.segments)
     lines = [
@@ -125,7 +145,17 @@ def _spread(values: Any) -> str:
 
 
 def mockup_text(check: MockupCheck) -> str:
-    """What the robot measures of a mock-up beside what it weighs."""
+    """What the robot measures of a mock-up beside what it weighs.
+
+    Parameters
+    ----------
+    check : MockupCheck
+        Gravity and inertia.
+
+    Returns
+    -------
+    str
+    """
     header = ("", "measured", "from masses and lengths", "difference", "rms left (Nm)")
     rows = [
         [

@@ -73,7 +73,17 @@ def plot_passive_axis(
 
 
 def plot_passive_arm(calibration: ArmCalibration) -> Figure:
-    """One row an axis, its stiffness, rest angle and verdict above it."""
+    """One row an axis, its stiffness, rest angle and verdict above it.
+
+    Parameters
+    ----------
+    calibration : ArmCalibration
+        Of a person.
+
+    Returns
+    -------
+    Figure
+    """
     figure = new_figure(TWO_COLUMNS_IN, _ROW_IN * len(calibration.axes) + 0.35)
     with print_style():
         axes = list(figure.subplots(len(calibration.axes), squeeze=False)[:, 0])

@@ -33,11 +33,10 @@ class WholeMovement:
     @classmethod
     def of(cls, whole: Contribution) -> WholeMovement:
         """Of a movement."""
-        if whole.share.valid or not whole.projection.valid:
-            name, told = "share", whole.share
-        else:
-            name, told = "projection", whole.projection
+        shown = whole.share.valid or not whole.projection.valid
+        told = whole.share if shown else whole.projection
         half = float(np.ptp(told.ci95)) / 2
+        name: Literal["share", "projection"] = "share" if shown else "projection"
         return cls(name, told.percent, told.sd, half, told.valid)
 
 

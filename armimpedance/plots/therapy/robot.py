@@ -35,6 +35,17 @@ def plot_friction(sweeps: AxisSweeps, ax: Axes | None = None) -> Axes:
 
     The torque of the negative direction is turned round, so that a friction that is odd in the
     velocity shows one course. Speeds in the shaded static range were not fitted and are hollow.
+
+    Parameters
+    ----------
+    sweeps : AxisSweeps
+        Friction of the axis as identified.
+    ax : Axes, optional
+        Where to draw; without it a new figure is made.
+
+    Returns
+    -------
+    Axes
     """
     points = sweeps.points
     speed = np.rad2deg([p.speed_rad_s for p in points])
@@ -87,7 +98,17 @@ def plot_spring(spring: SpringHolds, ax: Axes | None = None) -> Axes:
 
 
 def plot_robot_calibration(calibration: RobotCalibration) -> Figure:
-    """Friction of every axis, and the spring of the one that has it."""
+    """Friction of every axis, and the spring of the one that has it.
+
+    Parameters
+    ----------
+    calibration : RobotCalibration
+        From sweeps and holds.
+
+    Returns
+    -------
+    Figure
+    """
     names, panels = calibration.robot.axes, len(calibration.axes) + 1
     rows = -(-panels // _COLUMNS)
     figure = new_figure(TWO_COLUMNS_IN, _ROW_IN * rows + 0.5)

@@ -93,8 +93,17 @@ def plot_feedback(
     Parameters
     ----------
     movements : sequence of MovementTorques
+        Of the whole session.
+    robot : TherapyRobot
+        Identified.
+    arm : PassiveArm
+        The person's, calibrated in this robot.
     unrepeatable : bool
         Go on where the passive repetitions of an axis did not agree.
+
+    Returns
+    -------
+    Figure
 
     Raises
     ------

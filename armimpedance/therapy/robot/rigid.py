@@ -62,7 +62,17 @@ class RigidBodies:
 
 
 def robot_bodies(robot: TherapyRobot) -> RigidBodies:
-    """The empty robot's links and rotors."""
+    """The empty robot's links and rotors.
+
+    Parameters
+    ----------
+    robot : TherapyRobot
+        With or without identified loads, which are no rigid bodies.
+
+    Returns
+    -------
+    RigidBodies
+    """
     model = skeleton_model(robot.skeleton)
     model.armature = robot.motor_inertia_kgm2[list(robot.chain)].copy()
     return RigidBodies(model, model.createData(), np.array(robot.chain))

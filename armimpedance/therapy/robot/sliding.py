@@ -27,6 +27,10 @@ def slides(velocity: FloatArray, rise_rad_s: float) -> BoolArray:
         rad/s.
     rise_rad_s : float
         v_s of its friction.
+
+    Returns
+    -------
+    (...) bool
     """
     return abs(velocity) >= least_speed(rise_rad_s)
 

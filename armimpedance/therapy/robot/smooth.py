@@ -75,6 +75,12 @@ def smooth_trials(recording: Recording, width_s: float = WIDTH_S) -> tuple[Smoot
     recording : Recording
         Of kind "joint", with commanded torques. A `Recording` holds torques by the limb on the
         device; the motors' are the opposite.
+    width_s : float
+        Support of the kernel, s.
+
+    Returns
+    -------
+    tuple of SmoothTrial
 
     Raises
     ------
