@@ -12,6 +12,7 @@ from armimpedance.elbow import (
     identify_elbow,
     identify_varying,
 )
+from armimpedance.elbow.snr import spectra_of
 from armimpedance.errors import RecordError
 from manipulandum_sim.elbow.bench import simulate_bench
 
@@ -132,6 +133,18 @@ def test_trials_without_samples_are_refused(offsets):
     names = tuple(str(t) for t in range(len(offsets) - 1))
     with pytest.raises(RecordError):
         JointSamples(RATE, names, np.array(offsets), np.zeros(10), np.zeros(10))
+
+
+def test_a_white_floor_reaches_to_half_of_the_rate():
+    """The noise's variance is its density times the whole band, 500 Hz."""
+    rng = np.random.default_rng(7)
+    torque, angle = periodic(joint, trials=2)
+    spectra = spectra_of(samples_of(noisy(torque, 10, rng), noisy(angle, 20, rng)))
+    for channel, clean, snr_db in ((spectra.torque, torque, 10), (spectra.angle, angle, 20)):
+        assert channel.frequency_hz[-1] == RATE / 2
+        assert channel.noise_variance == pytest.approx(RATE / 2 * channel.floor, rel=1e-12)
+        assert channel.noise_variance == pytest.approx(clean.var() * 10 ** (-snr_db / 10), rel=0.05)
+        assert channel.snr_db == pytest.approx(snr_db, abs=0.4)
 
 
 # Joints that vary

@@ -67,6 +67,19 @@ def test_every_method_says_how_it_came_about(noisy, method):
     assert not any("-1" in sentence for sentence in made.provenance)
 
 
+def test_the_weights_say_of_how_many_trials_they_are(noisy):
+    for trials, sentence in ((16, "weighted by the noise of 16 trials"), (3, "3 trials are too")):
+        made = estimate(noisy.select(np.arange(trials)), options=Options("weighted"))[0]
+        assert any(told.startswith(sentence) for told in made.provenance)
+
+
+def test_the_source_fits_from_the_onset_to_the_end_with_both(noisy):
+    """300 ms at 1 kHz: 301 rows of each of 16 trials."""
+    made = estimate(noisy, options=Options("paper"))[0]
+    assert made.quality.n_rows == 16 * 301
+    assert made.quality.n_trials == 16
+
+
 @pytest.mark.parametrize("method", list(METHODS))
 def test_units_of_force_scale_every_matrix_and_its_error(noisy, method):
     """The force in other units: M, B, K in those units, covariances in their squares."""
