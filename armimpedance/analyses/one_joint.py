@@ -13,6 +13,7 @@ from armimpedance.elbow import (
     VARYING_METHODS,
     ElbowFit,
     EmgLaw,
+    ImcjCalibration,
     OperatingPoints,
     VaryingImpedance,
     calibrate_imcj,
@@ -285,6 +286,10 @@ def emg_law(
         "decimation": decimation,
         "lowest_hz": lowest_hz,
     }
+    calibration = None
+    if imcj is not None:
+        with naming(imcj):
+            calibration = calibrate_imcj(read_recording(imcj), roles=roles, joint=joint)
     with naming(recording):
         trials = of_condition(read_recording(recording), condition)
         pair = two_muscles(trials, flexor, extensor)
@@ -295,8 +300,8 @@ def emg_law(
         numbers = trials.trials["trial"].to_numpy()[rows]
         points = OperatingPoints.of(fits.values(), numbers, pair.muscles, amplitude)
         notes = (*levels.notes, *levels.warnings, *left_out)
-        if imcj is not None:
-            points, gains = _with_index(points, trials, rows, imcj, roles, joint)
+        if calibration is not None:
+            points, gains = _with_index(points, trials, rows, calibration)
             notes = (*notes, *gains)
     return replace(law, points=points, notes=notes)
 
@@ -318,16 +323,9 @@ def _each_trial(
 
 
 def _with_index(
-    points: OperatingPoints,
-    recording: Recording,
-    rows: list[int],
-    isometric: Recording | PathLike,
-    roles: Mapping[str, Literal["flexor", "extensor"]] | None,
-    joint: int,
+    points: OperatingPoints, recording: Recording, rows: list[int], calibration: ImcjCalibration
 ) -> tuple[OperatingPoints, tuple[str, ...]]:
     """The points with the index of co-contraction, and what a reader must know of it."""
-    with naming(isometric):
-        calibration = calibrate_imcj(read_recording(isometric), roles=roles, joint=joint)
     muscles = calibration.muscles
     if missing := sorted(set(muscles) - set(recording.muscles)):
         raise InputError(

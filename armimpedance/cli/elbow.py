@@ -22,7 +22,7 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from armimpedance.cli.parts.elbow_input import FIT as AT_ONE_POINT, LAW
 from armimpedance.cli.parts.outputs import (
@@ -34,9 +34,6 @@ from armimpedance.cli.parts.outputs import (
     add_out,
     check_outputs,
 )
-
-if TYPE_CHECKING:
-    from armimpedance.records import Recording
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -99,30 +96,23 @@ def _configure_course_and_law(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Read, fit, write, print."""
-    from armimpedance.analyses import naming, of_condition, read_recording
     from armimpedance.cli.parts.elbow_input import analysis_of, options_of
 
     analysis = analysis_of(arguments)
-    over_time = analysis not in (AT_ONE_POINT, LAW)
+    at_one_point, law = analysis == AT_ONE_POINT, analysis == LAW
     check_outputs(
-        Output("--out", arguments.out, TABLE if over_time else FIT),
+        Output("--out", arguments.out, FIT if at_one_point or law else TABLE),
         Output("--figure", arguments.figure, FIGURE),
         reads=[arguments.recording, arguments.imcj],
     )
     options = options_of(arguments, analysis)
-    with naming(arguments.recording):
-        recording = of_condition(read_recording(arguments.recording), arguments.condition)
-        if over_time:
-            return _over_time(recording, options, arguments)
-        if analysis == LAW:
-            return _law(recording, options, arguments)
-        return _at_one_point(recording, options, arguments)
+    act = _at_one_point if at_one_point else _law if law else _over_time
+    print(act(options, arguments))
+    return 0
 
 
-def _at_one_point(
-    recording: Recording, options: dict[str, Any], arguments: argparse.Namespace
-) -> int:
-    from armimpedance.analyses import elbow
+def _at_one_point(options: dict[str, Any], arguments: argparse.Namespace) -> str:
+    from armimpedance.analyses import elbow, of_condition, read_recording
     from armimpedance.cli.parts.progress import bar
     from armimpedance.elbow import from_recording
     from armimpedance.files import write_fit
@@ -130,17 +120,17 @@ def _at_one_point(
     from armimpedance.report import elbow_text
 
     with bar("fitting") as progress:
-        fit = elbow(recording, **options, progress=progress)
+        fit = elbow(arguments.recording, **options, progress=progress)
     if arguments.out is not None:
         write_fit(fit.summary, arguments.out, **fit.to_dict())
     if arguments.figure is not None:
-        samples = from_recording(recording, arguments.joint)
+        trials = of_condition(read_recording(arguments.recording), arguments.condition)
+        samples = from_recording(trials, arguments.joint)
         _save(plot_frequency_response(samples, fit), arguments.figure)
-    print(elbow_text(fit))
-    return 0
+    return elbow_text(fit)
 
 
-def _over_time(recording: Recording, options: dict[str, Any], arguments: argparse.Namespace) -> int:
+def _over_time(options: dict[str, Any], arguments: argparse.Namespace) -> str:
     from armimpedance.analyses import elbow_over_time
     from armimpedance.cli.parts.progress import bar
     from armimpedance.files import write_varying
@@ -148,18 +138,17 @@ def _over_time(recording: Recording, options: dict[str, Any], arguments: argpars
     from armimpedance.report import varying_text
 
     with bar("estimating the course") as progress:
-        course = elbow_over_time(recording, **options, progress=progress)
+        course = elbow_over_time(arguments.recording, **options, progress=progress)
+    written = ""
     if arguments.out is not None:
         write_varying(course, arguments.out)
+        written = f"\n\n{len(course.time_s)} rows written to {arguments.out}"
     if arguments.figure is not None:
         _save(plot_varying_both(course), arguments.figure)
-    print(varying_text(course))
-    if arguments.out is not None:
-        print(f"\n{len(course.time_s)} rows written to {arguments.out}")
-    return 0
+    return varying_text(course) + written
 
 
-def _law(recording: Recording, options: dict[str, Any], arguments: argparse.Namespace) -> int:
+def _law(options: dict[str, Any], arguments: argparse.Namespace) -> str:
     from armimpedance.analyses import emg_law
     from armimpedance.cli.parts.progress import bar
     from armimpedance.files import write_fit
@@ -167,13 +156,12 @@ def _law(recording: Recording, options: dict[str, Any], arguments: argparse.Name
     from armimpedance.report import law_text
 
     with bar("fitting trials") as progress:
-        law = emg_law(recording, **options, imcj=arguments.imcj, progress=progress)
+        law = emg_law(arguments.recording, **options, progress=progress)
     if arguments.out is not None:
         write_fit(law.summary, arguments.out, **law.to_dict())
     if arguments.figure is not None:
         _save(plot_emg_law(law), arguments.figure)
-    print(law_text(law))
-    return 0
+    return law_text(law)
 
 
 def _save(figure: Any, path: Path) -> None:

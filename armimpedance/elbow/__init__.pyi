@@ -1,4 +1,8 @@
-from .emg.imcj import calibrate_imcj as calibrate_imcj, imcj as imcj
+from .emg.imcj import (
+    ImcjCalibration as ImcjCalibration,
+    calibrate_imcj as calibrate_imcj,
+    imcj as imcj,
+)
 from .emg.law import fit_emg_law_of as fit_emg_law_of, fit_law as fit_law
 from .emg.law_result import (
     EmgLaw as EmgLaw,

@@ -56,7 +56,7 @@ def options_of(arguments: argparse.Namespace, analysis: str) -> dict[str, Any]:
     InputError
         A word that is no number, or none that the option allows.
     """
-    common = {"joint": arguments.joint}
+    common = {"joint": arguments.joint, "condition": arguments.condition}
     muscles = {"flexor": arguments.flexor, "extensor": arguments.extensor}
     if analysis in (FIT, LAW):
         at_one_point = {
@@ -65,7 +65,8 @@ def options_of(arguments: argparse.Namespace, analysis: str) -> dict[str, Any]:
             "decimation": _decimation(arguments.decimation),
             "lowest_hz": _positive(arguments.lowest_hz, "--lowest-hz"),
         }
-        return {**common, **at_one_point, **({} if analysis == FIT else muscles)}
+        of_law = {**muscles, "imcj": arguments.imcj}
+        return {**common, **at_one_point, **({} if analysis == FIT else of_law)}
     edge = _cutoff(arguments.cutoff_hz)
     if edge is None:
         raise InputError("--cutoff-hz none with --time-varying", expected="Hz or auto")
