@@ -2,7 +2,6 @@ from .body import body as body
 from .compared import Comparison as Comparison
 from .compared_methods import ComparedMethods as ComparedMethods
 from .comparison import compare as compare
-from .contents import describe as describe
 from .contributions import Contributions as Contributions
 from .drawing import plot_ellipses as plot_ellipses
 from .discrimination import discriminate as discriminate

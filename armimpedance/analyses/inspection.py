@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 
-from armimpedance.analyses.contents import describe, moves_a_robot
 from armimpedance.analyses.sources import PathLike, read
 from armimpedance.arrays import BoolArray, FrozenRecord, IntArray
 from armimpedance.body import check_body
@@ -19,7 +18,7 @@ from armimpedance.motion import MarkerRecording, MotionRecording
 from armimpedance.passive import emg_gate
 from armimpedance.recordings import AnyRecording
 from armimpedance.records import Recording, trial_slices
-from armimpedance.report import counted
+from armimpedance.report import counted, describe, moves_a_robot
 from armimpedance.signals import check_emg, check_recording
 
 if TYPE_CHECKING:

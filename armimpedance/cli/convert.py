@@ -60,9 +60,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Read, write, say what was done."""
-    from armimpedance.analyses import describe, read
+    from armimpedance.analyses import read
     from armimpedance.motion import MarkerRecording
     from armimpedance.recordings import FOLDER_FILES, write_recording
+    from armimpedance.report import describe
 
     check_folder(arguments.output, FOLDER_FILES, replace=arguments.replace)
     if arguments.standing is not None and arguments.skeleton is None:

@@ -17,6 +17,7 @@ from .numbers import (
 )
 from .passive_text import passive_text as passive_text
 from .plan_text import plan_text as plan_text
+from .recording_text import describe as describe, moves_a_robot as moves_a_robot
 from .reflex_text import (
     headline as headline,
     verdict_rows as verdict_rows,

@@ -109,8 +109,8 @@ FAMILIES: Final = MethodTable[tuple[Rig, ...]](
 
 def run(rig: Rig, arguments: argparse.Namespace) -> int:
     """Simulate, write recording and truth, say what is there."""
-    from armimpedance.analyses import describe
     from armimpedance.cli.parts.progress import bar
+    from armimpedance.report import describe
 
     check_seed(arguments.seed)
     check_folder(arguments.out, simulated_files(), replace=arguments.replace)

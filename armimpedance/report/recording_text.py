@@ -7,7 +7,7 @@ from typing import Any
 from armimpedance.motion import MarkerRecording, MotionRecording
 from armimpedance.recordings import AnyRecording
 from armimpedance.records import Recording
-from armimpedance.report import counted
+from armimpedance.report.numbers import counted
 
 
 def describe(recording: AnyRecording, title: str) -> str:
@@ -81,7 +81,16 @@ def _of_body(recording: MarkerRecording | MotionRecording) -> list[str]:
 
 
 def moves_a_robot(recording: Recording) -> bool:
-    """Whether it holds the motors' torques of movements, and no disturbance."""
+    """Whether a recording holds the motors' torques of movements, and no disturbance.
+
+    Parameters
+    ----------
+    recording : Recording
+
+    Returns
+    -------
+    bool
+    """
     return recording.torque == "commanded" and recording.perturbation == "returning"
 
 
