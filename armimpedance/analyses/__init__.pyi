@@ -1,17 +1,13 @@
 from .body import body as body
-from .compared import Comparison as Comparison
-from .compared_methods import ComparedMethods as ComparedMethods
 from .comparison import compare as compare
 from .contributions import Contributions as Contributions
-from .drawing import plot_ellipses as plot_ellipses
 from .discrimination import discriminate as discriminate
-from .estimates import Estimates as Estimates
+from .drawing import plot_ellipses as plot_ellipses
 from .hand import (
     estimate as estimate,
     estimate_all as estimate_all,
 )
 from .inspection import Finding as Finding, Inspection as Inspection, inspect as inspect
-from .labelled import LabelledEstimate as LabelledEstimate, LabelledMatrix as LabelledMatrix
 from .levels import to_hand as to_hand, to_joint as to_joint, to_muscle as to_muscle
 from .models import (
     fit_activation as fit_activation,
@@ -20,15 +16,19 @@ from .models import (
     fit_posture as fit_posture,
 )
 from .muscle_estimates import MuscleEstimates as MuscleEstimates
-from .passive import passive as passive
 from .one_joint import (
     elbow as elbow,
     elbow_over_time as elbow_over_time,
     emg_law as emg_law,
 )
+from .passive import passive as passive
 from .plan import plan as plan
 from .predictions import at_hand as at_hand, predict as predict
 from .reflexes import ReflexVerdicts as ReflexVerdicts, reflex as reflex
+from .results.compared import Comparison as Comparison
+from .results.compared_methods import ComparedMethods as ComparedMethods
+from .results.estimates import Estimates as Estimates
+from .results.labelled import LabelledEstimate as LabelledEstimate, LabelledMatrix as LabelledMatrix
 from .sources import (
     naming as naming,
     of_condition as of_condition,

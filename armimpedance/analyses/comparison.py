@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from armimpedance.analyses.compared import Comparison
 from armimpedance.analyses.hand import ForceBy, Progress
-from armimpedance.analyses.named import as_columns
+from armimpedance.analyses.results.compared import Comparison
+from armimpedance.analyses.results.named import as_columns
 from armimpedance.analyses.sources import PathLike, naming, read_recording
 from armimpedance.comparison import (
     ComparedGroup,

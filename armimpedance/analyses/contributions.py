@@ -9,7 +9,7 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, overload
 
-from armimpedance.analyses.labelled import html_table
+from armimpedance.analyses.results.labelled import html_table
 from armimpedance.arrays import FrozenRecord
 from armimpedance.errors import InputError
 from armimpedance.files import write_contributions, write_samples

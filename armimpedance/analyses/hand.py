@@ -6,9 +6,9 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, Final, Literal
 
-from armimpedance.analyses.compared_methods import ComparedMethods
-from armimpedance.analyses.estimates import Estimates
-from armimpedance.analyses.named import as_columns
+from armimpedance.analyses.results.compared_methods import ComparedMethods
+from armimpedance.analyses.results.estimates import Estimates
+from armimpedance.analyses.results.named import as_columns
 from armimpedance.analyses.sources import PathLike, naming, read_recording
 from armimpedance.errors import InputError
 from armimpedance.files import check_group_columns

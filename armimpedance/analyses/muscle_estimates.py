@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, Final, overload
 
 import numpy as np
 
-from armimpedance.analyses.labelled import html_table
-from armimpedance.analyses.named import position_of
+from armimpedance.analyses.results.labelled import html_table
+from armimpedance.analyses.results.named import position_of
 from armimpedance.arrays import FrozenRecord
 from armimpedance.conventions import group_name
 from armimpedance.files import muscle_rows, write_muscle_results

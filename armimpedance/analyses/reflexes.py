@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 
 from armimpedance.analyses.hand import ForceBy, Progress, opened
-from armimpedance.analyses.labelled import html_table
-from armimpedance.analyses.named import position_of
+from armimpedance.analyses.results.labelled import html_table
+from armimpedance.analyses.results.named import position_of
 from armimpedance.analyses.sources import PathLike
 from armimpedance.arrays import FrozenRecord
 from armimpedance.conventions import group_name

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from armimpedance.analyses.labelled import html_table
+from armimpedance.analyses.results.labelled import html_table
 from armimpedance.analyses.sources import PathLike
 from armimpedance.arrays import FrozenRecord
 from armimpedance.comparison import ComparedGroup, Pair, SubjectsChange
@@ -16,7 +16,6 @@ from armimpedance.report import comparison_text, subjects_text
 
 if TYPE_CHECKING:
     import pandas as pd
-    from matplotlib.axes import Axes
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -59,7 +58,7 @@ class Comparison(FrozenRecord):
         columns, rows = comparison_rows(self.pairs, self.over_subjects)
         write_table(rows, path, columns)
 
-    def plot(self, which: Which = "stiffness", ax: Axes | None = None) -> Axes:
+    def plot(self, which: Which = "stiffness", ax: Any = None) -> Any:
         """Draw each group's ellipse where the hand was, and join pairs that differ.
 
         Parameters

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, Final, overload
 
 import numpy as np
 
-from armimpedance.analyses.labelled import LabelledEstimate, html_table
-from armimpedance.analyses.named import position_of
+from armimpedance.analyses.results.labelled import LabelledEstimate, html_table
+from armimpedance.analyses.results.named import position_of
 from armimpedance.analyses.sources import PathLike
 from armimpedance.arrays import FrozenRecord
 from armimpedance.conventions import UNITS
@@ -22,7 +22,6 @@ from armimpedance.records import ImpedanceEstimate, Subject
 
 if TYPE_CHECKING:
     import pandas as pd
-    from matplotlib.axes import Axes
 
 #: Estimates that a short text shows.
 _MOST_SHOWN: Final = 10
@@ -151,7 +150,7 @@ class Estimates(FrozenRecord, Sequence[ImpedanceEstimate]):
         """
         write_results(self, path)
 
-    def plot_intervals(self, parameter: str = "K_11", ax: Axes | None = None) -> Axes:
+    def plot_intervals(self, parameter: str = "K_11", ax: Any = None) -> Any:
         """Draw one element of every group as a dot with its 95 % interval.
 
         Parameters

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from armimpedance.analyses.estimates import Estimates
+from armimpedance.analyses.results.estimates import Estimates
 from armimpedance.arrays import FrozenRecord
 from armimpedance.conventions import group_name
 from armimpedance.impedance import SideBySide
