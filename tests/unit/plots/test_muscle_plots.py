@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -418,11 +416,3 @@ def test_a_table_shows_every_cell_in_its_column():
 def test_a_row_of_another_length_is_refused():
     with pytest.raises(InputError, match="first, R: 1 cells"):
         plot_table(("a", "b"), [TableBlock("first", (TableRow("R", ("1",)),))])
-
-
-def test_importing_these_plots_does_not_import_matplotlib():
-    names = ("ellipse_fields", "surfaces", "maps", "muscles", "tables")
-    imports = "; ".join(f"import armimpedance.plots.{name}" for name in names)
-    code = f"{imports}; import sys; print('matplotlib' in sys.modules)"
-    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    assert run.stdout.strip() == "False", run.stderr
