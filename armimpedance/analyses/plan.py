@@ -69,7 +69,7 @@ def plan(
     results : path, optional
         A RESULTS.csv, instead of a pilot.
     condition : str, optional
-        Of pilot or results; default: the first.
+        A condition of the pilot or of the results; default: the first.
     noise : {"nominal", "sensor"}, optional
         Default: "nominal"; a pilot brings its own.
     force_by : {"limb", "device"}, optional

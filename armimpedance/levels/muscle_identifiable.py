@@ -41,14 +41,14 @@ def muscle_share(
     joint_matrix : (n, n)
         Nm/rad or Nms/rad; its symmetric part counts.
     covariance : (n^2, n^2)
-        Of its elements row by row.
+        Covariance of its elements row by row.
     G : (m, n)
         Moment arms dL/dq, m.
     muscles : (m,) sequence of str
     curvature : (n, n), optional
         ``sum_n f_n d2L_n`` (`levels.muscle.curvature_term`), taken off; counts as known.
     dof : float
-        Of the t distribution for limits; inf = normal.
+        Degrees of freedom of the t distribution for limits; inf = normal.
 
     Raises
     ------

@@ -27,7 +27,7 @@ def arm_posture_for(
     estimate : ImpedanceEstimate
         An estimate at the hand.
     subject : Subject, optional
-        From whom the two-link arm follows where no `arm` is given; without a body mass the
+        Gives the lengths of the two-link arm where no `arm` is given; without a body mass the
         posture has no inertia.
     arm : Arm, optional
         An arm that takes the place of the subject's.

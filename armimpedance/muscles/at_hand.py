@@ -25,7 +25,7 @@ class HandPrediction(Predicted):
     Attributes
     ----------
     hand_position : (P, 2)
-        From the shoulder, m.
+        Position of the hand from the shoulder, m.
     stiffness, viscosity : (P, 3)
         ``xx, xy, yy``, N/m and Ns/m.
     stiffness_covariance, viscosity_covariance : (P, 3, 3)

@@ -32,7 +32,7 @@ class JointRows(FrozenRecord):
     stiffness_sd, viscosity_sd : (P, 2, 2) or None
         Standard errors of the elements, positive.
     activation, activation_sd : (P, m) or None
-        Of each muscle, 0..1, and its standard error.
+        Activation of each muscle, 0..1, and its standard error.
     torque : (P, 2) or None
         Joint torque that the muscles bear, ``tau = J^T F``, Nm.
     labels : (P,) tuple of str

@@ -64,7 +64,7 @@ class Goal:
     Attributes
     ----------
     delays_s : tuple of float
-        Of the reflex; empty: there is none. Several: good at all of them on average.
+        Delays of the reflex; empty: there is none. With several, good at all on average.
     delay_known : bool
         Otherwise the delay is one more unknown.
     """
@@ -81,7 +81,7 @@ class Design(FrozenRecord):
     ----------
     profile : Profile
     coefficients : (degree + 1,)
-        Of q, as given to `designed_shape`.
+        Coefficients of q, as given to `designed_shape`.
     relative_sd : float
         Root of the goal, per trial: with n trials it falls as 1/sqrt(n). For K alone the sd of
         its symmetric part (Frobenius) as a part of K.

@@ -35,7 +35,7 @@ class PlannedMotion:
 
     @cached_property
     def displacement(self) -> FloatArray:
-        """Of the hand for a command along each axis, (d, d, S)."""
+        """Displacement of the hand for a command along each axis, (d, d, S)."""
         setting, profile = self.setting, self.profile
         course = profile.at(setting.lags(profile.duration_s))
         return follow(setting.servo, setting.arm.parameters, course, setting.sample_rate_hz)

@@ -55,7 +55,7 @@ class Precision(FrozenRecord):
 
     @cached_property
     def covariance(self) -> FloatArray:
-        """Of one trial as estimated, (p, p): the bound times the estimator's inefficiency."""
+        """Covariance of one trial's estimate, (p, p): the bound times the inefficiency."""
         each = self.axes**2
         factor = np.repeat([*INEFFICIENCY, INEFFICIENCY[2]][: len(self.bound) // each], each)
         return self.bound * factor[:, None] * factor

@@ -28,9 +28,9 @@ class Servo:
     stiffness : float
         N/m; inf: the hand moves as commanded.
     mass_kg : float
-        Of robot and handle, as felt at the hand.
+        Mass of robot and handle, as felt at the hand.
     damping_ratio : float
-        Of robot and handle alone.
+        Damping ratio of robot and handle alone.
     feedforward : bool
         The robot's own inertia is compensated.
     """

@@ -37,7 +37,7 @@ class PlannedArm(FrozenRecord):
     parameters : (3, 2, 2)
         M (with the handle), B, K of the hand.
     name : str
-        For tables.
+        What tables call it.
     """
 
     parameters: Annotated[FloatArray, "3 2 2"]
@@ -111,7 +111,7 @@ class Setting:
         return spline_modes(len(self.lags(duration_s)), self.sample_rate_hz)
 
     def covariance(self, displacement: FloatArray, duration_s: float) -> FloatArray:
-        """Of ``e - A n`` in modes (d n, d n), for a hand that moves like this.
+        """Covariance of ``e - A n`` in modes (d n, d n), for a hand that moves like this.
 
         Parameters
         ----------
@@ -150,6 +150,6 @@ class Setting:
 
 
 def unit_directions() -> FloatArray:
-    """Of a set, (8, 2)."""
+    """The directions of a set, (8, 2)."""
     angle = 2 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
     return np.column_stack([np.cos(angle), np.sin(angle)])

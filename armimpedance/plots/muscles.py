@@ -59,7 +59,7 @@ def posture_surfaces(
     ----------
     model : PostureModel
     arm : TwoLinkArm
-        Of the subject.
+        The arm of the subject.
     which : {"stiffness", "viscosity"}
     count : int
         Points along each angle.

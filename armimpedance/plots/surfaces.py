@@ -34,7 +34,7 @@ class Surface:
         nan where the quantity does not exist.
     extrapolated : (m, n) bool
     x_label, y_label, label : str
-        With units.
+        Labels with units.
     outline : (V, 2) or None
         The polygon outside of which all is extrapolated, where there is one.
     """

@@ -42,7 +42,7 @@ def element_fits(
     order : int
         N, from 1.
     seed : int
-        Of the shuffles behind the null R.
+        Seed of the shuffles behind the null R.
 
     Returns
     -------

@@ -59,7 +59,7 @@ class ActivationEquations:
         G where there are torque rows.
     stiffness_per_tension : float
     proportion_sd : float
-        Of the e_i.
+        Standard deviation of the e_i.
     free_proportion : bool
         A common factor 1 + e on all tensions is free.
     """
@@ -184,7 +184,7 @@ def solve_equations(
     Parameters
     ----------
     equations : ActivationEquations
-        Of full rank (`activation_rank`).
+        Equations of full rank (`activation_rank`).
     cone : (3 + m N, g) or None
         ``theta = cone @ gamma`` with gamma >= 0 for all but tau_0; None: theta is free.
 
@@ -247,7 +247,7 @@ def _least_factors(equations: ActivationEquations) -> FloatArray:
 
 
 def _covariance(equations: ActivationEquations, factor: FloatArray, J: FloatArray) -> FloatArray:
-    """Of each condition's outputs, (P, r, r): own errors and those of its activations."""
+    """Covariance of each condition's outputs, (P, r, r): own errors and its activations' errors."""
     own = (factor[equations.group] * equations.sd) ** 2
     spread = J * equations.activation_sd[:, None, :]
     # S (r, r) = diag(sd^2) + J (r, m) diag(sd_alpha^2) J^T

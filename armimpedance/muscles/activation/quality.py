@@ -30,9 +30,9 @@ def activation_quality(
     symbol : {"K", "B"}
     equations, solved : the fit
     cone : (p, g) or None
-        Of the fit.
+        Cone of the fit.
     seed : int
-        Of the shuffles.
+        Seed of the shuffles.
     """
     measured = equations.outputs[:, :3]
     X = equations.columns(equations.activation)[:, :3]

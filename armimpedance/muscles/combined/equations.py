@@ -100,7 +100,7 @@ class MuscleEquations(FrozenRecord):
 
     @property
     def layout(self) -> ParameterLayout:
-        """Of the parameters."""
+        """Where each parameter stands."""
         return ParameterLayout(len(self.lengths.muscle), len(self.lengths.muscles), self.order)
 
     def at(self, q: FloatArray, activation: FloatArray) -> EvaluatedEquations:
@@ -126,7 +126,7 @@ class EvaluatedEquations:
     ----------
     equations : MuscleEquations
     gradient, second : (P, 2, T), (P, 3, T)
-        Of the length terms; `second` over kappa, zero without curvature.
+        Derivatives of the length terms; `second` is over kappa, and zero without curvature.
     basis, slopes : (P, m, N + 1)
         What the increments multiply in f, and its derivative by alpha; the first is f(0).
     scaled : (P, 2)

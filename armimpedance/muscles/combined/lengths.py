@@ -59,11 +59,11 @@ class CorrectedLengths(FrozenRecord):
 
     @property
     def scaling(self) -> AngleScaling:
-        """Of the joint angles."""
+        """The scaling of the joint angles."""
         return AngleScaling(self.box)
 
     def coefficients(self, z: FloatArray) -> FloatArray:
-        """Of the corrected lengths, (m, T)."""
+        """Coefficients of the corrected lengths, (m, T)."""
         corrected = self.base.copy()
         np.add.at(corrected, self.muscle, z[:, None] * self.change)
         return corrected
@@ -73,7 +73,7 @@ class CorrectedLengths(FrozenRecord):
         return PolynomialPaths(self.muscles, self.exponents, self.coefficients(z), self.box)
 
     def derivatives(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Of each term at postures (P, 2): gradients (P, 2, T), second derivatives (P, 3, T)."""
+        """Gradients (P, 2, T) and second derivatives (P, 3, T) of each term at postures (P, 2)."""
         names = tuple(f"term {t}" for t in range(len(self.exponents)))
         terms = PolynomialPaths(names, self.exponents, np.eye(len(names)), self.box)
         second = terms.curvature(q)

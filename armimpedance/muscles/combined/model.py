@@ -158,7 +158,7 @@ class MuscleModel(FittedModel):
         return np.asarray(np.einsum("pmk,mk->pm", form.basis, f))
 
     def smallest_eigenvalue(self, box: ArrayLike | None = None) -> float:
-        """Of K_j over a box of postures (2, 2) rad and all activations from 0 to the highest.
+        """Smallest eigenvalue of K_j over a box of postures (2, 2), rad, and all activations.
 
         Over activation it is exact: the smallest eigenvalue is concave in the muscles' stiffnesses,
         hence smallest where each muscle is at rest or at its highest. Over posture it is the least

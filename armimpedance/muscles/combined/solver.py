@@ -79,11 +79,11 @@ class Posterior:
     ----------
     x : (n,)
     covariance : (n, n)
-        Of the linearised model, bounds left out of account.
+        Covariance of the linearised model, bounds left out of account.
     factor : (3,)
-        Of the standard errors of K, B, torque.
+        Factors of the standard errors of K, B, torque.
     jacobian, error : (rows, n), (rows,)
-        Of the weighted rows at x, without the prior's.
+        Jacobian and errors of the weighted rows at x, without the prior's.
     weights : tuple of (P, r, r)
         Of K, B and torque.
     blocks : (3,) tuple of slice

@@ -18,11 +18,11 @@ class FittedMatrix:
     powers : (terms, 2) int
         Exponents of the scaled angles in each term.
     coefficients : (terms, 3)
-        Of ss, se, ee.
+        Coefficients of ss, se, ee.
     covariance : (3 terms, 3 terms)
         All terms of ss, then se, then ee.
     dof : float
-        Of the t distribution for intervals.
+        Degrees of freedom of the t distribution for intervals.
     held_out : (P, 3) or None
         Predictions of each posture by a fit without it.
     null_r : (4,)

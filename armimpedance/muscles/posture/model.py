@@ -29,7 +29,7 @@ class PosturePolynomial(FrozenRecord):
     Attributes
     ----------
     coefficients : (terms, 3)
-        Of ss, se, ee over the monomials ``exponents(2 order)`` of the scaled angles.
+        Coefficients of ss, se, ee over the monomials ``exponents(2 order)`` of the scaled angles.
     covariance : (3 terms, 3 terms)
         All terms of ss, then se, then ee.
     structure : str
@@ -76,7 +76,7 @@ class PostureModel(FittedModel):
     order : int
         Order L of the moment arms; elements of K and B are polynomials of order 2L.
     scaling : AngleScaling
-        From the stated workspace, or the measured range.
+        Made of the stated workspace, or of the measured range.
     stiffness, viscosity : PosturePolynomial
         Nm/rad, Nms/rad.
     dof : float

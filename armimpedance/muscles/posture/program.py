@@ -39,7 +39,7 @@ class GramSolution:
     Q : tuple of (size, size)
         Projected onto the cone: no eigenvalue below 0 but for rounding.
     coefficients : (terms, 3)
-        Of ss, se, ee.
+        Coefficients of ss, se, ee.
     """
 
     Q: tuple[FloatArray, ...]

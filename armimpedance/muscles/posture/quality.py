@@ -20,7 +20,7 @@ _MEASURED = (("ss", 0, 0, 0), ("se", 0, 1, 1), ("es", 1, 0, 1), ("ee", 1, 1, 2))
 
 
 def posture_quality(data: PostureData, fitted: FittedMatrix) -> tuple[ElementQuality, ...]:
-    """Of the four elements as measured; se and es are judged against one fitted polynomial.
+    """Quality of the four elements as measured; se and es are judged against one polynomial.
 
     With one coefficient (order 0) the fit and each fit without a row are constants: their
     correlations are 0 (the constants without a row correlate with the rows left out by -1, which

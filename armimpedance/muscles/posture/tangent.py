@@ -36,7 +36,7 @@ class Tangent:
     Attributes
     ----------
     covariance : (3 terms, 3 terms)
-        Of the coefficients: all of ss, then se, then ee.
+        Covariance of the coefficients: all of ss, then se, then ee.
     spent : (3,)
         Coefficients spent on ss, se, ee: traces of the hat matrix.
     misfit : (3,)
