@@ -65,6 +65,8 @@ def run(arguments: argparse.Namespace) -> int:
     from armimpedance.recordings import FOLDER_FILES, write_recording
     from armimpedance.report import describe
 
+    if arguments.output.resolve() == arguments.input.resolve():
+        raise InputError("is read and written", file=arguments.output, expected="another folder")
     check_folder(arguments.output, FOLDER_FILES, replace=arguments.replace)
     if arguments.standing is not None and arguments.skeleton is None:
         raise InputError("--standing without --skeleton", expected="the segments markers sit on")

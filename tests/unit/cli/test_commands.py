@@ -130,6 +130,7 @@ def test_convert_replaces_a_recording_only_where_it_is_told_to(session, tmp_path
     assert (out / "samples.parquet").exists()
     assert main([*call, "--table", "csv", "--replace"]) == 0
     assert not (out / "samples.parquet").exists()
+    assert "is read and written" in refused(capsys, "convert", out, out, "--replace")
     (out / "notes.txt").write_text("mine")
     assert "notes.txt" in refused(capsys, *call, "--replace")
 
