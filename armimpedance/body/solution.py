@@ -78,8 +78,8 @@ class WeightedSolution:
     prior_sd: float
 
 
-def consistent_solution(given: WeightedSolution, prior_sd: float | None) -> Solution:
-    """Physically consistent parameters, with a prior of a relative sd or with none.
+def consistent_solution(given: WeightedSolution, *, trusted: bool) -> Solution:
+    """Physically consistent parameters, near the prior where that is trusted.
 
     With a prior the curvature says how far to trust; without, the least-squares fit does.
 
@@ -95,7 +95,7 @@ def consistent_solution(given: WeightedSolution, prior_sd: float | None) -> Solu
         given.base,
         given.least.weights,
         _guess(given.prior),
-        prior_sd=prior_sd,
+        prior_sd=given.prior_sd if trusted else None,
         inflation=max(given.inflation, 1.0),
         about=None if given.noise is None else given.solution.values,
     )
