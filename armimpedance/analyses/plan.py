@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from math import radians
 from pathlib import Path
-from typing import Final, Literal
+from typing import Any, Final, Literal
 
 from armimpedance.analyses.sources import PathLike, naming, read_recording
 from armimpedance.errors import InputError
@@ -118,17 +118,10 @@ def plan(
     """
     _refuse_without_effect(pilot, results, condition, noise, force_by)
     wish = _wish(k_percent, orientation_deg, max_trials)
-    measured = None
-    if pilot is not None:
-        with naming(pilot):
-            measured = pilot_of(read_recording(pilot, force_by=force_by), condition)
+    measured = None if pilot is None else _pilot(pilot, condition, force_by)
     of_pilot = None if measured is None else measured.setting
     setting = _setting(of_pilot, results, condition, noise, servo or Servo())
-    limits = Limits(
-        0.005 if amplitude_m is None else amplitude_m,
-        0.3 if duration_s is None else duration_s,
-        max_acceleration,
-    )
+    limits = _limits(amplitude_m, duration_s, max_acceleration)
     profiles = proposed_profiles(
         setting,
         limits,
@@ -141,6 +134,21 @@ def plan(
     )
     return make_plan(
         setting, profiles, wish, limits, delay_s=reflex_delay_s, pilot=measured, progress=progress
+    )
+
+
+def _pilot(
+    pilot: Recording | PathLike, condition: str | None, force_by: Literal["limb", "device"] | None
+) -> Any:
+    with naming(pilot):
+        return pilot_of(read_recording(pilot, force_by=force_by), condition)
+
+
+def _limits(amplitude_m: float | None, duration_s: float | None, max_acceleration: float) -> Limits:
+    return Limits(
+        0.005 if amplitude_m is None else amplitude_m,
+        0.3 if duration_s is None else duration_s,
+        max_acceleration,
     )
 
 

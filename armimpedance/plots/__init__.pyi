@@ -21,7 +21,6 @@ from .muscles import (
     activation_surfaces as activation_surfaces,
     half_width_surface as half_width_surface,
     plot_ellipse_surfaces as plot_ellipse_surfaces,
-    plot_predicted_against_measured as plot_predicted_against_measured,
     posture_points as posture_points,
     posture_surfaces as posture_surfaces,
 )
@@ -32,6 +31,7 @@ from .passive import (
 )
 from .plan import plan_figure as plan_figure
 from .quality import plot_intervals as plot_intervals
+from .predicted import plot_predicted_against_measured as plot_predicted_against_measured
 from .reflex import MOST_GROUPS as MOST_GROUPS, plot_reflex as plot_reflex
 from .responses import plot_response as plot_response
 from .style import (

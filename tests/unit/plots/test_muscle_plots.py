@@ -32,10 +32,10 @@ from armimpedance.plots.muscles import (
     activation_surfaces,
     half_width_surface,
     plot_ellipse_surfaces,
-    plot_predicted_against_measured,
     posture_points,
     posture_surfaces,
 )
+from armimpedance.plots.predicted import plot_predicted_against_measured
 from armimpedance.plots.surfaces import COLORS, MeasuredPoints, Surface, plot_surface
 from armimpedance.plots.tables import TableBlock, TableRow, plot_table
 
