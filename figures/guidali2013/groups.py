@@ -92,7 +92,7 @@ def values(
 def lowest(studied: TherapyStudy) -> str:
     """A sentence on the lowest valid (4), and how little it divides by."""
     valid = [(p, m.found) for p in studied.people for m in p.measured if m.found.ratio.valid]
-    person, found = min(valid, key=lambda pair: pair[1].ratio_percent)
+    person, found = min(valid, key=lambda pair: pair[1].ratio.percent)
     return (
         f"The lowest (4), {found.ratio.percent:.0f} %, is one of {person.name}, whose passive arm "
         f"needs {found.mean_arm_Nm:.2g} Nm there."
