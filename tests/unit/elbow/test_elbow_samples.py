@@ -100,7 +100,7 @@ def _worst_error(samples, segment_s):
 
 
 def test_the_compliance_without_noise_is_that_of_the_equation_but_for_leakage():
-    recording, _ = simulate_bench(*JOINT, duration_s=60.0, trials=3)
+    recording, _ = simulate_bench(*JOINT, duration_s=30.0, trials=6)
     samples = from_recording(recording)
     short, long = _worst_error(samples, 2.0), _worst_error(samples, 8.0)
     # leakage falls with the square of the segments' length: sixteen-fold, its scatter less
@@ -109,7 +109,7 @@ def test_the_compliance_without_noise_is_that_of_the_equation_but_for_leakage():
 
 
 def test_voluntary_torque_does_not_bias_the_compliance_where_the_perturbation_is_known():
-    recording, truth = simulate_bench(*JOINT, duration_s=30.0, trials=3, seed=1)
+    recording, truth = simulate_bench(*JOINT, duration_s=15.0, trials=6, seed=1)
     # the subject pushes against a device that yields: the same torque in both channels, and motion
     push = np.random.default_rng(2).standard_normal(truth.torque.size) * truth.torque.std()
     samples = replace(from_recording(recording), torque=truth.torque.ravel() + push)
