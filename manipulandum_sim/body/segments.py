@@ -110,21 +110,6 @@ def table_skeleton(mass_kg: float, height_m: float) -> Skeleton:
     return Skeleton(tuple(segments), _markers(height_m))
 
 
-def pseudo_inertia(segment: Segment) -> FloatArray:
-    """Mass moments (4, 4) of a segment about its frame's origin.
-
-    ``P = [[S, m c], [m c^T, m]]``, ``S = tr(I)/2 E - I`` with I about the origin; a body is
-    physically possible where P is positive definite.
-    """
-    m, c = segment.mass_kg, segment.com_m
-    second = 0.5 * np.trace(segment.inertia_kgm2) * np.eye(3) - segment.inertia_kgm2
-    P = np.empty((4, 4))
-    P[:3, :3] = second + m * np.outer(c, c)
-    P[:3, 3] = P[3, :3] = m * c
-    P[3, 3] = m
-    return P
-
-
 def inertial_parameters(skeleton: Skeleton) -> FloatArray:
     """(S, 10): m, m c (3), Ixx, Ixy, Iyy, Ixz, Iyz, Izz about each segment's own origin.
 

@@ -21,8 +21,6 @@ SHOULDER_HALF_WIDTH: Final = 0.110
 ANKLE_HEIGHT: Final = 0.039
 HEEL_BEHIND_ANKLE: Final = 0.034
 BALL_BEFORE_ANKLE: Final = 0.075
-TOE_BEFORE_ANKLE: Final = 0.114
-FOOT_HALF_WIDTH: Final = 0.025
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from .coupled import (
     Track as Track,
     integrate as integrate,
 )
-from .disturbances import DISTURBANCES as DISTURBANCES
+from .disturbances import DISTURBANCES as DISTURBANCES, custom as custom
 from .equilibrium import hand_jacobian as hand_jacobian, muscle_command as muscle_command
 from .experiments import (
     EXPERIMENTS as EXPERIMENTS,

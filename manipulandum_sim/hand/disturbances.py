@@ -145,6 +145,16 @@ def custom(name: str, displacement: FloatArray) -> Disturbance:
 
     A quintic spline with vanishing velocity and acceleration at the ends runs through them.
 
+    Parameters
+    ----------
+    name : str
+    displacement : (n,)
+        8 samples or more.
+
+    Returns
+    -------
+    Disturbance
+
     Raises
     ------
     InputError

@@ -77,6 +77,12 @@ def read_skeleton(path: str | os.PathLike[str]) -> Skeleton:
 def write_skeleton(skeleton: Skeleton, path: str | os.PathLike[str]) -> None:
     """Write a skeleton; `read_skeleton` gives the same one back, bit by bit.
 
+    Parameters
+    ----------
+    skeleton : Skeleton
+    path : path
+        The file, which is replaced where it is there already.
+
     Raises
     ------
     InputError

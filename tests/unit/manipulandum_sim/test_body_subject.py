@@ -8,7 +8,7 @@ import pytest
 
 from armimpedance.arm.skeleton_model import skeleton_model
 from armimpedance.errors import InputError
-from manipulandum_sim.body.segments import inertial_parameters, pseudo_inertia
+from manipulandum_sim.body.segments import inertial_parameters
 from manipulandum_sim.body.subject import body_subject, find_body_subject
 from manipulandum_sim.tree_dynamics import marker_positions, move
 
@@ -16,6 +16,21 @@ from manipulandum_sim.tree_dynamics import marker_positions, move
 @pytest.fixture(scope="module")
 def subject():
     return find_body_subject("A")
+
+
+def pseudo_inertia(segment):
+    """Mass moments (4, 4) of a segment about its frame's origin.
+
+    ``P = [[S, m c], [m c^T, m]]``, ``S = tr(I)/2 E - I`` with I about the origin; a body is
+    physically possible where P is positive definite.
+    """
+    m, c = segment.mass_kg, segment.com_m
+    second = 0.5 * np.trace(segment.inertia_kgm2) * np.eye(3) - segment.inertia_kgm2
+    P = np.empty((4, 4))
+    P[:3, :3] = second + m * np.outer(c, c)
+    P[:3, 3] = P[3, :3] = m * c
+    P[3, 3] = m
+    return P
 
 
 def test_fifteen_segments_thirty_six_coordinates_thirty_five_markers(subject):
