@@ -38,6 +38,6 @@ from .sources import (
 from .therapy import (
     calibrate_arm as calibrate_arm,
     calibrate_robot as calibrate_robot,
-    check_mockup as check_mockup,
     contribution as contribution,
 )
+from .therapy_mockup import check_mockup as check_mockup

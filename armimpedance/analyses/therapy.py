@@ -6,43 +6,39 @@ movement says how much of it is the person's own.
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
-from typing import Final
 
 import numpy as np
 
 from armimpedance.analyses.contributions import Contributions, stepper
 from armimpedance.analyses.sources import PathLike, naming, of_condition, read_recording
-from armimpedance.errors import InputError
-from armimpedance.files import read_arm, read_robot
-from armimpedance.records import Recording, Subject
+from armimpedance.analyses.therapy_inputs import (
+    Arm,
+    Robot,
+    arm_of,
+    axes_without_model,
+    identified_robot,
+    notes_on_person,
+    refuse_other_robot,
+    robot_of,
+)
+from armimpedance.records import Recording
 from armimpedance.therapy import (
     ArmCalibration,
-    MockupCheck,
     PassiveArm,
     RobotCalibration,
     TherapyRobot,
-    check_mockup as check_pipes,
     check_recording,
     contribution_of,
     identify_arm,
     identify_robot,
     movement_torques,
-    pipes,
     segments_of,
     validate_robot,
 )
 
 Progress = Callable[[int, int], None]
-Robot = TherapyRobot | RobotCalibration | PathLike
-Arm = PassiveArm | ArmCalibration | PathLike
-Pipe = tuple[float, float, float]
-
-#: Lengths of the upper arm that differ by less than this are the same, m.
-_SAME_LENGTH_M: Final = 1e-3
 
 
 def calibrate_robot(
@@ -92,7 +88,7 @@ def calibrate_robot(
     Traceback (most recent call last):
     armimpedance.errors.InputError: nowhere.json: cannot be read: No such file or directory
     """
-    robot = _robot(drawings)
+    robot = robot_of(drawings)
     sweeps = read_recording(recording)
     other = None if validate is None else read_recording(validate)
     step = stepper(progress, sweeps.n_trials + (0 if other is None else other.n_trials))
@@ -164,7 +160,7 @@ def calibrate_arm(
     Traceback (most recent call last):
     armimpedance.errors.InputError: nowhere.json: cannot be read: No such file or directory
     """
-    identified = _identified(robot)
+    identified = identified_robot(robot)
     session = read_recording(recording)
     with naming(recording):
         segments = segments_of(
@@ -184,61 +180,6 @@ def calibrate_arm(
             condition=condition,
             step=stepper(progress, _trials_of(session, condition)),
         )
-
-
-def check_mockup(
-    recording: Recording | PathLike,
-    robot: Robot,
-    *,
-    upper_pipe: Pipe,
-    lower_pipe: Pipe,
-    upper_arm_m: float | None = None,
-    condition: str | None = None,
-    progress: Progress | None = None,
-) -> MockupCheck:
-    """Compare what the robot measures of a mock-up of two weighed pipes with what they weigh.
-
-    Parameters
-    ----------
-    recording : Recording or path
-        Movements of the mock-up about elevation, up and down, and about the vertical axis.
-    robot : TherapyRobot, RobotCalibration or path
-        Identified.
-    upper_pipe, lower_pipe : (mass_kg, length_m, diameter_m)
-        On the robot's upper arm, and on its forearm.
-    upper_arm_m : float, optional
-        Length that the robot was adjusted to, m; by default that of the recording's subject.
-    condition : str, optional
-        Only trials of this condition.
-    progress : function (done, all), optional
-        Called after each trial.
-
-    Returns
-    -------
-    MockupCheck
-        Gravity and inertia with their intervals, beside what masses and lengths say.
-
-    Raises
-    ------
-    InputError
-        Fewer than two movements about either axis, elevation one way only, no length, or another
-        robot's recording.
-
-    Examples
-    --------
-    >>> from armimpedance.analyses import check_mockup
-    >>> upper, lower = (1.8, 0.32, 0.1), (1.7, 0.3, 0.09)
-    >>> check_mockup("pipes", "nowhere.json", upper_pipe=upper, lower_pipe=lower)
-    Traceback (most recent call last):
-    armimpedance.errors.InputError: nowhere.json: cannot be read: No such file or directory
-    """
-    identified = _identified(robot)
-    session = read_recording(recording)
-    with naming(recording):
-        chosen = of_condition(session, condition)
-        step = stepper(progress, chosen.n_trials)
-        tubes = pipes(upper_pipe, lower_pipe)
-        return check_pipes(chosen, identified, tubes, upper_arm_m=upper_arm_m, step=step)
 
 
 def contribution(
@@ -295,21 +236,21 @@ def contribution(
     Traceback (most recent call last):
     armimpedance.errors.InputError: nowhere.json: cannot be read: No such file or directory
     """
-    identified, passive = _identified(robot), _arm(arm)
+    identified, passive = identified_robot(robot), arm_of(arm)
     with naming(arm):
-        _refuse_other_robot(passive, identified, robot)
+        refuse_other_robot(passive, identified, robot)
         identified.adjusted_to(passive.upper_arm_m)
     session = read_recording(recording)
     with naming(recording):
         session = of_condition(session, condition)
     with naming(arm):
-        notes = _same_person(passive, session.subject)
+        notes = notes_on_person(passive, session.subject)
     with naming(recording):
         check_recording(session, identified)
         step = stepper(progress, session.n_trials)
         every = movement_torques(session, identified, passive, step=step)
     with naming(arm):
-        left_out = _without_model((m.axis_name for m in every), passive, unrepeatable)
+        left_out = axes_without_model((m.axis_name for m in every), passive, unrepeatable)
     kept = np.array([m.axis_name not in left_out for m in every])
     movements = tuple(m for m in every if m.axis_name not in left_out)
     with naming(recording):
@@ -319,79 +260,5 @@ def contribution(
     )
 
 
-def _robot(robot: Robot) -> TherapyRobot:
-    if isinstance(robot, RobotCalibration):
-        return robot.robot
-    return robot if isinstance(robot, TherapyRobot) else read_robot(Path(robot))
-
-
-def _identified(robot: Robot) -> TherapyRobot:
-    """A robot whose loads are known; errors name the file at fault."""
-    known = _robot(robot)
-    with naming(robot):
-        known.identified  # noqa: B018 - refuses a robot that was not identified
-    return known
-
-
-def _arm(arm: Arm) -> PassiveArm:
-    if isinstance(arm, ArmCalibration):
-        return arm.arm
-    return arm if isinstance(arm, PassiveArm) else read_arm(Path(arm))
-
-
-def _refuse_other_robot(arm: PassiveArm, identified: TherapyRobot, robot: Robot) -> None:
-    if arm.robot == identified.name:
-        return
-    of_file = f", the robot of {robot}" if isinstance(robot, str | os.PathLike) else ""
-    raise InputError(
-        f"the arm of subject {arm.subject} was measured in the robot {arm.robot!r}",
-        expected=f"one measured in {identified.name!r}{of_file}",
-    )
-
-
 def _trials_of(recording: Recording, condition: str) -> int:
     return int((recording.trials["condition"].astype(str) == condition).sum())
-
-
-def _same_person(arm: PassiveArm, subject: Subject) -> tuple[str, ...]:
-    """A note where the robot was adjusted differently; another person's arm is refused.
-
-    Raises
-    ------
-    InputError
-        The arm and the recording are of different subjects.
-    """
-    if Subject.id not in (arm.subject, subject.id) and arm.subject != subject.id:
-        raise InputError(
-            f"the passive arm of subject {arm.subject}",
-            expected=f"that of subject {subject.id}, whose recording this is",
-        )
-    length = subject.upper_arm_m
-    if length is None or abs(length - arm.upper_arm_m) < _SAME_LENGTH_M:
-        return ()
-    return (
-        f"the robot was adjusted to {arm.upper_arm_m:.3f} m when the arm was measured, and "
-        f"that was used; the recording says {length:.3f} m",
-    )
-
-
-def _without_model(axes: Iterable[str], arm: PassiveArm, unrepeatable: bool) -> dict[str, str]:
-    """The moving axes that have no passive model, each with a sentence that says why.
-
-    Raises
-    ------
-    InputError
-        An axis without passive calibration, or no axis with a model.
-    """
-    moving = [arm.elastic_of(axis) for axis in dict.fromkeys(axes)]
-    refused = {
-        e.axis: f"subject {arm.subject}: axis {e.axis} has no passive model, {e.verdict}"
-        for e in moving
-        if not (e.repeatable or unrepeatable)
-    }
-    if len(refused) == len(moving):
-        raise InputError(
-            next(iter(refused.values())),
-            expected="passive repetitions that agree, or --unrepeatable to go on with these",
-        )
-    return {axis: f"{problem}; --unrepeatable goes on" for axis, problem in refused.items()}
