@@ -45,6 +45,15 @@ def mapped(folder, out, *extra, arm="planar6", results="hand.csv"):
     return pd.read_csv(out).set_index("condition")
 
 
+@pytest.fixture(scope="module")
+def maps(folder):
+    """Of the arm that is built in, and of its table: written once for all tests that read them."""
+    return {
+        "planar6": mapped(folder, folder / "planar6.csv"),
+        "table": mapped(folder, folder / "table.csv", arm=folder / "arm.csv"),
+    }
+
+
 def refused(capsys, folder, *arguments):
     """The one line on stderr of a call that must exit with 2."""
     call = ["map", str(folder / "hand.csv"), "--recording", str(folder / "session")]
@@ -60,8 +69,8 @@ def refused(capsys, folder, *arguments):
 
 
 @pytest.mark.parametrize("kind", ["planar6", "table"])
-def test_the_true_muscles_lie_in_the_ranges(folder, tmp_path, kind):
-    table = mapped(folder, tmp_path / "m.csv", arm=folder / "arm.csv" if kind == "table" else kind)
+def test_the_true_muscles_lie_in_the_ranges(folder, maps, kind):
+    table = maps[kind]
     truth = Truth.read(folder / "session" / "truth.json")
     held = []
     for row, condition in enumerate(truth.conditions):
@@ -85,8 +94,8 @@ def test_the_true_muscles_lie_in_the_ranges(folder, tmp_path, kind):
     assert len(held) == 14 * 11
 
 
-def test_co_contraction_stiffens_the_two_joint_muscles(folder, tmp_path):
-    table = mapped(folder, tmp_path / "m.csv")
+def test_co_contraction_stiffens_the_two_joint_muscles(maps):
+    table = maps["planar6"]
     assert (np.diff(table["K_sum_se"]) > -4 * table["sd_K_sum_se"].max()).all()
     assert (
         table["feasible_low_K_two_joint_ss"].iloc[-1]
@@ -103,11 +112,11 @@ def test_the_text_is_readable_and_plain(folder, tmp_path, capsys):
     assert all(len(line) <= 100 for line in printed.splitlines() if "written" not in line)
 
 
-def test_rows_at_the_joint_already_give_the_same(folder, tmp_path):
+def test_rows_at_the_joint_already_give_the_same(folder, maps, tmp_path):
     joint = folder / "joint.csv"
     call = ["map", str(folder / "hand.csv"), "--recording", str(folder / "session")]
     assert main([*call, "--to", "joint", "--out", str(joint)]) == 0
-    a = mapped(folder, tmp_path / "a.csv", arm=folder / "arm.csv")
+    a = maps["table"]
     b = mapped(folder, tmp_path / "b.csv", arm=folder / "arm.csv", results="joint.csv")
     numbers = a.select_dtypes("number").columns
     np.testing.assert_allclose(a[numbers], b[numbers], rtol=1e-9, atol=1e-9)
@@ -118,8 +127,8 @@ def test_rows_at_the_joint_already_give_the_same(folder, tmp_path):
     np.testing.assert_allclose(a[numbers], c[numbers], rtol=1e-9, atol=1e-9)
 
 
-def test_measured_activation_shares_the_tension(folder, tmp_path):
-    effort = mapped(folder, tmp_path / "a.csv")
+def test_measured_activation_shares_the_tension(folder, maps, tmp_path):
+    effort = maps["planar6"]
     emg = mapped(folder, tmp_path / "b.csv", "--share", "emg")
     column, last = "tension_biceps_long_N", "cocontraction_30"
     # least effort does not see opposing muscles, the EMG does
