@@ -1,8 +1,5 @@
-from .arm.calibrate import (
-    ArmCalibration as ArmCalibration,
-    AxisCalibration as AxisCalibration,
-    identify_arm as identify_arm,
-)
+from .arm.calibrate import identify_arm as identify_arm
+from .arm.calibration import ArmCalibration as ArmCalibration, AxisCalibration as AxisCalibration
 from .arm.mockup import (
     MockupCheck as MockupCheck,
     check_mockup as check_mockup,
