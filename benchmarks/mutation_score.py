@@ -1,10 +1,10 @@
 """Mutation score: how many small faults, put into the rooms of the estimators, do the tests notice?
 
 A mutant is one small change of the product code: a sign, an operator, a limit, a constant, a
-transpose, a keyword left out (`_mutants.py`). The sample is fixed: every place has a rank, which is
-a hash of the seed, the room, the function and the text of its line, and the first `--sample` ranks
-are taken. The same mutants are thus drawn again after other code has been edited, or moved within
-its room.
+transpose, a keyword left out (`mutation/mutants.py`). The sample is fixed: every place has a rank,
+which is a hash of the seed, the room, the function and the text of its line, and the first
+`--sample` ranks are taken. The same mutants are thus drawn again after other code has been edited,
+or moved within its room.
 
 The tests run once under coverage to learn which tests reach which line; what a shared fixture
 reaches counts for every test that uses it. A mutant is then put into a copy of the tree, and the
@@ -14,7 +14,7 @@ A process that has the heavy packages in memory is forked for every mutant. This
 script of its own: cosmic-ray and mutmut start a fresh interpreter for every mutant (seconds each)
 and do not choose tests by line and price.
 
-`mutation_equivalents.json` lists mutants of the sample that provably change no result, each with
+`mutation/equivalents.json` lists mutants of the sample that provably change no result, each with
 its reason; they are left out of the score. Exit status 0 if at least 85 % are killed, else 1.
 
     python benchmarks/mutation_score.py --out score.json
@@ -46,13 +46,14 @@ import tempfile
 import time
 from collections import Counter
 from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict
 from functools import partial
 from typing import Any
 
 import pytest
-from _mutants import Mutant, mutants_of
-from _reached import QUIET, Tests, measure
+from mutation.mutants import Mutant, mutants_of
+from mutation.reached import QUIET, Tests, measure
 
 ROOMS = ("regression", "signals", "impedance", "levels", "ellipses", "elbow")
 PARTS = ("armimpedance", "manipulandum_sim", "figures", "tests", "pyproject.toml")
@@ -150,8 +151,12 @@ def judge(mutant: Mutant, tests: list[str], usual: float) -> Mutant:
         os.replace(kept, file)
     mutant.seconds = round(time.monotonic() - start, 2)
     # 2 and 4 say that the mutant cannot be imported; a negative status that it died of a signal.
-    killed = status is None or status < 0 or status in (1, 2, 4)
-    mutant.outcome = "killed" if killed else "survived" if status == 0 else f"error {status}"
+    if status is None:
+        mutant.outcome = "killed by time"
+    elif status < 0 or status in (1, 2, 4):
+        mutant.outcome = "killed"
+    else:
+        mutant.outcome = "survived" if status == 0 else f"error {status}"
     return mutant
 
 
@@ -165,8 +170,8 @@ def all_tests(root: Path, workers: int, kept: Path | None) -> Tests:
     works = [
         (root, partial(measure, root, outs[k], files[k::workers], ROOMS)) for k in range(workers)
     ]
-    with multiprocessing.get_context("fork").Pool(workers) as pool:
-        pool.starmap(in_child, works)
+    with ProcessPoolExecutor(workers, multiprocessing.get_context("fork")) as pool:
+        list(pool.map(in_child, *zip(*works, strict=True)))
     parts = [json.loads(out.read_text()) for out in outs]
     for part in parts:
         for test in part["failed"]:
@@ -180,11 +185,14 @@ def sample_of(root: Path, number: int, seed: int, only: str | None) -> list[Muta
     """The mutants of the lowest ranks, without those that are listed as equivalent."""
     files = sorted(f for room in ROOMS for f in (root / "armimpedance" / room).rglob("*.py"))
     drawn = sorted((m for f in files for m in mutants_of(root, f, seed)), key=lambda m: m.rank)
-    listed = json.loads((HERE / "mutation_equivalents.json").read_text())
+    listed = json.loads((HERE / "mutation" / "equivalents.json").read_text())
     equivalent = {tuple(e[k] for k in ("function", "text", "before", "after")) for e in listed}
     sample = drawn[:number]
     kept = [m for m in sample if (m.function, m.text, m.before, m.after) not in equivalent]
-    print(f"{len(drawn)} places, {len(sample)} drawn, {len(sample) - len(kept)} equivalent")
+    print(
+        f"{len(drawn)} places, {len(sample)} drawn, {len(sample) - len(kept)} equivalent",
+        flush=True,
+    )
     return [m for m in kept if only in (None, m.file.split("/")[1])]
 
 
@@ -192,10 +200,10 @@ def report(mutants: list[Mutant]) -> float:
     """Print the counts and the survivors; returns the share that is killed."""
     counts = Counter(m.outcome for m in mutants)
     for m in sorted(mutants, key=lambda m: (m.file, m.line)):
-        if m.outcome != "killed":
+        if not m.outcome.startswith("killed"):
             print(f"{m.outcome}  {m.file}:{m.line} {m.function}\n    {m.text}")
             print(f"    {m.before}  ->  {m.after}")
-    score = counts["killed"] / max(len(mutants), 1)
+    score = (counts["killed"] + counts["killed by time"]) / max(len(mutants), 1)
     told = ", ".join(f"{number} {outcome}" for outcome, number in sorted(counts.items()))
     print(f"{len(mutants)} mutants: {told}; {score:.1%} killed (asked: {ASKED:.0%})")
     return score
@@ -218,23 +226,19 @@ def main() -> int:
         root = copied(args.root.resolve(), Path(folder).resolve() / "tree")
         sample = sample_of(root, args.sample, args.seed, args.only)
         tests = all_tests(root, args.workers, args.map)
-        work = [(m, *tests.chosen(m, args.budget)) for m in sample]
+        chosen = [tests.chosen(m, args.budget) for m in sample]
         context, judged = multiprocessing.get_context("fork"), []
-        with context.Pool(args.workers, own_copy, (root,)) as pool:
-            for mutant in pool.imap_unordered(_judge, work):
+        with ProcessPoolExecutor(args.workers, context, own_copy, (root,)) as pool:
+            for mutant in pool.map(judge, sample, *zip(*chosen, strict=True)):
                 judged.append(mutant)
                 told = f"{mutant.outcome:9} {mutant.seconds:6.1f} s  {mutant.file}:{mutant.line}"
-                print(f"{len(judged):4}/{len(work)} {told}", flush=True)
+                print(f"{len(judged):4}/{len(sample)} {told}", flush=True)
     score = report(judged)
     if args.out:
         leave = ("change", "lines", "rank")
         rows = [{k: v for k, v in asdict(m).items() if k not in leave} for m in judged]
         args.out.write_text(json.dumps({"killed": score, "mutants": rows}, indent=1) + "\n")
     return 0 if score >= ASKED else 1
-
-
-def _judge(work: tuple[Mutant, list[str], float]) -> Mutant:
-    return judge(*work)
 
 
 if __name__ == "__main__":

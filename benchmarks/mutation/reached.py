@@ -11,7 +11,7 @@ from typing import Any
 
 import coverage
 import pytest
-from _mutants import Mutant
+from mutation.mutants import Mutant
 
 QUIET = ["-q", "-p", "no:cacheprovider", "-o", "addopts="]
 
