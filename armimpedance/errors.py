@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import TypeVar
 
 Entry = TypeVar("Entry")
@@ -75,16 +74,3 @@ class NotIdentifiableError(ArmImpedanceError):
 
 class EstimationError(ArmImpedanceError):
     """A numerical method ended without an answer that can be trusted."""
-
-
-def look_up(table: Mapping[str, Entry], name: str, kind: str) -> Entry:
-    """The entry of a table of methods, laws, formats.
-
-    Raises
-    ------
-    InputError
-        There is none of that name; lists those that there are.
-    """
-    if name not in table:
-        raise InputError(f"unknown {kind} {name!r}", expected=f"one of {', '.join(table)}")
-    return table[name]

@@ -102,21 +102,10 @@ class Skeleton(FrozenRecord):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        root = self.segments[0] if self.segments else None
-        if root is None or root.parent is not None or root.hinges or root.origin_m.any():
-            expected = "first a segment without parent and hinges, its origin 0"
-            raise RecordError("a skeleton without a root", expected=expected)
-        seen: set[str] = set()
-        for i, segment in enumerate(self.segments):
-            if segment.name in seen:
-                raise RecordError(f"segment {segment.name} stands twice in a skeleton")
-            if i > 0 and segment.parent not in seen:
-                raise RecordError(f"{segment.name}: no segment {segment.parent!r} before it")
-            if i > 0 and not segment.hinges:
-                raise RecordError(f"{segment.name} has no hinge", expected="one or more")
-            seen.add(segment.name)
+        _require_tree(self.segments)
+        known = {segment.name for segment in self.segments}
         for site in self.markers:
-            if site.segment not in seen:
+            if site.segment not in known:
                 raise RecordError(f"marker {site.name}: no segment {site.segment!r}")
         for what, names in (("marker", self.marker_names), ("coordinate", self.coordinates)):
             if len(set(names)) != len(names):
@@ -176,3 +165,20 @@ class Skeleton(FrozenRecord):
             known = ", ".join(self.coordinates)
             raise RecordError(f"no coordinate {name!r}", expected=f"one of {known}")
         return self.coordinates.index(name)
+
+
+def _require_tree(segments: tuple[Segment, ...]) -> None:
+    """The first segment is a root, and every other one hangs by hinges on one before it."""
+    root = segments[0] if segments else None
+    if root is None or root.parent is not None or root.hinges or root.origin_m.any():
+        expected = "first a segment without parent and hinges, its origin 0"
+        raise RecordError("a skeleton without a root", expected=expected)
+    seen: set[str] = set()
+    for i, segment in enumerate(segments):
+        if segment.name in seen:
+            raise RecordError(f"segment {segment.name} stands twice in a skeleton")
+        if i > 0 and segment.parent not in seen:
+            raise RecordError(f"{segment.name}: no segment {segment.parent!r} before it")
+        if i > 0 and not segment.hinges:
+            raise RecordError(f"{segment.name} has no hinge", expected="one or more")
+        seen.add(segment.name)

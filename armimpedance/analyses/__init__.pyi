@@ -1,8 +1,10 @@
 from .body import body as body
 from .comparison import compare as compare
-from .contributions import Contributions as Contributions
 from .discrimination import discriminate as discriminate
 from .drawing import plot_ellipses as plot_ellipses
+from .elbow import elbow as elbow
+from .elbow_emg import emg_law as emg_law
+from .elbow_over_time import elbow_over_time as elbow_over_time
 from .hand import (
     estimate as estimate,
     estimate_all as estimate_all,
@@ -15,20 +17,16 @@ from .models import (
     fit_muscles as fit_muscles,
     fit_posture as fit_posture,
 )
-from .muscle_estimates import MuscleEstimates as MuscleEstimates
-from .one_joint import (
-    elbow as elbow,
-    elbow_over_time as elbow_over_time,
-    emg_law as emg_law,
-)
 from .passive import passive as passive
 from .plan import plan as plan
 from .predictions import at_hand as at_hand, predict as predict
 from .reflexes import ReflexVerdicts as ReflexVerdicts, reflex as reflex
 from .results.compared import Comparison as Comparison
 from .results.compared_methods import ComparedMethods as ComparedMethods
+from .results.contributions import Contributions as Contributions
 from .results.estimates import Estimates as Estimates
 from .results.labelled import LabelledEstimate as LabelledEstimate, LabelledMatrix as LabelledMatrix
+from .results.muscle_estimates import MuscleEstimates as MuscleEstimates
 from .sources import (
     naming as naming,
     of_condition as of_condition,

@@ -9,8 +9,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Literal, TypeVar
 
-from armimpedance.analyses.muscle_estimates import MuscleEstimates
 from armimpedance.analyses.results.estimates import Estimates
+from armimpedance.analyses.results.muscle_estimates import MuscleEstimates
 from armimpedance.analyses.sources import PathLike, naming
 from armimpedance.arm import MuscularArm, arm_named
 from armimpedance.arrays import FloatArray

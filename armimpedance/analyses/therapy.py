@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from armimpedance.analyses.contributions import Contributions, stepper
+from armimpedance.analyses.results.contributions import Contributions, stepper
 from armimpedance.analyses.sources import PathLike, naming, of_condition, read_recording
 from armimpedance.analyses.therapy_inputs import (
     Arm,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from armimpedance.analyses.contributions import stepper
+from armimpedance.analyses.results.contributions import stepper
 from armimpedance.analyses.sources import PathLike, naming, of_condition, read_recording
 from armimpedance.analyses.therapy_inputs import Robot, identified_robot
 from armimpedance.records import Recording

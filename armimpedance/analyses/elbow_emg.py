@@ -1,0 +1,168 @@
+"""Stiffness and viscosity of one joint over EMG, trial by trial (Ruiz 2011, (4))."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any, Final, Literal
+
+from armimpedance.analyses.sources import PathLike, naming, of_condition, read_recording
+from armimpedance.elbow import (
+    ElbowFit,
+    EmgLaw,
+    ImcjCalibration,
+    OperatingPoints,
+    calibrate_imcj,
+    fit_emg_law_of,
+    from_recording,
+    identify_elbow,
+    imcj as index_of,
+)
+from armimpedance.errors import EstimationError, InputError, NotIdentifiableError
+from armimpedance.records import Recording
+from armimpedance.signals import segment_amplitude
+
+Progress = Callable[[int, int], None]
+
+#: What a part of a recording that allows no fit of its own fails with.
+_NO_FIT: Final = (InputError, EstimationError, NotIdentifiableError)
+
+
+def emg_law(
+    recording: Recording | PathLike,
+    *,
+    flexor: str | None = None,
+    extensor: str | None = None,
+    imcj: Recording | PathLike | None = None,
+    roles: Mapping[str, Literal["flexor", "extensor"]] | None = None,
+    method: str | None = None,
+    cutoff_hz: float | None | Literal["auto"] = "auto",
+    decimation: int | Literal["auto"] = "auto",
+    lowest_hz: float | None = None,
+    joint: int = 1,
+    condition: str | None = None,
+    progress: Progress | None = None,
+) -> EmgLaw:
+    """Fit viscosity and stiffness of one joint as linear laws of the EMG of its muscles.
+
+    One I, B, K is fitted to each trial; trials that allow none are left out, and the result's notes
+    say why.
+
+    Parameters
+    ----------
+    recording : Recording or path
+        Kind "joint", trials at several levels of contraction, with EMG.
+    flexor, extensor : str, optional
+        Muscles of the law; by default the two of the recording, in their order.
+    imcj : Recording or path, optional
+        Isometric trials that calibrate the index of co-contraction, which is then told of each
+        trial.
+    roles : mapping of muscle to "flexor" or "extensor", optional
+        For muscles of `imcj` whose names do not say it.
+    method, cutoff_hz, decimation, lowest_hz, joint, condition
+        See `elbow`.
+    progress : callable, optional
+        Called with the number of trials that are done and their total.
+
+    Returns
+    -------
+    EmgLaw
+
+    Raises
+    ------
+    InputError
+        A recording cannot be read or used, a muscle is not in it, or too few trials allow a fit.
+    NotIdentifiableError
+        Amplitudes that do not vary, that vary together, or that are errors for the most part.
+    EstimationError
+        Weights and slopes do not settle.
+
+    Examples
+    --------
+    >>> from armimpedance.analyses import emg_law
+    >>> from manipulandum_sim.elbow import simulate_elbow
+    >>> recording, _ = simulate_elbow("cocontraction", repetitions=1, duration_s=6.0)
+    >>> emg_law(recording).stiffness.parameters.names
+    ('k0', 'k_biceps', 'k_triceps')
+    """
+    options: dict[str, Any] = {
+        "method": method,
+        "cutoff_hz": cutoff_hz,
+        "decimation": decimation,
+        "lowest_hz": lowest_hz,
+    }
+    calibration = None
+    if imcj is not None:
+        with naming(imcj):
+            calibration = calibrate_imcj(read_recording(imcj), roles=roles, joint=joint)
+    with naming(recording):
+        trials = of_condition(read_recording(recording), condition)
+        pair = two_muscles(trials, flexor, extensor)
+        fits, left_out = _each_trial(trials, joint, options, progress)
+        rows, levels = list(fits), segment_amplitude(pair)
+        amplitude, sd = levels.amplitude[rows], levels.sd[rows]
+        law = fit_emg_law_of(list(fits.values()), amplitude, sd, muscles=pair.muscles)
+        numbers = trials.trials["trial"].to_numpy()[rows]
+        points = OperatingPoints.of(fits.values(), numbers, pair.muscles, amplitude)
+        notes = (*levels.notes, *levels.warnings, *left_out)
+        if calibration is not None:
+            points, gains = _with_index(points, trials, rows, calibration)
+            notes = (*notes, *gains)
+    return replace(law, points=points, notes=notes)
+
+
+def _each_trial(
+    recording: Recording, joint: int, options: Mapping[str, Any], progress: Progress | None
+) -> tuple[dict[int, ElbowFit], list[str]]:
+    """Fits by the rows of the trial table that they are of, and why other rows have none."""
+    fits, left_out = {}, []
+    for row in range(recording.n_trials):
+        try:
+            fits[row] = identify_elbow(from_recording(recording.select([row]), joint), **options)
+        except _NO_FIT as error:
+            reason = getattr(error, "problem", str(error))
+            left_out.append(f"trial {recording.trials['trial'].iloc[row]} left out: {reason}")
+        if progress is not None:
+            progress(row + 1, recording.n_trials)
+    return fits, left_out
+
+
+def _with_index(
+    points: OperatingPoints, recording: Recording, rows: list[int], calibration: ImcjCalibration
+) -> tuple[OperatingPoints, tuple[str, ...]]:
+    """The points with the index of co-contraction, and what a reader must know of it."""
+    muscles = calibration.muscles
+    if missing := sorted(set(muscles) - set(recording.muscles)):
+        raise InputError(
+            f"no EMG of {', '.join(missing)}",
+            expected=f"the muscles of the isometric trials: {', '.join(muscles)}",
+        )
+    levels = segment_amplitude(recording)
+    columns = [recording.muscles.index(m) for m in muscles]
+    amplitude, sd = (values[rows][:, columns] for values in (levels.amplitude, levels.sd))
+    index, error = index_of(calibration, amplitude, sd)
+    gains = ", ".join(f"{m} {g:.3g}" for m, g in zip(muscles, calibration.gains, strict=True))
+    notes = (f"|a_i| of the index (Nm): {gains}", *calibration.warnings)
+    return replace(points, imcj=index, sd_imcj=error), notes
+
+
+def two_muscles(recording: Recording, flexor: str | None, extensor: str | None) -> Recording:
+    """The recording with the EMG of flexor and extensor alone, in this order.
+
+    Raises
+    ------
+    InputError
+        There is no EMG, no such muscle, or which is which is not known.
+    """
+    muscles = recording.muscles
+    if recording.emg is None or not muscles:
+        raise InputError("no EMG in the recording", expected="columns emg_<muscle>")
+    named = muscles if (flexor, extensor) == (None, None) else (flexor, extensor)
+    if len(set(named)) != 2 or not set(named) <= set(muscles):
+        raise InputError(
+            f"which muscle of {', '.join(muscles)} flexes and which extends?",
+            expected="flexor and extensor, each naming one of them",
+        )
+    columns = [muscles.index(str(m)) for m in named]
+    pair = tuple(map(str, named))
+    return replace(recording, emg=recording.emg[:, columns], muscles=pair)
