@@ -1,4 +1,4 @@
-"""TODO"""
+"""Every file that comes in, as a recording: one door, one file a format."""
 
 import lazy_loader
 
