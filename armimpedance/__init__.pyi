@@ -69,6 +69,7 @@ from .plots import (
     plot_emg_law as plot_emg_law,
     plot_feedback as plot_feedback,
     plot_frequency_response as plot_frequency_response,
+    plot_intervals as plot_intervals,
     plot_passive_arm as plot_passive_arm,
     plot_passive_fits as plot_passive_fits,
     plot_predicted_against_measured as plot_predicted_against_measured,

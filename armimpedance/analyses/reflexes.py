@@ -16,7 +16,6 @@ from armimpedance.arrays import FrozenRecord
 from armimpedance.conventions import group_name
 from armimpedance.files import write_table
 from armimpedance.impedance import ReflexVerdict, reflex_guard
-from armimpedance.plots import plot_reflex
 from armimpedance.records import Recording
 from armimpedance.report import headline, verdict_rows
 
@@ -139,19 +138,6 @@ class ReflexVerdicts(FrozenRecord, Sequence[ReflexVerdict]):
             Another ending, or the file cannot be written.
         """
         write_table(verdict_rows(self.verdicts), path)
-
-    def plot(self, axes: Any = None) -> Any:
-        """Draw K over the window's end and the evidence over the delay, one row a group.
-
-        Parameters
-        ----------
-        axes : (n, 2) array of Axes, optional
-
-        Returns
-        -------
-        axes : (n, 2) array of Axes
-        """
-        return plot_reflex(self.verdicts, axes)
 
     def _table(self) -> list[list[str]]:
         rows = [[name, headline(v)] for name, v in zip(self.names, self, strict=True)]

@@ -84,9 +84,9 @@ def run(arguments: argparse.Namespace) -> int:
     if out is not None:
         found.write(out)
     if figure is not None:
-        from armimpedance.plots import save
+        from armimpedance.plots import plot_comparison, save
 
-        axes = found.plot(arguments.which or "stiffness")
+        axes = plot_comparison(found.groups, found.pairs, arguments.which or "stiffness")
         save(axes.figure, figure.with_suffix(""), (figure.suffix[1:],))  # type: ignore[arg-type]
     print(found)
     if out is not None:

@@ -51,7 +51,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Judge every group, write table and figure, print the verdicts."""
     from armimpedance.analyses import reflex
     from armimpedance.cli.parts.progress import bar
-    from armimpedance.plots import MOST_GROUPS, save
+    from armimpedance.plots import MOST_GROUPS, plot_reflex, save
     from armimpedance.report import verdict_text
 
     out, figure = arguments.out, arguments.figure
@@ -72,7 +72,7 @@ def run(arguments: argparse.Namespace) -> int:
     if out is not None:
         verdicts.write(out)
     if figure is not None:
-        save(verdicts.plot()[0, 0].figure, figure.with_suffix(""), (figure.suffix[1:],))
+        save(plot_reflex(verdicts)[0, 0].figure, figure.with_suffix(""), (figure.suffix[1:],))
     print(verdict_text(verdicts))
     if out is not None:
         print(f"\n{len(verdicts)} rows written to {out}")

@@ -9,9 +9,7 @@ from armimpedance.analyses.results.labelled import html_table
 from armimpedance.analyses.sources import PathLike
 from armimpedance.arrays import FrozenRecord
 from armimpedance.comparison import ComparedGroup, Pair, SubjectsChange
-from armimpedance.ellipses import Which
 from armimpedance.files import comparison_rows, write_table
-from armimpedance.plots import plot_comparison
 from armimpedance.report import comparison_text, subjects_text
 
 if TYPE_CHECKING:
@@ -57,20 +55,6 @@ class Comparison(FrozenRecord):
         """
         columns, rows = comparison_rows(self.pairs, self.over_subjects)
         write_table(rows, path, columns)
-
-    def plot(self, which: Which = "stiffness", ax: Any = None) -> Any:
-        """Draw each group's ellipse where the hand was, and join pairs that differ.
-
-        Parameters
-        ----------
-        which : {"stiffness", "viscosity", "inertia"}
-        ax : Axes, optional
-
-        Returns
-        -------
-        Axes
-        """
-        return plot_comparison(self.groups, self.pairs, which, ax)
 
     def __str__(self) -> str:
         """The tables that ``armimpedance compare`` prints."""

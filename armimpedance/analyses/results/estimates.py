@@ -17,7 +17,6 @@ from armimpedance.arrays import FrozenRecord
 from armimpedance.conventions import UNITS
 from armimpedance.errors import InputError
 from armimpedance.files import condition_of, result_objects, result_rows, write_results
-from armimpedance.plots import plot_intervals
 from armimpedance.records import ImpedanceEstimate, Subject
 
 if TYPE_CHECKING:
@@ -149,26 +148,6 @@ class Estimates(FrozenRecord, Sequence[ImpedanceEstimate]):
             Another ending, or no estimates.
         """
         write_results(self, path)
-
-    def plot_intervals(self, parameter: str = "K_11", ax: Any = None) -> Any:
-        """Draw one element of every group as a dot with its 95 % interval.
-
-        Parameters
-        ----------
-        parameter : str
-            ``M_11`` to ``K_kk``.
-        ax : Axes, optional
-
-        Returns
-        -------
-        Axes
-
-        Raises
-        ------
-        InputError
-            An estimate has no such element.
-        """
-        return plot_intervals(self.estimates, parameter, ax, labels=self.names)
 
     def _table(self) -> list[list[str]]:
         rows = [

@@ -7,6 +7,7 @@ import pytest
 from armimpedance.analyses import compare, estimate
 from armimpedance.cli.main import run as main
 from armimpedance.errors import InputError
+from armimpedance.plots import plot_comparison
 from armimpedance.recordings.tables.folder import write_folder
 from armimpedance.records import Subject
 
@@ -51,7 +52,7 @@ def test_short_texts_are_short_and_escaped(people):
     assert len(repr(found).splitlines()) <= 12
     assert "<i>" not in found._repr_html_()
     assert "Stiffness K" in str(found)
-    assert found.plot().get_xlabel() == "x (m)"
+    assert plot_comparison(found.groups, found.pairs).get_xlabel() == "x (m)"
 
 
 def test_results_stand_for_recordings(people, tmp_path):

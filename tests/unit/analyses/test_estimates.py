@@ -9,6 +9,7 @@ import pytest
 from armimpedance.analyses import Estimates
 from armimpedance.errors import InputError
 from armimpedance.files import read_results, write_results
+from armimpedance.plots import plot_intervals
 
 
 @pytest.fixture
@@ -94,7 +95,7 @@ def test_the_short_texts_are_short_and_escaped(make_estimate):
 
 def test_an_estimate_in_full_and_intervals_over_the_groups(hand):
     assert "stiffness K (N/m)" in str(hand["stiff"])
-    ax = hand.plot_intervals("K_22")
+    ax = plot_intervals(hand, "K_22")
     assert [label.get_text() for label in ax.get_yticklabels()] == ["relaxed", "stiff"]
 
 
