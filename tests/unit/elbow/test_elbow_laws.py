@@ -182,3 +182,5 @@ def test_a_result_knows_its_parameters_by_name():
     fit = identify_elbow(samples_of(noisy(torque, 40, rng), noisy(angle, 40, rng)))
     assert tuple(fit.parameters.names) == ("I", "B", "K")
     np.testing.assert_allclose(fit.parameters.values, JOINT, rtol=0.02)
+    named = [fit.inertia.value, fit.viscosity.value, fit.stiffness.value]
+    np.testing.assert_array_equal(named, fit.parameters.values)
