@@ -71,6 +71,7 @@ def body(
     Returns
     -------
     BodyFit
+        The combinations that motion can show, their standard errors and the predicted motions.
 
     Raises
     ------

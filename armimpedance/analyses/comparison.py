@@ -75,6 +75,7 @@ def compare(
     Returns
     -------
     Comparison
+        The groups and the differences of their pairs, or the mean changes over the subjects.
 
     Raises
     ------

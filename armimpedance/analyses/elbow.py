@@ -64,6 +64,7 @@ def elbow(
     Returns
     -------
     ElbowFit
+        I, B and K of all trials together with their standard errors; `parts` holds the other fits.
 
     Raises
     ------

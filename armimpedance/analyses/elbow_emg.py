@@ -67,6 +67,7 @@ def emg_law(
     Returns
     -------
     EmgLaw
+        The laws of K and B, the trials' points that they were fitted to, and notes.
 
     Raises
     ------

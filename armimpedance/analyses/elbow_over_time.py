@@ -63,6 +63,7 @@ def elbow_over_time(
     Returns
     -------
     VaryingImpedance
+        B and K of every trial over time with their standard errors, and the constant I.
 
     Raises
     ------

@@ -139,6 +139,7 @@ def estimate_all(
     Returns
     -------
     ComparedMethods
+        The estimates of every group with every method, and which methods differ.
 
     Raises
     ------

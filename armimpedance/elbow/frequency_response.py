@@ -44,6 +44,18 @@ def frequency_response(samples: JointSamples, segment_s: float = SEGMENT_S) -> F
     has it (no voluntary torque is in it), else the torque itself. Frequencies at which the
     reference holds nothing are left out.
 
+    Parameters
+    ----------
+    samples : JointSamples
+        Torque and angle as recorded.
+    segment_s : float
+        Length of a segment, s.
+
+    Returns
+    -------
+    FrequencyResponse
+        The compliance, rad/Nm, and the coherence at each frequency, Hz.
+
     Raises
     ------
     InputError
@@ -76,7 +88,20 @@ def frequency_response(samples: JointSamples, segment_s: float = SEGMENT_S) -> F
 
 
 def model_compliance(frequency_hz: FloatArray, parameters: FloatArray) -> np.ndarray:
-    """``1 / (I s^2 + B s + K)`` at ``s = 2 pi i f``; parameters I, B, K."""
+    """``1 / (I s^2 + B s + K)`` at ``s = 2 pi i f``; parameters I, B, K.
+
+    Parameters
+    ----------
+    frequency_hz : (f,)
+        Frequencies, Hz.
+    parameters : (3,)
+        Inertia I, kg m^2; viscosity B, Nm s/rad; stiffness K, Nm/rad.
+
+    Returns
+    -------
+    (f,) complex ndarray
+        The compliance at each frequency, rad/Nm.
+    """
     s = 2j * np.pi * np.asarray(frequency_hz)
     inertia, viscosity, stiffness = parameters
     return np.asarray(1 / (inertia * s**2 + viscosity * s + stiffness))

@@ -13,18 +13,50 @@ from armimpedance.regression import FitSummary, NamedParameter
 
 
 def write_fit(summary: FitSummary, path: str | Path, **more: Any) -> None:
-    """Write the summary and what the command adds, whole or not at all."""
+    """Write the summary and what the command adds, whole or not at all.
+
+    Parameters
+    ----------
+    summary : FitSummary
+        What was fitted.
+    path : path
+        Where the file is written.
+    **more : Any
+        Further fields of the file, as plain values.
+    """
     write_json({**summary.to_dict(), **more}, path)
 
 
 def write_json(content: Any, path: str | Path) -> None:
-    """Write plain values as JSON through a temporary name."""
+    """Write plain values as JSON through a temporary name.
+
+    Parameters
+    ----------
+    content : Any
+        Plain values: mappings, lists, numbers, text and None.
+    path : path
+        Where the file is written.
+    """
     with staged_file(path) as staged:
         staged.write_text(json_text(content), encoding="utf-8")
 
 
 def read_parameter(path: str | Path, name: str, joint: int | None = None) -> NamedParameter:
     """One parameter of a FIT.json; its degrees of freedom are not in the file.
+
+    Parameters
+    ----------
+    path : path
+        The FIT.json.
+    name : str
+        Name of the parameter, for example ``k``.
+    joint : int, optional
+        Number of its joint, where several joints have a parameter of this name.
+
+    Returns
+    -------
+    NamedParameter
+        The value, its standard errors and its unit.
 
     Raises
     ------

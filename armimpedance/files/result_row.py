@@ -77,6 +77,11 @@ def require_results(estimates: Sized, path: str | os.PathLike[str]) -> None:
 def check_group_columns(names: Iterable[str]) -> None:
     """Refuse group columns whose names RESULTS.csv needs for itself.
 
+    Parameters
+    ----------
+    names : iterable of str
+        The names of the group columns.
+
     Raises
     ------
     InputError

@@ -103,10 +103,34 @@ def read_results(path: str | os.PathLike[str]) -> list[ImpedanceEstimate]:
     results' own are the group's; there, what looks like a number is one (`condition` stays text).
     A column without a name, such as a data frame's row numbers, is passed over.
 
+    Parameters
+    ----------
+    path : path
+        RESULTS.csv.
+
+    Returns
+    -------
+    list of ImpedanceEstimate
+        One for each row of the file, in its order.
+
     Raises
     ------
     InputError
         With file, row and column of what is missing or is not what it should be.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> import armimpedance as ai
+    >>> from manipulandum_sim.hand import simulate
+    >>> recording, _ = simulate("cocontraction", seed=1, sets=1, conditions=["cocontraction_10"])
+    >>> hand = ai.estimate(recording)
+    >>> with TemporaryDirectory() as folder:
+    ...     hand.to_csv(Path(folder) / "results.csv")
+    ...     again = ai.read_results(Path(folder) / "results.csv")
+    >>> again[0].keys["condition"]
+    'cocontraction_10'
     """
     return [_estimate(row) for row in table_rows(Path(path))]
 

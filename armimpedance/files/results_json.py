@@ -27,6 +27,12 @@ def result_objects(estimates: Sequence[ImpedanceEstimate]) -> list[dict[str, Any
     Parameters
     ----------
     estimates : sequence of ImpedanceEstimate
+        The estimates, one for each group.
+
+    Returns
+    -------
+    list of dict
+        The mappings, in the order of the estimates.
 
     Raises
     ------

@@ -74,6 +74,7 @@ def read_robot(path: str | Path) -> TherapyRobot:
     Returns
     -------
     TherapyRobot
+        The robot with its identified loads; drawings have none.
 
     Raises
     ------
@@ -94,6 +95,7 @@ def read_arm(path: str | Path) -> PassiveArm:
     Returns
     -------
     PassiveArm
+        The segments of the person's arm and the elastic torques of the axes.
 
     Raises
     ------

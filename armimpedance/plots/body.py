@@ -77,10 +77,22 @@ def body_figure(fit: BodyFit) -> Figure:
     Parameters
     ----------
     fit : BodyFit
+        A fit that holds its recording, as `analyses.body` makes it.
 
     Returns
     -------
     Figure
+        The figure, with a panel for each row of the motion.
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> from manipulandum_sim.body import simulate_body
+    >>> recording, _ = simulate_body(("all_joints",))
+    >>> person = ai.body(recording, method="ls", noise_draws=0)
+    >>> figure = ai.body_figure(person)
+    >>> figure.axes[-1].get_xlabel()
+    'time (s)'
     """
     recording, judged = fit.recording, fit.fitted if fit.held_out is None else fit.held_out
     moments = [judged.rows.index(row) for row in judged.moments]

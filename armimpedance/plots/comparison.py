@@ -64,14 +64,34 @@ def plot_comparison(
     groups : sequence of ComparedGroup
         Of the hand, with two axes and a position.
     pairs : sequence of Pair
+        The pairs of groups and how they differ; without them no lines are drawn.
     which : {"stiffness", "viscosity", "inertia"}
+        Whose ellipse is drawn.
+    ax : Axes, optional
+        Where to draw; without it a new figure is made.
     scale : float, optional
         Metres on paper per unit of the matrix; by default neighbours just do not touch.
+
+    Returns
+    -------
+    Axes
+        The axes that hold the ellipses, in metres.
 
     Raises
     ------
     InputError
         For an estimate of another level, without a position, or not of two axes.
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> from manipulandum_sim.hand import simulate
+    >>> levels = ["cocontraction_10", "cocontraction_30"]
+    >>> recording, _ = simulate("cocontraction", seed=1, sets=2, conditions=levels)
+    >>> compared = ai.compare(recording, permutations=99)
+    >>> ax = ai.plot_comparison(compared.groups, compared.pairs)
+    >>> ax.get_xlabel()
+    'x (m)'
     """
     matrices = [matrix_of(group.estimate, which) for group in groups]
     places = _places(groups)

@@ -92,17 +92,29 @@ def plot_varying_both(varying: VaryingImpedance, trial: int = 0) -> Figure:
     Parameters
     ----------
     varying : VaryingImpedance
+        B and K over time, as `analyses.elbow_over_time` makes them.
     trial : int
         Row of the result's trials, from 0.
 
     Returns
     -------
     Figure
+        The figure, with K in the upper panel and B in the lower.
 
     Raises
     ------
     InputError
         No such trial.
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> from manipulandum_sim.elbow import simulate_bench
+    >>> recording, _ = simulate_bench(0.07, 1.2, 20.0, duration_s=6.0, snr_db=40.0)
+    >>> course = ai.elbow_over_time(recording, method="windows")
+    >>> figure = ai.plot_varying_both(course)
+    >>> figure.axes[-1].get_xlabel()
+    'time (s)'
     """
     figure = new_figure(TWO_COLUMNS_IN, 2 * _ROW_IN)
     with print_style():
@@ -126,17 +138,29 @@ def plot_frequency_response(samples: JointSamples, fit: ElbowFit) -> Figure:
     Parameters
     ----------
     samples : JointSamples
-        As recorded.
+        Torque and angle as recorded.
     fit : ElbowFit
+        The fit whose I, B and K are drawn.
 
     Returns
     -------
     Figure
+        The figure, with the panels of gain, phase and coherence.
 
     Raises
     ------
     InputError
         No trial is long enough for a spectrum.
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> from armimpedance.elbow import from_recording
+    >>> from manipulandum_sim.elbow import simulate_bench
+    >>> recording, _ = simulate_bench(0.07, 1.2, 20.0, duration_s=12.0, snr_db=40.0)
+    >>> figure = ai.plot_frequency_response(from_recording(recording), ai.elbow(recording))
+    >>> figure.axes[-1].get_xlabel()
+    'frequency (Hz)'
     """
     measured = frequency_response(samples)
     f, model = measured.frequency_hz, model_compliance(measured.frequency_hz, fit.parameters.values)
@@ -199,11 +223,21 @@ def plot_emg_law(law: EmgLaw) -> Figure:
     Returns
     -------
     Figure
+        The figure, with a panel for each law.
 
     Raises
     ------
     InputError
         The law does not hold its points.
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> from manipulandum_sim.elbow import simulate_elbow
+    >>> recording, _ = simulate_elbow("cocontraction", repetitions=1, duration_s=6.0)
+    >>> figure = ai.plot_emg_law(ai.emg_law(recording))
+    >>> len(figure.axes)
+    2
     """
     points = law.points
     if points is None:

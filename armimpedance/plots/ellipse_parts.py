@@ -26,6 +26,18 @@ def default_scale(matrices: Sequence[FloatArray], centres: FloatArray) -> float:
     """The scale at which the largest ellipse reaches 0.45 of the usual distance between centres.
 
     With all centres in one place a tenth of the axes' unit stands for the distance.
+
+    Parameters
+    ----------
+    matrices : sequence of (2, 2)
+        The matrices whose ellipses are drawn.
+    centres : (n, 2)
+        The centres of the ellipses, in the unit of the axes.
+
+    Returns
+    -------
+    float
+        The scale, in units of the axes per unit of the matrix.
     """
     largest = _largest(matrices)
     apart = np.linalg.norm(centres[:, None] - centres[None], axis=-1)

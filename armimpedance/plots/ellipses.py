@@ -68,18 +68,42 @@ def plot_ellipse(
     Parameters
     ----------
     matrix_or_estimate : (2, 2) or ImpedanceEstimate
+        The matrix, or the estimate that holds it.
+    ax : Axes, optional
+        Where to draw; without it a new figure is made.
     centre : (2,)
         Where it stands, in the axes' units.
     scale : float
         Axes' units per unit of the matrix; 1 draws the ellipse in its own units.
     which : {"stiffness", "viscosity", "inertia"}
+        Which matrix of an estimate is drawn.
     show_confidence : bool
         Shade the 95 % band of the outline (estimates only).
+    color : str
+        The colour of the outline.
+    linestyle : str or tuple
+        The line style of the outline, as Matplotlib names it.
+    linewidth : float
+        The width of the outline, points.
+    label : str, optional
+        The name in the legend.
+
+    Returns
+    -------
+    Axes
+        The axes that hold the ellipse.
 
     Raises
     ------
     InputError
         When there are not two axes, or `which` is none of the three.
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> ax = ai.plot_ellipse([[400.0, 50.0], [50.0, 200.0]])
+    >>> ax.get_xlabel()
+    'K along x (N/m)'
     """
     matrix = matrix_of(matrix_or_estimate, which)
     with print_style():
@@ -119,8 +143,13 @@ def plot_ellipses_in_workspace(
     estimates : sequence of ImpedanceEstimate
         Of the hand, with two axes and a position.
     which : {"stiffness", "viscosity", "inertia"}
+        Whose ellipse is drawn.
+    ax : Axes, optional
+        Where to draw; without it a new figure is made.
     reference : sequence of (2, 2) or ImpedanceEstimate, optional
         One for each estimate, drawn dashed at the same place, for example a model's inertia.
+    reference_label : str
+        The name of the reference in the legend.
     upper_arm_m : float, optional
         Length of the upper arm: draw the arm as sticks, where joint angles are known.
     arms_of : sequence of int, optional
@@ -129,6 +158,11 @@ def plot_ellipses_in_workspace(
         Metres on paper per unit of the matrix; by default neighbours just do not touch.
     show_confidence : bool
         Shade the 95 % band of each outline.
+
+    Returns
+    -------
+    Axes
+        The axes that hold the ellipses, in metres.
 
     Raises
     ------
@@ -179,10 +213,33 @@ def plot_ellipses_over_levels(
     ----------
     estimates : sequence of ImpedanceEstimate
         For example of rising co-contraction: solid, dashed, alternate long and short dashes, …
+    which : {"stiffness", "viscosity", "inertia"}
+        Whose ellipse is drawn.
     labels : sequence of str, optional
         For the legend; without it the conditions.
+    ax : Axes, optional
+        Where to draw; without it a new figure is made.
     reference : (2, 2) or ImpedanceEstimate, optional
         Drawn dotted.
+    reference_label : str
+        The name of the reference in the legend.
+    show_confidence : bool
+        Shade the 95 % band of each outline.
+
+    Returns
+    -------
+    Axes
+        The axes that hold the ellipses.
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> from manipulandum_sim.hand import simulate
+    >>> levels = ["cocontraction_10", "cocontraction_30"]
+    >>> recording, _ = simulate("cocontraction", seed=1, sets=1, conditions=levels)
+    >>> ax = ai.plot_ellipses_over_levels([*ai.estimate(recording)])
+    >>> [text.get_text() for text in ax.get_legend().get_texts()]
+    ['cocontraction_10', 'cocontraction_30']
     """
     names = [str(e.keys.get("condition", "")) for e in estimates] if labels is None else labels
     colors = [OKABE_ITO[name] for name in ("blue", "vermillion", "green", "purple", "orange")]
@@ -219,10 +276,22 @@ def plot_ellipse_rose(
     Parameters
     ----------
     estimates : sequence of ImpedanceEstimate
+        The estimates of the hand, with two axes.
+    which : {"stiffness", "viscosity", "inertia"}
+        Whose ellipse is drawn.
+    ax : Axes, optional
+        Where to draw; without it a new figure is made.
     forces_N : (n, 2), optional
         Where each stands, for example the target forces; without it the measured mean force.
     scale : float, optional
         N on the axes per unit of the matrix; by default neighbours just do not touch.
+    show_confidence : bool
+        Shade the 95 % band of each outline.
+
+    Returns
+    -------
+    Axes
+        The axes that hold the ellipses.
 
     Raises
     ------

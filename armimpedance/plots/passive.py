@@ -81,10 +81,21 @@ def plot_passive_fits(fits: PassiveFits) -> Figure:
     Parameters
     ----------
     fits : PassiveFits
+        The fits of all joints with their samples, as `analyses.passive` makes them.
 
     Returns
     -------
     Figure
+        The figure, with a panel for each joint.
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> from manipulandum_sim.passive import simulate_passive
+    >>> markers, _ = simulate_passive("release", trials=2, duration_s=4.0)
+    >>> figure = ai.plot_passive_fits(ai.passive(markers, rest_angle=1.5))
+    >>> figure.axes[-1].get_xlabel()
+    'time (s)'
     """
     figure = new_figure(TWO_COLUMNS_IN, _ROW_IN * len(fits))
     with print_style():

@@ -32,10 +32,17 @@ def plot_intervals(
         From the top down.
     parameter : str
         ``M_11`` … ``K_kk``.
+    ax : Axes, optional
+        Where to draw; without it a new figure is made.
     labels : sequence of str, optional
         Without it the conditions.
     truth : sequence of float, optional
         Known values, drawn as crosses.
+
+    Returns
+    -------
+    Axes
+        The axes that hold the intervals, in the unit of the element.
 
     Raises
     ------

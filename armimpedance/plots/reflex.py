@@ -44,15 +44,26 @@ def plot_reflex(verdicts: Sequence[ReflexVerdict], axes: Any = None) -> Any:
     verdicts : sequence of ReflexVerdict
         With window ends.
     axes : (n, 2) array of Axes, optional
+        Where to draw, one row for each verdict; without it a new figure is made.
 
     Returns
     -------
     axes : (n, 2) array of Axes
+        The window ends on the left and the profile over the delay on the right.
 
     Raises
     ------
     InputError
         Without verdicts, or one without window ends.
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> from manipulandum_sim.hand import simulate
+    >>> recording, _ = simulate("cocontraction", seed=1, sets=1, conditions=["cocontraction_10"])
+    >>> axes = ai.plot_reflex(ai.reflex(recording))
+    >>> axes.shape
+    (1, 2)
     """
     if not verdicts:
         raise InputError("no verdicts to draw", expected="one or more")

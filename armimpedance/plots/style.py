@@ -94,7 +94,20 @@ def print_style() -> Iterator[None]:
 
 
 def new_figure(width_in: float = ONE_COLUMN_IN, height_in: float = ONE_COLUMN_IN) -> Figure:
-    """An empty figure of this size in print, without a window."""
+    """An empty figure of this size in print, without a window.
+
+    Parameters
+    ----------
+    width_in : float
+        The width, inches.
+    height_in : float
+        The height, inches.
+
+    Returns
+    -------
+    Figure
+        The figure, still without axes.
+    """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -127,10 +140,35 @@ def save(
     The same figure gives the same bytes: no time and no version stands in the files. A file is
     written under a temporary name and renamed.
 
+    Parameters
+    ----------
+    figure : Figure
+        The figure to write.
+    path_stem : path
+        The path of the files without their ending.
+    formats : sequence of {"png", "svg", "pdf"}
+        The formats, one file each.
+
+    Returns
+    -------
+    list of Path
+        The files that were written, in the order of the formats.
+
     Raises
     ------
     InputError
         For a format that is none of png, svg, pdf.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> import armimpedance as ai
+    >>> figure = ai.plot_ellipse([[400.0, 50.0], [50.0, 200.0]]).figure
+    >>> with TemporaryDirectory() as folder:
+    ...     written = ai.save(figure, Path(folder) / "stiffness")
+    >>> [path.name for path in written]
+    ['stiffness.png', 'stiffness.svg']
     """
     written = []
     for name in formats:

@@ -49,9 +49,16 @@ def plot_table(
     header : sequence of str
         One per column of numbers.
     blocks : sequence of TableBlock
+        The blocks, from the top down.
     ax : Axes, optional
+        Where to draw; without it a new figure is made.
     widths : sequence of float, optional
         Of the columns, relative to each other; all alike by default.
+
+    Returns
+    -------
+    Axes
+        The axes that hold the table.
 
     Raises
     ------

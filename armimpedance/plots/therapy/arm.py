@@ -83,6 +83,7 @@ def plot_passive_arm(calibration: ArmCalibration) -> Figure:
     Returns
     -------
     Figure
+        The figure, with a panel for each axis.
     """
     figure = new_figure(TWO_COLUMNS_IN, _ROW_IN * len(calibration.axes) + 0.35)
     with print_style():

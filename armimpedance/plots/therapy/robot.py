@@ -108,6 +108,7 @@ def plot_robot_calibration(calibration: RobotCalibration) -> Figure:
     Returns
     -------
     Figure
+        The figure, with a panel for each axis and one for the spring.
     """
     names, panels = calibration.robot.axes, len(calibration.axes) + 1
     rows = -(-panels // _COLUMNS)

@@ -104,6 +104,7 @@ def plot_feedback(
     Returns
     -------
     Figure
+        The figure, with a panel for each condition and movement.
 
     Raises
     ------
