@@ -70,10 +70,16 @@ def compare(
     against : str, optional
         Name of the group that comes first in every pair.
     permutations : int, optional
-        Of each pair; default 1999, or 100 for each pair where that is more.
+        Number of permutations of each pair; default 1999, or one less than 100 times the number of
+        pairs where that is more.
     seed : int
         The same seed gives the same p values.
     progress : function (done, all), optional
+
+    Returns
+    -------
+    list of Pair
+        Each holds the differences of a pair's ellipses and elements and the tests of its matrices.
 
     Raises
     ------

@@ -63,7 +63,7 @@ class Change(InUnits):
     quantity : str
         ``K_11`` (of the symmetric part), "size", "shape", "orientation".
     unit : str
-        Of `first` and `second`; orientation in rad.
+        Unit of `first` and `second`; orientation is in rad.
     kind : {"difference", "ratio"}
         second - first, or second / first.
     first, second : float
@@ -94,7 +94,7 @@ def changes(first: ImpedanceEstimate, second: ImpedanceEstimate) -> tuple[Change
     Parameters
     ----------
     first, second : ImpedanceEstimate
-        Of the same level and number of axes, independent of each other.
+        Two independent estimates of the same level and number of axes.
 
     Returns
     -------

@@ -50,7 +50,7 @@ def expected_square(middle: ArrayLike, covariance: ArrayLike) -> FloatArray:
     middle : (..., k, k)
         P, positive definite.
     covariance : (..., c, c)
-        Of the c = k (k + 1)/2 elements ``D_ij, i <= j`` (`upper_elements`).
+        Covariance of the c = k (k + 1)/2 elements ``D_ij, i <= j`` (`upper_elements`).
 
     Returns
     -------

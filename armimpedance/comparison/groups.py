@@ -55,6 +55,11 @@ def name_of(keys: Mapping[str, Any], by: Sequence[str]) -> str:
         Columns of a group.
     by : sequence of str
         Those that make its name.
+
+    Returns
+    -------
+    str
+        The values in the order of `by`, separated by commas.
     """
     values = [keys[column] for column in by]
     whole = [int(v) if isinstance(v, float) and v.is_integer() else v for v in values]
@@ -95,6 +100,11 @@ def groups_of_recording(
         What is the same for all trials, for example ``{"recording": "monday"}``.
     progress : function (done, all), optional
 
+    Returns
+    -------
+    list of ComparedGroup
+        One group for each set of values in the columns `by`, with the equations of its trials.
+
     Raises
     ------
     InputError
@@ -134,6 +144,11 @@ def groups_of_estimates(
     estimates : sequence of ImpedanceEstimate
     by : sequence of str
         Names among their keys.
+
+    Returns
+    -------
+    list of ComparedGroup
+        One group per estimate, named by its values of `by`; none holds equations of trials.
 
     Raises
     ------

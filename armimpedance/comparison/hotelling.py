@@ -24,7 +24,7 @@ def hotelling(
     ----------
     difference : (..., p)
     covariances : two of (..., p, p)
-        Of the two means; their sum must not be singular.
+        Covariances of the two means; their sum must not be singular.
     dof : two of (...,)
         Degrees of freedom of each covariance; inf: known.
 

@@ -80,9 +80,9 @@ def statistics_between(
     matrices : two of (R, 3, k, k)
         Inertia, viscosity, stiffness of each group.
     difference : (R, 3 c)
-        Of the c symmetric elements of each matrix.
+        Differences of the c symmetric elements of each matrix.
     covariances : two of (R, 3 c, 3 c)
-        Of the symmetric elements of each group.
+        Covariances of the symmetric elements of each group.
     dof : two of (R,)
     """
     c = difference.shape[1] // 3

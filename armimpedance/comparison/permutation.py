@@ -58,7 +58,7 @@ def permutation_test(
     Parameters
     ----------
     first, second : TrialEquations
-        Of M, B, K row by row, the handle taken off (`groups.without_handle`).
+        Equations for M, B, K row by row, the handle taken off (`groups.without_handle`).
     strata : (T1,), (T2,), optional
         Disturbance of each trial: trials are exchanged within equal numbers only.
     permutations : int

@@ -53,7 +53,8 @@ class SubjectsChange(InUnits):
     n : int
         Subjects that have both groups.
     p, p_adjusted : float
-        Of no mean change; Holm over the pairs of groups.
+        p value of the hypothesis that there is no mean change, and the same adjusted by Holm's
+        method over the pairs of groups.
     """
 
     first: str
@@ -81,7 +82,7 @@ class RandomEffects:
     ----------
     mean, standard_error : float
     dof : int
-        Of t.
+        Degrees of freedom of the t distribution.
     between_sd : float
     between_limits : (low, high)
         95 %.
@@ -102,7 +103,12 @@ def random_effects(values: FloatArray, variances: FloatArray) -> RandomEffects:
     values : (n,)
         One per subject.
     variances : (n,)
-        Of their errors.
+        Variances of the values' errors.
+
+    Returns
+    -------
+    RandomEffects
+        The mean, its standard error and limits, and the spread between subjects.
 
     Raises
     ------
@@ -157,6 +163,11 @@ def compare_subjects(
         Name of the subject -> its groups.
     against : str, optional
         The group that comes first in every pair.
+
+    Returns
+    -------
+    list of SubjectsChange
+        Mean changes of each pair of groups that at least two subjects have.
 
     Raises
     ------

@@ -1,9 +1,9 @@
 """Impedance ellipses: size, orientation, shape, with intervals.
 
 The ellipse of a matrix A is the locus of ``A u``, |u| = 1: the force against a unit displacement
-(stiffness), velocity (viscosity) or acceleration (inertia). Of the symmetric part with
-eigenvalues l1 >= l2: size ``pi l1 l2``, shape ``l2/l1``, orientation of the major axis,
-counter-clockwise from the line shoulder -> hand.
+(stiffness), velocity (viscosity) or acceleration (inertia). With l1 >= l2 the eigenvalues of the
+symmetric part, its size is ``pi l1 l2`` and its shape ``l2/l1``. Its orientation is that of the
+major axis, counter-clockwise from the line shoulder -> hand.
 
 With mean ``m = (A11 + A22)/2`` and deviator ``r (cos 2phi, sin 2phi) = ((A11 - A22)/2, A12)`` the
 eigenvalues are ``m +- r`` and phi is the major axis. The orientation is the direction of a noisy
@@ -60,7 +60,7 @@ class Ellipse:
     reference_angle_rad : float
         The line from which `orientation_rad` is measured, from +x.
     element_covariance : (3, 3) or None
-        Of A11, the symmetric A12, A22.
+        Covariance of A11, the symmetric A12, and A22.
     dof : float
         Degrees of freedom of the t distribution; inf = normal.
     """
@@ -98,7 +98,7 @@ class Ellipse:
     def gradient(self) -> FloatArray:
         """Derivatives of (size, orientation, shape) by (A11, A12, A22), (3, 3).
 
-        Of a circle, orientation and shape have none: nan.
+        Orientation and shape of a circle have no derivatives: nan.
         """
         mean = (self.semi_major + self.semi_minor) / 2
         x = self.deviator
@@ -117,7 +117,10 @@ class Ellipse:
 
     @property
     def covariance(self) -> FloatArray | None:
-        """Of (size, orientation in rad, shape), (3, 3), to first order; nan as `gradient`."""
+        """Covariance of (size, orientation in rad, shape), (3, 3), to first order.
+
+        It is nan where `gradient` is.
+        """
         if self.element_covariance is None:
             return None
         gradient = self.gradient
@@ -198,12 +201,19 @@ def ellipse(
     Parameters
     ----------
     matrix : (2, 2)
+        Stiffness, viscosity or inertia, SI; its symmetric part must be positive definite.
     reference_angle_rad : float
         Direction of the line shoulder -> hand from +x.
     covariance : (4, 4), optional
-        Of the matrix, row by row.
+        Covariance of the matrix' elements, row by row.
     dof : float
-        Degrees of freedom of the t distribution; inf = normal.
+        Degrees of freedom of the covariance; inf = known.
+
+    Returns
+    -------
+    Ellipse
+        The semi-axes in the unit of the matrix, the direction of the major axis in rad, and the
+        covariance from which intervals of size, shape and orientation follow.
 
     Raises
     ------
@@ -211,6 +221,15 @@ def ellipse(
         The symmetric part is not positive definite.
     InputError
         Wrong shapes, or a value that is not finite.
+
+    Examples
+    --------
+    >>> from armimpedance.ellipses import ellipse
+    >>> stiffness = ellipse([[300.0, 20.0], [20.0, 100.0]])
+    >>> round(stiffness.semi_major), round(stiffness.shape, 2)
+    (302, 0.32)
+    >>> round(stiffness.orientation_rad, 2)
+    0.1
     """
     A = frozen_array(matrix, "matrix", (2, 2))
     a, c, b = _ELEMENTS @ A.ravel()
@@ -247,19 +266,32 @@ def ellipse_of(
     Parameters
     ----------
     estimate : ImpedanceEstimate
+        Estimate with two axes, at the hand or at the joints.
     which : {"inertia", "viscosity", "stiffness"}
+        Matrix whose ellipse is wanted.
     with_handle : bool
-        The inertia as measured, with the mass between sensor and hand.
+        Take the inertia as measured, with the mass between sensor and hand.
 
     Returns
     -------
     Ellipse or None
-        None where there is none: other than two axes, or not positive definite.
+        The ellipse with the estimate's covariance. None for an estimate with other than two axes,
+        or where the matrix' symmetric part is not positive definite.
 
     Raises
     ------
     InputError
         Unknown `which`.
+
+    Examples
+    --------
+    >>> from armimpedance.analyses import estimate
+    >>> from armimpedance.ellipses import ellipse_of
+    >>> from manipulandum_sim.hand import simulate
+    >>> recording, _ = simulate("cocontraction", seed=1, sets=1, conditions=["cocontraction_10"])
+    >>> stiffness = ellipse_of(estimate(recording)[0], "stiffness")
+    >>> stiffness.semi_major > stiffness.semi_minor > 0
+    True
     """
     blocks = {"inertia": 0, "viscosity": 1, "stiffness": 2}
     if which not in blocks:

@@ -16,6 +16,11 @@ def locus(matrix: ArrayLike, n: int = 200) -> FloatArray:
     matrix : (2, 2)
     n : int
         Number of points.
+
+    Returns
+    -------
+    (n, 2) array
+        Points on the curve, in the unit of the matrix.
     """
     A = frozen_array(matrix, "matrix", (2, 2))
     angle = np.linspace(0, 2 * np.pi, n)

@@ -33,7 +33,7 @@ class ResampledEllipse:
     lost : float
         Part of the resamples that were not positive definite.
     dof : float
-        Of the t distribution.
+        Degrees of freedom of the t distribution.
     """
 
     of: Ellipse
@@ -69,10 +69,15 @@ def resampled_ellipse(of: Ellipse, matrices: ArrayLike, dof: float) -> Resampled
     Parameters
     ----------
     of : Ellipse
-        Of all the data.
+        Ellipse of the matrix that all the data give.
     matrices : (R, 2, 2)
         Resamples of its matrix.
     dof : float
+
+    Returns
+    -------
+    ResampledEllipse
+        The ellipse with the spread of its size, orientation (rad) and shape.
 
     Raises
     ------

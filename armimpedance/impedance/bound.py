@@ -24,9 +24,14 @@ def bound(equation: ModalEquation, covariance: FloatArray) -> FloatArray:
     Parameters
     ----------
     equation : ModalEquation
-        Of the true, a planned or an expected motion; its force is not read.
+        Equation of the true, a planned or an expected motion; its force is not read.
     covariance : (d n, d n)
-        Of ``e - A n`` in the equation's modes, as `NoiseModel.covariance`.
+        Covariance of ``e - A n`` in the equation's modes, as `NoiseModel.covariance`.
+
+    Returns
+    -------
+    (r d^2, r d^2) array
+        Cramer-Rao bound of the parameters' covariance, row by row, SI.
 
     Raises
     ------
@@ -47,7 +52,12 @@ def bound_of(equations: TrialEquations) -> FloatArray | None:
     Parameters
     ----------
     equations : TrialEquations
-        Of the method `weighted`, parameters M, B, K row by row.
+        Equations of the method `weighted`; their parameters are M, B, K row by row.
+
+    Returns
+    -------
+    (r d^2, r d^2) array or None
+        Cramer-Rao bound of the parameters' covariance, SI; None where it cannot be estimated.
     """
     total = equations.A.sum(axis=0)
     symmetric = (total + total.T) / 2
@@ -63,6 +73,11 @@ def inverse_information(information: FloatArray) -> FloatArray:
     ----------
     information : (n, n)
         Symmetric, positive definite.
+
+    Returns
+    -------
+    (n, n) array
+        The inverse: the least covariance that the information allows.
     """
     scale = 1 / np.sqrt(np.abs(np.diag(information)))
     inverse = np.linalg.inv(information * scale[:, None] * scale)

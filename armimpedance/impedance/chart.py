@@ -22,7 +22,7 @@ class Chart(FrozenRecord):
     ----------
     origin : (n,)
     basis : (n, r)
-        Of full column rank.
+        Columns that span the free directions; they are linearly independent.
     """
 
     origin: Annotated[FloatArray, "n"]

@@ -189,6 +189,11 @@ def estimate_window(
     group : Group
     options : Options
     prepared : Prepared, optional
+
+    Returns
+    -------
+    ImpedanceEstimate
+        Inertia, viscosity and stiffness of the group, SI, with their covariance and quality.
     """
     method = METHODS.named(options.method)
     if prepared is None:

@@ -23,11 +23,11 @@ class Prepared:
     Attributes
     ----------
     factors : TrialFactors
-        Of ``[W y]`` per trial: condition, rank and multiple correlation are judged on them, and
-        least squares is solved on them where there are no `equations`.
+        Triangular factors of ``[W y]`` per trial. Condition, rank and multiple correlation are
+        judged on them; least squares is solved on them where there are no `equations`.
     equations : TrialEquations, optional
-        Of an estimator that is not plain least squares, same clusters; parameters are M, B, K row
-        by row (`conventions.parameter_names`).
+        Equations of an estimator that is not plain least squares, for the same clusters. Their
+        parameters are M, B, K row by row (`conventions.parameter_names`).
     notes : tuple of str
         For the provenance: how it was done.
     warnings : tuple of str
@@ -35,7 +35,7 @@ class Prepared:
     bound : (3 d^2, 3 d^2) array, optional
         Cramer-Rao bound of M, B, K row by row, where the method finds it on its way.
     chart : Chart, optional
-        Of the equations' parameters, where a constraint ties them.
+        Chart of the equations' parameters, where a constraint ties them.
     """
 
     factors: TrialFactors

@@ -86,7 +86,7 @@ def to_estimate(
     Parameters
     ----------
     factors : TrialFactors
-        Of the impedance equation, clusters = trials (or blocks of one).
+        Triangular factors of the impedance equation; clusters are trials, or blocks of one trial.
     group : Group
     method : str
         What is written into the result.
@@ -97,7 +97,7 @@ def to_estimate(
     equations : TrialEquations, optional
         Solved instead of least squares on the factors, which then only judge.
     chart : Chart, optional
-        Of the equations' parameters: what a constraint leaves free.
+        Chart of the equations' parameters: what a constraint leaves free.
     seed : int
         Seed of the bootstrap.
 

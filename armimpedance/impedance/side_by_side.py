@@ -116,7 +116,7 @@ class SideBySide:
 
     @property
     def estimates(self) -> tuple[ImpedanceEstimate, ...]:
-        """Of the methods that ran."""
+        """Estimates of the methods that ran."""
         return tuple(r.estimate for r in self.results if r.estimate is not None)
 
 
@@ -133,7 +133,7 @@ def side_by_side(
     Parameters
     ----------
     recording : Recording
-        Of returning disturbances.
+        Recording of returning disturbances.
     by : sequence of str
         Columns of the trial table; trials alike in all of them form a group.
     options : Options

@@ -163,7 +163,7 @@ class MuscleCone(FrozenRecord):
     def _limit(self, dual: FloatArray, nearest: FloatArray) -> float:
         """``p y`` less its error: holds for every dual p, wherever the true y is.
 
-        Of the measured y and the nearest possible one, the y that promises less counts.
+        The measured y and the nearest possible one each promise a value; the lower one counts.
         """
         sd = float(np.sqrt(max(float(dual @ self.covariance @ dual), 0.0)))
         return min(float(dual @ self.y), float(dual @ nearest)) - self._reach * sd

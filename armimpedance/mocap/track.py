@@ -79,7 +79,7 @@ def _centre(tree: MarkerTree, natural: FloatArray, near: FloatArray, lost: BoolA
 def _chains(
     tree: MarkerTree, targets: FloatArray, offsets: IntArray, step: int, natural: FloatArray
 ) -> list[tuple[IntArray, FloatArray]]:
-    """Of each trial: the frames of its chain and their postures; all trials at once."""
+    """The frames of each trial's chain and their postures, for all trials at once."""
     anchors = [
         np.unique(np.append(np.arange(a, b, step), b - 1))
         for a, b in zip(offsets[:-1], offsets[1:], strict=True)
@@ -111,8 +111,8 @@ def _chains(
 def _first_postures(tree: MarkerTree, targets: FloatArray, natural: FloatArray) -> FloatArray:
     """The best posture (F, n) of single frames, sought from many starts.
 
-    Of postures that fit equally well, the one nearest to the natural posture is taken: three
-    hinges have two readings of every turn.
+    Where several postures fit equally well, the one nearest to the natural posture is taken:
+    three hinges have two readings of every turn.
     """
     starts = [_starts(tree, target, natural) for target in targets]
     count = len(starts[0])

@@ -159,6 +159,11 @@ def long_run_covariance(
         Residuals.
     cosines : int
         How many sums are taken; the degrees of freedom of the t distribution.
+
+    Returns
+    -------
+    (p, p) array
+        Covariance of the parameters.
     """
     n, scale = len(W), np.linalg.norm(triangle, axis=0)
     # scores u (n, p) in the orthonormal basis: W = Z R, u_i = z_i e_i

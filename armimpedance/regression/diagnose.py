@@ -82,6 +82,11 @@ def conditioning(triangle: FloatArray, n_rows: int) -> Conditioning:
         R of W = Q R.
     n_rows : int
         Rows of W.
+
+    Returns
+    -------
+    Conditioning
+        Singular values of W with columns of unit length, condition numbers, and the rank tolerance.
     """
     lengths = np.linalg.norm(triangle, axis=0)
     scale = np.where(lengths > 0, lengths, 1.0)

@@ -126,6 +126,11 @@ def solve_equations(
     seed : int
         Seed of the bootstrap.
 
+    Returns
+    -------
+    Solution
+        The parameters (n,), their covariance (n, n) and its degrees of freedom.
+
     Raises
     ------
     NotIdentifiableError
@@ -167,6 +172,11 @@ def solve_total(equations: TrialEquations) -> FloatArray:
     ----------
     equations : TrialEquations
 
+    Returns
+    -------
+    (n,) array
+        The parameters that solve the sum of all clusters' equations.
+
     Raises
     ------
     NotIdentifiableError
@@ -185,6 +195,11 @@ def leave_one_out_shift(equations: TrialEquations, theta: FloatArray) -> FloatAr
         T clusters, n parameters.
     theta : (n,)
         Their solution.
+
+    Returns
+    -------
+    (T, n) array
+        The solution with all clusters less the one without cluster t, one row per cluster.
 
     Raises
     ------

@@ -45,7 +45,7 @@ class ErrorMoments(FrozenRecord):
     error : (C, p, p)
         ``E[U_c^T U_c]``: what errors of the regressors add to `gram`.
     names, units : tuples of str
-        Of the p coefficients.
+        Names and units of the p coefficients.
     """
 
     gram: Annotated[FloatArray, "c p p"]
@@ -74,9 +74,9 @@ class Corrected:
     coefficients, naive : (p,)
     covariance, naive_covariance : (p, p)
     dof : float
-        Of the t distribution.
+        Degrees of freedom of the t distribution.
     reliability : float
-        Of the least certain combination of regressors: the part of its length that errors do not
+        Part of the length of the least certain combination of regressors that errors do not
         explain, 0..1.
     least_certain : tuple of str
         The regressors in that combination.
@@ -104,6 +104,11 @@ def solve_corrected(moments: ErrorMoments, small_sample: FloatArray | None = Non
     moments : ErrorMoments
     small_sample : (p, p), optional
         Takes off the bias of second order: `small_sample_term`.
+
+    Returns
+    -------
+    Corrected
+        Coefficients with and without the correction, their covariances, and the reliability.
 
     Raises
     ------
@@ -148,7 +153,12 @@ def small_sample_term(moments: ErrorMoments) -> FloatArray:
     Parameters
     ----------
     moments : ErrorMoments
-        Of points with one row each.
+        Moments of points with one row each.
+
+    Returns
+    -------
+    (p, p) array
+        The term to add to the corrected moments ``W^T W - S``.
     """
     S = moments.error
 
@@ -174,6 +184,13 @@ def refuse_unreliable(
     moments : ErrorMoments
     points : int, optional
         Rows with independent errors, where that many are known: few show by chance what is none.
+
+    Returns
+    -------
+    reliability : float
+        Share of the combination's length that errors do not explain, 0 to 1.
+    names : tuple of str
+        Regressors that make up the combination.
 
     Raises
     ------

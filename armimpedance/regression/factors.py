@@ -142,6 +142,11 @@ def trial_factors(
     nuisance_per_trial : int
         See `TrialFactors`.
 
+    Returns
+    -------
+    TrialFactors
+        One triangular factor of ``[W Y]`` per usable trial.
+
     Raises
     ------
     InputError
@@ -190,6 +195,11 @@ def ragged_factors(
     regressors, outputs, regressor_units, output_units : sequences of str
     nuisance_per_trial : int
         See `TrialFactors`.
+
+    Returns
+    -------
+    TrialFactors
+        One triangular factor of ``[W Y]`` per cluster.
 
     Raises
     ------

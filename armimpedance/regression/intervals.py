@@ -19,6 +19,11 @@ def t_factor(dof: float, level: float = 0.95) -> float:
     level : float
         Confidence level, 0 to 1.
 
+    Returns
+    -------
+    float
+        Quantile of the t distribution: the half-width over the standard error.
+
     Raises
     ------
     InputError
@@ -40,6 +45,11 @@ def t_interval(values: FloatArray, sd: FloatArray, dof: float, level: float = 0.
         Degrees of freedom; inf = normal.
     level : float
         Confidence level, 0 to 1.
+
+    Returns
+    -------
+    (m, 2) array
+        Lower and upper limit of each value, in the values' unit.
 
     Raises
     ------

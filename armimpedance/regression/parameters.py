@@ -168,7 +168,7 @@ class Parameters(FrozenRecord):
         Returns
         -------
         Parameters
-            Of length m.
+            The m values of `function`, with their covariance.
 
         Raises
         ------

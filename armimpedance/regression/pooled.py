@@ -68,6 +68,11 @@ def pool(factors: TrialFactors) -> Pooled:
     ----------
     factors : TrialFactors
 
+    Returns
+    -------
+    Pooled
+        The coefficients of all clusters, and each cluster in the pooled orthonormal basis.
+
     Raises
     ------
     NotIdentifiableError

@@ -31,6 +31,11 @@ def leave_one_out(factors: TrialFactors) -> FloatArray:
     factors : TrialFactors
         T clusters, p regressors, q outputs.
 
+    Returns
+    -------
+    (T, p, q) array
+        Coefficients without cluster t, one matrix per cluster.
+
     Raises
     ------
     NotIdentifiableError
@@ -61,6 +66,12 @@ def bootstrap(
     strata : (T,), optional
         Labels; clusters are drawn within each label. Intervals from few clusters per label are
         too short.
+
+    Returns
+    -------
+    (repeats, p, q) array
+        Coefficients of each resample. A resample that still loses rank after twenty draws is
+        left out.
 
     Raises
     ------

@@ -54,11 +54,11 @@ class Fit(FrozenRecord):
     regressors, outputs : tuple of str
         The p columns of W and the q columns of Y.
     names, units : tuple of str
-        Of `parameters`.
+        Names and units of `parameters`.
     coefficients : (p, q)
         Theta, SI. Column j predicts output j.
     covariance : (p q, p q)
-        Of `parameters`: all regressors of output 1, then of output 2, and so on.
+        Covariance of `parameters`: all regressors of output 1, then of output 2, and so on.
     covariance_kind : str
         ``cr1``, ``cr3``, ``classical``, or what `with_covariance` was given.
     dof : float

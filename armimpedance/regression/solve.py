@@ -45,6 +45,11 @@ def fit(
     warn_cond : float
         Scaled condition number above which the fit warns and names the columns.
 
+    Returns
+    -------
+    Fit
+        Coefficients, their covariance and degrees of freedom, residual variance and warnings.
+
     Raises
     ------
     NotIdentifiableError

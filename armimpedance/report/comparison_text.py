@@ -40,7 +40,18 @@ _SUBJECTS = (
 
 
 def comparison_text(pairs: Sequence[Pair]) -> str:
-    """Ellipses, elements and tests of all pairs, then notes."""
+    """Ellipses, elements and tests of all pairs, then notes.
+
+    Parameters
+    ----------
+    pairs : sequence of Pair
+        Compared pairs of groups.
+
+    Returns
+    -------
+    str
+        A block of text per pair, and explanations at the end.
+    """
     many = len(pairs) > _MOST_IN_FULL
     blocks = [
         f"{field.capitalize()} {symbol}\n{_changes_table(pairs, field, many)}"
@@ -58,7 +69,18 @@ def comparison_text(pairs: Sequence[Pair]) -> str:
 
 
 def subjects_text(found: Sequence[SubjectsChange]) -> str:
-    """Mean changes of each pair of groups, a table per pair."""
+    """Mean changes of each pair of groups, a table per pair.
+
+    Parameters
+    ----------
+    found : sequence of SubjectsChange
+        Mean changes over subjects, one for each pair of groups.
+
+    Returns
+    -------
+    str
+        A table per pair, and an explanation at the end.
+    """
     blocks = []
     for first, second in dict.fromkeys((c.first, c.second) for c in found):
         rows = [_subjects_row(c) for c in found if (c.first, c.second) == (first, second)]

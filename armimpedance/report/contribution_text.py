@@ -41,7 +41,7 @@ def contribution_text(results: Sequence[Contribution]) -> str:
     Parameters
     ----------
     results : sequence of Contribution
-        Of all movements.
+        Contributions of all movements.
 
     Returns
     -------

@@ -25,7 +25,18 @@ _WIDTH = 100
 
 
 def estimate_text(estimate: ImpedanceEstimate) -> str:
-    """The matrices with their 95 % half-widths, their parts and ellipses, quality and warnings."""
+    """The matrices with their 95 % half-widths, their parts and ellipses, quality and warnings.
+
+    Parameters
+    ----------
+    estimate : ImpedanceEstimate
+        The estimate to describe.
+
+    Returns
+    -------
+    str
+        Blocks of text, separated by empty lines.
+    """
     blocks = [_head(estimate)]
     half = half_widths(estimate)
     for i, field in enumerate(FIELDS):

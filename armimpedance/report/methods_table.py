@@ -33,6 +33,11 @@ def methods_table(compared: Sequence[SideBySide], reference: str) -> str:
     compared : sequence of SideBySide
     reference : str
         The method that the others are measured against.
+
+    Returns
+    -------
+    str
+        A block of text per group, and an explanation of the columns at the end.
     """
     blocks = [block for side in compared for block in _group(side, reference)]
     return "\n\n".join([*blocks, textwrap.fill(_LEGEND.format(reference), _WIDTH)])

@@ -26,13 +26,39 @@ def decimals_for(half_width: float, value: float) -> int:
 
 
 def fixed(value: float, decimals: int) -> str:
-    """The value rounded to these decimals, without a sign on zero."""
+    """The value rounded to these decimals, without a sign on zero.
+
+    Parameters
+    ----------
+    value : float
+        The number to print.
+    decimals : int
+        Digits after the decimal point.
+
+    Returns
+    -------
+    str
+        The rounded number.
+    """
     text = f"{round(value, decimals):.{max(decimals, 0)}f}"
     return text.removeprefix("-") if not any(c in text for c in "123456789") else text
 
 
 def with_half_width(value: float, half_width: float) -> str:
-    """``104.8 ± 9.1``: both with the same decimals, two digits of the half-width."""
+    """``104.8 ± 9.1``: both with the same decimals, two digits of the half-width.
+
+    Parameters
+    ----------
+    value : float
+        The estimated value.
+    half_width : float
+        Half-width of its interval, in the same unit.
+
+    Returns
+    -------
+    str
+        Value and half-width; a question mark stands for an unknown half-width, a dash for no value.
+    """
     if not isfinite(value):
         return "-"
     decimals = decimals_for(half_width, value)
@@ -60,7 +86,20 @@ def percent(value: float) -> str:
 
 
 def counted(number: int, noun: str) -> str:
-    """``1 trial``, ``2 trials``: a number with its noun."""
+    """``1 trial``, ``2 trials``: a number with its noun.
+
+    Parameters
+    ----------
+    number : int
+        How many there are.
+    noun : str
+        The noun in the singular; its plural ends in s.
+
+    Returns
+    -------
+    str
+        The number and the noun, in the plural unless the number is 1.
+    """
     return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 
@@ -73,7 +112,22 @@ def short(text: str, width: int) -> str:
 
 
 def aligned_table(header: Sequence[str], rows: Sequence[Sequence[str]], gap: str = "  ") -> str:
-    """Columns as wide as they must be; the first to the left, the others to the right."""
+    """Columns as wide as they must be; the first to the left, the others to the right.
+
+    Parameters
+    ----------
+    header : sequence of str
+        Titles of the columns.
+    rows : sequence of sequence of str
+        Cells of each row, as many as there are titles.
+    gap : str
+        Text between two columns.
+
+    Returns
+    -------
+    str
+        The header and the rows, one line each.
+    """
     table = [list(header), *map(list, rows)]
     widths = [max(map(len, column)) for column in zip(*table, strict=True)]
     lines = []

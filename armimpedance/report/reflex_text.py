@@ -27,13 +27,35 @@ _LEGEND = (
 
 
 def verdict_text(verdicts: Sequence[ReflexVerdict]) -> str:
-    """Every group: the verdict in words, its evidence, the matrices; then what is meant."""
+    """Every group: the verdict in words, its evidence, the matrices; then what is meant.
+
+    Parameters
+    ----------
+    verdicts : sequence of ReflexVerdict
+        One verdict per group of trials.
+
+    Returns
+    -------
+    str
+        A block of text per group, and an explanation at the end.
+    """
     blocks = [f"{_title(v)}\n{_filled(sentences(v))}\n{_matrices(v)}" for v in verdicts]
     return "\n\n".join([*blocks, textwrap.fill(_LEGEND, _WIDTH)])
 
 
 def headline(verdict: ReflexVerdict) -> str:
-    """The verdict in one sentence."""
+    """The verdict in one sentence.
+
+    Parameters
+    ----------
+    verdict : ReflexVerdict
+        The verdict on one group of trials.
+
+    Returns
+    -------
+    str
+        A sentence that names the outcome and the p value.
+    """
     p = _p(verdict.p_value)
     if verdict.outcome == "none" and verdict.p_value <= verdict.NAMED_AT_P:
         return f"No reflex that matters ({p}, but below {100 * verdict.LEAST_SHARE:g} % of K)."
@@ -68,6 +90,11 @@ def verdict_rows(verdicts: Sequence[ReflexVerdict]) -> list[dict[str, Any]]:
     Parameters
     ----------
     verdicts : sequence of ReflexVerdict
+
+    Returns
+    -------
+    list of dict
+        One row per verdict: name of the column -> value.
     """
     return [_row(verdict) for verdict in verdicts]
 

@@ -46,6 +46,16 @@ def summary_table(estimates: Sequence[ImpedanceEstimate]) -> str:
 
     Estimates of different levels or numbers of axes come in parts of their own. Warnings are
     numbered and stand at the end.
+
+    Parameters
+    ----------
+    estimates : sequence of ImpedanceEstimate
+        The estimates, one row each.
+
+    Returns
+    -------
+    str
+        The tables, then the numbered warnings.
     """
     warnings = list(dict.fromkeys(w for e in estimates for w in e.warnings))
     parts: dict[tuple[str, int], list[ImpedanceEstimate]] = {}

@@ -99,7 +99,7 @@ def arm_text(calibration: ArmCalibration) -> str:
     Parameters
     ----------
     calibration : ArmCalibration
-        Of a person.
+        Calibration of one person's arm.
 
     Returns
     -------

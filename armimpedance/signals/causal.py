@@ -24,6 +24,11 @@ def causal_lowpass(
     order : int
     axis : int
 
+    Returns
+    -------
+    array of the same shape
+        The filtered signal, in the signal's unit.
+
     Raises
     ------
     InputError
@@ -51,6 +56,11 @@ def lowpass_delay_s(cutoff_hz: float, sample_rate_hz: float, order: int) -> floa
     ----------
     cutoff_hz, sample_rate_hz : float
     order : int
+
+    Returns
+    -------
+    float
+        The group delay in s.
 
     Raises
     ------

@@ -28,6 +28,11 @@ def ramp_basis(lag_s: FloatArray) -> FloatArray:
     ----------
     lag_s : (S,)
 
+    Returns
+    -------
+    (S, 2) array
+        Orthonormal columns that span an offset and a ramp.
+
     Raises
     ------
     InputError
@@ -60,5 +65,10 @@ def correct_force_only(force: FloatArray, lag_s: FloatArray, start: int, end: in
     lag_s : (S,)
     start, end : int
         Samples of t0 and tf.
+
+    Returns
+    -------
+    (T, S, d) array
+        Forces without the drift, N.
     """
     return np.matmul(end_operator(lag_s, start, end), force)

@@ -39,11 +39,11 @@ class PositionNoise:
     Attributes
     ----------
     variance : float
-        Of single samples while the reading changes, m^2 (rad^2).
+        Noise variance of single samples while the reading changes, m^2 (rad^2).
     covariance : (d, 3 n, 3 n)
         Per axis, of what the modes make of the noise in x'', x', x; mean over trials.
     step : float
-        Of the grid on which the readings lie; 0: there is none.
+        Spacing of the grid on which the readings lie, m (rad); 0: there is none.
     """
 
     variance: float
@@ -60,7 +60,12 @@ def position_noise(position: FloatArray, sample_rate_hz: float, modes: Modes) ->
         As recorded; trials start at rest.
     sample_rate_hz : float
     modes : Modes
-        Of the window.
+        Modes of the window.
+
+    Returns
+    -------
+    PositionNoise
+        Variance of single samples, covariance in the modes, and the step of the readings' grid.
     """
     step = grid_step(position)
     if step > 0:

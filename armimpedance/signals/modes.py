@@ -66,6 +66,11 @@ def delayed(signal: FloatArray, samples: float) -> FloatArray:
     signal : (..., S)
     samples : float
         Delay in samples, not necessarily whole.
+
+    Returns
+    -------
+    array of the same shape
+        The delayed signal, in the signal's unit.
     """
     whole = int(np.floor(samples))
     part = samples - whole

@@ -53,6 +53,11 @@ def choose_span(
     rows_per_kernel : int
         Rows of a fit per support of the kernel.
 
+    Returns
+    -------
+    Span
+        Smoothing kernels, their centres, the stride between rows, and notes on what was narrowed.
+
     Raises
     ------
     InputError

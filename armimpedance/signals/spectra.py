@@ -46,7 +46,16 @@ def multiple_coherence(
     Parameters
     ----------
     motion, force : (S, d)
-        One long trial.
+        Motion and force of one long trial.
+    sample_rate_hz : float
+        Sample rate, Hz.
+    segment_s : float
+        Length of a segment, s.
+
+    Returns
+    -------
+    Coherence
+        Frequencies (Hz), the coherence of each force axis at them (0 to 1), number of segments.
 
     Raises
     ------

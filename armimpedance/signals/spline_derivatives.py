@@ -31,7 +31,7 @@ def smoothed_derivatives(
     cutoff_hz : float or None
         None leaves the signal as it is.
     order : int
-        Of the filter, which runs forward and backward.
+        Order of the filter, which runs forward and backward.
 
     Returns
     -------

@@ -48,7 +48,7 @@ def disturbance_times(recording: Recording) -> Timing:
     Parameters
     ----------
     recording : Recording
-        Of returning disturbances.
+        Recording of returning disturbances.
 
     Returns
     -------
@@ -94,11 +94,11 @@ def cut_windows(
     Parameters
     ----------
     recording : Recording
-        Of returning disturbances.
+        Recording of returning disturbances.
     rows : array of int, optional
         Rows of the trial table, from 0; default all.
     timing : Timing, optional
-        Of all trials of the recording; default: `disturbance_times`.
+        Timing of all trials of the recording; default: `disturbance_times`.
 
     Returns
     -------

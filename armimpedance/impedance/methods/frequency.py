@@ -195,7 +195,7 @@ def replicate_noise(
     labels : (T,) int
         Direction of every trial, from 0, none left out.
     parameters : (3 d^2,)
-        Of a first fit: takes out what differs in the motion between replicates.
+        Parameters of a first fit; they take out what differs in the motion between replicates.
     """
     d, n = equation.axes, equation.modes.count
     residual = equation.residual(parameters).reshape(-1, d, n) @ _free_of_drift(lines)

@@ -30,6 +30,11 @@ def check_delay(recording: Recording) -> tuple[Check, ...]:
     Parameters
     ----------
     recording : Recording
+
+    Returns
+    -------
+    tuple of Check
+        One check of the delay between force and motion; empty where it does not apply.
     """
     if recording.perturbation != "returning":
         return ()
@@ -61,7 +66,7 @@ class _Curve:
     ----------
     shift_s : (n,)
     unexplained : (1 + groups, n)
-        Of all trials, then without each group of trials.
+        Unexplained part of all trials, then without each group of trials.
     """
 
     shift_s: FloatArray

@@ -52,7 +52,8 @@ class WindowEnds(FrozenRecord):
     early : int
         Number of the earliest end with a usable K.
     change_covariance : (E, d^2, d^2)
-        Of the change since the early end: the same trials, so that their noise cancels.
+        Covariance of the change since the early end. Both fits use the same trials, so that
+        their noise cancels.
     dof : float
     """
 
@@ -141,7 +142,7 @@ def _cells(window: Window, end_s: float) -> Modes:
 
 @lru_cache(maxsize=64)
 def _cell_modes(samples: int, sample_rate_hz: float, first: int, last: int) -> Modes:
-    """Of samples first to last (exclusive), whole cells counted from the last."""
+    """Modes of samples first to last (exclusive), in whole cells counted from the last."""
     cell = max(1, round(CELL_S * sample_rate_hz))
     count = (last - first) // cell
     smooth = np.zeros((count, samples))

@@ -48,7 +48,7 @@ class Evidence:
 
     @property
     def weight(self) -> FloatArray:
-        """Of every delay, summing to one: all delays alike before the measurement."""
+        """Weights of all delays, which sum to one; before the measurement all are equal."""
         raised = np.exp(self.log_ratio - self.log_ratio.max())
         return np.asarray(raised / raised.sum())
 
@@ -92,7 +92,7 @@ def weigh(scan: DelayScan, seed: int = 0) -> Evidence:
 def visible_share(scan: DelayScan, delay_s: float, level: float, seed: int = 0) -> float:
     """Smallest reflex, as part of K, that the test finds in 95 % of such experiments; inf if none.
 
-    Of trials without a reflex, whose flipped scores stand for chance.
+    It is computed for trials without a reflex, whose flipped scores stand for chance.
     """
     expected, stiffness = _expected(scan), _stiffness(scan)
     number = int(np.argmin(np.abs(scan.delay_s - delay_s)))

@@ -62,16 +62,22 @@ def reflex_guard(
     Parameters
     ----------
     recording : Recording
-        Of returning disturbances.
+        Recording of returning disturbances.
     by : sequence of str
         Columns of the trial table; trials alike in all of them form a group.
     delay_s : float, optional
-        Of the reflex, where it is known, for example from EMG; default: scanned from 30 to 120 ms.
+        Delay of the reflex where it is known, for example from EMG; default: scanned from 30 to
+        120 ms.
     seed : int
-        Of the random signs behind p.
+        Seed of the random signs behind p.
     ends : bool
         Fit windows that end early too.
     progress : function (done, all), optional
+
+    Returns
+    -------
+    list of ReflexVerdict
+        One verdict per group, in the order of the groups.
 
     Raises
     ------
@@ -126,6 +132,11 @@ def guard_window(
         Seed of the random signs behind p.
     ends : bool
         Fit windows that end early too.
+
+    Returns
+    -------
+    ReflexVerdict
+        The outcome, its p value, the reflex's delay in s, and how much it would overstate K.
     """
     _check(window, delay_s)
     require_identifiable(exact.prepare(window, kind).factors)

@@ -49,7 +49,7 @@ class DelayProfile:
     log_ratio : (D,)
         Log-likelihood ratio of a reflex at this delay against none.
     weight : (D,)
-        Of each delay in the mean over delays.
+        Weight of each delay in the mean over delays.
     """
 
     delay_s: FloatArray
@@ -75,14 +75,15 @@ class ReflexVerdict(FrozenRecord):
     outcome : {"none", "contaminated", "unknown"}
         "unknown": no sign, but a reflex of a quarter of K would go unseen.
     p_value : float
-        Of no reflex at any delay that was tried.
+        p value of the hypothesis that there is no reflex at any delay that was tried.
     delay_s, delay_low_s, delay_high_s : float
         Mean over delays and 95 % interval; all the same if the delay was given.
     scanned : bool
     without, intrinsic, reflex : (d, d)
         K of the model without reflex; K and R of the model with it.
     covariance : (3 d^2, 3 d^2)
-        Of the three, row by row; with the delay scanned its uncertainty is in it.
+        Covariance of the three matrices, row by row. Where the delay was scanned, it includes the
+        delay's uncertainty.
     dof : float
     overstated : Share
         By how much of the intrinsic K the model without reflex overstates it, along K.

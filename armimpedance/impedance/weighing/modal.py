@@ -29,7 +29,7 @@ class ModalEquation(FrozenRecord):
     ----------
     modes : Modes
     lag_s : (S,)
-        Of the window that the modes cover.
+        Times of the window's samples, which the modes cover, from the onset, s.
     motion : (T, r, d, n)
         x'', x', x of each axis, measured from where the hand rested before the onset; r > 3 where
         delayed x follow.
@@ -90,6 +90,11 @@ def modal_equation(
     delay_s : float or sequence of float, optional
         Adds the displacement of that much earlier as a further regressor, one for each delay; what
         lies before the window is taken as rest.
+
+    Returns
+    -------
+    ModalEquation
+        Motion and force of the usable trials, as coefficients of the modes.
 
     Raises
     ------

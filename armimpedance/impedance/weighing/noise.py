@@ -81,6 +81,11 @@ def through_impedance(parameters: FloatArray, position: FloatArray) -> FloatArra
         M, B, K row by row; what follows them is not read.
     position : (d, 3 n, 3 n)
         Covariance, for each axis, of the position's noise in x'', x', x.
+
+    Returns
+    -------
+    (d n, d n) array
+        Covariance of the force, N^2 (joint: torque, N^2 m^2), that the position noise stands for.
     """
     d, n = len(position), position.shape[1] // 3
     theta = parameters[: 3 * d * d].reshape(3, d, d)
@@ -139,6 +144,11 @@ def force_covariance(
     samples : int
         Length of the window.
     sample_rate_hz : float
+
+    Returns
+    -------
+    (d n, d n) array
+        Covariance of the force's coefficients in the modes, N^2.
     """
     return total_covariance(sizes, component_shapes(modes, samples, sample_rate_hz), floor)
 

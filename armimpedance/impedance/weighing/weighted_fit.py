@@ -70,6 +70,11 @@ def weighted_fit(
     modes : Modes, optional
         Default: `spline_modes` of the window.
 
+    Returns
+    -------
+    WeightedFit
+        The equation in modes, the noise that was found, the trials' equations and the parameters.
+
     Raises
     ------
     NotIdentifiableError

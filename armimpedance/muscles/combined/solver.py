@@ -85,7 +85,7 @@ class Posterior:
     jacobian, error : (rows, n), (rows,)
         Jacobian and errors of the weighted rows at x, without the prior's.
     weights : tuple of (P, r, r)
-        Of K, B and torque.
+        Weights of K, B and torque.
     blocks : (3,) tuple of slice
         Rows of K, B, torque in them, P times 3, 3 and 2.
     spent : float

@@ -44,6 +44,11 @@ def mvc_column(muscle: str) -> str:
     Parameters
     ----------
     muscle : str
+
+    Returns
+    -------
+    str
+        Name of the column; its values are in V.
     """
     return f"mvc_{muscle}_V"
 
@@ -54,6 +59,11 @@ def rest_column(muscle: str) -> str:
     Parameters
     ----------
     muscle : str
+
+    Returns
+    -------
+    str
+        Name of the column; its values are in V.
     """
     return f"rest_{muscle}_V"
 

@@ -72,13 +72,19 @@ def emg_amplitude(
     ----------
     recording : Recording
     cutoff_hz, order : float, int
-        Of the low-pass.
+        Cut-off (Hz) and order of the low-pass.
     causal : bool
-        As a controller would have it; late by `lag_s`. Default: zero phase.
+        Run the low-pass forward only, as a controller would; the amplitude is late by `lag_s`.
+        Default: zero phase.
     align : bool
         Move a causal amplitude forward by its lag (at 0 Hz).
     band_hz : (low, high), optional
         Band-pass of the raw EMG.
+
+    Returns
+    -------
+    EmgAmplitude
+        Amplitudes of all trials, samples and muscles as part of the maximum, with their sd.
 
     Raises
     ------
@@ -139,6 +145,11 @@ def segment_amplitude(
     segment_s : float, optional
         Default: whole trials. What is left over at the end of a trial is dropped.
     band_hz : (low, high), optional
+
+    Returns
+    -------
+    SegmentAmplitude
+        Amplitudes of all segments and muscles as part of the maximum, with their sd.
 
     Raises
     ------

@@ -46,6 +46,11 @@ def check_emg(recording: Recording) -> tuple[Check, ...]:
     recording : Recording
         With raw EMG, V.
 
+    Returns
+    -------
+    tuple of Check
+        What was found about maximum contractions, sample rate and signal.
+
     Raises
     ------
     InputError

@@ -28,14 +28,21 @@ def envelope(
     ----------
     emg : array
         Raw EMG, time along `axis`; at least one period of the cut-off long.
+    sample_rate_hz : float
+        Sample rate of the EMG, Hz.
+    cutoff_hz : float
+        Cut-off of the low-pass, Hz.
     order : int
-        Of the low-pass; run forward and backward, zero phase, unless `causal`.
+        Order of the low-pass, which runs forward and backward (zero phase) unless `causal`.
     causal : bool
-        Forward only: late by `signals.causal.lowpass_delay_s`.
+        Run the low-pass forward only; the envelope is late by `signals.causal.lowpass_delay_s`.
+    axis : int
+        Axis of time.
 
     Returns
     -------
-    array of the same shape, >= 0 up to filter ripple (clipped at 0).
+    array of the same shape
+        The envelope in the unit of `emg`; values below 0 from filter ripple are set to 0.
 
     Raises
     ------
