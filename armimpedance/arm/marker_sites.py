@@ -64,7 +64,7 @@ def elbow_sites(
         Height of the shoulders above the hips.
     upper_arm_m : float
     wrist_m, grip_m : float
-        From the elbow to the wrist and to the grip's centre.
+        Distances from the elbow to the wrist and to the grip's centre, m.
     """
     sites = {
         "acromion_right": ("trunk", (0.0, -shoulder_half_m, shoulder_m + 0.03)),

@@ -68,7 +68,7 @@ class MuscularArm(FrozenRecord):
     angle_range : (n, 2)
         Joint angles (rad) that `paths` hold for.
     source : str
-        Where the numbers come from.
+        Origin of the numbers, in words.
     """
 
     name: str

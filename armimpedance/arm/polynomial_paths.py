@@ -134,7 +134,7 @@ def fit_paths(
     order : int
         Order of the moment arms; that of the lengths is one more.
     spans : (m, n) bool
-        Which joints a muscle's length depends on.
+        True for the joints that a muscle's length depends on.
     box : (n, 2), optional
         Angles (rad) that are scaled to [-1, 1]; default: the range of `q`.
 

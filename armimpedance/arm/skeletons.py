@@ -215,7 +215,7 @@ def _rod(across: float, along: float) -> FloatArray:
 
 
 def _elbow_trunk(mass_kg: float, height_m: float) -> Segment:
-    """As wide as the hips about its long axis (an elliptic cylinder's would need the depth)."""
+    """The trunk, as wide as the hips about its long axis; its depth is not known."""
     mass, length = mass_kg * _TRUNK.mass, height_m * _TRUNK.length
     across = mass * (_TRUNK.gyration * length) ** 2
     along = mass * (_HIP_BREADTH * height_m / 2.0) ** 2 / 2.0

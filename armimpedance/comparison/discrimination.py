@@ -70,7 +70,7 @@ class Discrimination(FrozenRecord):
     Attributes
     ----------
     quantity : str
-        What the values are, with their unit.
+        Name of the values, with their unit.
     first, second : Group
     difference, difference_ci95 : float, (2,)
         Mean of the second less that of the first; Welch's interval.
@@ -172,7 +172,7 @@ def discriminate_groups(first: Group, second: Group, parameter: str = "") -> Dis
     ----------
     first, second : Group
     parameter : str
-        What the values are called.
+        Name of the values.
 
     Returns
     -------

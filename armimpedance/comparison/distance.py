@@ -75,7 +75,7 @@ def is_positive_definite(matrices: FloatArray) -> np.ndarray:
 
 
 def upper_elements(k: int) -> FloatArray:
-    """From A (k^2,), row by row, to the elements i <= j of its symmetric part, (c, k^2)."""
+    """Map (c, k^2) from A (k^2,), row by row, to the elements i <= j of its symmetric part."""
     basis = _symmetric_basis(k)
     # the element ij of the symmetric part is half the sum of A_ij and A_ji
     return np.asarray(basis / basis.sum(axis=(1, 2), keepdims=True)).reshape(len(basis), k * k)

@@ -54,7 +54,7 @@ def name_of(keys: Mapping[str, Any], by: Sequence[str]) -> str:
     keys : mapping
         Columns of a group.
     by : sequence of str
-        Those that make its name.
+        Columns whose values make the group's name.
 
     Returns
     -------
@@ -97,7 +97,7 @@ def groups_of_recording(
         Columns of the trial table, or names in `keys`.
     options : Options
     keys : mapping, optional
-        What is the same for all trials, for example ``{"recording": "monday"}``.
+        Columns that are the same for all trials, for example ``{"recording": "monday"}``.
     progress : function (done, all), optional
 
     Returns

@@ -45,7 +45,7 @@ class SubjectsChange(InUnits):
     first, second : str
         Names of the groups.
     matrix, quantity, unit, kind : str
-        As of `Change`.
+        The same as in `Change`.
     value, low, high : float
         Mean change and its 95 % limits; of a ratio the geometric mean.
     between_sd, between_low, between_high : float

@@ -40,7 +40,7 @@ class NearestMatrices:
     u : (c s,)
         s numbers of each of the c matrices: (m, x, y), or the value of a 1 x 1 matrix.
     places : tuple of {"inside", "surface", "apex"}
-        Where each matrix lies: positive definite, singular, zero.
+        Place of each matrix: positive definite, singular, or zero.
     """
 
     u: FloatArray

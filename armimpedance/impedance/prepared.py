@@ -66,12 +66,12 @@ class Method:
     Attributes
     ----------
     assumes : str
-        What must hold for the estimate to be right, in one sentence.
+        Condition under which the estimate is right, in one sentence.
     reference : str
     prepare : function
-        From the raw windows of one group to what is solved.
+        Function that turns the raw windows of one group into the equations to solve.
     differs : str
-        What it points to if this method alone disagrees with the default, in one clause.
+        Likely cause if this method alone disagrees with the default, in one clause.
     """
 
     assumes: str

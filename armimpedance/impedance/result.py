@@ -89,7 +89,7 @@ def to_estimate(
         Triangular factors of the impedance equation; clusters are trials, or blocks of one trial.
     group : Group
     method : str
-        What is written into the result.
+        Name of the method that is written into the result.
     covariance : {"cr3", "replicates", "cr1", "bootstrap"}
     strata : (T,) int, optional
         Disturbance of each cluster; "replicates" needs it.

@@ -57,7 +57,7 @@ class MethodResult:
     reason : str
         Why it cannot.
     seconds : float
-        To prepare, solve and leave out every trial once.
+        Time to prepare, to solve, and to leave out every trial once, s.
     shift : (T, 3 d^2) or None
         How far each trial moves M, B, K row by row.
     """
@@ -82,7 +82,7 @@ class Disagreement:
         The same norm over its root mean square by chance, from the covariance of the difference;
         nan where the two do not share their clusters.
     sentences : tuple of str
-        What is too large for chance, in words; empty: nothing.
+        Differences that are too large for chance, in words; empty if there are none.
     """
 
     method: str
@@ -137,7 +137,7 @@ def side_by_side(
     by : sequence of str
         Columns of the trial table; trials alike in all of them form a group.
     options : Options
-        Its method is the reference of all differences.
+        Options of the estimate; its method is the reference of all differences.
     progress : function (done, all), optional
         Called after each group.
     workers : int

@@ -36,7 +36,7 @@ def arm_posture_for(
     -------
     posture : ArmPosture
     source : str
-        Where it comes from.
+        Origin of the posture, in words.
 
     Raises
     ------

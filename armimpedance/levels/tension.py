@@ -38,7 +38,7 @@ def tensions_for(
     Parameters
     ----------
     torque : (..., n)
-        That the muscles bear, Nm.
+        Torque that the muscles bear, Nm.
     G : (..., m, n)
         Moment arms dL/dq, m; leading axes as those of `torque`, or none.
     max_tension : (m,)
@@ -46,7 +46,7 @@ def tensions_for(
     activation : (..., m), optional
         Measured, 0..1.
     labels : sequence of str, optional
-        What each condition is called in a message; default ``row 1`` and so on.
+        Name of each condition in messages; default ``row 1`` and so on.
 
     Raises
     ------

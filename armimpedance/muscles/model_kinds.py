@@ -19,7 +19,7 @@ class ModelKind:
     Attributes
     ----------
     name : str
-        What ``armimpedance fit`` and MODEL.json call it.
+        Name of the model in ``armimpedance fit`` and MODEL.json.
     type : type
         The class of its models, a `FittedModel`.
     fit : function
@@ -28,7 +28,7 @@ class ModelKind:
         The options of ``armimpedance fit`` that it takes, without dashes, and the keyword of `fit`
         that each of them sets.
     needs : tuple of {"postures", "activations"}
-        What the method `predict` of its models takes, in this order.
+        Arguments that the method `predict` of its models takes, in this order.
     """
 
     name: str

@@ -121,7 +121,7 @@ class JointPrediction(Predicted):
     stiffness, viscosity : (P, 3)
         ``ss, se, ee`` (`rows.triple`); symmetric by construction.
     stiffness_covariance, viscosity_covariance : (P, 3, 3)
-        Their covariance, that of the model's mean and not of a new measurement.
+        Covariance of the predicted elements: of the model's mean, not of a new measurement.
     dof : float
         Degrees of freedom of the t distribution for intervals; inf = normal.
     extrapolated : (P,) bool

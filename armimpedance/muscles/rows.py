@@ -28,7 +28,7 @@ class JointRows(FrozenRecord):
     joint_angles : (P, 2)
         rad.
     stiffness, viscosity : (P, 2, 2)
-        As measured, not necessarily symmetric; Nm/rad, Nms/rad.
+        Matrices as measured, not necessarily symmetric; Nm/rad, Nms/rad.
     stiffness_sd, viscosity_sd : (P, 2, 2) or None
         Standard errors of the elements, positive.
     activation, activation_sd : (P, m) or None
@@ -36,7 +36,7 @@ class JointRows(FrozenRecord):
     torque : (P, 2) or None
         Joint torque that the muscles bear, ``tau = J^T F``, Nm.
     labels : (P,) tuple of str
-        Where each row comes from, for messages: a condition, or a file and its line.
+        Origin of each row, for messages: a condition, or a file and its line.
     muscles : (m,) tuple of str
         Names of the muscles of `activation`; empty where they are not known.
     """
@@ -115,7 +115,7 @@ class JointRows(FrozenRecord):
     def of_muscles(self, names: tuple[str, ...]) -> JointRows:
         """The same rows with the activations of these muscles, in this order.
 
-        Where the rows do not name their muscles, their order is taken to be this one.
+        Order of the muscles, for rows that do not name them.
 
         Raises
         ------

@@ -34,7 +34,7 @@ def read_groups(data: bytes, name: str, start: int) -> Groups:
     name : str
         The file's name, for messages.
     start : int
-        Where the section begins.
+        Position at which the section begins.
 
     Raises
     ------

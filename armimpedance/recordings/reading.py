@@ -82,7 +82,7 @@ class Format:
     Attributes
     ----------
     name : str
-        What messages call it, such as "a folder with recording.json".
+        Name of the format in messages, such as "a folder with recording.json".
     recognises : callable
         Whether an existing path is of this format; no path may be of two formats.
     read : callable

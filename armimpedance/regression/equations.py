@@ -119,8 +119,8 @@ def solve_equations(
     ----------
     equations : TrialEquations
     covariance : {"cr3", "cr1", "replicates", "bootstrap"}
-        As in `solve.fit`; weights and instruments are taken as known. "bootstrap": the spread of
-        `BOOTSTRAP_REPEATS` draws of clusters with replacement.
+        The first three are those of `solve.fit`; weights and instruments are taken as known.
+        "bootstrap" is the spread of `BOOTSTRAP_REPEATS` draws of clusters with replacement.
     strata : (T,), optional
         For replicates: clusters with the same label saw the same disturbance.
     seed : int

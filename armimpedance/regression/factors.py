@@ -204,7 +204,7 @@ def ragged_factors(
     Raises
     ------
     InputError
-        As `trial_factors`.
+        The same cases as in `trial_factors`.
     """
     if len(W) != len(Y) or len(W) == 0:
         raise InputError(

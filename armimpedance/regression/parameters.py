@@ -86,13 +86,13 @@ class Parameters(FrozenRecord):
     covariance : (p, p)
         The one to trust: intervals are made of it.
     covariance_kind : str
-        What it is: ``cr3``, ``cr1``, ``long-run``, ``fisher``, ...
+        Kind of the covariance: ``cr3``, ``cr1``, ``long-run``, ``fisher``, ...
     dof : float
         Degrees of freedom of the t distribution for intervals; inf = normal.
     plain_covariance : (p, p) or None
         The classical one, of independent residuals, as the sources print it; None: the same.
     notes : tuple of str
-        What a reader must know of these numbers.
+        Remarks that a reader of these numbers must know.
     """
 
     names: Annotated[tuple[str, ...], "p"]

@@ -44,7 +44,7 @@ def robot_text(calibration: RobotCalibration) -> str:
     Parameters
     ----------
     calibration : RobotCalibration
-        With or without a validation.
+        Calibration of the robot, with or without a validation.
 
     Returns
     -------

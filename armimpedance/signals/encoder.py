@@ -57,7 +57,7 @@ def position_noise(position: FloatArray, sample_rate_hz: float, modes: Modes) ->
     Parameters
     ----------
     position : (T, S, d)
-        As recorded; trials start at rest.
+        Displacements as recorded, m (rad); trials start at rest.
     sample_rate_hz : float
     modes : Modes
         Modes of the window.

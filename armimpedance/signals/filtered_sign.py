@@ -31,7 +31,7 @@ def filtered_sign(
     Returns
     -------
     (S,)
-        From -1 to 1.
+        Values from -1 to 1.
 
     Raises
     ------

@@ -39,9 +39,11 @@ class Check:
     Attributes
     ----------
     name : str
+        Name of the check.
     verdict : {"ok", "warning", "unusable"}
+        Result of the check.
     message : str
-        What it rests on, in one line.
+        Reason for the verdict, in one line.
     """
 
     name: str

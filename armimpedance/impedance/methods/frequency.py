@@ -65,7 +65,7 @@ class Lines:
         n rows of unit length.
     line : (n,) int
     drift : (n, 2)
-        What the modes make of an offset and a ramp.
+        Coefficients of an offset and of a ramp in the modes.
     """
 
     modes: Modes

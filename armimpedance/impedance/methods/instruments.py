@@ -51,7 +51,7 @@ def instrumented(window: Window, kind: Kind, **kernel: float) -> Prepared:
     Raises
     ------
     InputError
-        As `prepare`.
+        The same cases as in `prepare`.
     """
     span = choose_span(window, **kernel)  # type: ignore[arg-type]
     smooth = partial(respond, span=span)

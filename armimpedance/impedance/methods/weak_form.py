@@ -76,7 +76,7 @@ def weak_rows(window: Window, kind: Kind, support_s: float) -> Prepared:
     Raises
     ------
     InputError
-        As `prepare`.
+        The same cases as in `prepare`.
     """
     samples, rate = len(window.lag_s), window.sample_rate_hz
     spacing = _spacing(samples, rate, support_s)

@@ -32,7 +32,7 @@ _LARGEST_SHARE = 4.0
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
-    """For a reflex, at D delays.
+    """Evidence for a reflex at D delays.
 
     Attributes
     ----------

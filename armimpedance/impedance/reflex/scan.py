@@ -42,7 +42,7 @@ class DelayScan:
     information : (D, q, D, q)
         ``information[i, :, j, :] @ r`` is what a reflex r of delay j adds to the scores' sum at i.
     equation : ModalEquation
-        With all delays.
+        Equation with a regressor for each delay.
     weight : (d n, d n)
     kind : {"hand", "joint"}
     """
@@ -128,7 +128,7 @@ class DelayFits:
     moved: FloatArray
 
     def covariance(self) -> FloatArray:
-        """At each delay, clustered by trial (CR3), (D, 3 q, 3 q)."""
+        """Covariance at each delay, clustered by trial (CR3), (D, 3 q, 3 q)."""
         T = self.moved.shape[1]
         return np.asarray((T - 1) / T * self.moved.transpose(0, 2, 1) @ self.moved)
 

@@ -86,7 +86,7 @@ class ReflexVerdict(FrozenRecord):
         delay's uncertainty.
     dof : float
     overstated : Share
-        By how much of the intrinsic K the model without reflex overstates it, along K.
+        Overstatement of K by the model without reflex, as part of the intrinsic K, along K.
     share : Share
         The reflex along K.
     visible : tuple of (delay in s, part of K)

@@ -141,7 +141,7 @@ def weighted_equations(
         V, symmetric.
     kind : {"hand", "joint"}
     instruments : (T, r d, n), optional
-        What stands in Z for the regressors; default: the regressors.
+        Instruments that take the regressors' place in Z; default: the regressors themselves.
     excess : (r d^2, r d^2), optional
         Taken off every A_t: what noise in the regressors adds to it.
     """

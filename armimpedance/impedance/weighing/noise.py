@@ -40,7 +40,7 @@ class NoiseModel(FrozenRecord):
     shapes : (J, n, n)
         Components of the force over modes, in the order of `NAMES`.
     sizes : (J, d, d)
-        Their covariance over axes, N^2.
+        Covariance of the components over axes, N^2.
     floor : (d n, d n)
         Keeps the covariance regular where there is no noise.
     position : (d, 3 n, 3 n)
@@ -138,7 +138,7 @@ def force_covariance(
     sizes : (J, d, d)
         Covariance over axes of each component, N^2, in the order of `NAMES`.
     floor : (d n, d n)
-        What is added to them.
+        Covariance that is added to that of the components, N^2.
     modes : Modes
         n of them.
     samples : int

@@ -52,7 +52,7 @@ def check_rows(rows: JointRows, arm: MuscularArm, *, torque: bool) -> tuple[Floa
     Raises
     ------
     InputError
-        As `check_activation`, or several postures.
+        The same cases as in `check_activation`, or several postures.
     """
     activation = check_activation(rows, arm, torque=torque)
     median = np.median(rows.joint_angles, axis=0)

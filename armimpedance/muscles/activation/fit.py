@@ -76,8 +76,8 @@ def fit_activation_model(
     stiffness_per_tension : float or "fit", optional
         1/m; default: the arm's. "fit" finds it from stiffness and torque together.
     proportion_sd : float
-        By what part single muscles may differ from `stiffness_per_tension`, one standard
-        deviation; it also covers what moment arms are wrong by.
+        Standard deviation of single muscles about `stiffness_per_tension`, as a part of it. It
+        also covers the errors of the moment arms.
 
     progress : function, optional
         Called with what is done and what there is to do.

@@ -35,13 +35,13 @@ _NO_CHANGE = 1e-6
 
 @dataclass(frozen=True)
 class ActivationRank:
-    """What the regressors of K say.
+    """Rank and condition of the regressors of K.
 
     Attributes
     ----------
     rank, columns : int
     cond_raw, cond_scaled : float
-        As given and with unit columns.
+        Condition numbers of the regressors as given and with columns of unit length.
     warnings : tuple of str
     """
 

@@ -16,7 +16,7 @@ class ActivationMethod:
     ----------
     name : str
     promises : str
-        What holds for every fit, in one sentence.
+        Property that every fit has, in one sentence.
     bounded : bool
         Whether the stiffness of every muscle stays nonnegative.
     """

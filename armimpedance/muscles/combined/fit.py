@@ -78,7 +78,7 @@ def fit_muscle_model(
     torque_sd : float or (P, 2), optional
         Nm; without it, found from the residuals.
     proportion_sd : float
-        By what part single muscles may differ from `stiffness_per_tension`, one standard deviation.
+        Standard deviation of single muscles about `stiffness_per_tension`, as a part of it.
     curvature : bool
         False leaves out what tension adds through the curvature of the muscles' lengths.
     stiffness_per_tension : float, optional

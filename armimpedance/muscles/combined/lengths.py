@@ -37,9 +37,9 @@ class CorrectedLengths(FrozenRecord):
     base : (m, T)
         The anatomical lengths, m.
     muscle : (C,) int
-        Which muscle each correction belongs to.
+        Number of the muscle that each correction belongs to.
     change : (C, T)
-        What one standard deviation of it adds to that length, m.
+        Change of that muscle's length by one standard deviation of the correction, m.
     box : (2, 2)
         Joint angles (rad) that become -1 and 1.
     rms : float
@@ -89,7 +89,7 @@ def corrected_lengths(
     Parameters
     ----------
     arm : MuscularArm
-        Its paths are taken over as polynomials.
+        Arm whose muscle paths are taken over as polynomials.
     q : (P, 2)
         Measured postures, rad.
     order : int

@@ -47,7 +47,7 @@ class MuscleModel(FittedModel):
         kappa, 1/m.
     curvature : bool
     exponents, base, muscle, change, box
-        As in `combined.lengths.CorrectedLengths`.
+        The same as in `combined.lengths.CorrectedLengths`.
     highest : (m,)
         Measured range of each activation, from 0.
     values : (n,)

@@ -25,7 +25,7 @@ class PostureData(FrozenRecord):
     scaled : (P, 2)
         Scaled joint angles.
     measured : (P, 2, 2)
-        As given, not necessarily symmetric.
+        Matrices as given, not necessarily symmetric.
     values : (P, 3)
         ``ss, se, ee``; the cross term is the mean of se and es, so that one polynomial is fitted
         to both (the source's way).

@@ -34,9 +34,9 @@ class FittedMatrix:
     structure : str
         "free" polynomials, or how the sum of squares is built.
     penalty : float
-        What the trace of the Gram matrix costs; 0 without one.
+        Weight on the trace of the Gram matrix; 0 without one.
     grams : tuple of Gram
-        What proves positive semidefiniteness; empty where nothing does.
+        Gram matrices that prove positive semidefiniteness; empty where nothing proves it.
     warnings : tuple of str
     """
 

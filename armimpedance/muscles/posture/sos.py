@@ -53,8 +53,9 @@ class Choice:
     penalty : float
         One of `PENALTIES`.
     cost : float
-        What the program charges for it: over a typical standard error, or times the residuals'
-        standard deviation where none is given, so that a penalty means the same for all data.
+        The penalty as the program applies it. It is divided by a typical standard error, or
+        multiplied by the residuals' standard deviation where no standard error is given. A penalty
+        then means the same for all data.
     solution : GramSolution
     tangent : Tangent
     """

@@ -26,7 +26,7 @@ class PostureMethod:
     ----------
     name : str
     promises : str
-        What holds for every fit, in one sentence.
+        Property that every fit has, in one sentence.
     fit : function
         It fits one matrix: data, order, generator of the shuffles, progress, and whether rows are
         left out and shuffled to judge the fit.

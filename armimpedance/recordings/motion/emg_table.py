@@ -41,7 +41,7 @@ def read_emg(
     folder : Path
     table : TrialTable
     metadata : MovingMetadata
-        With the rate.
+        Metadata of the folder, with the sample rate.
     starts_s : (T,)
         First time of each trial: its EMG starts within a frame of it.
 

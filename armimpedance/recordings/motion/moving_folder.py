@@ -63,7 +63,7 @@ class MovingTables:
     wrenches : (N, K, 6) or None
     emg : EmgSignals or None
     remarks : tuple of str
-        What was left out.
+        Sentences on what was left out.
     """
 
     table: NumberTable

@@ -52,7 +52,7 @@ class MovingMetadata:
     emg_rate_hz : float or None
     emg_unit : {"V", "normalised"}
     provenance : tuple of str
-        With a remark on keys that nothing reads.
+        Origin of the metadata, with a remark on keys that nothing reads.
     """
 
     sample_rate_hz: float

@@ -34,7 +34,7 @@ class OpenSimTable(FrozenRecord):
     columns : mapping str -> (S,)
         In the file's own units.
     in_degrees : bool or None
-        What the file says of its angles; None where it does not.
+        Whether the file says that its angles are in degrees; None where it does not say.
     """
 
     file: str

@@ -95,7 +95,7 @@ def _markers(lines: list[str], file: Path) -> tuple[tuple[str, ...], int]:
 
 
 def _world(places: FloatArray, unit: str, rotation: FloatArray, file: Path) -> FloatArray:
-    """In m and in the world's frame; lost where any coordinate is, or all are exactly 0."""
+    """Places in m in the world's frame; lost where a coordinate is lost or all are exactly 0."""
     lost = np.isnan(places).any(axis=2) | ~places.any(axis=2)
     metres = places * metres_per(unit, file) @ rotation.T
     metres[lost] = np.nan

@@ -82,8 +82,8 @@ def mean_activation(
     Parameters
     ----------
     recording : Recording
-        With EMG, and its MVC in the trial table (`mvc_column`) unless the EMG is normalised; with
-        `rest_column` or without.
+        Recording with EMG. Unless the EMG is normalised, the trial table holds its MVC
+        (`mvc_column`). A level at rest (`rest_column`) is optional.
     rows : (T,) int
         Rows of the trial table, from 0.
     onset_s : (trials of the recording,)

@@ -35,7 +35,7 @@ class EmgAmplitude(FrozenRecord):
     order : int
     causal : bool
     lag_s : float
-        By which it is late: 0 for zero phase or once aligned.
+        Delay of the amplitude, s; 0 for a zero-phase filter or once aligned.
     notes, warnings : tuples of str
     """
 
@@ -80,7 +80,7 @@ class SegmentAmplitude(FrozenRecord):
     row : (L,) int
         Row of the trial table, from 0.
     start_s, end_s : (L,)
-        From the trial's first sample.
+        Start and end of each segment, counted from the trial's first sample, s.
     amplitude, sd : (L, m)
         Parts of the maximum contraction, and the carrier's standard error.
     kind : {"rms", "rectified"}

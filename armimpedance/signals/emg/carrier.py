@@ -34,7 +34,7 @@ def carrier_correlation(
     emg : (N, m)
         Without offset.
     level : (N, m)
-        Its amplitude, by which it is divided first; where it is 0 nothing is used.
+        Amplitude by which the EMG is divided first; samples where it is 0 are not used.
     offsets : (T + 1,)
     """
     from scipy.signal import fftconvolve

@@ -44,7 +44,7 @@ def check_emg(recording: Recording) -> tuple[Check, ...]:
     Parameters
     ----------
     recording : Recording
-        With raw EMG, V.
+        Recording with raw EMG, V.
 
     Returns
     -------
@@ -81,7 +81,7 @@ def check_band(low_hz: float, high_hz: float, sample_rate_hz: float) -> None:
     Raises
     ------
     InputError
-        Its upper edge is at or above half of the rate, or it is empty.
+        The band's upper edge is at or above half of the sample rate, or the band is empty.
     """
     nyquist = sample_rate_hz / 2
     if not 0 < low_hz < high_hz < nyquist:

@@ -32,7 +32,7 @@ class CleanEmg(FrozenRecord):
     emg : (N, m)
         V, without offset.
     notes : tuple of str
-        What was taken out.
+        Sentences on what was taken out.
     warnings : tuple of str
     """
 
@@ -52,7 +52,7 @@ def clean_emg(recording: Recording, *, band_hz: tuple[float, float] | None = Non
     Parameters
     ----------
     recording : Recording
-        With raw EMG and its maximum contraction.
+        Recording with raw EMG and its maximum contraction.
     band_hz : (low, high), optional
         A zero-phase band-pass on top.
 
