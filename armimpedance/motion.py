@@ -109,7 +109,7 @@ class MotionRecording(InTrials):
     ----------
     sample_rate_hz : float
     trials : DataFrame (T rows)
-        As in `MarkerRecording`.
+        Table of the trials, the same as in `MarkerRecording`.
     offsets : (T + 1,) int
     time_s : (N,)
     coordinates : (N, n)

@@ -50,7 +50,7 @@ class Segment(FrozenRecord):
     origin_m : (3,)
         Joint centre in the parent's frame; the segment's own frame starts there. 0 for the root.
     hinges : tuple of Hinge
-        From the parent outwards; none for the root.
+        Hinges from the parent outwards; none for the root.
     mass_kg : float
         0 where it is not known.
     com_m : (3,)

@@ -99,7 +99,7 @@ def add_commands(
     package : str
         Each module has `configure`, `run` and a docstring, which is the subcommand's help.
     metavar : str
-        What the help calls the subcommands.
+        Name of the subcommands in the help.
     argv : sequence of str, optional
         The words of the call; modules that it does not ask for are not imported.
     """

@@ -33,9 +33,9 @@ def calibrate_sites(
     Parameters
     ----------
     skeleton : Skeleton
-        With a first guess of two or more sites; of a model, say.
+        Skeleton with a first guess of two or more sites, for example from a model.
     standing : MarkerRecording
-        A second or more; the mean over the frames that show a marker counts.
+        Recording of a second or more; the mean over the frames that show a marker counts.
     segments : mapping str -> str, optional
         On which segment a marker sits that the skeleton does not know.
 

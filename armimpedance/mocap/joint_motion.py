@@ -84,8 +84,8 @@ def joint_motion(
     ----------
     markers : MarkerRecording
     skeleton : Skeleton, optional
-        With the markers' sites; the recording's own if absent. Markers without a site are not
-        used, sites without a marker neither; the provenance names them.
+        Skeleton with the markers' sites; default: the recording's own. Markers without a site
+        and sites without a marker are not used; the provenance names them.
     longest_gap_s : float
     largest_residual_m : float
         A trial with a marker further (rms) from the skeleton's is refused.

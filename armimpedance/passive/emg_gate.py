@@ -70,7 +70,7 @@ def emg_gate(emg: EmgSignals, trials: pd.DataFrame, *, limit_percent: float = 3.
     ----------
     emg : EmgSignals
     trials : DataFrame (T rows)
-        With ``trial``, and with ``mvc_<muscle>_V`` where the EMG is in V.
+        Table with the column ``trial``, and with ``mvc_<muscle>_V`` where the EMG is in V.
     limit_percent : float
         The gate in % of the maximum.
 

@@ -32,7 +32,7 @@ def from_motion(
     Parameters
     ----------
     motion : MotionRecording
-        Its skeleton has masses and inertias.
+        Recording whose skeleton has masses and inertias.
     joints : names of coordinates
     cutoff_hz : float or None
         Cut-off of the zero-phase low-pass; None for data without noise. The default keeps an

@@ -43,7 +43,7 @@ def from_joint_recording(
     cutoff_hz : float or None
         Cut-off of the zero-phase low-pass that angle and torque go through.
     torque_sign : 1, -1 or None
-        What to multiply the torque column by.
+        Factor of the torque column.
 
     Returns
     -------

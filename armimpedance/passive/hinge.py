@@ -59,7 +59,7 @@ def hinge_coefficients(
     ----------
     model : pinocchio.Model
     joint : int
-        Which coordinate is free; its own motion is not used.
+        Number of the coordinate that is free; its own motion is not used.
     q, qd, qdd : (N, n)
     """
     import pinocchio as pin

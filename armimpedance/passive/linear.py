@@ -38,9 +38,9 @@ class TwoFits:
     Attributes
     ----------
     classical : Fit
-        With the source's covariance (10), for independent residuals.
+        Fit with the source's covariance (10), for independent residuals.
     robust : Fit
-        With a covariance for autocorrelated residuals; intervals are made of it.
+        Fit with a covariance for autocorrelated residuals; intervals are made of it.
     """
 
     classical: Fit

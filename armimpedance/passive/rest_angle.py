@@ -44,7 +44,7 @@ def free_rest_angle(
     equations : Equations
         Equations of a single joint, by these terms.
     terms : Terms
-        With a stated rest angle.
+        Terms of the model, with a stated rest angle.
     sample_rate_hz : float
 
     Returns

@@ -134,15 +134,15 @@ class PassiveFits(FrozenRecord, Sequence[PassiveFit]):
     ----------
     fits : tuple of PassiveFit
     samples : PassiveSamples
-        What they were fitted to.
+        Samples to which the models were fitted.
     notes : tuple of str
-        What a reader must know of the recording.
+        Remarks that a reader must know of the recording.
     emg : EmgLevel or None
         How active the muscles were; None where that is not known.
     validations : tuple of Validation
         How well each joint's torque in another recording is predicted; none without one.
     validated_on : str
-        What that recording is called.
+        Name of that recording.
     """
 
     fits: tuple[PassiveFit, ...]

@@ -44,9 +44,9 @@ class PassiveSamples(FrozenRecord):
     hinges : tuple of j HingeDynamics or None
         How each joint moves with the other coordinates as measured, where a skeleton is known.
     trials : tuple of T str
-        What the trials are called, for messages.
+        Names of the trials, for messages.
     notes : tuple of str
-        What a reader of the result must know.
+        Remarks that a reader of the result must know.
     """
 
     sample_rate_hz: float

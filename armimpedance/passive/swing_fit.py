@@ -89,7 +89,7 @@ def solve_swing(samples: PassiveSamples, terms: Terms) -> TwoFits:
     EstimationError
         The simulated swing does not settle on the measured one.
     NotIdentifiableError, InputError
-        As the `parallel` start.
+        The same cases as in `solve_linear`, which finds the `parallel` start.
     """
     first = solve_linear(parallel_equations(samples, terms), samples.sample_rate_hz).classical
     seconds = int(samples.offsets[-1]) / samples.sample_rate_hz

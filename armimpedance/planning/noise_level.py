@@ -137,7 +137,7 @@ class PilotNoise(FrozenRecord):
     Attributes
     ----------
     sizes : (J, d, d)
-        As `NoiseModel.sizes`.
+        Covariance over axes of each component, the same as `NoiseModel.sizes`.
     floor : float
         White share of every mode (N^2).
     encoder_step, position_sd : float
@@ -152,7 +152,7 @@ class PilotNoise(FrozenRecord):
 
     @classmethod
     def of(cls, fit: WeightedFit, window: Window) -> PilotNoise:
-        """From the fit of a window."""
+        """The noise level that the fit of a window found."""
         variance, step = fit.noise.sensor_variance, fit.noise.sensor_step
         if step > 0:
             floor = float(fit.noise.floor[0, 0])

@@ -24,7 +24,7 @@ class Pilot:
     setting : Setting
         The setting with its arm and noise.
     precision : Precision
-        What more trials like its own would tell.
+        Precision that more trials like the pilot's would give.
     duration_s, amplitude_m : float
         Duration and amplitude of its disturbances, medians over trials.
     """

@@ -140,7 +140,7 @@ def make_plan(
     delay_s : float
         Delay of the reflex that is asked about.
     pilot : Pilot, optional
-        Its own disturbance is put first, as it was recorded.
+        Pilot whose own disturbance is put first, as it was recorded.
     progress : function (done, all), optional
         Called after each profile.
 

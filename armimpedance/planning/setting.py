@@ -37,7 +37,7 @@ class PlannedArm(FrozenRecord):
     parameters : (3, 2, 2)
         M (with the handle), B, K of the hand.
     name : str
-        What tables call it.
+        Name of the setting in tables.
     """
 
     parameters: Annotated[FloatArray, "3 2 2"]

@@ -28,7 +28,7 @@ class Output:
     path : Path or None
         None where it was not asked for.
     endings : tuple of str
-        Those that can be written.
+        Endings of the files that can be written.
     """
 
     option: str
