@@ -58,7 +58,8 @@ def body(
         Expected masses and inertias, of the methods ``consistent`` and ``prior``; by default the
         recording's own skeleton.
     prior_sd_percent : float, optional
-        Only with the method ``prior``: how far a mass may be from the expected one, % (default: 30).
+        Only with the method ``prior``: how far a mass may be from the expected one, %
+        (default: 30).
     noise_draws : int, optional
         Draws of added noise, to take off what the angles' own noise does (default: 6; 0: none).
     what_shows : bool

@@ -84,8 +84,9 @@ def passive(
     emg_gate_percent : float or None
         A muscle above this part of its maximum, %, is not relaxed; None: the EMG is not looked at.
     torque_sign : {1, -1}, optional
-        Only with angle and torque: 1 where the passive torque is recorded, -1 where it is the torque of
-        the limb on the device. Without it the sign is turned where no passive joint could have it.
+        Only with angle and torque: 1 where the passive torque is recorded, -1 where it is the
+        torque of the limb on the device. Without it the sign is turned where no passive joint
+        could have it.
     longest_gap_s : float, optional
         Only with markers: longest loss of a marker to bridge, s (default: 0.2).
     validate : Recording, MarkerRecording, MotionRecording or path, optional

@@ -80,6 +80,20 @@ def read_robot(path: str | Path) -> TherapyRobot:
     ------
     InputError
         No such file, or a field that is not what it must be.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> import armimpedance as ai
+    >>> from armimpedance.cli.simulated.therapy import drawings_of
+    >>> from armimpedance.files import write_robot
+    >>> from manipulandum_sim.therapy import therapy_device
+    >>> with TemporaryDirectory() as folder:
+    ...     write_robot(drawings_of(therapy_device()), Path(folder) / "robot.json")
+    ...     robot = ai.read_robot(Path(folder) / "robot.json")
+    >>> robot.axes
+    ('elevation', 'horizontal', 'rotation', 'elbow', 'pronation')
     """
     return _read(Path(path), ROBOT_FORMAT, "robot", TherapyRobot)
 
@@ -101,6 +115,19 @@ def read_arm(path: str | Path) -> PassiveArm:
     ------
     InputError
         No such file, or a field that is not what it must be.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> import armimpedance as ai
+    >>> from armimpedance.files import write_arm
+    >>> arm = ai.PassiveArm("P1", "bench", upper_arm_m=0.3, segments=())
+    >>> with TemporaryDirectory() as folder:
+    ...     write_arm(arm, Path(folder) / "arm.json")
+    ...     again = ai.read_arm(Path(folder) / "arm.json")
+    >>> again.subject
+    'P1'
     """
     return _read(Path(path), ARM_FORMAT, "arm", PassiveArm)
 

@@ -84,6 +84,43 @@ def plot_passive_arm(calibration: ArmCalibration) -> Figure:
     -------
     Figure
         The figure, with a panel for each axis.
+
+    Examples
+    --------
+    Three passive elevations of one radian in a robot without friction:
+
+    >>> from dataclasses import replace
+    >>> import numpy as np
+    >>> import pandas as pd
+    >>> import armimpedance as ai
+    >>> from armimpedance.cli.simulated.therapy import drawings_of
+    >>> from armimpedance.therapy import robot_bodies
+    >>> from armimpedance.therapy.robot.therapy_robot import Loads
+    >>> from manipulandum_sim.therapy import therapy_device
+    >>> loads = Loads(np.zeros(23), np.zeros((23, 23)), np.full(5, 0.005))
+    >>> robot = replace(drawings_of(therapy_device()), loads=loads)
+    >>> n, time_s = 1601, np.arange(1601) / 1000
+    >>> q, qd, qdd = np.tile([1.2, 0.5, 0.0, 1.0, 0.0], (n, 1)), np.zeros((n, 5)), np.zeros((n, 5))
+    >>> q[:, 0], qd[:, 0] = 0.8 + time_s / 1.6, 1 / 1.6
+    >>> motor = robot_bodies(robot).torque(q, qd, qdd)
+    >>> motor[:, 0] += 9.0 * np.sin(q[:, 0]) + 4.0 * (q[:, 0] - 1.0)
+    >>> trial = {"condition": "passive", "movement": "elevation", "axis": 1}
+    >>> trial |= {"onset_s": 0.0, "end_s": 1.6}
+    >>> noise = 0.02 * np.random.default_rng(1).standard_normal((3 * n, 5))
+    >>> recording = ai.Recording(
+    ...     kind="joint",
+    ...     sample_rate_hz=1000.0,
+    ...     trials=pd.DataFrame([{"trial": i, **trial} for i in (1, 2, 3)]),
+    ...     offsets=[0, n, 2 * n, 3 * n],
+    ...     time_s=np.tile(time_s, 3),
+    ...     position=np.tile(q, (3, 1)),
+    ...     force=noise - np.tile(motor, (3, 1)),
+    ...     torque="commanded",
+    ...     subject=ai.Subject("P1", mass_kg=70.0, upper_arm_m=0.3, forearm_hand_m=0.35),
+    ... )
+    >>> figure = ai.plot_passive_arm(ai.calibrate_arm(recording, robot))
+    >>> figure.axes[0].get_xlabel()
+    'elevation (deg)'
     """
     figure = new_figure(TWO_COLUMNS_IN, _ROW_IN * len(calibration.axes) + 0.35)
     with print_style():

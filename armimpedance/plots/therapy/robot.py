@@ -109,6 +109,36 @@ def plot_robot_calibration(calibration: RobotCalibration) -> Figure:
     -------
     Figure
         The figure, with a panel for each axis and one for the spring.
+
+    Examples
+    --------
+    Friction at six speeds of every axis, and the spring's torque at seven angles:
+
+    >>> import numpy as np
+    >>> import armimpedance as ai
+    >>> from armimpedance.cli.simulated.therapy import drawings_of
+    >>> from armimpedance.regression import FitSummary
+    >>> from armimpedance.therapy import RobotCalibration
+    >>> from armimpedance.therapy.robot.holds import fit_holds
+    >>> from armimpedance.therapy.robot.steady import SteadyPart
+    >>> from armimpedance.therapy.robot.sweeps import fit_axis
+    >>> from manipulandum_sim.therapy import therapy_device
+    >>> noise = np.random.default_rng(1)
+    >>> def sweep(axis, speed):
+    ...     load = 2 * np.sign(speed) + 0.8 * speed + 0.01 * noise.standard_normal(80)
+    ...     angle, way = np.linspace(0.2, 0.8, 80), 1 if speed > 0 else -1
+    ...     return SteadyPart("1", axis, angle, np.full(80, speed), load, way)
+    >>> def hold(angle, way):
+    ...     load = 4 * angle**2 - 12 * angle + 2 * way + 0.01 * noise.standard_normal(20)
+    ...     return SteadyPart("1", 0, np.full(20, angle), np.zeros(20), load, way)
+    >>> speeds = (-1.0, -0.5, -0.2, 0.2, 0.5, 1.0)
+    >>> axes = [fit_axis([sweep(i, v) for v in speeds], spring=i == 0) for i in range(5)]
+    >>> spring = fit_holds([hold(q, way) for q in np.linspace(0.6, 2.2, 7) for way in (1, -1)])
+    >>> summary = FitSummary("by hand", 0, 1.0, 1.0, 0, 1.0, 1.0, ())
+    >>> robot = drawings_of(therapy_device())
+    >>> figure = ai.plot_robot_calibration(RobotCalibration(robot, summary, tuple(axes), spring))
+    >>> figure.axes[-1].get_title(loc="left")
+    'spring of axis 1'
     """
     names, panels = calibration.robot.axes, len(calibration.axes) + 1
     rows = -(-panels // _COLUMNS)

@@ -110,6 +110,55 @@ def plot_feedback(
     ------
     InputError
         No movements.
+
+    Examples
+    --------
+    A movement of two seconds whose motors give 40 % of what the passive arm needs:
+
+    >>> from dataclasses import replace
+    >>> import numpy as np
+    >>> import armimpedance as ai
+    >>> from armimpedance.cli.simulated.therapy import drawings_of
+    >>> from armimpedance.therapy import MovementTorques
+    >>> from armimpedance.therapy.arm.passive_arm import Elastic
+    >>> from armimpedance.therapy.robot.therapy_robot import Loads
+    >>> from manipulandum_sim.therapy import therapy_device
+    >>> loads = Loads(np.zeros(23), np.zeros((23, 23)), np.full(5, 0.005))
+    >>> robot = replace(drawings_of(therapy_device()), loads=loads)
+    >>> elastic = Elastic(
+    ...     axis="elevation",
+    ...     stiffness=4.0,
+    ...     offset=-4.0,
+    ...     covariance=0.004 * np.eye(2),
+    ...     dof=4.0,
+    ...     range_rad=[0.8, 1.9],
+    ...     between=0.001 * np.eye(2),
+    ...     noise_density=1e-4,
+    ...     mass_gradient=np.zeros(2),
+    ...     robot_gradient=np.zeros((2, 23)),
+    ... )
+    >>> arm = ai.PassiveArm("P1", robot.name, 0.3, segments=(), elastic=(elastic,))
+    >>> q, zero = np.linspace(0.8, 1.9, 2001), np.zeros(2001)
+    >>> movement = MovementTorques(
+    ...     trial="1",
+    ...     condition="active",
+    ...     movement="elevation",
+    ...     axis=0,
+    ...     axis_name="elevation",
+    ...     sample_rate_hz=1000.0,
+    ...     time_s=np.arange(2001) / 1000,
+    ...     q=q,
+    ...     qd=zero + 0.55,
+    ...     motor=0.4 * (8.0 + 4.0 * q - 4.0),
+    ...     robot=zero,
+    ...     rigid_arm=zero + 8.0,
+    ...     elastic=4.0 * q - 4.0,
+    ...     robot_inertia=zero,
+    ...     robot_gradient=np.zeros((2001, 23)),
+    ... )
+    >>> figure = ai.plot_feedback([movement], robot, arm)
+    >>> figure.axes[0].get_title(loc="left")
+    'elevation, active: 60 ± 2 %'
     """
     if not movements:
         raise InputError("no movements to draw", expected="one or more")
