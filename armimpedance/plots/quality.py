@@ -48,6 +48,15 @@ def plot_intervals(
     ------
     InputError
         When an estimate has no such element, or there is no estimate.
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> from manipulandum_sim.hand import simulate
+    >>> recording, _ = simulate("cocontraction", seed=1, sets=1, conditions=["cocontraction_10"])
+    >>> ax = ai.plot_intervals([*ai.estimate(recording)])
+    >>> [label.get_text() for label in ax.get_yticklabels()]
+    ['cocontraction_10']
     """
     if not estimates:
         raise InputError("nothing to draw", expected="at least one estimate")
