@@ -7,17 +7,18 @@ from functools import partial
 
 import pytest
 
-import manipulandum_sim.body.simulate as simulate_body
-import manipulandum_sim.passive.swing as passive_swing
+import manipulandum_sim.body
+import manipulandum_sim.passive
 from armimpedance.__main__ import main
 
 
 @pytest.fixture
 def brief(monkeypatch):
     """The rigs record seconds instead of half a minute."""
-    swing, body = passive_swing.simulate_passive, simulate_body.simulate_body
-    monkeypatch.setattr(passive_swing, "simulate_passive", partial(swing, trials=1, duration_s=4.0))
-    monkeypatch.setattr(simulate_body, "simulate_body", partial(body, ("squat",)))
+    passive, body = manipulandum_sim.passive, manipulandum_sim.body
+    swing, squat = passive.simulate_passive, body.simulate_body
+    monkeypatch.setattr(passive, "simulate_passive", partial(swing, trials=1, duration_s=4.0))
+    monkeypatch.setattr(body, "simulate_body", partial(squat, ("squat",)))
 
 
 @pytest.mark.parametrize("table", ["csv", "parquet"])

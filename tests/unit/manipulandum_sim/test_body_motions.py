@@ -15,13 +15,15 @@ from manipulandum_sim.body.subject import find_body_subject
 from manipulandum_sim.body.table import (
     ANKLE_HEIGHT,
     BALL_BEFORE_ANKLE,
-    FOOT_HALF_WIDTH,
     HEEL_BEHIND_ANKLE,
-    TOE_BEFORE_ANKLE,
 )
 from manipulandum_sim.force_plates import foot_wrenches, support_torques
 from manipulandum_sim.tree_dynamics import contact_wrench, inverse_dynamics, move
 
+#: Half the width of a sole, fraction of the height (Winter, Fig. 4.1, rounded).
+FOOT_HALF_WIDTH = 0.025
+#: Where the toe lies before the ankle, likewise.
+TOE_BEFORE_ANKLE = 0.114
 SUBJECT = find_body_subject("A")
 SKELETON = SUBJECT.skeleton
 HEIGHT = SUBJECT.height_m

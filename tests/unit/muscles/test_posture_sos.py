@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from armimpedance.errors import EstimationError, InputError
+from armimpedance.impedance.cones import nearest_semidefinite
 from armimpedance.muscles.angle_scaling import AngleScaling
 from armimpedance.muscles.posture.certificate import (
     Gram,
@@ -27,7 +28,6 @@ from armimpedance.muscles.posture.tangent import tangent
 from armimpedance.muscles.posture.terms import exponents, monomials
 from armimpedance.muscles.region import Region
 from armimpedance.muscles.rows import JointRows, matrix, triple
-from armimpedance.impedance.cones import nearest_semidefinite
 
 LOW, HIGH = np.array([0.3, 0.8]), np.array([1.6, 2.2])
 ARMS = np.array(
