@@ -30,8 +30,8 @@ from .passive import (
     plot_passive_fits as plot_passive_fits,
 )
 from .plan import plan_figure as plan_figure
-from .quality import plot_intervals as plot_intervals
 from .predicted import plot_predicted_against_measured as plot_predicted_against_measured
+from .quality import plot_intervals as plot_intervals
 from .reflex import MOST_GROUPS as MOST_GROUPS, plot_reflex as plot_reflex
 from .responses import plot_response as plot_response
 from .style import (
