@@ -4,7 +4,7 @@ from .geometry import (
     NotPositiveDefiniteError as NotPositiveDefiniteError,
     Which as Which,
     ellipse as ellipse,
-    ellipse_of as ellipse_of,
 )
+from .of_estimate import ellipse_of as ellipse_of
 from .outline import locus as locus
 from .resampled import ResampledEllipse as ResampledEllipse, resampled_ellipse as resampled_ellipse

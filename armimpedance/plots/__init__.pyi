@@ -9,11 +9,13 @@ from .elbow import (
 )
 from .ellipse_fields import Predicted as Predicted
 from .ellipse_parts import default_scale as default_scale
+from .ellipse_series import (
+    plot_ellipse_rose as plot_ellipse_rose,
+    plot_ellipses_over_levels as plot_ellipses_over_levels,
+)
 from .ellipses import (
     plot_ellipse as plot_ellipse,
-    plot_ellipse_rose as plot_ellipse_rose,
     plot_ellipses_in_workspace as plot_ellipses_in_workspace,
-    plot_ellipses_over_levels as plot_ellipses_over_levels,
 )
 from .maps import plot_map as plot_map
 from .muscles import (

@@ -1,3 +1,4 @@
+from .blocks import split_blocks as split_blocks
 from .covariance import (
     CovarianceKind as CovarianceKind,
     long_run_covariance as long_run_covariance,
@@ -24,7 +25,6 @@ from .errors_in_regressors import (
 from .factors import (
     TrialFactors as TrialFactors,
     ragged_factors as ragged_factors,
-    split_blocks as split_blocks,
     trial_factors as trial_factors,
 )
 from .intervals import t_factor as t_factor, t_interval as t_interval

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from armimpedance.errors import InputError
-from armimpedance.plots.ellipse_parts import default_scale
-from armimpedance.plots.ellipses import (
+from armimpedance.plots import (
     plot_ellipse,
     plot_ellipse_rose,
     plot_ellipses_in_workspace,
     plot_ellipses_over_levels,
 )
+from armimpedance.plots.ellipse_parts import default_scale
 from armimpedance.plots.style import new_axes
 
 K = np.array([[104.8, -74.4], [-74.4, 179.3]])

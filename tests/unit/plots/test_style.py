@@ -9,7 +9,7 @@ import pytest
 
 import armimpedance.plots
 from armimpedance.errors import InputError
-from armimpedance.plots.ellipses import plot_ellipses_in_workspace, plot_ellipses_over_levels
+from armimpedance.plots import plot_ellipses_in_workspace, plot_ellipses_over_levels
 from armimpedance.plots.quality import plot_intervals
 from armimpedance.plots.responses import plot_response
 from armimpedance.plots.style import new_axes, print_style, save

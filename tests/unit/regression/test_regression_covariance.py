@@ -7,7 +7,7 @@ import statsmodels.api as sm
 from hac_covariance import hac_covariance
 
 from armimpedance.errors import InputError, NotIdentifiableError
-from armimpedance.regression.factors import ragged_factors, split_blocks, trial_factors
+from armimpedance.regression import ragged_factors, split_blocks, trial_factors
 from armimpedance.regression.solve import fit
 
 REGRESSORS, OUTPUTS = ("xdd", "xd", "x"), ("fx", "fy")

@@ -5,7 +5,7 @@ import pytest
 import regression_oracle as oracle
 
 from armimpedance.errors import InputError
-from armimpedance.regression.factors import (
+from armimpedance.regression import (
     TrialFactors,
     ragged_factors,
     split_blocks,
