@@ -50,7 +50,7 @@ class EmgSignals(FrozenRecord):
         expect_shape("EMG signals", self.signals, (int(self.offsets[-1]), len(self.muscles)))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class MarkerRecording(InTrials):
     """Markers of a motion-capture session, samples of all trials one after another.
 
@@ -101,7 +101,7 @@ class MarkerRecording(InTrials):
         _check_beside(self)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class MotionRecording(InTrials):
     """Joint motion of a skeleton, with what was measured beside it.
 

@@ -37,7 +37,7 @@ class Subject:
     forearm_hand_m: float | None = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Recording(InTrials):
     """All trials of a session, samples one after another.
 

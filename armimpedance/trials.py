@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Annotated, Any
+from html import escape
+from typing import Annotated, Any, Final
 
 import numpy as np
 import pandas as pd
@@ -11,6 +12,9 @@ from numpy.typing import ArrayLike
 
 from armimpedance.arrays import FloatArray, FrozenRecord, IntArray
 from armimpedance.errors import RecordError
+
+#: Conditions that a short text names.
+MOST_SHOWN: Final = 12
 
 
 def trial_slices(offsets: IntArray) -> list[slice]:
@@ -65,6 +69,20 @@ class InTrials(FrozenRecord):
     def n_trials(self) -> int:
         """Number of trials T."""
         return len(self.trials)
+
+    def __repr__(self) -> str:
+        seconds = len(self.time_s) / self.sample_rate_hz
+        conditions = list(dict.fromkeys(map(str, self.trials["condition"])))
+        shown = ", ".join(conditions[:MOST_SHOWN])
+        left = len(conditions) - MOST_SHOWN
+        return (
+            f"{type(self).__name__} of {self.n_trials} trials, {seconds:.1f} s at "
+            f"{self.sample_rate_hz:g} Hz\nconditions: {shown}"
+            + (f", ... and {left} more" if left > 0 else "")
+        )
+
+    def _repr_html_(self) -> str:
+        return "".join(f"<p>{escape(line)}</p>" for line in repr(self).splitlines())
 
     def samples_of(self, row: int) -> slice:
         """The samples of the trial in row `row` (from 0) of the trial table."""
