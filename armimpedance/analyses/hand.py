@@ -86,7 +86,7 @@ def estimate(
     >>> recording, _ = simulate("cocontraction", seed=1, sets=1, conditions=["cocontraction_10"])
     >>> hand = estimate(recording)
     >>> hand
-    1 estimates
+    1 estimate
     cocontraction_10: weighted, 8 trials, K 417.4, 155.4 N/m
     >>> hand["cocontraction_10"].stiffness.unit
     'N/m'

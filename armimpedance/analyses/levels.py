@@ -116,7 +116,7 @@ def to_hand(
     >>> from manipulandum_sim.hand import simulate
     >>> recording, _ = simulate("cocontraction", seed=1, sets=1, conditions=["cocontraction_10"])
     >>> to_hand(to_joint(estimate(recording)))
-    1 estimates
+    1 estimate
     cocontraction_10: weighted, 8 trials, K 417.4, 155.4 N/m
     """
     subject, _ = _who(estimates, recording)

@@ -81,7 +81,8 @@ def test_a_path_gives_what_the_command_writes(session, tmp_path):
 
 def test_results_show_themselves_in_a_few_lines(session):
     hand = ai.estimate(session)
-    shown = [ai.read(session), hand, hand["cocontraction_30"], hand[0], ai.inspect(session), ai.reflex(session)]
+    one = [hand["cocontraction_30"], hand[0]]
+    shown = [ai.read(session), hand, *one, ai.inspect(session), ai.reflex(session)]
     for result in shown:
         assert len(repr(result)) < 2000
         assert "<" in result._repr_html_()

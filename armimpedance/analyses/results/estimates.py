@@ -18,6 +18,7 @@ from armimpedance.conventions import UNITS
 from armimpedance.errors import InputError
 from armimpedance.files import condition_of, result_objects, result_rows, write_results
 from armimpedance.records import ImpedanceEstimate, Subject
+from armimpedance.report import counted
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -158,7 +159,7 @@ class Estimates(FrozenRecord, Sequence[ImpedanceEstimate]):
 
     def _head(self) -> str:
         left = len(self) - _MOST_SHOWN
-        return f"{len(self)} estimates" + (f", {left} of them not shown" if left > 0 else "")
+        return counted(len(self), "estimate") + (f", {left} of them not shown" if left > 0 else "")
 
     def __repr__(self) -> str:
         lines = [f"{name}: {method}, {n} trials, {K}" for name, method, n, K in self._table()[1:]]
