@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from itertools import cycle
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from armimpedance.ellipses import Which
 from armimpedance.files import condition_of, read_results
-from armimpedance.plots import OKABE_ITO, plot_ellipse, plot_ellipses_in_workspace
+from armimpedance.plots import plot_ellipses_in_workspace, plot_ellipses_over_levels
 from armimpedance.records import ImpedanceEstimate
 
 if TYPE_CHECKING:
@@ -64,11 +63,5 @@ def plot_ellipses(
     hands = [e.position for e in given if e.level == "hand" and e.position is not None]
     if len(hands) == len(given) and np.ptp(hands, axis=0).max() > ONE_PLACE_M:
         return plot_ellipses_in_workspace(given, which, ax)
-    colors = cycle(OKABE_ITO.values())
-    for estimate, color in zip(given, colors, strict=False):
-        label = condition_of(estimate)
-        ax = plot_ellipse(estimate, ax, which=which, show_confidence=True, color=color, label=label)
-    if len(given) > 1 and ax is not None:
-        ax.legend()
-    assert ax is not None  # noqa: S101 - read_results and estimate give one estimate at least
-    return ax
+    labels = [condition_of(estimate) for estimate in given]
+    return plot_ellipses_over_levels(given, which, labels, ax, show_confidence=True)
