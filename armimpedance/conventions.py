@@ -15,10 +15,14 @@ Muscle length is positive in lengthening, tension positive in pulling, ``tau = -
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Final, Literal
+from typing import Any, Final, Literal, get_args
 
 Level = Literal["hand", "joint", "muscle"]
 Kind = Literal["hand", "joint"]
+
+#: What a device imposes on the limb, whatever the limb does.
+Imposed = Literal["position", "force", "torque", "both"]
+IMPOSED: Final[tuple[Imposed, ...]] = get_args(Imposed)
 
 #: Nominal posture of Tsuji (1997), section 3.2: shoulder, elbow (rad).
 NOMINAL_POSTURE_RAD: Final = (1.04, 1.57)

@@ -20,7 +20,7 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from armimpedance.arrays import BoolArray, FloatArray, FrozenRecord, IntArray, frozen_array
-from armimpedance.conventions import Kind
+from armimpedance.conventions import IMPOSED, Imposed, Kind
 from armimpedance.errors import RecordError
 from armimpedance.estimates import ImpedanceEstimate as ImpedanceEstimate, Quality as Quality
 from armimpedance.trials import InTrials, expect_shape, trial_slices as trial_slices
@@ -65,6 +65,9 @@ class Recording(InTrials):
         In V or normalised to MVC (`emg_unit`), in the order of `muscles`.
     perturbation : {"returning", "stochastic"}
     torque : {"interaction", "commanded"} or None
+    imposed : {"position", "force", "torque", "both"} or None
+        What the device imposed on the limb whatever the limb did; "both": a device of finite
+        impedance. None: not told, and analyses that need to know ask the data.
     handle_mass_kg : float
         Mass between the force sensor and the hand.
     shoulder_m : (d,) or None
@@ -90,6 +93,7 @@ class Recording(InTrials):
     emg_unit: Literal["V", "normalised"] = "V"
     perturbation: Literal["returning", "stochastic"] = "returning"
     torque: Literal["interaction", "commanded"] | None = None
+    imposed: Imposed | None = None
     handle_mass_kg: float = 0.0
     shoulder_m: Annotated[FloatArray, "d"] | None = None
     subject: Subject = field(default_factory=Subject)
@@ -100,6 +104,8 @@ class Recording(InTrials):
         super().__post_init__()
         if self.kind not in ("hand", "joint"):
             raise RecordError(f"unknown kind {self.kind!r}", expected="'hand' or 'joint'")
+        if self.imposed not in (None, *IMPOSED):
+            raise RecordError(f"imposed {self.imposed!r}", expected=f"one of {', '.join(IMPOSED)}")
         samples = len(self.time_s)
         if self.emg is not None:
             expect_shape("emg", self.emg, (samples, len(self.muscles)))

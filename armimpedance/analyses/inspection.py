@@ -13,6 +13,7 @@ from armimpedance.analyses.sources import PathLike, read
 from armimpedance.arrays import BoolArray, FrozenRecord, IntArray
 from armimpedance.body import check_body
 from armimpedance.errors import ArmImpedanceError
+from armimpedance.findings import Finding
 from armimpedance.impedance import check_delay
 from armimpedance.motion import MarkerRecording, MotionRecording
 from armimpedance.passive import emg_gate
@@ -29,32 +30,6 @@ OF_DISTURBANCE: Final = ("disturbance", "returns to start", "force sign")
 
 #: An axis of a robot that travels further than this moves, rad.
 MOVES_RAD: Final = 0.05
-
-#: Verdict -> how a line of text begins.
-MARKS: Final = {"ok": "ok  ", "warning": "WARN", "unusable": "STOP", "missing": "--  "}
-
-
-@dataclass(frozen=True)
-class Finding:
-    """One thing that was looked at.
-
-    Attributes
-    ----------
-    name : str
-        What was looked at, such as "force sign"; "" where the message says it.
-    verdict : {"ok", "warning", "unusable", "missing"}
-        `unusable`: an analysis would be refused or meaningless. `missing`: a later analysis may
-        ask for it.
-    message : str
-    """
-
-    name: str
-    verdict: Literal["ok", "warning", "unusable", "missing"]
-    message: str
-
-    def __str__(self) -> str:
-        name = f"{self.name}: " if self.name else ""
-        return f"{MARKS[self.verdict]}  {name}{self.message}"
 
 
 @dataclass(frozen=True, repr=False)
@@ -99,7 +74,7 @@ class Inspection(FrozenRecord):
 
     def to_dict(self) -> dict[str, Any]:
         """Contents, verdict and findings, as texts."""
-        checks = [dict(vars(check)) for check in self.checks]
+        checks = [check.to_dict() for check in self.checks]
         return {"contents": self.contents, "usable": self.usable, "checks": checks}
 
     def __str__(self) -> str:
@@ -181,20 +156,19 @@ def _checks(recording: Recording) -> list[Finding]:
     if moves_a_robot(recording):
         text = "the motors': `therapy robot`, `arm` and `contribution` take such a recording"
         moving = _moving_axes(replace(recording, perturbation="stochastic"))
-        return [*_recording_checks(moving), Finding("torque", "ok", text)]
-    delay = [Finding(c.name, c.verdict, c.message) for c in check_delay(recording)]
-    checks = [*_recording_checks(recording), *delay, *_emg_checks(recording)]
+        return [*check_recording(moving), Finding("torque", "ok", text)]
+    checks = [
+        *check_recording(recording),
+        *check_delay(recording),
+        *_emg_checks(recording),
+    ]
     if recording.kind != "joint" or "onset_s" in recording.trials:
         return checks
     if all(check.verdict == "ok" for check in checks if check.name in OF_DISTURBANCE):
         return checks
     text = "no returning one is seen: `passive` takes such a recording, `estimate` does not"
-    others = _recording_checks(replace(recording, perturbation="stochastic"))
+    others = check_recording(replace(recording, perturbation="stochastic"))
     return [*others, Finding("disturbance", "warning", text)]
-
-
-def _recording_checks(recording: Recording) -> list[Finding]:
-    return [Finding(c.name, c.verdict, c.message) for c in check_recording(recording)]
 
 
 def _emg_checks(recording: Recording) -> list[Finding]:

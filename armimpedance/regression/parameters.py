@@ -58,8 +58,11 @@ class NamedParameter:
 
     @property
     def well_identified(self) -> bool:
-        """Whether twice the relative standard error stays below 10 %."""
-        return 2 * self.relative_sd_percent < 10
+        """Whether twice the relative standard error, the larger of the two, stays below 10 %.
+
+        The sources judge by `sd` alone; a parameter whose interval is wide is not well identified.
+        """
+        return 2 * 100 * max(self.sd, self.sd_robust) < 10 * abs(self.value)
 
     def __repr__(self) -> str:
         low, high = self.ci95

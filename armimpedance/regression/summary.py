@@ -7,6 +7,7 @@ from html import escape
 from typing import TYPE_CHECKING, Any, Final
 
 from armimpedance.errors import InputError
+from armimpedance.findings import Finding
 from armimpedance.regression.parameters import (
     NamedParameter,
     parameter_dict,
@@ -35,6 +36,8 @@ class FitSummary:
     r2, vaf : float
     parameters : tuple of NamedParameter
     warnings : tuple of str
+    checks : tuple of Finding
+        Every assumption of the model that was held against the data, those that hold among them.
     """
 
     method: str
@@ -46,6 +49,7 @@ class FitSummary:
     vaf: float
     parameters: tuple[NamedParameter, ...]
     warnings: tuple[str, ...] = ()
+    checks: tuple[Finding, ...] = ()
 
     def __post_init__(self) -> None:
         names = [(p.name, p.joint) for p in self.parameters]
@@ -68,6 +72,7 @@ class FitSummary:
             "vaf": float(self.vaf),
             "warnings": list(self.warnings),
             "parameters": [parameter_dict(one) for one in self.parameters],
+            "checks": [one.to_dict() for one in self.checks],
         }
 
     def __repr__(self) -> str:

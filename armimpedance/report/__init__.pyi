@@ -5,6 +5,7 @@ from .discrimination_text import discrimination_text as discrimination_text
 from .elbow_law_text import law_text as law_text
 from .elbow_text import elbow_text as elbow_text, varying_text as varying_text
 from .estimate_text import estimate_text as estimate_text
+from .findings_text import checks_lines as checks_lines
 from .methods_table import methods_table as methods_table
 from .model_text import model_text as model_text
 from .muscle_text import muscle_text as muscle_text

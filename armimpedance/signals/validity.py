@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
 from armimpedance.arrays import BoolArray, FloatArray
 from armimpedance.conventions import FORCE_UNIT, POSITION_UNIT
 from armimpedance.errors import InputError
+from armimpedance.findings import Finding, Verdict
 from armimpedance.records import Recording, Window
 from armimpedance.signals.differentiate import derivatives
 from armimpedance.signals.drift import end_operator
 from armimpedance.signals.windows import cut_windows
-
-Verdict = Literal["ok", "warning", "unusable"]
 
 LOWEST_RATE_HZ = 200.0
 #: Residual displacement at the end, as a part of the peak, above which the source's one-sided
@@ -32,26 +29,7 @@ STEP_FRACTION = 0.1
 NOISE_FRACTION = 0.5
 
 
-@dataclass(frozen=True)
-class Check:
-    """One validity check.
-
-    Attributes
-    ----------
-    name : str
-        Name of the check.
-    verdict : {"ok", "warning", "unusable"}
-        Result of the check.
-    message : str
-        Reason for the verdict, in one line.
-    """
-
-    name: str
-    verdict: Verdict
-    message: str
-
-
-def check_recording(recording: Recording) -> tuple[Check, ...]:
+def check_recording(recording: Recording) -> tuple[Finding, ...]:
     """All checks that apply to a recording; never raises for what a check can say.
 
     Parameters
@@ -60,7 +38,7 @@ def check_recording(recording: Recording) -> tuple[Check, ...]:
 
     Returns
     -------
-    tuple of Check
+    tuple of Finding
         In a fixed order; `unusable` means that an estimate would be refused or meaningless.
     """
     checks = [_rate(recording), _gaps(recording), _clipping(recording)]
@@ -71,11 +49,11 @@ def check_recording(recording: Recording) -> tuple[Check, ...]:
     return tuple(checks)
 
 
-def _disturbance_checks(recording: Recording) -> Iterator[Check]:
+def _disturbance_checks(recording: Recording) -> Iterator[Finding]:
     try:
         window = cut_windows(recording)
     except InputError as error:
-        yield Check("disturbance", "unusable", str(error))
+        yield Finding("disturbance", "unusable", str(error))
         return
     unit = POSITION_UNIT[recording.kind]
     peak = _peak_displacement(window)
@@ -84,7 +62,7 @@ def _disturbance_checks(recording: Recording) -> Iterator[Check]:
     source = "; ".join(window.notes) or "onset and end as stated in the trial table"
     verdict: Verdict = "ok" if window.usable.all() else "warning"
     text = f"{used}, median peak {_milli(float(np.median(size)), unit)}; {source}"
-    yield Check("disturbance", verdict, text)
+    yield Finding("disturbance", verdict, text)
     yield _returns(window, size, unit)
     every = np.arange(recording.n_trials)
     groups = recording.trials.groupby("condition", sort=False).indices.items()
@@ -93,7 +71,7 @@ def _disturbance_checks(recording: Recording) -> Iterator[Check]:
         for name, rows in groups
         for check in _coverage(str(name), peak, window.usable & np.isin(every, rows))
     ]
-    yield from uneven or [Check("directions", "ok", "every condition covers its axes")]
+    yield from uneven or [Finding("directions", "ok", "every condition covers its axes")]
     yield _rest_noise(window, FORCE_UNIT[recording.kind])
     yield _dissipation(window)
 
@@ -110,21 +88,21 @@ def _peak_displacement(window: Window) -> FloatArray:
     return np.asarray(moved[np.arange(len(moved)), farthest])
 
 
-def _rate(recording: Recording) -> Check:
+def _rate(recording: Recording) -> Finding:
     rate = recording.sample_rate_hz
     verdict: Verdict = "ok" if rate >= LOWEST_RATE_HZ else "warning"
     hint = "" if verdict == "ok" else f"; inertia needs at least {LOWEST_RATE_HZ:g} Hz"
-    return Check("rate", verdict, f"{rate:g} Hz{hint}")
+    return Finding("rate", verdict, f"{rate:g} Hz{hint}")
 
 
-def _gaps(recording: Recording) -> Check:
+def _gaps(recording: Recording) -> Finding:
     steps = np.diff(recording.time_s)
     inside = np.ones(len(steps), dtype=bool)
     inside[recording.offsets[1:-1] - 1] = False
     gaps = int((steps[inside] > 1.5 / recording.sample_rate_hz).sum())
     if gaps:
-        return Check("gaps", "unusable", f"{gaps} gaps in the samples")
-    return Check("gaps", "ok", "none")
+        return Finding("gaps", "unusable", f"{gaps} gaps in the samples")
+    return Finding("gaps", "ok", "none")
 
 
 def _longest_run(equal: np.ndarray) -> int:
@@ -134,7 +112,7 @@ def _longest_run(equal: np.ndarray) -> int:
     return int((edges[1::2] - edges[::2]).max()) if len(edges) else 0
 
 
-def _clipping(recording: Recording) -> Check:
+def _clipping(recording: Recording) -> Finding:
     limit = max(3, round(CLIPPED_S * recording.sample_rate_hz))
     for axis, force in enumerate(recording.force.T):
         centre = np.median(force)
@@ -144,23 +122,23 @@ def _clipping(recording: Recording) -> Check:
             run = _longest_run(force == extreme)
             if far and run > limit:
                 text = f"force axis {axis + 1} stays at {extreme:g} for {run} samples"
-                return Check("clipping", "warning", text)
-    return Check("clipping", "ok", "force never stays at its extreme")
+                return Finding("clipping", "warning", text)
+    return Finding("clipping", "ok", "force never stays at its extreme")
 
 
-def _step(name: str, values: FloatArray, unit: str) -> Check:
+def _step(name: str, values: FloatArray, unit: str) -> Finding:
     worst, step_text = 0.0, "none seen"
     for axis in values.T:
         levels = np.unique(axis)
         span = float(levels[-1] - levels[0]) if len(levels) else 0.0
         if span == 0.0:
             text = f"{name} never changes on one axis"
-            return Check(f"{name} steps", "warning", text)
+            return Finding(f"{name} steps", "warning", text)
         step = _quantum(levels)
         if step / span > worst:
             worst, step_text = step / span, f"{step:.3g} {unit}"
     verdict: Verdict = "warning" if worst > STEP_FRACTION else "ok"
-    return Check(f"{name} steps", verdict, f"{step_text}, {100 * worst:.2g} % of the range")
+    return Finding(f"{name} steps", verdict, f"{step_text}, {100 * worst:.2g} % of the range")
 
 
 def _quantum(levels: FloatArray) -> float:
@@ -173,7 +151,7 @@ def _quantum(levels: FloatArray) -> float:
     return 0.0 if off_grid.mean() > 0.01 else step
 
 
-def _returns(window: Window, size: FloatArray, unit: str) -> Check:
+def _returns(window: Window, size: FloatArray, unit: str) -> Finding:
     end = np.searchsorted(window.lag_s, window.duration_s)
     end = np.minimum(end, len(window.lag_s) - 1)
     left = window.position[np.arange(len(end)), end] - window.position_at_onset
@@ -184,30 +162,30 @@ def _returns(window: Window, size: FloatArray, unit: str) -> Check:
         f"{100 * float(np.median(part)):.1f} % of the peak"
     )
     if np.median(part) <= RETURN_FRACTION:
-        return Check("returns to start", "ok", text)
-    return Check("returns to start", "warning", f"{text}; do not use method 'paper' here")
+        return Finding("returns to start", "ok", text)
+    return Finding("returns to start", "warning", f"{text}; do not use method 'paper' here")
 
 
-def _coverage(condition: str, peaks: FloatArray, chosen: BoolArray) -> Iterator[Check]:
+def _coverage(condition: str, peaks: FloatArray, chosen: BoolArray) -> Iterator[Finding]:
     """Are the directions of one condition spread enough to tell the axes apart?"""
     peak = peaks[chosen]
     if not len(peak) or not np.abs(peak).max() > 0:
-        yield Check("directions", "unusable", f"condition {condition}: no movement")
+        yield Finding("directions", "unusable", f"condition {condition}: no movement")
         return
     values = np.linalg.svd(peak, compute_uv=False)
     ratio = float(values[-1] / values[0]) if len(values) == peak.shape[1] else 0.0
     if ratio < 0.02:
         text = f"condition {condition}: one direction only, the others cannot be identified"
-        yield Check("directions", "unusable", text)
+        yield Finding("directions", "unusable", text)
     elif ratio < COVERAGE:
         text = f"condition {condition}: uneven, smallest to largest {ratio:.2f}"
-        yield Check("directions", "warning", text)
+        yield Finding("directions", "warning", text)
 
 
-def _rest_noise(window: Window, unit: str) -> Check:
+def _rest_noise(window: Window, unit: str) -> Finding:
     rest = window.lag_s <= 0
     if rest.sum() < 10:
-        return Check("noise at rest", "warning", "no rest recorded before the onset")
+        return Finding("noise at rest", "warning", "no rest recorded before the onset")
     force = window.force[window.usable]
     before = force[:, rest]
     noise = float((before - before.mean(axis=1, keepdims=True)).std())
@@ -217,10 +195,10 @@ def _rest_noise(window: Window, unit: str) -> Check:
     part = noise / response if response > 0 else np.inf
     verdict: Verdict = "ok" if part < NOISE_FRACTION else "warning"
     text = f"force sd {noise:.3g} {unit}, {100 * part:.0f} % of the response's rms"
-    return Check("noise at rest", verdict, text)
+    return Finding("noise at rest", verdict, text)
 
 
-def _dissipation(window: Window) -> Check:
+def _dissipation(window: Window) -> Finding:
     """Sign of the force: over a returning disturbance a limb takes energy, it gives none.
 
     ``W = integral F . X' dt < 0`` for a force by the limb, whatever inertia and stiffness.
@@ -239,7 +217,7 @@ def _dissipation(window: Window) -> Check:
     text = f"work by the limb {mean * 1e3:.3g} mJ per disturbance"
     if mean > 3 * error:
         text += ": a limb cannot give energy; is the force that of the device (force_by)?"
-        return Check("force sign", "unusable", text)
+        return Finding("force sign", "unusable", text)
     if mean > -2 * error:
-        return Check("force sign", "warning", text + ": too small to tell the sign")
-    return Check("force sign", "ok", text)
+        return Finding("force sign", "warning", text + ": too small to tell the sign")
+    return Finding("force sign", "ok", text)

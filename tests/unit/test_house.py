@@ -27,6 +27,7 @@ RANKS = [
     {"comparison", "planning"},
     {"levels", "ellipses"},
     {"impedance"},
+    {"criticism"},
     {"regression", "recordings", "mocap"},
     {"signals", "arm"},
     {"plain", "json_text"},
@@ -37,6 +38,7 @@ RANKS = [
     {"arrays"},
     {"outputs"},
     {"method_table"},
+    {"findings"},
     {"conventions", "errors"},
 ]
 RANK = {room: rank for rank, rooms in enumerate(RANKS) for room in rooms}

@@ -8,10 +8,11 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import ArmImpedanceError, InputError
+from armimpedance.findings import Finding
 from armimpedance.impedance.regressors import impedance_factors
 from armimpedance.records import Recording
 from armimpedance.regression import fit
-from armimpedance.signals import Check, choose_span, cut_windows, respond
+from armimpedance.signals import choose_span, cut_windows, respond
 
 #: Delays are looked for up to this much either way (s).
 LONGEST_S = 0.01
@@ -21,7 +22,7 @@ LOWEST_VAF = 0.8
 GROUPS = 8
 
 
-def check_delay(recording: Recording) -> tuple[Check, ...]:
+def check_delay(recording: Recording) -> tuple[Finding, ...]:
     """Shift the force against the motion and look where the model explains most.
 
     Uses the condition with the most trials. The unexplained part over the shift is a parabola near
@@ -33,7 +34,7 @@ def check_delay(recording: Recording) -> tuple[Check, ...]:
 
     Returns
     -------
-    tuple of Check
+    tuple of Finding
         One check of the delay between force and motion; empty where it does not apply.
     """
     if recording.perturbation != "returning":
@@ -43,19 +44,19 @@ def check_delay(recording: Recording) -> tuple[Check, ...]:
     try:
         return (_delay_of(recording.select(rows)),)
     except ArmImpedanceError as error:
-        return (Check("delay", "warning", f"cannot be judged: {error}"),)
+        return (Finding("delay", "warning", f"cannot be judged: {error}"),)
 
 
-def _delay_of(recording: Recording) -> Check:
+def _delay_of(recording: Recording) -> Finding:
     curve = _curve(recording)
     if 1 - curve.unexplained[0].min() < LOWEST_VAF:
-        return Check("delay", "warning", "cannot be judged: the model explains too little")
+        return Finding("delay", "warning", "cannot be judged: the model explains too little")
     delay, error = curve.delay_s(0), curve.standard_error_s()
     text = f"{delay * 1e3:+.2f} ms (standard error {error * 1e3:.2f} ms), + is a late force"
     if abs(delay) < max(0.5 / recording.sample_rate_hz, 3 * error):
-        return Check("delay", "ok", text)
+        return Finding("delay", "ok", text)
     late = "force" if delay > 0 else "kinematics"
-    return Check("delay", "warning", f"{late} late, B is wrong by percents: {text}")
+    return Finding("delay", "warning", f"{late} late, B is wrong by percents: {text}")
 
 
 @dataclass(frozen=True)

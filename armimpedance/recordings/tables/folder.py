@@ -189,6 +189,7 @@ def _recording(
         emg_unit=metadata.emg_unit,
         perturbation=metadata.perturbation,
         torque=metadata.torque,
+        imposed=metadata.imposed,
         handle_mass_kg=metadata.handle_mass_kg,
         shoulder_m=None if metadata.shoulder_m is None else np.array(metadata.shoulder_m),
         subject=metadata.subject,

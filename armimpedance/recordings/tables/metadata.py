@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, Final, Literal, cast
 
-from armimpedance.conventions import Kind
+from armimpedance.conventions import IMPOSED, Imposed, Kind
 from armimpedance.errors import InputError
 from armimpedance.json_text import Fields, is_number, json_text, read_json
 from armimpedance.records import Recording, Subject
@@ -34,6 +34,7 @@ class Metadata:
     force_by: Literal["limb", "device"] = "limb"
     perturbation: Literal["returning", "stochastic"] = "returning"
     torque: Literal["interaction", "commanded"] | None = None
+    imposed: Imposed | None = None
     handle_mass_kg: float = 0.0
     shoulder_m: tuple[float, ...] | None = None
     subject: Subject = Subject()
@@ -80,6 +81,7 @@ def read_metadata(file: Path) -> Metadata:
             Any, given.choice("perturbation", ("returning", "stochastic")) or "returning"
         ),
         torque=cast(Any, given.choice("torque", ("interaction", "commanded"))),
+        imposed=cast(Any, given.choice("imposed", IMPOSED)),
         handle_mass_kg=handle_mass,
         shoulder_m=_shoulder(given),
         subject=subject_of(given),
@@ -121,6 +123,8 @@ def metadata_text(recording: Recording) -> str:
     }
     if recording.torque is not None:
         content["torque"] = recording.torque
+    if recording.imposed is not None:
+        content["imposed"] = recording.imposed
     if recording.shoulder_m is not None:
         content["shoulder_m"] = recording.shoulder_m.tolist()
     return json_text(content)

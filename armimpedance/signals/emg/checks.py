@@ -12,6 +12,7 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
+from armimpedance.findings import Finding, Verdict
 from armimpedance.records import Recording
 from armimpedance.signals.emg.activation import mvc_column
 from armimpedance.signals.emg.quality import (
@@ -22,7 +23,6 @@ from armimpedance.signals.emg.quality import (
     EmgQuality,
     emg_quality,
 )
-from armimpedance.signals.validity import Check, Verdict
 
 #: Surface EMG has most of its power below 250 Hz and some up to about 450 Hz.
 LEAST_RATE_HZ: Final = 500.0
@@ -38,7 +38,7 @@ AUDIBLE, LOUD = 0.01, 0.05
 LOW_SNR_DB: Final = 6.0
 
 
-def check_emg(recording: Recording) -> tuple[Check, ...]:
+def check_emg(recording: Recording) -> tuple[Finding, ...]:
     """All checks of the raw EMG, in a fixed order; one line for the worst trial and muscle.
 
     Parameters
@@ -48,7 +48,7 @@ def check_emg(recording: Recording) -> tuple[Check, ...]:
 
     Returns
     -------
-    tuple of Check
+    tuple of Finding
         What was found about maximum contractions, sample rate and signal.
 
     Raises
@@ -91,12 +91,12 @@ def check_band(low_hz: float, high_hz: float, sample_rate_hz: float) -> None:
         )
 
 
-def _maximum(recording: Recording) -> tuple[Check, ...]:
+def _maximum(recording: Recording) -> tuple[Finding, ...]:
     for muscle in recording.muscles:
         column = mvc_column(muscle)
         if column not in recording.trials:
             text = f"no maximum contraction of {muscle}: column {column} in the trial table"
-            return (Check("MVC", "unusable", text),)
+            return (Finding("MVC", "unusable", text),)
         mvc = recording.trials[column].to_numpy(dtype=float)
         bad = ~(np.isfinite(mvc) & (mvc > 0))
         if bad.any():
@@ -105,23 +105,23 @@ def _maximum(recording: Recording) -> tuple[Check, ...]:
                 f"trial {recording.trials['trial'].iloc[row]}: maximum contraction of {muscle} is "
                 f"{mvc[row]:g} V (column {column}): a positive number is needed"
             )
-            return (Check("MVC", "unusable", text),)
-    return (Check("MVC", "ok", "of every muscle"),)
+            return (Finding("MVC", "unusable", text),)
+    return (Finding("MVC", "ok", "of every muscle"),)
 
 
-def _rate(recording: Recording) -> Check:
+def _rate(recording: Recording) -> Finding:
     rate = recording.sample_rate_hz
     text = f"{rate:g} Hz"
     if rate < LEAST_RATE_HZ:
         text += f": too slow for raw EMG, which needs {LEAST_RATE_HZ:g} Hz or more"
-        return Check("rate", "unusable", text)
+        return Finding("rate", "unusable", text)
     if rate / 2 < WHOLE_BAND_HZ:
         text += f": above {rate / 2:g} Hz the EMG is lost or folded"
-        return Check("rate", "warning", text)
-    return Check("rate", "ok", text)
+        return Finding("rate", "warning", text)
+    return Finding("rate", "ok", text)
 
 
-def _signal(q: EmgQuality) -> tuple[Check, ...]:
+def _signal(q: EmgQuality) -> tuple[Finding, ...]:
     """Checks of flat, saturated, humming, moving and weak channels."""
     never = np.inf
     mains = f"{{:.0f}} % of the power is hum at multiples of {q.mains_hz:g} Hz"
@@ -140,12 +140,12 @@ def _signal(q: EmgQuality) -> tuple[Check, ...]:
     return tuple(made)
 
 
-def _snr(q: EmgQuality, snr_db: FloatArray) -> Check:
+def _snr(q: EmgQuality, snr_db: FloatArray) -> Finding:
     """A muscle that never rises over its electrode's noise; one that rests now and then may."""
     best = snr_db.max(axis=0)
     m = int(best.argmin())
     text = f"{q.muscles[m]}: at most {best[m]:.0f} dB over the silent muscle"
-    return Check("SNR", "warning" if best[m] < LOW_SNR_DB else "ok", text)
+    return Finding("SNR", "warning" if best[m] < LOW_SNR_DB else "ok", text)
 
 
 def _percent(limits: tuple[float, float]) -> tuple[float, float]:
@@ -154,7 +154,7 @@ def _percent(limits: tuple[float, float]) -> tuple[float, float]:
 
 def _worst(
     q: EmgQuality, name: str, values: FloatArray, limits: tuple[float, float], text: str
-) -> Check:
+) -> Finding:
     """Verdict on the largest of values (T, m): a warning above limits[0], no use above [1]."""
     t, m = np.unravel_index(int(values.argmax()), values.shape)
     worst = float(values[t, m])
@@ -163,4 +163,4 @@ def _worst(
         verdict = "warning"
     if worst > limits[1]:
         verdict = "unusable"
-    return Check(name, verdict, f"trial {q.trials[t]}, {q.muscles[m]}: {text.format(worst)}")
+    return Finding(name, verdict, f"trial {q.trials[t]}, {q.muscles[m]}: {text.format(worst)}")

@@ -1,0 +1,1 @@
+from .gate import refuse_stops as refuse_stops
