@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from armimpedance.arrays import FrozenRecord
 from armimpedance.errors import RecordError
+from armimpedance.findings import Finding
 from armimpedance.regression import FitSummary, NamedParameter, Parameters
 
 if TYPE_CHECKING:
@@ -85,6 +86,8 @@ class ElbowFit(FrozenRecord):
         What a method adds: its discrete model, the orders that were compared.
     parts : mapping str -> ElbowFit
         The same of single conditions or trials, where they were fitted too.
+    checks : tuple of Finding
+        Every assumption of the model that was held against the record.
     """
 
     method: str
@@ -101,6 +104,7 @@ class ElbowFit(FrozenRecord):
     warnings: tuple[str, ...] = ()
     details: Mapping[str, Any] = field(default_factory=dict)
     parts: Mapping[str, ElbowFit] = field(default_factory=dict)
+    checks: tuple[Finding, ...] = ()
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -145,6 +149,7 @@ class ElbowFit(FrozenRecord):
             vaf=self.r2,
             parameters=tuple(self[name] for name in NAMES),
             warnings=self.warnings,
+            checks=self.checks,
         )
 
     def to_frame(self) -> pd.DataFrame:
