@@ -72,6 +72,9 @@ class Recording(InTrials):
         Mass between the force sensor and the hand.
     shoulder_m : (d,) or None
         Place of the shoulder in the frame of `position` (kind "hand").
+    gravity_m_s2 : (d,) tuple or None
+        Gravity along the axes of `position` (kind "hand"), m/s^2: zeros in a horizontal plane. None
+        where it is not told: a robot that moves in a plane is then taken as horizontal.
     extra : mapping str -> (N,)
         Further numeric sample columns, kept for round trips. Analyses read the commanded motion
         (`conventions.command_columns`) and the torque that a device was told to add
@@ -96,6 +99,7 @@ class Recording(InTrials):
     imposed: Imposed | None = None
     handle_mass_kg: float = 0.0
     shoulder_m: Annotated[FloatArray, "d"] | None = None
+    gravity_m_s2: tuple[float, ...] | None = None
     subject: Subject = field(default_factory=Subject)
     extra: Mapping[str, FloatArray] = field(default_factory=dict)
     provenance: tuple[str, ...] = ()
@@ -111,6 +115,8 @@ class Recording(InTrials):
             expect_shape("emg", self.emg, (samples, len(self.muscles)))
         if not (np.isfinite(self.handle_mass_kg) and self.handle_mass_kg >= 0):
             raise RecordError(f"handle_mass_kg is {self.handle_mass_kg}", expected=">= 0 kg")
+        if self.gravity_m_s2 is not None and self.kind == "hand":
+            expect_shape("gravity_m_s2", np.array(self.gravity_m_s2), (self.axes,))
         extra = {k: frozen_array(v, k, (samples,)) for k, v in self.extra.items()}
         object.__setattr__(self, "extra", MappingProxyType(extra))
 
@@ -239,6 +245,10 @@ class ArmPosture(FrozenRecord):
         ``[k, i, j] = d2 p_k / dtheta_i dtheta_j``, symmetric in i, j.
     inertia : (n, n) or None
         Joint-space inertia matrix M(theta).
+    gravity_torque : (n,) or None
+        g(theta), Nm: what the joints must make to carry the arm; None where it is not known.
+    gravity_gradient : (n, n) or None
+        ``[i, j] = dg_i / dtheta_j``, Nm/rad; None where it is not known.
     muscle_jacobian : (m, n) or None
         ``G = dL/dtheta``, lengthening positive.
     muscle_curvature : (m, n, n) or None
@@ -250,5 +260,13 @@ class ArmPosture(FrozenRecord):
     jacobian: Annotated[FloatArray, "d n"]
     jacobian_derivative: Annotated[FloatArray, "d n n"]
     inertia: Annotated[FloatArray, "n n"] | None = None
+    gravity_torque: Annotated[FloatArray, "n"] | None = None
+    gravity_gradient: Annotated[FloatArray, "n n"] | None = None
     muscle_jacobian: Annotated[FloatArray, "m n"] | None = None
     muscle_curvature: Annotated[FloatArray, "m n n"] | None = None
+
+    def torque_under(self, force: FloatArray) -> FloatArray:
+        """What the muscles bear, (n,) Nm: the hand's force (d,) and, where known, the weight."""
+        # tau (n,) = J^T (n, d) F (d,) + g (n,); Tsuji (1997), eq. (3) without g
+        torque = self.jacobian.T @ force
+        return torque if self.gravity_torque is None else torque + self.gravity_torque

@@ -114,7 +114,7 @@ def estimate(
         made = estimate_groups(
             read, by=columns, options=options, progress=progress, workers=workers
         )
-        return Estimates(tuple(made), read.subject)
+        return Estimates(tuple(made), read.subject, read.gravity_m_s2)
 
 
 def estimate_all(
@@ -158,7 +158,7 @@ def estimate_all(
     with opened(recording, by, seed, force_by) as (read, columns):
         options = Options(covariance=covariance, seed=seed)
         groups = side_by_side(read, by=columns, options=options, progress=progress, workers=workers)
-        return ComparedMethods(tuple(groups), options.method, read.subject)
+        return ComparedMethods(tuple(groups), options.method, read.subject, read.gravity_m_s2)
 
 
 @contextmanager

@@ -5,9 +5,9 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal, TypeVar
+from typing import Final, Literal, TypeVar
 
 from armimpedance.analyses.results.estimates import Estimates
 from armimpedance.analyses.results.muscle_estimates import MuscleEstimates
@@ -24,7 +24,7 @@ from armimpedance.levels import (
     to_muscle as to_muscle_once,
 )
 from armimpedance.recordings import read_subject
-from armimpedance.records import ImpedanceEstimate, Recording, Subject
+from armimpedance.records import ArmPosture, ImpedanceEstimate, Recording, Subject
 
 #: Estimates, or the path of a RESULTS.csv.
 Results = Sequence[ImpedanceEstimate] | PathLike
@@ -32,22 +32,28 @@ Results = Sequence[ImpedanceEstimate] | PathLike
 Whose = Recording | Subject | PathLike
 Made = TypeVar("Made")
 
+_UPRIGHT: Final = (
+    "gravity: {} moves in the sagittal plane, and the recording does not say how gravity acts: the "
+    'arm\'s weight and its gradient were left out; say it with "gravity" in recording.json'
+)
+
 
 def to_joint(
     estimates: Results, *, recording: Whose | None = None, force_term: bool = True
 ) -> Estimates:
     """Map inertia, viscosity and stiffness from the hand to the joints.
 
-    ``K_j = J^T K_e J - Gamma(F)``, ``B_j = J^T B_e J``, ``M_j = J^T M_e J``; Tsuji (1997), eqs.
-    (10), (12), (14)-(17).
+    ``K_j = J^T K_e J - Gamma(F) - dg/dq``, ``B_j = J^T B_e J``, ``M_j = J^T M_e J``; Tsuji (1997),
+    eqs. (10), (12), (14)-(17). dg/dq is that of the arm's weight where the recording says that
+    gravity acts in the plane.
 
     Parameters
     ----------
     estimates : Estimates, sequence of ImpedanceEstimate, or path
         At the hand; the path is that of a RESULTS.csv.
     recording : Recording, Subject or path, optional
-        Whose arm it is: lengths or height say the posture and J. Default: the subject that the
-        estimates carry.
+        Whose arm it is, and how gravity acts: lengths or height say the posture and J. Default:
+        the subject and the gravity that the estimates carry.
     force_term : bool
         False leaves Gamma out, what the mean hand force adds, as the source does.
 
@@ -73,12 +79,12 @@ def to_joint(
     >>> joint["cocontraction_10"].stiffness.axes
     ('shoulder', 'elbow')
     """
-    subject, _ = _who(estimates, recording)
+    who = _who(estimates, recording)
 
     def mapped(row: ImpedanceEstimate) -> ImpedanceEstimate:
-        return _at_joint(row, subject, force_term)
+        return _at_joint(row, who, force_term)
 
-    return Estimates(tuple(_each(estimates, mapped)), subject)
+    return Estimates(tuple(_each(estimates, mapped)), who.subject, who.gravity_m_s2)
 
 
 def to_hand(
@@ -86,14 +92,15 @@ def to_hand(
 ) -> Estimates:
     """Map inertia, viscosity and stiffness from the joints to the hand: compliances add.
 
-    ``K_e = (J (K_j + Gamma)^-1 J^T)^-1``, for a square J ``J^-T (K_j + Gamma) J^-1``.
+    ``K_e = (J (K_j + Gamma + dg/dq)^-1 J^T)^-1``, for a square J
+    ``J^-T (K_j + Gamma + dg/dq) J^-1``.
 
     Parameters
     ----------
     estimates : Estimates, sequence of ImpedanceEstimate, or path
         At the joints, with joint angles; the path is that of a RESULTS.csv.
     recording : Recording, Subject or path, optional
-        Whose arm it is. Default: the subject that the estimates carry.
+        Whose arm it is, and how gravity acts. Default: what the estimates carry of both.
     force_term : bool
         Whether the estimates were mapped with the term of the hand's force.
 
@@ -119,14 +126,14 @@ def to_hand(
     1 estimate
     cocontraction_10: weighted, 8 trials, K 417.4, 155.4 N/m
     """
-    subject, _ = _who(estimates, recording)
+    who = _who(estimates, recording)
 
     def mapped(row: ImpedanceEstimate) -> ImpedanceEstimate:
-        posture, source = arm_posture_for(row, subject)
+        posture, source = _posture(row, who)
         hand = to_hand_once(row, posture, force_dependent=force_term)
         return replace(hand, provenance=(*hand.provenance, source))
 
-    return Estimates(tuple(_each(estimates, mapped)), subject)
+    return Estimates(tuple(_each(estimates, mapped)), who.subject, who.gravity_m_s2)
 
 
 def to_muscle(
@@ -151,8 +158,8 @@ def to_muscle(
     arm : MuscularArm, str or path
         The muscles: "planar6", "arm26" or the path of a table of moment arms.
     recording : Recording, Subject or path, optional
-        Whose arm it is, where rows of the hand are to be mapped. Default: the subject that the
-        estimates carry.
+        Whose arm it is, where rows of the hand are to be mapped, and how gravity acts. Default:
+        what the estimates carry of both.
     force_term : bool
         False leaves the term of the hand's force out on the way to the joints.
     curvature : bool
@@ -185,13 +192,15 @@ def to_muscle(
     if not force_term and all(row.level == "joint" for row in _rows(estimates)):
         raise InputError("no force term in rows of the joints", expected="rows of the hand")
     muscular = arm_named(arm)
-    subject, muscles = _who(estimates, recording)
+    who = _who(estimates, recording)
 
     def mapped(row: ImpedanceEstimate) -> MuscleEstimate:
-        activation = _activation(row, muscles, muscular) if share == "emg" else None
-        joint = _with_torque(row, subject)
+        activation = _activation(row, who.muscles, muscular) if share == "emg" else None
+        joint = _with_torque(row, who)
         if row.level == "hand":
-            joint = _at_joint(row, subject, force_term)
+            joint = _at_joint(row, who, force_term)
+        if muscular.sagittal and who.gravity_m_s2 is None:
+            joint = joint.with_warning(_UPRIGHT.format(muscular.name))
         return to_muscle_once(joint, muscular, curvature=curvature, activation=activation)
 
     return MuscleEstimates(tuple(_each(estimates, mapped)))
@@ -199,21 +208,44 @@ def to_muscle(
 
 def subject_of(whose: Whose) -> Subject:
     """The subject of a recording, of the recording at a path, or the subject itself."""
-    return _subject_and_muscles(whose)[0]
+    if isinstance(whose, str | os.PathLike):
+        return read_subject(whose).subject
+    return whose if isinstance(whose, Subject) else whose.subject
 
 
-def _subject_and_muscles(whose: Whose) -> tuple[Subject, tuple[str, ...]]:
-    if isinstance(whose, Subject):
-        return whose, ()
-    who = read_subject(whose) if isinstance(whose, str | os.PathLike) else whose
-    return who.subject, who.muscles or ()
+@dataclass(frozen=True)
+class _Who:
+    """Whose arm it is, as far as that is known, and how gravity acts on it."""
+
+    subject: Subject | None
+    muscles: tuple[str, ...] = ()
+    gravity_m_s2: tuple[float, ...] | None = None
 
 
-def _who(estimates: Results, recording: Whose | None) -> tuple[Subject | None, tuple[str, ...]]:
-    """The subject, as far as known, and the muscles that belong to estimates."""
+def _who(estimates: Results, recording: Whose | None) -> _Who:
+    """The subject, as far as known, the muscles and the gravity that belong to estimates."""
+    if isinstance(recording, Subject):
+        return _Who(recording)
     if recording is not None:
-        return _subject_and_muscles(recording)
-    return (estimates.subject if isinstance(estimates, Estimates) else None), ()
+        found = read_subject(recording) if isinstance(recording, str | os.PathLike) else recording
+        return _Who(found.subject, found.muscles or (), found.gravity_m_s2)
+    if isinstance(estimates, Estimates):
+        return _Who(estimates.subject, gravity_m_s2=estimates.gravity_m_s2)
+    return _Who(None)
+
+
+def _posture(row: ImpedanceEstimate, who: _Who) -> tuple[ArmPosture, str]:
+    """The posture of a row, and where it and gravity come from."""
+    posture, source = arm_posture_for(row, who.subject, gravity_m_s2=who.gravity_m_s2)
+    return posture, f"{source}; {_plane(who.gravity_m_s2)}"
+
+
+def _plane(gravity_m_s2: tuple[float, ...] | None) -> str:
+    if gravity_m_s2 is None:
+        return "plane taken as horizontal, since the recording says nothing of gravity"
+    if not any(gravity_m_s2):
+        return "horizontal plane"
+    return f"gravity {', '.join(f'{part:g}' for part in gravity_m_s2)} m/s^2 along the axes"
 
 
 def _each(estimates: Results, mapped: Callable[[ImpedanceEstimate], Made]) -> list[Made]:
@@ -248,22 +280,20 @@ def _naming_condition(condition: str) -> Iterator[None]:
         raise
 
 
-def _at_joint(
-    row: ImpedanceEstimate, subject: Subject | None, force_term: bool
-) -> ImpedanceEstimate:
-    posture, source = arm_posture_for(row, subject)
+def _at_joint(row: ImpedanceEstimate, who: _Who, force_term: bool) -> ImpedanceEstimate:
+    posture, source = _posture(row, who)
     joint = to_joint_once(row, posture, force_dependent=force_term)
     return replace(joint, provenance=(*joint.provenance, source))
 
 
-def _with_torque(row: ImpedanceEstimate, subject: Subject | None) -> ImpedanceEstimate:
-    """A row mapped to the joints before torques were written: J^T F from its angles and force."""
+def _with_torque(row: ImpedanceEstimate, who: _Who) -> ImpedanceEstimate:
+    """A row mapped to the joints before torques were written: from its angles and force."""
     if row.level != "joint" or row.torque is not None:
         return row
     if row.force is None or row.joint_angles is None:
         return row
-    posture, _ = arm_posture_for(row, subject)
-    return replace(row, torque=posture.jacobian.T @ row.force)
+    posture, _ = _posture(row, who)
+    return replace(row, torque=posture.torque_under(row.force))
 
 
 def _activation(row: ImpedanceEstimate, muscles: tuple[str, ...], arm: MuscularArm) -> FloatArray:

@@ -69,6 +69,8 @@ class MuscularArm(FrozenRecord):
         Joint angles (rad) that `paths` hold for.
     source : str
         Origin of the numbers, in words.
+    sagittal : bool
+        The arm moves in a plane in which gravity acts.
     """
 
     name: str
@@ -77,6 +79,7 @@ class MuscularArm(FrozenRecord):
     stiffness_per_tension: float
     angle_range: Annotated[FloatArray, "n 2"]
     source: str
+    sagittal: bool = False
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -101,6 +101,7 @@ def arm26() -> MuscularArm:
         angle_range=box,
         source="OpenSim arm26 (CC BY 3.0, sagittal plane, no single-joint shoulder muscle); "
         "stiffness per tension after Selen et al. 2009",
+        sagittal=True,
     )
 
 

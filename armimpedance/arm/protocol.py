@@ -45,5 +45,8 @@ class Arm(Protocol):
     def gravity(self, q: ArrayLike) -> FloatArray:
         """Gravity torque g(q), Nm, (..., n)."""
 
+    def gravity_gradient(self, q: ArrayLike) -> FloatArray:
+        """``[i, j] = dg_i / dq_j``, Nm/rad, (..., n, n)."""
+
     def posture(self, q: ArrayLike) -> ArmPosture:
         """Everything at one posture, `q` (n,)."""

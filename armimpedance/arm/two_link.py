@@ -133,13 +133,17 @@ class TwoLinkArm:
 
     def gravity(self, q: ArrayLike) -> FloatArray:
         """Gravity torque g(q) of the in-plane `gravity_m_s2`, Nm, (..., 2)."""
-        forearm = self.forearm_hand_com_m / self.forearm_hand_m * self._forearm(q)
-        upper_moment = self.upper_arm_kg * self.upper_arm_com_m / self.upper_arm_m
-        upper = (upper_moment + self.forearm_hand_kg) * self.elbow_position(q)
-        lower = self.forearm_hand_kg * forearm
+        whole, lower = self._mass_moments(q)
         # g = -d/dq sum_i m_i gravity . p_i, and dp/dq is a quarter turn of the mass moment
-        moments = np.stack([_quarter_turn(upper + lower), _quarter_turn(lower)], axis=-2)
+        moments = np.stack([_quarter_turn(whole), _quarter_turn(lower)], axis=-2)
         return -moments @ np.asarray(self.gravity_m_s2, dtype=float)
+
+    def gravity_gradient(self, q: ArrayLike) -> FloatArray:
+        """``[i, j] = dg_i / dq_j`` of the in-plane `gravity_m_s2`, Nm/rad, (..., 2, 2)."""
+        whole, lower = self._mass_moments(q)
+        # two quarter turns turn a mass moment round; every derivative by the elbow is the forearm's
+        rows = [np.stack([whole, lower], axis=-2), np.stack([lower, lower], axis=-2)]
+        return np.stack(rows, axis=-3) @ np.asarray(self.gravity_m_s2, dtype=float)
 
     def joint_angles(self, position: ArrayLike) -> FloatArray:
         """Inverse kinematics: hand (..., 2) m -> joint angles (..., 2) rad, elbow in [0, pi].
@@ -172,7 +176,16 @@ class TwoLinkArm:
             jacobian=self.jacobian(q),
             jacobian_derivative=self.jacobian_derivative(q),
             inertia=self.inertia(q),
+            gravity_torque=self.gravity(q),
+            gravity_gradient=self.gravity_gradient(q),
         )
+
+    def _mass_moments(self, q: ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """``sum m p`` of both links seen from the shoulder, and of the forearm from the elbow."""
+        lower = self.forearm_hand_kg * self.forearm_hand_com_m / self.forearm_hand_m
+        forearm = lower * self._forearm(q)
+        upper = self.upper_arm_kg * self.upper_arm_com_m / self.upper_arm_m + self.forearm_hand_kg
+        return upper * self.elbow_position(q) + forearm, forearm
 
     @property
     def _coupling(self) -> float:

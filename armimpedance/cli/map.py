@@ -6,9 +6,11 @@ Examples:
   armimpedance map hand.csv --recording session --to muscle --arm planar6 --out muscle.csv
   armimpedance map joint.csv --recording session --to muscle --arm arms.csv --share emg --out m.csv
 
-To the joints: K_j = J^T K_e J - Gamma(F), B_j = J^T B_e J, M_j = J^T M_e J, with J at each row's
-posture and Gamma the term that the mean hand force adds; --no-force-term leaves it out, as Tsuji
-(1997) does. Segment lengths come from the recording's subject, or from its height.
+To the joints: K_j = J^T K_e J - Gamma(F) - dg/dq, B_j = J^T B_e J, M_j = J^T M_e J, with J at each
+row's posture and Gamma the term that the mean hand force adds; --no-force-term leaves it out, as
+Tsuji (1997) does. dg/dq is what the arm's weight adds where recording.json says that gravity acts
+in the plane ("gravity": [0, -9.81]); without, the plane is taken as horizontal. Segment lengths
+come from the recording's subject, or from its height, masses from the body's mass.
 
 To the muscles: K_j = G^T K_m G + sum f d2L, B_j = G^T B_m G, with the moment arms G of --arm at
 each row's posture. Three numbers do not determine the stiffness of six muscles: the result holds

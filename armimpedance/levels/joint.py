@@ -1,8 +1,10 @@
 """Impedance of the hand as impedance of the joints, and back.
 
-With the force F that the hand exerts on the environment, differentiating ``tau = J^T F`` gives
-``K_j = J^T K_e J - Gamma(F)``; Tsuji (1997), eq. (10) is the same without Gamma and holds where
-the hand bears no force. For more joints than hand axes only the way to the hand is unique.
+With the force F that the hand exerts on the environment and the torque g that carries the arm's
+weight, the muscles bear ``tau = J^T F + g``. Differentiated by the joint angles, with
+``dtau = -K_j dq`` and ``dF = -K_e J dq``, it gives ``K_j = J^T K_e J - Gamma(F) - dg/dq``. Tsuji
+(1997), eq. (10) is ``J^T K_e J`` alone, which holds in a horizontal plane for a hand that bears no
+force. For more joints than hand axes only the way to the hand is unique.
 """
 
 from __future__ import annotations
@@ -22,6 +24,13 @@ from armimpedance.records import ArmPosture, ImpedanceEstimate
 #: Above this condition of J, one per cent in a length is as large as J's smallest singular value.
 _NEARLY_SINGULAR = 100.0
 
+#: Directions of the hand in which some share of gravity always acts.
+_IN_SPACE = 3
+
+_WITHOUT_GRAVITY = (
+    "gravity: unknown, so that its gradient dg/dq was left out of the joint stiffness, of which it "
+    "may be some 5 to 10 %; give a posture with its gravity_gradient"
+)
 _WITHOUT_GAMMA = "hand force unknown: the force term Gamma was left out of the joint stiffness"
 
 
@@ -58,18 +67,18 @@ def to_joint(
     force_dependent: bool = True,
     symmetric: bool = True,
 ) -> ImpedanceEstimate:
-    """Hand -> joint: ``K_j = J^T K_e J - Gamma(F)``, ``B_j = J^T B_e J``, ``M_j = J^T M_e J``.
+    """Hand -> joint: ``K_j = J^T K_e J - Gamma(F) - dg/dq``, ``B_j = J^T B_e J``, M_j likewise.
 
     Tsuji (1997), eqs. (10), (12), (14)-(17). `position` and `force` stay those of the hand, so
-    that `to_hand` can undo Gamma. The covariance is that of M, B, K; the mean force and the
-    posture count as known.
+    that `to_hand` can undo Gamma. The covariance is that of M, B, K; the mean force, the posture
+    and the arm's weight count as known.
 
     Parameters
     ----------
     estimate : ImpedanceEstimate
         At the hand, d axes.
     posture : ArmPosture
-        n <= d joints.
+        n <= d joints; its `gravity_gradient` is taken off.
     force_dependent : bool
         False leaves Gamma out, as the source does.
     symmetric : bool
@@ -105,13 +114,17 @@ def to_joint(
         inertia=J.T @ hand.inertia @ J,
         inertia_with_handle=J.T @ np.asarray(hand.inertia_with_handle) @ J,
         viscosity=J.T @ hand.viscosity @ J,
-        stiffness=J.T @ hand.stiffness @ J - gamma,
+        stiffness=J.T @ hand.stiffness @ J - gamma - _gravity_gradient(posture),
         covariance=T @ hand.covariance @ T.T,
         bound=None if hand.bound is None else T @ hand.bound @ T.T,
         joint_angles=posture.joint_angles,
-        # what the muscles bear, tau (n,) = J^T (n, d) F (d,), eq. (3)
-        torque=None if estimate.force is None else J.T @ estimate.force,
-        warnings=(*hand.warnings, *warnings, *_missing_force(estimate, force_dependent)),
+        torque=None if estimate.force is None else posture.torque_under(estimate.force),
+        warnings=(
+            *hand.warnings,
+            *warnings,
+            *_missing_force(estimate, force_dependent),
+            *_missing_gravity(posture),
+        ),
         provenance=(*hand.provenance, f"mapped from hand to joint {note}"),
     )
 
@@ -119,10 +132,10 @@ def to_joint(
 def to_hand(
     estimate: ImpedanceEstimate, posture: ArmPosture, *, force_dependent: bool = True
 ) -> ImpedanceEstimate:
-    """Joint -> hand: compliances add, ``K_e = (J (K_j + Gamma)^-1 J^T)^-1``.
+    """Joint -> hand: compliances add, ``K_e = (J (K_j + Gamma + dg/dq)^-1 J^T)^-1``.
 
-    From ``(K_j + Gamma) dq = -J^T dF`` and ``dX = J dq``; for a square J it is
-    ``J^-T (K_j + Gamma) J^-1``. Inertia takes the same form, Tsuji (1997), eq. (17). For a
+    From ``(K_j + Gamma + dg/dq) dq = -J^T dF`` and ``dX = J dq``; for a square J it is
+    ``J^-T (K_j + Gamma + dg/dq) J^-1``. Inertia takes the same form, Tsuji (1997), eq. (17). For a
     redundant arm the viscosity is that of the viscous joints alone, without their inertia and
     stiffness; each matrix must then be invertible.
 
@@ -152,9 +165,14 @@ def to_hand(
     inertia, T_M = _compliances_added(J, estimate.inertia, "inertia")
     with_handle, _ = _compliances_added(J, np.asarray(estimate.inertia_with_handle), "inertia")
     viscosity, T_B = _compliances_added(J, estimate.viscosity, "viscosity")
-    stiffness, T_K = _compliances_added(J, estimate.stiffness + gamma, "stiffness")
+    loaded = estimate.stiffness + gamma + _gravity_gradient(posture)
+    stiffness, T_K = _compliances_added(J, loaded, "stiffness")
     T = block_diag(T_M, T_B, T_K)
-    warnings = (*_posture_warnings(J), *_missing_force(estimate, force_dependent))
+    warnings = (
+        *_posture_warnings(J),
+        *_missing_force(estimate, force_dependent),
+        *_missing_gravity(posture),
+    )
     return replace(
         estimate,
         level="hand",
@@ -204,6 +222,17 @@ def _gamma(
         return force_term(posture, estimate.force), "with the force term Gamma"
     n = len(posture.joint_angles)
     return np.zeros((n, n)), "without the force term Gamma"
+
+
+def _gravity_gradient(posture: ArmPosture) -> FloatArray:
+    n = len(posture.joint_angles)
+    return np.zeros((n, n)) if posture.gravity_gradient is None else posture.gravity_gradient
+
+
+def _missing_gravity(posture: ArmPosture) -> tuple[str, ...]:
+    """A warning where gravity acts in the hand's directions and what it does is not known."""
+    known = posture.gravity_gradient is not None
+    return () if known or len(posture.hand_position) < _IN_SPACE else (_WITHOUT_GRAVITY,)
 
 
 def _missing_force(estimate: ImpedanceEstimate, force_dependent: bool) -> tuple[str, ...]:

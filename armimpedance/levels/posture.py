@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -15,7 +16,11 @@ _ANY_MASS_KG = 70.0
 
 
 def arm_posture_for(
-    estimate: ImpedanceEstimate, subject: Subject | None = None, arm: Arm | None = None
+    estimate: ImpedanceEstimate,
+    subject: Subject | None = None,
+    arm: Arm | None = None,
+    *,
+    gravity_m_s2: Sequence[float] | None = None,
 ) -> tuple[ArmPosture, str]:
     """The arm's posture at the onset, and one sentence that says where it comes from.
 
@@ -30,7 +35,10 @@ def arm_posture_for(
         Gives the lengths of the two-link arm where no `arm` is given; without a body mass the
         posture has no inertia.
     arm : Arm, optional
-        An arm that takes the place of the subject's.
+        An arm that takes the place of the subject's; it knows its own gravity.
+    gravity_m_s2 : (d,), optional
+        Gravity along the hand's axes, as the recording says; without, the plane is taken as
+        horizontal.
 
     Returns
     -------
@@ -41,15 +49,31 @@ def arm_posture_for(
     Raises
     ------
     InputError
-        Neither angles nor position are known, the hand is out of reach, lengths are missing, or
-        an arm without inverse kinematics needs them.
+        Neither angles nor position are known, the hand is out of reach, lengths are missing, an
+        arm without inverse kinematics needs them, or gravity acts on an arm of unknown mass.
     """
     mass_known = arm is not None or (subject is not None and subject.mass_kg is not None)
-    arm = arm if arm is not None else kinematic_arm(subject)
+    arm = arm if arm is not None else _in_gravity(kinematic_arm(subject), gravity_m_s2)
     posture, source = _posture(estimate, arm)
-    if not mass_known:
-        return replace(posture, inertia=None), f"{source}; body mass unknown"
-    return posture, source
+    if mass_known:
+        return posture, source
+    if gravity_m_s2 is not None and any(gravity_m_s2):
+        raise InputError(
+            "gravity acts in this plane, and the body mass is not known",
+            column="mass_kg",
+            expected="the subject's mass: the arm's weight is a part of the hand's stiffness",
+        )
+    return replace(posture, inertia=None), f"{source}; body mass unknown"
+
+
+def _in_gravity(arm: TwoLinkArm, gravity_m_s2: Sequence[float] | None) -> TwoLinkArm:
+    if gravity_m_s2 is None:
+        return arm
+    if len(gravity_m_s2) != arm.axes:
+        raise InputError(
+            f"gravity of {len(gravity_m_s2)} axes", expected=f"{arm.axes}, as the two-link arm"
+        )
+    return replace(arm, gravity_m_s2=(float(gravity_m_s2[0]), float(gravity_m_s2[1])))
 
 
 def kinematic_arm(subject: Subject | None) -> TwoLinkArm:

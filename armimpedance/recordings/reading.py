@@ -69,10 +69,13 @@ class RecordedSubject:
     subject : Subject
     muscles : tuple of str or None
         The muscles that the recording lists; None where it does not say.
+    gravity_m_s2 : tuple of float or None
+        Gravity along the axes of the hand; None where it does not say.
     """
 
     subject: Subject
     muscles: tuple[str, ...] | None
+    gravity_m_s2: tuple[float, ...] | None = None
 
 
 @dataclass(frozen=True)

@@ -37,6 +37,7 @@ def read_subject(
         return known.read_subject(Path(path), wanted)
     recording = known.read(Path(path), wanted)
     if isinstance(recording, Recording):
-        return RecordedSubject(recording.subject, recording.muscles or None)
+        muscles = recording.muscles or None
+        return RecordedSubject(recording.subject, muscles, recording.gravity_m_s2)
     emg = recording.emg
     return RecordedSubject(recording.subject, None if emg is None else emg.muscles)

@@ -126,6 +126,14 @@ class PinocchioArm:
 
         return self._each(one, (self.joints,), q)
 
+    def gravity_gradient(self, q: ArrayLike) -> FloatArray:
+        """``[i, j] = dg_i / dq_j``, Nm/rad, (..., n, n)."""
+
+        def one(data: Any, q: FloatArray) -> FloatArray:
+            return pin.computeGeneralizedGravityDerivatives(self.model, data, q)
+
+        return self._each(one, (self.joints, self.joints), q)
+
     def posture(self, q: ArrayLike) -> ArmPosture:
         """Everything at one posture, `q` (n,) rad."""
         return ArmPosture(
@@ -134,6 +142,8 @@ class PinocchioArm:
             jacobian=self.jacobian(q),
             jacobian_derivative=self.jacobian_derivative(q),
             inertia=self.inertia(q),
+            gravity_torque=self.gravity(q),
+            gravity_gradient=self.gravity_gradient(q),
         )
 
     @property

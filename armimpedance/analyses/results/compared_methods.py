@@ -31,16 +31,20 @@ class ComparedMethods(FrozenRecord):
     reference : str
         The method that the others are measured against.
     subject : Subject or None
+    gravity_m_s2 : (d,) tuple or None
+        Gravity along the hand's axes, as the recording says.
     """
 
     groups: tuple[SideBySide, ...]
     reference: str
     subject: Subject | None = None
+    gravity_m_s2: tuple[float, ...] | None = None
 
     @property
     def estimates(self) -> Estimates:
         """The estimates of the methods that ran, group by group."""
-        return Estimates(tuple(e for side in self.groups for e in side.estimates), self.subject)
+        made = tuple(e for side in self.groups for e in side.estimates)
+        return Estimates(made, self.subject, self.gravity_m_s2)
 
     def to_frame(self) -> pd.DataFrame:
         """One row per group and method: distance from the reference in M, B and K.

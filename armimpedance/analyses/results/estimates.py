@@ -40,6 +40,8 @@ class Estimates(FrozenRecord, Sequence[ImpedanceEstimate]):
     estimates : tuple of ImpedanceEstimate
     subject : Subject or None
         Who was measured; None where it is not known or where there are several.
+    gravity_m_s2 : (d,) tuple or None
+        Gravity along the hand's axes, as the recording says.
 
     Examples
     --------
@@ -59,6 +61,7 @@ class Estimates(FrozenRecord, Sequence[ImpedanceEstimate]):
 
     estimates: tuple[ImpedanceEstimate, ...]
     subject: Subject | None = None
+    gravity_m_s2: tuple[float, ...] | None = None
 
     def __len__(self) -> int:
         return len(self.estimates)
@@ -94,7 +97,7 @@ class Estimates(FrozenRecord, Sequence[ImpedanceEstimate]):
             No group has this name, or several have; the message lists the names.
         """
         if isinstance(which, slice):
-            return Estimates(self.estimates[which], self.subject)
+            return Estimates(self.estimates[which], self.subject, self.gravity_m_s2)
         if isinstance(which, int | np.integer):
             return self.estimates[which]
         return LabelledEstimate(self.estimates[position_of(which, self._values)])

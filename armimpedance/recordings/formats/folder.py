@@ -29,7 +29,7 @@ def _read_subject(path: Path, _options: ReadOptions) -> RecordedSubject:
     if recording_kind(path) in ("markers", "motion"):
         return RecordedSubject(subject_of(recording_fields(file)), None)
     metadata = read_metadata(file)
-    return RecordedSubject(metadata.subject, metadata.muscles)
+    return RecordedSubject(metadata.subject, metadata.muscles, metadata.gravity_m_s2)
 
 
 FORMAT = Format(

@@ -192,6 +192,7 @@ def _recording(
         imposed=metadata.imposed,
         handle_mass_kg=metadata.handle_mass_kg,
         shoulder_m=None if metadata.shoulder_m is None else np.array(metadata.shoulder_m),
+        gravity_m_s2=metadata.gravity_m_s2,
         subject=metadata.subject,
         extra=extra,
         provenance=(*metadata.provenance, *_remarks(metadata, samples)),

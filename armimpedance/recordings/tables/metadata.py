@@ -18,6 +18,9 @@ VERSION: Final = 1
 #: The longest that a person's measures can be; a larger one was given in mm or cm.
 LARGEST_LENGTH_M: Final = {"height_m": 3.0, "upper_arm_m": 1.0, "forearm_hand_m": 1.0}
 
+#: Gravity's part in the plane of a robot is at most this, m/s^2; a larger one has another unit.
+LARGEST_GRAVITY_M_S2: Final = 9.9
+
 #: The origin of a lab's frame lies in the same room.
 LARGEST_COORDINATE_M: Final = 10.0
 
@@ -37,6 +40,7 @@ class Metadata:
     imposed: Imposed | None = None
     handle_mass_kg: float = 0.0
     shoulder_m: tuple[float, ...] | None = None
+    gravity_m_s2: tuple[float, ...] | None = None
     subject: Subject = Subject()
     muscles: tuple[str, ...] | None = None
     emg_unit: Literal["V", "normalised"] = "V"
@@ -51,7 +55,11 @@ OTHER_KINDS: Final = {
 }
 
 #: Keys that are read; others are left out, and the recording says so.
-KNOWN_KEYS: Final = {"format", "version", *(f.name for f in fields(Metadata))} - {"ignored"}
+_NOT_KEYS: Final = {"ignored", "gravity_m_s2"}
+KNOWN_KEYS: Final = {
+    *("format", "version", "gravity"),
+    *({f.name for f in fields(Metadata)} - _NOT_KEYS),
+}
 
 
 def read_metadata(file: Path) -> Metadata:
@@ -84,6 +92,7 @@ def read_metadata(file: Path) -> Metadata:
         imposed=cast(Any, given.choice("imposed", IMPOSED)),
         handle_mass_kg=handle_mass,
         shoulder_m=_shoulder(given),
+        gravity_m_s2=_gravity(given),
         subject=subject_of(given),
         muscles=_muscles(given),
         emg_unit=cast(Any, given.choice("emg_unit", ("V", "normalised")) or "V"),
@@ -127,18 +136,31 @@ def metadata_text(recording: Recording) -> str:
         content["imposed"] = recording.imposed
     if recording.shoulder_m is not None:
         content["shoulder_m"] = recording.shoulder_m.tolist()
+    if recording.gravity_m_s2 is not None:
+        content["gravity"] = list(recording.gravity_m_s2)
     return json_text(content)
 
 
 def _shoulder(fields: Fields) -> tuple[float, ...] | None:
-    value = fields.values.get("shoulder_m")
+    place = _vector(fields, "shoulder_m", "m")
+    if place is not None and max(map(abs, place)) > LARGEST_COORDINATE_M:
+        raise fields.wrong("shoulder_m", "metres: this looks like millimetres")
+    return place
+
+
+def _gravity(fields: Fields) -> tuple[float, ...] | None:
+    gravity = _vector(fields, "gravity", "m/s^2")
+    if gravity is not None and math.hypot(*gravity) > LARGEST_GRAVITY_M_S2:
+        raise fields.wrong("gravity", "m/s^2 along the axes, such as [0, -9.81]")
+    return gravity
+
+
+def _vector(fields: Fields, key: str, unit: str) -> tuple[float, ...] | None:
+    value = fields.values.get(key)
     if value is None:
         return None
-    expected = "a list of one number per axis, in m"
     if not isinstance(value, list) or not value or not all(is_number(v) for v in value):
-        raise fields.wrong("shoulder_m", expected)
-    if max(abs(v) for v in value) > LARGEST_COORDINATE_M:
-        raise fields.wrong("shoulder_m", "metres: this looks like millimetres")
+        raise fields.wrong(key, f"a list of one number per axis, in {unit}")
     return tuple(float(v) for v in value)
 
 

@@ -89,13 +89,14 @@ def read_samples(file: Path, metadata: Metadata) -> Samples:
     trials, offsets = trial_runs(table)
     samples = Samples(table, columns, trials, offsets)
     axes = len(columns.position)
-    if metadata.shoulder_m is not None and len(metadata.shoulder_m) != axes:
-        raise InputError(
-            f"{len(metadata.shoulder_m)} numbers",
-            file=file.with_name("recording.json"),
-            column="shoulder_m",
-            expected=f"one per axis: {axes}",
-        )
+    for key, vector in (("shoulder_m", metadata.shoulder_m), ("gravity", metadata.gravity_m_s2)):
+        if vector is not None and len(vector) != axes:
+            raise InputError(
+                f"{len(vector)} numbers",
+                file=file.with_name("recording.json"),
+                column=key,
+                expected=f"one per axis: {axes}",
+            )
     check_time(table, offsets, metadata.sample_rate_hz)
     if metadata.kind == "hand":
         _check_metres(samples, metadata)
