@@ -112,6 +112,7 @@ def calibrate_arm(
     point_masses: bool = False,
     mass_sd: float = PassiveArm.mass_sd,
     condition: str = "passive",
+    emg_gate_percent: float | None = 3.0,
     progress: Progress | None = None,
 ) -> ArmCalibration:
     """Find what a person's relaxed arm needs in the robot: weight, inertia, stiffness.
@@ -132,6 +133,8 @@ def calibrate_arm(
         Standard deviation of a person's masses about the table, as a fraction.
     condition : str
         Condition of the passive trials.
+    emg_gate_percent : float or None
+        A muscle above this share of its maximum, %, refuses the calibration; None: no gate.
     progress : function (done, all), optional
         Called after each trial.
 
@@ -144,7 +147,8 @@ def calibrate_arm(
     ------
     InputError
         No passive trials, fewer than three repetitions of a movement, a mass or length that is not
-        known, a robot whose loads are not known, or another robot's recording.
+        known, a muscle that was active, a robot whose loads are not known, or another robot's
+        recording.
 
     Examples
     --------
@@ -178,6 +182,7 @@ def calibrate_arm(
             upper_arm_m=upper_arm_m,
             mass_sd=mass_sd,
             condition=condition,
+            emg_gate_percent=emg_gate_percent,
             step=stepper(progress, _trials_of(session, condition)),
         )
 

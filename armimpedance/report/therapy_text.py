@@ -9,7 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from armimpedance.findings import warnings_of
 from armimpedance.regression import FitSummary, NamedParameter, t_factor
+from armimpedance.report.findings_text import checks_lines
 from armimpedance.report.numbers import (
     TABLE_WIDTH,
     aligned_table,
@@ -33,8 +35,8 @@ _FROM = "from: the lowest speed that was fitted, above the static range."
 _INTERVALS = "± is the half-width of the 95 % interval."
 _VALIDATION_HEADER = ("axis", "R^2", "rms (Nm)", "moving: R^2", "rms (Nm)", "share of samples")
 _MASSES = (
-    "± is the half-width of the 95 % interval: repetitions, the person's masses about the table "
-    "and what is not known of the robot."
+    "± is the half-width of the 95 % interval: repetitions, the person's masses about the table, "
+    "what is not known of the robot, and of an axis that was moved one way only its viscosity."
 )
 
 
@@ -119,7 +121,10 @@ def arm_text(calibration: ArmCalibration) -> str:
     ]
     header = ("movement", "axis", "repetitions", "mean support ± sd (Nm)")
     lines += ["", aligned_table(header, rows), ""]
-    return "\n".join([*lines, *numbered_notes([*calibration.warnings, _MASSES])])
+    checks = calibration.summary.checks
+    told = warnings_of(checks)
+    notes = [*(said for said in calibration.warnings if said not in told), _MASSES]
+    return "\n".join([*lines, *numbered_notes(notes), *checks_lines(checks)])
 
 
 def _axis_lines(axis: AxisCalibration) -> list[str]:

@@ -12,8 +12,9 @@ of a movement.
 They give the stiffness k_s and rest angle q_0 of each axis, Guidali (21). Its masses come from
 Winter's table; body mass and lengths are those of the recording's subject, or the options.
 Intervals count the scatter of the repetitions, that the table's masses are some per cent off
-(--mass-sd-percent), and what is not known of the robot. Where repetitions do not agree, the axis
-has no model: the command says so, and `therapy contribution` leaves it out.
+(--mass-sd-percent), what is not known of the robot and, where an axis was moved one way only, that
+the arm may resist its speed. Where repetitions do not agree, the axis has no model: the command
+says so, and `therapy contribution` leaves it out. A muscle that was active (--emg-gate) refuses.
 --pipe checks the robot with a mock-up of two weighed pipes instead of a person: mass (kg), length,
 diameter (m), the upper arm first. It prints what the robot measures beside what they weigh.
 """
@@ -69,6 +70,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="sd of a person's masses about the table (default: 3); goes into the intervals",
     )
     parser.add_argument(
+        "--emg-gate",
+        metavar="PERCENT|off",
+        help="a muscle above this part of its maximum is not relaxed (default: 3)",
+    )
+    parser.add_argument(
         "--pipe",
         action="append",
         metavar="KG,M,M",
@@ -97,7 +103,8 @@ def _person(arguments: argparse.Namespace) -> int:
 
     out, figure = arguments.out, arguments.figure
     body = ("mass_kg", "upper_arm_m", "forearm_m", "hand_m", "point_masses")
-    given = {name: getattr(arguments, name) for name in body} | _mass_sd(arguments)
+    given = {name: getattr(arguments, name) for name in body}
+    given |= _mass_sd(arguments) | _gate(arguments)
     with bar("calibrating") as progress:
         calibration = calibrate_arm(
             arguments.recording,
@@ -128,12 +135,26 @@ def _mass_sd(arguments: argparse.Namespace) -> dict[str, float]:
     return {"mass_sd": float(percent) / 100}
 
 
+def _gate(arguments: argparse.Namespace) -> dict[str, float | None]:
+    """The option as a number or None for off, or nothing where it was not given."""
+    from armimpedance.cli.parts.checks import number
+
+    gate = arguments.emg_gate
+    if gate is None:
+        return {}
+    off = gate == "off"
+    return {
+        "emg_gate_percent": None if off else number(gate, "--emg-gate", "% of the maximum, or off")
+    }
+
+
 def _mock_up(arguments: argparse.Namespace) -> int:
     from armimpedance.analyses import check_mockup
     from armimpedance.cli.parts.progress import bar
     from armimpedance.report import mockup_text
 
-    for name in ("out", "figure", "mass_kg", "forearm_m", "hand_m", "mass_sd_percent"):
+    persons = ("out", "figure", "mass_kg", "forearm_m", "hand_m", "mass_sd_percent", "emg_gate")
+    for name in persons:
         if getattr(arguments, name) is not None:
             raise InputError(f"--{name.replace('_', '-')} with --pipe", expected=_OF_A_PERSON)
     if arguments.point_masses:

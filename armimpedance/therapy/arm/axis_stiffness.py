@@ -3,7 +3,8 @@
 ``S_h = tau_motor - tau_r - M_h qdd - G_h = k_s q + offset``. The source takes the mean over the
 repetitions' own fits; all samples in one fit are the same where the repetitions cover the same
 angles, and better where they do not. Where the axis was moved both ways, a torque that turns round
-with the direction is fitted beside: friction that the robot's model misses.
+with the direction is fitted beside: friction that the robot's model misses. Moved one way only, a
+resistance to the speed looks like another rest angle; what it would add is worked out beside.
 """
 
 from __future__ import annotations
@@ -48,6 +49,12 @@ class AxisFit:
         Nm^2 s.
     mass_gradient : (2,)
     robot_gradient : (2, p)
+    speed_gradient : (2,)
+        What a viscosity of the arm of 1 Nms/rad adds to k_s and offset, which know of none.
+    viscosity, viscosity_sd : float
+        Nms/rad: what the torque that is left follows the speed by, and its standard error.
+    one_way : bool
+        The axis was moved in one direction only.
     arm_rms_Nm : float
         Root mean square of the arm's whole torque.
     residual_rms_Nm : float
@@ -64,6 +71,10 @@ class AxisFit:
     noise_density: float
     mass_gradient: FloatArray
     robot_gradient: FloatArray
+    speed_gradient: FloatArray
+    viscosity: float
+    viscosity_sd: float
+    one_way: bool
     arm_rms_Nm: float
     residual_rms_Nm: float
     range_rad: FloatArray
@@ -102,6 +113,11 @@ def fit_axis(movements: Sequence[MovementTorques], rise_rad_s: float) -> AxisFit
     )
     W = _with_direction(lines, movements)
     fitted, gradients, parts = _solve(W, S, movements, kept)
+    density = noise_density(residual, rate)
+    speeds = [m.qd[rows] for m, rows in zip(movements, kept, strict=True)]
+    left = [s - w @ fitted.parameters for s, w in zip(S, W, strict=True)]
+    beside = [v - w @ gradients[:, -1] for v, w in zip(speeds, W, strict=True)]
+    aside = sum(float(v @ v) for v in beside)
     whole = np.concatenate(
         [
             w @ fitted.parameters[:2] + m.rigid_arm[rows]
@@ -115,9 +131,14 @@ def fit_axis(movements: Sequence[MovementTorques], rise_rad_s: float) -> AxisFit
         scatter=scatter,
         # C (2, 2) = sum_t P_t V P_t^T, the repetitions' own fits enter theta = sum_t P_t theta_t
         covariance=np.einsum("tij,jk,tlk->il", parts, scatter.covariance, parts),
-        noise_density=noise_density(residual, rate),
+        noise_density=density,
         mass_gradient=-gradients[:2, 0],
-        robot_gradient=-gradients[:2, 1:],
+        robot_gradient=-gradients[:2, 1:-1],
+        speed_gradient=gradients[:2, -1],
+        # b = sum v' s' / sum v'^2 of speed and torque that the other columns leave
+        viscosity=sum(float(v @ s) for v, s in zip(beside, left, strict=True)) / aside,
+        viscosity_sd=float(np.sqrt(density * rate / aside)),
+        one_way=len({direction_of(m) for m in movements}) < 2,
         arm_rms_Nm=float(np.sqrt((whole**2).mean())),
         residual_rms_Nm=float(np.sqrt((np.concatenate(residual) ** 2).mean())),
         range_rad=np.array([angles.min(), angles.max()]),
@@ -167,7 +188,7 @@ def _solve(
     movements: Sequence[MovementTorques],
     kept: list[slice],
 ) -> tuple[Fit, FloatArray, FloatArray]:
-    """The fit, what takes its place for mass and theta (c, 1 + p), and P_t (R, 2, 2)."""
+    """The fit, what takes its place for mass, theta and speed (c, 1 + p + 1), and P_t (R, 2, 2)."""
     names = ("k_s", "offset", "direction")[: W[0].shape[1]]
     units = ("rad", "", "")[: len(names)]
     # S (N, 1) = [q, 1, direction] (N, c) (k_s, offset, h) (c,)
@@ -181,11 +202,12 @@ def _solve(
         parameter_units=("Nm/rad", "Nm", "Nm")[: len(names)],
     )
     others = [
-        np.column_stack([m.rigid_arm[rows], m.robot_gradient[rows]])
+        np.column_stack([m.rigid_arm[rows], m.robot_gradient[rows], m.qd[rows]])
         for m, rows in zip(movements, kept, strict=True)
     ]
     p = others[0].shape[1]
-    # the same regression of what S_h falls by: the arm's rigid torque and d tau_r / d theta
+    # the same regression of what S_h falls by, the arm's rigid torque and d tau_r / d theta, and of
+    # the speed, which a viscous arm adds
     beside = ragged_factors(
         W, others, regressors=names, outputs=tuple(f"part_{i}" for i in range(p))
     )

@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from armimpedance.errors import InputError
+from armimpedance.findings import Finding, warnings_of
 from armimpedance.records import Recording, Subject
 from armimpedance.regression import FitSummary
-from armimpedance.therapy.arm.axis_stiffness import fit_axis
+from armimpedance.therapy.arm.axis_stiffness import direction_of, fit_axis
 from armimpedance.therapy.arm.calibration import ArmCalibration, AxisCalibration
+from armimpedance.therapy.arm.doubts import silence_finding, viscosity_finding
 from armimpedance.therapy.arm.movements import elastic_torque, movement_torques
 from armimpedance.therapy.arm.passive_arm import MASS_SD, ArmSegment, Elastic, PassiveArm, Reference
 from armimpedance.therapy.arm.person import upper_arm_length
@@ -46,6 +48,7 @@ def identify_arm(
     upper_arm_m: float | None = None,
     mass_sd: float = MASS_SD,
     condition: str = "passive",
+    emg_gate_percent: float | None = 3.0,
     step: Callable[[], object] = no_step,
 ) -> ArmCalibration:
     """k_s and q_0 of every axis that was moved passively, and the reference torques of (19).
@@ -65,6 +68,8 @@ def identify_arm(
         Relative sd of the masses; goes into the intervals.
     condition : str
         Condition of the passive trials.
+    emg_gate_percent : float or None
+        A muscle above this share of its maximum, %, is not passive; None does not look at the EMG.
     step : function, optional
         Called after every trial.
 
@@ -76,11 +81,13 @@ def identify_arm(
     ------
     InputError
         No passive trials, fewer than three repetitions of a movement, one movement about two axes,
-        or what `checks.check_recording` and `movements.movement_torques` refuse.
+        a muscle that was active, or what `checks.check_recording` and `movements.movement_torques`
+        refuse.
     """
     robot.identified  # noqa: B018 - before anything that is slow
     passive = _passive(recording, condition)
     check_recording(passive, robot)
+    silence = silence_finding(passive, emg_gate_percent)
     arm = PassiveArm(
         subject=recording.subject.id,
         robot=robot.name,
@@ -101,7 +108,7 @@ def identify_arm(
     )
     return ArmCalibration(
         arm=known,
-        summary=_summary(axes),
+        summary=_summary(axes, silence),
         axes=axes,
         movements=tuple(
             replace(m, elastic=elastic_torque(known, m.axis_name, m.q)) for m in movements
@@ -187,19 +194,23 @@ def _calibrate(
         rest_identified=repeatable and is_identified(rest),
         verdict=verdict_of(fitted, stiffness, rest, repeatable),
         repeatable=repeatable,
+        one_way=direction_of(movements[0]) if fitted.one_way else 0.0,
     )
+    direction = direction_parameter(fitted, axis + 1)
     return AxisCalibration(
         axis=axis,
         elastic=elastic,
         fitted=fitted,
         stiffness=stiffness,
         rest=rest,
-        direction_Nm=direction_parameter(fitted, axis + 1),
+        direction_Nm=direction,
+        viscosity=viscosity_finding(name, fitted, rest, direction),
         warnings=axis_warnings(elastic, fitted, tuple(_by_movement(movements).values())),
     )
 
 
-def _summary(axes: Sequence[AxisCalibration]) -> FitSummary:
+def _summary(axes: Sequence[AxisCalibration], silence: Finding) -> FitSummary:
+    checks = (*(a.viscosity for a in axes), silence)
     fits = [a.fitted.fit for a in axes]
     left = sum(float(f.residual_covariance[0, 0]) * f.n_rows for f in fits)
     whole = sum(float(f.residual_covariance[0, 0]) * f.n_rows / max(1 - f.r2, 1e-12) for f in fits)
@@ -212,5 +223,9 @@ def _summary(axes: Sequence[AxisCalibration]) -> FitSummary:
         r2=1 - left / whole,
         vaf=1 - left / whole,
         parameters=tuple(p for a in axes for p in (a.stiffness, a.rest)),
-        warnings=tuple(s for a in axes for s in (*a.fitted.fit.warnings, *a.warnings)),
+        warnings=(
+            *(s for a in axes for s in (*a.fitted.fit.warnings, *a.warnings)),
+            *warnings_of(checks),
+        ),
+        checks=checks,
     )

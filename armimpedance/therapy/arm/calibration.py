@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from html import escape
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from armimpedance.findings import Finding
 from armimpedance.regression import FitSummary, NamedParameter
 from armimpedance.therapy.arm.axis_stiffness import AxisFit
 from armimpedance.therapy.arm.passive_arm import Elastic, PassiveArm
@@ -41,6 +42,8 @@ class AxisCalibration:
     direction_Nm : NamedParameter or None
         Half of what moving up needs more than moving down, beyond the robot's model: friction that
         it misses, or resistance of the arm. None where the axis was moved one way only.
+    viscosity : Finding
+        Whether a resistance of the arm to its speed is apart from q_0.
     warnings : tuple of str
         What a reader must know of this axis.
     """
@@ -53,6 +56,7 @@ class AxisCalibration:
     stiffness: NamedParameter
     rest: NamedParameter
     direction_Nm: NamedParameter | None
+    viscosity: Finding
     warnings: tuple[str, ...] = ()
 
     def __repr__(self) -> str:

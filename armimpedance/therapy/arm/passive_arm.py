@@ -89,6 +89,9 @@ class Elastic(FrozenRecord):
         Whether the repetitions agree. Where they do not, neither number is identified and no
         contribution should be told of this axis. A number that is merely too uncertain to be quoted
         is no such reason: its covariance carries that.
+    one_way : float
+        1 where the axis was measured while its angle grew only, -1 while it fell only, 0 both ways:
+        one way only, `offset` holds what the arm resists that movement by.
     """
 
     axis: str
@@ -105,6 +108,7 @@ class Elastic(FrozenRecord):
     rest_identified: bool = True
     verdict: str = ""
     repeatable: bool = True
+    one_way: float = 0.0
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -10,6 +10,7 @@ import numpy as np
 from armimpedance.arrays import FloatArray
 from armimpedance.regression import NamedParameter, t_factor
 from armimpedance.therapy.arm.axis_stiffness import AxisFit
+from armimpedance.therapy.arm.doubts import viscosity_sd
 from armimpedance.therapy.arm.passive_arm import Elastic
 from armimpedance.therapy.arm.repeatability import LARGEST_SCATTER_NM, LARGEST_SHARE
 from armimpedance.therapy.arm.torques import MovementTorques
@@ -29,15 +30,17 @@ RESIDUAL_SHARE: Final = 0.1
 def axis_parameters(
     fitted: AxisFit, loads: Loads, mass_sd: float, joint: int
 ) -> tuple[NamedParameter, NamedParameter]:
-    """k_s and q_0 with all that they depend on: scatter, masses, robot.
+    """k_s and q_0 with all that they depend on: scatter, masses, robot, the arm's viscosity.
 
     q_0 is NaN where k_s is not above 0 beyond its error.
     """
     k, offset = fitted.fit.parameters[:2]
-    # C (2, 2) = scatter + g sd^2 g^T + G C_theta G^T, g (2,) of the mass factor, G (2, p)
+    # C (2, 2) = scatter + g sd^2 g^T + G C_theta G^T + v sd^2 v^T, g (2,) of the mass factor, G
+    # (2, p) of the loads, v (2,) of the viscosity
     g, G = mass_sd * fitted.mass_gradient, fitted.robot_gradient
-    parts = fitted.covariance, np.outer(g, g), G @ loads.covariance @ G.T
-    dofs = fitted.scatter.dof, np.inf, loads.dof
+    v = viscosity_sd(fitted) * fitted.speed_gradient
+    parts = fitted.covariance, np.outer(g, g), G @ loads.covariance @ G.T, np.outer(v, v)
+    dofs = fitted.scatter.dof, np.inf, loads.dof, np.inf
     stiffness = _derived("k_s", "Nm/rad", k, np.array([1.0, 0.0]), parts, dofs, joint)
     low, high = stiffness.ci95
     if low <= 0 <= high or k <= 0:

@@ -21,7 +21,7 @@ from armimpedance.therapy.robot.smooth import WIDTH_S, kernels_for
 from armimpedance.therapy.robot.therapy_robot import TherapyRobot, load_gradient
 from armimpedance.therapy.share.error_law import error_law
 from armimpedance.therapy.share.judgement import Judged, Judgement
-from armimpedance.therapy.share.notes import range_notes, usable_elastic
+from armimpedance.therapy.share.notes import direction_notes, range_notes, usable_elastic
 from armimpedance.therapy.share.of_movement import Labels, contribution_from
 from armimpedance.therapy.share.over_time import WINDOW_S, window_samples
 from armimpedance.therapy.share.result import Contribution
@@ -213,6 +213,7 @@ class LiveContribution:
         name, trial, condition = self._names
         axis_name = self._robot.axes[self._axis]
         notes = range_notes(self._elastic, *self._range_rad)
+        notes += direction_notes(self._elastic, *self._ends_rad)
         labels = Labels(trial, condition, name, axis_name, *self._ends_rad, notes)
         judgement = Judgement(self._sums[MOVEMENT], self._law)
         return contribution_from(judgement, self._sums[EVERYTHING], labels, self._arm, self._rate)

@@ -75,6 +75,16 @@ def range_notes(elastic: Elastic, lowest_rad: float, highest_rad: float) -> tupl
     return (f"up to {np.degrees(past):.0f} degrees outside of the passive calibration",)
 
 
+def direction_notes(elastic: Elastic, start_rad: float, end_rad: float) -> tuple[str, ...]:
+    """A note where the passive arm was moved the other way only."""
+    if elastic.one_way * (end_rad - start_rad) >= 0:
+        return ()
+    return (
+        "viscosity: the passive arm was moved the other way only, and what it then resisted its "
+        "speed by counts twice here; calibrate the arm with this movement too",
+    )
+
+
 def ratio_notes(judgement: Judgement) -> tuple[str, ...]:
     """Why (4) of a movement is not valid; nothing where it is."""
     if judgement.ratio.valid:

@@ -23,6 +23,7 @@ from armimpedance.therapy.share.error_law import VarianceShares, error_law
 from armimpedance.therapy.share.judgement import Judged, Judgement
 from armimpedance.therapy.share.notes import (
     course_notes,
+    direction_notes,
     range_notes,
     ratio_notes,
     reference_notes,
@@ -92,7 +93,11 @@ def contribution_of(
         torques.axis_name,
         float(torques.q[0]),
         float(torques.q[-1]),
-        (*torques.notes, *range_notes(elastic, float(torques.q.min()), float(torques.q.max()))),
+        (
+            *torques.notes,
+            *range_notes(elastic, float(torques.q.min()), float(torques.q.max())),
+            *direction_notes(elastic, float(torques.q[0]), float(torques.q[-1])),
+        ),
     )
     judgement = Judgement(sums_of(rows[counts]), law)
     return contribution_from(judgement, sums_of(rows), labels, arm, torques.sample_rate_hz)

@@ -1,0 +1,109 @@
+"""What passive movements assume of the person, held against them: no effort, no viscosity."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+import pandas as pd
+
+from armimpedance.findings import Finding
+from armimpedance.passive import emg_gate, recorded_emg
+from armimpedance.records import Recording
+from armimpedance.regression import NamedParameter
+from armimpedance.therapy.arm.axis_stiffness import AxisFit
+
+#: Sd of what a relaxed arm may resist its speed by, Nms/rad. Relaxed elbows have .03 to .05
+#: (Venture) on an inertia of .07 kg m^2, a twentieth of critical damping; an outstretched arm of .4
+#: kg m^2 on 1 to 5 Nm/rad has .06 to .14 by that, and a spastic one several times as much.
+VISCOSITY_SD: Final = 0.3
+#: Standard errors beyond which a viscosity counts as seen.
+_SEEN: Final = 3.0
+
+
+def viscosity_sd(fitted: AxisFit) -> float:
+    """Sd of the viscosity that an interval must allow for, Nms/rad."""
+    return fitted.viscosity if _is_seen(fitted) else VISCOSITY_SD
+
+
+def _is_seen(fitted: AxisFit) -> bool:
+    """A viscosity beyond the usual: less of it may as well be masses that are a little wrong."""
+    return fitted.viscosity > max(_SEEN * fitted.viscosity_sd, VISCOSITY_SD)
+
+
+def viscosity_finding(
+    axis: str, fitted: AxisFit, rest: NamedParameter, direction: NamedParameter | None
+) -> Finding:
+    """Whether the arm's resistance to its speed is apart from the rest angle.
+
+    Parameters
+    ----------
+    axis : str
+        Name of the axis.
+    fitted : AxisFit
+    rest : NamedParameter
+        q_0 of the axis.
+    direction : NamedParameter or None
+        Half the difference between the two ways, where the axis was moved both.
+
+    Returns
+    -------
+    Finding
+    """
+    if direction is not None:
+        told = f"axis {axis} was moved both ways: {direction.value:.2g} Nm that turn round with it"
+        half = (direction.ci95[1] - direction.ci95[0]) / 2
+        return Finding("viscosity", "ok", f"{told} are apart from q_0", smallest=f"{half:.2g} Nm")
+    seen = f"{max(_SEEN * fitted.viscosity_sd, VISCOSITY_SD):.2g} Nms/rad"
+    back = "record the movement back too"
+    sd = viscosity_sd(fitted)
+    moved = abs(sd * float(np.array([rest.value, 1.0]) @ fitted.speed_gradient))
+    stiffness = float(fitted.fit.parameters[0])
+    shift = f"q_0 by {moved / stiffness:.2g} rad" if np.isfinite(rest.value) else "the offset"
+    if _is_seen(fitted):
+        return Finding(
+            "viscosity",
+            "warning",
+            f"axis {axis} resists its speed by some {fitted.viscosity:.2g} Nms/rad; moved one way "
+            f"only, that moves {shift}, which the interval allows for; {back}",
+            smallest=seen,
+        )
+    return Finding(
+        "viscosity",
+        "cannot tell",
+        f"axis {axis} was moved one way only, where an arm that resists its speed looks like one "
+        f"of another rest angle: {sd:.2g} Nms/rad move {shift}, which the interval allows for; "
+        f"{back}",
+        smallest=seen,
+    )
+
+
+def silence_finding(recording: Recording, limit_percent: float | None) -> Finding:
+    """Whether the muscles were silent while the arm was moved passively.
+
+    Parameters
+    ----------
+    recording : Recording
+        The passive trials.
+    limit_percent : float or None
+        The gate, in % of the maximum; None does not look.
+
+    Returns
+    -------
+    Finding
+
+    Raises
+    ------
+    InputError
+        A muscle above the gate; names it and the trial.
+    """
+    emg = recorded_emg(recording)
+    if emg is None or limit_percent is None:
+        why = "no EMG was recorded" if emg is None else "the gate on the EMG is off"
+        return Finding(
+            "muscles silent",
+            "cannot tell",
+            f"{why}: a steady effort of the person would pass for stiffness and rest angle",
+        )
+    level = emg_gate(emg, pd.DataFrame(recording.trials), limit_percent=limit_percent)
+    return Finding("muscles silent", "ok", str(level), smallest=f"{limit_percent:g} %")
