@@ -32,6 +32,7 @@ def elbow(
     cutoff_hz: float | None | Literal["auto"] = "auto",
     decimation: int | Literal["auto"] = "auto",
     lowest_hz: float | None = None,
+    imposed: str | None = None,
     joint: int = 1,
     condition: str | None = None,
     progress: Progress | None = None,
@@ -54,6 +55,9 @@ def elbow(
         Every how many samples one is kept after the filter.
     lowest_hz : float, optional
         The motion below this frequency, Hz, is left out; not for "arx".
+    imposed : {"position", "torque", "both"}, optional
+        What the rig imposed on the joint, above what the recording says; "both": a device of
+        finite impedance. Where neither says and no command is recorded, the record is asked.
     joint : int
         Axis of the recording, counted from 1.
     condition : str, optional
@@ -95,12 +99,13 @@ def elbow(
     with naming(recording):
         chosen = of_condition(read_recording(recording), condition)
         selections, tell = _parts(chosen), progress or (lambda *_: None)
-        whole = identify_elbow(from_recording(chosen, joint), **options)
+        whole = identify_elbow(from_recording(chosen, joint, imposed), **options)
         parts = {}
         for done, (name, rows) in enumerate(selections.items(), start=1):
             tell(done, 1 + len(selections))
             try:
-                parts[name] = identify_elbow(from_recording(chosen.select(rows), joint), **options)
+                samples = from_recording(chosen.select(rows), joint, imposed)
+                parts[name] = identify_elbow(samples, **options)
             except _NO_FIT:
                 continue
         tell(1 + len(selections), 1 + len(selections))

@@ -11,7 +11,9 @@ Examples:
 
 tau = I theta'' + B theta' + K theta is fitted about the operating point (the mean). The recording
 is of kind "joint" and says in "torque" whether it holds the interaction torque, between limb and
-device, or the commanded one: the second returns arm plus device.
+device, or the commanded one: the second returns arm plus device. It may say what the rig imposes
+("imposed": position, torque or both), and hold the commanded angle (q1_command_rad) or the torque
+that the device was told to add (tau1_perturbation_Nm).
 Trials are pooled; single conditions and trials follow in the table and in FIT.json.
 
 --time-varying: I constant, B and K over time with pointwise 95 % bands, as a CSV.
@@ -59,6 +61,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--lowest-hz",
         metavar="HZ",
         help="leave out the motion below this: reflexes and what the subject does (default: all)",
+    )
+    parser.add_argument(
+        "--imposed",
+        choices=("position", "torque", "both"),
+        help="what the rig imposed on the joint, above what recording.json says; both: a device "
+        "of finite impedance (default: as recorded or told, else the record is asked)",
     )
     _configure_course_and_law(parser)
     parser.add_argument("--joint", type=int, default=1, metavar="N", help="axis (default: 1)")
@@ -125,7 +133,7 @@ def _at_one_point(options: dict[str, Any], arguments: argparse.Namespace) -> str
         write_fit(fit.summary, arguments.out, **fit.to_dict())
     if arguments.figure is not None:
         trials = of_condition(read_recording(arguments.recording), arguments.condition)
-        samples = from_recording(trials, arguments.joint)
+        samples = from_recording(trials, arguments.joint, arguments.imposed)
         _save(plot_frequency_response(samples, fit), arguments.figure)
     return elbow_text(fit)
 

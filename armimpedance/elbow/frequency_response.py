@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from armimpedance.arrays import FloatArray, FrozenRecord
 from armimpedance.elbow.samples import JointSamples
+from armimpedance.elbow.stationary.band import source_of
 from armimpedance.errors import InputError
 
 #: Length of the segments that spectra are averaged over (s). Leakage flattens a resonance: 2 s cost
@@ -40,9 +41,9 @@ class FrequencyResponse(FrozenRecord):
 def frequency_response(samples: JointSamples, segment_s: float = SEGMENT_S) -> FrequencyResponse:
     """Averaged cross-spectra of half-overlapping Hann segments of all trials.
 
-    ``H = S_r,theta / S_r,tau``; the reference r is the device's perturbation where the recording
-    has it (no voluntary torque is in it), else the torque itself. Frequencies at which the
-    reference holds nothing are left out.
+    ``H = S_r,theta / S_r,tau``; the reference r is the device's perturbation or command where the
+    recording has it (no voluntary torque is in it), the angle where that is told to be imposed,
+    else the torque itself. Frequencies at which the reference holds nothing are left out.
 
     Parameters
     ----------
@@ -62,7 +63,7 @@ def frequency_response(samples: JointSamples, segment_s: float = SEGMENT_S) -> F
         No trial holds a segment.
     """
     length = round(segment_s * samples.sample_rate_hz)
-    reference = samples.torque if samples.perturbation is None else samples.perturbation
+    reference = _reference(samples)
     segments = _segments(samples, length)
     if len(segments) == 0:
         raise InputError("no trial is long enough", expected=f"at least {segment_s:g} s")
@@ -105,6 +106,17 @@ def model_compliance(frequency_hz: FloatArray, parameters: FloatArray) -> np.nda
     s = 2j * np.pi * np.asarray(frequency_hz)
     inertia, viscosity, stiffness = parameters
     return np.asarray(1 / (inertia * s**2 + viscosity * s + stiffness))
+
+
+def _reference(samples: JointSamples) -> FloatArray:
+    """What holds nothing of the subject's own torque: recorded, told, or else the torque."""
+    told = {
+        "perturbation": samples.perturbation,
+        "command": samples.command,
+        "angle": samples.angle,
+    }
+    signal = told.get(source_of(samples) or "torque")
+    return samples.torque if signal is None else signal
 
 
 def _segments(samples: JointSamples, length: int) -> np.ndarray:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Final, Literal
+from typing import Annotated, Final, Literal, cast, get_args
 
 import numpy as np
 
 from armimpedance.arrays import FloatArray, FrozenRecord, IntArray
-from armimpedance.conventions import perturbation_columns
+from armimpedance.conventions import command_columns, perturbation_columns
 from armimpedance.errors import InputError, RecordError
 from armimpedance.records import Recording
 from armimpedance.signals import refuse_degrees
@@ -17,6 +17,11 @@ from armimpedance.signals import refuse_degrees
 TORQUE_FIELD: Final = (
     '"interaction" (measured between limb and device) or "commanded" (the motor\'s: arm and device)'
 )
+
+#: What a rig imposes on one joint: its angle, its torque, or, of finite impedance, neither.
+Imposed = Literal["position", "torque", "both"]
+
+_IMPOSED_ON_JOINT: Final = f"of a joint one of {', '.join(get_args(Imposed))}"
 
 #: What is told of samples whose torque is the commanded one.
 COMMANDED: Final = "the torque is the motor's command: I, B, K are those of arm and device"
@@ -43,6 +48,11 @@ class JointSamples(FrozenRecord):
     perturbation : (N,) or None
         Nm, what the device was told to add: no motion and no voluntary torque of the subject is
         in it, so it can serve as an instrument.
+    command : (N,) or None
+        rad, the angle that the device was told to take: an instrument as well.
+    imposed : {"position", "torque", "both"} or None
+        What the device imposed whatever the limb did; "both": a device of finite impedance, whose
+        angle and torque answer the limb. None: not told, the record is asked.
     joint : int
         Axis of the recording, counted from 1.
     notes : tuple of str
@@ -55,6 +65,8 @@ class JointSamples(FrozenRecord):
     angle: Annotated[FloatArray, "n"]
     torque_is: Literal["interaction", "commanded"] = "interaction"
     perturbation: Annotated[FloatArray, "n"] | None = None
+    command: Annotated[FloatArray, "n"] | None = None
+    imposed: Imposed | None = None
     joint: int = 1
     notes: tuple[str, ...] = ()
 
@@ -68,6 +80,8 @@ class JointSamples(FrozenRecord):
             raise RecordError(
                 f"torque has shape {self.torque.shape}", expected=f"{self.offsets[-1]} samples"
             )
+        if self.imposed not in (None, *get_args(Imposed)):
+            raise RecordError(f"imposed {self.imposed!r}", expected=_IMPOSED_ON_JOINT)
 
     @property
     def n_trials(self) -> int:
@@ -79,7 +93,9 @@ class JointSamples(FrozenRecord):
         return slice(int(self.offsets[row]), int(self.offsets[row + 1]))
 
 
-def from_recording(recording: Recording, joint: int = 1) -> JointSamples:
+def from_recording(
+    recording: Recording, joint: int = 1, imposed: str | None = None
+) -> JointSamples:
     """Take one joint's samples from a recording of kind "joint".
 
     A `Recording` holds the torque by the limb on the device; here it is the one on the limb.
@@ -89,6 +105,8 @@ def from_recording(recording: Recording, joint: int = 1) -> JointSamples:
     recording : Recording
     joint : int
         Axis of the recording, counted from 1.
+    imposed : {"position", "torque", "both"}, optional
+        What the rig imposed; it stands above what the recording says.
 
     Returns
     -------
@@ -97,8 +115,9 @@ def from_recording(recording: Recording, joint: int = 1) -> JointSamples:
     Raises
     ------
     InputError
-        Another kind of recording, no such joint, angles that cannot be radians, or a recording
-        that does not say whether it holds the interaction torque or the commanded one.
+        Another kind of recording, no such joint, angles that cannot be radians, a recording that
+        does not say whether it holds the interaction torque or the commanded one, or something
+        imposed that no rig imposes on a joint.
     """
     if recording.kind != "joint":
         raise InputError(f"a recording of kind {recording.kind!r}", expected="kind 'joint'")
@@ -109,14 +128,20 @@ def from_recording(recording: Recording, joint: int = 1) -> JointSamples:
     if not 1 <= joint <= recording.axes:
         raise InputError(f"no joint {joint}", expected=f"1 to {recording.axes}")
     refuse_degrees(recording.position[:, [joint - 1]], (f"q{joint}",))
-    column = perturbation_columns(recording.axes)[joint - 1]
-    notes: tuple[str, ...] = ()
+    told, notes = _imposed(recording, imposed)
     if recording.perturbation != "stochastic":
-        notes = ("taken as a random perturbation, though recording.json does not say stochastic",)
-    perturbation = recording.extra.get(column)
-    if perturbation is not None and not _varies(perturbation, recording.offsets):
-        perturbation = None
-        notes = (*notes, f"{column} does not vary in every trial: not used")
+        notes = (
+            *notes,
+            "taken as a random perturbation, though recording.json does not say stochastic",
+        )
+    told_to = {}
+    for columns in (perturbation_columns(recording.axes), command_columns("joint", recording.axes)):
+        column = columns[joint - 1]
+        signal = recording.extra.get(column)
+        if signal is not None and not _varies(signal, recording.offsets):
+            signal, notes = None, (*notes, f"{column} does not vary in every trial: not used")
+        told_to[column] = signal
+    perturbation, command = told_to.values()
     return JointSamples(
         sample_rate_hz=recording.sample_rate_hz,
         trials=tuple(str(t) for t in recording.trials["trial"]),
@@ -125,9 +150,22 @@ def from_recording(recording: Recording, joint: int = 1) -> JointSamples:
         angle=recording.position[:, joint - 1],
         torque_is=recording.torque,
         perturbation=perturbation,
+        command=command,
+        imposed=told,
         joint=joint,
         notes=notes,
     )
+
+
+def _imposed(recording: Recording, asked: str | None) -> tuple[Imposed | None, tuple[str, ...]]:
+    """What was imposed, by the option or the file, and a note where the two differ."""
+    told = recording.imposed if asked is None else asked
+    if told not in (None, *get_args(Imposed)):
+        raise InputError(f"imposed {told!r}", expected=_IMPOSED_ON_JOINT)
+    notes: tuple[str, ...] = ()
+    if asked is not None and recording.imposed not in (None, asked):
+        notes = (f"{asked} taken as imposed, as asked; recording.json says {recording.imposed}",)
+    return cast(Imposed | None, told), notes
 
 
 def _varies(signal: FloatArray, offsets: IntArray) -> bool:

@@ -16,6 +16,7 @@ _MEANT_FOR: Final[dict[str, tuple[tuple[str, ...], str]]] = {
     "--method": _AT_ONE_POINT,
     "--decimation": _AT_ONE_POINT,
     "--lowest-hz": _AT_ONE_POINT,
+    "--imposed": ((FIT,), "it without --time-varying and --emg-law"),
     "--window-s": (("windows", "quadratic"), "it with --time-varying windows or quadratic"),
     "--imcj": ((LAW,), "it with --emg-law"),
     "--flexor": ((LAW, "emg"), "it with an analysis of EMG: --emg-law or --time-varying emg"),
@@ -65,8 +66,8 @@ def options_of(arguments: argparse.Namespace, analysis: str) -> dict[str, Any]:
             "decimation": _decimation(arguments.decimation),
             "lowest_hz": _positive(arguments.lowest_hz, "--lowest-hz"),
         }
-        of_law = {**muscles, "imcj": arguments.imcj}
-        return {**common, **at_one_point, **({} if analysis == FIT else of_law)}
+        of_fit, of_law = {"imposed": arguments.imposed}, {**muscles, "imcj": arguments.imcj}
+        return {**common, **at_one_point, **(of_fit if analysis == FIT else of_law)}
     edge = _cutoff(arguments.cutoff_hz)
     if edge is None:
         raise InputError("--cutoff-hz none with --time-varying", expected="Hz or auto")

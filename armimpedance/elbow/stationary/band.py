@@ -15,17 +15,21 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Final
+from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from armimpedance.arrays import BoolArray, FloatArray
+from armimpedance.elbow.samples import JointSamples
 from armimpedance.elbow.stationary.preparation import Prepared, without_ramp
 from armimpedance.elbow.stationary.rows import without
 from armimpedance.errors import InputError
 
 Complex = NDArray[np.complex128]
+
+#: What the instruments are made of: a recorded perturbation or command, or what the rig imposed.
+Source = Literal["perturbation", "command", "torque", "angle"]
 
 #: Degree of the polynomial of the record's ends.
 END_DEGREE: Final = 4
@@ -49,6 +53,8 @@ class Bins:
         Variances s_tau^2, s_theta^2 to weigh by.
     perturbation : (n,) complex or None
         What the device was told to add.
+    command : (n,) complex or None
+        The angle that it was told to take.
     """
 
     s: Complex
@@ -59,6 +65,7 @@ class Bins:
     torque_noise: FloatArray
     angle_noise: FloatArray
     perturbation: Complex | None = None
+    command: Complex | None = None
 
     @property
     def frequency_hz(self) -> FloatArray:
@@ -107,11 +114,22 @@ class Bins:
 
 @dataclass(frozen=True, eq=False)
 class Band:
-    """All trials' coefficients and the variances of the channels' white noise (0 = not seen)."""
+    """All trials' coefficients and the variances of the channels' white noise (0 = not seen).
+
+    Attributes
+    ----------
+    trials : tuple of Bins
+    torque_noise, angle_noise : float
+    source : {"perturbation", "command", "torque", "angle"}
+        What the instruments are made of. Where it is the torque, it is the imposed one, and what
+        the subject adds moves the joint; where it is the angle, that is imposed, and what the
+        subject adds stands in the torque alone.
+    """
 
     trials: tuple[Bins, ...]
     torque_noise: float
     angle_noise: float
+    source: Source = "torque"
 
     @property
     def rows(self) -> int:
@@ -134,8 +152,25 @@ class Band:
         return Band(tuple(trials), 0.0, self.angle_noise)
 
 
-def band_of(prepared: Prepared) -> Band:
+def source_of(samples: JointSamples) -> Source | None:
+    """What instruments are made of; None where the record itself must be asked."""
+    if samples.imposed == "position":
+        return "angle" if samples.command is None else "command"
+    if samples.perturbation is not None:
+        return "perturbation"
+    if samples.imposed == "torque":
+        return "torque"
+    return None if samples.command is None else "command"
+
+
+def band_of(prepared: Prepared, source: Source | None = None) -> Band:
     """Coefficients of the unfiltered samples from `prepared.lowest_hz` to `band_hz`.
+
+    Parameters
+    ----------
+    prepared : Prepared
+    source : {"perturbation", "command", "torque", "angle"}, optional
+        What instruments are made of: what was recorded or told, or else the torque.
 
     Raises
     ------
@@ -144,8 +179,12 @@ def band_of(prepared: Prepared) -> Band:
     """
     spectra = prepared.spectra
     noises = (spectra.torque.noise_variance or 0.0, spectra.angle.noise_variance or 0.0)
-    trials = tuple(_bins(prepared, row, *noises) for row in range(prepared.n_trials))
-    return Band(trials, *noises)
+    source = source or source_of(prepared.source) or "torque"
+    # Without noise to weigh by: the error of what is not imposed.
+    unseen = (1.0, 0.0) if source == "angle" else (0.0, 1.0)
+    weigh = noises if any(noises) else unseen
+    trials = tuple(_bins(prepared, row, *weigh) for row in range(prepared.n_trials))
+    return Band(trials, *noises, source)
 
 
 def _bins(prepared: Prepared, row: int, torque_noise: float, angle_noise: float) -> Bins:
@@ -169,8 +208,6 @@ def _bins(prepared: Prepared, row: int, torque_noise: float, angle_noise: float)
     torque, angle = pair(samples.torque)
     lines = np.arange(first, n + 1)
     relative = 1j * lines / n
-    # Without noise to weigh by: the error of the angle.
-    weigh_angle = 1.0 if angle_noise == 0 == torque_noise else angle_noise
     return Bins(
         s=2j * np.pi * rate / count * lines,
         torque=torque,
@@ -178,8 +215,9 @@ def _bins(prepared: Prepared, row: int, torque_noise: float, angle_noise: float)
         ends=(relative[:, None] ** np.arange(-1, END_DEGREE + 1)).astype(np.complex128),
         seconds=count / rate,
         torque_noise=np.full(len(lines), torque_noise),
-        angle_noise=np.full(len(lines), weigh_angle),
+        angle_noise=np.full(len(lines), angle_noise),
         perturbation=None if samples.perturbation is None else pair(samples.perturbation)[0],
+        command=None if samples.command is None else pair(samples.command)[0],
     )
 
 

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from armimpedance.elbow.checks import check_samples, check_snr
+from armimpedance.elbow.experiment.answer import answered
 from armimpedance.elbow.result import ElbowFit
 from armimpedance.elbow.samples import JointSamples
 from armimpedance.elbow.snr import spectra_of
@@ -11,10 +14,10 @@ from armimpedance.elbow.stationary.diagnosis import diagnosed
 from armimpedance.elbow.stationary.discrete import Structure
 from armimpedance.elbow.stationary.lagged import solve_structure
 from armimpedance.elbow.stationary.preparation import Cutoff, Decimation, prepare
-from armimpedance.elbow.stationary.side_by_side import with_comparisons
 from armimpedance.elbow.stationary.table import METHODS
 from armimpedance.elbow.stationary.weights import weighed_band
 from armimpedance.errors import InputError
+from armimpedance.findings import warnings_of
 from armimpedance.regression import Parameters
 
 
@@ -66,11 +69,13 @@ def identify_elbow(
     spectra = spectra_of(samples)
     check_snr(spectra.snr, chosen.lowest_snr_db, chosen.name)
     prepared = prepare(samples, spectra, cutoff_hz, decimation, lowest_hz)
-    floors = band_of(prepared)
-    band = weighed_band(floors)
-    estimate = chosen.identify(prepared, band)
-    estimate = with_comparisons(estimate, chosen, prepared, floors, band)
-    return diagnosed(estimate, chosen, prepared, floors, band)
+    answer = answered(prepared, chosen)
+    fit = diagnosed(answer.estimate, chosen, prepared, answer.floors, answer.band)
+    return replace(
+        fit,
+        checks=(*answer.checks, *fit.checks),
+        warnings=(*warnings_of(answer.checks), *fit.warnings),
+    )
 
 
 def estimate_joint(

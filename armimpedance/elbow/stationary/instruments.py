@@ -13,13 +13,14 @@ with a reference signal in the frequency domain: R. Pintelon, J. Schoukens, Syst
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
 from armimpedance.arrays import FloatArray
+from armimpedance.elbow.experiment.local_fit import explained_motion
 from armimpedance.elbow.result import NAMES, UNITS
 from armimpedance.elbow.stationary.band import Band, Bins, Complex, in_time
 from armimpedance.elbow.stationary.estimate import Estimate, estimate_of
@@ -48,27 +49,64 @@ class Driver:
         With the perturbation for the torque; None = the measured torque.
     values : (3,) or None
         I, B, K of limb and device together, under the perturbation; None = the limb's own.
+    motion : tuple of (n,) complex, or None
+        What a command explains of each trial's angle.
+    imposed : bool
+        The measured angle is imposed, and serves itself.
     """
 
     band: Band | None = None
     values: FloatArray | None = None
+    motion: tuple[Complex, ...] | None = None
+    imposed: bool = False
+
+    @property
+    def simulates(self) -> bool:
+        """Whether the angle is that of a model under a torque."""
+        return self.motion is None and not self.imposed
 
     def angle(self, row: int, bins: Bins, limb: FloatArray) -> Complex:
         """The angle without noise of trial `row`, (n,); `limb` is I, B, K (3,) so far."""
+        if self.motion is not None:
+            return self.motion[row]
+        if self.imposed:
+            return bins.angle + imposed_correction(bins, limb)
         torque = bins.torque if self.band is None else self.band.trials[row].torque
         return np.asarray(torque / bins.impedance(limb if self.values is None else self.values))
 
 
+def imposed_correction(bins: Bins, limb: FloatArray) -> Complex:
+    """By how much the expected angle differs from the measured one where it is imposed, (n,).
+
+    The residual ``e = Tau - Z Theta`` of the limb tells of the angle's own noise:
+    ``s_theta^2 conj(Z) e / (s_theta^2 |Z|^2 + s_tau^2)``. With it the instrument is uncorrelated
+    with the noise of the equation, as the likelihood of both channels has it.
+    """
+    Z = bins.impedance(limb)
+    share = bins.angle_noise * np.conj(Z) / bins.noise_power(Z)
+    return np.asarray(share * (bins.torque - Z * bins.angle))
+
+
 def driver_of(band: Band) -> Driver:
-    """The perturbation and what it moves, where it was recorded."""
-    under = band.under_perturbation
+    """What the band's source moves."""
+    if band.source == "angle":
+        return Driver(imposed=True)
+    if band.source == "command":
+        return _of_lines(band, [bins.command for bins in band.trials])
+    under = band.under_perturbation if band.source == "perturbation" else None
     if under is None:
         return Driver()
     try:
         return Driver(under, fit_band(under))
     except EstimationError:
-        # A device that is no joint of second order: the limb's own model still follows it.
-        return Driver(under)
+        # A device that is no joint of second order: what each line's neighbours tell.
+        return _of_lines(band, [bins.perturbation for bins in band.trials])
+
+
+def _of_lines(band: Band, told: Sequence[Complex | None]) -> Driver:
+    """The motion that a command or perturbation explains, whatever the device."""
+    pairs = zip(band.trials, told, strict=True)
+    return Driver(motion=tuple(explained_motion(b.angle, r) for b, r in pairs if r is not None))
 
 
 def round_of(band: Band, driver: Driver, values: FloatArray) -> Solved:

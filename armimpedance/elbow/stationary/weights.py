@@ -84,7 +84,7 @@ def _with_residual(band: Band, values: FloatArray, floors: Band) -> Band:
     trials = []
     for floor in floors.trials:
         g = np.exp(hats(np.log(floor.frequency_hz), knots) @ logs)
-        trials.append(_noisier(floor, g, values) if seen else replace(floor, angle_noise=g))
+        trials.append(_noisier(floor, g, values) if seen else _scaled(floor, g))
     return replace(floors, trials=tuple(trials))
 
 
@@ -151,6 +151,11 @@ def _chance(eta: FloatArray, power: FloatArray, squares: FloatArray, count: int)
 
     ratio = float((squares * (power - eta - power * np.exp(-eta))).sum())
     return float(chi2.sf(ratio, count))
+
+
+def _scaled(floor: Bins, g: FloatArray) -> Bins:
+    """The noise, of one channel and of unknown size, with the residual's course."""
+    return replace(floor, angle_noise=g * floor.angle_noise, torque_noise=g * floor.torque_noise)
 
 
 def _noisier(floor: Bins, g: FloatArray, values: FloatArray) -> Bins:

@@ -223,7 +223,8 @@ def test_instruments_from_the_perturbation_stand_the_subjects_own_torque():
         torque, angle, command = loop(seed, voluntary=0.3)
         torque, angle = noisy(torque, 30.0, rng), noisy(angle, 30.0, rng)
         free.append(identify_elbow(samples_of(torque, angle, command), method="iv"))
-        bound.append(identify_elbow(samples_of(torque, angle), method="iv"))
+        wrongly_told = replace(samples_of(torque, angle), imposed="torque")
+        bound.append(identify_elbow(wrongly_told, method="iv"))
     z = [(f.parameters.values - joint) / np.sqrt(np.diag(f.parameters.covariance)) for f in free]
     # Mean of 12 standardised errors, t with 19 degrees each: 4 standard errors.
     assert (np.abs(np.mean(z, axis=0)) < 4 * 1.06 / np.sqrt(12)).all()

@@ -15,10 +15,9 @@ import numpy as np
 from armimpedance.arrays import FloatArray
 from armimpedance.elbow.stationary.band import Band
 from armimpedance.elbow.stationary.estimate import Estimate
-from armimpedance.elbow.stationary.joint_fit import fit_band
 from armimpedance.elbow.stationary.lagged import solve_structure
 from armimpedance.elbow.stationary.method import Method
-from armimpedance.elbow.stationary.methods import iv
+from armimpedance.elbow.stationary.methods import iv, output_error
 from armimpedance.elbow.stationary.noise_bias import LARGEST, in_words, predicted_bias
 from armimpedance.elbow.stationary.preparation import Prepared
 from armimpedance.errors import InputError
@@ -41,11 +40,9 @@ def solve(prepared: Prepared, band: Band) -> Estimate:
         The record does not tell the coefficients apart.
     """
     free = prepared.sample_rate_hz < WARPED * prepared.band_hz
-    if prepared.perturbation is None:
-        reference = fit_band(band)
-    else:
-        # Where the device reacts to the subject, output error is off as well.
-        reference = iv.solve(prepared, band).parameters.values
+    # Where the device reacts to the subject, output error is off as well.
+    trusted = output_error if band.source == "torque" else iv
+    reference = trusted.solve(prepared, band).parameters.values
     bias = predicted_bias(prepared, band, reference, "tustin", free=free)
     large = bias is None or bool((np.abs(bias) > LARGEST).any())
     if large and prepared.cutoff_hz is None and prepared.decimation == 1:

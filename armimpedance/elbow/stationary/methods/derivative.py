@@ -64,10 +64,15 @@ def _round(
     samples = prepared.source
     rate = samples.sample_rate_hz
     model = joint_model(values if driver.values is None else driver.values, rate)
-    drives = samples.torque if samples.perturbation is None else samples.perturbation
+    told = samples.perturbation if band.source == "perturbation" else None
+    drives = samples.torque if told is None else told
     rows = []
     for row, bins in enumerate(band.trials):
-        clean = simulated(model, without_ramp(drives[samples.samples_of(row)]))
+        inside = samples.samples_of(row)
+        if driver.simulates:
+            clean = simulated(model, without_ramp(drives[inside]))
+        else:
+            clean = _told(driver, row, bins, without_ramp(samples.angle[inside]), values)
         columns = np.column_stack(
             [measured[row], _columns(clean, kernels), ramp(len(measured[row]))]
         )
@@ -77,6 +82,26 @@ def _round(
         seconds = len(columns) / rate
         rows.append(Rows(series[:, :3], series[:, 3:6], series[:, 6], seconds))
     return solve_rows(rows, NAMES, UNITS)
+
+
+def _told(
+    driver: Driver, row: int, bins: Bins, measured: FloatArray, values: FloatArray
+) -> FloatArray:
+    """The driver's angle over time, (S,); where the angle is imposed, the measured one corrected.
+
+    Parameters
+    ----------
+    measured : (S,)
+        The angle without offset and slope.
+    """
+    count = len(measured)
+    within = driver.angle(row, bins, values)
+    coefficients = np.zeros(count // 2 + 1, dtype=complex)
+    first = round(float(bins.frequency_hz[0]) * bins.seconds)
+    added = within - bins.angle if driver.imposed else within
+    coefficients[first : first + len(added)] = added * np.sqrt(count)
+    series = np.fft.irfft(coefficients, count)
+    return np.asarray(measured + series if driver.imposed else series)
 
 
 def _weighed(

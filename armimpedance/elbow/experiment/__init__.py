@@ -1,0 +1,1 @@
+"""What the rig imposed on the joint, told or asked of the record, and what then is instrument."""
