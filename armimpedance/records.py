@@ -23,6 +23,7 @@ from armimpedance.arrays import BoolArray, FloatArray, FrozenRecord, IntArray, f
 from armimpedance.conventions import IMPOSED, Imposed, Kind
 from armimpedance.errors import RecordError
 from armimpedance.estimates import ImpedanceEstimate as ImpedanceEstimate, Quality as Quality
+from armimpedance.findings import Finding
 from armimpedance.trials import InTrials, expect_shape, trial_slices as trial_slices
 
 
@@ -81,6 +82,9 @@ class Recording(InTrials):
         (`conventions.perturbation_columns`) only.
     provenance : tuple of str
         What was done so far, one sentence each.
+    findings : tuple of Finding
+        What the reader of a file found: trials left out, whose force the sensor holds. They are not
+        written to the disk; the provenance has them as sentences.
     """
 
     kind: Kind
@@ -103,6 +107,7 @@ class Recording(InTrials):
     subject: Subject = field(default_factory=Subject)
     extra: Mapping[str, FloatArray] = field(default_factory=dict)
     provenance: tuple[str, ...] = ()
+    findings: tuple[Finding, ...] = ()
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -142,7 +142,7 @@ def inspect(
 
 def _findings(recording: AnyRecording) -> list[Finding]:
     if isinstance(recording, Recording):
-        return [*_checks(recording), *_missing(recording)]
+        return [*recording.findings, *_checks(recording), *_missing(recording)]
     own = (
         _marker_checks(recording)
         if isinstance(recording, MarkerRecording)

@@ -30,10 +30,11 @@ def read(
     source : recording or path
         A recording is returned as it is.
     force_by : {"limb", "device"}, optional
-        Whose force on the other a Kinarm's sensor holds; other formats say it themselves.
+        Whose force on the other a Kinarm's sensor holds; without it, it is found from the robot's
+        own inertias and motor torques or refused. Other formats say it themselves.
     **options
         Further fields of `recordings.ReadOptions`, such as `side`, `onset_event`, `end_event`,
-        `emg_channels`, `skeleton`.
+        `protocols`, `events`, `without_errors`, `emg_channels`, `skeleton`.
 
     Returns
     -------

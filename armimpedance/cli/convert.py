@@ -1,17 +1,29 @@
 """Turn a lab's files into a recording: a folder of three tables that every command reads.
 
 Examples:
-  armimpedance convert exam.zip session --force-by device
+  armimpedance convert exam.zip session
+  armimpedance convert exam.zip hard --protocol 3 --protocol 4 --event PERTURB_ON --without-errors
   armimpedance convert exam_folder session --force-by limb --side right \\
       --onset-event PERTURB_ON --end-event PERTURB_OFF --emg ACH0=biceps_long
   armimpedance convert session session_csv --table csv
   armimpedance convert swing.c3d relaxed --skeleton elbow --mass-kg 70 --height-m 1.75 \\
       --marker RSHO=acromion_right --standing upright.c3d --emg Biceps.EMG4=biceps
 
-Kinarm (Dexterit-E) exams: a folder or zip of BB_TT_RR.c3d and common.c3d. Which body's force the
-sensor's columns hold cannot be read from the files: --force-by states it. Personal fields
-(subject, operator, dates) stay out unless --keep-personal. What no file says can be given: the
-mass between sensor and hand, where the shoulder was (endpoint robots), the subject's size.
+Kinarm (Dexterit-E) exams: a folder or zip of BB_TT_RR.c3d and common.c3d, or one trial's file with
+common.c3d beside it. Whose force the sensor's columns hold no file says: it is found from the
+robot's own inertias and motor torques, with the evidence, or --force-by states it (where both are
+there and contradict each other, a warning says so). The tables of trial protocols, targets and
+loads become columns of the trial table. Personal fields (subject, operator, dates) stay out unless
+--keep-personal. What no file says can be given: the mass between sensor and hand, where the
+shoulder was (endpoint robots), the subject's size.
+
+Trials without samples, and trials that are broken or not as the others (not finite, another rate,
+a channel that is missing, a dead sensor), are left out; how many, which and why stands in the
+provenance and on stderr.
+
+Exit status: 0 done, also where trials without samples were left out; 3 done, but trials that hold
+samples were left out because they are broken; 2 the input or the call is wrong, nothing is
+written; 1 anything else.
 
 Motion capture: a C3D or .trc becomes a recording of markers, a .mot or .sto one of joint angles,
 each with a skeleton; `passive` and `body` read them.
@@ -22,6 +34,7 @@ A folder that is there already is replaced only with --replace, and only if it i
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -38,6 +51,9 @@ from armimpedance.errors import InputError
 
 if TYPE_CHECKING:
     from armimpedance.recordings import AnyRecording
+
+#: Exit status where trials that hold samples were left out.
+LEFT_OUT = 3
 
 SUBJECT_FIELDS = ("mass_kg", "height_m", "upper_arm_m", "forearm_hand_m")
 
@@ -80,7 +96,18 @@ def run(arguments: argparse.Namespace) -> int:
     recording = _with_statements(recording, sizes, arguments)
     write_recording(recording, arguments.output, arguments.table)
     print(describe(recording, f"{arguments.input} -> {arguments.output}"))
-    return 0
+    return _told(recording)
+
+
+def _told(recording: AnyRecording) -> int:
+    """Say on stderr what was left out or contradicts itself; the exit status."""
+    from armimpedance.records import Recording
+
+    findings = recording.findings if isinstance(recording, Recording) else ()
+    for finding in findings:
+        if finding.verdict == "warning":
+            print(f"armimpedance convert: {finding.sentence}", file=sys.stderr)
+    return LEFT_OUT if any(f.name == "broken trials" for f in findings) else 0
 
 
 def _sizes(arguments: argparse.Namespace) -> dict[str, Any]:

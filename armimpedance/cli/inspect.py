@@ -2,7 +2,7 @@
 
 Examples:
   armimpedance inspect session
-  armimpedance inspect exam.zip --force-by device
+  armimpedance inspect exam.zip --without-errors
   armimpedance inspect swing.c3d --emg Biceps.EMG4=biceps
 
 Any format that `convert` takes can be inspected. Exit status 0 also where a check warns; 2 where

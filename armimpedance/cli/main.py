@@ -40,7 +40,7 @@ Inertia, viscosity and stiffness of the human arm from small disturbances.
 A first session:
   armimpedance demo --quick                       see everything work, in seconds
   armimpedance plan --k-percent 5                 how many trials, which disturbance?
-  armimpedance convert exam.zip session --force-by device
+  armimpedance convert exam.zip session           a Kinarm exam, a C3D, ...
   armimpedance inspect session                    can it be used?
   armimpedance estimate session --out hand.csv    one row per condition
   armimpedance map hand.csv --recording session --to joint --out joint.csv
@@ -133,7 +133,10 @@ def _one_line(error: BaseException) -> str:
 
 
 def run(argv: list[str]) -> int:
-    """Run one call. Exit status: 0 done, 2 the input or the call is wrong, 1 anything else."""
+    """Run one call. Exit status: 0 done, 2 the input or the call is wrong, 1 anything else.
+
+    A command may add its own, documented in its help: `convert` has 3.
+    """
     parser = make_parser(argv)
     arguments, unknown = parser.parse_known_args(argv)
     prefix = arguments.prog

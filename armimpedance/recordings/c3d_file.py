@@ -11,8 +11,8 @@ from __future__ import annotations
 
 import os
 import struct
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
@@ -88,6 +88,17 @@ class C3DFile:
             return None
         return float(values[0])
 
+    def with_channels(self, wanted: Callable[[str], bool]) -> C3DFile:
+        """The same file with those analog channels only whose labels are wanted."""
+        kept = [i for i, label in enumerate(self.analog_labels) if wanted(label)]
+        labels = tuple(self.analog_labels[i] for i in kept)
+        return replace(self, analog_labels=labels, analog=self.analog[:, kept])
+
+
+def is_c3d(data: bytes) -> bool:
+    """Whether these bytes begin as a C3D file does."""
+    return len(data) >= BLOCK and data[1] == _KEY and data[0] >= 2
+
 
 def read_c3d(path: str | os.PathLike[str]) -> C3DFile:
     """Read a C3D file from the disk; see `parse_c3d`."""
@@ -115,7 +126,7 @@ def parse_c3d(data: bytes, name: str) -> C3DFile:
     if len(data) < BLOCK:
         problem = "is empty" if not data else f"is cut off after {len(data)} bytes"
         raise InputError(problem, file=name, expected="a C3D file with a header of 512 bytes")
-    if data[1] != _KEY or data[0] < 2:
+    if not is_c3d(data):
         raise InputError("is not a C3D file", file=name, expected="80 as the second byte")
     header = _Header.parse(data)
     parameters = read_groups(data, name, (data[0] - 1) * BLOCK)

@@ -19,7 +19,12 @@ FORMATS: Final = MethodTable[Format](
 )
 
 #: Options of the commands whose names differ from their fields in `ReadOptions`.
-_OPTIONS: Final = {"emg_channels": "emg", "angles": "angle"}
+_OPTIONS: Final = {
+    "emg_channels": "emg",
+    "angles": "angle",
+    "protocols": "protocol",
+    "events": "event",
+}
 
 
 def open_recording(

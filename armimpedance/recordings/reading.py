@@ -22,9 +22,14 @@ class ReadOptions:
     Attributes
     ----------
     force_by : {"limb", "device"} or None
-        Whose force on the other a Kinarm's sensor holds.
+        Whose force on the other a Kinarm's sensor holds; None: found where the robot shows it.
     side : {"right", "left"} or None
     onset_event, end_event : str or None
+    protocols : sequence of int
+    events : sequence of str
+    without_errors : bool
+        Which trials of a Kinarm exam: those of these trial protocols, with these events, not
+        marked as errors. Empty: all.
     keep_personal : bool
         See `read_kinarm`.
     emg_channels : mapping
@@ -45,6 +50,9 @@ class ReadOptions:
     side: Literal["right", "left"] | None = None
     onset_event: str | None = None
     end_event: str | None = None
+    protocols: Sequence[int] = ()
+    events: Sequence[str] = ()
+    without_errors: bool = False
     keep_personal: bool = False
     emg_channels: Mapping[str, str] = field(default_factory=dict)
     axes: Sequence[str] | None = None

@@ -14,11 +14,30 @@ def add_reading(parser: argparse.ArgumentParser) -> None:
     kinarm.add_argument(
         "--force-by",
         choices=("limb", "device"),
-        help="whose force on the other the sensor's columns hold",
+        help="whose force on the other the sensor's columns hold; without it the robot's own "
+        "inertias and motor torques must show it",
     )
     kinarm.add_argument("--side", choices=("right", "left"), help="arm, where both are recorded")
     kinarm.add_argument("--onset-event", metavar="LABEL", help="event at the disturbance's onset")
     kinarm.add_argument("--end-event", metavar="LABEL", help="event when it is back")
+    kinarm.add_argument(
+        "--protocol",
+        action="append",
+        default=[],
+        type=int,
+        metavar="N",
+        help="trials of this trial protocol only; may be given again",
+    )
+    kinarm.add_argument(
+        "--event",
+        action="append",
+        default=[],
+        metavar="LABEL",
+        help="trials in which this event occurred only; may be given again",
+    )
+    kinarm.add_argument(
+        "--without-errors", action="store_true", help="no trials that the task marked as errors"
+    )
     kinarm.add_argument("--keep-personal", action="store_true", help="keep subject and dates")
     parser.add_argument(
         "--emg",
@@ -54,6 +73,9 @@ def reading_options(arguments: argparse.Namespace) -> dict[str, Any]:
         "side": arguments.side,
         "onset_event": arguments.onset_event,
         "end_event": arguments.end_event,
+        "protocols": tuple(arguments.protocol),
+        "events": tuple(arguments.event),
+        "without_errors": arguments.without_errors,
         "keep_personal": arguments.keep_personal,
         "emg_channels": pairs(arguments.emg, "--emg", "CHANNEL=MUSCLE, as ACH0=biceps_long"),
         "prefix": arguments.prefix,

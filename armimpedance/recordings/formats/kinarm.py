@@ -1,30 +1,30 @@
-"""A Kinarm exam: a folder or zip of C3D files."""
+"""A Kinarm exam: a folder or zip of C3D files, or one trial of it."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from armimpedance.errors import InputError
 from armimpedance.recordings.kinarm.exam import exam_subject, read_kinarm
 from armimpedance.recordings.kinarm.files import is_exam, refuse_new_format
+from armimpedance.recordings.kinarm.trials import Choice
 from armimpedance.recordings.reading import Format, ReadOptions, RecordedSubject
 from armimpedance.records import Recording
 
 
 def _read(path: Path, options: ReadOptions) -> Recording:
     refuse_new_format(path)
-    if options.force_by is None:
-        raise InputError(
-            "whose force the sensor measures is not stated in the files",
-            file=path,
-            expected="--force-by limb (by the hand on the robot) or --force-by device",
-        )
+    choice = Choice(
+        onset_event=options.onset_event,
+        end_event=options.end_event,
+        protocols=tuple(options.protocols),
+        events=tuple(options.events),
+        without_errors=options.without_errors,
+    )
     return read_kinarm(
         path,
         force_by=options.force_by,
         side=options.side,
-        onset_event=options.onset_event,
-        end_event=options.end_event,
+        choice=choice,
         emg_channels=options.emg_channels,
         keep_personal=options.keep_personal,
     )
@@ -36,9 +36,19 @@ def _read_subject(path: Path, options: ReadOptions) -> RecordedSubject:
 
 
 FORMAT = Format(
-    name="a Kinarm exam (folder or zip of C3D files)",
+    name="a Kinarm exam (folder or zip of C3D files, or a trial beside common.c3d)",
     recognises=is_exam,
     read=_read,
-    options=("force_by", "side", "onset_event", "end_event", "emg_channels", "keep_personal"),
+    options=(
+        "force_by",
+        "side",
+        "onset_event",
+        "end_event",
+        "protocols",
+        "events",
+        "without_errors",
+        "emg_channels",
+        "keep_personal",
+    ),
     read_subject=_read_subject,
 )

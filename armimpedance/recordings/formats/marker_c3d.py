@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from armimpedance.motion import MarkerRecording
+from armimpedance.recordings.kinarm.files import is_exam_file
 from armimpedance.recordings.motion.lab_axes import Z_UP
 from armimpedance.recordings.motion.marker_c3d import read_marker_c3d
 from armimpedance.recordings.reading import Format, ReadOptions
@@ -18,9 +19,14 @@ def _read(path: Path, options: ReadOptions) -> MarkerRecording:
     return replace(markers, skeleton=options.skeleton)
 
 
+def _is_motion_capture(path: Path) -> bool:
+    # A trial of a Kinarm exam would read as two markers, without its force.
+    return path.suffix.lower() == ".c3d" and path.is_file() and not is_exam_file(path)
+
+
 FORMAT = Format(
     name="motion capture in a .c3d file",
-    recognises=lambda path: path.suffix.lower() == ".c3d" and path.is_file(),
+    recognises=_is_motion_capture,
     read=_read,
     options=("prefix", "emg_channels", "axes", "skeleton"),
 )

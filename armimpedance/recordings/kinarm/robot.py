@@ -40,6 +40,11 @@ class Robot:
     shoulder_m: FloatArray | None
     links_m: FloatArray | None
 
+    @property
+    def lengths_m(self) -> FloatArray:
+        """`links_m`, (3,), NaN where it is not known."""
+        return np.full(3, np.nan) if self.links_m is None else self.links_m
+
     def hand_position(self, link1_rad: FloatArray, link2_rad: FloatArray) -> FloatArray | None:
         """Where the links put the hand, (N, 2) in m; None where their lengths are not known.
 

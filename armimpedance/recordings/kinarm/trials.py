@@ -1,43 +1,82 @@
-"""The trials of a Kinarm exam: numbers, protocols, events."""
+"""The trials of a Kinarm exam: numbers, protocols, events, and which of them are wanted."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
 
 from armimpedance.errors import InputError
 from armimpedance.recordings.c3d_file import C3DFile
-from armimpedance.recordings.kinarm.files import Exam, ExamTrial
+from armimpedance.recordings.kinarm.files import ExamTrial, LeftOut
+from armimpedance.recordings.kinarm.robot import Side
+from armimpedance.recordings.kinarm.tables import (
+    as_written,
+    condition_name,
+    protocol_columns,
+    protocol_row,
+)
 
 
-def trial_table(exam: Exam, keep_personal: bool) -> pd.DataFrame:
-    """One row per trial in the order they were run, with `file_index` into `exam.trials`."""
-    numbers = [_whole(trial.c3d.number("TRIAL", "TRIAL_NUM")) for trial in exam.trials]
+@dataclass(frozen=True)
+class Choice:
+    """Which trials of an exam are wanted.
+
+    Attributes
+    ----------
+    onset_event, end_event : str or None
+        Events at which the disturbance begins and is back; trials must have them.
+    protocols : tuple of int
+        Rows of the trial protocols; empty: all.
+    events : tuple of str
+        Events that a trial must have.
+    without_errors : bool
+        Leave out trials that the task marked as errors.
+    """
+
+    onset_event: str | None = None
+    end_event: str | None = None
+    protocols: tuple[int, ...] = ()
+    events: tuple[str, ...] = ()
+    without_errors: bool = False
+
+
+def trial_table(
+    trials: Sequence[ExamTrial], common: C3DFile, side: Side, keep_personal: bool
+) -> tuple[pd.DataFrame, list[str]]:
+    """One row per trial in the order they were run, with `file_index` into `trials`; remarks."""
+    numbers = [_whole(trial.c3d.number("TRIAL", "TRIAL_NUM")) for trial in trials]
     known = [n for n in numbers if n is not None]
     # Numbers may start again in every set; then the order of sets and numbers is counted through.
-    sequence = sorted(range(len(numbers)), key=lambda i: (exam.trials[i].block, numbers[i] or 0, i))
+    sequence = sorted(range(len(numbers)), key=lambda i: (trials[i].block, numbers[i] or 0, i))
     unique = len(known) == len(numbers) == len(set(known))
     if unique:
         sequence = sorted(sequence, key=lambda i: numbers[i] or 0)
     rows = []
     for running, i in enumerate(sequence, start=1):
         number = numbers[i] if unique else running
+        row = _trial_row(trials[i], keep_personal) | {
+            "condition": condition_name(trials[i], common)
+        }
         rows.append(
-            {"trial": number} | _trial_row(exam.trials[i], keep_personal) | {"file_index": i}
+            {"trial": number} | row | protocol_columns(trials[i], common, side) | {"file_index": i}
         )
-    return pd.DataFrame(rows)
+    table = pd.DataFrame(rows)
+    for name, column in table.items():
+        if column.dtype == object:
+            table[name] = column.fillna("")
+    remark = "Trial numbers are not unique in the exam: counted through, by set and number."
+    return table, [] if unique else [remark]
 
 
 def _trial_row(trial: ExamTrial, keep_personal: bool) -> dict[str, object]:
     c3d = trial.c3d
-    name = c3d.text("TRIAL", "TP") or ""
     row: dict[str, object] = {
-        "condition": name if name and not name.isdigit() else f"TP_{trial.protocol}",
         "set": trial.block,
-        "protocol": trial.protocol,
+        "protocol": protocol_row(trial),
         "repetition": trial.repetition,
         "is_error": bool(c3d.number("TRIAL", "IS_ERROR") or 0),
     }
@@ -57,7 +96,7 @@ def _events(c3d: C3DFile) -> dict[str, float]:
     labels, times = c3d.texts("EVENTS", "LABELS"), c3d.parameters.get("EVENTS", {}).get("TIMES")
     if not labels or not isinstance(times, np.ndarray):
         return {}
-    seconds = times.astype(np.float64)
+    seconds = np.array([as_written(time_s) for time_s in times.ravel()])
     if len(seconds) == 2 * len(labels):
         # The guide's form, pairs of minutes and seconds; Dexterit-E leaves the first number unused.
         seconds = seconds[1::2]
@@ -75,55 +114,102 @@ def _event_column(label: str) -> str:
     return "event_" + re.sub(r"\W+", "_", label).strip("_") + "_s"
 
 
-def used_trials(
-    trials: pd.DataFrame, onset_event: str | None, end_event: str | None, path: object
-) -> tuple[list[int], list[str]]:
-    """Rows of the trials that have the events asked for, and a sentence on those left out."""
-    usable = np.ones(len(trials), dtype=bool)
-    for label in filter(None, (onset_event, end_event)):
-        column = _event_column(label)
-        if column not in trials:
-            there = [c[6:-2] for c in map(str, trials) if c.startswith("event_")]
-            raise InputError(
-                f"no trial has the event {label}",
-                file=path,
-                expected=f"one of {', '.join(there)}" if there else "an exam with events",
-            )
-        usable &= trials[column].notna().to_numpy()
-    if not usable.any():
-        raise InputError("no trial has both events", file=path, expected="onset and end")
-    left_out = trials["trial"][~usable].tolist()
-    remarks = []
-    if left_out:
-        numbers = ", ".join(map(str, left_out))
-        remarks.append(f"Left out, without the event of the onset or end: trials {numbers}.")
-    return np.flatnonzero(usable).tolist(), remarks
-
-
-def set_onsets(
-    trials: pd.DataFrame, files: Sequence[C3DFile], onset_event: str | None, end_event: str | None
-) -> None:
-    """Fill `onset_s` and `end_s` of these trials from their events, which must lie inside.
+def chosen_trials(
+    trials: pd.DataFrame, choice: Choice, path: object
+) -> tuple[pd.DataFrame, list[str]]:
+    """The trials that are asked for, and a sentence on those left out.
 
     Raises
     ------
     InputError
-        An event lies outside of its trial, or the end is not after the onset.
+        An event or a protocol is in no trial, or no trial is left.
     """
-    for column, label in (("onset_s", onset_event), ("end_s", end_event)):
-        if label is None:
-            continue
-        trials[column] = trials[_event_column(label)]
-        for c3d, time_s in zip(files, trials[column], strict=True):
-            last_s = (c3d.frames - 1) / c3d.rate_hz
-            if not 0.0 <= time_s <= last_s + 0.5 / c3d.rate_hz:
-                raise InputError(
-                    f"the event {label} at {time_s:g} s lies outside of the trial",
-                    file=c3d.name,
-                    expected=f"a time from 0 to {last_s:g} s",
-                )
-    if onset_event and end_event:
-        for c3d, onset, end in zip(files, trials["onset_s"], trials["end_s"], strict=True):
-            if end <= onset:
-                problem = f"the event {end_event} at {end:g} s is not after {onset_event}"
-                raise InputError(problem, file=c3d.name, expected=f"a time after {onset:g} s")
+    usable = pd.Series(True, index=trials.index)
+    remarks: list[str] = []
+
+    def leave_out(wanted: pd.Series, why: str) -> None:
+        numbers = trials["trial"][usable & ~wanted].tolist()
+        if numbers:
+            remarks.append(f"Left out, {why}: trials {', '.join(map(str, numbers))}.")
+        usable[~wanted] = False
+
+    if choice.protocols:
+        _refuse_unknown(choice.protocols, sorted(set(trials["protocol"])), path)
+        names = ", ".join(map(str, choice.protocols))
+        leave_out(trials["protocol"].isin(choice.protocols), f"of other protocols than {names}")
+    for label in choice.events:
+        leave_out(_has(trials, label, path), f"without the event {label}")
+    if choice.without_errors:
+        leave_out(~trials["is_error"], "marked as errors")
+    both = pd.Series(True, index=trials.index)
+    for label in filter(None, (choice.onset_event, choice.end_event)):
+        both &= _has(trials, label, path)
+    leave_out(both, "without the event of the onset or end")
+    if not usable.any():
+        problem = "no trial is left of those asked for: " + " ".join(remarks)
+        raise InputError(problem, file=path, expected="a choice that some trial meets")
+    return trials[usable].reset_index(drop=True), remarks
+
+
+def _refuse_unknown(asked: Sequence[int], there: Sequence[int], path: object) -> None:
+    for protocol in asked:
+        if protocol not in there:
+            expected = f"one of {', '.join(map(str, there))}"
+            raise InputError(f"no trial of protocol {protocol}", file=path, expected=expected)
+
+
+def _has(trials: pd.DataFrame, label: str, path: object) -> pd.Series:
+    """Whether each trial has an event."""
+    column = _event_column(label)
+    if column not in trials:
+        there = [c[6:-2] for c in map(str, trials) if c.startswith("event_")]
+        raise InputError(
+            f"no trial has the event {label}",
+            file=path,
+            expected=f"one of {', '.join(there)}" if there else "an exam with events",
+        )
+    return trials[column].notna()
+
+
+def with_onsets(
+    trials: pd.DataFrame, files: Sequence[ExamTrial], choice: Choice
+) -> tuple[pd.DataFrame, list[LeftOut]]:
+    """The trials with `onset_s` and `end_s` from their events, and those whose events cannot be.
+
+    Parameters
+    ----------
+    trials : DataFrame
+        Of trials that have the events.
+    files : sequence of ExamTrial
+        The file of each row's `file_index`.
+    choice : Choice
+    """
+    trials = trials.copy()
+    for column, label in (("onset_s", choice.onset_event), ("end_s", choice.end_event)):
+        if label is not None:
+            trials[column] = trials[_event_column(label)]
+    left_out = []
+    for index, row in trials.iterrows():
+        trial = files[int(row["file_index"])]
+        try:
+            _check_onset(trial.c3d, row, choice)
+        except InputError as error:
+            left_out.append(LeftOut(trial.name, error))
+            trials = trials.drop(index=index)
+    return trials.reset_index(drop=True), left_out
+
+
+def _check_onset(c3d: C3DFile, row: pd.Series, choice: Choice) -> None:
+    """Onset and end must lie inside of the trial, the end after the onset."""
+    last_s = (c3d.frames - 1) / c3d.rate_hz
+    for column, label in (("onset_s", choice.onset_event), ("end_s", choice.end_event)):
+        if label is not None and not 0.0 <= row[column] <= last_s + 0.5 / c3d.rate_hz:
+            raise InputError(
+                f"the event {label} at {row[column]:g} s lies outside of the trial",
+                file=c3d.name,
+                expected=f"a time from 0 to {last_s:g} s",
+            )
+    if choice.onset_event and choice.end_event and row["end_s"] <= row["onset_s"]:
+        problem = f"the event {choice.end_event} at {row['end_s']:g} s is not after"
+        expected = f"a time after {row['onset_s']:g} s"
+        raise InputError(f"{problem} {choice.onset_event}", file=c3d.name, expected=expected)

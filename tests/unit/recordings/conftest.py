@@ -105,6 +105,8 @@ class Trial:
     tp: str = ""
     links: np.ndarray | None = None
     forces: np.ndarray | None = None
+    motors: np.ndarray | None = None
+    tp_row: int | None = None
 
     def angles(self) -> np.ndarray:
         """Link angles from the x axis, (samples, 2), in single precision as in the file."""
@@ -126,6 +128,9 @@ class Robot:
     shoulder: tuple[float, float] = (-0.1, 0.05)
     lengths: tuple[float, float] = (0.31, 0.34)
     pointer: float = 0.0
+    handle: tuple[float, float] = (0.0, 0.0)  # beyond link 2, and across it
+    inertias: dict[str, float] = field(default_factory=dict)
+    tables: dict[str, dict[str, Parameter]] = field(default_factory=dict)
 
     @property
     def is_endpoint(self) -> bool:
@@ -134,10 +139,11 @@ class Robot:
     def hand(self, trial: Trial) -> np.ndarray:
         """The hand by elementary geometry, (samples, 2)."""
         first, second = trial.angles().astype(float).T
-        aside = 0.0 if self.is_endpoint else self.pointer
+        aside = self.handle[1] if self.is_endpoint else self.pointer
         aside *= -1 if trial.side == "Left" else 1
-        x = self.shoulder[0] + self.lengths[0] * np.cos(first) + self.lengths[1] * np.cos(second)
-        y = self.shoulder[1] + self.lengths[0] * np.sin(first) + self.lengths[1] * np.sin(second)
+        length = self.lengths[1] + self.handle[0]
+        x = self.shoulder[0] + self.lengths[0] * np.cos(first) + length * np.cos(second)
+        y = self.shoulder[1] + self.lengths[0] * np.sin(first) + length * np.sin(second)
         return np.column_stack([x - aside * np.sin(second), y + aside * np.cos(second)])
 
 
@@ -157,6 +163,8 @@ def trial_c3d(trial: Trial, robot: Robot) -> bytes:
         "ACH0": np.full(n, 0.25),
         **{name: np.full(n, value) for name, value in trial.extra_channels.items()},
     }
+    if trial.motors is not None:
+        channels |= {f"{side}_M{i + 1}TorCMD": trial.motors[:, i] for i in (0, 1)}
     channels = {k: v for k, v in channels.items() if k not in trial.drop_channels}
     points = np.zeros((n, 2, 3))
     points[:, ("Right", "Left").index(side), :2] = robot.hand(trial) + trial.hand_offset
@@ -192,6 +200,8 @@ def trial_c3d(trial: Trial, robot: Robot) -> bytes:
             "TP": text(trial.tp) if trial.tp else shorts(2, sizes=()),
         },
     }
+    if trial.tp_row is not None:
+        groups["TRIAL"]["TP_ROW"] = shorts(trial.tp_row, sizes=())
     if trial.trial_num is not None:
         groups["TRIAL"]["TRIAL_NUM"] = shorts(trial.trial_num, sizes=())
     return c3d_bytes(points, np.column_stack(list(channels.values())), groups, rate=trial.rate)
@@ -208,6 +218,7 @@ def common_c3d(robot: Robot) -> bytes:
             "VERSION": text(robot.version),
             "L1_L": floats(robot.lengths[0] if robot.is_endpoint else 0.5, sizes=()),
             "L2_L": floats(robot.lengths[1] if robot.is_endpoint else 0.6, sizes=()),
+            **{name: floats(value, sizes=()) for name, value in robot.inertias.items()},
         }
         groups["CALIBRATION"] |= {
             f"{side}_SHO_X": floats(robot.shoulder[0], sizes=()),
@@ -216,6 +227,7 @@ def common_c3d(robot: Robot) -> bytes:
             f"{side}_L2": floats(robot.lengths[1], sizes=()),
             f"{side}_PTR_ANTERIOR": floats(robot.pointer, sizes=()),
         }
+    groups |= robot.tables
     # No points, no analog channels, last frame 0.
     return c3d_bytes(np.zeros((0, 0, 3)), np.zeros((0, 0)), groups)
 
@@ -251,7 +263,12 @@ def c3d() -> SimpleNamespace:
 def exams() -> SimpleNamespace:
     """Writers of Kinarm exams."""
     return SimpleNamespace(
-        Trial=Trial, Robot=Robot, files=exam_files, folder=write_exam, zip=zip_exam
+        Trial=Trial,
+        Robot=Robot,
+        files=exam_files,
+        folder=write_exam,
+        zip=zip_exam,
+        trial=trial_c3d,
     )
 
 

@@ -1,0 +1,179 @@
+"""The channels of Kinarm trials: which are kept, which must be there, which trials are sound."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from typing import Final
+
+import numpy as np
+
+from armimpedance.arrays import FloatArray
+from armimpedance.errors import InputError
+from armimpedance.recordings.c3d_file import C3DFile
+from armimpedance.recordings.kinarm.files import ExamTrial, LeftOut
+from armimpedance.recordings.kinarm.robot import Side
+
+#: Channels that are kept as they were recorded, beside `ACHn`: the side's robot as it moved.
+KEPT_CHANNELS: Final = tuple(
+    f"{link}{what}" for link in ("L1", "L2") for what in ("Ang", "Vel", "Acc")
+) + ("M1TorCMD", "M2TorCMD")
+
+#: What is needed to hold the force against the robot, beside its links' angles.
+FRICTION: Final = ("M1TorFRC", "M2TorFRC")
+
+_ANALOG_INPUT: Final = re.compile(r"ACH\d+")
+
+
+def wanted_channels(muscles: Mapping[str, str]) -> Callable[[str], bool]:
+    """Whether a channel of an exam is read at all, by its label."""
+    names = (*KEPT_CHANNELS, *FRICTION, "FS_ForceX", "FS_ForceY")
+    known = {f"{side}_{name}" for side in ("Right", "Left") for name in names} | set(muscles)
+    return lambda label: label in known or _ANALOG_INPUT.fullmatch(label) is not None
+
+
+def force_labels(side: Side) -> tuple[str, str]:
+    """The force sensor's channels in the plane."""
+    return f"{side.title()}_FS_ForceX", f"{side.title()}_FS_ForceY"
+
+
+def link_labels(side: Side) -> tuple[str, str]:
+    """The angles of the robot's two links."""
+    return f"{side.title()}_L1Ang", f"{side.title()}_L2Ang"
+
+
+def sound_trials(
+    trials: Sequence[ExamTrial], side: Side, muscles: Mapping[str, str]
+) -> tuple[list[ExamTrial], list[LeftOut]]:
+    """The trials that are as the exam's others, and those that are not, with what is wrong.
+
+    The exam's rate is the commonest one; a trial must have the force, the muscles' inputs, and the
+    links' angles and the hand where most trials have them, all of them finite.
+
+    Parameters
+    ----------
+    trials : sequence of ExamTrial
+    side : {"right", "left"}
+    muscles : mapping
+        Analog input -> muscle.
+    """
+    rate_hz = Counter(trial.c3d.rate_hz for trial in trials).most_common(1)[0][0]
+    hand = f"{side.title()}_Hand"
+    labels = (*force_labels(side), *muscles, *_usual(trials, link_labels(side)))
+    points = [hand] if _usual(trials, (hand,)) else []
+    sound: dict[tuple[object, ...], ExamTrial] = {}
+    left_out = []
+    for trial in trials:
+        key: tuple[object, ...] = (trial.block, trial.c3d.number("TRIAL", "TRIAL_NUM"))
+        try:
+            _check_trial(trial.c3d, rate_hz, labels, points, side)
+            _refuse_copy(trial, sound.get(key))
+        except InputError as error:
+            left_out.append(LeftOut(trial.name, error))
+        else:
+            # Two trials of one number are both kept: they are counted through.
+            sound[key if key not in sound else (*key, trial.name)] = trial
+    return list(sound.values()), left_out
+
+
+def _usual(trials: Sequence[ExamTrial], labels: Sequence[str]) -> tuple[str, ...]:
+    """Those of the labels that more than half of the trials have."""
+    there = [{*trial.c3d.analog_labels, *trial.c3d.point_labels} for trial in trials]
+    return tuple(n for n in labels if 2 * sum(n in names for names in there) > len(there))
+
+
+def _check_trial(
+    c3d: C3DFile, rate_hz: float, labels: Sequence[str], points: Sequence[str], side: Side
+) -> None:
+    if c3d.samples_per_frame != 1:
+        problem = f"{c3d.samples_per_frame} analog samples per frame"
+        raise InputError(problem, file=c3d.name, expected="1, as Dexterit-E writes it")
+    if c3d.rate_hz != rate_hz:
+        expected = f"{rate_hz:g}, as in the others"
+        raise InputError(f"{c3d.rate_hz:g} samples/s", file=c3d.name, expected=expected)
+    for label in labels:
+        channel(c3d, label)
+    for label in points:
+        if label not in c3d.point_labels:
+            raise InputError("no such point", file=c3d.name, column=label, expected="the hand")
+        check_finite(c3d, label, c3d.points[:, c3d.point_labels.index(label), :2])
+    if not any(channel(c3d, name).any() for name in force_labels(side)):
+        raise InputError(
+            "the force is zero throughout, as of an absent sensor",
+            file=c3d.name,
+            column=force_labels(side)[0],
+            expected="a measured force",
+        )
+
+
+def _refuse_copy(trial: ExamTrial, earlier: ExamTrial | None) -> None:
+    """Refuse a trial that holds the same samples as another of its set and number."""
+    if earlier is None or trial.c3d.number("TRIAL", "TRIAL_NUM") is None:
+        return
+    if np.array_equal(trial.c3d.analog, earlier.c3d.analog):
+        problem = f"number and samples of {earlier.name} once more"
+        raise InputError(problem, file=trial.c3d.name, expected="every trial once")
+
+
+def channel(c3d: C3DFile, label: str) -> FloatArray:
+    """One analog channel, (F,).
+
+    Raises
+    ------
+    InputError
+        The file has no such channel, or it is not finite throughout.
+    """
+    if label not in c3d.analog_labels:
+        there = ", ".join(c3d.analog_labels[:8])
+        raise InputError("no such channel", file=c3d.name, column=label, expected=f"it: {there}, …")
+    values = c3d.analog[:, c3d.analog_labels.index(label)]
+    check_finite(c3d, label, values)
+    return values
+
+
+def channels(files: Sequence[C3DFile], *labels: str) -> FloatArray:
+    """Analog channels of all trials one after another, (N, len(labels))."""
+    return np.column_stack(
+        [np.concatenate([channel(c3d, label) for c3d in files]) for label in labels]
+    )
+
+
+def check_finite(c3d: C3DFile, label: str, values: FloatArray) -> None:
+    """Refuse values, (F,) or (F, d), that are not finite throughout; the first row is named."""
+    broken = ~np.isfinite(values)
+    if broken.any():
+        row = int(np.argmax(broken.reshape(len(values), -1).any(axis=1))) + 1
+        raise InputError(
+            "not finite", file=c3d.name, row=row, column=label, expected="a finite number"
+        )
+
+
+def further_channels(
+    files: Sequence[C3DFile], side: Side, muscles: Mapping[str, str]
+) -> tuple[dict[str, FloatArray], list[str]]:
+    """Channels kept as recorded, neither mirrored nor turned, and a remark on each that is not.
+
+    An input that is zero in all trials is nobody's, and left out without a word.
+    """
+    wanted = {f"{side.title()}_{name}" for name in KEPT_CHANNELS}
+    labels = dict.fromkeys(label for c3d in files for label in c3d.analog_labels)
+    kept, remarks = {}, []
+    for label in labels:
+        if label in muscles or not (label in wanted or _ANALOG_INPUT.fullmatch(label)):
+            continue
+        parts = [
+            c3d.analog[:, c3d.analog_labels.index(label)]
+            for c3d in files
+            if label in c3d.analog_labels
+        ]
+        values = np.concatenate(parts)
+        if not values.any():
+            continue
+        lacking, broken = len(files) - len(parts), sum(not np.isfinite(p).all() for p in parts)
+        if lacking or broken:
+            problem = f"not in {lacking} trials" if lacking else f"not finite in {broken} trials"
+            remarks.append(f"Channel {label} left out: {problem}.")
+        else:
+            kept[label] = values
+    return kept, remarks

@@ -1,0 +1,118 @@
+"""The dynamics of a Kinarm's links, and the torques on them, from the inertias in `common.c3d`.
+
+Two motors at the shoulder turn link 1 and, through a crank (link 3) and a bar (link 4) that runs
+along link 1, link 2. With the links' absolute angles a1, a2 as coordinates,
+
+    A a1'' + B a2'' + B' a2'^2 = tau_1,        B a1'' + D a2'' - B' a1'^2 = tau_2,
+
+    A = I1 + m1 |c1|^2 + I4 + m4 |c4|^2 + J1 + m2 L1^2,   D = I2 + m2 |c2|^2 + I3 + m3 |c3|^2 + J2
+    + m4 L3^2,   B = m2 L1 (c2x cos d - c2y sin d) + m4 L3 (c4x cos e + c4y sin e),   B' = dB/dd,
+
+d = a2 - a1, e = d - (angle between link 2 and the crank), c = (along, across) the centre of mass
+from the link's own joint, J the motors' inertias. What acts on the links is tau = motors + J^T F,
+with F the force **by the limb on the robot** at the hand and J = dX/d(a1, a2).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from armimpedance.arrays import FloatArray
+from armimpedance.recordings.c3d_file import C3DFile
+from armimpedance.recordings.kinarm.robot import Robot
+
+
+@dataclass(frozen=True)
+class LinkInertias:
+    """What the equations above need of the links, SI units.
+
+    Attributes
+    ----------
+    first, second : float
+        A and D.
+    along, across : float
+        B = along cos d + across sin d.
+    """
+
+    first: float
+    second: float
+    along: float
+    across: float
+
+    def torque(
+        self, angle: FloatArray, velocity: FloatArray, acceleration: FloatArray
+    ) -> FloatArray:
+        """Torque that this motion of the links takes, (N, 2) in Nm.
+
+        Parameters
+        ----------
+        angle, velocity, acceleration : (N, 2)
+            Of links 1 and 2, from the x axis.
+        """
+        apart = angle[:, 1] - angle[:, 0]
+        coupling = self.along * np.cos(apart) + self.across * np.sin(apart)
+        slope = -self.along * np.sin(apart) + self.across * np.cos(apart)
+        a1, a2 = acceleration.T
+        v1, v2 = velocity.T
+        # [A B; B D] (2, 2) times acceleration (2,) plus B' (v2^2, -v1^2).
+        first = self.first * a1 + coupling * a2 + slope * v2**2
+        return np.column_stack([first, coupling * a1 + self.second * a2 - slope * v1**2])
+
+
+def link_inertias(common: C3DFile, robot: Robot) -> LinkInertias | None:
+    """The inertias of one side's links; None where `common.c3d` does not hold them all.
+
+    Parameters
+    ----------
+    common : C3DFile
+    robot : Robot
+        Its first link's length counts; an exoskeleton's is set to the subject.
+    """
+    group = f"{robot.side.upper()}_KINARM"
+    names = [f"L{i}_{what}" for i in (1, 2, 3, 4) for what in ("I", "M", "C_AXIAL", "C_ANTERIOR")]
+    found = {n: common.number(group, n) for n in (*names, "L3_L", "MOTOR1_I", "MOTOR2_I")}
+    known = {name: value for name, value in found.items() if value is not None}
+    if len(known) < len(found) or robot.links_m is None or not known["L1_I"] > 0:
+        return None
+    # "Anterior" is counter-clockwise on the right and clockwise on the left.
+    turn = -1.0 if robot.side == "left" else 1.0
+    mass = [known[f"L{i}_M"] for i in (1, 2, 3, 4)]
+    axial = [known[f"L{i}_C_AXIAL"] for i in (1, 2, 3, 4)]
+    aside = [turn * known[f"L{i}_C_ANTERIOR"] for i in (1, 2, 3, 4)]
+    about = [known[f"L{i + 1}_I"] + mass[i] * (axial[i] ** 2 + aside[i] ** 2) for i in range(4)]
+    angle = common.number(group, "L2_L5_ANGLE") or 0.0 if robot.kind == "exoskeleton" else 0.0
+    crank = mass[3] * known["L3_L"]
+    cosine, sine = np.cos(turn * angle), np.sin(turn * angle)
+    length = float(robot.lengths_m[0])
+    second = mass[1] * length
+    return LinkInertias(
+        first=about[0] + about[3] + known["MOTOR1_I"] + second * length,
+        second=about[1] + about[2] + known["MOTOR2_I"] + mass[3] * known["L3_L"] ** 2,
+        # cos e = cos d cos g + sin d sin g, sin e = sin d cos g - cos d sin g, g the crank's angle.
+        along=float(second * axial[1] + crank * (axial[3] * cosine - aside[3] * sine)),
+        across=float(-second * aside[1] + crank * (axial[3] * sine + aside[3] * cosine)),
+    )
+
+
+def hand_torque(links: FloatArray, robot: Robot, force: FloatArray) -> FloatArray:
+    """Torque on the links from a force at the hand, J^T F, (N, 2) in Nm.
+
+    Parameters
+    ----------
+    links : (N, 2)
+        Angles of links 1 and 2 from the x axis.
+    robot : Robot
+        With known lengths.
+    force : (N, 2)
+        On the robot.
+    """
+    length, along, aside = robot.lengths_m
+    sine, cosine = np.sin(links), np.cos(links)
+    # J^T (2, 2) times F (2,): rows L1 n(a1) and along n(a2) - aside u(a2).
+    lever1 = np.column_stack([-length * sine[:, 0], length * cosine[:, 0]])
+    lever2 = np.column_stack(
+        [-along * sine[:, 1] - aside * cosine[:, 1], along * cosine[:, 1] - aside * sine[:, 1]]
+    )
+    return np.column_stack([(lever1 * force).sum(axis=1), (lever2 * force).sum(axis=1)])

@@ -1,0 +1,209 @@
+"""The tables of a Kinarm exam: what each trial protocol shows, where its targets are, its load.
+
+`TP_TABLE` has a row for each trial protocol and a column (a parameter) for each of the task's
+settings; a setting may be a row, counted from 1, of `TARGET_TABLE` (`X_GLOBAL`, `Y_GLOBAL` in cm,
+in the frame of the hand) or of `LOAD_TABLE`. They stand in `common.c3d`, in older exams in every
+trial.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from typing import Final
+
+import numpy as np
+import pandas as pd
+
+from armimpedance.recordings.c3d_file import C3DFile
+from armimpedance.recordings.c3d_parameters import Parameter
+from armimpedance.recordings.kinarm.files import ExamTrial
+from armimpedance.recordings.kinarm.robot import Side
+
+#: Parameters of a table that are no columns.
+_NO_COLUMNS: Final = ("USED", "COLUMN_ORDER", "DESCRIPTIONS", "DESCRIPTION", "UNITS")
+
+#: Columns of `TP_TABLE` that may name a protocol.
+_NAMES: Final = ("NAME", "TP_NAME", "LABEL", "TITLE")
+
+#: Settings that are rows of the target table; `TARGET_ON_TIME` and the like are not.
+_TARGET: Final = re.compile(r"(.*_)?TARGET(_?\d+)?")
+
+_START: Final = re.compile(r"START|INIT|HOME|ORIGIN")
+_END: Final = re.compile(r"END|REACH|DEST|GOAL|FINAL")
+
+Value = float | str
+
+
+def as_written(value: object) -> float:
+    """A single-precision number as the decimal that it stands for: 0.665, not 0.6650000215."""
+    return float(str(np.float32(value)))  # type: ignore[arg-type]
+
+
+def protocol_row(trial: ExamTrial) -> int:
+    """The row of `TP_TABLE` that a trial ran: `TRIAL:TP_ROW`, in older exams in the file's name."""
+    row = trial.c3d.number("TRIAL", "TP_ROW")
+    return trial.protocol if row is None else int(row)
+
+
+def protocol_columns(trial: ExamTrial, common: C3DFile, side: Side) -> dict[str, Value]:
+    """What the tables say of a trial, as columns of the trial table.
+
+    Parameters
+    ----------
+    trial : ExamTrial
+    common : C3DFile
+    side : {"right", "left"}
+        A left arm's targets are mirrored as its hand is.
+
+    Returns
+    -------
+    dict
+        `tp_<setting>` as it stands in `TP_TABLE`; `<setting>_x_m`, `<setting>_y_m` where it is a
+        target; `load_<column>` of the row of `LOAD_TABLE` that `LOAD` names; `direction_deg` where
+        the tables say one (`_direction`).
+    """
+    settings = _row(trial.c3d, common, "TP_TABLE", protocol_row(trial))
+    columns: dict[str, Value] = {f"tp_{_plain(n)}": value for n, value in settings.items()}
+    places = dict(_places(settings, trial.c3d, common, side))
+    for name, place in places.items():
+        columns |= {f"{_plain(name)}_{axis}_m": place[i] for i, axis in enumerate("xy")}
+    load = _load(settings, trial.c3d, common)
+    columns |= {f"load_{_plain(name)}": value for name, value in load.items()}
+    direction = _direction(settings, load, places, side)
+    return columns if direction is None else {**columns, "direction_deg": direction}
+
+
+def condition_name(trial: ExamTrial, common: C3DFile) -> str:
+    """A readable name of a trial's protocol: its own, or its row, targets and load."""
+    stated = trial.c3d.text("TRIAL", "TP") or ""
+    if stated and not stated.isdigit():
+        return stated
+    settings = _row(trial.c3d, common, "TP_TABLE", protocol_row(trial))
+    named = [str(settings[name]) for name in _NAMES if isinstance(settings.get(name), str)]
+    if named:
+        return named[0]
+    words = [f"TP_{protocol_row(trial)}"]
+    targets = {n: v for n, v in settings.items() if _TARGET.fullmatch(n) and _counts(v)}
+    first, last = _one(targets, _START), _one(targets, _END)
+    if first and last:
+        words.append(f"target {targets[first]:g} to {targets[last]:g}")
+    else:
+        words += [f"{_plain(name)} {value:g}" for name, value in targets.items()]
+    if _counts(settings.get("LOAD")):
+        words.append(f"load {settings['LOAD']:g}")
+    return " ".join(words)
+
+
+def _row(c3d: C3DFile, common: C3DFile, group: str, row: int) -> dict[str, Value]:
+    """One row of a table, counted from 1, by the names of its columns in the file, in capitals."""
+    table = next((f.parameters[group] for f in (c3d, common) if f.parameters.get(group)), {})
+    used = table.get("USED")
+    rows = int(used.flat[0]) if isinstance(used, np.ndarray) and used.size else None
+    if row < 1 or (rows is not None and row > rows):
+        return {}
+    return dict(_cells(table, row - 1, rows or 1))
+
+
+def _cells(table: Mapping[str, Parameter], index: int, rows: int) -> Iterator[tuple[str, Value]]:
+    for name, column in table.items():
+        flat = column if isinstance(column, tuple) else column.ravel()
+        if name in _NO_COLUMNS or len(flat) < max(rows, index + 1):
+            continue
+        if isinstance(column, tuple):
+            if column[index]:
+                yield name, column[index]
+        elif np.isfinite(flat[index]):
+            yield name, as_written(flat[index])
+
+
+def _places(
+    settings: Mapping[str, Value], c3d: C3DFile, common: C3DFile, side: Side
+) -> Iterator[tuple[str, tuple[float, float]]]:
+    """Each setting that is a target, with its place in m."""
+    mirror = -1.0 if side == "left" else 1.0
+    for name, value in settings.items():
+        if not (_TARGET.fullmatch(name) and _counts(value)):
+            continue
+        target = _row(c3d, common, "TARGET_TABLE", int(value))
+        x, y = target.get("X_GLOBAL"), target.get("Y_GLOBAL")
+        if isinstance(x, float) and isinstance(y, float):
+            # Adding 0 makes a mirrored zero positive.
+            yield name, (round(mirror * x / 100.0, 9) + 0.0, round(y / 100.0, 9))
+
+
+def _load(settings: Mapping[str, Value], c3d: C3DFile, common: C3DFile) -> dict[str, Value]:
+    """The row of the load table that the setting `LOAD` names; empty where there is none."""
+    row = settings.get("LOAD")
+    return _row(c3d, common, "LOAD_TABLE", int(row)) if _counts(row) else {}  # type: ignore[arg-type]
+
+
+def _direction(
+    settings: Mapping[str, Value],
+    load: Mapping[str, Value],
+    places: Mapping[str, tuple[float, float]],
+    side: Side,
+) -> float | None:
+    """Direction of the disturbance in the recording's frame, degrees from +x.
+
+    A setting `…DIRECTION_DEG`; else that of the load's force, columns such as `FORCE_X, FORCE_Y`;
+    else from the start's to the end's target.
+    """
+    mirror = -1.0 if side == "left" else 1.0
+    stated = [v for n, v in settings.items() if n.endswith("DIRECTION_DEG")]
+    if len(stated) == 1 and isinstance(stated[0], float):
+        angle = np.deg2rad(stated[0])
+        return _degrees(mirror * np.cos(angle), np.sin(angle))
+    force = _force_columns(load)
+    if force is not None:
+        return _degrees(mirror * force[0], force[1])
+    first, last = _one(places, _START), _one(places, _END)
+    if first is None or last is None:
+        return None
+    return _degrees(*(places[last][i] - places[first][i] for i in (0, 1)))
+
+
+def _force_columns(load: Mapping[str, Value]) -> tuple[float, float] | None:
+    """The force of a load along x and y; None where its columns do not say so by their names."""
+    for name, x in load.items():
+        if re.fullmatch(r"F_?X|(.*_)?FORCE_?X(_.*)?|X_FORCE(_.*)?", name):
+            y = load.get(re.sub(r"X(?=$|_)", "Y", name, count=1))
+            if isinstance(x, float) and isinstance(y, float):
+                return x, y
+    return None
+
+
+def _degrees(x: float, y: float) -> float | None:
+    """From +x, in [0, 360); None of no direction."""
+    if x == 0.0 and y == 0.0:
+        return None
+    return float(round(np.rad2deg(np.arctan2(y, x)), 3) % 360.0)
+
+
+def _one(names: Mapping[str, object], pattern: re.Pattern[str]) -> str | None:
+    """The one target that starts or ends a movement; None where none or several might."""
+    found = [name for name in names if pattern.search(name)]
+    exact = [name for name in found if name in ("START_TARGET", "END_TARGET")]
+    chosen = exact or found
+    return chosen[0] if len(chosen) == 1 else None
+
+
+def _counts(value: object) -> bool:
+    """Whether a cell is a row of another table: a whole number from 1."""
+    return isinstance(value, float) and value >= 1 and value == int(value)
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"\W+", "_", name).strip("_").lower()
+
+
+def with_direction(trials: pd.DataFrame) -> tuple[pd.DataFrame, list[str]]:
+    """The table with `direction_deg` for all trials or for none, and a remark on that."""
+    if "direction_deg" not in trials:
+        return trials, []
+    known = trials["direction_deg"].notna()
+    if known.all():
+        return trials, ["direction_deg: from the exam's tables."]
+    without = ", ".join(map(str, trials["trial"][~known].tolist()))
+    remark = f"No direction_deg: the exam's tables give none to trials {without}."
+    return trials.drop(columns="direction_deg"), [remark]
