@@ -29,17 +29,16 @@ _NEW_FORMAT: Final = "a C3D export: in Dexterit-E, export the exam as C3D files 
 
 @dataclass(frozen=True)
 class ExamTrial:
-    """One trial: block (set), row of the trial-protocol table, repetition, and its C3D file."""
+    """One trial: its file's own name and content, block (set), protocol, repetition.
 
+    Folders and exams are often named after people, and are no part of `name`.
+    """
+
+    name: str
+    c3d: C3DFile
     block: int
     protocol: int
     repetition: int
-    c3d: C3DFile
-
-    @property
-    def name(self) -> str:
-        """The file's own name; folders and exams are often named after people."""
-        return PurePosixPath(self.c3d.name).name
 
 
 @dataclass(frozen=True)
@@ -143,7 +142,7 @@ def read_exam(path: str | os.PathLike[str], wanted: Callable[[str], bool]) -> Ex
             if c3d.frames == 0:
                 left_out.append(LeftOut(short))
             else:
-                trials.append(ExamTrial(*numbers, c3d.with_channels(wanted)))
+                trials.append(ExamTrial(short, c3d.with_channels(wanted), *numbers))
     if not trials and not left_out:
         raise InputError("holds no trials", file=path, expected="files such as 01_02_03.c3d")
     if not trials:

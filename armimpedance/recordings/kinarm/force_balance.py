@@ -30,7 +30,7 @@ STEP_S: Final = 0.005
 #: A link that turns slower than this may stick, rad/s.
 MOVING_RAD_S: Final = 0.03
 #: Less movement than this says nothing, s.
-SHORTEST_S: Final = 0.5
+SHORTEST_S: Final = 0.2
 #: How far an inertia may be from the stated one: what is bolted to a link is not in the file.
 INERTIA_FACTOR: Final = (0.5, 2.0)
 #: The torques balance where this part of their mean square, at most, is left over.

@@ -55,6 +55,13 @@ def link_angles(hand, handle=(0.0, 0.0)):
     return np.column_stack([a1, a2])
 
 
+def places(angles, handle=(0.0, 0.0)):
+    """Where these angles put the handle, (S, 2)."""
+    a1, a2 = angles.T
+    beyond = (LENGTHS[1] + handle[0]) * unit(a2) + handle[1] * across(a2)
+    return np.array(SHOULDER) + LENGTHS[0] * unit(a1) + beyond
+
+
 def dalembert(angles, turn=1.0):
     """Torques on the two links' angles that the bodies' accelerations take, (S, 2).
 
@@ -129,3 +136,63 @@ def motors(links, force, handle=(0.0, 0.0), friction=0.05):
     by_limb = np.column_stack([(lever * force).sum(axis=1) for lever in levers])
     turning = np.gradient(links, 1 / RATE, axis=0)
     return dalembert(links) - by_limb + friction * np.tanh(turning / 0.02)
+
+
+def trial_of(exams, number, made, *, force_by="limb", noise=None, unit_n=1.0, **fields):
+    """A trial file's content of one push: eight protocols, each in its direction."""
+    force = made.force if noise is None else made.force + noise
+    held = force if force_by == "limb" else -force
+    protocol, repetition = (number - 1) % 8 + 1, (number - 1) // 8 + 1
+    return exams.Trial(
+        **{
+            "name": f"01_{protocol:02d}_{repetition:02d}.c3d",
+            "samples": len(held),
+            "trial_num": number,
+            "links": made.links,
+            "forces": held / unit_n,
+            "motors": made.motors,
+            "events": (("PERT_ON", BEFORE_S), ("PERT_OFF", BEFORE_S + PUSH_S)),
+        }
+        | fields
+    )
+
+
+def robot_of(exams, handle=(0.0, 0.0), **fields):
+    """The robot of the exam, with the inertias of its links."""
+    known = {"version": "KINARM_EP_Rev1", "shoulder": SHOULDER, "lengths": LENGTHS}
+    return exams.Robot(**(known | {"handle": handle, "inertias": INERTIAS} | fields))
+
+
+def tables_of(c3d):
+    """Eight protocols: pushes with the loads 1 to 8 from target 9 to the targets 1 to 8."""
+    around = 2 * np.pi * np.arange(8) / 8
+    filled = np.zeros(92)
+
+    def column(values):
+        return c3d.floats(*values, *filled[: 100 - len(values)], sizes=(10, 10))
+
+    targets = np.array([[-5.0, 42.0]]) + 10 * unit(around)
+    targets = np.vstack([targets, [-5.0, 42.0]])
+    used = c3d.shorts(8, sizes=())
+    return {
+        "TP_TABLE": {
+            "USED": used,
+            "COLUMN_ORDER": c3d.texts("START_TARGET", "END_TARGET", "LOAD", "DELAY"),
+            "START_TARGET": column([9.0] * 8),
+            "END_TARGET": column(range(1, 9)),
+            "LOAD": column(range(1, 9)),
+            "TARGET_ON_TIME": column([2.0] * 8),
+            "DELAY": column([0.665] * 8),
+        },
+        "TARGET_TABLE": {
+            "USED": c3d.shorts(9, sizes=()),
+            "X": column(targets[:, 0] - 3.0),
+            "X_GLOBAL": column(targets[:, 0]),
+            "Y_GLOBAL": column(targets[:, 1]),
+        },
+        "LOAD_TABLE": {
+            "USED": used,
+            "FORCE_X": column(8 * np.cos(around)),
+            "FORCE_Y": column(8 * np.sin(around)),
+        },
+    }
