@@ -21,8 +21,9 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray, FrozenRecord
 from armimpedance.body.rows import RowChoice
+from armimpedance.findings import Finding
 from armimpedance.motion import MotionRecording
-from armimpedance.signals import lowpass
+from armimpedance.signals import lowpass, smoothed_derivatives
 
 Progress = Callable[[int, int], None]
 
@@ -30,6 +31,9 @@ Progress = Callable[[int, int], None]
 _ABOVE: Final = 2.5
 #: Less of the band than this cannot tell the noise's level.
 _LEAST_BAND: Final = 0.2
+#: Part of an acceleration's variance beyond which the extrapolation leaves too much.
+LARGEST_SHARE: Final = 0.2
+NAME: Final = "angle noise"
 _ORDER: Final = 2
 _GRID: Final = 4096
 
@@ -46,11 +50,60 @@ class NoiseShift(FrozenRecord):
         Covariance of the shift, from a finite number of draws.
     level : float
         Median sd of the angles' noise, rad.
+    share : float
+        Part of the variance of an acceleration that is noise, of the noisiest coordinate.
+    noisiest : str
+        That coordinate.
     """
 
     shift: Annotated[FloatArray, "b"]
     covariance: Annotated[FloatArray, "b b"]
     level: float
+    share: float
+    noisiest: str
+
+    @property
+    def finding(self) -> Finding:
+        """Whether the angles are quiet enough for what was taken off to be all but all."""
+        shown = f"{1e3 * self.level:.2g} mrad, {100 * self.share:.0f} % of the acceleration of "
+        smallest = f"{100 * LARGEST_SHARE:.0f} % of an acceleration"
+        if self.share <= LARGEST_SHARE:
+            said = f"{shown}{self.noisiest} and less of all others; its bias was taken off"
+            return Finding(NAME, "ok", said, smallest=smallest)
+        return Finding(
+            NAME,
+            "warning",
+            f"{shown}{self.noisiest}: too much for a straight line back to none, errors may exceed "
+            "the intervals; lower the cut-off, or take motions that move it more",
+            smallest=smallest,
+        )
+
+    def left(self, values: FloatArray) -> FloatArray:
+        """What a straight line back to no noise may leave of the bias, (b,).
+
+        An estimate falls as ``b / (1 + r)`` with the noise's share r of what it stands on. The line
+        then takes off ``b r / ((1 + r) (1 + 2 r))`` and leaves 2 r times that, and r is about the
+        part of a parameter that was taken off; of parameters near zero never more than that itself.
+        """
+        size = np.maximum(np.abs(values), 1e-300)
+        return np.minimum(2 * np.abs(self.shift) / size, 1.0) * self.shift
+
+    def uncertainty(self, values: FloatArray) -> FloatArray:
+        """Covariance (b, b) of values less the shift: finite draws, and what may be left of it."""
+        left = self.left(values)
+        return self.covariance + np.outer(left, left)
+
+
+def no_noise_finding(recording: MotionRecording, choice: RowChoice) -> Finding:
+    """What is said where no noise was taken off."""
+    why = "was not looked at"
+    if choice.cutoff_hz is None:
+        why = "cannot be seen without a filter"
+    elif not can_tell_noise(recording, choice):
+        rate = f"{recording.sample_rate_hz:g} samples/s"
+        why = f"cannot be seen at {rate} beside a motion of up to {choice.cutoff_hz:g} Hz"
+    said = f"it {why}: it biases towards zero what accelerations tell, inside any interval"
+    return Finding(NAME, "cannot tell", said)
 
 
 def can_tell_noise(recording: MotionRecording, choice: RowChoice) -> bool:
@@ -114,11 +167,30 @@ def noise_shift(
             progress(draw + 1, draws)
     moved = np.array(twice)
     angles = slice(3, None) if recording.skeleton.floating else slice(None)
+    share = _acceleration_share(recording, choice, more)[angles]
+    noisiest = int(share.argmax())
     return NoiseShift(
         shift=moved.mean(axis=0) - once,
         covariance=np.atleast_2d(np.cov(moved, rowvar=False)) / draws,
         level=float(np.median(parts[:, angles].std(axis=0))),
+        share=float(share[noisiest]),
+        noisiest=recording.skeleton.coordinates[angles][noisiest],
     )
+
+
+def _acceleration_share(
+    recording: MotionRecording, choice: RowChoice, noise: FloatArray
+) -> FloatArray:
+    """Variance of the accelerations (n,) of noise (N, n) as a part of that of the recording's."""
+    squares = np.zeros((2, noise.shape[1]))
+    for row in range(recording.n_trials):
+        at = recording.samples_of(row)
+        for i, signal in enumerate((noise, recording.coordinates)):
+            motion = smoothed_derivatives(signal[at], recording.sample_rate_hz, choice.cutoff_hz)
+            squares[i] += (
+                motion[2][choice.kept(len(motion[2]), recording.sample_rate_hz)] ** 2
+            ).sum(axis=0)
+    return np.asarray(squares[0] / np.maximum(squares[1], 1e-300))
 
 
 def _passed(edge_hz: float, rate_hz: float) -> float:

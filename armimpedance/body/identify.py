@@ -12,7 +12,13 @@ from typing import Final, Literal
 import numpy as np
 
 from armimpedance.arrays import FloatArray
-from armimpedance.body.angle_noise import NoiseShift, Progress, can_tell_noise, noise_shift
+from armimpedance.body.angle_noise import (
+    NoiseShift,
+    Progress,
+    can_tell_noise,
+    no_noise_finding,
+    noise_shift,
+)
 from armimpedance.body.base_parameters import (
     BaseParameters,
     base_parameters,
@@ -32,6 +38,7 @@ from armimpedance.body.result import BodyFit
 from armimpedance.body.rows import RowChoice
 from armimpedance.body.solution import Solution, WeightedSolution
 from armimpedance.errors import EstimationError, InputError, NotIdentifiableError
+from armimpedance.findings import warnings_of
 from armimpedance.motion import MotionRecording
 from armimpedance.skeleton import Skeleton
 
@@ -246,6 +253,8 @@ def _result(
             "errors of the motion decide some parameters"
         )
         warnings = (*warnings, poor)
+    noise = no_noise_finding(recording, rows) if given.noise is None else given.noise.finding
+    checks = (*solution.checks, noise)
     return BodyFit(
         method=method,
         base=base,
@@ -261,5 +270,6 @@ def _result(
         held_out=equations.subset(list(chosen.rest)).validate(phi) if chosen.rest else None,
         inflation=given.inflation,
         noise=given.noise,
-        warnings=warnings,
+        warnings=(*warnings, *warnings_of(checks)),
+        checks=checks,
     )

@@ -19,6 +19,7 @@ from armimpedance.body.parameters import segment_parameters, with_inertial_param
 from armimpedance.body.rows import RowChoice
 from armimpedance.body.validation import BodyValidation
 from armimpedance.errors import InputError
+from armimpedance.findings import Finding
 from armimpedance.motion import MotionRecording
 from armimpedance.regression import Fit, FitSummary, Parameters
 from armimpedance.skeleton import Skeleton
@@ -69,6 +70,8 @@ class BodyFit(FrozenRecord):
     notes : tuple of str
         What a reader must know of the recording.
     warnings : tuple of str
+    checks : tuple of Finding
+        What the method assumes, held against the data.
     """
 
     method: str
@@ -87,6 +90,7 @@ class BodyFit(FrozenRecord):
     noise: NoiseShift | None = None
     notes: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
+    checks: tuple[Finding, ...] = ()
 
     @property
     def relative_sd_percent(self) -> FloatArray:
@@ -112,6 +116,7 @@ class BodyFit(FrozenRecord):
             vaf=self.vaf,
             parameters=tuple(self.parameters),
             warnings=self.warnings,
+            checks=self.checks,
         )
 
     @property

@@ -149,6 +149,24 @@ class RowChoice:
                 )
         return everything
 
+    def kept(self, samples: int, rate_hz: float) -> slice:
+        """The samples of a trial that are not left out at its ends.
+
+        Raises
+        ------
+        InputError
+            None are left.
+        """
+        trim_s = self.trim_s
+        if trim_s is None:
+            trim_s = 0.0 if self.cutoff_hz is None else 1 / self.cutoff_hz
+        cut = round(trim_s * rate_hz)
+        if samples <= 2 * cut:
+            raise InputError(
+                f"{samples} samples", expected=f"more than {2 * cut}, left out at the ends"
+            )
+        return slice(cut, samples - cut)
+
     def row_names(self, skeleton: Skeleton) -> tuple[str, ...]:
         """``fx ... mz`` for the root's wrench, then the coordinates' names."""
         names = [skeleton.coordinates[j] for j in self.indices(skeleton)]
@@ -232,7 +250,7 @@ def _trial(
     samples = recording.samples_of(row)
     raw = recording.coordinates[samples]
     motion = smoothed_derivatives(raw, rate, choice.cutoff_hz)
-    keep = _kept(len(raw), rate, choice)
+    keep = choice.kept(len(raw), rate)
     rows = choice.indices(skeleton)
     q, qd, qdd = (m[keep] for m in motion)
     Y = regressor(model, q, qd, qdd, rows)
@@ -243,18 +261,6 @@ def _trial(
         at = int(np.flatnonzero(rows == skeleton.coordinate(term.coordinate))[0])
         W[:, at, Y.shape[2] + i] = columns[:, i]
     return TrialRows(condition, W, _left_side(recording, choice, model, samples, motion[0])[keep])
-
-
-def _kept(samples: int, rate_hz: float, choice: RowChoice) -> slice:
-    trim_s = choice.trim_s
-    if trim_s is None:
-        trim_s = 0.0 if choice.cutoff_hz is None else 1 / choice.cutoff_hz
-    cut = round(trim_s * rate_hz)
-    if samples <= 2 * cut:
-        raise InputError(
-            f"{samples} samples", expected=f"more than {2 * cut}, left out at the ends"
-        )
-    return slice(cut, samples - cut)
 
 
 def _left_side(

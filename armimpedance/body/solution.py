@@ -9,11 +9,13 @@ import numpy as np
 from armimpedance.arrays import FloatArray
 from armimpedance.body.angle_noise import NoiseShift
 from armimpedance.body.base_parameters import BaseParameters
-from armimpedance.body.consistent import fit_consistent
+from armimpedance.body.consistent import ConsistentFit, fit_consistent
 from armimpedance.body.equations import BodyEquations
 from armimpedance.body.estimate import BaseFit
 from armimpedance.body.parameters import inertial_parameters, moving_segments
+from armimpedance.body.trust import trust_in_prior
 from armimpedance.errors import InputError
+from armimpedance.findings import Finding
 from armimpedance.regression import Parameters
 from armimpedance.skeleton import Skeleton
 
@@ -27,16 +29,19 @@ class Solution:
     robust: FloatArray
     phi: FloatArray | None = None
     phi_sd: FloatArray | None = None
+    checks: tuple[Finding, ...] = ()
 
     def without(self, noise: NoiseShift | None) -> Solution:
         """The bias that noise of the angles makes taken off."""
         if noise is None:
             return self
+        values = self.values - noise.shift
+        unsure = noise.uncertainty(values)
         return replace(
             self,
-            values=self.values - noise.shift,
-            covariance=self.covariance + noise.covariance,
-            robust=self.robust + noise.covariance,
+            values=values,
+            covariance=self.covariance + unsure,
+            robust=self.robust + unsure,
         )
 
     def parameters(self, base: BaseParameters, dof: float) -> Parameters:
@@ -78,10 +83,8 @@ class WeightedSolution:
     prior_sd: float
 
 
-def consistent_solution(given: WeightedSolution, *, trusted: bool) -> Solution:
-    """Physically consistent parameters, near the prior where that is trusted.
-
-    With a prior the curvature says how far to trust; without, the least-squares fit does.
+def consistent_solution(given: WeightedSolution) -> Solution:
+    """Physically consistent parameters; the least-squares fit says how far to trust them.
 
     Raises
     ------
@@ -90,22 +93,55 @@ def consistent_solution(given: WeightedSolution, *, trusted: bool) -> Solution:
     EstimationError
         The iteration does not settle.
     """
-    better = fit_consistent(
+    better = _fitted(given, None)
+    return replace(given.solution, values=better.base, phi=better.phi)
+
+
+def prior_solution(given: WeightedSolution) -> Solution:
+    """Physically consistent parameters near the prior; the curvature says how far to trust them.
+
+    The prior is held against the least squares first, and trusted no further than they bear out.
+
+    Raises
+    ------
+    InputError
+        No prior mass of a segment.
+    EstimationError
+        The iteration does not settle.
+    """
+    base, least, inflation = given.base, given.least.fit, max(given.inflation, 1.0)
+    unsure = np.zeros((base.rank, base.rank))
+    if given.noise is not None:
+        unsure = given.noise.uncertainty(given.solution.values)
+    trust = trust_in_prior(
+        base,
+        _guess(given.prior),
+        given.solution.values,
+        inflation * least.covariance + unsure,
+        given.prior_sd,
+    )
+    better = _fitted(given, trust.used)
+    C = np.asarray(better.covariance)
+    # what b of least squares errs by comes through: dphi (p,) = C (p, p) B^T (p, b) R^T R db / infl
+    through = C @ base.mapping.T @ (least.triangle.T @ least.triangle) / inflation
+    C_phi = C + through @ unsure @ through.T
+    # C_b (b, b) = B (b, p) C_phi (p, p) B^T
+    robust = base.mapping @ C_phi @ base.mapping.T
+    sd = np.sqrt(np.diag(C_phi))
+    checks = (trust.finding,)
+    return Solution(better.base, robust / inflation, robust, better.phi, sd, checks)
+
+
+def _fitted(given: WeightedSolution, prior_sd: float | None) -> ConsistentFit:
+    return fit_consistent(
         given.equations,
         given.base,
         given.least.weights,
         _guess(given.prior),
-        prior_sd=given.prior_sd if trusted else None,
+        prior_sd=prior_sd,
         inflation=max(given.inflation, 1.0),
         about=None if given.noise is None else given.solution.values,
     )
-    if better.covariance is None:
-        return replace(given.solution, values=better.base, phi=better.phi)
-    # C_b (b, b) = B (b, p) C (p, p) B^T
-    robust = given.base.mapping @ better.covariance @ given.base.mapping.T
-    sd = np.sqrt(np.diag(better.covariance))
-    classical = robust / max(given.inflation, 1.0)
-    return Solution(better.base, classical, robust, better.phi, sd)
 
 
 def _guess(skeleton: Skeleton) -> FloatArray:

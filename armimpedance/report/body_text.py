@@ -7,6 +7,8 @@ import textwrap
 import numpy as np
 
 from armimpedance.body import BodyFit
+from armimpedance.findings import warnings_of
+from armimpedance.report.findings_text import checks_lines
 from armimpedance.report.numbers import TABLE_WIDTH, aligned_table, percent, short, with_interval
 
 #: Parameters shown on a screen; all stand in FIT.json.
@@ -35,5 +37,7 @@ def body_text(fit: BodyFit) -> str:
     table = aligned_table(("base parameter", "value (95 % interval)", "unit", "robust sd"), rows)
     more = fit.base.rank - len(rows)
     tail = f"\n(the best known; {more} more in FIT.json)" if more > 0 else ""
-    lines = [textwrap.fill(t, TABLE_WIDTH, subsequent_indent="  ") for t in fit.lines]
-    return "\n".join([*fit.notes, *lines, "", table]) + tail
+    told = {f"warning: {said}" for said in warnings_of(fit.checks)}
+    first = [line for line in fit.lines if line not in told]
+    lines = [textwrap.fill(t, TABLE_WIDTH, subsequent_indent="  ") for t in first]
+    return "\n".join([*fit.notes, *lines, "", table + tail, *checks_lines(fit.checks)])

@@ -5,8 +5,6 @@ The prior only chooses among what the motion cannot show.
 
 from __future__ import annotations
 
-from functools import partial
-
 from armimpedance.body.method import Method
 from armimpedance.body.solution import consistent_solution
 
@@ -14,5 +12,5 @@ METHOD = Method(
     "consistent",
     "every segment is a body with mass",
     "levels",
-    partial(consistent_solution, trusted=False),
+    consistent_solution,
 )
