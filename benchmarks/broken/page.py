@@ -1,0 +1,178 @@
+"""The page of the docs: what can go wrong, and what you will see; drawn from the table."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import pandas as pd
+
+from armimpedance.outputs import staged_file
+from armimpedance.plots import OKABE_ITO, new_figure, print_style
+
+PAGE: Final = "what_can_go_wrong.md"
+STEM: Final = "what_can_go_wrong"
+#: Share -> colour and word, in the order of the bars.
+SHARES: Final = {
+    "refused": (OKABE_ITO["blue"], "refused: no number, and why"),
+    "named": (OKABE_ITO["sky"], "named: a number, and a warning with this name"),
+    "wide_or_right": ("0.85", "right or wide: the interval holds the truth"),
+    "silently_wrong": (OKABE_ITO["vermillion"], "silently wrong"),
+}
+#: Drawing -> its commands and what is said of it.
+DRAWINGS: Final = {
+    "joint": ("elbow", "elbow --time-varying", "elbow --emg-law"),
+    "hand": ("estimate", "reflex", "inspect", "map", "compare"),
+    "others": (
+        "passive", "body", "therapy robot", "therapy arm", "therapy contribution",
+        "fit activation", "fit moment-arms", "convert",
+    ),
+}  # fmt: skip
+EFFECT_SE: Final = 2.0
+WIDTH_IN, ROW_IN, HEAD_IN, DPI = 6.6, 0.135, 0.42, 160
+
+
+def write_page(rows: pd.DataFrame, docs: Path) -> None:
+    """Write ``what_can_go_wrong.md`` into a folder of docs, its drawings into its gallery."""
+    for name, commands in DRAWINGS.items():
+        chosen = rows[rows["command"].isin(commands) & (rows["violation"] != "none")]
+        if len(chosen):
+            draw(chosen, commands, docs / "gallery" / f"{STEM}_{name}")
+    with staged_file(docs / PAGE) as staged:
+        Path(staged).write_text(text(rows), encoding="utf-8")
+
+
+def draw(rows: pd.DataFrame, commands: tuple[str, ...], stem: Path) -> None:
+    """One panel a command, one stacked bar a cell; faint where the effect is small."""
+    there = [c for c in commands if (rows["command"] == c).any()]
+    counts = [int((rows["command"] == c).sum()) for c in there]
+    height = sum(counts) * ROW_IN + HEAD_IN * len(there) + 0.5
+    with print_style():
+        figure = new_figure(WIDTH_IN, height)
+        axes = figure.subplots(len(there), 1, height_ratios=counts, squeeze=False)[:, 0]
+        for ax, command in zip(axes, there, strict=True):
+            _panel(ax, rows[rows["command"] == command], command)
+        axes[-1].set_xlabel("part of the records, %")
+        handles, labels = axes[0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside upper center", ncols=2, fontsize=7)
+        with staged_file(stem.with_suffix(".png")) as staged:
+            figure.savefig(staged, format="png", dpi=DPI, metadata={"Software": None})
+
+
+def _panel(ax: Any, rows: pd.DataFrame, command: str) -> None:
+    place = np.arange(len(rows))
+    judged = (rows["effect_in_se"] > EFFECT_SE).to_numpy() & rows["seen"].astype(bool).to_numpy()
+    left = np.zeros(len(rows))
+    for share, (colour, word) in SHARES.items():
+        width = 100 * rows[share].to_numpy(dtype=float)
+        bars = ax.barh(place, width, left=left, color=colour, height=0.8, label=word)
+        for bar, full in zip(bars, judged, strict=True):
+            bar.set_alpha(1.0 if full else 0.35)
+        left += width
+    labels = [
+        f"{row.violation}{', ' + row.size if row.size else ''}{'' if row.seen else ' *'}"
+        for row in rows.itertuples()
+    ]
+    ax.set_yticks(place, labels, fontsize=6)
+    ax.set_ylim(len(rows) - 0.4, -0.6)
+    ax.set_xlim(0, 100)
+    ax.tick_params(axis="x", labelsize=6)
+    ax.tick_params(axis="y", length=0)
+    ax.set_title(command, loc="left", fontsize=8, fontweight="bold")
+    for side in ("top", "right", "left"):
+        ax.spines[side].set_visible(False)
+
+
+def text(rows: pd.DataFrame) -> str:
+    """The page in words."""
+    broken = rows[rows["violation"] != "none"]
+    n = int(rows["n"].max())
+    judged = broken[(broken["effect_in_se"] > EFFECT_SE) & broken["seen"].astype(bool)]
+    quiet = int((judged["silently_wrong"] <= 0.02).sum())
+    lines = [
+        "# What can go wrong, and what you will see",
+        "",
+        "Every command takes something for granted: that the rig imposes a torque, that the person",
+        "is relaxed, that channels are on one clock, that newtons are newtons. Here each of these",
+        "is broken on purpose, and the command is asked what it says. Four things can happen to a",
+        "record:",
+        "",
+        "- *refused*: there is no number, and one line says why;",
+        "- *named*: there is a number, and a warning bears the name of what is wrong;",
+        "- *right or wide*: the printed 95 % interval, widened by half, holds the truth;",
+        "- *silently wrong*: none of these. Nothing should be here.",
+        "",
+        f"{len(broken)} violations, {n} records each, made by `python",
+        "benchmarks/broken_assumptions.py`; simulated records, many by plants written apart from",
+        "the toolkit's own simulators. *Effect* is the largest error that the violation causes, in",
+        "standard errors of the same experiment without it; below two it does no harm that anyone",
+        f"could see, and the bars are faint. Of the {len(judged)} violations above two,",
+        f"{quiet} are silently wrong in at most 2 % of the printed numbers. A star marks what no",
+        "record can show, a gain that is a little off for example: only a calibration helps.",
+        "",
+    ]
+    for name, commands in DRAWINGS.items():
+        if broken["command"].isin(commands).any():
+            title = ", ".join(f"`{c}`" for c in commands if (broken["command"] == c).any())
+            lines += [f"![{name}](gallery/{STEM}_{name}.png)", "", f"*{title.capitalize()}*", ""]
+    for command in dict.fromkeys(broken["command"]):
+        lines += _section(broken[broken["command"] == command], command)
+    lines += _clean(rows[rows["violation"] == "none"])
+    return "\n".join(lines) + "\n"
+
+
+def _section(rows: pd.DataFrame, command: str) -> list[str]:
+    lines = [f"## `{command}`", "", "| what is wrong | effect | you will see | what to do |"]
+    lines += ["| --- | --- | --- | --- |"]
+    for row in rows.itertuples():
+        what = f"{row.violation}{', ' + row.size if row.size else ''}"
+        size = "-" if not np.isfinite(row.effect_in_se) else f"{row.effect_in_se:.2g}"
+        if np.isfinite(row.effect_in_se) and row.effect_in_se >= 100:
+            size = "> 100"
+        lines.append(f"| {what} | {size} | {seen(row)} | {row.advice} |")
+    return [*lines, ""]
+
+
+def seen(row: Any) -> str:
+    """What a user sees, in one sentence of a cell of the table."""
+    parts = []
+    if row.refused > 0.02:
+        parts.append(f'refused in {_percent(row.refused)}: "{_short(row.example)}"')
+    if row.named > 0.02:
+        named = _short(str(row.alarms).split(" (")[0])
+        parts.append(f"a warning in {_percent(row.named)}: *{named}*")
+    if row.wide_or_right > 0.02:
+        parts.append(f"an interval that holds the truth in {_percent(row.wide_or_right)}")
+    if row.silently_wrong > 0.02:
+        why = ", which no record can show" if not row.seen else ""
+        parts.append(f"**nothing, though it is wrong, in {_percent(row.silently_wrong)}**{why}")
+    return "; ".join(parts)
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.0f} %"
+
+
+def _short(sentence: str, most: int = 110) -> str:
+    plain = re.sub(r"[|*`]", "", sentence)
+    return plain if len(plain) <= most else plain[: most - 4].rsplit(" ", 1)[0] + " ..."
+
+
+def _clean(rows: pd.DataFrame) -> list[str]:
+    lines = [
+        "## Records with nothing wrong",
+        "",
+        "A warning on a good record is a false alarm.",
+        "",
+        "| command | rig | alarmed | by | printed intervals that miss |",
+        "| --- | --- | --- | --- | --- |",
+    ]
+    for row in rows.itertuples():
+        by = _short(str(row.alarms).split("; ")[0]) if row.false_alarm > 0 else "-"
+        lines.append(
+            f"| `{row.command}` | {row.rig} | {_percent(row.false_alarm)} | {by} | "
+            f"{100 * row.silently_wrong:.1f} % |"
+        )
+    return lines

@@ -1,0 +1,215 @@
+"""`passive`: relaxed joints, filmed as they swing, or moved by a machine that measures torque."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from broken import damage
+from broken.cell import Answer, Cell, Made, Rig, damaged, on_record, said, seed_of, seeds_of
+from broken.elbow_cells import numbers_of
+
+from armimpedance.analyses import passive
+from armimpedance.records import Recording, Subject
+from manipulandum_sim.passive import find_passive_subject, simulate_passive_many
+from manipulandum_sim.studio import Studio
+
+ELBOW = "right_elbow_flexion"
+NAMES = ("k", "h", "f", "q_r")
+MASS = ("mass", "masses", "table", "inertia")
+RELAXED = ("muscles silent", "relaxed", "voluntary", "EMG", "own torque")
+
+
+def ask_filmed(made: Made) -> Answer:
+    """k, h, f, q_r of the elbow; the rest angle is fitted."""
+    fits = passive(made.record, joints=[ELBOW], **(made.beside or {}))
+    summary = fits.summary
+    return Answer(numbers_of(summary.parameters), **said(summary.checks, summary.warnings))
+
+
+@lru_cache(maxsize=2)
+def _filmed(
+    indices: tuple[int, ...], test: str, joint: tuple[tuple[str, float], ...], studio: Studio
+) -> list[Made]:
+    who = find_passive_subject("1")
+    if joint:
+        who = who.with_joint(ELBOW, **dict(joint))
+    seeds = [seed_of("filmed", i) for i in indices]
+    longer = {"duration_s": 8.0} if test == "p5" else {}
+    every = simulate_passive_many(test, seeds, subject=who, studio=studio, **longer)  # type: ignore[arg-type]
+    made = []
+    for record, truth in every:
+        i = truth.joints.index(ELBOW)
+        made.append(Made(record, {name: float(getattr(truth, name)[i]) for name in NAMES}))
+    return made
+
+
+def filmed(
+    test: str = "release", studio: Studio | None = None, **joint: float
+) -> Callable[[Sequence[int]], list[Made]]:
+    """Swings of subject 1, filmed."""
+    seen = studio or Studio(0.5e-3)
+    return lambda indices: _filmed(tuple(indices), test, tuple(joint.items()), seen)
+
+
+def heavier(factor: float) -> Callable[[Any, Any], Any]:
+    """The skeleton's masses and inertias are not the person's."""
+
+    def change(record: Any, _rng: np.random.Generator) -> Any:
+        segments = tuple(
+            replace(s, mass_kg=factor * s.mass_kg, inertia_kgm2=factor * s.inertia_kgm2)
+            for s in record.skeleton.segments
+        )
+        return replace(record, skeleton=replace(record.skeleton, segments=segments))
+
+    return change
+
+
+def rate(factor: float) -> Callable[[Any, Any], Any]:
+    """The film's rate is another than the file says."""
+    return lambda record, _rng: replace(
+        record,
+        sample_rate_hz=factor * record.sample_rate_hz,
+        time_s=np.asarray(record.time_s) / factor,
+    )
+
+
+@dataclass(frozen=True)
+class Machine:
+    """A motor that swings a relaxed elbow and measures its torque; a plant of our own.
+
+    Attributes
+    ----------
+    weight_Nm, inertia : float
+        What is left in the torque of the limb's weight (times sin q) and inertia.
+    own_Nm : float
+        Rms of slow torque of a person who does not quite relax.
+    late_s : float
+        Of the torque.
+    quadratic : float
+        Nm/rad^2, ``K (q - q_r)^2``.
+    """
+
+    k: float = 3.0
+    h: float = 0.2
+    f: float = 0.15
+    q_r: float = 1.4
+    weight_Nm: float = 0.0
+    inertia: float = 0.0
+    own_Nm: float = 0.0
+    late_s: float = 0.0
+    quadratic: float = 0.0
+
+    def record(self, index: int) -> Made:
+        """Three swings of 10 s at 100 Hz."""
+        rng = seeds_of("machine", index)
+        n, trials, hertz = 1000, 3, 100.0
+        t = np.arange(n) / hertz
+        position, torque = [], []
+        for _ in range(trials):
+            slow, quick = rng.uniform(0.15, 0.25), rng.uniform(0.5, 0.7)
+            phases = rng.uniform(0, 2 * np.pi, 2)
+
+            def at(clock: np.ndarray, s: float = slow, p: float = quick, o: Any = phases) -> Any:
+                parts = [(0.5, 2 * np.pi * s, o[0]), (0.12, 2 * np.pi * p, o[1])]
+                q = 1.5 + sum(a * np.sin(w * clock + c) for a, w, c in parts)
+                v = sum(a * w * np.cos(w * clock + c) for a, w, c in parts)
+                acc = sum(-a * w * w * np.sin(w * clock + c) for a, w, c in parts)
+                return q, v, acc
+
+            q, v, acc = at(t - self.late_s)
+            way = q - self.q_r
+            tau = self.k * way + self.quadratic * way**2 + self.h * v + self.f * np.sign(v)
+            tau = tau + self.weight_Nm * np.sin(q) + self.inertia * acc
+            own = np.cumsum(rng.standard_normal(n)) * 0.05
+            tau = tau + self.own_Nm * (own - own.mean()) / own.std()
+            position.append(at(t)[0] + 2e-4 * rng.standard_normal(n))
+            torque.append(tau + 0.03 * rng.standard_normal(n))
+        record = Recording(
+            kind="joint",
+            sample_rate_hz=hertz,
+            trials=pd.DataFrame({"trial": range(1, trials + 1), "condition": "swing"}),
+            offsets=n * np.arange(trials + 1),
+            time_s=np.tile(t, trials),
+            position=np.concatenate(position)[:, None],
+            force=np.concatenate(torque)[:, None],
+            subject=Subject("own elbow", 70.0, 1.75, 0.31, 0.35),
+        )
+        return Made(record, {name: getattr(self, name) for name in NAMES})
+
+
+def machine(how: Machine | None = None) -> Callable[[Sequence[int]], list[Made]]:
+    """Records of the machine."""
+    whose = how or Machine()
+    return lambda indices: [whose.record(i) for i in indices]
+
+
+def ask_machine(made: Made) -> Answer:
+    """k, h, f, q_r of the only joint."""
+    summary = passive(made.record).summary
+    return Answer(numbers_of(summary.parameters), **said(summary.checks, summary.warnings))
+
+
+SWING = Rig("passive", "filmed swings", filmed(), ask_filmed)
+SHAKEN = Rig("passive", "filmed, upper arm shaken", filmed("p5"), ask_filmed)
+MACHINE = Rig("passive", "machine", machine(), ask_machine)
+
+
+def told_rest(error: float) -> Callable[[Made, np.random.Generator], Made]:
+    """The rest angle is told, and wrong."""
+    return lambda made, _rng: Made(
+        made.record,
+        {k: v for k, v in made.truth.items() if k != "q_r"},
+        {"rest_angle": made.truth["q_r"] + error},
+    )
+
+
+def cells() -> list[Cell]:
+    """All of this command's."""
+    filmed_ones: list[tuple[str, str, tuple[str, ...], Any]] = [
+        *(
+            ("masses of the limb", f"{100 * (p - 1):+.0f} %", MASS,
+             damaged(SWING, on_record(heavier(p))))
+            for p in (1.05, 0.85)
+        ),
+        ("film's rate", "20 % too high", ("rate", "gravity", *MASS),
+         damaged(SWING, on_record(rate(1.2)))),
+        ("rest angle told", ".1 rad off", ("rest angle",), damaged(SWING, told_rest(0.1))),
+        ("skin moves over the bones", "10 mm", ("soft tissue", "markers", "skin"),
+         filmed(studio=Studio(0.5e-3, 10e-3))),
+        ("stiffness is not linear", "K .8 Nm/rad^2", ("amplitude", "curvature", "quadratic"),
+         filmed(K=0.8)),
+        ("markers lost", "10 % of the frames", ("markers", "dropout", "gaps"),
+         filmed(studio=Studio(0.5e-3, 0.0, 0.1))),
+        ("markers in mm", "x 1000", ("units", "markers"),
+         damaged(SWING, on_record(damage.gain("positions", 1000.0)))),
+    ]  # fmt: skip
+    machined: list[tuple[str, str, tuple[str, ...], Any]] = [
+        ("limb's weight left in the torque", "2 Nm", ("gravity", "weight", *MASS),
+         machine(Machine(weight_Nm=2.0))),
+        ("limb's inertia left in the torque", ".07 kg m^2", ("inertia", *MASS),
+         machine(Machine(inertia=0.07))),
+        *(
+            ("person does not relax", f"{n:g} Nm", RELAXED, machine(Machine(own_Nm=n)))
+            for n in (0.2, 1.0)
+        ),
+        ("torque late", "50 ms", ("skew", "delay"), machine(Machine(late_s=0.05))),
+        ("stiffness is not linear", "K .8 Nm/rad^2", ("amplitude", "curvature", "quadratic"),
+         machine(Machine(quadratic=0.8))),
+        ("angle in degrees", "x 57", ("units", "degrees"),
+         damaged(MACHINE, on_record(damage.gain("position", 180 / np.pi)))),
+        ("torque in mNm", "x 1000", ("units", "plausible"),
+         damaged(MACHINE, on_record(damage.gain("force", 1000.0)))),
+        ("every trial twice", "3 trials", ("copies",), damaged(MACHINE, on_record(damage.copied))),
+    ]  # fmt: skip
+    return [
+        *(Cell(SWING, *one) for one in filmed_ones),
+        *(Cell(MACHINE, *one) for one in machined),
+    ]
+
+
+CLEAN = (SWING, SHAKEN, MACHINE)
