@@ -12,13 +12,14 @@ from typing import Final, Literal, TypeVar
 from armimpedance.analyses.results.estimates import Estimates
 from armimpedance.analyses.results.muscle_estimates import MuscleEstimates
 from armimpedance.analyses.sources import PathLike, naming
-from armimpedance.arm import MuscularArm, arm_named
+from armimpedance.arm import MuscularArm, TwoLinkArm, arm_named
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import ArmImpedanceError, InputError
 from armimpedance.files import condition_of, read_results
 from armimpedance.levels import (
     MuscleEstimate,
     arm_posture_for,
+    kinematic_arm,
     to_hand as to_hand_once,
     to_joint as to_joint_once,
     to_muscle as to_muscle_once,
@@ -206,11 +207,10 @@ def to_muscle(
     return MuscleEstimates(tuple(_each(estimates, mapped)))
 
 
-def subject_of(whose: Whose) -> Subject:
-    """The subject of a recording, of the recording at a path, or the subject itself."""
-    if isinstance(whose, str | os.PathLike):
-        return read_subject(whose).subject
-    return whose if isinstance(whose, Subject) else whose.subject
+def arm_of_whose(whose: Whose) -> TwoLinkArm:
+    """The two-link arm of a recording, of the one at a path, or of a subject, with its gravity."""
+    who = _who((), whose)
+    return kinematic_arm(who.subject, who.gravity_m_s2)
 
 
 @dataclass(frozen=True)

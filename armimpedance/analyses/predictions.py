@@ -9,12 +9,11 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from armimpedance.analyses.levels import Whose, subject_of
+from armimpedance.analyses.levels import Whose, arm_of_whose
 from armimpedance.analyses.sources import PathLike
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
 from armimpedance.files import joined, read_activations, read_model, read_postures
-from armimpedance.levels import kinematic_arm
 from armimpedance.muscles import (
     FittedModel,
     HandPrediction,
@@ -84,7 +83,7 @@ def at_hand(
     predicted : JointPrediction
         What `predict` returned.
     recording : Recording, Subject or path
-        Whose arm's lengths.
+        Whose arm's lengths, and how gravity acts on it.
     force_N : (2,) or (P, 2), optional
         Force by the hand on its environment; none: no force.
 
@@ -113,7 +112,7 @@ def at_hand(
     >>> at_hand(joint, recording=Subject(height_m=1.75)).stiffness.round().tolist()
     [[78.0, -58.0, 246.0]]
     """
-    return predicted_at_hand(predicted, kinematic_arm(subject_of(recording)), force_N)
+    return predicted_at_hand(predicted, arm_of_whose(recording), force_N)
 
 
 def _postures(given: ArrayLike | PathLike | None) -> FloatArray | None:

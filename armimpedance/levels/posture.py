@@ -53,16 +53,10 @@ def arm_posture_for(
         arm without inverse kinematics needs them, or gravity acts on an arm of unknown mass.
     """
     mass_known = arm is not None or (subject is not None and subject.mass_kg is not None)
-    arm = arm if arm is not None else _in_gravity(kinematic_arm(subject), gravity_m_s2)
+    arm = arm if arm is not None else kinematic_arm(subject, gravity_m_s2)
     posture, source = _posture(estimate, arm)
     if mass_known:
         return posture, source
-    if gravity_m_s2 is not None and any(gravity_m_s2):
-        raise InputError(
-            "gravity acts in this plane, and the body mass is not known",
-            column="mass_kg",
-            expected="the subject's mass: the arm's weight is a part of the hand's stiffness",
-        )
     return replace(posture, inertia=None), f"{source}; body mass unknown"
 
 
@@ -76,12 +70,16 @@ def _in_gravity(arm: TwoLinkArm, gravity_m_s2: Sequence[float] | None) -> TwoLin
     return replace(arm, gravity_m_s2=(float(gravity_m_s2[0]), float(gravity_m_s2[1])))
 
 
-def kinematic_arm(subject: Subject | None) -> TwoLinkArm:
-    """The two-link arm of a subject whose body mass need not be known: lengths, no inertia.
+def kinematic_arm(
+    subject: Subject | None, gravity_m_s2: Sequence[float] | None = None
+) -> TwoLinkArm:
+    """The two-link arm of a subject whose body mass need not be known where no gravity acts.
 
     Parameters
     ----------
     subject : Subject or None
+    gravity_m_s2 : (2,), optional
+        Gravity along the hand's axes; without, the plane is taken as horizontal.
 
     Returns
     -------
@@ -90,11 +88,24 @@ def kinematic_arm(subject: Subject | None) -> TwoLinkArm:
     Raises
     ------
     InputError
-        No subject, or one without lengths and height.
+        No subject, one without lengths and height, or gravity on an arm of unknown mass.
     """
     if subject is None:
         raise InputError("the arm is not known", expected="a recording or a subject")
-    return arm_of(subject if subject.mass_kg else replace(subject, mass_kg=_ANY_MASS_KG))
+    arm = arm_of(subject if subject.mass_kg else replace(subject, mass_kg=_ANY_MASS_KG))
+    if gravity_m_s2 is None or not any(gravity_m_s2):
+        return arm
+    if len(gravity_m_s2) != arm.axes:
+        raise InputError(
+            f"gravity of {len(gravity_m_s2)} axes", expected=f"{arm.axes}, as the two-link arm"
+        )
+    if not subject.mass_kg:
+        raise InputError(
+            "gravity acts in this plane, and the body mass is not known",
+            column="mass_kg",
+            expected="the subject's mass: the arm's weight is a part of the hand's stiffness",
+        )
+    return replace(arm, gravity_m_s2=(float(gravity_m_s2[0]), float(gravity_m_s2[1])))
 
 
 def _posture(estimate: ImpedanceEstimate, arm: Arm) -> tuple[ArmPosture, str]:

@@ -67,7 +67,7 @@ class HandPrediction(Predicted):
 def at_hand(
     prediction: JointPrediction, arm: TwoLinkArm, force: ArrayLike | None = None
 ) -> HandPrediction:
-    """``K_e = J^-T (K_j + Gamma(F)) J^-1`` and ``B_e = J^-T B_j J^-1`` at each posture.
+    """``K_e = J^-T (K_j + Gamma(F) + dg/dq) J^-1``, ``B_e = J^-T B_j J^-1`` at each posture.
 
     Parameters
     ----------
@@ -100,7 +100,7 @@ def at_hand(
     derivative = arm.jacobian_derivative(q)
     gamma = np.einsum("pk,pkij->pij", np.broadcast_to(F, (len(q), 2)), derivative)
     T = _triple_map(np.asarray(np.linalg.inv(J), dtype=float))
-    joint_K = prediction.stiffness + triple(gamma)
+    joint_K = prediction.stiffness + triple(gamma + arm.gravity_gradient(q))
 
     def moved(triples: FloatArray) -> FloatArray:
         return np.asarray(np.einsum("pij,pj->pi", T, triples))

@@ -10,6 +10,7 @@ from armimpedance.analyses import Estimates, to_hand, to_joint, to_muscle
 from armimpedance.arm.two_link import TwoLinkArm
 from armimpedance.errors import InputError
 from armimpedance.levels import joint as levels
+from armimpedance.muscles import JointPrediction, at_hand
 from armimpedance.records import ArmPosture, ImpedanceEstimate, Quality, Subject
 
 QUALITY = Quality(1, 1, 1.0, 1.0, 1.0, 1.0, 12, 0.0)
@@ -169,3 +170,14 @@ def test_muscles_bear_the_weight_and_a_sagittal_arm_asks_for_gravity():
     )
     assert flat.tension.max() < 1e-6
     assert upright.tension.max() > 10
+
+
+def test_what_a_model_predicts_at_the_hand_has_the_weight_in_it():
+    q = np.array([[0.6, 1.5]])
+    K = np.array([[25.0, 7.0], [7.0, 19.0]])
+    known = np.zeros((1, 3, 3))
+    predicted = JointPrediction(q, K[[0, 0, 1], [0, 1, 1]][None], [[2.0, 0.5, 2.0]], known, known,
+                                10.0, [False], [""])  # fmt: skip
+    hand = at_hand(predicted, PLANAR, [4.0, -6.0])
+    mapped = levels.to_hand(estimate("joint", K, [4.0, -6.0]), PLANAR.posture(q[0])).stiffness
+    np.testing.assert_allclose(hand.stiffness[0], mapped[[0, 0, 1], [0, 1, 1]], rtol=1e-9)
