@@ -7,5 +7,6 @@ from .plant import (
     KINEMATICS_HZ as KINEMATICS_HZ,
 )
 from .protocol import LOADS as LOADS, RHYTHM_HZ as RHYTHM_HZ
+from .servo import simulate_servo as simulate_servo
 from .simulate import simulate_elbow as simulate_elbow
 from .truth import ElbowTruth as ElbowTruth

@@ -104,8 +104,8 @@ def simulate_bench(
     torque, angle, B, K = torque[:, kept], angle[:, kept], B[kept], K[kept]
     truth = BenchTruth(inertia, B, K, torque, angle)
     levels = snr_db if isinstance(snr_db, tuple) else (snr_db, snr_db)
-    noisy_torque = _noisy(torque, levels[0], generators)
-    noisy_angle = _noisy(angle, levels[1], generators)
+    noisy_torque = noisy(torque, levels[0], generators)
+    noisy_angle = noisy(angle, levels[1], generators)
     return _recorded(noisy_torque, noisy_angle, torque), truth
 
 
@@ -169,9 +169,10 @@ def _integrate(inertia: float, B: FloatArray, K: FloatArray, torque: FloatArray)
     return out
 
 
-def _noisy(
+def noisy(
     signal: FloatArray, snr_db: float | None, generators: list[np.random.Generator]
 ) -> FloatArray:
+    """Signals (T, S) with white noise at a level in dB of power; None: as they are."""
     if snr_db is None:
         return signal
     white = np.stack([g.standard_normal(signal.shape[1]) for g in generators])

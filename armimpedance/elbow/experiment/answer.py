@@ -6,7 +6,8 @@ its angle as the instrument: the subject's own torque, which stands in one of th
 
 1. Results within one standard error of each other, the smaller, or within `SMALL`: it does not
    matter.
-2. Else either is kept whose likelihood (see `likelihood`) is less than `NATS` below the best.
+2. Else either is kept whose likelihood (see `likelihood`) is less than `NATS` below the best, and
+   by as much more as the record departs from a limb of second order.
 3. A device of finite impedance, which answers the limb, is kept beside it unless angle or torque
    alone are as likely within `ALIKE`.
 4. What is reported holds the intervals of all that were kept.
@@ -14,13 +15,14 @@ its angle as the instrument: the subject's own torque, which stands in one of th
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Final, Literal
 
 import numpy as np
 
-from armimpedance.elbow.experiment.hull import hull, middle
-from armimpedance.elbow.experiment.likelihood import Rig, RigFit, most_likely
+from armimpedance.elbow.experiment.hull import hull, middle, shifted
+from armimpedance.elbow.experiment.likelihood import Rig, RigFit, departure, most_likely
 from armimpedance.elbow.result import NAMES, UNITS
 from armimpedance.elbow.stationary.band import Band, Source, band_of, source_of
 from armimpedance.elbow.stationary.estimate import Estimate
@@ -61,22 +63,104 @@ _SAY: Final = (
 
 
 @dataclass(frozen=True, eq=False)
-class Answer:
-    """I, B, K under what was imposed.
+class Way:
+    """I, B, K with one instrument.
 
     Attributes
     ----------
     estimate : Estimate
+    alone : Parameters
+        Of the method by itself, before it was compared with other ways.
     floors, band : Band
         Weighed by the sensors' noise alone, and as used.
-    checks : tuple of Finding
-        What was imposed, and how that is known.
     """
 
     estimate: Estimate
+    alone: Parameters
     floors: Band
     band: Band
-    checks: tuple[Finding, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """What was imposed, and I, B, K accordingly.
+
+    Attributes
+    ----------
+    ways : tuple of Way
+        One, or those among which the record does not choose, the likeliest first.
+    kept : tuple of str
+        What may have been imposed: the ways' instruments, then "both"; empty where it was told,
+        recorded, or does not matter.
+    other : Parameters or None
+        Of a device of finite impedance, where it is kept; else of the angle as instrument, where
+        that does not matter.
+    nats : float
+        By how much more likely the best must be.
+    lead : float
+        By how much more likely it is than the next.
+    """
+
+    ways: tuple[Way, ...]
+    kept: tuple[Rig, ...] = ()
+    other: Parameters | None = None
+    nats: float = 0.0
+    lead: float = 0.0
+
+    @property
+    def gives_way(self) -> bool:
+        """Whether a device of finite impedance alone is kept: no way is its own."""
+        return self.kept == ("both",)
+
+    def parameters(self, found: Sequence[Parameters]) -> Parameters:
+        """I, B, K over all that was kept.
+
+        Parameters
+        ----------
+        found : sequence of Parameters
+            One of each way, after all that is known of it.
+        """
+        if not self.kept:
+            if self.other is None:
+                return found[0]
+            # The angle's result beside what the torque's became.
+            beside = shifted(found[0], self.ways[0].estimate.parameters, self.other)
+            return hull(found[0], [beside], found[0].values)
+        several = self._several(found)
+        return several[0] if len(several) == 1 else hull(several[0], several[1:], middle(several))
+
+    def finding(self, found: Sequence[Parameters]) -> Finding:
+        """What was imposed, and how that is known; `found` as of `parameters`."""
+        if not self.kept and self.other is None:
+            return Finding(_NAME, "ok", _TOLD[self.ways[0].band.source])
+        if not self.kept and self.other is not None:
+            off = np.abs(self.other.values / self.ways[0].estimate.parameters.values - 1).max()
+            message = (
+                "not told; with torque or angle imposed I, B, K differ by "
+                f"{100 * off:.2g} % at most, which the intervals hold"
+            )
+            return Finding(_NAME, "ok", message, f"{100 * SMALL:g} %")
+        if len(self.kept) == 1:
+            message = (
+                f"not told; the record says that {_WHICH[self.kept[0]]} ({self.lead:.0f} nats)"
+            )
+            return Finding(_NAME, "ok", message, f"{self.nats:.0f} nats")
+        limits = [p.interval()[2] for p in self._several(found)]
+        stiffness = [
+            f"K {low:.3g} to {high:.3g} if {_WHICH[rig]}"
+            for rig, (low, high) in zip(self.kept, limits, strict=True)
+        ]
+        why = "" if self.nats < 2 * NATS else ", whose limb departs from I, B and K,"
+        message = (
+            f"not told, and the record{why} does not say what the rig imposes: "
+            f"{', '.join(stiffness)}; the interval holds all of these; {_SAY}"
+        )
+        return Finding(_NAME, "cannot tell", message, f"{self.nats:.0f} nats")
+
+    def _several(self, found: Sequence[Parameters]) -> list[Parameters]:
+        """Of each that was kept."""
+        own = [] if self.gives_way else list(found)
+        return own if self.other is None else [*own, self.other]
 
 
 def answered(prepared: Prepared, method: Method) -> Answer:
@@ -99,19 +183,19 @@ def answered(prepared: Prepared, method: Method) -> Answer:
     source = source_of(prepared.source)
     if source is None:
         return _asked(prepared, method)
-    told = _with(prepared, method, source)
-    return replace(told, checks=(Finding(_NAME, "ok", _TOLD[source]),))
+    return Answer((_with(prepared, method, source),))
 
 
-def _with(prepared: Prepared, method: Method, source: Source) -> Answer:
+def _with(prepared: Prepared, method: Method, source: Source) -> Way:
     floors = band_of(prepared, source)
     band = weighed_band(floors)
     estimate = method.identify(prepared, band)
-    return Answer(with_comparisons(estimate, method, prepared, floors, band), floors, band)
+    compared = with_comparisons(estimate, method, prepared, floors, band)
+    return Way(compared, estimate.parameters, floors, band)
 
 
 def _asked(prepared: Prepared, method: Method) -> Answer:
-    ways: dict[Rig, Answer] = {}
+    ways: dict[Rig, Way] = {}
     failure: Exception | None = None
     limits: tuple[Literal["torque", "angle"], ...] = ("torque", "angle")
     for limit in limits:
@@ -122,32 +206,36 @@ def _asked(prepared: Prepared, method: Method) -> Answer:
     if failure is not None and not ways:
         raise failure
     if len(ways) == 2 and _alike(ways):
-        return _whichever(ways)
-    gives_way = prepared.source.imposed == "both"
-    fits = _fits(band_of(prepared, "torque"))
-    return _of_kept(ways, fits, _kept(fits, gives_way=gives_way))
+        return Answer((ways["torque"],), other=ways["angle"].estimate.parameters)
+    return _likely(prepared, ways)
 
 
-def _alike(ways: dict[Rig, Answer]) -> bool:
+def _alike(ways: dict[Rig, Way]) -> bool:
     """Whether torque and angle as instruments give the same."""
-    one, other = (ways[rig].estimate.parameters for rig in ("torque", "angle"))
+    one, other = (ways[rig].alone for rig in ("torque", "angle"))
     enough = np.maximum(np.minimum(one.sd, other.sd), SMALL * one.values)
     return bool((np.abs(one.values - other.values) <= enough).all())
 
 
-def _whichever(ways: dict[Rig, Answer]) -> Answer:
-    torque, angle = ways["torque"], ways["angle"].estimate.parameters
-    own = torque.estimate.parameters
-    largest = float(np.abs(angle.values / own.values - 1).max())
-    message = (
-        "not told; with torque or angle imposed I, B, K differ by "
-        f"{100 * largest:.2g} % at most, which the intervals hold"
-    )
-    parameters = hull(own, [angle], own.values)
-    return replace(
-        torque,
-        estimate=replace(torque.estimate, parameters=parameters, moved=None),
-        checks=(Finding(_NAME, "ok", message, f"{100 * SMALL:g} %"),),
+def _likely(prepared: Prepared, ways: dict[Rig, Way]) -> Answer:
+    """What the likelihood keeps; a limit that gave no joint is none."""
+    floors = band_of(prepared, "torque")
+    fits = _fits(floors)
+    best = min(fit.nats for fit in fits.values())
+    loss = {rig: fit.nats - best for rig, fit in fits.items()}
+    enough = NATS + departure(floors, fits)
+    ordered = sorted(ways, key=lambda rig: loss[rig])
+    kept: list[Rig] = [rig for rig in ordered if loss[rig] < enough]
+    alone = not kept or prepared.source.imposed == "both"
+    if alone or min(loss["torque"], loss["angle"]) > ALIKE:
+        kept.append("both")
+    like = ways[ordered[0]].alone
+    return Answer(
+        tuple(ways[rig] for rig in kept if rig != "both") or (ways[ordered[0]],),
+        tuple(kept),
+        _parameters(fits["both"], like.dof) if "both" in kept else None,
+        enough,
+        sorted(loss.values())[1],
     )
 
 
@@ -165,48 +253,5 @@ def _fits(floors: Band) -> dict[Rig, RigFit]:
     return {**fits, "both": most_likely(floors, "both", *devices)}
 
 
-def _kept(fits: dict[Rig, RigFit], *, gives_way: bool) -> tuple[Rig, ...]:
-    """The experiments that the record does not exclude, the likeliest first."""
-    best = min(fit.nats for fit in fits.values())
-    loss = {rig: fit.nats - best for rig, fit in fits.items()}
-    kept: list[Rig] = [rig for rig in fits if rig != "both" and loss[rig] < NATS]
-    if gives_way or min(loss["torque"], loss["angle"]) > ALIKE:
-        kept.append("both")
-    return tuple(sorted(kept, key=lambda rig: loss[rig]))
-
-
-def _of_kept(ways: dict[Rig, Answer], fits: dict[Rig, RigFit], kept: tuple[Rig, ...]) -> Answer:
-    nearest = min(ways, key=lambda rig: fits[rig].nats)
-    base = ways[nearest]
-    own = base.estimate.parameters
-    several = [
-        ways[rig].estimate.parameters if rig in ways else _parameters(fits[rig], own)
-        for rig in kept
-    ]
-    check = _check(fits, kept, several)
-    if len(kept) == 1 and kept[0] in ways:
-        return replace(ways[kept[0]], checks=(check,))
-    parameters = hull(own if nearest in kept else several[0], several, middle(several))
-    estimate = replace(base.estimate, parameters=parameters, moved=None)
-    return replace(base, estimate=estimate, checks=(check,))
-
-
-def _parameters(fit: RigFit, like: Parameters) -> Parameters:
-    return Parameters(NAMES, UNITS, fit.values, fit.covariance, "fisher", like.dof)
-
-
-def _check(fits: dict[Rig, RigFit], kept: tuple[Rig, ...], several: list[Parameters]) -> Finding:
-    best = min(fit.nats for fit in fits.values())
-    if len(kept) == 1:
-        second = min(fit.nats for rig, fit in fits.items() if rig != kept[0]) - best
-        message = f"not told; the record says that {_WHICH[kept[0]]} ({second:.0f} nats)"
-        return Finding(_NAME, "ok", message, f"{NATS:g} nats")
-    stiffness = [
-        f"K {p.interval()[2, 0]:.3g} to {p.interval()[2, 1]:.3g} if {_WHICH[rig]}"
-        for rig, p in zip(kept, several, strict=True)
-    ]
-    message = (
-        "not told, and the record does not say what the rig imposes: "
-        f"{', '.join(stiffness)}; the interval holds all of these; {_SAY}"
-    )
-    return Finding(_NAME, "cannot tell", message, f"{NATS:g} nats")
+def _parameters(fit: RigFit, dof: float) -> Parameters:
+    return Parameters(NAMES, UNITS, fit.values, fit.covariance, "fisher", dof)

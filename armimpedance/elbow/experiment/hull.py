@@ -40,3 +40,14 @@ def middle(several: Sequence[Parameters]) -> FloatArray:
     values = np.array([p.values for p in several])
     centre = (limits[..., 0].min(axis=0) + limits[..., 1].max(axis=0)) / 2
     return np.clip(centre, values.min(axis=0), values.max(axis=0))
+
+
+def shifted(found: Parameters, one: Parameters, other: Parameters) -> Parameters:
+    """What `found`, which was made of `one`, would be had it been made of `other`."""
+    scale = np.maximum(other.sd / one.sd, 1.0)
+    # C' (p, p) = diag(scale) C diag(scale)
+    return replace(
+        found,
+        values=found.values + other.values - one.values,
+        covariance=found.covariance * np.outer(scale, scale),
+    )

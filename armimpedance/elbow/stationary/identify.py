@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import Final
 
 from armimpedance.elbow.checks import check_samples, check_snr
-from armimpedance.elbow.experiment.answer import answered
+from armimpedance.elbow.experiment.answer import Answer, answered
 from armimpedance.elbow.result import ElbowFit
 from armimpedance.elbow.samples import JointSamples
 from armimpedance.elbow.snr import spectra_of
@@ -17,8 +19,15 @@ from armimpedance.elbow.stationary.preparation import Cutoff, Decimation, prepar
 from armimpedance.elbow.stationary.table import METHODS
 from armimpedance.elbow.stationary.weights import weighed_band
 from armimpedance.errors import InputError
-from armimpedance.findings import warnings_of
+from armimpedance.findings import Finding, warnings_of
 from armimpedance.regression import Parameters
+
+_NOT_LOOKED_FOR: Final = Finding(
+    "reflex",
+    "cannot tell",
+    "late answers and skew were not looked for: that takes an imposed angle or torque, or a "
+    "recorded command",
+)
 
 
 def identify_elbow(
@@ -70,11 +79,24 @@ def identify_elbow(
     check_snr(spectra.snr, chosen.lowest_snr_db, chosen.name)
     prepared = prepare(samples, spectra, cutoff_hz, decimation, lowest_hz)
     answer = answered(prepared, chosen)
-    fit = diagnosed(answer.estimate, chosen, prepared, answer.floors, answer.band)
+    fits = [diagnosed(w.estimate, chosen, prepared, w.floors, w.band) for w in answer.ways]
+    return _concluded(answer, fits)
+
+
+def _concluded(answer: Answer, fits: Sequence[ElbowFit]) -> ElbowFit:
+    """The likeliest way's fit, with I, B, K over all ways that the record does not exclude."""
+    found = [fit.parameters for fit in fits]
+    imposed, fit = answer.finding(found), fits[0]
+    checks, told = fit.checks, warnings_of(fit.checks)
+    warnings = tuple(sentence for sentence in fit.warnings if sentence not in told)
+    if answer.gives_way:
+        # No instrument was right: what was looked for with one says nothing.
+        checks, warnings = (_NOT_LOOKED_FOR,), ()
     return replace(
         fit,
-        checks=(*answer.checks, *fit.checks),
-        warnings=(*warnings_of(answer.checks), *fit.warnings),
+        parameters=answer.parameters(found),
+        checks=(imposed, *checks),
+        warnings=(*warnings_of((imposed, *checks)), *warnings),
     )
 
 

@@ -4,16 +4,19 @@ Both come from the same blocks of the same record, so most of their errors are c
 what every block moved it by; the difference of these has the covariance of the difference (J. A.
 Hausman, Econometrica 46, 1978, with blocks for the variance). Two pairs are compared:
 
-- Output error against instruments from the device's perturbation. The device reacts to what the
-  subject pushes, so the measured torque holds it, and output error takes it for a cause of the
-  motion. It is not made to use the perturbation: it would then be the instruments once more.
-- Weights of the residual against weights of the sensors' floors. A joint of second order gives
-  the same under both; one whose stiffness depends on the frequency does not.
+- Output error against instruments from the device's perturbation or command. The device reacts to
+  what the subject pushes, so the measured torque holds it, and output error takes it for a cause of
+  the motion. It is not made to use what the device was told: it would then be the instruments once
+  more.
+- Weights of the residual against weights of the sensors' floors, or, where the angle is imposed,
+  against a torque whose noise is white: the subject's own torque is there by nature. A joint of
+  second order gives the same under both; one whose stiffness depends on the frequency does not.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -60,22 +63,33 @@ def with_comparisons(
     floors, band : Band
         Weights of the sensors alone, and those used.
     """
-    if method.name == "output-error" and prepared.source.perturbation is not None:
+    if method.name == "output-error" and band.source in ("perturbation", "command"):
         estimate = _compared(
             estimate,
             lambda: METHODS["iv"].identify(prepared, band),
-            "method iv, from the device's perturbation, finds {}: the measured torque reacts to "
+            "method iv, from what the device was told, finds {}: the measured torque reacts to "
             "what the subject pushes, which biases output error; take iv",
         )
     if method.name != "arx" and band is not floors:
+        imposed = band.source == "angle"
+        by = "white noise" if imposed else "the sensors' noise"
+        other = _white(band) if imposed else floors
         estimate = _compared(
             estimate,
-            lambda: method.identify(prepared, floors),
-            "weighed by the sensors' noise alone the record gives {}: a stiffness that depends on "
+            lambda: method.identify(prepared, other),
+            f"weighed by {by} alone "
+            "the record gives {}: a stiffness that depends on "
             "the frequency (a reflex), or the subject's answer in the torque; compare bands "
             "(lowest and cut-off frequency)",
         )
     return estimate
+
+
+def _white(band: Band) -> Band:
+    """The band whose torque has as much noise, white."""
+    level = float(np.concatenate([bins.torque_noise for bins in band.trials]).mean())
+    whites = (replace(b, torque_noise=np.full(len(b.s), level)) for b in band.trials)
+    return replace(band, trials=tuple(whites))
 
 
 def _compared(estimate: Estimate, other_way: Callable[[], Estimate], sentence: str) -> Estimate:
