@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from types import NoneType, UnionType
-from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
+from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 
@@ -84,6 +84,11 @@ def _read(hint: Any, value: Any, where: str) -> Any:
         return _tuple(get_args(hint), value, where)
     if hint in (FloatArray, IntArray):
         return _array(hint, value, where)
+    if get_origin(hint) is Literal:
+        if value not in get_args(hint):
+            allowed = ", ".join(map(str, get_args(hint)))
+            raise InputError(f"{value!r:.40}", column=where, expected=allowed)
+        return value
     if is_dataclass(hint):
         return from_plain(hint, value, where)  # type: ignore[arg-type]
     return _single(hint, value, where)

@@ -149,8 +149,10 @@ class SolvedEquations:
     theta : (p,)
         ``K_0`` (3), ``c_ik`` (m N), and with torque ``tau_0`` (2), e_i (m), the common e.
     covariance : (p, p)
+    activation : (P, m)
+        Of largest likelihood.
     design, weight : (P, r, p), (P, r, r)
-        Regressors at the fitted activations, and L^-1 of each condition's covariance L L^T.
+        Regressors at these activations, and L^-1 of each condition's covariance L L^T.
     target : (P, r)
         What `design` is fitted to: outputs less the part that the activations' errors made.
     prior : (., p)
@@ -161,6 +163,7 @@ class SolvedEquations:
 
     theta: FloatArray
     covariance: FloatArray
+    activation: FloatArray
     design: FloatArray
     weight: FloatArray
     target: FloatArray
@@ -207,7 +210,7 @@ def solve_equations(
         # y = X(at) theta + J (measured - at), linear about the current activations
         target = y - np.einsum("prm,pm->pr", J, equations.activation - at)
         now = SolvedEquations(
-            theta, np.eye(X.shape[-1]), X, weight, target, equations.prior, factor
+            theta, np.eye(X.shape[-1]), at, X, weight, target, equations.prior, factor
         )
         Xw, yw = now.whitened
         theta = least_squares_in(Xw, yw, cone, equations.n_free)

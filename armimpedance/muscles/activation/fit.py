@@ -15,6 +15,7 @@ from armimpedance.muscles.activation.bernstein import increments, to_powers
 from armimpedance.muscles.activation.checks import check_rows
 from armimpedance.muscles.activation.design import muscle_patterns
 from armimpedance.muscles.activation.equations import ActivationEquations, solve_equations
+from armimpedance.muscles.activation.misfit import misfit_of
 from armimpedance.muscles.activation.model import ActivationModel
 from armimpedance.muscles.activation.quality import activation_quality
 from armimpedance.muscles.activation.rank import activation_rank
@@ -118,7 +119,14 @@ def fit_activation_model(
         quality += activation_quality(symbol, equations, one, cone, seed)
         steps.step()
     K, B = solved
-    return activation_result(kind.name, arm, q, (of_K, of_B), (K, B), rank, tuple(quality))
+    G = arm.paths.moment_arms(q)
+    misfits = misfit_of(of_K, K, G), misfit_of(of_B, B, G)
+    # a bounded solution stays where it is: its intervals alone become wider
+    K, B = (
+        misfit.allowed_for(one, moved=not kind.bounded)
+        for one, misfit in zip((K, B), misfits, strict=True)
+    )
+    return activation_result(kind.name, arm, q, (of_K, of_B), (K, B), rank, tuple(quality), misfits)
 
 
 def _kappa(arm: MuscularArm, asked: float | str | None, *, torque: bool) -> float:

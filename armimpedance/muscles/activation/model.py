@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -43,6 +44,9 @@ class ActivationModel(FittedModel):
         ``K_0`` (ss, se, ee; Nm/rad), then ``c_ik`` muscle by muscle (N/m). The split of K_0
         between muscles is not identifiable and not here.
     stiffness_covariance, viscosity_covariance : (3 + m N, 3 + m N)
+        For the matrices that the muscles make together.
+    muscle_covariance : (m N, m N)
+        Of ``c_ik`` for single muscles: wider where moment arms or the law were found to be wrong.
     dof : float
         Degrees of freedom of the t distribution for intervals.
     activation_range : (m, 2)
@@ -68,6 +72,7 @@ class ActivationModel(FittedModel):
     viscosity: Annotated[FloatArray, "p"]
     stiffness_covariance: Annotated[FloatArray, "p p"]
     viscosity_covariance: Annotated[FloatArray, "p p"]
+    muscle_covariance: Annotated[FloatArray, "a a"]
     dof: float
     activation_range: Annotated[FloatArray, "m 2"]
     leverage: Annotated[FloatArray, "p p"]
@@ -132,10 +137,24 @@ class ActivationModel(FittedModel):
         """Standard errors (P, m) of `muscle_stiffness`."""
         alpha = checked_activation(activation, self.muscles)
         m, N = len(self.muscles), self.order
-        C = self.stiffness_covariance[3:, 3:].reshape(m, N, m, N)
+        C = self.muscle_covariance.reshape(m, N, m, N)
         own = np.einsum("ikil->ikl", C)
         x = powers(alpha, N)
         return np.sqrt(np.einsum("pik,ikl,pil->pi", x, own, x))
+
+    @classmethod
+    def from_plain(cls, plain: Mapping[str, Any]) -> ActivationModel:
+        """The model that `as_plain` wrote; files from before `muscle_covariance` are read too.
+
+        Raises
+        ------
+        InputError
+            A field is missing, unknown or not what it should be.
+        """
+        if "muscle_covariance" not in plain and "stiffness_covariance" in plain:
+            active = [row[3:] for row in plain["stiffness_covariance"][3:]]
+            plain = {**plain, "muscle_covariance": active}
+        return super().from_plain(plain)
 
     def _reasons(self, alpha: FloatArray, X: FloatArray) -> tuple[str, ...]:
         low, high = self.activation_range.T

@@ -6,9 +6,11 @@ import numpy as np
 
 from armimpedance.arm import MuscularArm
 from armimpedance.arrays import FloatArray
+from armimpedance.findings import Finding, warnings_of
 from armimpedance.muscles.activation.checks import falling_muscles, unpredicted
 from armimpedance.muscles.activation.design import column_names
 from armimpedance.muscles.activation.equations import ActivationEquations, SolvedEquations
+from armimpedance.muscles.activation.misfit import Misfit
 from armimpedance.muscles.activation.model import ActivationModel, leverages
 from armimpedance.muscles.activation.rank import ActivationRank
 from armimpedance.muscles.quality import ElementQuality, explained
@@ -23,6 +25,7 @@ def activation_result(
     solved: tuple[SolvedEquations, SolvedEquations],
     rank: ActivationRank,
     quality: tuple[ElementQuality, ...],
+    misfits: tuple[Misfit, Misfit],
 ) -> ActivationModel:
     """The model of solved equations of K and B at the posture q (2,)."""
     of_K, of_B = equations
@@ -33,7 +36,14 @@ def activation_result(
     alpha = of_K.activation
     reach = np.stack([alpha.min(axis=0), alpha.max(axis=0)], axis=1)
     falling = falling_muscles(K.theta, reach, arm.paths.muscles, of_K)
-    warnings = (*rank.warnings, *falling, *unpredicted(quality))
+    checks = tuple(
+        misfit.finding(symbol, _doubt(one.theta[3:n], one.covariance[3:n, 3:n]))
+        for symbol, misfit, one in zip("KB", misfits, solved, strict=True)
+    )
+    warnings = (*rank.warnings, *falling, *unpredicted(quality), *warnings_of(checks))
+    alone = tuple(
+        m.muscle_covariance(one.covariance) for m, one in zip(misfits, solved, strict=True)
+    )
     return ActivationModel(
         model=name,
         order=of_K.order,
@@ -45,14 +55,15 @@ def activation_result(
         stiffness_per_tension=of_K.stiffness_per_tension,
         stiffness=K.theta[:n],
         viscosity=B.theta,
-        stiffness_covariance=K.covariance[:n, :n],
-        viscosity_covariance=B.covariance,
+        stiffness_covariance=misfits[0].matrix_covariance(K.covariance)[:n, :n],
+        viscosity_covariance=misfits[1].matrix_covariance(B.covariance),
+        muscle_covariance=alone[0][3:n, 3:n],
         dof=_dof(of_K, K),
         activation_range=reach,
         leverage=leverage,
         leverage_limit=float(leverages(X, leverage).max()),
         quality=quality,
-        summary=_summary(name, arm.paths.muscles, equations, solved, rank, warnings),
+        summary=_summary(name, arm.paths.muscles, equations, solved, alone, rank, warnings, checks),
     )
 
 
@@ -61,6 +72,11 @@ def _inverse_gram(X: FloatArray) -> FloatArray:
     length = np.linalg.norm(X, axis=0)
     R = np.linalg.inv(np.linalg.qr(X / length, mode="r")) / length[:, None]
     return np.asarray(R @ R.T)
+
+
+def _doubt(c: FloatArray, covariance: FloatArray) -> float:
+    """Relative standard error of a muscle's coefficients, the median."""
+    return float(np.median(np.sqrt(np.diag(covariance)) / np.maximum(np.abs(c), 1e-300)))
 
 
 def _dof(equations: ActivationEquations, solved: SolvedEquations) -> float:
@@ -72,11 +88,17 @@ def _summary(
     muscles: tuple[str, ...],
     equations: tuple[ActivationEquations, ActivationEquations],
     solved: tuple[SolvedEquations, SolvedEquations],
+    covariances: tuple[FloatArray, ...],
     rank: ActivationRank,
     warnings: tuple[str, ...],
+    checks: tuple[Finding, ...],
 ) -> FitSummary:
     of_K, N = equations[0], equations[0].order
-    parameters = [p for i in (0, 1) for p in _parameters("KB"[i], muscles, equations[i], solved[i])]
+    parameters = [
+        p
+        for symbol, e, one, C in zip("KB", equations, solved, covariances, strict=True)
+        for p in _parameters(symbol, muscles, e, one, C)
+    ]
     measured = of_K.outputs[:, :3]
     X = of_K.columns(of_K.activation)[:, :3]
     r2, vaf = explained(measured, X @ solved[0].theta[: X.shape[-1]])
@@ -90,11 +112,16 @@ def _summary(
         vaf=vaf,
         parameters=tuple(parameters),
         warnings=warnings,
+        checks=checks,
     )
 
 
 def _parameters(
-    symbol: str, muscles: tuple[str, ...], equations: ActivationEquations, solved: SolvedEquations
+    symbol: str,
+    muscles: tuple[str, ...],
+    equations: ActivationEquations,
+    solved: SolvedEquations,
+    covariance: FloatArray,
 ) -> Parameters:
     """Coefficients of K or B, then those of the torque where it was fitted."""
     second = "" if symbol == "K" else "s"
@@ -106,5 +133,5 @@ def _parameters(
     if equations.free_proportion:
         names, units = [*names, "tension_factor"], [*units, "1"]
     return Parameters(
-        tuple(names), tuple(units), solved.theta, solved.covariance, dof=_dof(equations, solved)
+        tuple(names), tuple(units), solved.theta, covariance, dof=_dof(equations, solved)
     )
