@@ -84,9 +84,10 @@ def is_exam_file(path: Path) -> bool:
         groups = read_groups(data, str(path), (data[0] - 1) * BLOCK) if is_c3d(data) else {}
     except (OSError, InputError):
         return False
-    return _is_shared(groups) or (
-        "TRIAL" in groups and {"Right_Hand", "Left_Hand"} <= {*texts_of(groups, "POINT", "LABELS")}
-    )
+    # Motion capture has a group TRIAL as well, but more points than two hands.
+    points = {*texts_of(groups, "POINT", "LABELS")}
+    hands = bool(points) and points <= {"Right_Hand", "Left_Hand"}
+    return _is_shared(groups) or (hands and "TRIAL" in groups)
 
 
 def _is_shared(groups: Groups) -> bool:

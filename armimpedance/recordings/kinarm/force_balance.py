@@ -8,27 +8,21 @@ one of the two balances and the other does not; a factor beside F tells the unit
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Annotated, Final, Literal
+from dataclasses import dataclass
+from typing import Final, Literal
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, FrozenRecord, IntArray
+from armimpedance.arrays import FloatArray
 from armimpedance.findings import Finding
 from armimpedance.recordings.c3d_file import C3DFile
-from armimpedance.recordings.kinarm.channels import FRICTION, channels, force_labels, link_labels
-from armimpedance.recordings.kinarm.dynamics import LinkInertias, hand_torque, link_inertias
+from armimpedance.recordings.kinarm.channels import link_labels
+from armimpedance.recordings.kinarm.dynamics import link_inertias
+from armimpedance.recordings.kinarm.link_torques import FRAMES, LinkTorques, columns, link_torques
 from armimpedance.recordings.kinarm.robot import Robot
-from armimpedance.signals import spline_kernels
 
 ForceBy = Literal["limb", "device"]
 
-#: Support of the smoothing of all torques alike, s: the links move below some 20 Hz.
-SMOOTHED_S: Final = 0.06
-#: One sample in so much time is looked at; between them the smoothed torques do not change, s.
-STEP_S: Final = 0.005
-#: A link that turns slower than this may stick, rad/s.
-MOVING_RAD_S: Final = 0.03
 #: Less movement than this says nothing, s.
 SHORTEST_S: Final = 0.2
 #: How far an inertia may be from the stated one: what is bolted to a link is not in the file.
@@ -41,14 +35,16 @@ WELL_BALANCED: Final = 0.05
 CLEARLY_WORSE: Final = 3.0
 #: At least this part of the trials must say the same.
 AGREEING: Final = 0.8
+#: Fewer pushes go in too few directions to show the sensor's axes.
+TRIALS_FOR_AXES: Final = 4
 #: Motors that do less than this beside the links' inertia (mean square) show nothing: where another
 #: motor moved the links, the limb's inertia would look like the device's force.
 MOTORS_COUNT: Final = 0.05
 #: A factor beyond which the force is in another unit, or the sensor's calibration is off.
 SCALE_FACTOR: Final = 1.5
 
-#: Below this speed friction is not yet full, rad/s.
-_CREEP_RAD_S: Final = 0.05
+#: The weights of a force that is in the axes of the hand.
+_AS_IT_IS: Final = np.array([1.0, 0.0, 0.0, 0.0])
 
 
 @dataclass(frozen=True)
@@ -63,22 +59,14 @@ class Balance:
         The numbers that show it; where it cannot be told, why not.
     scale : float or None
         Newtons per unit of the channel, as the motors show it; None where noise hides it.
+    axes : str
+        How the hand's force stands in the sensor's channels, where those are other axes.
     """
 
     force_by: ForceBy | None
     evidence: str
     scale: float | None = None
-
-
-@dataclass(frozen=True)
-class _Torques(FrozenRecord):
-    """Smoothed torques of moving links, N samples of 2 axes, Nm, and each sample's trial."""
-
-    inertial: Annotated[FloatArray, "N 2"]
-    motor: Annotated[FloatArray, "N 2"]
-    hand: Annotated[FloatArray, "N 2"]
-    velocity: Annotated[FloatArray, "N 2"]
-    trial: Annotated[IntArray, "N"]
+    axes: str = ""
 
 
 def force_balance(files: Sequence[C3DFile], common: C3DFile, robot: Robot) -> Balance:
@@ -100,163 +88,114 @@ def force_balance(files: Sequence[C3DFile], common: C3DFile, robot: Robot) -> Ba
     needed = (*motors, *link_labels(robot.side))
     if any(label not in c3d.analog_labels for label in needed for c3d in files):
         return Balance(None, "the motors' torques or the links' angles were not recorded")
-    commanded = [_columns(c3d, motors) for c3d in files]
+    commanded = [columns(c3d, motors) for c3d in files]
     if not all(np.isfinite(each).all() for each in commanded):
         return Balance(None, "the motors' torques are not finite")
     if not any(each.any() for each in commanded):
         return Balance(None, "the motors' torques are zero throughout")
-    torques = _torques(files, motors, inertias, robot)
-    moving_s = 0.0 if torques is None else len(torques.trial) * STEP_S
+    torques = link_torques(files, motors, inertias, robot)
+    moving_s = 0.0 if torques is None else torques.moving_s
     if torques is None or moving_s < SHORTEST_S:
         text = f"the robot moves for {moving_s:.2g} s only, of {SHORTEST_S:g} s needed"
         return Balance(None, text)
-    return _judged(torques)
+    return _judged(torques.without_friction())
 
 
-def _columns(c3d: C3DFile, labels: Sequence[str]) -> FloatArray:
-    """Channels of one trial as they are, finite or not, (F, len(labels))."""
-    return c3d.analog[:, [c3d.analog_labels.index(label) for label in labels]]
-
-
-def _torques(
-    files: Sequence[C3DFile], motors: Sequence[str], inertias: LinkInertias, robot: Robot
-) -> _Torques | None:
-    """The torques of all trials where the links move; None where they never do."""
-    friction = tuple(f"{robot.side.title()}_{name}" for name in FRICTION)
-    if any(label not in c3d.analog_labels for label in friction for c3d in files):
-        friction = ()
-    kernels = spline_kernels(SMOOTHED_S, files[0].rate_hz)
-    step = max(1, round(STEP_S * files[0].rate_hz))
-    parts: list[tuple[FloatArray, ...]] = []
-    trial: list[int] = []
-    for number, c3d in enumerate(files):
-        if c3d.frames <= 2 * kernels.half:
-            continue
-        links = channels([c3d], *link_labels(robot.side))
-        force = channels([c3d], *force_labels(robot.side))
-        motor = _columns(c3d, motors)
-        if friction:
-            motor = motor + np.nan_to_num(_columns(c3d, friction))
-        angle, velocity, acceleration = (
-            _filtered(links, w, step) for w in (kernels.smooth, kernels.first, kernels.second)
-        )
-        moves = (np.abs(velocity) > MOVING_RAD_S).any(axis=1)
-        inertial = inertias.torque(angle, velocity, acceleration)
-        pushed = _filtered(motor, kernels.smooth, step)
-        hand = _filtered(hand_torque(links, robot, force), kernels.smooth, step)
-        parts.append(tuple(each[moves] for each in (inertial, pushed, hand, velocity)))
-        trial += [number] * int(moves.sum())
-    if not trial:
-        return None
-    inertial, pushed, hand, velocity = (np.concatenate(each) for each in zip(*parts, strict=True))
-    return _Torques(inertial, pushed, hand, velocity, np.array(trial))
-
-
-def _filtered(signal: FloatArray, weights: FloatArray, step: int) -> FloatArray:
-    """Signals (F, 2) through a kernel, where it fits in, every `step` samples."""
-    columns = [np.correlate(column, weights, "valid")[::step] for column in signal.T]
-    return np.column_stack(columns)
-
-
-def _judged(torques: _Torques) -> Balance:
-    """Which sign balances, and the factor beside the force."""
-    free = _without_friction(torques)
-    share = {scale: _unbalanced(free, scale) for scale in (1.0, -1.0)}
-    winner = min(share, key=lambda scale: share[scale].mean())
-    if (free.motor**2).sum() < MOTORS_COUNT * (free.inertial**2).sum():
+def _judged(torques: LinkTorques) -> Balance:
+    """Which sign balances, and the factor beside the force, of torques without friction."""
+    if (torques.motor**2).sum() < MOTORS_COUNT * (torques.inertial**2).sum():
         return Balance(None, "the motors do hardly anything beside the links' inertia")
-    factor: float | None = _factor(free)
+    share = {scale: _unbalanced(torques, scale * _AS_IT_IS) for scale in (1.0, -1.0)}
+    winner = min(share, key=lambda scale: share[scale])
+    plain = share[winner]
+    factor: float | None = float(_weights(torques, 1)[0])
     if factor is not None and _other_unit(factor):
         # A noisy sensor shows a small factor as well, but with it the torques balance no better.
-        scaled = {scale: _unbalanced(free, scale) for scale in (factor, -factor)}
-        plain = share[winner].mean()
-        if plain > WELL_BALANCED and CLEARLY_WORSE * scaled[factor].mean() < plain:
+        scaled = {scale: _unbalanced(torques, scale * _AS_IT_IS) for scale in (factor, -factor)}
+        if _explains(scaled[factor], plain):
             share, winner = scaled, factor
         else:
             factor = None
-    worse = share[-winner].mean() / share[winner].mean()
-    agree = _agreeing(free, winner)
-    evidence = f"{_equation(free)}; {_shares(share, winner)}"
-    if share[winner].mean() > UNBALANCED:
+    evidence = f"{_equation(torques)}; {_shares(share, winner)}"
+    agree, n_trials = _agreeing(torques, winner), len(np.unique(torques.trial))
+    turned = _weights(torques, 4)
+    left = _unbalanced(torques, turned)
+    mostly = np.linalg.norm(turned[1:]) > abs(turned[0])
+    explained = _explains(left, share[winner]) or (mostly and _explains(left, plain))
+    if explained and n_trials >= TRIALS_FOR_AXES:
+        return Balance(None, f"its axes are not those of the hand: {evidence}", axes=_axes(turned))
+    if share[winner] > UNBALANCED:
         return Balance(None, f"the robot's torques do not balance with either sign: {evidence}")
-    if worse < CLEARLY_WORSE:
+    if share[-winner] < CLEARLY_WORSE * share[winner]:
         return Balance(None, f"both signs balance alike: {evidence}")
-    n_trials = len(np.unique(torques.trial))
     evidence += f"; so say {agree} of {n_trials} trials"
     if agree < AGREEING * n_trials:
         return Balance(None, f"the trials contradict each other: {evidence}")
     return Balance("limb" if winner > 0 else "device", evidence, factor)
 
 
+def _explains(left: float, plain: float) -> bool:
+    """Whether more freedom leaves so much less over that friction and noise cannot be why."""
+    return plain > WELL_BALANCED and CLEARLY_WORSE * left < plain
+
+
 def _other_unit(factor: float) -> bool:
     return not 1 / SCALE_FACTOR < abs(factor) < SCALE_FACTOR
 
 
-def _without_friction(torques: _Torques) -> _Torques:
-    """The torques after what is constant, dry or viscous in each axis is projected out."""
-    bases = []
-    for speed in torques.velocity.T:
-        columns = np.column_stack([np.ones_like(speed), np.tanh(speed / _CREEP_RAD_S), speed])
-        bases.append(np.linalg.qr(columns)[0])
-
-    def projected(torque: FloatArray) -> FloatArray:
-        # Each axis (N,) less its part in the span of that axis' basis (N, 3).
-        axes = zip(torque.T, bases, strict=True)
-        return np.column_stack([each - basis @ (basis.T @ each) for each, basis in axes])
-
-    return replace(
-        torques,
-        inertial=projected(torques.inertial),
-        motor=projected(torques.motor),
-        hand=projected(torques.hand),
-    )
-
-
-def _residual(torques: _Torques, scale: float) -> FloatArray:
-    """motors + scale J^T F - g inertial torque, (N, 2), each axis with its own best g."""
-    pushed = torques.motor + scale * torques.hand
+def _residual(torques: LinkTorques, weights: FloatArray) -> FloatArray:
+    """motors + J^T F - g inertial torque, (N, 2), each axis with its own best g; F by `weights`."""
+    # hand (N, 2, 4) times the weights of the frames (4,).
+    pushed = torques.motor + torques.hand @ weights
     size = (torques.inertial**2).sum(axis=0)
     along = (pushed * torques.inertial).sum(axis=0)
     g = np.clip(along / np.where(size > 0, size, 1.0), *INERTIA_FACTOR)
     return pushed - g * torques.inertial
 
 
-def _unbalanced(torques: _Torques, scale: float) -> FloatArray:
-    """The part of each axis' mean square that is left over, (2,)."""
-    parts = (torques.motor, scale * torques.hand, torques.inertial)
+def _unbalanced(torques: LinkTorques, weights: FloatArray) -> float:
+    """The part of the mean square that is left over, the mean of both axes."""
+    parts = (torques.motor, torques.hand @ weights, torques.inertial)
     whole = sum((part**2).mean(axis=0) for part in parts)
-    left = (_residual(torques, scale) ** 2).mean(axis=0)
-    return np.asarray(left / np.where(whole > 0, whole, 1.0))
+    left = (_residual(torques, weights) ** 2).mean(axis=0)
+    return float((left / np.where(whole > 0, whole, 1.0)).mean())
 
 
-def _agreeing(torques: _Torques, scale: float) -> int:
+def _agreeing(torques: LinkTorques, scale: float) -> int:
     """How many trials are balanced better with this sign than with the other."""
-    squares = [(_residual(torques, s) ** 2).sum(axis=1) for s in (scale, -scale)]
+    squares = [(_residual(torques, s * _AS_IT_IS) ** 2).sum(axis=1) for s in (scale, -scale)]
     sums = [np.bincount(torques.trial, weights=each) for each in squares]
     seen = np.bincount(torques.trial) > 0
     return int((sums[0] < sums[1])[seen].sum())
 
 
-def _factor(torques: _Torques) -> float:
-    """The factor k in motors = g inertial - k J^T F."""
-    zero = np.zeros_like(torques.inertial[:, 0])
-    # [inertial_1  0  J^T F_1; 0  inertial_2  J^T F_2] (2 N, 3) times (g1, g2, -k) (3,) = motors
-    # (2 N,), by least squares.
+def _weights(torques: LinkTorques, frames: int) -> FloatArray:
+    """Weights (4,) of the first frames that the motors show: motors = g inertial - J^T F."""
+    zero = np.zeros((len(torques.inertial), 1))
+    # [inertial_1  0  hand_1; 0  inertial_2  hand_2] (2 N, 2 + frames) times (g1, g2, -weights)
+    # (2 + frames,) = motors (2 N,), by least squares.
     columns = np.block(
         [
-            [torques.inertial[:, :1], zero[:, None], torques.hand[:, :1]],
-            [zero[:, None], torques.inertial[:, 1:], torques.hand[:, 1:]],
+            [torques.inertial[:, :1], zero, torques.hand[:, 0, :frames]],
+            [zero, torques.inertial[:, 1:], torques.hand[:, 1, :frames]],
         ]
     )
     found = np.linalg.lstsq(columns, torques.motor.T.ravel(), rcond=None)[0]
-    return float(-found[2])
+    return np.append(-found[2:], np.zeros(4 - frames))
 
 
-def _equation(torques: _Torques) -> str:
+def _axes(weights: FloatArray) -> str:
+    """The force on the robot in the sensor's axes."""
+    # weights (4,) times frames (4, 2, 2).
+    (xx, xy), (yx, yy) = np.tensordot(weights, FRAMES, axes=1)
+    return f"Fx = {xx:+.2f} X {xy:+.2f} Y, Fy = {yx:+.2f} X {yy:+.2f} Y"
+
+
+def _equation(torques: LinkTorques) -> str:
     """The torques of each link as an equation, fitted freely."""
     texts = []
     for axis in (0, 1):
-        columns = np.column_stack([torques.motor[:, axis], torques.hand[:, axis]])
+        columns = np.column_stack([torques.motor[:, axis], torques.hand[:, axis, 0]])
         # [motors  J^T F] (N, 2) times (a, b) (2,) = inertial torque (N,), by least squares.
         a, b = np.linalg.lstsq(columns, torques.inertial[:, axis], rcond=None)[0]
         sign = "-" if b < 0 else "+"
@@ -264,10 +203,9 @@ def _equation(torques: _Torques) -> str:
     return f"inertial torque = {', '.join(texts)}"
 
 
-def _shares(share: dict[float, FloatArray], winner: float) -> str:
-    told = {scale: 100 * part.mean() for scale, part in share.items()}
+def _shares(share: dict[float, float], winner: float) -> str:
     names = {True: "by the limb", False: "by the device"}
-    first, second = (f"{names[s > 0]} {told[s]:.2g} %" for s in (winner, -winner))
+    first, second = (f"{names[s > 0]} {100 * share[s]:.2g} %" for s in (winner, -winner))
     return f"unbalanced {first}, {second}"
 
 
@@ -275,7 +213,8 @@ def force_findings(told: ForceBy | None, balance: Balance) -> list[Finding]:
     """What the balance says of the sign and of the unit, beside what the user told."""
     if balance.force_by is None:
         text = f"as told, by the {told}; it cannot be held against the robot: {balance.evidence}"
-        return [Finding("force sign", "cannot tell", text)]
+        sign = Finding("force sign", "cannot tell", text)
+        return [sign, *_axes_findings(balance)]
     if told is None or told == balance.force_by:
         text = f"by the {balance.force_by}{'' if told is None else ', as told'}: {balance.evidence}"
         sign = Finding("force sign", "ok", text)
@@ -286,6 +225,16 @@ def force_findings(told: ForceBy | None, balance: Balance) -> list[Finding]:
         )
         sign = Finding("force sign", "warning", text)
     return [sign, *_scale_findings(balance)]
+
+
+def _axes_findings(balance: Balance) -> list[Finding]:
+    if not balance.axes:
+        return []
+    text = (
+        f"the robot's torques balance with {balance.axes} of the sensor's X and Y: the sensor is "
+        "turned, or its axes are swapped or mirrored; nothing was changed"
+    )
+    return [Finding("force axes", "warning", text)]
 
 
 def _scale_findings(balance: Balance) -> list[Finding]:

@@ -16,7 +16,12 @@ FORMAT: Final = "armimpedance-recording"
 VERSION: Final = 1
 
 #: The longest that a person's measures can be; a larger one was given in mm or cm.
-LARGEST_LENGTH_M: Final = {"height_m": 3.0, "upper_arm_m": 1.0, "forearm_hand_m": 1.0}
+LARGEST_LENGTH_M: Final = {
+    "height_m": 3.0,
+    "upper_arm_m": 1.0,
+    "forearm_hand_m": 1.0,
+    "length_sd_m": 0.1,
+}
 
 #: Gravity's part in the plane of a robot is at most this, m/s^2; a larger one has another unit.
 LARGEST_GRAVITY_M_S2: Final = 9.9
@@ -180,9 +185,7 @@ def subject_of(fields: Fields) -> Subject:
     name = value.get("id", Subject.id)
     if isinstance(name, bool) or not isinstance(name, str | int):
         raise inner.wrong("id", "a text")
-    measures = {
-        key: inner.number(key) for key in ("mass_kg", "height_m", "upper_arm_m", "forearm_hand_m")
-    }
+    measures = {key: inner.number(key) for key in vars(Subject()) if key != "id"}
     for key, measure in measures.items():
         if measure is not None and measure <= 0:
             raise inner.wrong(key, "a positive number")

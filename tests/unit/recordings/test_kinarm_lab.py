@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import kinarm_bench as bench
@@ -225,6 +226,18 @@ def test_a_force_in_another_unit_is_named(lab, exams, tmp_path, unit_n, force_by
     assert scale.verdict == "warning"
     assert f"{unit_n:.2g}"[:3] in scale.message
     assert f"by the {force_by}" in finding(recording, "force sign").message
+
+
+@pytest.mark.parametrize("axes", [[[0, 1], [1, 0]], [[1, 0], [0, -1]], [[0, -1], [1, 0]]])
+def test_a_sensor_with_other_axes_is_named(lab, exams, pushes, tmp_path, axes):
+    changes = {n: {"forces": pushes[n - 1].force @ np.array(axes).T} for n in range(1, 9)}
+    folder = exams.folder(tmp_path, lab(8, changes=changes))
+    with pytest.raises(InputError, match="axes"):
+        read(folder)
+    message = finding(read(folder, force_by="limb"), "force axes").message
+    told = np.array(re.findall(r"([+-]\d\.\d\d) [XY]", message), dtype=float).reshape(2, 2)
+    # The hand's force is the inverse of what was done to it; friction is no part of the fit.
+    np.testing.assert_allclose(told, np.array(axes).T, atol=0.03)
 
 
 CANNOT = {

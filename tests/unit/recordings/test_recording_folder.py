@@ -377,7 +377,15 @@ def test_wrong_field(tables, key, value):
 
 @pytest.mark.parametrize(
     ("key", "value"),
-    [("mass_kg", "heavy"), ("mass_kg", -1), ("height_m", 175), ("upper_arm_m", 300), ("id", [])],
+    [
+        ("mass_kg", "heavy"),
+        ("mass_kg", -1),
+        ("height_m", 175),
+        ("upper_arm_m", 300),
+        ("id", []),
+        ("length_sd_m", 5),
+        ("mass_sd_kg", -1),
+    ],
 )
 def test_wrong_subject(tables, key, value):
     tables.metadata["subject"] = {key: value}
