@@ -5,7 +5,7 @@ Sizes: k axes of the level, n joints, m muscles.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from html import escape
 from types import MappingProxyType
@@ -118,6 +118,10 @@ class ImpedanceEstimate(FrozenRecord):
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update({**state, "keys": MappingProxyType(state["keys"])})
+
+    def marked(self, sentences: Sequence[str]) -> ImpedanceEstimate:
+        """The same with these sentences before its warnings: what checks of the data said."""
+        return replace(self, warnings=(*sentences, *self.warnings)) if sentences else self
 
     @property
     def k(self) -> int:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from armimpedance.analyses.hand import ForceBy, Progress
+from armimpedance.analyses.inspection import checked
 from armimpedance.analyses.results.compared import Comparison
 from armimpedance.analyses.results.named import as_columns
 from armimpedance.analyses.sources import PathLike, naming, read_recording
@@ -41,6 +42,7 @@ def compare(
     permutations: int | None = None,
     seed: int = 0,
     force_by: ForceBy | None = None,
+    despite: str | Collection[str] = (),
     progress: Progress | None = None,
 ) -> Comparison:
     """Compare groups of trials pair by pair, or their changes over several subjects.
@@ -69,6 +71,8 @@ def compare(
         Seed of the exchanges.
     force_by : {"limb", "device"}, optional
         Whose force on the other a Kinarm's sensor holds.
+    despite : str or collection of str
+        Names of checks of `inspect` whose STOP is overruled; the result says so.
     progress : function (done, all), optional
         Called after each group that is estimated, then after each pair.
 
@@ -80,8 +84,9 @@ def compare(
     Raises
     ------
     InputError
-        An input cannot be read, recordings and results are mixed, a column is missing, there are
-        fewer than two groups or subjects, or an option has no effect on these inputs.
+        An input cannot be read, a check of `inspect` says STOP, recordings and results are mixed,
+        a column is missing, there are fewer than two groups or subjects, or an option has no effect
+        on these inputs.
     NotIdentifiableError
         The motion of a group does not determine its parameters.
 
@@ -97,20 +102,22 @@ def compare(
     """
     _check(permutations, seed, method, subjects)
     named = _named(inputs)
-    columns = as_columns(by)
+    columns, reading = as_columns(by), None
     if not any(_is_results(source) for _, source in named):
-        reading = _Reading(columns, subjects, method, force_by, progress)
+        reading = _Reading(columns, subjects, method, force_by, despite, progress)
         found = reading.of_recordings(named)
     else:
         _check_results(named, method, force_by)
         found = _of_results(named, columns, subjects)
     everybody = tuple(group for groups in found.values() for group in groups)
+    warnings = () if reading is None else tuple(dict.fromkeys(reading.marks))
     if subjects is not None:
-        return Comparison(everybody, over_subjects=tuple(compare_subjects(found, against=against)))
+        changes = tuple(compare_subjects(found, against=against))
+        return Comparison(everybody, over_subjects=changes, warnings=warnings)
     pairs = compare_groups(
         found[""], against=against, permutations=permutations, seed=seed, progress=progress
     )
-    return Comparison(everybody, tuple(pairs))
+    return Comparison(everybody, tuple(pairs), warnings=warnings)
 
 
 def _check(permutations: int | None, seed: int, method: str | None, subjects: str | None) -> None:
@@ -213,13 +220,15 @@ def _results(source: Any) -> Sequence[ImpedanceEstimate]:
 
 @dataclass(frozen=True)
 class _Reading:
-    """How groups are made of recordings."""
+    """How groups are made of recordings; `marks` fills with what their checks say."""
 
     by: tuple[str, ...]
     column: str | None
     method: str | None
     force_by: ForceBy | None
+    despite: str | Collection[str]
     progress: Callable[[int, int], None] | None
+    marks: list[str] = field(default_factory=list)
 
     def of_recordings(self, named: Sequence[tuple[str, Any]]) -> Subjects:
         """The groups of every subject; without a column of subjects all under one empty name."""
@@ -248,13 +257,16 @@ class _Reading:
                     column="perturbation",
                     expected="no method, or disturbances that return",
                 )
+            marks = checked(recording, self.despite, disturbed=True)
+            self.marks.extend(f"{name}: {mark}" for mark in marks)
             options = Options() if self.method is None else Options(method=self.method)
             keys: dict[str, Any] = {"recording": name, "subject": recording.subject.id}
             # a column of the trial table says more than the recording does
             keys = {k: v for k, v in keys.items() if k in by and k not in recording.trials}
-            return groups_of_recording(
+            groups = groups_of_recording(
                 recording, by, options=options, keys=keys, progress=self.progress
             )
+            return [replace(each, estimate=each.estimate.marked(marks)) for each in groups]
 
     def _split(self, groups: Sequence[ComparedGroup]) -> Iterator[tuple[str, ComparedGroup]]:
         """Subject and group of each, the group named without its subject."""

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, Final, Literal
 
+from armimpedance.analyses.inspection import checked
 from armimpedance.analyses.results.compared_methods import ComparedMethods
 from armimpedance.analyses.results.estimates import Estimates
 from armimpedance.analyses.results.named import as_columns
@@ -38,6 +39,7 @@ def estimate(
     workers: int = 1,
     band_hz: tuple[float, float] | None = None,
     force_by: ForceBy | None = None,
+    despite: str | Collection[str] = (),
     progress: Progress | None = None,
 ) -> Estimates:
     """Estimate inertia, viscosity and stiffness of every group of trials.
@@ -63,6 +65,9 @@ def estimate(
         Fitted band of a stochastic perturbation, Hz; default: 5 to 45.
     force_by : {"limb", "device"}, optional
         Whose force on the other a Kinarm's sensor holds.
+    despite : str or collection of str
+        Names of checks of `inspect`, such as "force sign", whose STOP is overruled; every estimate
+        then says so among its warnings.
     progress : function (done, all), optional
         Called after each group.
 
@@ -74,8 +79,9 @@ def estimate(
     Raises
     ------
     InputError
-        The recording cannot be read, a column or method is unknown, or an option has no effect on
-        this kind of perturbation. The message names the file where a path was given.
+        The recording cannot be read, a check of `inspect` says STOP, a column or method is unknown,
+        or an option has no effect on this kind of perturbation. The message names the file where a
+        path was given.
     NotIdentifiableError
         The motion of a group does not determine its parameters.
 
@@ -100,6 +106,7 @@ def estimate(
             seed=seed,
             workers=workers,
             force_by=force_by,
+            despite=despite,
             progress=progress,
         ).estimates
     with opened(recording, by, seed, force_by) as (read, columns):
@@ -110,11 +117,12 @@ def estimate(
         else:
             _refuse_band(band_hz)
             chosen["method"] = METHODS.default if method is None else method
+        marks = checked(read, despite, disturbed=True)
         options = Options(**chosen)
         made = estimate_groups(
             read, by=columns, options=options, progress=progress, workers=workers
         )
-        return Estimates(tuple(made), read.subject, read.gravity_m_s2)
+        return Estimates(tuple(one.marked(marks) for one in made), read.subject, read.gravity_m_s2)
 
 
 def estimate_all(
@@ -125,6 +133,7 @@ def estimate_all(
     seed: int = 0,
     workers: int = 1,
     force_by: ForceBy | None = None,
+    despite: str | Collection[str] = (),
     progress: Progress | None = None,
 ) -> ComparedMethods:
     """Estimate with every method, and say which of them differ by more than chance.
@@ -133,7 +142,7 @@ def estimate_all(
     ----------
     recording : Recording or path
         Of the hand or of joints, with disturbances that return.
-    by, covariance, seed, workers, force_by, progress
+    by, covariance, seed, workers, force_by, despite, progress
         See `estimate`.
 
     Returns
@@ -156,8 +165,10 @@ def estimate_all(
     ('x', 'y')
     """
     with opened(recording, by, seed, force_by) as (read, columns):
+        marks = checked(read, despite, disturbed=True)
         options = Options(covariance=covariance, seed=seed)
-        groups = side_by_side(read, by=columns, options=options, progress=progress, workers=workers)
+        sides = side_by_side(read, by=columns, options=options, progress=progress, workers=workers)
+        groups = [side.marked(marks) for side in sides]
         return ComparedMethods(tuple(groups), options.method, read.subject, read.gravity_m_s2)
 
 

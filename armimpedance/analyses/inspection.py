@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from html import escape
 from typing import TYPE_CHECKING, Any, Final, Literal
@@ -12,15 +13,16 @@ import numpy as np
 from armimpedance.analyses.sources import PathLike, read
 from armimpedance.arrays import BoolArray, FrozenRecord, IntArray
 from armimpedance.body import check_body
+from armimpedance.criticism import check_copies, refuse_stops
 from armimpedance.errors import ArmImpedanceError
 from armimpedance.findings import Finding
-from armimpedance.impedance import check_delay
+from armimpedance.impedance import check_response
 from armimpedance.motion import MarkerRecording, MotionRecording
 from armimpedance.passive import emg_gate
 from armimpedance.recordings import AnyRecording
 from armimpedance.records import Recording, trial_slices
 from armimpedance.report import counted, describe, moves_a_robot
-from armimpedance.signals import check_emg, check_recording
+from armimpedance.signals import check_emg, check_recording, cut_windows
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -28,6 +30,10 @@ if TYPE_CHECKING:
 #: Checks that fail where nothing pushed the joint and let it return.
 OF_DISTURBANCE: Final = ("disturbance", "returns to start", "force sign")
 
+#: Checks of what a fit assumes; where they warn, every result is marked.
+OF_THE_FIT: Final = ("axes", "delay", "reflex", "amplitude", "lack of fit", "reach")
+#: More trials than this are not checked before a fit.
+MOST_CHECKED: Final = 4000
 #: An axis of a robot that travels further than this moves, rad.
 MOVES_RAD: Final = 0.05
 
@@ -151,17 +157,54 @@ def _findings(recording: AnyRecording) -> list[Finding]:
     return [*own, _gate_check(recording)]
 
 
+def checked(
+    recording: AnyRecording, despite: str | Collection[str] = (), *, disturbed: bool = False
+) -> tuple[str, ...]:
+    """The gate of every analysis: what `inspect` checks, before anything is fitted.
+
+    Parameters
+    ----------
+    recording : Recording, MarkerRecording or MotionRecording
+        Of more than 4000 trials as many are checked, spread over all.
+    despite : str or collection of str
+        Names of checks whose STOP is overruled.
+    disturbed : bool
+        The analysis fits disturbances that return: without any it is refused.
+
+    Returns
+    -------
+    tuple of str
+        What each result is to be marked with: the checks that were overruled, and assumptions of
+        the fit that the data contradict.
+
+    Raises
+    ------
+    InputError
+        A check says STOP and is not named in `despite`; or `despite` names no check.
+    """
+    if isinstance(recording, Recording) and recording.n_trials > MOST_CHECKED:
+        every = np.linspace(0, recording.n_trials - 1, MOST_CHECKED).astype(int)
+        recording = recording.select(every)
+    if disturbed and isinstance(recording, Recording):
+        found = [*recording.findings, *_disturbed_checks(recording)]
+    else:
+        found = _findings(recording)
+    named = (despite,) if isinstance(despite, str) else tuple(despite)
+    overruled = refuse_stops(found, named)
+    contradicted = [one for one in found if one.name in OF_THE_FIT and one.verdict == "warning"]
+    return (
+        *(f"despite {one.sentence}" for one in overruled),
+        *(one.sentence for one in contradicted),
+    )
+
+
 def _checks(recording: Recording) -> list[Finding]:
     """All checks; a joint that nothing disturbed can still be used by other analyses."""
     if moves_a_robot(recording):
         text = "the motors': `therapy robot`, `arm` and `contribution` take such a recording"
         moving = _moving_axes(replace(recording, perturbation="stochastic"))
         return [*check_recording(moving), Finding("torque", "ok", text)]
-    checks = [
-        *check_recording(recording),
-        *check_delay(recording),
-        *_emg_checks(recording),
-    ]
+    checks = _disturbed_checks(recording)
     if recording.kind != "joint" or "onset_s" in recording.trials:
         return checks
     if all(check.verdict == "ok" for check in checks if check.name in OF_DISTURBANCE):
@@ -169,6 +212,26 @@ def _checks(recording: Recording) -> list[Finding]:
     text = "no returning one is seen: `passive` takes such a recording, `estimate` does not"
     others = check_recording(replace(recording, perturbation="stochastic"))
     return [*others, Finding("disturbance", "warning", text)]
+
+
+def _disturbed_checks(recording: Recording) -> list[Finding]:
+    """Checks of a limb that something disturbed; a sign that the inertia shows is told once."""
+    first = check_recording(recording)
+    response: tuple[Finding, ...] = ()
+    if not any(one.name == "disturbance" and one.verdict == "unusable" for one in first):
+        response = _response(recording)
+    signs = {one.name for one in response} & {"force sign"}
+    kept = [one for one in first if one.name not in signs]
+    return [*kept, *response, *_emg_checks(recording)]
+
+
+def _response(recording: Recording) -> tuple[Finding, ...]:
+    """Copies of trials, and what the limb's response says."""
+    try:
+        window = cut_windows(recording) if recording.perturbation == "returning" else None
+        return (check_copies(recording, window), *check_response(recording))
+    except ArmImpedanceError as error:
+        return (Finding("response", "warning", f"cannot be judged: {error}"),)
 
 
 def _emg_checks(recording: Recording) -> list[Finding]:

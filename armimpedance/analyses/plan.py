@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import replace
 from math import radians
 from pathlib import Path
 from typing import Any, Final, Literal
 
-from armimpedance.analyses.sources import PathLike, naming, read_recording
+from armimpedance.analyses.inspection import checked
+from armimpedance.analyses.sources import PathLike, naming, of_condition, read_recording
 from armimpedance.errors import InputError
 from armimpedance.files import condition_of, read_results
 from armimpedance.planning import (
@@ -40,6 +41,7 @@ def plan(
     condition: str | None = None,
     noise: str | None = None,
     force_by: Literal["limb", "device"] | None = None,
+    despite: str | Collection[str] = (),
     shape: str = "all",
     duration_s: float | None = None,
     amplitude_m: float | None = None,
@@ -74,6 +76,8 @@ def plan(
         Default: "nominal"; a pilot brings its own.
     force_by : {"limb", "device"}, optional
         Whose force on the other a Kinarm's sensor holds, of a pilot.
+    despite : str or collection of str
+        Names of checks of `inspect` whose STOP is overruled for the pilot; the plan says so.
     shape : str
         A shape by its name, such as "minimum_jerk" or "designed", or "all".
     duration_s : float, optional
@@ -118,7 +122,7 @@ def plan(
     """
     _refuse_without_effect(pilot, results, condition, noise, force_by)
     wish = _wish(k_percent, orientation_deg, max_trials)
-    measured = None if pilot is None else _pilot(pilot, condition, force_by)
+    measured, marks = (None, ()) if pilot is None else _pilot(pilot, condition, force_by, despite)
     of_pilot = None if measured is None else measured.setting
     setting = _setting(of_pilot, results, condition, noise, servo or Servo())
     limits = _limits(amplitude_m, duration_s, max_acceleration)
@@ -132,16 +136,26 @@ def plan(
         reflex_delay_s=reflex_delay_s if separate_reflex else None,
         progress=progress,
     )
-    return make_plan(
+    made = make_plan(
         setting, profiles, wish, limits, delay_s=reflex_delay_s, pilot=measured, progress=progress
     )
+    return replace(made, warnings=marks)
 
 
 def _pilot(
-    pilot: Recording | PathLike, condition: str | None, force_by: Literal["limb", "device"] | None
-) -> Any:
+    pilot: Recording | PathLike,
+    condition: str | None,
+    force_by: Literal["limb", "device"] | None,
+    despite: str | Collection[str],
+) -> tuple[Any, tuple[str, ...]]:
+    """What the pilot says, and what the checks say of it."""
     with naming(pilot):
-        return pilot_of(read_recording(pilot, force_by=force_by), condition)
+        recording = read_recording(pilot, force_by=force_by)
+        known = condition in (None, *recording.trials["condition"].astype(str))
+        marks: tuple[str, ...] = ()
+        if known and recording.perturbation == "returning":
+            marks = checked(of_condition(recording, condition), despite, disturbed=True)
+        return pilot_of(recording, condition), marks
 
 
 def _limits(amplitude_m: float | None, duration_s: float | None, max_acceleration: float) -> Limits:

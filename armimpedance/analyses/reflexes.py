@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
 from armimpedance.analyses.hand import ForceBy, Progress, opened
+from armimpedance.analyses.inspection import checked
 from armimpedance.analyses.results.labelled import html_table
 from armimpedance.analyses.results.named import position_of
 from armimpedance.analyses.sources import PathLike
@@ -30,6 +31,7 @@ def reflex(
     delay_ms: float | None = None,
     seed: int = 0,
     force_by: ForceBy | None = None,
+    despite: str | Collection[str] = (),
     progress: Progress | None = None,
 ) -> ReflexVerdicts:
     """Judge for every group of trials whether a reflex stands in its stiffness.
@@ -47,6 +49,8 @@ def reflex(
         Seed of the random signs behind p.
     force_by : {"limb", "device"}, optional
         Whose force on the other a Kinarm's sensor holds.
+    despite : str or collection of str
+        Names of checks of `inspect` whose STOP is overruled; the result says so.
     progress : function (done, all), optional
         Called after each group.
 
@@ -58,8 +62,8 @@ def reflex(
     Raises
     ------
     InputError
-        The recording cannot be read, a column is missing, there are too few trials, the delay is
-        out of range, or the perturbation is stochastic.
+        The recording cannot be read, a check of `inspect` says STOP, a column is missing, there are
+        too few trials, the delay is out of range, or the perturbation is stochastic.
     NotIdentifiableError
         The motion of a group does not determine M, B and K.
 
@@ -74,8 +78,11 @@ def reflex(
     """
     delay_s = None if delay_ms is None else delay_ms / 1e3
     with opened(recording, by, seed, force_by) as (read, columns):
+        marks = () if read.perturbation == "stochastic" else checked(read, despite, disturbed=True)
+        # what this verb itself judges, group by group
+        marks = tuple(mark for mark in marks if not mark.startswith("reflex"))
         made = reflex_guard(read, by=columns, delay_s=delay_s, seed=seed, progress=progress)
-        return ReflexVerdicts(tuple(made))
+        return ReflexVerdicts(tuple(made), marks)
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -87,9 +94,12 @@ class ReflexVerdicts(FrozenRecord, Sequence[ReflexVerdict]):
     Attributes
     ----------
     verdicts : tuple of ReflexVerdict
+    warnings : tuple of str
+        What the checks of the recording said; each row of the table is marked with them.
     """
 
     verdicts: tuple[ReflexVerdict, ...]
+    warnings: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return len(self.verdicts)
@@ -109,7 +119,7 @@ class ReflexVerdicts(FrozenRecord, Sequence[ReflexVerdict]):
             No group has this name, or several have; the message lists the names.
         """
         if isinstance(which, slice):
-            return ReflexVerdicts(self.verdicts[which])
+            return ReflexVerdicts(self.verdicts[which], self.warnings)
         if isinstance(which, int | np.integer):
             return self.verdicts[which]
         return self.verdicts[position_of(which, [tuple(v.keys.values()) for v in self])]
@@ -123,11 +133,13 @@ class ReflexVerdicts(FrozenRecord, Sequence[ReflexVerdict]):
         """One row a group, with the columns of ``armimpedance reflex --out``."""
         import pandas as pd
 
-        return pd.DataFrame(verdict_rows(self.verdicts))
+        return pd.DataFrame(self.to_dict())
 
     def to_dict(self) -> list[dict[str, Any]]:
         """One mapping a group, with the names of the table's columns."""
-        return verdict_rows(self.verdicts)
+        rows = verdict_rows(self.verdicts)
+        said = {"warnings": "; ".join(self.warnings)} if self.warnings else {}
+        return [row | said for row in rows]
 
     def write(self, path: PathLike) -> None:
         """Write the table; the ending decides: .csv, .json or .parquet.
@@ -137,7 +149,7 @@ class ReflexVerdicts(FrozenRecord, Sequence[ReflexVerdict]):
         InputError
             Another ending, or the file cannot be written.
         """
-        write_table(verdict_rows(self.verdicts), path)
+        write_table(self.to_dict(), path)
 
     def _table(self) -> list[list[str]]:
         rows = [[name, headline(v)] for name, v in zip(self.names, self, strict=True)]

@@ -19,6 +19,7 @@ import argparse
 from pathlib import Path
 
 from armimpedance.cli.estimate import add_by, add_force_by
+from armimpedance.cli.parts.despite import add_despite
 from armimpedance.cli.parts.outputs import (
     FIGURE,
     TABLE,
@@ -60,6 +61,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="of each pair (default: 1999, more where there are many pairs)",
     )
     add_force_by(parser)
+    add_despite(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -78,6 +80,7 @@ def run(arguments: argparse.Namespace) -> int:
             permutations=arguments.permutations,
             seed=arguments.seed or 0,
             force_by=arguments.force_by,
+            despite=arguments.despite,
             progress=progress,
         )
     out, figure = arguments.out, arguments.figure

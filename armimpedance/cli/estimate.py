@@ -21,6 +21,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from armimpedance.cli.parts.despite import add_despite
 from armimpedance.cli.parts.outputs import TABLE, Output, add_out, check_outputs
 from armimpedance.errors import InputError
 from armimpedance.impedance import METHODS
@@ -65,6 +66,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="fitted band in Hz, for stochastic perturbations only (default: 5 45)",
     )
     add_force_by(parser)
+    add_despite(parser)
 
 
 def add_by(parser: argparse.ArgumentParser, more: str = "") -> None:
@@ -132,6 +134,7 @@ def _of_recording(
         "seed": arguments.seed or 0,
         "workers": arguments.workers,
         "force_by": arguments.force_by,
+        "despite": arguments.despite,
     }
     band = None if arguments.band is None else tuple(arguments.band)
     with bar(f"estimating {path.name}") as progress:

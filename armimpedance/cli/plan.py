@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
     from armimpedance.cli.estimate import add_force_by
+    from armimpedance.cli.parts.despite import add_despite
 
     arm = parser.add_argument_group("arm and noise")
     source = arm.add_mutually_exclusive_group()
@@ -38,6 +39,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     arm.add_argument("--noise", help="nominal (default) or sensor; a pilot brings its own")
     add_force_by(parser)
+    add_despite(parser)
     wish = parser.add_argument_group("wish")
     wish.add_argument(
         "--k-percent",
@@ -135,7 +137,15 @@ def _options(args: argparse.Namespace) -> dict[str, Any]:
     """The keywords of the verb."""
     same = [
         *("k_percent", "orientation_deg", "max_trials", "pilot", "results", "condition", "noise"),
-        *("force_by", "shape", "duration_s", "max_acceleration", "design", "separate_reflex"),
+        *(
+            "force_by",
+            "despite",
+            "shape",
+            "duration_s",
+            "max_acceleration",
+            "design",
+            "separate_reflex",
+        ),
     ]
     return {
         **{name: getattr(args, name) for name in same},

@@ -16,8 +16,10 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from textwrap import fill
 
 from armimpedance.cli.estimate import add_by, add_force_by
+from armimpedance.cli.parts.despite import add_despite
 from armimpedance.cli.parts.outputs import (
     FIGURE,
     TABLE,
@@ -45,6 +47,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="seed of the random signs behind p (default: 0)",
     )
     add_force_by(parser)
+    add_despite(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -67,6 +70,7 @@ def run(arguments: argparse.Namespace) -> int:
             delay_ms=arguments.delay_ms,
             seed=arguments.seed,
             force_by=arguments.force_by,
+            despite=arguments.despite,
             progress=progress,
         )
     if out is not None:
@@ -74,6 +78,8 @@ def run(arguments: argparse.Namespace) -> int:
     if figure is not None:
         save(plot_reflex(verdicts)[0, 0].figure, figure.with_suffix(""), (figure.suffix[1:],))
     print(verdict_text(verdicts))
+    for warning in verdicts.warnings:
+        print("\n" + fill(f"warning: {warning}", 100))
     if out is not None:
         print(f"\n{len(verdicts)} rows written to {out}")
     if figure is not None:

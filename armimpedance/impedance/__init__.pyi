@@ -1,4 +1,5 @@
 from .bound import bound as bound, bound_of as bound_of, inverse_information as inverse_information
+from .checks import check_response as check_response
 from .estimation import (
     Options as Options,
     estimate as estimate,
@@ -6,7 +7,6 @@ from .estimation import (
     groups_of as groups_of,
 )
 from .parallel import in_order as in_order
-from .reflex.delay import check_delay as check_delay
 from .reflex.guard import guard_window as guard_window, reflex_guard as reflex_guard
 from .reflex.verdict import ReflexVerdict as ReflexVerdict, Share as Share
 from .result import ClusteredKind as ClusteredKind, Group as Group

@@ -16,7 +16,14 @@ from armimpedance.impedance.identifiable import require_identifiable
 from armimpedance.impedance.prepared import Prepared
 from armimpedance.impedance.regressors import fit_names, to_fit_order, to_matrix_order
 from armimpedance.records import ImpedanceEstimate, Quality, Recording
-from armimpedance.regression import Fit, TrialEquations, TrialFactors, fit, solve_equations
+from armimpedance.regression import (
+    Fit,
+    TrialEquations,
+    TrialFactors,
+    fit,
+    solve_equations,
+    t_factor,
+)
 from armimpedance.signals import mean_activation
 
 ClusteredKind = Literal["cr3", "replicates", "cr1", "bootstrap"]
@@ -142,7 +149,7 @@ def to_estimate(
         quality=_quality(solved, factors, to_fit_order(ordered[0], d), coherence),
         keys=group.keys,
         shoulder_m=group.shoulder_m,
-        warnings=(*solved.warnings, *_plausibility(own, stiffness, solved)),
+        warnings=(*solved.warnings, *_few(solved), *_plausibility(ordered, own, dof)),
         provenance=(f"method {method}, covariance {covariance}",),
     )
 
@@ -186,16 +193,42 @@ def _quality(
     )
 
 
-def _plausibility(inertia: FloatArray, stiffness: FloatArray, solved: Fit) -> tuple[str, ...]:
-    warnings = []
-    if solved.n_trials < FEW_CLUSTERS:
-        warnings.append(
-            f"only {solved.n_trials} clusters (trials, or blocks of one): intervals rest on t with "
-            f"{solved.dof:g} degrees of freedom"
-        )
-    for name, matrix in (("inertia", inertia), ("stiffness", stiffness)):
-        values = np.linalg.eigvalsh((matrix + matrix.T) / 2)
-        lowest = float(values[0])
-        if lowest <= 1e-13 * abs(values[-1]):
-            warnings.append(f"{name} is not positive definite (smallest eigenvalue {lowest:.3g})")
+def _few(solved: Fit) -> tuple[str, ...]:
+    if solved.n_trials >= FEW_CLUSTERS:
+        return ()
+    return (
+        f"only {solved.n_trials} clusters (trials, or blocks of one): intervals rest on t with "
+        f"{solved.dof:g} degrees of freedom",
+    )
+
+
+def _plausibility(ordered: FloatArray, own: FloatArray, dof: float) -> tuple[str, ...]:
+    """Warnings where M, B or K of a group is not positive definite, by chance or beyond it.
+
+    `ordered` holds M (with the handle), B, K row by row above their covariance; `own` is M without
+    the handle.
+    """
+    d, warnings = len(own), []
+    named = zip(("inertia", "viscosity", "stiffness"), ordered[0].reshape(3, d, d), strict=True)
+    for index, (name, measured) in enumerate(named):
+        matrix = own if name == "inertia" else measured
+        values, vectors = np.linalg.eigh((matrix + matrix.T) / 2)
+        lowest, direction = float(values[0]), vectors[:, 0]
+        if lowest > 1e-13 * abs(values[-1]):
+            continue
+        block = slice(index * d * d, (index + 1) * d * d)
+        # v^T A v, (d,) (d, d) (d,), is linear in A: its variance is w^T C w, w = v (x) v
+        w = np.kron(direction, direction)
+        variance = float(w @ ordered[1:][block, block] @ w)
+        half = t_factor(dof) * float(np.sqrt(max(variance, 0.0)))
+        text = f"{name} is not positive definite (smallest eigenvalue {lowest:.3g})"
+        if lowest + half < 0:
+            text = (
+                f"plausible: {name} is not positive definite, smallest eigenvalue {lowest:.3g} "
+                f"+- {half:.2g}: no passive limb; check sign, axes and units, and that nobody "
+                "moved along"
+            )
+        elif name == "viscosity":
+            continue
+        warnings.append(text)
     return tuple(warnings)

@@ -119,6 +119,14 @@ class SideBySide:
         """Estimates of the methods that ran."""
         return tuple(r.estimate for r in self.results if r.estimate is not None)
 
+    def marked(self, sentences: Sequence[str]) -> SideBySide:
+        """The same with these sentences before the warnings of every estimate."""
+        made = (
+            r if r.estimate is None else replace(r, estimate=r.estimate.marked(sentences))
+            for r in self.results
+        )
+        return replace(self, results=tuple(made))
+
 
 def side_by_side(
     recording: Recording,

@@ -42,6 +42,8 @@ class Plan(FrozenRecord):
     candidates : tuple of Candidate
     obstacle : str
         Why the wish cannot be met; empty: it can.
+    warnings : tuple of str
+        What the checks of the pilot said.
     """
 
     setting: Setting
@@ -50,6 +52,7 @@ class Plan(FrozenRecord):
     delay_s: float
     candidates: tuple[Candidate, ...]
     obstacle: str = ""
+    warnings: tuple[str, ...] = ()
 
     @property
     def best(self) -> Candidate | None:
@@ -94,7 +97,12 @@ class Plan(FrozenRecord):
     def to_dict(self) -> dict[str, Any]:
         """The wish, what stands in its way, and the rows of `to_frame`."""
         rows = [_row(c, _TRIALS) for c in self.candidates]
-        return {"wish": self.wish.text, "obstacle": self.obstacle, "candidates": rows}
+        return {
+            "wish": self.wish.text,
+            "obstacle": self.obstacle,
+            "warnings": list(self.warnings),
+            "candidates": rows,
+        }
 
     def _head(self) -> str:
         best = self.best

@@ -122,7 +122,7 @@ def _legend(plan: Plan) -> str:
 def _notes(plan: Plan) -> list[str]:
     notes = list(dict.fromkeys(note for c in plan.candidates for note in c.notes))
     problems = list(dict.fromkeys(c.problem for c in plan.candidates if c.problem))
-    return [textwrap.fill(f"Note: {text}", _WIDTH) for text in (*notes, *problems)]
+    return [textwrap.fill(f"Note: {text}", _WIDTH) for text in (*plan.warnings, *notes, *problems)]
 
 
 def _advice(plan: Plan) -> str:

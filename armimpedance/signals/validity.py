@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Final
 
 import numpy as np
 
@@ -13,18 +14,24 @@ from armimpedance.findings import Finding, Verdict
 from armimpedance.records import Recording, Window
 from armimpedance.signals.differentiate import derivatives
 from armimpedance.signals.drift import end_operator
-from armimpedance.signals.windows import cut_windows
+from armimpedance.signals.windows import Timing, cut_windows, disturbance_times, flawed
 
 LOWEST_RATE_HZ = 200.0
 #: Residual displacement at the end, as a part of the peak, above which the source's one-sided
 #: drift correction goes wrong by more than its own standard error.
 RETURN_FRACTION = 0.02
+#: What moves by less than this does not move (m, rad): rounding errors.
+NO_WAY = 1e-9
 #: Smallest over largest singular value of the peak displacements: 1 = all directions alike.
 COVERAGE = 0.2
 #: A force that stays exactly at its extreme for longer than this is clipped (s).
 CLIPPED_S = 0.01
 #: A quantisation step above this part of the peak-to-peak signal leaves too few levels.
 STEP_FRACTION = 0.1
+#: A disturbance that leaves the limb further away than this is a movement (m, rad).
+LONG_WAY: Final = {"hand": 0.03, "joint": 0.3}
+#: Up to this part of the trials may be movements and are left out.
+FEW_TRIALS = 0.1
 #: Noise at rest above this part of the force's response drowns it.
 NOISE_FRACTION = 0.5
 
@@ -50,12 +57,16 @@ def check_recording(recording: Recording) -> tuple[Finding, ...]:
 
 
 def _disturbance_checks(recording: Recording) -> Iterator[Finding]:
+    unit = POSITION_UNIT[recording.kind]
     try:
-        window = cut_windows(recording)
+        timing = disturbance_times(recording)
+        if reaches := _reaches(recording, timing, unit):
+            yield Finding("disturbance", "unusable", reaches)
+            return
+        window = cut_windows(recording, timing=timing)
     except InputError as error:
         yield Finding("disturbance", "unusable", str(error))
         return
-    unit = POSITION_UNIT[recording.kind]
     peak = _peak_displacement(window)
     size = np.linalg.norm(peak, axis=1)
     used = f"{int(window.usable.sum())} of {len(window.usable)} trials"
@@ -74,6 +85,31 @@ def _disturbance_checks(recording: Recording) -> Iterator[Finding]:
     yield from uneven or [Finding("directions", "ok", "every condition covers its axes")]
     yield _rest_noise(window, FORCE_UNIT[recording.kind])
     yield _dissipation(window)
+
+
+def _reaches(recording: Recording, timing: Timing, unit: str) -> str:
+    """What is wrong where more than single trials move far and do not return; "" where it is not.
+
+    Single trials of this kind are left out of the windows, and the windows say which.
+    """
+    start, stop = recording.offsets[:-1], recording.offsets[1:] - 1
+    rate, clock = recording.sample_rate_hz, recording.time_s[start]
+    onset = start + np.round((timing.onset_s - clock) * rate).astype(np.int64)
+    end = start + np.round((timing.end_s - clock) * rate).astype(np.int64)
+    place = recording.position[np.clip([onset, end], start, stop)]
+    left = np.linalg.norm(place[1] - place[0], axis=1)
+    judged = ~flawed(recording)
+    far = judged & (left > LONG_WAY[recording.kind])
+    if far.sum() <= FEW_TRIALS * judged.sum():
+        return ""
+    what = "the hand" if recording.kind == "hand" else "the joint"
+    numbers = recording.trials["trial"].to_numpy()[far]
+    first = ", ".join(map(str, numbers[:5])) + (", ..." if len(numbers) > 5 else "")
+    return (
+        f"{what} moves {_milli(float(np.median(left[far])), unit)} and does not return in "
+        f"{len(numbers)} of {judged.sum()} trials ({first}): a movement, not a disturbance; leave "
+        "these trials out, or mark them in the column is_error"
+    )
 
 
 def _milli(value: float, unit: str) -> str:
@@ -169,13 +205,14 @@ def _returns(window: Window, size: FloatArray, unit: str) -> Finding:
 def _coverage(condition: str, peaks: FloatArray, chosen: BoolArray) -> Iterator[Finding]:
     """Are the directions of one condition spread enough to tell the axes apart?"""
     peak = peaks[chosen]
-    if not len(peak) or not np.abs(peak).max() > 0:
+    if not len(peak) or not np.abs(peak).max() > NO_WAY:
         yield Finding("directions", "unusable", f"condition {condition}: no movement")
         return
-    values = np.linalg.svd(peak, compute_uv=False)
+    values, vectors = np.linalg.svd(peak, full_matrices=False)[1:]
     ratio = float(values[-1] / values[0]) if len(values) == peak.shape[1] else 0.0
     if ratio < 0.02:
-        text = f"condition {condition}: one direction only, the others cannot be identified"
+        axis = ", ".join(f"{v:.2f}" for v in vectors[0])
+        text = f"condition {condition}: one direction only ({axis}), others cannot be identified"
         yield Finding("directions", "unusable", text)
     elif ratio < COVERAGE:
         text = f"condition {condition}: uneven, smallest to largest {ratio:.2f}"

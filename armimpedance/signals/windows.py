@@ -7,11 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from armimpedance.arrays import FloatArray, IntArray, frozen
+from armimpedance.arrays import BoolArray, FloatArray, IntArray, frozen
 from armimpedance.conventions import command_columns
 from armimpedance.errors import InputError
 from armimpedance.records import Recording, Window
 from armimpedance.signals.onset import detect_movement
+from armimpedance.signals.strays import beyond_the_others, gone_astray
 
 #: State at the onset (position, force, joint angles) is a mean over this much rest before it (s).
 REST_BEFORE_ONSET_S = 0.1
@@ -89,7 +90,8 @@ def cut_windows(
     """Equal windows from 0.16 s before the onset to 0.16 s after the longest disturbance's end.
 
     Where trials hold less, the window shrinks to what 90 % of them hold; the others are marked
-    unusable.
+    unusable, as are single trials in which the hand goes away or moves for far longer than in the
+    others.
 
     Parameters
     ----------
@@ -113,18 +115,27 @@ def cut_windows(
     rows = np.arange(recording.n_trials) if rows is None else np.asarray(rows)
     rate, first = recording.sample_rate_hz, _onset_samples(recording, timing)[rows]
     duration = (timing.end_s - timing.onset_s)[rows]
-    before, after, usable, notes = _extent(recording, rows, first, float(duration.max()))
+    before, after, usable, notes = _extent(recording, rows, first, duration)
     lag = np.arange(-before, after + 1)
     index = (recording.offsets[rows] + np.where(usable, first, before))[:, None] + lag
     index[~usable] = 0
 
+    place = recording.position.take(index, axis=0)
+    end = before + np.round(duration * rate).astype(np.int64)
+    astray = gone_astray(place, before, end, usable)
+    if astray.any():
+        notes += (_told(recording, rows, astray, "the hand goes away and does not return"),)
+        usable = usable & ~astray
+
     def gather(samples: FloatArray) -> FloatArray:
-        cut = samples.take(index, axis=0)
+        return cleared(samples.take(index, axis=0))
+
+    def cleared(cut: FloatArray) -> FloatArray:
         if not usable.all():
             cut[~usable] = 0.0
         return frozen(cut)
 
-    position, force = gather(recording.position), gather(recording.force)
+    position, force = cleared(place), gather(recording.force)
     commanded = _commanded(recording)
     rest = slice(max(0, before + 1 - round(REST_BEFORE_ONSET_S * rate)), before + 1)
     return Window(
@@ -145,21 +156,22 @@ def cut_windows(
 
 
 def _extent(
-    recording: Recording, rows: np.ndarray, first: IntArray, duration_s: float
+    recording: Recording, rows: np.ndarray, first: IntArray, duration_s: FloatArray
 ) -> tuple[int, int, np.ndarray, tuple[str, ...]]:
     """Samples before and after the onset, which trials hold them (T,), and what is left out."""
     rate, later = recording.sample_rate_hz, np.diff(recording.offsets)[rows] - 1 - first
-    needed = int(np.ceil(duration_s * rate - 1e-6))
+    lasting = beyond_the_others(duration_s)
+    needed = int(np.ceil(float(duration_s[~lasting].max()) * rate - 1e-6))
     before, after = _common_extent(first, later, needed, rate)
     long_enough = (first >= before) & (later >= after)
-    flawed = _flawed(recording)[rows]
-    if flawed.all():
+    errors = flawed(recording)[rows]
+    if errors.all():
         raise InputError(
-            f"all {len(flawed)} trials are marked as errors",
+            f"all {len(errors)} trials are marked as errors",
             column="is_error",
             expected="one that is not",
         )
-    usable = long_enough & ~flawed
+    usable = long_enough & ~errors & ~lasting
     if after < needed or not usable.any():
         shortest = int(np.argmin(later))
         trial = _trial_numbers(recording, rows)[shortest]
@@ -167,8 +179,11 @@ def _extent(
             f"trial {trial} ends {later[shortest] / rate:.3f} s after its onset",
             expected=f"at least the disturbance of {needed / rate:.3f} s",
         )
-    notes = _left_out(long_enough | flawed, "too short around the disturbance")
-    return before, after, usable, notes + _left_out(~flawed, "marked as an error when recorded")
+    notes = _left_out(long_enough | errors | lasting, "too short around the disturbance")
+    notes += _left_out(~errors, "marked as an error when recorded")
+    if lasting.any():
+        notes += (_told(recording, rows, lasting, "moves for far longer than the others"),)
+    return before, after, usable, notes
 
 
 def _trial_numbers(recording: Recording, rows: np.ndarray) -> IntArray:
@@ -212,10 +227,17 @@ def _common_extent(
     )
 
 
-def _flawed(recording: Recording) -> np.ndarray:
+def flawed(recording: Recording) -> BoolArray:
     """Trials that the recording system itself marked as errors (column ``is_error``)."""
     marks = _column(recording, "is_error")
-    return np.nan_to_num(marks) != 0
+    return np.asarray(np.nan_to_num(marks) != 0)
+
+
+def _told(recording: Recording, rows: np.ndarray, out: np.ndarray, why: str) -> str:
+    """Which trials are left out, by their numbers, and why."""
+    numbers = _trial_numbers(recording, rows)[out]
+    first = ", ".join(map(str, numbers[:5])) + (", ..." if len(numbers) > 5 else "")
+    return f"{len(numbers)} of {len(out)} trials left out (trial {first}): {why}"
 
 
 def _left_out(kept: np.ndarray, reason: str) -> tuple[str, ...]:

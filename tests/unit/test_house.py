@@ -139,7 +139,7 @@ def test_help_imports_nothing_heavy(arguments):
     assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.parametrize("module", ["estimation", "reflex.delay"])
+@pytest.mark.parametrize("module", ["estimation", "checks"])
 def test_importing_the_estimate_does_not_import_plotting_or_solvers(module):
     code = (
         f"import sys, armimpedance.impedance.{module}\n"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 from armimpedance.analyses.results.labelled import html_table
@@ -10,7 +11,7 @@ from armimpedance.analyses.sources import PathLike
 from armimpedance.arrays import FrozenRecord
 from armimpedance.comparison import ComparedGroup, Pair, SubjectsChange
 from armimpedance.files import comparison_rows, write_table
-from armimpedance.report import comparison_text, subjects_text
+from armimpedance.report import TABLE_WIDTH, comparison_text, subjects_text
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -28,22 +29,25 @@ class Comparison(FrozenRecord):
         Pairs of groups with their changes and tests; empty where subjects were told apart.
     over_subjects : tuple of SubjectsChange
         Mean changes over subjects and the spread between them; empty otherwise.
+    warnings : tuple of str
+        What the checks of the recordings said; each row of the table is marked with them.
     """
 
     groups: tuple[ComparedGroup, ...]
     pairs: tuple[Pair, ...] = ()
     over_subjects: tuple[SubjectsChange, ...] = ()
+    warnings: tuple[str, ...] = ()
 
     def to_frame(self) -> pd.DataFrame:
         """The rows and columns of DIFFERENCES.csv."""
         import pandas as pd
 
-        columns, rows = comparison_rows(self.pairs, self.over_subjects)
+        columns, rows = self._rows()
         return pd.DataFrame(rows, columns=columns)
 
     def to_dict(self) -> list[dict[str, Any]]:
         """One mapping per row of DIFFERENCES.csv."""
-        return comparison_rows(self.pairs, self.over_subjects)[1]
+        return self._rows()[1]
 
     def write(self, path: PathLike) -> None:
         """Write the differences; the ending decides: .csv, .json or .parquet.
@@ -53,14 +57,23 @@ class Comparison(FrozenRecord):
         InputError
             Another ending, or the file cannot be written.
         """
-        columns, rows = comparison_rows(self.pairs, self.over_subjects)
+        columns, rows = self._rows()
         write_table(rows, path, columns)
+
+    def _rows(self) -> tuple[list[str], list[dict[str, Any]]]:
+        """Columns and rows of DIFFERENCES.csv, marked where checks warned."""
+        columns, rows = comparison_rows(self.pairs, self.over_subjects)
+        if not self.warnings:
+            return list(columns), rows
+        said = {"warnings": "; ".join(self.warnings)}
+        return [*columns, *said], [row | said for row in rows]
 
     def __str__(self) -> str:
         """The tables that ``armimpedance compare`` prints."""
-        if self.over_subjects:
-            return subjects_text(self.over_subjects)
-        return comparison_text(self.pairs)
+        subjects = self.over_subjects
+        tables = subjects_text(subjects) if subjects else comparison_text(self.pairs)
+        warnings = [fill(f"warning: {text}", TABLE_WIDTH) for text in self.warnings]
+        return "\n\n".join([tables, *warnings])
 
     def _table(self) -> list[list[str]]:
         rows = [

@@ -19,17 +19,21 @@ from armimpedance.impedance.bound import bound_of
 from armimpedance.impedance.identifiable import require_identifiable
 from armimpedance.impedance.methods import exact
 from armimpedance.impedance.prepared import Method, Prepared
+from armimpedance.impedance.weighing.silence import is_silent
 from armimpedance.impedance.weighing.weighted_fit import FEWEST_TRIALS, weighted_fit
 from armimpedance.records import Window
 
 
 def prepare(window: Window, kind: Kind) -> Prepared:
-    """Equations of one group of trials; with very few trials, those of `exact`."""
+    """Equations of one group of trials; with very few trials or no noise, those of `exact`."""
     plain = exact.prepare(window, kind)
     require_identifiable(plain.factors)
     trials = int(window.usable.sum())
     if trials < FEWEST_TRIALS:
         note = f"{trials} trials are too few to weigh: unweighted, as method exact"
+        return Prepared(plain.factors, notes=(*plain.notes, note))
+    if is_silent(window):
+        note = "no noise at rest to weigh by: unweighted, as method exact"
         return Prepared(plain.factors, notes=(*plain.notes, note))
     found = weighted_fit(window, kind)
     note = f"weighted by the noise of {trials} trials in {found.equation.modes.count} modes"

@@ -11,7 +11,7 @@ from scipy import stats
 from armimpedance.impedance import (
     METHODS,
     Options,
-    check_delay,
+    check_response,
     estimate,
     reflex_guard,
     side_by_side,
@@ -168,22 +168,18 @@ def late_by(recording, samples):
     return replace(recording, force=np.roll(rows, samples, axis=1).reshape(recording.force.shape))
 
 
-@pytest.mark.parametrize("samples", [-15, -12, 12, 15])
-def test_delays_beyond_those_looked_for_are_told_at_the_edge(noisy, samples):
-    """Up to 10 ms are looked for; from the last but one a parabola reaches 1.5 steps further."""
-    (check,) = check_delay(late_by(noisy, samples))
+@pytest.mark.parametrize("samples", [-15, -2, 2, 15])
+def test_delays_of_either_sign_are_told(noisy, samples):
+    """To first order in the delay: a long one is told, if not to the millisecond."""
+    check = {c.name: c for c in check_response(late_by(noisy, samples))}["delay"]
     assert check.verdict == "warning"
-    told = float(check.message.split(" ms (standard")[0].split()[-1])
-    assert np.sign(told) == np.sign(samples)
-    assert 9 <= abs(told) <= 10.5
+    assert ("late" if samples > 0 else "early") in check.message
 
 
-def test_two_trials_are_enough_for_a_delay_of_one_axis(limb):
-    one = {"inertia": np.eye(1), "viscosity": 8 * np.eye(1), "stiffness": 100 * np.eye(1)}
-    recording = limb.record(sets=1, directions=2, force_noise=0.01, **one)
-    (check,) = check_delay(late_by(recording, 4))
-    assert check.verdict == "warning"
-    assert "standard error" in check.message
+def test_too_few_trials_to_judge_by_are_no_warning(limb):
+    recording = limb.record(sets=1, directions=4, force_noise=0.01)
+    check = {c.name: c for c in check_response(recording)}["delay"]
+    assert (check.verdict, check.smallest) == ("ok", "")
 
 
 @pytest.mark.parametrize("rest_s", [0.09, 0.25])
