@@ -29,13 +29,18 @@ from armimpedance.trials import InTrials, expect_shape, trial_slices as trial_sl
 
 @dataclass(frozen=True)
 class Subject:
-    """Who was measured; what is not known is None. Lengths: see `conventions`."""
+    """Who was measured; what is not known is None. Lengths: see `conventions`.
+
+    `mass_sd_kg` and `length_sd_m` say how well the mass and each length are known, where they do.
+    """
 
     id: str = "unknown"
     mass_kg: float | None = None
     height_m: float | None = None
     upper_arm_m: float | None = None
     forearm_hand_m: float | None = None
+    mass_sd_kg: float | None = None
+    length_sd_m: float | None = None
 
 
 @dataclass(frozen=True, repr=False)

@@ -23,6 +23,7 @@ from armimpedance.levels import (
     to_hand as to_hand_once,
     to_joint as to_joint_once,
     to_muscle as to_muscle_once,
+    with_arm_errors,
 )
 from armimpedance.recordings import read_subject
 from armimpedance.records import ArmPosture, ImpedanceEstimate, Recording, Subject
@@ -281,9 +282,12 @@ def _naming_condition(condition: str) -> Iterator[None]:
 
 
 def _at_joint(row: ImpedanceEstimate, who: _Who, force_term: bool) -> ImpedanceEstimate:
-    posture, source = _posture(row, who)
-    joint = to_joint_once(row, posture, force_dependent=force_term)
-    return replace(joint, provenance=(*joint.provenance, source))
+    def mapped(subject: Subject | None) -> ImpedanceEstimate:
+        posture, source = _posture(row, replace(who, subject=subject))
+        joint = to_joint_once(row, posture, force_dependent=force_term)
+        return replace(joint, provenance=(*joint.provenance, source))
+
+    return with_arm_errors(mapped, who.subject)
 
 
 def _with_torque(row: ImpedanceEstimate, who: _Who) -> ImpedanceEstimate:

@@ -1,5 +1,5 @@
+from .arm_errors import with_arm_errors as with_arm_errors
 from .joint import force_term as force_term, to_hand as to_hand, to_joint as to_joint
-from .muscle import joint_stiffness as joint_stiffness, joint_viscosity as joint_viscosity
 from .muscle_map import MuscleEstimate as MuscleEstimate, to_muscle as to_muscle
 from .muscle_share import (
     Combination as Combination,
