@@ -16,6 +16,7 @@ from armimpedance.errors import InputError
 from armimpedance.motion import MotionRecording
 from armimpedance.passive.hinge import SUBSTEPS, HingeDynamics, hinge_coefficients
 from armimpedance.passive.samples import PassiveSamples
+from armimpedance.passive.stillness import as_still_as_shown
 from armimpedance.signals import SPLINE_DEGREE, refuse_degrees, smoothed_derivatives
 
 
@@ -59,7 +60,8 @@ def from_motion(
     smooth = [smoothed_derivatives(q, motion.sample_rate_hz, cutoff_hz) for q in trials]
     q, qd, qdd = (np.concatenate([trial[d] for trial in smooth]) for d in range(3))
     torque = -_inverse_dynamics(model, q, qd, qdd)
-    fine = [_between_samples(trial[0], motion.sample_rate_hz) for trial in smooth]
+    still = [as_still_as_shown(q, motion.sample_rate_hz, cutoff_hz) for q in trials]
+    fine = [_between_samples(q, motion.sample_rate_hz) for q in still]
     return PassiveSamples(
         sample_rate_hz=motion.sample_rate_hz,
         offsets=motion.offsets,

@@ -27,6 +27,7 @@ def identify_passive(
     rest_angle: RestAngle | Mapping[str, RestAngle],
     method: str | None = None,
     quadratic: bool = False,
+    friction: bool = True,
     cross_validate: bool = True,
     progress: Progress | None = None,
 ) -> PassiveFits:
@@ -42,6 +43,8 @@ def identify_passive(
         One of `METHODS`; its default if absent.
     quadratic : bool
         Whether ``K (q - q_r)^2`` is fitted too.
+    friction : bool
+        Whether ``f sign(qd)`` is fitted; False where the joint is known to have no dry friction.
     cross_validate : bool
         Whether every trial (or third of a single trial) is predicted from the others.
     progress : function, optional
@@ -65,7 +68,7 @@ def identify_passive(
     METHODS.named(name)
     fits = []
     for j, joint in enumerate(samples.joints):
-        terms = Terms(_rest_angle(rest_angle, joint, samples.joints), quadratic)
+        terms = Terms(_rest_angle(rest_angle, joint, samples.joints), quadratic, friction)
         fits.append(_identify(samples.only(j), j + 1, terms, name, cross_validate))
         if progress is not None:
             progress(j + 1, len(samples.joints))
@@ -92,7 +95,8 @@ def _identify(
     # the torque equations' own fit, with the parameters that the method found
     torque_fit = replace(equations.fit(), coefficients=fits.classical.coefficients)
     W, Y = equations.stacked()
-    friction = W[:, 2] * fits.classical.parameters[2]
+    dry = terms.columns.index("f") if terms.friction else slice(0)
+    friction = W[:, dry] * fits.classical.parameters[dry]
     cross: tuple[CrossValidation, ...] = ()
     failed: tuple[str, ...] = ()
     if cross_validate:
@@ -106,7 +110,7 @@ def _identify(
         torque_fit=torque_fit,
         direct=torque_fit.validate(W, Y),
         cross=cross,
-        friction_share_percent=100 * float(np.sqrt((friction**2).mean() / (Y**2).mean())),
+        friction_share_percent=100 * float(np.sqrt((friction**2).sum() / (Y**2).sum())),
         cutoff_hz=samples.cutoff_hz,
     )
     return replace(fitted, warnings=(*joint_notes(fitted, samples, fits, elsewhere), *failed))

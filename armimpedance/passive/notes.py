@@ -22,15 +22,16 @@ def joint_notes(
 ) -> tuple[str, ...]:
     """Warnings on one joint, the samples' own first; `elsewhere` says where the data rest."""
     notes = [*samples.notes, *fits.classical.warnings, *([elsewhere] if elsewhere else [])]
-    h, f = fitted.parameters["h"], fitted.parameters["f"]
+    h = fitted.parameters["h"]
+    f = fitted.parameters["f"].value if fitted.terms.friction else 0.0
     condition = fitted.torque_fit.cond_scaled
     if condition > _HARD:
         notes.append(
             f"ill-conditioned: scaled condition number {condition:.0f}; the motion shows "
             "the terms together rather than each"
         )
-    if f.value < 0:
-        notes.append(_negative_friction(f.value, h.value, natural_frequency(fitted, samples)))
+    if f < 0:
+        notes.append(_negative_friction(f, h.value, natural_frequency(fitted, samples)))
     if h.value < 0:
         notes.append(f"negative viscosity {h.value:.3g} Nm s/rad: not dissipative")
     if fitted.parameters["k"].value < 0:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -54,7 +54,7 @@ def free_rest_angle(
     """
     try:
         fits = solve_linear(_with_offset(equations), sample_rate_hz)
-        fitted = Terms("free", terms.quadratic).parameters(fits.robust)
+        fitted = replace(terms, rest_angle="free").parameters(fits.robust)
     except ArmImpedanceError:
         return None
     k, rest = fitted.names.index("k"), fitted.names.index("q_r")
@@ -86,8 +86,9 @@ def _with_offset(equations: Equations) -> Equations:
     """
 
     def more(W: FloatArray) -> FloatArray:
-        return np.insert(W, 3, 1.0, axis=1)
+        return np.insert(W, before, 1.0, axis=1)
 
-    columns = (*equations.columns[:3], "offset", *equations.columns[3:])
-    units = (*equations.column_units[:3], UNITS["f"], *equations.column_units[3:])
+    before = len(set(equations.columns) - {"K"})
+    columns = (*equations.columns[:before], "offset", *equations.columns[before:])
+    units = (*equations.column_units[:before], UNITS["f"], *equations.column_units[before:])
     return Equations(columns, units, tuple(more(w) for w in equations.W), equations.Y)

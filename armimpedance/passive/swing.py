@@ -23,7 +23,7 @@ def simulate_swings(
     terms: Terms,
     sample_rate_hz: float,
 ) -> FloatArray:
-    """Angles (S, B) of B swings.
+    """Angles and velocities (S, 2, B) of B swings.
 
     Parameters
     ----------
@@ -39,9 +39,11 @@ def simulate_swings(
     step = 1 / (SUBSTEPS * sample_rate_hz)
     points = (len(coefficients) - 1) // 2
     q, v = start[0].copy(), start[1].copy()
-    angles = np.empty((points // SUBSTEPS + 1, q.size))
-    angles[0] = q
-    kick = parameters[2] * step / coefficients[::2, 0]
+    states = np.empty((points // SUBSTEPS + 1, 2, q.size))
+    states[0] = start
+    friction = terms.columns.index("f") if terms.friction else None
+    strength = 0.0 if friction is None else parameters[friction]
+    kick = strength * step / coefficients[::2, 0]
     for i in range(points):
         at = coefficients[2 * i : 2 * i + 3]
         sign = np.sign(v)
@@ -54,8 +56,8 @@ def simulate_swings(
             q1, v1 = q1 + step / 2 * change, v1 + change
         q, v = q1, v1
         if (i + 1) % SUBSTEPS == 0:
-            angles[(i + 1) // SUBSTEPS] = q
-    return angles
+            states[(i + 1) // SUBSTEPS] = q, v
+    return states
 
 
 def _step(
@@ -85,9 +87,11 @@ def _acceleration(
     c, s = np.cos(q), np.sin(q)
     gravity = at[2] + at[3] * c + at[4] * s + at[5] * (c * c - s * s) + at[6] * (2 * s * c)
     about = q - terms.reference
-    passive = x[0] * about + x[1] * v + x[2] * sign
+    passive = x[0] * about + x[1] * v
     for j, name in enumerate(terms.columns):
-        if name == "offset":
+        if name == "f":
+            passive = passive + x[j] * sign
+        elif name == "offset":
             passive = passive + x[j]
         elif name == "K":
             passive = passive + x[j] * about**2

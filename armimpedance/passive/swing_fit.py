@@ -1,84 +1,102 @@
 """Output error of a hinge: the swing that the parameters would make, fitted to the measured one.
 
-The hinge is simulated forward from free initial conditions with the other coordinates as measured
-and compared with the measured angle, unfiltered: no derivative of a noisy signal enters, and no
-sign. Long trials are cut into pieces with a start of their own: noise of the other coordinates
-drives the simulation away from the measured swing, but not for longer than a piece. Gauss-Newton
-from the `parallel` estimate.
+The hinge moves by its equation with the other coordinates as measured, and the measured angle,
+unfiltered, is what it does plus noise: no derivative of a noisy signal enters, and no sign. The
+other coordinates' noise pushes the hinge too, at random, so that the swing forgets: a torque that
+is white, whose size the residual likelihood chooses, stands for that, and whitens what is left.
+Without it the fit is plain output error; where it is large the fit trusts no longer than a few
+samples. All trials are fitted together, each with an initial angle and velocity of its own.
+Gauss-Newton on steps of one sample about the likeliest motion so far, from the `parallel`
+estimate.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import Final
+from dataclasses import dataclass
+from typing import Final, NamedTuple
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
+from armimpedance.arrays import BoolArray, FloatArray
 from armimpedance.errors import EstimationError, InputError
 from armimpedance.passive.equations import Equations, parallel_equations
-from armimpedance.passive.hinge import HingeDynamics
+from armimpedance.passive.hinge import SUBSTEPS
 from armimpedance.passive.linear import TwoFits, solve_linear
 from armimpedance.passive.samples import PassiveSamples
+from armimpedance.passive.state_noise import StateSteps
 from armimpedance.passive.swing import simulate_swings
 from armimpedance.passive.terms import Terms
 from armimpedance.regression import Fit
 
 _MOST_STEPS: Final = 30
-_MOST_HALVINGS: Final = 8
 
-#: Differences for sensitivities: of parameters in standard errors, of the start in rad and rad/s.
+#: Differences for the steps' derivatives: of parameters in standard errors, of angle (rad),
+#: velocity (rad/s) and torque (Nm).
 _DIFFERENCE: Final = 1.0
-_START_DIFFERENCES: Final = (1e-4, 1e-3)
+_STATE_DIFFERENCES: Final = (1e-5, 1e-4)
+_TORQUE_DIFFERENCE: Final = 1e-3
+
+#: What the random torque of a step moves in it, over the noise of the angle: none, and 21 sizes.
+_PUSHES: Final = np.concatenate([[0.0], 10 ** np.linspace(-4, 1, 21)])
 
 #: Done when the step, in standard errors along its own direction, is shorter than this, or than
 #: a billionth of the parameters.
 _STILL: Final = 0.02
 _STILL_EXACT: Final = 1e-9
-
-#: A step that does not lower the residual, as a reversal that just happens or just does not may
-#: bring about, ends the search if it promised less than one observation's share of the residual,
-#: or is no longer than this part of the robust standard errors.
-_STILL_ENOUGH: Final = 1.0
-_STILL_ROBUST: Final = 0.25
-
-#: Longest piece with a start of its own, s. An elbow forgets its start in some 4 s.
-LONGEST_PIECE_S: Final = 3.0
+#: After all steps, as a reversal that just happens or just does not may bring about, this will do.
+_STILL_ENOUGH: Final = 0.5
 
 
 @dataclass(frozen=True)
 class Swings:
-    """What a simulation of all pieces of one hinge's trials needs; T pieces.
+    """The hinge from sample to sample; T trials of at most S samples.
 
     Attributes
     ----------
-    coefficients : (points, 7, T)
-        Shorter pieces hold their last row.
-    measured : tuple of T arrays (S_t,)
+    coefficients : (2 SUBSTEPS + 1, 7, (S - 1) T)
+        Of every step from one sample to the next, sample by sample.
+    measured : (S, T)
+    seen : (S, T) bool
     terms : Terms
     sample_rate_hz : float
     """
 
     coefficients: FloatArray
-    measured: tuple[FloatArray, ...]
+    measured: FloatArray
+    seen: BoolArray
     terms: Terms
     sample_rate_hz: float
 
-    def simulate(self, parameters: FloatArray, start: FloatArray) -> FloatArray:
-        """Angles (S, V, T) of V variants: parameters (p, V), start (2, V, T)."""
-        V, T = parameters.shape[1], len(self.measured)
-        angles = simulate_swings(
-            np.tile(self.coefficients, (1, 1, V)),
-            np.repeat(parameters, T, axis=1),
-            start.reshape(2, V * T),
-            self.terms,
-            self.sample_rate_hz,
-        )
-        return angles.reshape(-1, V, T)
+    def step(self, x: FloatArray, states: FloatArray, torque: float = 0.0) -> FloatArray:
+        """States (S - 1, T, 2) one sample after each of `states` (S, T, 2), under a torque too."""
+        S, T, _ = states.shape
+        count = (S - 1) * T
+        at = self.coefficients
+        if torque:
+            at = at.copy()
+            at[:, 2] -= torque
+        parameters = np.repeat(x[:, None], count, axis=1)
+        begin = states[:-1].reshape(count, 2).T
+        ends = simulate_swings(at, parameters, begin, self.terms, self.sample_rate_hz)[-1]
+        return ends.T.reshape(S - 1, T, 2)
 
-    def residual(self, angles: FloatArray) -> list[FloatArray]:
-        """Measured less simulated (S, T), per trial (S_t,)."""
-        return [m - angles[: len(m), t] for t, m in enumerate(self.measured)]
+
+class Linear(NamedTuple):
+    """The steps about some motion, linear in the state, the push and the p parameters.
+
+    `by_parameters` is (S - 1, T, 2, p); `jump` (S - 1, T, 2) the end of a step less the next state.
+    """
+
+    steps: StateSteps
+    by_parameters: FloatArray
+    jump: FloatArray
+
+
+class Solution(NamedTuple):
+    """One Gauss-Newton step: the fit of the white rows, and the likeliest motion (S, T, 2)."""
+
+    fit: Fit
+    states: FloatArray
 
 
 def solve_swing(samples: PassiveSamples, terms: Terms) -> TwoFits:
@@ -92,57 +110,24 @@ def solve_swing(samples: PassiveSamples, terms: Terms) -> TwoFits:
         The same cases as in `solve_linear`, which finds the `parallel` start.
     """
     first = solve_linear(parallel_equations(samples, terms), samples.sample_rate_hz).classical
-    seconds = int(samples.offsets[-1]) / samples.sample_rate_hz
-    samples = in_pieces(samples, LONGEST_PIECE_S)
-    if samples.n_trials < 2:
-        raise InputError(
-            f"{samples.joints[0]}: one swing of {seconds:.1f} s has no spread to see",
-            expected=f"more than {LONGEST_PIECE_S:g} s, or several trials, for output-error",
-        )
     swings = _swings(samples, terms)
-    x = first.parameters.copy()
-    start = np.array([[samples.q[s.start, 0], samples.qd[s.start, 0]] for s in samples.slices()]).T
-    sd = first.sd
+    states = np.stack([_padded(samples, s[:, 0]) for s in (samples.q, samples.qd)], axis=-1)
+    x, sd, length = first.parameters, first.sd, np.inf
+    fit = first
     for _ in range(_MOST_STEPS):
-        steps = np.maximum(np.concatenate([_DIFFERENCE * sd, _START_DIFFERENCES]), 1e-7)
-        angles, W_x, W_start = _sensitivities(swings, x, start, steps)
-        E = swings.residual(angles)
-        fits, moves = _linearised(swings, x, E, W_x, W_start)
-        change = fits.classical.parameters - x
-        length = _length(change, fits.classical)
+        linear = _linear(swings, x, states, sd)
+        fit, states = _gauss_newton(swings, x, states, linear)
+        change = fit.parameters - x
+        length = _length(change, fit)
+        x, sd = fit.parameters, fit.sd
+        if not (np.isfinite(x).all() and np.isfinite(states).all()):
+            raise EstimationError(f"{samples.joints[0]}: the simulated swing runs away")
         if length <= _STILL or (np.abs(change) <= _STILL_EXACT * np.abs(x)).all():
-            return fits
-        lower = _descend(swings, x, start, change, moves, _squares(E))
-        if lower is None and (
-            length <= _STILL_ENOUGH or (np.abs(change) <= _STILL_ROBUST * fits.robust.sd).all()
-        ):
-            return fits
-        if lower is None:
-            raise EstimationError(
-                f"{samples.joints[0]}: no step brings the simulated swing nearer to the measured"
-            )
-        (x, start), sd = lower, fits.classical.sd
+            return TwoFits(fit, fit)
+    if length <= _STILL_ENOUGH:
+        return TwoFits(fit, fit)
     raise EstimationError(
         f"{samples.joints[0]}: the simulated swing did not settle in {_MOST_STEPS} steps"
-    )
-
-
-def in_pieces(samples: PassiveSamples, longest_s: float) -> PassiveSamples:
-    """The same samples, every trial cut into equal pieces no longer than this."""
-    hinges: list[list[FloatArray]] = [[] for _ in samples.hinges or ()]
-    ends = [0]
-    for t, part in enumerate(samples.slices()):
-        count = part.stop - part.start
-        pieces = int(np.ceil(count / max(longest_s * samples.sample_rate_hz, 2)))
-        edges = np.linspace(0, count, pieces + 1).astype(int).tolist()
-        ends += [part.start + e for e in edges[1:]]
-        for pieces_so_far, hinge in zip(hinges, samples.hinges or (), strict=True):
-            pieces_so_far += hinge.select([t]).cut(edges).coefficients
-    return replace(
-        samples,
-        offsets=np.array(ends),
-        hinges=tuple(HingeDynamics(tuple(own)) for own in hinges) or None,
-        trials=(),
     )
 
 
@@ -150,76 +135,94 @@ def _swings(samples: PassiveSamples, terms: Terms) -> Swings:
     if samples.hinges is None:
         raise InputError("no skeleton to simulate", expected="samples from a motion recording")
     parts = samples.hinges[0].coefficients
-    longest = max(len(c) for c in parts)
-    padded = [np.pad(c, ((0, longest - len(c)), (0, 0)), mode="edge") for c in parts]
-    measured = tuple(samples.measured_q[s, 0] for s in samples.slices())
-    return Swings(np.stack(padded, axis=2), measured, terms, samples.sample_rate_hz)
+    per, S = 2 * SUBSTEPS, int(np.diff(samples.offsets).max())
+    # (points, 7, T), shorter trials hold their last row; then (points of a step, 7, S - 1, T)
+    padded = np.stack(
+        [np.pad(c, ((0, per * (S - 1) + 1 - len(c)), (0, 0)), mode="edge") for c in parts], axis=2
+    )
+    at = per * np.arange(S - 1) + np.arange(per + 1)[:, None]
+    steps = padded[at].transpose(0, 2, 1, 3).reshape(per + 1, 7, -1)
+    seen = np.arange(S)[:, None] < np.diff(samples.offsets)
+    return Swings(
+        steps, _padded(samples, samples.measured_q[:, 0]), seen, terms, samples.sample_rate_hz
+    )
 
 
-def _sensitivities(
-    swings: Swings, x: FloatArray, start: FloatArray, steps: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Angles (S, T), and their derivatives by parameters (S, p, T) and start (S, 2, T)."""
-    p = len(x)
-    X = np.repeat(x[:, None], 1 + p + 2, axis=1)
-    begin = np.repeat(start[:, None, :], 1 + p + 2, axis=1)
-    for j in range(p):
-        X[j, 1 + j] += steps[j]
-    for j in range(2):
-        begin[j, 1 + p + j] += steps[p + j]
-    angles = swings.simulate(X, begin)
-    slopes = (angles[:, 1:] - angles[:, :1]) / steps[:, None]
-    if not np.isfinite(slopes).all():
+def _padded(samples: PassiveSamples, signal: FloatArray) -> FloatArray:
+    """A signal (N,) trial beside trial (S, T); shorter trials hold their last value."""
+    parts = [signal[s] for s in samples.slices()]
+    longest = max(map(len, parts))
+    return np.stack([np.pad(part, (0, longest - len(part)), mode="edge") for part in parts], axis=1)
+
+
+def _linear(swings: Swings, x: FloatArray, states: FloatArray, sd: FloatArray) -> Linear:
+    """The steps linearised about states (S, T, 2) and parameters (p,)."""
+    ends = swings.step(x, states)
+    columns = []
+    for i, step in enumerate(_STATE_DIFFERENCES):
+        moved = states.copy()
+        moved[..., i] += step
+        columns.append((swings.step(x, moved) - ends) / step)
+    push = (swings.step(x, states, _TORQUE_DIFFERENCE) - ends) / _TORQUE_DIFFERENCE
+    slopes = []
+    for j, step in enumerate(np.maximum(_DIFFERENCE * sd, 1e-7)):
+        slopes.append((swings.step(x + step * (np.arange(len(x)) == j), states) - ends) / step)
+    if not np.isfinite(ends).all():
         raise EstimationError("the simulated swing runs away")
-    return angles[:, 0], slopes[:, :p], slopes[:, p:]
+    steps = StateSteps(np.stack(columns, axis=-1), push, swings.seen)
+    return Linear(steps, np.stack(slopes, axis=-1), ends - states[1:])
 
 
-def _linearised(
-    swings: Swings,
-    x: FloatArray,
-    E: list[FloatArray],
-    W_x: FloatArray,
-    W_start: FloatArray,
-) -> tuple[TwoFits, list[tuple[FloatArray, FloatArray]]]:
-    """The Gauss-Newton step as a regression, and per trial what moves the start with it."""
+def _gauss_newton(swings: Swings, x: FloatArray, states: FloatArray, linear: Linear) -> Solution:
+    """Parameters, starts and motion that fit the linearised steps best, by the likeliest push."""
+    S, T, p = *swings.measured.shape, len(x)
+    left = swings.measured - states[..., 0]
+    # columns: what is left, then what p parameters and two starts do; their sign makes W of them
+    measured, start = np.zeros((S, T, 1 + p + 2)), np.zeros((T, 2, 1 + p + 2))
+    measured[..., 0] = left
+    start[:, [0, 1], [1 + p, 2 + p]] = -1.0
+    inputs = np.zeros((S - 1, T, 2, 1 + p + 2))
+    inputs[..., 0], inputs[..., 1 : 1 + p] = linear.jump, -linear.by_parameters
+    ratios = (_PUSHES / np.median(np.abs(linear.steps.push[..., 0]))) ** 2
+    rows, lost = linear.steps.whiten(measured, inputs, start, ratios)
+    best = int(np.argmin(_criterion(rows, lost, int(swings.seen.sum()), p)))
+    equations, moves = _equations(swings, rows[best], x)
+    fit = equations.fit("classical", 2)
+    change = fit.parameters - x
+    begin = np.stack([alone - along @ change for alone, along in moves])
+    inputs = linear.jump + linear.by_parameters @ change
+    motion = linear.steps.smooth(left, inputs, begin, float(ratios[best]))
+    return Solution(fit, states + motion)
+
+
+def _criterion(rows: FloatArray, lost: FloatArray, count: int, p: int) -> FloatArray:
+    """Minus twice the residual log-likelihood (V,) of white rows (V, T, S, 1 + p + 2)."""
+    Q, R = np.linalg.qr(rows[..., 1 + p :])
+    free = rows[..., : 1 + p] - Q @ (Q.swapaxes(-1, -2) @ rows[..., : 1 + p])
+    # [W, Y] = Z R: R holds the determinant of W, and its last entry the residual
+    ordered = np.roll(free.reshape(len(rows), -1, 1 + p), -1, axis=-1)
+    own = np.abs(np.diagonal(np.linalg.qr(ordered, mode="r"), axis1=-2, axis2=-1))
+    starts = np.abs(np.diagonal(R, axis1=-2, axis2=-1))
+    tiny = np.finfo(np.float64).tiny
+    volume = 2 * np.log(own[:, :p]).sum(axis=-1) + 2 * np.log(starts).sum(axis=(-1, -2))
+    dof = count - p - 2 * rows.shape[1]
+    return np.asarray(2 * dof * np.log(own[:, p] + tiny) + lost + volume)
+
+
+def _equations(
+    swings: Swings, rows: FloatArray, x: FloatArray
+) -> tuple[Equations, list[tuple[FloatArray, FloatArray]]]:
+    """The white rows (T, S, 1 + p + 2) as a regression; per trial what moves the start with it."""
     W, Y, moves = [], [], []
-    for t, e in enumerate(E):
+    p = len(x)
+    for trial, seen in zip(rows, swings.seen.T, strict=True):
+        e, w_x, w_start = np.split(trial[seen], [1, 1 + p], axis=1)
         # e (S,) = W_x (S, p) dx + W_start (S, 2) ds: the start is projected out of each trial
-        w_x, w_start = W_x[: len(e), :, t], W_start[: len(e), :, t]
         Q, R = np.linalg.qr(w_start)
-        moves.append((np.linalg.solve(R, Q.T @ e), np.linalg.solve(R, Q.T @ w_x)))
+        moves.append((np.linalg.solve(R, Q.T @ e)[:, 0], np.linalg.solve(R, Q.T @ w_x)))
         W.append(w_x - Q @ (Q.T @ w_x))
-        Y.append((e - Q @ (Q.T @ e) + W[-1] @ x)[:, None])
-    equations = Equations(swings.terms.columns, swings.terms.column_units, tuple(W), tuple(Y))
-    return _both(equations), moves
-
-
-def _both(equations: Equations) -> TwoFits:
-    """Both covariances of the linearised fit; the robust one takes a piece as one observation.
-
-    The other coordinates' noise drives the joint at its own resonance, so that a residual
-    remembers as long as the swing does; a piece with its own start forgets what was before.
-    """
-    return TwoFits(equations.fit("classical", 2), equations.fit("cr3", 2))
-
-
-def _descend(
-    swings: Swings,
-    x: FloatArray,
-    start: FloatArray,
-    change: FloatArray,
-    moves: list[tuple[FloatArray, FloatArray]],
-    squares: float,
-) -> tuple[FloatArray, FloatArray] | None:
-    """The step, halved until the residual falls; None if it never does."""
-    begin = np.stack([alone - along @ change for alone, along in moves], axis=1)
-    parts = 0.5 ** np.arange(_MOST_HALVINGS)
-    for part in parts:
-        x1, start1 = x + part * change, start + part * begin
-        angles = swings.simulate(x1[:, None], start1[:, None, :])[:, 0]
-        if np.isfinite(angles).all() and _squares(swings.residual(angles)) < squares:
-            return x1, start1
-    return None
+        Y.append(e - Q @ (Q.T @ e) + W[-1] @ x[:, None])
+    return Equations(swings.terms.columns, swings.terms.column_units, tuple(W), tuple(Y)), moves
 
 
 def _length(change: FloatArray, fit: Fit) -> float:
@@ -227,7 +230,3 @@ def _length(change: FloatArray, fit: Fit) -> float:
     # C^-1 (p, p) = R^T R / sigma^2
     sigma = max(fit.residual_sd, np.finfo(np.float64).tiny)
     return float(np.linalg.norm(fit.triangle @ change) / sigma)
-
-
-def _squares(E: list[FloatArray]) -> float:
-    return float(sum(e @ e for e in E))

@@ -32,10 +32,13 @@ class Terms:
         q_r in rad where it is known.
     quadratic : bool
         Whether ``K (q - q_r)^2`` is fitted too.
+    friction : bool
+        Whether ``f sign(qd)`` is fitted; False: the joint is known to have no dry friction.
     """
 
     rest_angle: RestAngle
     quadratic: bool = False
+    friction: bool = True
 
     def __post_init__(self) -> None:
         if self.rest_angle == "free":
@@ -61,8 +64,9 @@ class Terms:
     @property
     def columns(self) -> tuple[str, ...]:
         """Names of the p columns, by the parameter that they carry."""
+        dry = ("f",) if self.friction else ()
         more = ("offset",) if self.free else ()
-        return ("k", "h", "f", *more, *(("K",) if self.quadratic else ()))
+        return ("k", "h", *dry, *more, *(("K",) if self.quadratic else ()))
 
     @property
     def column_units(self) -> tuple[str, ...]:
@@ -71,18 +75,19 @@ class Terms:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of the parameters: k, h, f [, q_r] [, K]."""
+        """Names of the parameters: k, h [, f] [, q_r] [, K]."""
         return tuple("q_r" if name == "offset" else name for name in self.columns)
 
     def matrix(self, q: FloatArray, qd: FloatArray, sign: FloatArray) -> FloatArray:
         """Columns (..., p) from angles, velocities and signs (...)."""
         about = q - self.reference
-        more = [np.ones_like(q)] if self.free else []
+        more = [sign] if self.friction else []
+        more += [np.ones_like(q)] if self.free else []
         more += [about**2] if self.quadratic else []
-        return np.stack([about, qd, sign, *more], axis=-1)
+        return np.stack([about, qd, *more], axis=-1)
 
     def parameters(self, fit: Fit) -> Parameters:
-        """k, h, f [, q_r] [, K] with their covariance, from the columns' fit.
+        """k, h [, f] [, q_r] [, K] with their covariance, from the columns' fit.
 
         Raises
         ------
@@ -95,13 +100,13 @@ class Terms:
         if not self.free:
             return lambda x: x
         if not self.quadratic:
-            return lambda x: np.array([x[0], x[1], x[2], -x[3] / x[0]])
+            return lambda x: np.array([*x[:-1], -x[-1] / x[0]])
 
         def curved(x: FloatArray) -> FloatArray:
-            b, h, f, c, K = x
+            b, c, K = x[0], x[-2], x[-1]
             # the root of K q^2 + b q + c = 0 that stays when K goes to zero
             root = b**2 - 4 * K * c
             rest = -2 * c / (b + np.sign(b) * np.sqrt(root)) if root >= 0 else np.nan
-            return np.array([b + 2 * K * rest, h, f, rest, K])
+            return np.array([b + 2 * K * rest, *x[1:-2], rest, K])
 
         return curved

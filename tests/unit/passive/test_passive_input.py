@@ -194,9 +194,10 @@ def test_emg_of_a_joint_recording_is_found_in_it():
     assert found.muscles == ("biceps",)
 
 
-def test_one_short_swing_is_told_what_it_lacks(forearm):
-    motion, _ = forearm.swings(trials=1, samples=80)
-    with pytest.raises(InputError, match=r"one swing of 2\.7 s .*more than 3 s, or several trials"):
-        identify_passive(
-            from_motion(motion, [forearm.elbow]), rest_angle=1.0, method="output-error"
-        )
+def test_one_short_swing_is_enough_for_output_error(forearm):
+    motion, _ = forearm.swings(trials=1, samples=80, angle_noise=1e-3)
+    samples = from_motion(motion, [forearm.elbow])
+    (fit,) = identify_passive(samples, rest_angle=1.0, method="output-error", cross_validate=False)
+    for name in ("k", "h", "f"):
+        found = fit.parameters[name]
+        assert abs(found.value - getattr(forearm.truth, name)) < 4 * found.sd_robust, name
