@@ -18,6 +18,7 @@ from scipy.linalg import block_diag
 from armimpedance.arm import SINGULAR_CONDITION, require_full_rank
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError, NotIdentifiableError
+from armimpedance.findings import Finding, warnings_of
 from armimpedance.levels.symmetry import symmetric_part
 from armimpedance.records import ArmPosture, ImpedanceEstimate
 
@@ -31,6 +32,9 @@ _WITHOUT_GRAVITY = (
     "gravity: unknown, so that its gradient dg/dq was left out of the joint stiffness, of which it "
     "may be some 5 to 10 %; give a posture with its gravity_gradient"
 )
+#: A hand that is this far from where its joint angles put it, m, is another arm's.
+_APART_M = 0.02
+
 _WITHOUT_GAMMA = "hand force unknown: the force term Gamma was left out of the joint stiffness"
 
 
@@ -124,6 +128,7 @@ def to_joint(
             *warnings,
             *_missing_force(estimate, force_dependent),
             *_missing_gravity(posture),
+            *warnings_of(posture_findings(estimate, posture)),
         ),
         provenance=(*hand.provenance, f"mapped from hand to joint {note}"),
     )
@@ -222,6 +227,39 @@ def _gamma(
         return force_term(posture, estimate.force), "with the force term Gamma"
     n = len(posture.joint_angles)
     return np.zeros((n, n)), "without the force term Gamma"
+
+
+def posture_findings(estimate: ImpedanceEstimate, posture: ArmPosture) -> tuple[Finding, ...]:
+    """Whether the arm's lengths and the shoulder's place agree with where the hand was.
+
+    Parameters
+    ----------
+    estimate : ImpedanceEstimate
+        At the hand.
+    posture : ArmPosture
+        That it is mapped with.
+
+    Returns
+    -------
+    tuple of Finding
+        Empty where the hand's place was not measured, or nothing depends on the shoulder's.
+    """
+    if estimate.position is None:
+        return ()
+    if estimate.shoulder_m is None:
+        if estimate.joint_angles is not None:
+            return ()
+        told = "its place is not known and was taken as the origin: K_j is that of an arm there"
+        return (Finding("shoulder", "cannot tell", f"{told}; give shoulder_m or joint angles"),)
+    reach = estimate.position - estimate.shoulder_m
+    apart = float(np.linalg.norm(posture.hand_position - reach))
+    share = 200 * apart / max(float(np.linalg.norm(reach)), apart)
+    said = f"the joint angles put the hand {1e3 * apart:.0f} mm from where it was measured"
+    smallest = f"{1e3 * _APART_M:.0f} mm"
+    if apart <= _APART_M:
+        return (Finding("lengths", "ok", said, smallest=smallest),)
+    said += f": lengths, shoulder_m or angles are wrong, and K_j by some {share:.0f} %"
+    return (Finding("lengths", "warning", said, smallest=smallest),)
 
 
 def _gravity_gradient(posture: ArmPosture) -> FloatArray:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from armimpedance.analyses import Estimates, to_joint
+from armimpedance.arm.anthropometry import two_link_arm
 from armimpedance.records import ImpedanceEstimate, Quality, Subject
 
 WHO = Subject("A", mass_kg=70.0, upper_arm_m=0.30, forearm_hand_m=0.34)
@@ -59,3 +60,20 @@ def test_lengths_from_the_height_alone_are_named():
     assert any(w.startswith("lengths: ") for w in mapped(tall, **q).warnings)
     assert not mapped(replace(tall, length_sd_m=0.015), **q).warnings
     assert not mapped(WHO, **q).warnings
+
+
+@pytest.mark.parametrize(("longer", "named"), [(0.0, False), (0.012, False), (0.04, True)])
+def test_an_arm_whose_hand_is_elsewhere_than_its_angles_say_is_named(longer, named):
+    q = np.array([0.7, 1.4])
+    where = two_link_arm(70.0, upper_arm_m=0.30, forearm_hand_m=0.34 + longer).hand_position(q)
+    place = np.array([0.8, -0.3])
+    found = mapped(WHO, joint_angles=q, position=place + where, shoulder_m=place)
+    assert any(w.startswith("lengths: ") for w in found.warnings) == named
+
+
+def test_a_shoulder_at_an_unknown_place_is_named():
+    unknown = mapped(WHO, position=np.array([0.05, 0.42]))
+    assert any(w.startswith("shoulder: ") for w in unknown.warnings)
+    known = mapped(WHO, position=np.array([0.05, 0.42]), shoulder_m=np.zeros(2))
+    assert not known.warnings
+    np.testing.assert_array_equal(known.stiffness, unknown.stiffness)

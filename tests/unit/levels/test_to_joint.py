@@ -203,7 +203,7 @@ def test_a_redundant_arm_is_refused_the_other_way():
 
 
 def test_unknown_force_and_posture_near_the_edge_are_told():
-    quiet = to_joint(estimate(), POSTURE)
+    quiet = to_joint(estimate(shoulder_m=np.zeros(2)), POSTURE)
     assert quiet.warnings == ()
     blind = to_joint(estimate(force=None), POSTURE)
     assert any("Gamma was left out" in text for text in blind.warnings)
