@@ -209,7 +209,8 @@ def test_unknown_force_and_posture_near_the_edge_are_told():
     assert any("Gamma was left out" in text for text in blind.warnings)
     zero = to_joint(estimate(force=np.zeros(2)), POSTURE)
     np.testing.assert_array_equal(blind.stiffness, zero.stiffness)
-    assert to_joint(estimate(force=None), POSTURE, force_dependent=False).warnings == ()
+    told = estimate(force=None, shoulder_m=np.zeros(2))
+    assert to_joint(told, POSTURE, force_dependent=False).warnings == ()
     straight = to_joint(estimate(), ARM.posture([1.0, 0.02]))
     assert any("nearly singular" in text for text in straight.warnings)
     for mapping, level in ((to_joint, "hand"), (to_hand, "joint")):
