@@ -14,6 +14,8 @@ from armimpedance.errors import InputError
 from armimpedance.recordings.c3d_file import C3DFile
 from armimpedance.recordings.kinarm.files import ExamTrial, LeftOut
 from armimpedance.recordings.kinarm.robot import Side
+from armimpedance.recordings.tables.metadata import LARGEST_COORDINATE_M
+from armimpedance.recordings.tables.sample_table import LARGEST_ANGLE_RAD
 
 #: Channels that are kept as they were recorded, beside `ACHn`: the side's robot as it moved.
 KEPT_CHANNELS: Final = tuple(
@@ -97,7 +99,12 @@ def _check_trial(
     for label in points:
         if label not in c3d.point_labels:
             raise InputError("no such point", file=c3d.name, column=label, expected="the hand")
-        check_finite(c3d, label, c3d.points[:, c3d.point_labels.index(label), :2])
+        hand = c3d.points[:, c3d.point_labels.index(label), :2]
+        check_finite(c3d, label, hand)
+        _check_size(c3d, label, hand, LARGEST_COORDINATE_M, "m")
+    for label in link_labels(side):
+        if label in labels:
+            _check_size(c3d, label, channel(c3d, label), 2 * LARGEST_ANGLE_RAD, "rad")
     if not any(channel(c3d, name).any() for name in force_labels(side)):
         raise InputError(
             "the force is zero throughout, as of an absent sensor",
@@ -105,6 +112,16 @@ def _check_trial(
             column=force_labels(side)[0],
             expected="a measured force",
         )
+
+
+def _check_size(c3d: C3DFile, label: str, values: FloatArray, largest: float, unit: str) -> None:
+    """Refuse places and angles, (F, ...), that no arm reaches, as of a damaged file."""
+    size = np.abs(values).reshape(len(values), -1).max(axis=1)
+    if size.max() > largest:
+        row = int(np.argmax(size > largest))
+        problem = f"{size[row]:.3g} {unit} is out of reach"
+        expected = f"at most {largest:g}"
+        raise InputError(problem, file=c3d.name, row=row + 1, column=label, expected=expected)
 
 
 def _refuse_copy(trial: ExamTrial, earlier: ExamTrial | None) -> None:

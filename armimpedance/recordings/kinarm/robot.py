@@ -93,8 +93,10 @@ def choose_side(exam: Exam, asked: Side | None, path: object) -> Side:
     InputError
         No side has forces, both have and none was asked for, or the one asked for has none.
     """
-    with_force = [side for side in SIDES if _has_robot(exam, side) and _has_force(exam, side)]
-    if asked is not None and asked not in with_force:
+    seen = {side: _trials_with_force(exam, side) for side in SIDES if _has_robot(exam, side)}
+    # A damaged trial or two do not make an absent sensor a second arm.
+    with_force = [side for side, n in seen.items() if n and 2 * n >= max(seen.values())]
+    if asked is not None and not seen.get(asked):
         raise _no_force(asked, path)
     if asked is not None:
         return asked
@@ -121,14 +123,16 @@ def _has_robot(exam: Exam, side: Side) -> bool:
     return exam.common.number(f"{side.upper()}_KINARM", "IS_PRESENT") != 0.0
 
 
-def _has_force(exam: Exam, side: Side) -> bool:
-    # An absent sensor reads as zeros.
-    prefix = f"{side.title()}_FS_Force"
-    return any(
-        trial.c3d.analog[:, i].any()
-        for trial in exam.trials
-        for i, label in enumerate(trial.c3d.analog_labels)
-        if label in (prefix + "X", prefix + "Y")
+def _trials_with_force(exam: Exam, side: Side) -> int:
+    """In how many trials the sensor of a side shows anything; an absent one reads as zeros."""
+    labels = [f"{side.title()}_FS_Force{axis}" for axis in "XY"]
+    return sum(
+        any(
+            c3d.analog[:, c3d.analog_labels.index(n)].any()
+            for n in labels
+            if n in c3d.analog_labels
+        )
+        for c3d in (trial.c3d for trial in exam.trials)
     )
 
 

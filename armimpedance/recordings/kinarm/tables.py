@@ -97,12 +97,11 @@ def condition_name(trial: ExamTrial, common: C3DFile) -> str:
 
 def _row(c3d: C3DFile, common: C3DFile, group: str, row: int) -> dict[str, Value]:
     """One row of a table, counted from 1, by the names of its columns in the file, in capitals."""
-    table = next((f.parameters[group] for f in (c3d, common) if f.parameters.get(group)), {})
-    used = table.get("USED")
-    rows = int(used.flat[0]) if isinstance(used, np.ndarray) and used.size else None
-    if row < 1 or (rows is not None and row > rows):
+    file = next((f for f in (c3d, common) if f.parameters.get(group)), common)
+    used = file.number(group, "USED")
+    if row < 1 or (used is not None and row > used):
         return {}
-    return dict(_cells(table, row - 1, rows or 1))
+    return dict(_cells(file.parameters.get(group, {}), row - 1, int(used or 1)))
 
 
 def _cells(table: Mapping[str, Parameter], index: int, rows: int) -> Iterator[tuple[str, Value]]:

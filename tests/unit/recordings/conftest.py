@@ -234,7 +234,9 @@ def common_c3d(robot: Robot) -> bytes:
 
 def exam_files(trials: list[Trial] | None = None, robot: Robot | None = None) -> dict[str, bytes]:
     robot = robot or Robot()
-    files = {trial.name: trial_c3d(trial, robot) for trial in trials or [Trial()]}
+    files = {
+        trial.name: trial_c3d(trial, robot) for trial in ([Trial()] if trials is None else trials)
+    }
     return {"common.c3d": common_c3d(robot), **files}
 
 

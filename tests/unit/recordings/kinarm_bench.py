@@ -62,10 +62,11 @@ def places(angles, handle=(0.0, 0.0)):
     return np.array(SHOULDER) + LENGTHS[0] * unit(a1) + beyond
 
 
-def dalembert(angles, turn=1.0):
+def dalembert(angles, turn=1.0, crank_behind=0.0):
     """Torques on the two links' angles that the bodies' accelerations take, (S, 2).
 
-    `turn` is -1 for a left robot, whose "anterior" is the other side.
+    `turn` is -1 for a left robot, whose "anterior" is the other side; the crank is so far behind
+    link 2.
     """
     c, dt = INERTIAS, 1 / RATE
     a1, a2 = angles.T
@@ -85,8 +86,8 @@ def dalembert(angles, turn=1.0):
         return {
             "L1": place(origin, "L1", a1),
             "L2": place(LENGTHS[0] * unit(a1), "L2", a2),
-            "L3": place(origin, "L3", a2),
-            "L4": place(CRANK * unit(a2), "L4", a1),
+            "L3": place(origin, "L3", a2 - turn * crank_behind),
+            "L4": place(CRANK * unit(a2 - turn * crank_behind), "L4", a1),
         }
 
     step, torque = 1e-6, np.zeros_like(angles)

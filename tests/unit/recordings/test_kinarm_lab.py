@@ -12,6 +12,9 @@ import pytest
 from armimpedance.__main__ import main
 from armimpedance.analyses import inspect, read
 from armimpedance.errors import InputError
+from armimpedance.recordings.c3d_file import parse_c3d
+from armimpedance.recordings.kinarm.dynamics import link_inertias
+from armimpedance.recordings.kinarm.robot import robot_of
 
 HANDLE = (0.0, -0.0005)
 CENTRE = np.array([-0.05, 0.42])
@@ -119,6 +122,7 @@ BROKEN = {
     "no such channel": lambda _: {"drop_channels": ("Right_L2Ang",)},
     "500 samples/s": lambda _: {"rate": 500.0},
     "zero throughout": lambda made: {"forces": np.zeros_like(made.force)},
+    "is out of reach": lambda made: {"links": made.links + [[0.0, 1e6]]},
     "lies outside": lambda _: {"events": (("PERT_ON", 9.0), ("PERT_OFF", 9.5))},
 }
 
@@ -200,6 +204,27 @@ def test_what_trials_share_is_no_trial(lab, exams, tmp_path):
 
 
 # ---- whose force ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("side", ["right", "left"])
+@pytest.mark.parametrize("version", ["KINARM_EP_Rev1", "KINARM_H_R_002"])
+def test_the_links_equations_are_those_of_their_bodies(exams, side, version):
+    """Against d'Alembert's principle; the differences there are good to 1e-4 of the torques."""
+    behind = 0.4 if version.startswith("KINARM_H") else 0.0
+    made = exams.Robot(
+        version, lengths=bench.LENGTHS, inertias=bench.INERTIAS | {"L2_L5_ANGLE": behind}
+    )
+    common = parse_c3d(exams.files([], made)["common.c3d"], "common.c3d")
+    inertias = link_inertias(common, robot_of(common, side))
+    t = np.arange(1000) / 1000
+    phase = np.array([[0.3, 1.1]])
+    links = [0.9, 2.0] + 0.3 * np.sin(9 * t[:, None] + phase)
+    speed, rise = 2.7 * np.cos(9 * t[:, None] + phase), -24.3 * np.sin(9 * t[:, None] + phase)
+    expected = bench.dalembert(links, -1.0 if side == "left" else 1.0, behind)
+    inside = slice(10, -10)
+    np.testing.assert_allclose(
+        inertias.torque(links, speed, rise)[inside], expected[inside], atol=1e-4 * expected.std()
+    )
 
 
 @pytest.mark.parametrize("told", ["limb", "device"])
