@@ -37,7 +37,7 @@ from armimpedance.recordings.kinarm.force_balance import (
 )
 from armimpedance.recordings.kinarm.hand import hand_position
 from armimpedance.recordings.kinarm.robot import Robot, Side, choose_side, robot_of
-from armimpedance.recordings.kinarm.tables import with_direction
+from armimpedance.recordings.kinarm.tables import stated_name, with_direction
 from armimpedance.recordings.kinarm.trials import Choice, chosen_trials, trial_table, with_onsets
 from armimpedance.records import Recording, Subject
 
@@ -83,7 +83,7 @@ def read_kinarm(
     -------
     Recording
         A recording of kind "hand". Trial columns: `trial`, `condition` (the protocol's name, or
-        `TP_n` with its targets and load), `set` (block), `protocol`, `repetition`, `is_error`,
+        what its settings are beside the direction), `set` (block), `protocol`, `repetition`, `is_error`,
         `event_<label>_s` (first occurrence), and what the exam's tables say of the trial: see
         `protocol_columns`.
 
@@ -168,7 +168,8 @@ def _used(
     left_out += untimed
     if timed.empty:
         raise none_left(untimed, path)
-    directed, direction = with_direction(timed)
+    named = any(stated_name(trial, exam.common) for trial in sound)
+    directed, direction = with_direction(timed, named)
     files = [sound[int(i)].c3d for i in directed.pop("file_index")]
     return _Used(directed, files, left_out, [*counted, *chosen, *direction])
 

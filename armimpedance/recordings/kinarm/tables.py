@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -32,7 +33,26 @@ _TARGET: Final = re.compile(r"(.*_)?TARGET(_?\d+)?")
 _START: Final = re.compile(r"START|INIT|HOME|ORIGIN")
 _END: Final = re.compile(r"END|REACH|DEST|GOAL|FINAL")
 
+#: Columns that `with_direction` takes off again: which setting the direction is from, how large.
+_HIDDEN: Final = ("direction_from", "direction_size")
+
 Value = float | str
+
+
+@dataclass(frozen=True)
+class _Direction:
+    """A direction, the setting that it is from, and its components in the recording's frame."""
+
+    source: str
+    x: float
+    y: float
+
+    @property
+    def degrees(self) -> float | None:
+        """From +x, in [0, 360); None of no direction."""
+        if self.x == 0.0 and self.y == 0.0:
+            return None
+        return float(round(np.rad2deg(np.arctan2(self.y, self.x)), 3) % 360.0)
 
 
 def as_written(value: object) -> float:
@@ -71,18 +91,29 @@ def protocol_columns(trial: ExamTrial, common: C3DFile, side: Side) -> dict[str,
     load = _load(settings, trial.c3d, common)
     columns |= {f"load_{_plain(name)}": value for name, value in load.items()}
     direction = _direction(settings, load, places, side)
-    return columns if direction is None else {**columns, "direction_deg": direction}
+    if direction is None or direction.degrees is None:
+        return columns
+    size = round(float(np.hypot(direction.x, direction.y)), 4)
+    return {
+        **columns,
+        "direction_deg": direction.degrees,
+        "direction_from": direction.source,
+        "direction_size": size,
+    }
 
 
-def condition_name(trial: ExamTrial, common: C3DFile) -> str:
-    """A readable name of a trial's protocol: its own, or its row, targets and load."""
+def stated_name(trial: ExamTrial, common: C3DFile) -> str:
+    """The name that the exam gives to a trial's protocol; "" where it gives none."""
     stated = trial.c3d.text("TRIAL", "TP") or ""
     if stated and not stated.isdigit():
         return stated
     settings = _row(trial.c3d, common, "TP_TABLE", protocol_row(trial))
-    named = [str(settings[name]) for name in _NAMES if isinstance(settings.get(name), str)]
-    if named:
-        return named[0]
+    return next((str(settings[n]) for n in _NAMES if isinstance(settings.get(n), str)), "")
+
+
+def protocol_name(trial: ExamTrial, common: C3DFile) -> str:
+    """A readable name of a protocol without a name: its row, its targets, its load."""
+    settings = _row(trial.c3d, common, "TP_TABLE", protocol_row(trial))
     words = [f"TP_{protocol_row(trial)}"]
     targets = {n: v for n, v in settings.items() if _TARGET.fullmatch(n) and _counts(v)}
     first, last = _one(targets, _START), _one(targets, _END)
@@ -142,24 +173,24 @@ def _direction(
     load: Mapping[str, Value],
     places: Mapping[str, tuple[float, float]],
     side: Side,
-) -> float | None:
-    """Direction of the disturbance in the recording's frame, degrees from +x.
+) -> _Direction | None:
+    """The disturbance in the recording's frame.
 
     A setting `…DIRECTION_DEG`; else that of the load's force, columns such as `FORCE_X, FORCE_Y`;
     else from the start's to the end's target.
     """
     mirror = -1.0 if side == "left" else 1.0
-    stated = [v for n, v in settings.items() if n.endswith("DIRECTION_DEG")]
-    if len(stated) == 1 and isinstance(stated[0], float):
-        angle = np.deg2rad(stated[0])
-        return _degrees(mirror * np.cos(angle), np.sin(angle))
+    stated = [n for n, v in settings.items() if n.endswith("DIRECTION_DEG")]
+    if len(stated) == 1:
+        angle = np.deg2rad(float(settings[stated[0]]))
+        return _Direction(stated[0], mirror * float(np.cos(angle)), float(np.sin(angle)))
     force = _force_columns(load)
     if force is not None:
-        return _degrees(mirror * force[0], force[1])
+        return _Direction("LOAD", mirror * force[0], force[1])
     first, last = _one(places, _START), _one(places, _END)
     if first is None or last is None:
         return None
-    return _degrees(*(places[last][i] - places[first][i] for i in (0, 1)))
+    return _Direction(last, *(places[last][i] - places[first][i] for i in (0, 1)))
 
 
 def _force_columns(load: Mapping[str, Value]) -> tuple[float, float] | None:
@@ -170,13 +201,6 @@ def _force_columns(load: Mapping[str, Value]) -> tuple[float, float] | None:
             if isinstance(x, float) and isinstance(y, float):
                 return x, y
     return None
-
-
-def _degrees(x: float, y: float) -> float | None:
-    """From +x, in [0, 360); None of no direction."""
-    if x == 0.0 and y == 0.0:
-        return None
-    return float(round(np.rad2deg(np.arctan2(y, x)), 3) % 360.0)
 
 
 def _one(names: Mapping[str, object], pattern: re.Pattern[str]) -> str | None:
@@ -196,13 +220,54 @@ def _plain(name: str) -> str:
     return re.sub(r"\W+", "_", name).strip("_").lower()
 
 
-def with_direction(trials: pd.DataFrame) -> tuple[pd.DataFrame, list[str]]:
-    """The table with `direction_deg` for all trials or for none, and a remark on that."""
+def with_direction(trials: pd.DataFrame, named: bool) -> tuple[pd.DataFrame, list[str]]:
+    """The table with `direction_deg` for all trials or for none, and remarks.
+
+    Where all have one, protocols that differ in nothing else are one condition: eight pushes at
+    one place are eight rows of the table and one experiment.
+
+    Parameters
+    ----------
+    trials : DataFrame
+    named : bool
+        Whether the exam names its protocols, so that the conditions are its own.
+    """
     if "direction_deg" not in trials:
         return trials, []
+    hidden, trials = trials[list(_HIDDEN)], trials.drop(columns=list(_HIDDEN))
     known = trials["direction_deg"].notna()
-    if known.all():
-        return trials, ["direction_deg: from the exam's tables."]
-    without = ", ".join(map(str, trials["trial"][~known].tolist()))
-    remark = f"No direction_deg: the exam's tables give none to trials {without}."
-    return trials.drop(columns="direction_deg"), [remark]
+    if not known.all():
+        without = ", ".join(map(str, trials["trial"][~known].tolist()))
+        remark = f"No direction_deg: the exam's tables give none to trials {without}."
+        return trials.drop(columns="direction_deg"), [remark]
+    sources = sorted(set(hidden["direction_from"]))
+    remarks = [f"direction_deg: from the exam's tables ({', '.join(sources)})."]
+    if named or len(sources) > 1:
+        return trials, remarks
+    pooled = _pooled_conditions(trials, f"tp_{_plain(sources[0])}", hidden["direction_size"])
+    if pooled.nunique() < trials["condition"].nunique():
+        remarks.append("Conditions: trial protocols that differ in direction only are together.")
+        trials = trials.assign(condition=pooled)
+    return trials, remarks
+
+
+def _pooled_conditions(trials: pd.DataFrame, source: str, size: pd.Series) -> pd.Series:
+    """Names of the conditions by every setting but that of the direction."""
+    settings = [c for c in trials if str(c).startswith("tp_") and c != source]
+    key = trials[settings].assign(size=size)
+    if source == "tp_load":
+        other = [c for c in trials if str(c).startswith("load_") and "force" not in str(c)]
+        key = pd.concat([key, trials[other]], axis=1)
+    varying = [c for c in key if len(set(key[c])) > 1]
+    if not varying:
+        rows = sorted(set(trials["protocol"]))
+        name = f"TP_{rows[0]}" if len(rows) == 1 else f"TP_{rows[0]} to TP_{rows[-1]}"
+        return pd.Series(name, index=trials.index)
+    words = [
+        [
+            f"{str(c).removeprefix('tp_')} {v if isinstance(v, str) else format(v, 'g')}"
+            for v in key[c]
+        ]
+        for c in varying
+    ]
+    return pd.Series([" ".join(each) for each in zip(*words, strict=True)], index=trials.index)

@@ -15,9 +15,10 @@ from armimpedance.recordings.kinarm.files import ExamTrial, LeftOut
 from armimpedance.recordings.kinarm.robot import Side
 from armimpedance.recordings.kinarm.tables import (
     as_written,
-    condition_name,
     protocol_columns,
+    protocol_name,
     protocol_row,
+    stated_name,
 )
 
 
@@ -58,16 +59,14 @@ def trial_table(
     rows = []
     for running, i in enumerate(sequence, start=1):
         number = numbers[i] if unique else running
-        row = _trial_row(trials[i], keep_personal) | {
-            "condition": condition_name(trials[i], common)
-        }
-        rows.append(
-            {"trial": number} | row | protocol_columns(trials[i], common, side) | {"file_index": i}
-        )
+        name = stated_name(trials[i], common) or protocol_name(trials[i], common)
+        row: dict[str, object] = {"trial": number, "condition": name}
+        row |= _trial_row(trials[i], keep_personal) | protocol_columns(trials[i], common, side)
+        rows.append(row | {"file_index": i})
     table = pd.DataFrame(rows)
-    for name, column in table.items():
+    for label, column in table.items():
         if column.dtype == object:
-            table[name] = column.fillna("")
+            table[label] = column.fillna("")
     remark = "Trial numbers are not unique in the exam: counted through, by set and number."
     return table, [] if unique else [remark]
 

@@ -12,6 +12,7 @@ import pytest
 from armimpedance.__main__ import main
 from armimpedance.analyses import inspect, read
 from armimpedance.errors import InputError
+from armimpedance.files.results_csv import read_results
 from armimpedance.recordings.c3d_file import parse_c3d
 from armimpedance.recordings.kinarm.dynamics import link_inertias
 from armimpedance.recordings.kinarm.robot import robot_of
@@ -349,6 +350,43 @@ def test_without_loads_the_direction_is_that_of_the_targets(lab, exams, c3d, tmp
     del tables["LOAD_TABLE"]
     trials = read(exams.folder(tmp_path, lab(8, tables=tables))).trials
     np.testing.assert_allclose(trials["direction_deg"], 45.0 * np.arange(8), atol=1e-3)
+
+
+@pytest.mark.parametrize("source", ["LOAD", "END_TARGET"])
+def test_protocols_that_differ_in_direction_only_are_one_condition(
+    lab, exams, c3d, tmp_path, source
+):
+    tables = bench.tables_of(c3d)
+    del tables["TP_TABLE"]["LOAD" if source == "END_TARGET" else "END_TARGET"]
+    folder = exams.folder(tmp_path / "one", lab(16, tables=tables))
+    assert read(folder).trials["condition"].unique().tolist() == ["TP_1 to TP_8"]
+    assert read(folder, protocols=(3,)).trials["condition"].unique().tolist() == [
+        "TP_3 target 9 to 3" if source == "END_TARGET" else "TP_3 start_target 9 load 3"
+    ]
+    # Another setting that differs makes two of them.
+    delay = [0.1] * 4 + [0.665] * 4 + [0.0] * 92
+    tables["TP_TABLE"]["DELAY"] = c3d.floats(*delay)
+    recording = read(exams.folder(tmp_path / "two", lab(16, tables=tables)))
+    assert sorted(recording.trials["condition"].unique()) == ["delay 0.1", "delay 0.665"]
+    assert any("differ in direction only" in sentence for sentence in recording.provenance)
+    np.testing.assert_allclose(
+        recording.trials["direction_deg"][:8], 45.0 * np.arange(8), atol=1e-3
+    )
+
+
+def test_an_exam_with_its_tables_goes_through_to_an_estimate(lab, exams, c3d, tmp_path):
+    """The limb that was pushed comes back, from one call of convert and one of estimate."""
+    tables = bench.tables_of(c3d)
+    del tables["TP_TABLE"]["END_TARGET"]
+    files = lab(24, tables=tables, force_by="device", noise_n=0.02, changes={5: EMPTY})
+    exam, session = exams.zip(tmp_path / "exam.zip", files), tmp_path / "session"
+    events = ["--onset-event", "PERT_ON", "--end-event", "PERT_OFF"]
+    assert main(["convert", str(exam), str(session), *events]) == 0
+    assert main(["estimate", str(session), "--out", str(tmp_path / "hand.csv")]) == 0
+    (made,) = read_results(tmp_path / "hand.csv")
+    matrices = (made.inertia_with_handle, made.viscosity, made.stiffness)
+    for found, true in zip(matrices, bench.LIMB, strict=True):
+        assert np.linalg.norm(found - true) < 0.02 * np.linalg.norm(true)
 
 
 def test_a_direction_that_some_trials_lack_is_no_column(lab, exams, tmp_path):
