@@ -64,8 +64,8 @@ TOPICS = (
 )
 COLUMNS = (
     "command", "rig", "violation", "size", "n", "effect_in_se", "silently_wrong", "named",
-    "refused", "wide_or_right", "false_alarm", "worst_check", "records_wrong", "seen", "alarms",
-    "wrong", "example", "advice", "seconds",
+    "refused", "wide_or_right", "false_alarm", "worst_check", "records_wrong", "held", "seen",
+    "alarms", "wrong", "example", "advice", "seconds",
 )  # fmt: skip
 
 
@@ -132,6 +132,7 @@ def row_of(cell: Cell, tally: dict[str, Any], sound: dict[str, Any]) -> dict[str
         "false_alarm": None if broken else round(tally["alarmed"], 4),
         "worst_check": None if broken else round(worst, 4),
         "records_wrong": round(tally["records_wrong"], 4),
+        "held": round(tally["held"], 4),
         "seen": cell.seen,
         "alarms": "; ".join(f"{k} ({v})" for k, v in tally["alarms"].items()),
         "wrong": "; ".join(f"{k} ({v})" for k, v in tally["wrong"].items()),

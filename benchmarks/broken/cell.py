@@ -167,6 +167,7 @@ class Tally:
 
     Shares are of the records; of a record that is neither refused nor named, each printed number
     counts as its part of it. A record without numbers is silently wrong where it is not named.
+    `held` is the part of all printed numbers, named or not, whose widened interval holds the truth.
     """
 
     n: int = 0
@@ -175,6 +176,7 @@ class Tally:
     silently_wrong: float = 0.0
     wide_or_right: float = 0.0
     records_wrong: float = 0.0
+    held: float = 0.0
     alarmed: float = 0.0
     alarms: dict[str, int] = field(default_factory=dict)
     wrong: dict[str, int] = field(default_factory=dict)
@@ -193,6 +195,7 @@ def run_cell(cell: Cell, records: int) -> Tally:
     """Make the records of a cell, ask the command and count."""
     start, tally = time.perf_counter(), Tally(n=records)
     halves: dict[str, list[float]] = {}
+    held: list[bool] = []
     errors: dict[str, list[float]] = {}
     naive: dict[str, list[float]] = {}
     alarms, wrong = Counter[str](), Counter[str]()
@@ -203,6 +206,7 @@ def run_cell(cell: Cell, records: int) -> Tally:
         for name, truth in made.truth.items():
             if name in answer.numbers:
                 value, low, high = answer.numbers[name]
+                held.append(holds(answer.numbers[name], truth))
                 halves.setdefault(name, []).append((high - low) / 2)
                 errors.setdefault(name, []).append(abs(value - truth))
         if cell.rig.naive is not None:
@@ -211,6 +215,7 @@ def run_cell(cell: Cell, records: int) -> Tally:
     for share in ("refused", "named", "silently_wrong", "wide_or_right", "records_wrong"):
         setattr(tally, share, getattr(tally, share) / records)
     tally.alarmed /= records
+    tally.held = float(np.mean(held)) if held else float("nan")
     tally.alarms, tally.wrong = dict(alarms.most_common(8)), dict(wrong.most_common(8))
     tally.half = {k: float(np.median(v)) for k, v in halves.items()}
     tally.error = {k: float(np.median(v)) for k, v in errors.items()}

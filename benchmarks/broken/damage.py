@@ -95,12 +95,14 @@ def growing_gain(name: str, part: float) -> Damage:
 
 
 def hum(name: str, amplitude: float, hertz: float = 50.0) -> Damage:
-    """The mains in a channel."""
+    """The mains in a channel; each trial begins at another instant of it."""
 
     def change(x: np.ndarray, rng: np.random.Generator, record: Record) -> np.ndarray:
-        phase = rng.uniform(0, 2 * np.pi, x.shape[1])
-        clock = 2 * np.pi * hertz * np.arange(len(x)) / record.sample_rate_hz
-        return x + amplitude * np.sin(clock[:, None] + phase)
+        for first, last in zip(record.offsets, record.offsets[1:], strict=False):
+            phase = rng.uniform(0, 2 * np.pi) + rng.uniform(-0.5, 0.5, x.shape[1])
+            clock = 2 * np.pi * hertz * np.arange(last - first) / record.sample_rate_hz
+            x[first:last] += amplitude * np.sin(clock[:, None] + phase)
+        return x
 
     return channel(name, change)
 

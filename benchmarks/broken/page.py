@@ -142,7 +142,9 @@ def seen(row: Any) -> str:
         parts.append(f'refused in {_percent(row.refused)}: "{_short(row.example)}"')
     if row.named > 0.02:
         named = _short(str(row.alarms).split(" (")[0])
-        parts.append(f"a warning in {_percent(row.named)}: *{named}*")
+        beside = f", beside intervals that hold the truth in {_percent(row.held)}"
+        held = beside if row.named > 0.5 and np.isfinite(row.held) else ""
+        parts.append(f"a warning in {_percent(row.named)}: *{named}*{held}")
     if row.wide_or_right > 0.02:
         parts.append(f"an interval that holds the truth in {_percent(row.wide_or_right)}")
     if row.silently_wrong > 0.02:
