@@ -16,12 +16,16 @@ with F the force **by the limb on the robot** at the hand and J = dX/d(a1, a2).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.recordings.c3d_file import C3DFile
 from armimpedance.recordings.kinarm.robot import Robot
+
+#: Without these there are no links to speak of.
+_NEEDED: Final = ("L1_I", "L1_M", "L1_C_AXIAL", "L2_I", "L2_M", "L2_C_AXIAL")
 
 
 @dataclass(frozen=True)
@@ -62,7 +66,10 @@ class LinkInertias:
 
 
 def link_inertias(common: C3DFile, robot: Robot) -> LinkInertias | None:
-    """The inertias of one side's links; None where `common.c3d` does not hold them all.
+    """The inertias of one side's links; None where `common.c3d` does not hold links 1 and 2.
+
+    What else is not stated (crank, bar, motors) counts as massless: the balance leaves the size of
+    the inertias open.
 
     Parameters
     ----------
@@ -73,9 +80,9 @@ def link_inertias(common: C3DFile, robot: Robot) -> LinkInertias | None:
     group = f"{robot.side.upper()}_KINARM"
     names = [f"L{i}_{what}" for i in (1, 2, 3, 4) for what in ("I", "M", "C_AXIAL", "C_ANTERIOR")]
     found = {n: common.number(group, n) for n in (*names, "L3_L", "MOTOR1_I", "MOTOR2_I")}
-    known = {name: value for name, value in found.items() if value is not None}
-    if len(known) < len(found) or robot.links_m is None or not known["L1_I"] > 0:
+    if robot.links_m is None or not all(found[name] for name in _NEEDED):
         return None
+    known = {name: value or 0.0 for name, value in found.items()}
     # "Anterior" is counter-clockwise on the right and clockwise on the left.
     turn = -1.0 if robot.side == "left" else 1.0
     mass = [known[f"L{i}_M"] for i in (1, 2, 3, 4)]

@@ -83,9 +83,9 @@ def read_kinarm(
     -------
     Recording
         A recording of kind "hand". Trial columns: `trial`, `condition` (the protocol's name, or
-        what its settings are beside the direction), `set` (block), `protocol`, `repetition`, `is_error`,
-        `event_<label>_s` (first occurrence), and what the exam's tables say of the trial: see
-        `protocol_columns`.
+        what its settings are beside the direction), `set` (block), `protocol`, `repetition`,
+        `is_error`, `event_<label>_s` (first occurrence), and what the exam's tables say of the
+        trial: see `protocol_columns`.
 
     Raises
     ------

@@ -17,6 +17,8 @@ from armimpedance.signals import spline_kernels
 
 #: Support of the smoothing of all torques alike, s: the links move below some 20 Hz.
 SMOOTHED_S: Final = 0.06
+#: Of short trials, at most this part of the usual length.
+SMOOTHED_PART: Final = 0.3
 #: One sample in so much time is looked at; between them the smoothed torques do not change, s.
 STEP_S: Final = 0.005
 #: A link that turns slower than this may stick, rad/s.
@@ -95,7 +97,8 @@ def link_torques(
     friction = tuple(f"{robot.side.title()}_{name}" for name in FRICTION)
     if any(label not in c3d.analog_labels for label in friction for c3d in files):
         friction = ()
-    kernels = spline_kernels(SMOOTHED_S, files[0].rate_hz)
+    usual_s = float(np.median([c3d.frames for c3d in files])) / files[0].rate_hz
+    kernels = spline_kernels(min(SMOOTHED_S, SMOOTHED_PART * usual_s), files[0].rate_hz)
     step = max(1, round(STEP_S * files[0].rate_hz))
     parts: list[tuple[FloatArray, ...]] = []
     trial: list[int] = []

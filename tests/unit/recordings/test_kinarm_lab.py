@@ -285,6 +285,24 @@ def test_where_it_cannot_be_told_it_is_asked_for(lab, exams, tmp_path, reason):
     assert finding(read(folder, force_by="limb"), "force sign").verdict == "cannot tell"
 
 
+def test_short_trials_and_a_robot_of_two_links_suffice(lab, exams, pushes, tmp_path):
+    """Crank, bar and motors are not in the file; trials last .15 s."""
+    part = slice(150, 300)
+    changes = {
+        n: {
+            "samples": 150,
+            "links": pushes[(n - 1) % 8].links[part],
+            "forces": -pushes[(n - 1) % 8].force[part],
+            "motors": pushes[(n - 1) % 8].motors[part],
+            "events": (),
+        }
+        for n in range(1, 17)
+    }
+    two = {name: value for name, value in bench.INERTIAS.items() if name[:2] in ("L1", "L2")}
+    recording = read(exams.folder(tmp_path, lab(16, changes=changes, inertias=two)))
+    assert "by the device" in finding(recording, "force sign").message
+
+
 def test_noise_is_nobodys_force(lab, exams, pushes, tmp_path):
     rng = np.random.default_rng(5)
     changes = {n: {"forces": rng.normal(0, 20, (500, 2))} for n in range(1, 9)}
