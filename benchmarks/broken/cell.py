@@ -27,7 +27,8 @@ SEED = 20261123
 WIDENED = 1.5
 #: Sentences about precision: they tell how wide an interval is, not that an assumption is broken.
 OF_PRECISION = re.compile(
-    r"not (well )?identified|is known to|wide|few trials|degrees of freedom|condition number"
+    r"not (well )?identified|is known to|wide|few trials|degrees of freedom|condition number|"
+    r"hardly told|static range"
 )
 
 

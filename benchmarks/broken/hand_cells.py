@@ -8,6 +8,7 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from broken import damage
 from broken.cell import Answer, Cell, Made, Rig, damaged, on_record, said, seed_of
 from broken.hand_plant import Hand
@@ -37,15 +38,15 @@ def ask_estimate(made: Made) -> Answer:
 
 def ask_reflex(made: Made) -> Answer:
     """The intrinsic K, and whether a reflex is named."""
-    (one,) = reflex(made.record)
+    found = reflex(made.record)
+    (one,) = found
     d = one.intrinsic.shape[0]
     sd = np.sqrt(np.diag(one.covariance))[d * d : 2 * d * d]
     half = student.ppf(0.975, one.dof) * sd
     values = zip(element_names("K", d), one.intrinsic.ravel(), half, strict=True)
     numbers = {name: (float(v), float(v - h), float(v + h)) for name, v, h in values}
     names = ("reflex",) if one.outcome == "contaminated" else ()
-    more = said(getattr(one, "checks", ()))
-    return Answer(numbers, (*names, *more["names"]))
+    return Answer(numbers, names, found.warnings)
 
 
 def ask_inspect(made: Made) -> Answer:
@@ -164,11 +165,17 @@ COMPARE_MORE = Rig(
 )
 
 
-def one_long_trial(record: Any, _rng: np.random.Generator) -> Any:
-    """A bump that ends half a second later than all others, in the table and in the motion."""
-    ends = record.trials["end_s"].to_numpy().copy()
-    ends[3] = record.time_s[: record.offsets[1]].max()
-    return replace(record, trials=record.trials.assign(end_s=ends))
+def one_long_trial(record: Any, rng: np.random.Generator) -> Any:
+    """A reach of 100 mm in 2 s among the bumps."""
+    far = Hand(amplitude_m=0.1, duration_s=2.0, returns=False, sets=1)
+    one = far.record(int(rng.integers(1000)), "long").record.select([0])
+    table = pd.concat([record.trials, one.trials.assign(trial=record.n_trials + 1)])
+    both = {
+        name: np.concatenate([getattr(record, name), getattr(one, name)])
+        for name in ("time_s", "position", "force")
+    }
+    offsets = [*record.offsets, record.offsets[-1] + one.offsets[-1]]
+    return replace(record, trials=table.reset_index(drop=True), offsets=offsets, **both)
 
 
 def second_half(record: Any, name: str, factor: float) -> Any:
@@ -226,6 +233,7 @@ def estimate_cells(rig: Rig = BENCH) -> list[Cell]:
         ("force sensor drifts", "1 N/s", ("drift",), damage.drifting("force", 1.0)),
         ("hum in the force", ".5 N", ("hum", "noise at rest"), damage.hum("force", 0.5)),
         ("every trial twice", "16 trials", ("copies",), damage.copied),
+        ("one long trial among many", "100 mm in 2 s", ("disturbance",), one_long_trial),
         ("handle's mass not told", "164 g", ("handle", "mass", *UNITS),
          damage.told(handle_mass_kg=0.0)),
     ]  # fmt: skip
@@ -270,7 +278,7 @@ def other_cells() -> list[Cell]:
         ("force's sign", "turned", ("force sign",), damage.gain("force", -1.0)),
         ("force's axes swapped", "", ("axes", "force sign"), damage.swapped_axes("force")),
         ("every trial twice", "16 trials", ("copies",), damage.copied),
-        ("one long trial among many", "", ("disturbance",), one_long_trial),
+        ("one long trial among many", "100 mm in 2 s", ("disturbance",), one_long_trial),
         ("force clipped", "at 50 % of its peak", ("clipping",), damage.clipped("force", 0.5)),
         ("samples lost", "5 %, 20 ms each", ("dropout", "gaps", "stuck", "held"),
          damage.held("position", 0.05, 0.02)),

@@ -79,7 +79,7 @@ class Hand:
                 x, f = self._trial(rng, t, u, factor)
                 positions.append(x)
                 forces.append(f)
-                angles.append(float(np.degrees(angle)) % 360)
+                angles.append(45.0 * (trial % 8))
                 labels.append(name)
         count, n = len(labels), len(t)
         onset = REST_S + self.jitter_s * rng.standard_normal(count)
