@@ -11,6 +11,9 @@ its angle as the instrument: the subject's own torque, which stands in one of th
 3. A device of finite impedance, which answers the limb, is kept beside it unless angle or torque
    alone are as likely within `ALIKE`.
 4. What is reported holds the intervals of all that were kept.
+
+What was told without a record of a command is held against the same likelihoods: a word that the
+record contradicts by `NATS` and half as much more is named.
 """
 
 from __future__ import annotations
@@ -98,7 +101,8 @@ class Answer:
     nats : float
         By how much more likely the best must be.
     lead : float
-        By how much more likely it is than the next.
+        By how much more likely it is than the next; where something was told that the record
+        contradicts, than that.
     """
 
     ways: tuple[Way, ...]
@@ -132,7 +136,7 @@ class Answer:
     def finding(self, found: Sequence[Parameters]) -> Finding:
         """What was imposed, and how that is known; `found` as of `parameters`."""
         if not self.kept and self.other is None:
-            return Finding(_NAME, "ok", _TOLD[self.ways[0].band.source])
+            return self._told()
         if not self.kept and self.other is not None:
             off = np.abs(self.other.values / self.ways[0].estimate.parameters.values - 1).max()
             message = (
@@ -156,6 +160,16 @@ class Answer:
             f"{', '.join(stiffness)}; the interval holds all of these; {_SAY}"
         )
         return Finding(_NAME, "cannot tell", message, f"{self.nats:.0f} nats")
+
+    def _told(self) -> Finding:
+        source = self.ways[0].band.source
+        if self.lead == 0:
+            return Finding(_NAME, "ok", _TOLD[source])
+        message = (
+            f"the {source} is said to be imposed, but the record is {self.lead:.0f} nats likelier "
+            "otherwise: is that what the rig imposes? fit it untold, or record the command"
+        )
+        return Finding(_NAME, "warning", message, f"{self.nats:.0f} nats")
 
     def _several(self, found: Sequence[Parameters]) -> list[Parameters]:
         """Of each that was kept."""
@@ -183,7 +197,25 @@ def answered(prepared: Prepared, method: Method) -> Answer:
     source = source_of(prepared.source)
     if source is None:
         return _asked(prepared, method)
-    return Answer((_with(prepared, method, source),))
+    told = _with(prepared, method, source)
+    if source in ("perturbation", "command"):
+        return Answer((told,))
+    return _held_against(told, prepared, method)
+
+
+def _held_against(told: Way, prepared: Prepared, method: Method) -> Answer:
+    """What was told, and whether the record contradicts it."""
+    own: Rig = "torque" if told.band.source == "torque" else "angle"
+    other: Literal["torque", "angle"] = "angle" if own == "torque" else "torque"
+    try:
+        ways = {own: told, other: _with(prepared, method, other)}
+    except (EstimationError, NotIdentifiableError):
+        return Answer((told,))
+    if _alike(ways):
+        return Answer((told,))
+    odds = _odds(prepared)
+    enough = odds.enough + NATS / 2
+    return Answer((told,), nats=enough, lead=odds.loss[own] if odds.loss[own] > enough else 0.0)
 
 
 def _with(prepared: Prepared, method: Method, source: Source) -> Way:
@@ -217,13 +249,27 @@ def _alike(ways: dict[Rig, Way]) -> bool:
     return bool((np.abs(one.values - other.values) <= enough).all())
 
 
-def _likely(prepared: Prepared, ways: dict[Rig, Way]) -> Answer:
-    """What the likelihood keeps; a limit that gave no joint is none."""
+@dataclass(frozen=True, eq=False)
+class _Odds:
+    """How much less likely than the best each experiment is, and how much says something, nats."""
+
+    loss: dict[Rig, float]
+    enough: float
+    gives_way: RigFit
+
+
+def _odds(prepared: Prepared) -> _Odds:
     floors = band_of(prepared, "torque")
     fits = _fits(floors)
     best = min(fit.nats for fit in fits.values())
     loss = {rig: fit.nats - best for rig, fit in fits.items()}
-    enough = NATS + departure(floors, fits)
+    return _Odds(loss, NATS + departure(floors, fits), fits["both"])
+
+
+def _likely(prepared: Prepared, ways: dict[Rig, Way]) -> Answer:
+    """What the likelihood keeps; a limit that gave no joint is none."""
+    odds = _odds(prepared)
+    loss, enough = odds.loss, odds.enough
     ordered = sorted(ways, key=lambda rig: loss[rig])
     kept: list[Rig] = [rig for rig in ordered if loss[rig] < enough]
     alone = not kept or prepared.source.imposed == "both"
@@ -233,7 +279,7 @@ def _likely(prepared: Prepared, ways: dict[Rig, Way]) -> Answer:
     return Answer(
         tuple(ways[rig] for rig in kept if rig != "both") or (ways[ordered[0]],),
         tuple(kept),
-        _parameters(fits["both"], like.dof) if "both" in kept else None,
+        _parameters(odds.gives_way, like.dof) if "both" in kept else None,
         enough,
         sorted(loss.values())[1],
     )

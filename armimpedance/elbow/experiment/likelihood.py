@@ -25,7 +25,7 @@ from typing import Final, Literal
 import numpy as np
 
 from armimpedance.arrays import FloatArray
-from armimpedance.elbow.stationary.band import Band, Complex, real_rows
+from armimpedance.elbow.stationary.band import Band, Bins, Complex, real_rows
 from armimpedance.elbow.stationary.rows import without
 
 Rig = Literal["torque", "angle", "both"]
@@ -38,6 +38,10 @@ _SETTLED: Final = 0.05
 #: Fisher's covariance is too small by this, for the spectra's courses are found with I, B, K:
 #: of 120 records with five devices 84 % lay within 2 of its standard deviations.
 SLACK: Final = 2.0
+#: Powers of s in what u leaks from its ends, from the first to before the second.
+_LEAKS: Final = (-4, 2)
+#: Knots of a spectrum whose power may be the ends'.
+_LOWEST: Final = 2
 #: Sensors' noise that is not seen, as a part of the channel's power: keeps C regular.
 _LEAST: Final = 1e-12
 
@@ -72,7 +76,7 @@ class _Lines:
     powers: Complex
     hats: FloatArray
     noise: FloatArray
-    ends: tuple[Complex, ...]
+    ends: tuple[tuple[Complex, Complex], ...]
     rig: Rig
     base: Complex | None = None
 
@@ -135,9 +139,15 @@ def _lines(floors: Band, rig: Rig) -> _Lines:
         np.concatenate([b.powers for b in floors.trials]),
         hats(np.log(frequency), np.log(knots_of(frequency))),
         np.maximum([floors.torque_noise, floors.angle_noise], least),
-        tuple(b.ends for b in floors.trials),
+        tuple((_leakage(b), b.ends) for b in floors.trials),
         rig,
     )
+
+
+def _leakage(bins: Bins) -> Complex:
+    """What a signal with ends of its own leaks, (n, 6): jumps of it and its derivatives, 1/s^j."""
+    relative = bins.s / np.abs(bins.s[-1])
+    return np.asarray(relative[:, None] ** np.arange(*_LEAKS), dtype=np.complex128)
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,10 +190,10 @@ def _state(lines: _Lines, eta: FloatArray) -> _State:
 def _without_ends(lines: _Lines, y: Complex, C: Complex) -> Complex:
     """Less the polynomial that each trial's ends leave in either row."""
     out, first = np.empty_like(y), 0
-    for ends in lines.ends:
-        own = slice(first, first + len(ends))
+    for both in lines.ends:
+        own = slice(first, first + len(both[0]))
         first = own.stop
-        for row in range(2):
+        for row, ends in enumerate(both):
             weight = 1 / np.sqrt(C[own, row, row].real)
             columns = real_rows(ends * weight[:, None])
             left = without(columns, real_rows(y[own, row] * weight))[0]
@@ -226,11 +236,17 @@ def _fit_of(lines: _Lines, eta: FloatArray, state: _State) -> RigFit:
 
 
 def _start_spectra(lines: _Lines, start: FloatArray) -> FloatArray:
-    """Logarithms (2 k,) of S_u, S_v: the mean power about each knot."""
+    """Logarithms (2 k,) of S_u, S_v: the mean power about each knot.
+
+    The lowest begin no higher than their neighbour above: what the ends leave there is then taken
+    off first, and a spectrum that does rise is found to.
+    """
     count = lines.hats.shape[1]
     flat = _state(lines, np.concatenate([start, np.zeros(2 * count)]))
     weight = lines.hats / lines.hats.sum(axis=0)
-    return np.asarray(np.log(weight.T @ np.abs(flat.y) ** 2).T.ravel())
+    logs = np.log(weight.T @ np.abs(flat.y) ** 2)
+    logs[:_LOWEST] = np.minimum(logs[:_LOWEST], logs[_LOWEST])
+    return np.asarray(logs.T.ravel())
 
 
 def _scores(lines: _Lines, eta: FloatArray, state: _State) -> tuple[FloatArray, FloatArray]:

@@ -8,6 +8,7 @@ from typing import Final
 
 from armimpedance.elbow.checks import check_samples, check_snr
 from armimpedance.elbow.experiment.answer import Answer, answered
+from armimpedance.elbow.experiment.command import with_usable_command
 from armimpedance.elbow.result import ElbowFit
 from armimpedance.elbow.samples import JointSamples
 from armimpedance.elbow.snr import spectra_of
@@ -78,6 +79,7 @@ def identify_elbow(
     spectra = spectra_of(samples)
     check_snr(spectra.snr, chosen.lowest_snr_db, chosen.name)
     prepared = prepare(samples, spectra, cutoff_hz, decimation, lowest_hz)
+    prepared = with_usable_command(prepared)
     answer = answered(prepared, chosen)
     fits = [diagnosed(w.estimate, chosen, prepared, w.floors, w.band) for w in answer.ways]
     return _concluded(answer, fits)

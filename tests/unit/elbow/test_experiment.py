@@ -234,3 +234,20 @@ def test_the_fit_tells_what_was_imposed_and_how_it_is_known():
     assert any("commanded angle" in note for note in fit.preparation)
     asked = identify_elbow(servo(5, own_Nm=3.0, duration_s=20.0, told=False, command=False))
     assert asked.checks[0].name == "imposed"
+
+
+def test_a_command_that_the_joint_does_not_follow_is_left_out():
+    samples = servo(6, duration_s=20.0)
+    foreign = replace(samples, command=np.random.default_rng(1).standard_normal(20_000))
+    fit = identify_elbow(foreign)
+    assert any("explains 0 % of the motion: not used" in note for note in fit.preparation)
+    assert any("measured angle" in note for note in fit.preparation)
+
+
+def test_a_word_that_the_record_contradicts_is_named():
+    """3 Nm of own torque in a servo, told as an imposed torque; and the same told rightly."""
+    samples = servo(1, own_Nm=3.0, command=False)
+    _, wrong = estimated(replace(samples, imposed="torque"))
+    assert wrong.verdict == "warning"
+    assert "nats likelier otherwise" in wrong.message
+    assert estimated(samples)[1].verdict == "ok"
