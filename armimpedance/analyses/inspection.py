@@ -13,16 +13,17 @@ import numpy as np
 from armimpedance.analyses.sources import PathLike, read
 from armimpedance.arrays import BoolArray, FrozenRecord, IntArray
 from armimpedance.body import check_body
+from armimpedance.conventions import perturbation_columns
 from armimpedance.criticism import check_copies, refuse_stops
 from armimpedance.errors import ArmImpedanceError
 from armimpedance.findings import Finding
-from armimpedance.impedance import check_response
+from armimpedance.impedance import Options, check_response
 from armimpedance.motion import MarkerRecording, MotionRecording
 from armimpedance.passive import emg_gate
 from armimpedance.recordings import AnyRecording
 from armimpedance.records import Recording, trial_slices
 from armimpedance.report import counted, describe, moves_a_robot
-from armimpedance.signals import check_emg, check_recording, cut_windows
+from armimpedance.signals import check_emg, check_recording, cut_windows, multiple_coherence
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -31,7 +32,10 @@ if TYPE_CHECKING:
 OF_DISTURBANCE: Final = ("disturbance", "returns to start", "force sign")
 
 #: Checks of what a fit assumes; where they warn, every result is marked.
-OF_THE_FIT: Final = ("axes", "delay", "reflex", "amplitude", "lack of fit", "reach")
+OF_THE_FIT: Final = ("imposed", "axes", "delay", "reflex", "amplitude", "lack of fit", "reach")
+#: Motion that explains less of the force than this gives no M, B and K; trials that are asked.
+LEAST_COHERENCE: Final = 0.3
+MOST_COHERENT: Final = 5
 #: More trials than this are not checked before a fit.
 MOST_CHECKED: Final = 4000
 #: An axis of a robot that travels further than this moves, rad.
@@ -186,7 +190,7 @@ def checked(
         every = np.linspace(0, recording.n_trials - 1, MOST_CHECKED).astype(int)
         recording = recording.select(every)
     if disturbed and isinstance(recording, Recording):
-        found = [*recording.findings, *_disturbed_checks(recording)]
+        found = [*recording.findings, *_disturbed_checks(recording), *_driven_checks(recording)]
     else:
         found = _findings(recording)
     named = (despite,) if isinstance(despite, str) else tuple(despite)
@@ -215,14 +219,50 @@ def _checks(recording: Recording) -> list[Finding]:
 
 
 def _disturbed_checks(recording: Recording) -> list[Finding]:
-    """Checks of a limb that something disturbed; a sign that the inertia shows is told once."""
+    """Checks of a limb that something disturbed; a wrong sign is told once."""
     first = check_recording(recording)
     response: tuple[Finding, ...] = ()
     if not any(one.name == "disturbance" and one.verdict == "unusable" for one in first):
         response = _response(recording)
-    signs = {one.name for one in response} & {"force sign"}
-    kept = [one for one in first if one.name not in signs]
+    # Axes that are exchanged may turn the work's sign too; the inertia tells the two apart.
+    wrong = {one.name for one in response if one.verdict == "unusable"} & {"force sign", "axes"}
+    kept = [one for one in first if not (wrong and one.name == "force sign")]
     return [*kept, *response, *_emg_checks(recording)]
+
+
+def _driven_checks(recording: Recording) -> list[Finding]:
+    """Whether force follows motion well enough for a fit of force on motion, over all frequencies.
+
+    Only `estimate` fits so: `elbow` weighs by noise, and finds what was imposed.
+    """
+    if recording.perturbation != "stochastic":
+        return []
+    found = []
+    told = recording.imposed in ("force", "torque")
+    if told or any(name in recording.extra for name in perturbation_columns(recording.axes)):
+        text = (
+            "the device imposes the force: noise of the motion makes M, B and K too small here; "
+            "`elbow` takes a joint that is moved so"
+        )
+        found.append(Finding("imposed", "warning", text))
+    low, high = Options().band_hz
+    shared = []
+    for row in range(min(recording.n_trials, MOST_COHERENT)):
+        at = recording.samples_of(row)
+        try:
+            coherence = multiple_coherence(
+                recording.position[at], recording.force[at], recording.sample_rate_hz
+            )
+            shared.append(coherence.mean(low, high))
+        except ArmImpedanceError:
+            continue
+    if not shared:
+        return found
+    text = f"motion explains {100 * np.mean(shared):.0f} % of the force from {low:g} to {high:g} Hz"
+    if np.mean(shared) >= LEAST_COHERENCE:
+        return [*found, Finding("coherence", "ok", text, smallest=f"{100 * LEAST_COHERENCE:g} %")]
+    hint = "nothing that a fit could use moved the limb there; of a joint `elbow` may tell more"
+    return [*found, Finding("coherence", "unusable", f"{text}: {hint}")]
 
 
 def _response(recording: Recording) -> tuple[Finding, ...]:

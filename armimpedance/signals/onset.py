@@ -17,6 +17,8 @@ MOVEMENT_FACTOR = 6.0
 LEVEL_FACTOR = 1.5
 #: ... and beyond this part of the peak.
 PEAK_FRACTION = 0.01
+#: It is over within this part of the peak around where the trial ends: people drift meanwhile.
+END_FRACTION = 0.03
 
 
 @dataclass(frozen=True)
@@ -32,7 +34,7 @@ def detect_movement(position: FloatArray, time_s: FloatArray) -> Movement:
 
     The distance from rest crosses a level at t1 and eight times that level at t2. Smooth
     disturbances leave rest with the cube of time (bounded jerk), so that the onset is at
-    ``2 t1 - t2``; the end likewise, backwards.
+    ``2 t1 - t2``; the end likewise, backwards, from where the trial comes to rest.
 
     Parameters
     ----------
@@ -63,5 +65,9 @@ def detect_movement(position: FloatArray, time_s: FloatArray) -> Movement:
     beyond = np.flatnonzero(distance > level)
     far = np.flatnonzero(distance > min(8 * level, 0.9 * peak))
     onset = 2 * time_s[beyond[0]] - time_s[far[0]]
+    left = np.linalg.norm(position - position[-rest:].mean(axis=0), axis=1)
+    level = max(END_FRACTION * left.max(), LEVEL_FACTOR * float(left[-rest:].max()))
+    beyond = np.flatnonzero(left > level)
+    far = np.flatnonzero(left > min(8 * level, 0.9 * left.max()))
     end = 2 * time_s[beyond[-1]] - time_s[far[-1]]
     return Movement(float(max(onset, time_s[0])), float(min(end, time_s[-1])))

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from armimpedance.arrays import BoolArray, FloatArray, IntArray, frozen
-from armimpedance.conventions import command_columns
+from armimpedance.conventions import POSITION_UNIT, command_columns
 from armimpedance.errors import InputError
 from armimpedance.records import Recording, Window
 from armimpedance.signals.onset import detect_movement
@@ -182,7 +182,8 @@ def _extent(
     notes = _left_out(long_enough | errors | lasting, "too short around the disturbance")
     notes += _left_out(~errors, "marked as an error when recorded")
     if lasting.any():
-        notes += (_told(recording, rows, lasting, "moves for far longer than the others"),)
+        why = _long_movement(recording, rows[lasting], first[lasting], duration_s[lasting])
+        notes += (_told(recording, rows, lasting, why),)
     return before, after, usable, notes
 
 
@@ -231,6 +232,22 @@ def flawed(recording: Recording) -> BoolArray:
     """Trials that the recording system itself marked as errors (column ``is_error``)."""
     marks = _column(recording, "is_error")
     return np.asarray(np.nan_to_num(marks) != 0)
+
+
+def _long_movement(
+    recording: Recording, rows: np.ndarray, first: IntArray, duration_s: FloatArray
+) -> str:
+    """What is wrong with trials that last far longer than the others."""
+    onset = recording.offsets[rows] + first
+    end = onset + np.round(duration_s * recording.sample_rate_hz).astype(np.int64)
+    last = recording.offsets[rows + 1] - 1
+    way = recording.position[np.minimum(end, last)] - recording.position[onset]
+    far = float(np.linalg.norm(way, axis=1).max())
+    unit = POSITION_UNIT[recording.kind]
+    return (
+        f"moves for {duration_s.max():.2g} s, far longer than others, and ends {far:.2g} {unit} "
+        "from its start: not a disturbance"
+    )
 
 
 def _told(recording: Recording, rows: np.ndarray, out: np.ndarray, why: str) -> str:

@@ -1,0 +1,116 @@
+"""Delay, reflex, amplitude: each found with its size, and none taken for another."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from armimpedance.impedance.departures import check_departures
+
+
+def told(recording):
+    return {check.name for check in check_departures(recording) if check.verdict == "warning"}
+
+
+def message(recording, name):
+    return next(c.message for c in check_departures(recording) if c.name == name)
+
+
+def by_trial(recording, change):
+    """The force with `change(force, displacement, clock)` made of every trial's own."""
+    force = recording.force.copy()
+    for row in range(recording.n_trials):
+        at = recording.samples_of(row)
+        moved = recording.position[at] - recording.position[at][0]
+        force[at] = change(force[at], moved, recording.time_s[at])
+    return replace(recording, force=force)
+
+
+def late(recording, delay_s):
+    def change(force, _moved, clock):
+        return np.column_stack([np.interp(clock - delay_s, clock, axis) for axis in force.T])
+
+    return by_trial(recording, change)
+
+
+def answering(recording, limb, part, delay_s=0.055):
+    def change(force, moved, clock):
+        before = [np.interp(clock - delay_s, clock, axis) for axis in moved.T]
+        return force - part * np.column_stack(before) @ limb.K.T
+
+    return by_trial(recording, change)
+
+
+def bent(recording, limb, part, amplitude=0.005):
+    """Stiffness ``K (1 + part |x|^2 / A^2)``."""
+
+    def change(force, moved, _clock):
+        size = (moved**2).sum(axis=1, keepdims=True) / amplitude**2
+        return force - part * size * moved @ limb.K.T
+
+    return by_trial(recording, change)
+
+
+@pytest.fixture(scope="module")
+def sound(limb):
+    return limb.record(sets=3, force_noise=0.05, duration=0.2, seed=6)
+
+
+def test_a_limb_of_second_order_is_told_nothing(sound):
+    checks = check_departures(sound)
+    assert [check.name for check in checks] == ["delay", "reflex", "amplitude", "lack of fit"]
+    assert {check.verdict for check in checks} == {"ok"}
+    assert all(check.smallest for check in checks)
+
+
+def test_false_alarms_are_rare(limb):
+    """Forty recordings, a level of .003 for each of three checks and two delays or so that count
+    of the reflex's: .5 expected, three by chance once in a hundred times."""
+    alarms = [told(limb.record(sets=1, force_noise=0.2, drift=0.002, seed=s)) for s in range(40)]
+    assert sum(bool(each) for each in alarms) <= 3
+
+
+@pytest.mark.parametrize("delay_ms", [-3.0, 1.0, 4.0])
+def test_a_delay_is_found_with_its_size_and_nothing_else(sound, delay_ms):
+    shifted = late(sound, delay_ms / 1e3)
+    assert told(shifted) == {"delay"}
+    text = message(shifted, "delay")
+    assert ("late" if delay_ms > 0 else "early") in text
+    # to first order in the delay: a tenth of 4 ms
+    assert float(text.split(" ms")[0].split()[-1]) == pytest.approx(abs(delay_ms), abs=0.4)
+
+
+def test_a_reflex_is_found_and_not_taken_for_a_delay(sound, limb):
+    assert told(answering(sound, limb, 0.25)) == {"reflex"}
+
+
+def test_delay_and_reflex_together(sound, limb):
+    assert {"delay", "reflex"} <= told(late(answering(sound, limb, 0.4), 0.002))
+
+
+@pytest.mark.parametrize("part", [-0.3, 0.3])
+def test_a_bent_law_is_found_with_its_sign_and_size(sound, limb, part):
+    """K of small deflections is known here: the change of K that is told must be the change."""
+    recording = bent(sound, limb, part)
+    assert "amplitude" in told(recording)
+    percent = float(message(recording, "amplitude").split("makes K ")[1].split(" %")[0])
+    assert np.sign(percent) == np.sign(part)
+    assert 5 < abs(percent) < 100 * abs(part)
+
+
+def test_what_repeats_unexplained_is_told(sound):
+    """A push that every trial of a direction meets again, of no form that a limb answers with."""
+
+    def change(force, moved, clock):
+        direction = moved[np.linalg.norm(moved, axis=1).argmax()] / 0.005
+        return force + 0.4 * np.outer(np.sin(2 * np.pi * 14 * clock) * (clock > 0.1), direction)
+
+    assert told(by_trial(sound, change))
+
+
+def test_few_trials_and_no_conditions_that_are_long_enough(limb):
+    found = check_departures(limb.record(sets=1, directions=4, force_noise=0.05))
+    assert {check.verdict for check in found} == {"ok"}
+    assert "no condition of 8 trials" in found[0].message
