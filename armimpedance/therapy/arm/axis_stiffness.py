@@ -30,6 +30,8 @@ from armimpedance.therapy.robot.sliding import least_speed
 #: Samples in which the axis does not slide are left out, but never those faster than this share of
 #: the peak speed.
 FAST_SHARE: Final = 0.3
+#: An axis that the arm loads by less is not loaded by its weight, Nm.
+NO_WEIGHT_NM: Final = 2.0
 
 
 @dataclass(frozen=True)
@@ -55,6 +57,8 @@ class AxisFit:
         Nms/rad: what the torque that is left follows the speed by, and its standard error.
     one_way : bool
         The axis was moved in one direction only.
+    weight_Nm, elastic_Nm : float
+        Means of the arm's rigid torque, which is its weight, and of ``k_s q + offset``.
     arm_rms_Nm : float
         Root mean square of the arm's whole torque.
     residual_rms_Nm : float
@@ -75,10 +79,19 @@ class AxisFit:
     viscosity: float
     viscosity_sd: float
     one_way: bool
+    weight_Nm: float
+    elastic_Nm: float
     arm_rms_Nm: float
     residual_rms_Nm: float
     range_rad: FloatArray
     left_out: float
+
+    @property
+    def carried(self) -> float:
+        """Part of the arm's weight that what is left of the torque takes off; 0 without weight."""
+        if abs(self.weight_Nm) < NO_WEIGHT_NM:
+            return 0.0
+        return -self.elastic_Nm / self.weight_Nm
 
 
 def fit_axis(movements: Sequence[MovementTorques], rise_rad_s: float) -> AxisFit:
@@ -118,12 +131,8 @@ def fit_axis(movements: Sequence[MovementTorques], rise_rad_s: float) -> AxisFit
     left = [s - w @ fitted.parameters for s, w in zip(S, W, strict=True)]
     beside = [v - w @ gradients[:, -1] for v, w in zip(speeds, W, strict=True)]
     aside = sum(float(v @ v) for v in beside)
-    whole = np.concatenate(
-        [
-            w @ fitted.parameters[:2] + m.rigid_arm[rows]
-            for w, m, rows in zip(lines, movements, kept, strict=True)
-        ]
-    )
+    rigid = np.concatenate([m.rigid_arm[rows] for m, rows in zip(movements, kept, strict=True)])
+    elastic = np.concatenate(lines) @ fitted.parameters[:2]
     angles = np.concatenate(q)
     return AxisFit(
         fit=fitted,
@@ -139,7 +148,9 @@ def fit_axis(movements: Sequence[MovementTorques], rise_rad_s: float) -> AxisFit
         viscosity=sum(float(v @ s) for v, s in zip(beside, left, strict=True)) / aside,
         viscosity_sd=float(np.sqrt(density * rate / aside)),
         one_way=len({direction_of(m) for m in movements}) < 2,
-        arm_rms_Nm=float(np.sqrt((whole**2).mean())),
+        weight_Nm=float(rigid.mean()),
+        elastic_Nm=float(elastic.mean()),
+        arm_rms_Nm=float(np.sqrt(((rigid + elastic) ** 2).mean())),
         residual_rms_Nm=float(np.sqrt((np.concatenate(residual) ** 2).mean())),
         range_rad=np.array([angles.min(), angles.max()]),
         left_out=1 - len(angles) / sum(len(m.q) for m in movements),

@@ -87,7 +87,6 @@ def identify_arm(
     robot.identified  # noqa: B018 - before anything that is slow
     passive = _passive(recording, condition)
     check_recording(passive, robot)
-    silence = silence_finding(passive, emg_gate_percent)
     arm = PassiveArm(
         subject=recording.subject.id,
         robot=robot.name,
@@ -101,6 +100,8 @@ def identify_arm(
         _calibrate([m for m in movements if m.axis == axis], robot.identified, mass_sd)
         for axis in sorted({m.axis for m in movements})
     )
+    fits = {a.elastic.axis: a.fitted for a in axes}
+    silence = silence_finding(passive, emg_gate_percent, fits)
     known = replace(
         arm,
         elastic=tuple(a.elastic for a in axes),

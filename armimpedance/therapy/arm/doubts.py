@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Final
 
 import numpy as np
@@ -17,6 +18,9 @@ from armimpedance.therapy.arm.axis_stiffness import AxisFit
 #: (Venture) on an inertia of .07 kg m^2, a twentieth of critical damping; an outstretched arm of .4
 #: kg m^2 on 1 to 5 Nm/rad has .06 to .14 by that, and a spastic one several times as much.
 VISCOSITY_SD: Final = 0.3
+#: An arm that rests beyond the middle of its movement is lifted by its own tissue, but by no more
+#: than this part of its weight.
+_CARRIED: Final = 0.25
 #: Standard errors beyond which a viscosity counts as seen.
 _SEEN: Final = 3.0
 
@@ -78,7 +82,9 @@ def viscosity_finding(
     )
 
 
-def silence_finding(recording: Recording, limit_percent: float | None) -> Finding:
+def silence_finding(
+    recording: Recording, limit_percent: float | None, fits: Mapping[str, AxisFit]
+) -> Finding:
     """Whether the muscles were silent while the arm was moved passively.
 
     Parameters
@@ -87,10 +93,12 @@ def silence_finding(recording: Recording, limit_percent: float | None) -> Findin
         The passive trials.
     limit_percent : float or None
         The gate, in % of the maximum; None does not look.
+    fits : mapping from an axis' name to AxisFit
 
     Returns
     -------
     Finding
+        A warning where somebody else than the robot carries the arm.
 
     Raises
     ------
@@ -98,12 +106,29 @@ def silence_finding(recording: Recording, limit_percent: float | None) -> Findin
         A muscle above the gate; names it and the trial.
     """
     emg = recorded_emg(recording)
-    if emg is None or limit_percent is None:
-        why = "no EMG was recorded" if emg is None else "the gate on the EMG is off"
-        return Finding(
-            "muscles silent",
-            "cannot tell",
-            f"{why}: a steady effort of the person would pass for stiffness and rest angle",
-        )
-    level = emg_gate(emg, pd.DataFrame(recording.trials), limit_percent=limit_percent)
-    return Finding("muscles silent", "ok", str(level), smallest=f"{limit_percent:g} %")
+    looked = emg is not None and limit_percent is not None
+    if emg is not None and limit_percent is not None:
+        level = emg_gate(emg, pd.DataFrame(recording.trials), limit_percent=limit_percent)
+    for axis, fitted in fits.items():
+        carried = fitted.carried
+        if carried > _CARRIED:
+            why = (
+                "its masses are too large"
+                if looked
+                else "somebody carries it, or masses are too large"
+            )
+            return Finding(
+                "mass" if looked else "muscles silent",
+                "warning",
+                f"axis {axis} needs {100 * carried:.0f} % less than the arm's weight: {why}",
+                smallest=f"{100 * _CARRIED:.0f} % of the weight",
+            )
+    if looked:
+        return Finding("muscles silent", "ok", str(level), smallest=f"{limit_percent:g} %")
+    why = "no EMG was recorded" if emg is None else "the gate on the EMG is off"
+    return Finding(
+        "muscles silent",
+        "cannot tell",
+        f"{why}: a steady effort of the person would pass for stiffness and rest angle",
+        smallest=f"{100 * _CARRIED:.0f} % of the arm's weight",
+    )

@@ -265,3 +265,16 @@ def test_muscles_that_were_not_silent_refuse_the_calibration(level):
         return
     silent = identify_arm(recording, bench(), SEGMENTS).summary.checks[-1]
     assert (silent.name, silent.verdict) == ("muscles silent", "ok")
+
+
+def test_somebody_who_carries_half_of_the_arm_is_told_without_emg():
+    def carries(_t, q, _qd):
+        return -5.0 * np.sin(q[:, 0])
+
+    found = calibrated(repeated(Session(), ("elevation",), extra=carries))
+    silent = found.summary.checks[-1]
+    assert (silent.name, silent.verdict) == ("muscles silent", "warning")
+    assert silent.sentence in found.warnings
+    # masses that are a tenth off are no such thing
+    light = calibrated(repeated(Session()), segments=heavier(SEGMENTS, 1.1))
+    assert light.summary.checks[-1].verdict == "cannot tell"
