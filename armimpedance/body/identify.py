@@ -7,6 +7,7 @@ out. A robot: rows of every joint, torque measured, terms for what a joint adds 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Final, Literal
 
 import numpy as np
@@ -34,6 +35,7 @@ from armimpedance.body.exciting import (
     scaled_condition,
 )
 from armimpedance.body.method import METHODS, Method
+from armimpedance.body.plates import skew_finding, weight_finding
 from armimpedance.body.result import BodyFit
 from armimpedance.body.rows import RowChoice
 from armimpedance.body.solution import Solution, WeightedSolution
@@ -129,6 +131,13 @@ def identify_body(
     given = WeightedSolution(fitted, base, least, solution, inflation, noise, *expected)
     if way.improve is not None:
         solution = way.improve(given)
+    checks = (
+        *solution.checks,
+        no_noise_finding(recording, choice) if noise is None else noise.finding,
+        skew_finding(recording, choice, base, least, chosen.chosen, block_s=block_s),
+        *weight_finding(recording),
+    )
+    solution = replace(solution, checks=checks)
     return _result(method, recording, choice, equations, chosen, given, solution)
 
 
@@ -253,8 +262,6 @@ def _result(
             "errors of the motion decide some parameters"
         )
         warnings = (*warnings, poor)
-    noise = no_noise_finding(recording, rows) if given.noise is None else given.noise.finding
-    checks = (*solution.checks, noise)
     return BodyFit(
         method=method,
         base=base,
@@ -270,6 +277,6 @@ def _result(
         held_out=equations.subset(list(chosen.rest)).validate(phi) if chosen.rest else None,
         inflation=given.inflation,
         noise=given.noise,
-        warnings=(*warnings, *warnings_of(checks)),
-        checks=checks,
+        warnings=(*warnings, *warnings_of(solution.checks)),
+        checks=solution.checks,
     )
