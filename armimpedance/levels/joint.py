@@ -33,7 +33,7 @@ _WITHOUT_GRAVITY = (
     "may be some 5 to 10 %; give a posture with its gravity_gradient"
 )
 #: A hand that is this far from where its joint angles put it, m, is another arm's.
-_APART_M = 0.02
+_APART_M = 0.01
 
 _WITHOUT_GAMMA = "hand force unknown: the force term Gamma was left out of the joint stiffness"
 

@@ -62,7 +62,7 @@ def test_lengths_from_the_height_alone_are_named():
     assert not mapped(WHO, **q).warnings
 
 
-@pytest.mark.parametrize(("longer", "named"), [(0.0, False), (0.012, False), (0.04, True)])
+@pytest.mark.parametrize(("longer", "named"), [(0.0, False), (0.006, False), (0.015, True)])
 def test_an_arm_whose_hand_is_elsewhere_than_its_angles_say_is_named(longer, named):
     q = np.array([0.7, 1.4])
     where = two_link_arm(70.0, upper_arm_m=0.30, forearm_hand_m=0.34 + longer).hand_position(q)
