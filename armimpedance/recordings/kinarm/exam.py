@@ -26,6 +26,7 @@ from armimpedance.recordings.kinarm.files import (
     Exam,
     LeftOut,
     none_left,
+    read_common,
     read_exam,
     refuse_new_format,
 )
@@ -219,7 +220,7 @@ def exam_subject(path: str | os.PathLike[str], keep_personal: bool) -> Subject:
     refuse_new_format(Path(path))
     if not keep_personal:
         return Subject()
-    return _subject(_personal(read_exam(path, wanted_channels({})).common))
+    return _subject(_personal(read_common(path)))
 
 
 def _joint_angles(files: Sequence[C3DFile], side: Side) -> FloatArray:

@@ -126,8 +126,7 @@ def read_exam(path: str | os.PathLike[str], wanted: Callable[[str], bool]) -> Ex
         or no trial can be read.
     """
     with _files(Path(path)) as files:
-        root = _root(Path(path), files)
-        common = parse_c3d(files[root + _COMMON_NAME](), f"{path}:{root}{_COMMON_NAME}")
+        root, common = _root(Path(path), files), _common(Path(path), files)
         trials: list[ExamTrial] = []
         left_out: list[LeftOut] = []
         for name in sorted(files):
@@ -149,6 +148,23 @@ def read_exam(path: str | os.PathLike[str], wanted: Callable[[str], bool]) -> Ex
     if not trials:
         raise none_left(left_out, path)
     return Exam(common, tuple(trials), tuple(left_out))
+
+
+def read_common(path: str | os.PathLike[str]) -> C3DFile:
+    """What the trials of an exam share, without reading them.
+
+    Raises
+    ------
+    InputError
+        As `read_exam`.
+    """
+    with _files(Path(path)) as files:
+        return _common(Path(path), files)
+
+
+def _common(path: Path, files: _Files) -> C3DFile:
+    name = _root(path, files) + _COMMON_NAME
+    return parse_c3d(files[name](), f"{path}:{name}")
 
 
 def none_left(left_out: Sequence[LeftOut], path: object) -> InputError:
