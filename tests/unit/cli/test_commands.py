@@ -280,3 +280,29 @@ def test_help_of_every_command_has_an_example(capsys):
         with pytest.raises(SystemExit):
             main([name, "--help"])
         assert f"armimpedance {name}" in capsys.readouterr().out.split("Examples")[1]
+
+
+def with_the_other_sign(folder):
+    table = pd.read_csv(folder / "samples.csv")
+    table[["fx_N", "fy_N"]] *= -1
+    table.to_csv(folder / "samples.csv", index=False)
+
+
+def test_a_stop_is_one_line_that_says_how_to_go_on(copy, tmp_path, capsys):
+    with_the_other_sign(copy)
+    line = refused(capsys, "estimate", copy, "--out", tmp_path / "o.csv")
+    assert "force sign" in line
+    assert "--despite 'force sign'" in line
+    assert "force sign" in refused(capsys, "reflex", copy)
+    assert "force sign" in refused(capsys, "plan", "--pilot", copy)
+    assert "force sign" in refused(capsys, "compare", copy, "--by", "set")
+
+
+def test_despite_writes_rows_that_are_marked(copy, tmp_path, capsys):
+    with_the_other_sign(copy)
+    out = tmp_path / "o.csv"
+    options = ["--despite", "force sign", "--out", str(out)]
+    assert main(["estimate", str(copy), *options]) == 0
+    capsys.readouterr()
+    assert "despite force sign" in pd.read_csv(out)["warnings"].iloc[0]
+    assert "no check 'sign'" in refused(capsys, "estimate", copy, "--despite", "sign")

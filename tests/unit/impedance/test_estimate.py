@@ -182,3 +182,11 @@ def test_progress_is_told_per_group(limb):
         limb.record(sets=2), by=["set"], progress=lambda done, total: seen.append((done, total))
     )
     assert seen == [(1, 2), (2, 2)]
+
+
+def test_stiffness_that_is_negative_beyond_its_interval_is_named(limb):
+    """And within its interval it is told, but is no contradiction."""
+    weak = limb.record(sets=2, stiffness=np.diag([100.0, -60.0]), force_noise=0.02)
+    assert any(w.startswith("plausible: stiffness") for w in estimate(weak)[0].warnings)
+    near = limb.record(sets=1, stiffness=np.diag([100.0, -0.1]), force_noise=0.5, seed=3)
+    assert not any(w.startswith("plausible") for w in estimate(near)[0].warnings)

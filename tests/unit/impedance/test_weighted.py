@@ -167,3 +167,24 @@ def test_exact_keeps_its_rows_for_judging(limb):
     window = cut_windows(limb.record(force_noise=0.05))
     plain, found = exact.prepare(window, "hand"), weighted.prepare(window, "hand")
     np.testing.assert_array_equal(plain.factors.r, found.factors.r)
+
+
+def test_without_noise_there_is_nothing_to_weigh_by(limb):
+    """A law that is bent over the disturbance: residuals are curvature, not noise."""
+    recording = limb.record(sets=1)
+    force = recording.force.copy()
+    for row in range(recording.n_trials):
+        at = recording.samples_of(row)
+        moved = recording.position[at] - recording.position[at][0]
+        size = (moved**2).sum(axis=1, keepdims=True) / 0.005**2
+        force[at] += 0.3 * size * moved @ limb.K.T
+    bent = replace(recording, force=force)
+    plain = estimate(bent, options=Options("exact"))[0]
+    default = estimate(bent)[0]
+    np.testing.assert_array_equal(default.stiffness, plain.stiffness)
+    assert any("no noise" in note for note in default.provenance)
+
+
+def test_the_noise_of_a_sensor_is_weighed_by(limb):
+    noisy = limb.record(sets=1, force_noise=0.003)
+    assert not any("no noise" in note for note in estimate(noisy)[0].provenance)

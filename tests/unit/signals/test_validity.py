@@ -57,3 +57,44 @@ def test_noise_that_drowns_the_response(sound):
 
 def test_slow_sampling(limb):
     assert _verdicts(limb.record(sets=1, rate=100.0))["rate"] == "warning"
+
+
+def reaching(recording, rows, way=0.1):
+    """The hand goes away in these trials and stays there."""
+    position = recording.position.copy()
+    for row in rows:
+        at = recording.samples_of(row)
+        s = np.clip((recording.time_s[at] - 0.25) / 0.3, 0, 1)
+        position[at, 0] = 0.3 + way * s**3 * (10 - 15 * s + 6 * s**2)
+    return replace(recording, position=position)
+
+
+def test_reaches_are_no_disturbances_and_are_named(sound):
+    checks = {c.name: c for c in check_recording(reaching(sound, range(16)))}
+    assert checks["disturbance"].verdict == "unusable"
+    assert "the hand moves 100.00 mm and does not return in 16 of 16" in (
+        checks["disturbance"].message
+    )
+
+
+def test_a_single_reach_is_left_out_and_told(sound):
+    checks = {c.name: c for c in check_recording(reaching(sound, [6]))}
+    assert checks["disturbance"].verdict == "warning"
+    assert "15 of 16 trials" in checks["disturbance"].message
+    assert "(trial 7)" in checks["disturbance"].message
+
+
+def test_reaches_that_were_marked_as_errors_count_for_nothing(sound):
+    recording = reaching(sound, range(4))
+    marks = (np.arange(16) < 4).astype(int)
+    marked = replace(recording, trials=recording.trials.assign(is_error=marks))
+    assert _verdicts(recording)["disturbance"] == "unusable"
+    assert _verdicts(marked)["disturbance"] == "warning"
+
+
+def test_the_top_of_one_swing_on_one_step_of_the_sensor_is_not_clipping(limb):
+    """Coarse steps and little noise: one trial stays at the extreme, and no others."""
+    recording = limb.record(sets=1)
+    force = np.round(recording.force / 0.05) * 0.05
+    one = replace(recording, force=np.where(np.arange(len(force))[:, None] < 801, 1.03, 1) * force)
+    assert _verdicts(one)["clipping"] == "ok"

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from armimpedance.errors import InputError
@@ -109,3 +110,88 @@ def test_commanded_motion_is_cut_like_the_measured_one(limb):
     assert cut_windows(recording).commanded is None
     half = {"x_command_m": told["x_command_m"]}
     assert cut_windows(replace(recording, extra=half)).commanded is None
+
+
+def with_trial(recording, row, position, time_s):
+    """The recording with another course of one trial, at no force."""
+    parts = [recording.samples_of(k) for k in range(recording.n_trials)]
+    places = [position if k == row else recording.position[at] for k, at in enumerate(parts)]
+    clocks = [time_s if k == row else recording.time_s[at] for k, at in enumerate(parts)]
+    forces = [
+        np.zeros_like(position) if k == row else recording.force[at] for k, at in enumerate(parts)
+    ]
+    return replace(
+        recording,
+        offsets=np.concatenate([[0], np.cumsum([len(each) for each in clocks])]),
+        time_s=np.concatenate(clocks),
+        position=np.concatenate(places),
+        force=np.concatenate(forces),
+    )
+
+
+def reach(time_s, start_s, duration_s, way_m):
+    s = np.clip((time_s - start_s) / duration_s, 0, 1)
+    return 0.3 + way_m * np.column_stack([s**3 * (10 - 15 * s + 6 * s**2), 0 * s])
+
+
+@pytest.mark.parametrize("stated", [True, False])
+def test_one_long_reach_is_left_out_by_name_and_cuts_nobody(limb, stated):
+    recording, t = limb.record(sets=3), np.arange(3000) / 1000
+    odd = with_trial(recording, 4, reach(t, 0.3, 2.0, 0.1), t)
+    trials = odd.trials.copy()
+    trials.loc[4, ["onset_s", "end_s"]] = [0.3, 2.3]
+    trials = trials if stated else trials.drop(columns=["onset_s", "end_s"])
+    window = cut_windows(replace(odd, trials=trials))
+    assert np.flatnonzero(~window.usable).tolist() == [4]
+    assert "1 of 24 trials left out (trial 5)" in window.notes[-1]
+    assert "0.1 m from its start: not a disturbance" in window.notes[-1]
+    untouched = cut_windows(recording)
+    assert window.lag_s[-1] == pytest.approx(untouched.lag_s[-1], abs=0.03)
+
+
+def test_a_hand_that_goes_away_within_the_window_is_left_out(limb):
+    recording = limb.record(sets=2)
+    length = int(recording.offsets[1])
+    t = np.arange(length) / 1000
+    window = cut_windows(with_trial(recording, 2, reach(t, 0.25, 0.2, 0.06), t))
+    assert np.flatnonzero(~window.usable).tolist() == [2]
+    assert "(trial 3): the hand goes away and does not return" in window.notes[-1]
+
+
+def test_disturbances_that_all_stay_away_are_all_kept(limb):
+    """Ramp and hold: nobody is unlike the others."""
+    recording, t = limb.record(sets=1), np.arange(801) / 1000
+    for row in range(8):
+        recording = with_trial(recording, row, reach(t, 0.25, 0.3, 0.005), t)
+    assert cut_windows(recording).usable.all()
+
+
+def test_two_durations_that_share_a_session_are_both_kept(limb):
+    long, short = limb.record(sets=1, duration=0.4), limb.record(sets=1, duration=0.25, after=0.4)
+    assert cut_windows(long).usable.all()
+    lengths = [int(each.offsets[-1]) for each in (long, short)]
+    both = replace(
+        long,
+        trials=pd.concat(
+            [long.trials, short.trials.assign(trial=short.trials["trial"] + 8)], ignore_index=True
+        ),
+        offsets=np.concatenate([long.offsets, lengths[0] + short.offsets[1:]]),
+        time_s=np.concatenate([long.time_s, short.time_s]),
+        position=np.concatenate([long.position, short.position]),
+        force=np.concatenate([long.force, short.force]),
+    )
+    assert cut_windows(both).usable.all()
+
+
+def test_an_unsteady_hand_does_not_make_the_end_late(limb):
+    """After the disturbance the hand rests .1 mm beside its start and wanders: .3 s stay .3 s."""
+    recording = limb.record(sets=1, after=0.4)
+    t = recording.time_s
+    drift = 1e-4 * np.clip((t - 0.3) / 0.2, 0, 1) + 1e-5 * np.sin(2 * np.pi * 2 * t)
+    moved = replace(
+        recording,
+        position=recording.position + drift[:, None],
+        trials=recording.trials.drop(columns=["onset_s", "end_s"]),
+    )
+    timing = disturbance_times(moved)
+    assert np.abs(timing.end_s - 0.55).max() < 0.04

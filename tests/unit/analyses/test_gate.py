@@ -1,0 +1,91 @@
+"""Every verb that fits a recording checks it first, refuses a STOP, and marks what goes on."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from armimpedance.analyses import compare, estimate, estimate_all, inspect, plan, reflex
+from armimpedance.analyses.inspection import checked
+from armimpedance.errors import InputError
+from manipulandum_sim.elbow import simulate_elbow
+from manipulandum_sim.hand import simulate
+
+VERBS = {
+    "estimate": estimate,
+    "estimate_all": estimate_all,
+    "compare": compare,
+    "reflex": reflex,
+    "plan": lambda recording, **options: plan(
+        pilot=recording, shape="minimum_jerk", duration_s=0.3, **options
+    ),
+}
+
+
+@pytest.fixture(scope="module")
+def hand():
+    conditions = ["cocontraction_10", "cocontraction_30"]
+    return simulate("cocontraction", seed=1, sets=2, conditions=conditions, emg=False)[0]
+
+
+def late(recording, samples):
+    return replace(recording, force=np.roll(recording.force, samples, axis=0))
+
+
+@pytest.mark.parametrize("verb", VERBS.values(), ids=VERBS)
+def test_a_stop_of_inspect_refuses(hand, verb):
+    turned = replace(hand, force=hand.force[:, ::-1])
+    with pytest.raises(InputError, match=r"axes.*exchanged.*--despite 'axes'"):
+        verb(turned)
+
+
+def test_despite_goes_on_and_marks_every_row(hand):
+    made = estimate(replace(hand, force=-hand.force), despite="force sign")
+    assert all(row.warnings[0].startswith("despite force sign: ") for row in made)
+    assert any("plausible: inertia" in warning for warning in made[0].warnings)
+    difference = compare(replace(hand, force=-hand.force), permutations=99, despite=["force sign"])
+    assert "despite force sign" in difference.to_frame()["warnings"].iloc[0]
+    assert "warning: " in str(difference)
+
+
+def test_despite_needs_the_name_of_a_check(hand):
+    with pytest.raises(InputError, match=r"no check 'sign' here \(expected one of amplitude, axes"):
+        estimate(hand, despite="sign")
+
+
+def test_a_broken_assumption_marks_every_row_of_every_verb(hand):
+    shifted = late(hand, 3)
+    assert not inspect(hand).of_verdict("warning")
+    found = [estimate(shifted)[0].warnings, estimate_all(shifted).estimates[0].warnings]
+    found += [reflex(shifted).warnings, compare(shifted, permutations=99).warnings]
+    found += [VERBS["plan"](shifted).warnings]
+    for warnings in found:
+        assert any("delay: force" in warning for warning in warnings)
+    assert estimate(hand)[0].warnings == ()
+
+
+def test_the_reflex_verb_leaves_the_reflex_to_itself(hand):
+    shifted = reflex(late(hand, 3))
+    assert not any(warning.startswith("reflex") for warning in shifted.warnings)
+    assert "delay" in shifted.to_frame()["warnings"].iloc[0]
+
+
+def test_what_moves_no_limb_gives_no_number():
+    still = simulate_elbow("calibration", seed=1, repetitions=1)[0]
+    assert inspect(still).usable
+    with pytest.raises(InputError, match="coherence: motion explains"):
+        estimate(still)
+
+
+def test_a_device_that_imposes_the_torque_is_named():
+    recording = simulate_elbow("posture", seed=1, repetitions=1)[0]
+    assert any(warning.startswith("imposed: ") for warning in estimate(recording)[0].warnings)
+
+
+def test_many_trials_are_checked_by_a_sample(hand, monkeypatch):
+    monkeypatch.setattr("armimpedance.analyses.inspection.MOST_CHECKED", 16)
+    assert checked(hand, disturbed=True) == ()
+    with pytest.raises(InputError, match="force sign"):
+        checked(replace(hand, force=-hand.force), disturbed=True)
