@@ -257,7 +257,7 @@ class _Reading:
                     column="perturbation",
                     expected="no method, or disturbances that return",
                 )
-            marks = checked(recording, self.despite, disturbed=True)
+            marks = checked(recording, self.despite, disturbed=True, by=by)
             self.marks.extend(f"{name}: {mark}" for mark in marks)
             options = Options() if self.method is None else Options(method=self.method)
             keys: dict[str, Any] = {"recording": name, "subject": recording.subject.id}

@@ -117,7 +117,7 @@ def estimate(
         else:
             _refuse_band(band_hz)
             chosen["method"] = METHODS.default if method is None else method
-        marks = checked(read, despite, disturbed=True)
+        marks = checked(read, despite, disturbed=True, by=columns)
         options = Options(**chosen)
         made = estimate_groups(
             read, by=columns, options=options, progress=progress, workers=workers
@@ -165,7 +165,7 @@ def estimate_all(
     ('x', 'y')
     """
     with opened(recording, by, seed, force_by) as (read, columns):
-        marks = checked(read, despite, disturbed=True)
+        marks = checked(read, despite, disturbed=True, by=columns)
         options = Options(covariance=covariance, seed=seed)
         sides = side_by_side(read, by=columns, options=options, progress=progress, workers=workers)
         groups = [side.marked(marks) for side in sides]

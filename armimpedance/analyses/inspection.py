@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from html import escape
 from typing import TYPE_CHECKING, Any, Final, Literal
@@ -13,7 +13,7 @@ import numpy as np
 from armimpedance.analyses.sources import PathLike, read
 from armimpedance.arrays import BoolArray, FrozenRecord, IntArray
 from armimpedance.body import check_body
-from armimpedance.conventions import perturbation_columns
+from armimpedance.conventions import group_name, perturbation_columns
 from armimpedance.criticism import check_copies, refuse_stops
 from armimpedance.errors import ArmImpedanceError
 from armimpedance.findings import Finding
@@ -162,7 +162,11 @@ def _findings(recording: AnyRecording) -> list[Finding]:
 
 
 def checked(
-    recording: AnyRecording, despite: str | Collection[str] = (), *, disturbed: bool = False
+    recording: AnyRecording,
+    despite: str | Collection[str] = (),
+    *,
+    disturbed: bool = False,
+    by: Sequence[str] = ("condition",),
 ) -> tuple[str, ...]:
     """The gate of every analysis: what `inspect` checks, before anything is fitted.
 
@@ -174,6 +178,8 @@ def checked(
         Names of checks whose STOP is overruled.
     disturbed : bool
         The analysis fits disturbances that return: without any it is refused.
+    by : sequence of str
+        Columns whose groups are fitted: each must show all directions, not each condition.
 
     Returns
     -------
@@ -186,6 +192,8 @@ def checked(
     InputError
         A check says STOP and is not named in `despite`; or `despite` names no check.
     """
+    if isinstance(recording, Recording):
+        recording = _in_groups(recording, by)
     if isinstance(recording, Recording) and recording.n_trials > MOST_CHECKED:
         every = np.linspace(0, recording.n_trials - 1, MOST_CHECKED).astype(int)
         recording = recording.select(every)
@@ -200,6 +208,15 @@ def checked(
         *(f"despite {one.sentence}" for one in overruled),
         *(one.sentence for one in contradicted),
     )
+
+
+def _in_groups(recording: Recording, by: Sequence[str]) -> Recording:
+    """The recording with its groups as conditions; as it is where a column is not there."""
+    if tuple(by) == ("condition",) or not set(by) <= set(recording.trials):
+        return recording
+    rows = recording.trials[list(by)].to_dict("records")
+    names = [group_name({str(column): value for column, value in row.items()}) for row in rows]
+    return replace(recording, trials=recording.trials.assign(condition=names))
 
 
 def _checks(recording: Recording) -> list[Finding]:

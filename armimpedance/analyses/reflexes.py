@@ -78,7 +78,9 @@ def reflex(
     """
     delay_s = None if delay_ms is None else delay_ms / 1e3
     with opened(recording, by, seed, force_by) as (read, columns):
-        marks = () if read.perturbation == "stochastic" else checked(read, despite, disturbed=True)
+        marks: tuple[str, ...] = ()
+        if read.perturbation != "stochastic":
+            marks = checked(read, despite, disturbed=True, by=columns)
         # what this verb itself judges, group by group
         marks = tuple(mark for mark in marks if not mark.startswith("reflex"))
         made = reflex_guard(read, by=columns, delay_s=delay_s, seed=seed, progress=progress)

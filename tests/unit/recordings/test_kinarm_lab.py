@@ -392,15 +392,17 @@ def test_protocols_that_differ_in_direction_only_are_one_condition(
     )
 
 
-def test_an_exam_with_its_tables_goes_through_to_an_estimate(lab, exams, c3d, tmp_path):
+@pytest.mark.parametrize("by", [[], ["--by", "tp_start_target"]])
+def test_an_exam_with_its_tables_goes_through_to_an_estimate(lab, exams, c3d, tmp_path, by):
     """The limb that was pushed comes back, from one call of convert and one of estimate."""
     tables = bench.tables_of(c3d)
-    del tables["TP_TABLE"]["END_TARGET"]
+    if not by:
+        del tables["TP_TABLE"]["END_TARGET"]
     files = lab(24, tables=tables, force_by="device", noise_n=0.02, changes={5: EMPTY})
     exam, session = exams.zip(tmp_path / "exam.zip", files), tmp_path / "session"
     events = ["--onset-event", "PERT_ON", "--end-event", "PERT_OFF"]
     assert main(["convert", str(exam), str(session), *events]) == 0
-    assert main(["estimate", str(session), "--out", str(tmp_path / "hand.csv")]) == 0
+    assert main(["estimate", str(session), "--out", str(tmp_path / "hand.csv"), *by]) == 0
     (made,) = read_results(tmp_path / "hand.csv")
     matrices = (made.inertia_with_handle, made.viscosity, made.stiffness)
     for found, true in zip(matrices, bench.LIMB, strict=True):
