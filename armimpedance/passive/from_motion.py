@@ -60,6 +60,7 @@ def from_motion(
     smooth = [smoothed_derivatives(q, motion.sample_rate_hz, cutoff_hz) for q in trials]
     q, qd, qdd = (np.concatenate([trial[d] for trial in smooth]) for d in range(3))
     torque = -_inverse_dynamics(model, q, qd, qdd)
+    # the torque keeps the noise of what is held still: it cancels that of the angle; see stillness
     still = [as_still_as_shown(q, motion.sample_rate_hz, cutoff_hz) for q in trials]
     fine = [_between_samples(q, motion.sample_rate_hz) for q in still]
     return PassiveSamples(

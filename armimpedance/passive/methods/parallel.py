@@ -10,5 +10,5 @@ METHOD = Method(
     "noise of the smoothed velocity is small against the swing",
     "every column through the filter of Y, as in M. Gautier, ICRA 1997, pp. 2203-2208",
     parallel_equations,
-    solver(parallel_equations),
+    solver(parallel_equations, filtered=True),
 )
