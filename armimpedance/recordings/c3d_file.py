@@ -188,8 +188,8 @@ class _Header:
 
     @property
     def frames(self) -> int:
-        """Frames that the header claims."""
-        return max(self.last_frame - self.first_frame + 1, 0)
+        """Frames that the header claims; they are counted from 1, a last frame 0 is none."""
+        return max(self.last_frame - self.first_frame + 1, 0) if self.last_frame else 0
 
 
 @dataclass(frozen=True)
@@ -214,6 +214,8 @@ class _Layout:
         if not words:
             return _Layout(0, 0, words, word, 1.0)
         block = header.data_start_block or first_of(parameters, "POINT", "DATA_START", 0.0)
+        if not header.frames and block in (0.0, 1.0):
+            return _Layout(0, 0, words, word, 1.0 if scale < 0 else scale)
         if not 1 < block <= len(data) / BLOCK + 1:
             problem = f"the data are said to start at block {block:g}"
             raise InputError(problem, file=name, expected="a block of the file, after the header")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import struct
 from dataclasses import replace
 
 import kinarm_bench as bench
@@ -109,6 +110,18 @@ def test_an_exam_that_is_empty_is_refused(lab, exams, tmp_path):
     files = lab(3, changes=dict.fromkeys((1, 2, 3), EMPTY))
     with pytest.raises(InputError, match="none of the 3 trials holds a sample"):
         read(exams.folder(tmp_path, files))
+
+
+def test_every_way_to_say_that_there_are_no_frames(lab, exams, tmp_path):
+    """First and last frame 0, or no block at which data would start."""
+    files = lab(4, changes=dict.fromkeys((2, 3), EMPTY))
+    second, third = (bytearray(files[f"01_{n:02d}_01.c3d"]) for n in (2, 3))
+    struct.pack_into("<HH", second, 6, 0, 0)
+    struct.pack_into("<H", third, 16, 0)
+    files |= {"01_02_01.c3d": bytes(second), "01_03_01.c3d": bytes(third)}
+    recording = read(exams.folder(tmp_path, files))
+    assert recording.trials["trial"].tolist() == [1, 4]
+    assert "2 of 4 hold no samples" in finding(recording, "empty trials").message
 
 
 # ---- broken trials -------------------------------------------------------------------------------
