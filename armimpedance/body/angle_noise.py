@@ -24,6 +24,7 @@ from armimpedance.body.rows import RowChoice
 from armimpedance.findings import Finding
 from armimpedance.motion import MotionRecording
 from armimpedance.signals import lowpass, smoothed_derivatives
+from armimpedance.skeleton import Skeleton
 
 Progress = Callable[[int, int], None]
 
@@ -34,6 +35,8 @@ _LEAST_BAND: Final = 0.2
 #: Part of an acceleration's variance beyond which the extrapolation leaves too much.
 LARGEST_SHARE: Final = 0.2
 NAME: Final = "angle noise"
+#: A coordinate that carries less of the mass than this hardly shows in any wrench.
+_HEAVY: Final = 0.04
 _ORDER: Final = 2
 _GRID: Final = 4096
 
@@ -51,7 +54,8 @@ class NoiseShift(FrozenRecord):
     level : float
         Median sd of the angles' noise, rad.
     share : float
-        Part of the variance of an acceleration that is noise, of the noisiest coordinate.
+        Part of the variance of an acceleration that is noise, of the noisiest coordinate that
+        carries some of the mass.
     noisiest : str
         That coordinate.
     """
@@ -68,7 +72,7 @@ class NoiseShift(FrozenRecord):
         shown = f"{1e3 * self.level:.2g} mrad, {100 * self.share:.0f} % of the acceleration of "
         smallest = f"{100 * LARGEST_SHARE:.0f} % of an acceleration"
         if self.share <= LARGEST_SHARE:
-            said = f"{shown}{self.noisiest} and less of all others; its bias was taken off"
+            said = f"{shown}{self.noisiest}, less of others that carry mass; its bias was taken off"
             return Finding(NAME, "ok", said, smallest=smallest)
         return Finding(
             NAME,
@@ -167,7 +171,8 @@ def noise_shift(
             progress(draw + 1, draws)
     moved = np.array(twice)
     angles = slice(3, None) if recording.skeleton.floating else slice(None)
-    share = _acceleration_share(recording, choice, more)[angles]
+    heavy = _carried(recording.skeleton)[angles] >= _HEAVY
+    share = np.where(heavy, _acceleration_share(recording, choice, more)[angles], 0.0)
     noisiest = int(share.argmax())
     return NoiseShift(
         shift=moved.mean(axis=0) - once,
@@ -176,6 +181,19 @@ def noise_shift(
         share=float(share[noisiest]),
         noisiest=recording.skeleton.coordinates[angles][noisiest],
     )
+
+
+def _carried(skeleton: Skeleton) -> FloatArray:
+    """Part of the skeleton's mass beyond each coordinate (n,); 1 where masses are not known."""
+    beyond = {segment.name: float(segment.mass_kg) for segment in skeleton.segments}
+    for segment in reversed(skeleton.segments):
+        if segment.parent is not None:
+            beyond[segment.parent] += beyond[segment.name]
+    moved = [s.name for s in skeleton.segments for _ in s.hinges]
+    whole = [skeleton.segments[0].name] * len(skeleton.root_coordinates)
+    total = beyond[skeleton.segments[0].name]
+    parts = np.array([beyond[name] for name in (*whole, *moved)])
+    return parts / total if total > 0 else np.ones(len(parts))
 
 
 def _acceleration_share(

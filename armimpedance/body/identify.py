@@ -35,7 +35,7 @@ from armimpedance.body.exciting import (
     scaled_condition,
 )
 from armimpedance.body.method import METHODS, Method
-from armimpedance.body.plates import skew_finding, weight_finding
+from armimpedance.body.plates import plates_findings, weight_finding
 from armimpedance.body.result import BodyFit
 from armimpedance.body.rows import RowChoice
 from armimpedance.body.solution import Solution, WeightedSolution
@@ -134,7 +134,7 @@ def identify_body(
     checks = (
         *solution.checks,
         no_noise_finding(recording, choice) if noise is None else noise.finding,
-        skew_finding(recording, choice, base, least, chosen.chosen, block_s=block_s),
+        *plates_findings(recording, choice, base, least, chosen.chosen, block_s=block_s),
         *weight_finding(recording),
     )
     solution = replace(solution, checks=checks)

@@ -1,4 +1,4 @@
-"""Do plates and motion belong together: the weight that they show, and the time between them."""
+"""Do plates and motion belong together: weight, the time between them, where the plates lie."""
 
 from __future__ import annotations
 
@@ -6,20 +6,27 @@ from typing import Final
 
 import numpy as np
 
+from armimpedance.arrays import FloatArray
 from armimpedance.body.base_parameters import BaseParameters
 from armimpedance.body.checks import known_mass_kg
+from armimpedance.body.contacts import wrench_on_root
 from armimpedance.body.estimate import BaseFit
-from armimpedance.body.rows import RowChoice, each_trial
+from armimpedance.body.rows import RowChoice, TrialRows, each_trial
 from armimpedance.findings import Finding
 from armimpedance.motion import MotionRecording
 from armimpedance.regression import split_blocks
+from armimpedance.signals import lowpass
 from armimpedance.skeleton import GRAVITY_M_S2
 
 #: A scale tells a person's mass to this part, clothes and shoes included.
 _SCALE: Final = 0.02
-#: Standard errors beyond which something counts as seen, and the shortest delay that matters, s.
-_SEEN: Final = 3.0
+#: Standard errors beyond which something counts as seen, and the least that matters: of a delay,
+#: s, and of a plate's place, m, and turn, rad.
+_SEEN: Final = 3.5
 _SHORTEST_S: Final = 1e-3
+_LEAST: Final = (5e-3, 5e-3, 0.01)
+_ROUNDING: Final = 1e-9
+_UP: Final = np.array([0.0, 0.0, 1.0])
 
 
 def weight_finding(recording: MotionRecording) -> tuple[Finding, ...]:
@@ -39,7 +46,7 @@ def weight_finding(recording: MotionRecording) -> tuple[Finding, ...]:
     return (Finding("weight", "warning", said, smallest=smallest),)
 
 
-def skew_finding(
+def plates_findings(
     recording: MotionRecording,
     choice: RowChoice,
     base: BaseParameters,
@@ -47,11 +54,12 @@ def skew_finding(
     trials: tuple[int, ...],
     *,
     block_s: float,
-) -> Finding:
-    """Whether plates (or torques) and motion are in step.
+) -> tuple[Finding, ...]:
+    """Whether plates (or torques) and motion are in step, and each plate where the file says.
 
-    Late by T, what is measured is ``w - T dw/dt``: T is the coefficient of ``-dw/dt`` beside the
-    regressor, and its standard error is clustered by blocks of time.
+    Late by T, what is measured is ``w - T dw/dt``; a plate that is off by d adds ``d x F`` to the
+    moment, one that is turned by psi about the vertical ``psi z x F``. All are coefficients beside
+    the regressor, fitted together; their covariance is clustered by blocks of time.
 
     Parameters
     ----------
@@ -66,40 +74,95 @@ def skew_finding(
 
     Returns
     -------
-    Finding
+    tuple of Finding
     """
     size = max(round(block_s * recording.sample_rate_hz), 1)
-    products, scores, squares, moved = [], [], [], []
+    AA, Ae, WA, We = [], [], [], []
     for t, trial in enumerate(each_trial(recording, choice)):
         if t not in trials:
             continue
         W = trial.W[..., base.leading] * solved.weights[:, None]
         e = trial.w * solved.weights - W @ solved.values
-        slope = -np.gradient(trial.w * solved.weights, axis=0) * recording.sample_rate_hz
+        A = _columns(recording, choice, t, trial) * solved.weights[:, None]
         for g in split_blocks(len(W), size) if len(W) >= 2 * size else (slice(None),):
-            products.append((slope[g] * e[g]).sum())
-            squares.append((slope[g] ** 2).sum())
-            scores.append(np.einsum("src,sr->c", W[g], e[g]))
-            moved.append(np.einsum("src,sr->c", W[g], slope[g]))
+            AA.append(np.einsum("src,srd->cd", A[g], A[g]))
+            Ae.append(np.einsum("src,sr->c", A[g], e[g]))
+            WA.append(np.einsum("src,srd->cd", W[g], A[g]))
+            We.append(np.einsum("src,sr->c", W[g], e[g]))
     R = solved.fit.triangle
-    # h (b,) = (W^T W)^-1 W^T (-dw/dt): what of the slope the regressor holds
-    h = np.linalg.solve(R, np.linalg.solve(R.T, np.sum(moved, axis=0)))
-    # sums of a block: of what is left of the slope, times the residual, and times the slope
-    of_block = np.array(products) - np.array(scores) @ h
-    own = np.array(squares) - np.array(moved) @ h
-    late = float(of_block.sum() / own.sum())
-    return _told(late, float(np.linalg.norm(of_block - late * own) / own.sum()))
+    # h (b, c) = (W^T W)^-1 W^T A: what of the columns the regressor holds
+    h = np.linalg.solve(R, np.linalg.solve(R.T, np.sum(WA, axis=0)))
+    # sums of a block: of what is left of the columns, with the residual and with the columns
+    of_block = np.array(Ae) - np.array(We) @ h
+    own = np.array(AA) - h.T @ np.array(WA)
+    gram = own.sum(axis=0)
+    size_of = np.sqrt(np.maximum(np.diag(gram), 1e-300))
+    # a plate that bears nothing has no column
+    inverse = np.linalg.pinv(gram / np.outer(size_of, size_of), rcond=_ROUNDING, hermitian=True)
+    inverse = inverse / np.outer(size_of, size_of)
+    found = inverse @ of_block.sum(axis=0)
+    scores = (of_block - own @ found) @ inverse
+    return _told(recording, choice, found, np.sqrt((scores**2).sum(axis=0)))
 
 
-def _told(late_s: float, sd_s: float) -> Finding:
-    least = max(_SEEN * sd_s, _SHORTEST_S)
-    shown, smallest = f"{1e3 * late_s:+.2g} ms", f"{1e3 * least:.2g} ms"
-    if abs(late_s) <= least:
-        return Finding("skew", "ok", f"plates or torques {shown} late", smallest=smallest)
-    return Finding(
-        "skew",
-        "warning",
-        f"plates or torques come {shown} late ({1e3 * sd_s:.2g} ms standard error), and errors may "
-        "exceed the intervals: shift their time, and record a synchronising pulse",
-        smallest=smallest,
-    )
+def _columns(
+    recording: MotionRecording, choice: RowChoice, row: int, trial: TrialRows
+) -> FloatArray:
+    """What lateness, then each plate's place (x, y) and turn would add to the rows, (S, R, c)."""
+    rate, at = recording.sample_rate_hz, recording.samples_of(row)
+    columns = [-np.gradient(trial.w, axis=0) * rate]
+    q = lowpass(recording.coordinates[at], choice.cutoff_hz, rate, axis=0)
+    wrenches, origins = recording.wrenches, recording.plate_origins_m
+    for plate in range(_plates(recording, choice)):
+        if wrenches is None or origins is None:
+            break
+        own = lowpass(wrenches[at, plate], choice.cutoff_hz, rate, axis=0)
+        force, moment = own[:, :3], own[:, 3:]
+        up, still = np.cross(_UP, force), np.zeros_like(force)
+        turned = np.cross(origins[plate], up) + np.cross(_UP, moment)
+        for change in (
+            (still, np.cross(np.eye(3)[0], force)),
+            (still, np.cross(np.eye(3)[1], force)),
+            (up, turned),
+        ):
+            kept = choice.kept(len(q), rate)
+            columns.append(wrench_on_root(np.hstack(change)[:, None], q)[kept])
+    return np.stack(columns, axis=-1)
+
+
+def _plates(recording: MotionRecording, choice: RowChoice) -> int:
+    """How many plates' places can be told: of rows that are the root's wrench alone."""
+    alone = recording.skeleton.floating and choice.rows == "base" and not choice.passive_joints
+    wrenches = recording.wrenches
+    if wrenches is None or recording.plate_origins_m is None or not alone:
+        return 0
+    return int(wrenches.shape[1])
+
+
+def _told(
+    recording: MotionRecording, choice: RowChoice, found: FloatArray, sd: FloatArray
+) -> tuple[Finding, ...]:
+    least = np.maximum(_SEEN * sd, [_SHORTEST_S, *_LEAST * _plates(recording, choice)])
+    shown, smallest = f"{1e3 * found[0]:+.2g} ms", f"{1e3 * least[0]:.2g} ms"
+    if abs(found[0]) <= least[0]:
+        skew = Finding("skew", "ok", f"plates or torques {shown} late", smallest=smallest)
+    else:
+        said = f"plates or torques come {shown} late ({1e3 * sd[0]:.2g} ms standard error)"
+        said += ", and errors may exceed the intervals: shift their time"
+        skew = Finding("skew", "warning", said, smallest=smallest)
+    return (skew, *_placed(found[1:].reshape(-1, 3), least[1:].reshape(-1, 3)))
+
+
+def _placed(found: FloatArray, least: FloatArray) -> tuple[Finding, ...]:
+    """What is said of each plate's place and turn (K, 3)."""
+    if not len(found):
+        return ()
+    near, turn = 1e3 * least[:, :2].max(), np.degrees(least[:, 2].max())
+    smallest = f"{near:.2g} mm, {turn:.2g} degrees"
+    for plate, (at, most) in enumerate(zip(found, least, strict=True)):
+        if (np.abs(at) > most).any():
+            told = f"{1e3 * at[0]:+.2g}, {1e3 * at[1]:+.2g} mm, {np.degrees(at[2]):+.2g} degrees"
+            said = f"number {plate + 1} lies {told} from where the file has it"
+            said += ", and errors may exceed the intervals: measure its corners"
+            return (Finding("plate", "warning", said, smallest=smallest),)
+    return (Finding("plate", "ok", "all lie where the file has them", smallest=smallest),)

@@ -65,3 +65,18 @@ def test_plates_of_another_gain_are_named(walked, gain, verdict):
         # the scale is known to 5 % only
         unsure = replace(scaled, subject=replace(scaled.subject, mass_sd_kg=float(0.05 * mass)))
         assert check(unsure, "weight").verdict == "ok"
+
+
+def test_a_plate_that_lies_or_points_elsewhere_is_named_with_where(walked):
+    assert check(walked, "plate").verdict == "ok"
+    moved = replace(walked, plate_origins_m=walked.plate_origins_m + [[0.03, 0.0, 0.0]])
+    told = check(moved, "plate")
+    assert told.verdict == "warning"
+    assert float(told.message.split("lies ")[1].split(",")[0]) == pytest.approx(30, abs=6)
+    turn = np.deg2rad(5)
+    R = np.array([[np.cos(turn), -np.sin(turn), 0], [np.sin(turn), np.cos(turn), 0], [0, 0, 1.0]])
+    w = np.concatenate([walked.wrenches[..., :3] @ R.T, walked.wrenches[..., 3:] @ R.T], axis=-1)
+    told = check(replace(walked, wrenches=w), "plate")
+    assert told.verdict == "warning"
+    degrees = float(told.message.split(" mm, ")[1].split(" degrees")[0])
+    assert degrees == pytest.approx(5, abs=1)
