@@ -147,9 +147,13 @@ def said(checks: Sequence[Finding], warnings: Sequence[str] = ()) -> dict[str, t
 def is_named(answer: Answer, names: Sequence[str]) -> bool:
     """Whether a finding bears one of these names, or a sentence has one before its first stop.
 
-    A sentence that goes on to list what may be the cause names none of it.
+    A sentence that goes on to list what may be the cause names none of it; a phrase of several
+    words counts wherever it stands.
     """
     if set(answer.names) & set(names):
+        return True
+    phrases = [name for name in names if name.count(" ") > 2]
+    if any(phrase in sentence for phrase in phrases for sentence in answer.sentences):
         return True
     heads = [re.split(r"[:;,(]", s)[0] for s in answer.sentences]
     return any(re.search(rf"\b{re.escape(n)}\b", h) for n in names for h in heads)
@@ -167,7 +171,7 @@ class Tally:
     """Counts of one cell over its records, and what its effect is worked out from.
 
     Shares are of the records; of a record that is neither refused nor named, each printed number
-    counts as its part of it. A record without numbers is silently wrong where it is not named.
+    counts as its part of it. Where a command has no numbers, silence is wrong.
     `held` is the part of all printed numbers, named or not, whose widened interval holds the truth.
     """
 
@@ -238,7 +242,9 @@ def _count(tally: Tally, cell: Cell, made: Made, answer: Answer, wrong: Counter[
     judged = [n for n in made.truth if n in answer.numbers]
     missed = [n for n in judged if not holds(answer.numbers[n], made.truth[n])]
     wrong.update(missed)
-    part = len(missed) / len(judged) if judged else float(bool(cell.violation))
+    # a command that prints no numbers must speak; one that tells none of them did
+    silence = float(bool(cell.violation) and not made.truth)
+    part = len(missed) / len(judged) if judged else silence
     tally.silently_wrong += part
     tally.wide_or_right += 1 - part
     tally.records_wrong += part > 0

@@ -38,7 +38,7 @@ class Muscles:
     Attributes
     ----------
     arms_off : float
-        Sd of the factors between the person's moment arms and the analysis's.
+        Sd of the factors between the person's moment arms and the analysis's, joint by joint.
     bent : float
         Stiffness saturates: ``alpha / (1 + bent alpha)``.
     crosstalk : float
@@ -59,7 +59,7 @@ class Muscles:
         """Rows, and K at two activations that were not measured."""
         rng = seeds_of("muscles", index)
         m = len(moment_arms())
-        G = moment_arms() * (1 + self.arms_off * rng.standard_normal((m, 1)))
+        G = moment_arms() * (1 + self.arms_off * rng.standard_normal((m, 2)))
         alpha = rng.uniform(0.02, 0.3, (24, m))
         held_out = np.stack([np.full(m, 0.1), np.linspace(0.06, 0.2, m)])
 
@@ -81,7 +81,9 @@ class Muscles:
             viscosity_sd=np.full(B.shape, SD_B),
             activation=seen,
         )
-        truth = _elements(stiffness(held_out)) | {f"muscle {i + 1}": SLOPE for i in range(m)}
+        truth = _elements(stiffness(held_out))
+        # what a muscle adds to the trace of K: of its own stiffness no K tells anything
+        truth |= {f"muscle {i + 1}": float(SLOPE * G[i] @ G[i]) for i in range(m)}
         # the same electrodes see what is predicted from
         return Made(rows, truth, held_out + self.crosstalk * np.roll(held_out, 1, axis=1))
 
@@ -117,8 +119,9 @@ def ask_activation(made: Made) -> Answer:
     model = fit_activation(made.record, curvature=False)
     summary, numbers = model.summary, _predicted(model.predict(made.beside))
     half = student.ppf(0.975, model.dof) * np.sqrt(np.diag(model.stiffness_covariance))
-    for i, (value, h) in enumerate(zip(model.stiffness[3:], half[3:], strict=True)):
-        numbers[f"muscle {i + 1}"] = (float(value), float(value - h), float(value + h))
+    for i, arms in enumerate(moment_arms()):
+        value, h = (float(x[3 + i] * arms @ arms) for x in (model.stiffness, half))
+        numbers[f"muscle {i + 1}"] = (value, value - h, value + h)
     return Answer(numbers, **said(summary.checks, summary.warnings))
 
 

@@ -161,8 +161,10 @@ def ask_share(made: Made) -> Answer:
         if one.condition != "passive" and one.projection.valid:
             low, high = one.projection.ci95
             numbers[f"trial {one.trial}"] = (one.projection.percent, float(low), float(high))
-    # the movements' notes say how to read a number, they are no warnings
-    return Answer(numbers, **said(getattr(found, "checks", ()), found.notes))
+    # the movements' notes say how to read a number, they are no warnings; the arm's were read
+    # when it was calibrated
+    checks = (*getattr(found, "checks", ()), *arm.summary.checks)
+    return Answer(numbers, **said(checks, (*found.notes, *arm.warnings)))
 
 
 def shares(make: Any) -> Any:
@@ -224,7 +226,7 @@ def weighted_hand(Nm: float) -> Callable[[Any, Any], Any]:
 def cells() -> list[Cell]:
     """All of these commands'."""
     units = ("units", "plausible")
-    relaxed = ("muscles silent", "relaxed", "voluntary", "EMG", "passive")
+    relaxed = ("muscles silent", "relaxed", "voluntary", "the person may not have been passive")
     robots: list[tuple[str, str, tuple[str, ...], Any]] = [
         ("drawings' masses", "20 % more", ("drawings", "masses", "mass", "lack of fit"),
          damaged(EMPTY, heavier_links(1.2))),
@@ -271,10 +273,12 @@ def cells() -> list[Cell]:
                  half_active_as_passive(m.record, np.random.default_rng(0)), robot()
              )))),
     ]  # fmt: skip
+    # what lies in the hand is a patient who resists, to all that the robot measures
+    blind = ("something heavy in the hand",)
     return [
         *(Cell(EMPTY, *one) for one in robots),
         *(Cell(ARM, *one) for one in arms),
-        *(Cell(SHARE, *one) for one in given),
+        *(Cell(SHARE, *one, seen=one[0] not in blind) for one in given),
     ]
 
 
