@@ -33,7 +33,7 @@ _ABOVE: Final = 2.5
 #: Less of the band than this cannot tell the noise's level.
 _LEAST_BAND: Final = 0.2
 #: Part of an acceleration's variance beyond which the extrapolation leaves too much.
-LARGEST_SHARE: Final = 0.2
+LARGEST_SHARE: Final = 0.3
 NAME: Final = "angle noise"
 #: A coordinate that carries less of the mass than this hardly shows in any wrench.
 _HEAVY: Final = 0.04
