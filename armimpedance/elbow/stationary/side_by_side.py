@@ -66,17 +66,21 @@ def with_comparisons(
     if method.name == "output-error" and band.source in ("perturbation", "command"):
         estimate = _compared(
             estimate,
+            lambda: estimate,
             lambda: METHODS["iv"].identify(prepared, band),
             "method iv, from what the device was told, finds {}: the measured torque reacts to "
             "what the subject pushes, which biases output error; take iv",
         )
-    if method.name != "arx" and band is not floors:
+    if band is not floors:
+        # arx weighs nothing: what its reference finds holds for it too.
+        weighs = METHODS["iv"] if method.name == "arx" else method
         imposed = band.source == "angle"
         by = "white noise" if imposed else "the sensors' noise"
         other = _white(band) if imposed else floors
         estimate = _compared(
             estimate,
-            lambda: method.identify(prepared, other),
+            lambda: estimate if weighs is method else weighs.identify(prepared, band),
+            lambda: weighs.identify(prepared, other),
             f"weighed by {by} alone "
             "the record gives {}: a stiffness that depends on "
             "the frequency (a reflex), or the subject's answer in the torque; compare bands "
@@ -92,12 +96,18 @@ def _white(band: Band) -> Band:
     return replace(band, trials=tuple(whites))
 
 
-def _compared(estimate: Estimate, other_way: Callable[[], Estimate], sentence: str) -> Estimate:
+def _compared(
+    estimate: Estimate,
+    one_way: Callable[[], Estimate],
+    other_way: Callable[[], Estimate],
+    sentence: str,
+) -> Estimate:
+    """The estimate, wider where one way and another differ beyond chance, and why."""
     try:
-        other = other_way()
+        one, other = one_way(), other_way()
     except (EstimationError, NotIdentifiableError):
         return estimate
-    d = difference(estimate, other)
+    d = difference(one, other)
     if d is None:
         return estimate
     values = other.parameters.values
