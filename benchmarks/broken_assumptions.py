@@ -65,7 +65,7 @@ TOPICS = (
 COLUMNS = (
     "command", "rig", "violation", "size", "n", "effect_in_se", "silently_wrong", "named",
     "refused", "wide_or_right", "false_alarm", "worst_check", "records_wrong", "held", "seen",
-    "alarms", "wrong", "example", "advice", "seconds",
+    "alarms", "named_by", "wrong", "example", "advice", "seconds",
 )  # fmt: skip
 
 
@@ -135,6 +135,7 @@ def row_of(cell: Cell, tally: dict[str, Any], sound: dict[str, Any]) -> dict[str
         "held": round(tally["held"], 4),
         "seen": cell.seen,
         "alarms": "; ".join(f"{k} ({v})" for k, v in tally["alarms"].items()),
+        "named_by": "; ".join(cell.named_by),
         "wrong": "; ".join(f"{k} ({v})" for k, v in tally["wrong"].items()),
         "example": tally["example"],
         "advice": ADVICE.get(cell.violation, ""),

@@ -193,7 +193,7 @@ def estimate_cells(rig: Rig = BENCH) -> list[Cell]:
     plants: list[tuple[str, str, tuple[str, ...], Hand]] = [
         *(("reflex", f"{100 * p:g} % at 55 ms", late, Hand(reflex=p)) for p in (0.25, 0.5)),
         *(
-            ("somebody pushes back", f"{n:g} N from 120 ms", (*late, "voluntary", "own force"),
+            ("somebody pushes back", f"{n:g} N from 120 ms", (*late, "voluntary", "plausible"),
              Hand(answers_N=n))
             for n in (1.0, 4.0)
         ),

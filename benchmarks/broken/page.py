@@ -137,19 +137,26 @@ def _section(rows: pd.DataFrame, command: str) -> list[str]:
 
 def seen(row: Any) -> str:
     """What a user sees, in one sentence of a cell of the table."""
-    parts = []
+    parts, names = [], str(row.named_by).split("; ")
+    alarms = [re.sub(r" \(\d+\)$", "", one) for one in re.split(r"(?<=\)); ", str(row.alarms))]
+    naming = [one for one in alarms if any(n in one for n in names)]
+    others = [one for one in alarms if one and one not in naming]
     if row.refused > 0.02:
         parts.append(f'refused in {_percent(row.refused)}: "{_short(row.example)}"')
     if row.named > 0.02:
-        named = _short(str(row.alarms).split(" (")[0])
         beside = f", beside intervals that hold the truth in {_percent(row.held)}"
         held = beside if row.named > 0.5 and np.isfinite(row.held) else ""
-        parts.append(f"a warning in {_percent(row.named)}: *{named}*{held}")
+        parts.append(f"a warning in {_percent(row.named)}: *{_short(naming[0])}*{held}")
     if row.wide_or_right > 0.02:
         parts.append(f"an interval that holds the truth in {_percent(row.wide_or_right)}")
     if row.silently_wrong > 0.02:
-        why = ", which no record can show" if not row.seen else ""
-        parts.append(f"**nothing, though it is wrong, in {_percent(row.silently_wrong)}**{why}")
+        blind = ", which no record can show" if not row.seen else ""
+        off = f"in {_percent(row.silently_wrong)} a wrong number{blind}"
+        parts.append(
+            f"**{off}**, beside another warning: *{_short(others[0])}*"
+            if others
+            else f"**{off} and no word**"
+        )
     return "; ".join(parts)
 
 
