@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from armimpedance.elbow import ElbowFit, VaryingImpedance
+from armimpedance.report.findings_text import checks_lines
 from armimpedance.report.numbers import (
     TABLE_WIDTH,
     aligned_table,
@@ -19,8 +20,9 @@ from armimpedance.report.numbers import (
 from armimpedance.report.parameter_table import parameter_table
 
 _LEGEND = (
-    "Intervals are made of the robust sd, which counts that residuals are correlated; the textbook "
-    "sd takes them as independent. Well identified: twice the textbook sd below 10 %."
+    "Intervals are made of the robust sd, which counts that residuals are correlated and what the "
+    "record leaves open of a late answer or a skew; the textbook sd takes them as independent. "
+    "Well identified: twice the larger of the two below 10 %."
 )
 _LABEL_WIDTH = 30
 
@@ -48,6 +50,7 @@ def elbow_text(fit: ElbowFit) -> str:
     ]
     if fit.parts:
         blocks += ["", _parts_table(fit.parts)]
+    blocks += checks_lines(fit.checks)
     return "\n".join([*blocks, "", *numbered_notes([*s.warnings, _LEGEND])])
 
 

@@ -4,18 +4,26 @@ from __future__ import annotations
 
 from typing import Final
 
+from armimpedance.elbow.doubts.doubt import doubt
 from armimpedance.elbow.result import NAMES, ElbowFit
 from armimpedance.elbow.samples import COMMANDED
-from armimpedance.elbow.stationary.band import Band
+from armimpedance.elbow.stationary.band import Band, Source
 from armimpedance.elbow.stationary.estimate import Estimate
-from armimpedance.elbow.stationary.feedback import delayed_feedback
 from armimpedance.elbow.stationary.method import Method
 from armimpedance.elbow.stationary.misfit import explained
 from armimpedance.elbow.stationary.orders import compare_orders
 from armimpedance.elbow.stationary.preparation import Prepared
 from armimpedance.elbow.stationary.whiteness import residual_whiteness
+from armimpedance.findings import warnings_of
 from armimpedance.regression import Parameters, t_factor
 
+#: What instruments are made of, in words.
+_SOURCES: Final[dict[Source, str]] = {
+    "perturbation": "the device's perturbation",
+    "command": "the commanded angle, through what each frequency's neighbours answer to it",
+    "torque": "the measured torque: what the subject adds to it in answer to the motion stays in",
+    "angle": "the measured angle: the subject's own torque is noise of the torque",
+}
 #: An interval whose half-width is above this part of the value says little.
 WIDE: Final = 0.5
 
@@ -36,16 +44,19 @@ def diagnosed(
     """
     samples, values = prepared.source, estimate.parameters.values
     r2 = explained(band, values)
-    independent = method.name in ("iv", "derivative") and samples.perturbation is not None
-    white, coloured = residual_whiteness(floors, values, 1 - r2, independent=independent)
-    scores, other_order = compare_orders(band, prepared.sample_rate_hz, 1 - r2)
-    late, answers = delayed_feedback(band, values, 1 - r2)
+    weighed = band is not floors
+    white, coloured = residual_whiteness(floors, values, 1 - r2, weighed=weighed)
+    scores, order = compare_orders(band, prepared.sample_rate_hz, 1 - r2)
+    doubts = doubt(estimate, prepared, band)
+    # What a doubt has named is not told once more without its name.
+    unnamed = () if doubts.seen else (*estimate.warnings, coloured)
+    checks = doubts.checks if doubts.seen else (*doubts.checks, order)
     commanded = COMMANDED if samples.torque_is == "commanded" else None
-    told = (coloured, other_order, answers, commanded, _hardly_told(estimate.parameters))
+    told = (*warnings_of(checks), *unnamed, commanded, _hardly_told(doubts.parameters))
     notes = _notes(method, prepared, band, coloured=band is not floors)
     return ElbowFit(
         method=method.name,
-        parameters=estimate.parameters,
+        parameters=doubts.parameters,
         n=estimate.n,
         cond_raw=estimate.conditioning.cond_raw,
         cond_scaled=estimate.conditioning.cond_scaled,
@@ -55,11 +66,12 @@ def diagnosed(
         whiteness=white,
         joint=samples.joint,
         preparation=(*samples.notes, *notes),
-        warnings=(*estimate.warnings, *(t for t in told if t is not None)),
+        warnings=tuple(t for t in told if t is not None),
+        checks=checks,
         details={
             **estimate.details,
             "orders": scores,
-            "feedback": late,
+            **doubts.details,
             "band_hz": prepared.band_hz,
         },
     )
@@ -85,13 +97,6 @@ def _notes(method: Method, prepared: Prepared, band: Band, *, coloured: bool) ->
         notes.append(
             "weighed by the residual torque's spectrum: more than the sensors' noise is in it"
         )
-    if method.name == "output-error":
-        return tuple(notes)
-    if prepared.perturbation is None:
-        notes.append(
-            "instruments from the measured torque: what the subject adds to it in answer to the "
-            "motion stays in"
-        )
-    else:
-        notes.append("instruments from the device's perturbation")
+    if method.name != "output-error":
+        notes.append(f"instruments from {_SOURCES[band.source]}")
     return tuple(notes)

@@ -16,6 +16,7 @@ import numpy as np
 from armimpedance.arrays import FloatArray
 from armimpedance.elbow.stationary.band import Band, Bins, Complex
 from armimpedance.elbow.stationary.least_squares import least_squares
+from armimpedance.findings import Finding
 
 JOINT: Final = (2, 1, 0)
 GRID: Final = tuple(
@@ -48,8 +49,8 @@ class OrderScore:
 
 def compare_orders(
     band: Band, rate_hz: float, unexplained: float
-) -> tuple[tuple[OrderScore, ...], str | None]:
-    """Scores of `GRID`, the best BIC first, and a warning where the joint is clearly worse.
+) -> tuple[tuple[OrderScore, ...], Finding]:
+    """Scores of `GRID`, the best BIC first, and whether the joint is clearly worse.
 
     Parameters
     ----------
@@ -66,20 +67,23 @@ def compare_orders(
         fit, p = rows * float(np.log(per_row)), na + nb + (nk > 0)
         scores.append(OrderScore(na, nb, nk, squares, fit + 2 * p, fit + float(np.log(rows)) * p))
     ranked = tuple(sorted(scores, key=lambda s: s.bic))
-    return ranked, _warning(ranked, unexplained)
+    return ranked, _judged(ranked, unexplained)
 
 
-def _warning(scores: tuple[OrderScore, ...], unexplained: float) -> str | None:
+def _judged(scores: tuple[OrderScore, ...], unexplained: float) -> Finding:
     joint = next(s for s in scores if s.orders == JOINT)
     best = scores[0]
     gain = 1 - best.squares / joint.squares if joint.squares else 0.0
+    smallest = f"{100 * SQUARES_GAIN:g} % of what is left, {100 * ENOUGH:g} % of the motion"
     if unexplained < ENOUGH or joint.bic - best.bic < BIC_GAIN or gain < SQUARES_GAIN:
-        return None
-    return (
+        return Finding("order", "ok", "no transfer function of low order does better", smallest)
+    said = (
         f"a joint of second order does not hold the record: na = {best.na}, nb = {best.nb}, "
         f"nk = {best.nk} leaves {100 * gain:.0f} % less (BIC {joint.bic - best.bic:.0f} lower): "
-        "a reflex, soft tissue or the device's own dynamics"
+        "a reflex, soft tissue or the device's own dynamics; look at the frequency response, "
+        "measure the torque nearer to the limb"
     )
+    return Finding("order", "warning", said, smallest)
 
 
 def _squares(band: Band, na: int, nb: int, delay_s: float) -> float:

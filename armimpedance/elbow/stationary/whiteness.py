@@ -27,7 +27,7 @@ ENOUGH: Final = 1e-4
 
 
 def residual_whiteness(
-    floors: Band, values: FloatArray, unexplained: float, *, independent: bool = False
+    floors: Band, values: FloatArray, unexplained: float, *, weighed: bool = False
 ) -> tuple[Whiteness, str | None]:
     """Ljung-Box test of the weighed residual at I, B, K (3,), and a warning where it is far off.
 
@@ -38,11 +38,11 @@ def residual_whiteness(
     values : (3,)
     unexplained : float
         Part of the angle's power that I, B and K do not explain.
-    independent : bool
-        What the residuals hold has no part in the instruments, which a perturbation drives.
+    weighed : bool
+        The fit's weights follow the residual's spectrum: what is in it is allowed for already.
     """
     white = ljung_box([in_time(bins.residual(values)) for bins in floors.trials])
-    return white, _warning(white, unexplained, independent)
+    return white, _warning(white, unexplained, weighed)
 
 
 def ljung_box(series: list[FloatArray], lags: int | None = None) -> Whiteness:
@@ -72,14 +72,18 @@ def ljung_box(series: list[FloatArray], lags: int | None = None) -> Whiteness:
     )
 
 
-def _warning(white: Whiteness, unexplained: float, independent: bool) -> str | None:
+def _warning(white: Whiteness, unexplained: float, weighed: bool) -> str | None:
     """A sentence where the residuals are far from white, and more than rounding."""
-    if unexplained < ENOUGH or white.p > UNLIKELY or abs(white.largest_correlation) < SMALL:
+    if (
+        weighed
+        or unexplained < ENOUGH
+        or white.p > UNLIKELY
+        or abs(white.largest_correlation) < SMALL
+    ):
         return None
-    values = "the subject's own does not bias the values" if independent else "the values may not"
     return (
         f"the residuals are not white (Ljung-Box {white.probability}, correlation up to "
         f"{white.largest_correlation:.2f}): more than I, B, K and sensors' noise is in the "
-        "torque (the subject's own, a reflex, a joint that changed); the intervals allow for it, "
-        f"{values}"
+        "torque (the subject's own, a joint that changed); the intervals allow for it, the values "
+        "may not"
     )

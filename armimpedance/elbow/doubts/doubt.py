@@ -1,0 +1,211 @@
+"""The verb of this folder: an estimate, held against what its model leaves out.
+
+Judged by what it does to I, B and K: an answer of a given size may cost nothing at a broad band
+and everything at a narrow one. What is seen is estimated beside them, what cannot be told widens
+their intervals, and both are said.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, Final
+
+import numpy as np
+
+from armimpedance.arrays import BoolArray, FloatArray
+from armimpedance.elbow.doubts.amplitude import RUBS, STIFFENS, Bent, bent, stiffening
+from armimpedance.elbow.doubts.contest import Contest, Kind, contest
+from armimpedance.elbow.doubts.posterior import Posterior, half_widths, posterior
+from armimpedance.elbow.doubts.record import doubted
+from armimpedance.elbow.doubts.sentences import SURE, Amplitude, Lateness, Reflex, findings
+from armimpedance.elbow.stationary.band import Band
+from armimpedance.elbow.stationary.estimate import Estimate
+from armimpedance.elbow.stationary.instruments import driver_of
+from armimpedance.elbow.stationary.misfit import explained
+from armimpedance.elbow.stationary.preparation import Prepared
+from armimpedance.errors import EstimationError, InputError
+from armimpedance.findings import Finding
+from armimpedance.regression import Parameters, t_factor
+
+#: What the record leaves less likely than this is out.
+UNLIKELY: Final = 1 - SURE
+#: A residual below this part of the motion is rounding.
+ENOUGH: Final = 1e-6
+#: Smaller changes of I, B, K are of no consequence.
+SMALL: Final = 5e-3
+#: Degrees of freedom of intervals that rest on the residual's spectrum: each of its values holds
+#: some sixteen squares, and every parameter draws on several.
+_DOF: Final = 30.0
+_NORMAL: Final = 1.959964
+#: Half of the deviance that an answer or a skew must be worth to be seen, about.
+_SEEN: Final = 6.0
+
+
+@dataclass(frozen=True, eq=False)
+class Doubt:
+    """An estimate after its doubts.
+
+    Attributes
+    ----------
+    parameters : Parameters
+    checks : tuple of Finding
+        "reflex", "skew", "amplitude".
+    seen : bool
+        The limb has more than I, B and K: what they leave is explained.
+    details : mapping
+    """
+
+    parameters: Parameters
+    checks: tuple[Finding, ...]
+    seen: bool = False
+    details: Mapping[str, Any] = field(default_factory=dict)
+
+
+def doubt(estimate: Estimate, prepared: Prepared, band: Band) -> Doubt:
+    """Hold I, B, K against late answers, channels out of step, and amplitude.
+
+    Parameters
+    ----------
+    estimate : Estimate
+    prepared : Prepared
+    band : Band
+        The whole record, weighed as the estimate was.
+    """
+    own = estimate.parameters
+    if explained(band, own.values) > 1 - ENOUGH:
+        return Doubt(own, _nothing_left())
+    try:
+        record = doubted(prepared, band)
+        driver = driver_of(record.band)
+        made = contest(record, driver, own.values)
+        deflection = float(np.std(prepared.angle))
+        curved = bent(made, deflection)
+        if curved.terms:
+            again = contest(record, driver, own.values, curved.terms)
+            if _matters(made, again, own):
+                made = again
+        return _concluded(own, made, curved, deflection, prepared.source.sample_rate_hz)
+    except (InputError, EstimationError, np.linalg.LinAlgError) as error:
+        return Doubt(own, (_cannot(error),))
+
+
+def _nothing_left() -> tuple[Finding, ...]:
+    said = "I, B and K leave nothing of the record"
+    return tuple(Finding(name, "ok", said) for name in ("reflex", "skew", "amplitude"))
+
+
+def _cannot(error: Exception) -> Finding:
+    why = f"{error}".split(";")[0]
+    return Finding("reflex", "cannot tell", f"late answers and skew could not be looked for: {why}")
+
+
+def _matters(made: Contest, again: Contest, own: Parameters) -> bool:
+    """Whether the terms of amplitude move I, B, K by what is not lost in their error."""
+    kind = Kind(late_angle=True, answers=0)
+    limbs = [one.fits[kind].values[0, :3] for one in (made, again)]
+    enough = np.maximum(SMALL * np.abs(own.values), own.sd)
+    return bool((np.abs(limbs[1] - limbs[0]) > enough).any())
+
+
+def _concluded(
+    own: Parameters, made: Contest, curved: Bent, deflection: float, rate_hz: float
+) -> Doubt:
+    stiffness = float(own.values[2])
+    believed = posterior(made, stiffness)
+    seen = bool(made.bends) or believed.of_neither < UNLIKELY
+    parameters = _beside(own, believed) if seen else _allowing(own, believed)
+    late, answer = _lateness(made, believed), _reflex(made, believed)
+    amplitude = _amplitude(made, curved, stiffness, deflection)
+    checks = findings(answer, late, amplitude, parameters, believed.of_neither, rate_hz)
+    seen = seen and any(one.verdict in ("warning", "cannot tell") for one in checks)
+    return Doubt(parameters, checks, seen, {"reflex": answer, "skew": late, "amplitude": amplitude})
+
+
+def _allowing(own: Parameters, believed: Posterior) -> Parameters:
+    """The estimate, moved and widened by what lateness and answer would do to it."""
+    shift = believed.weight @ believed.shift
+    spread = believed.excess + _outer(believed.shift - shift)
+    covariance = own.covariance + np.tensordot(believed.weight, spread, 1)
+    more = np.maximum(np.diagonal(believed.excess, axis1=1, axis2=2), 0.0)
+    sd = np.sqrt(own.sd**2 + more) * t_factor(own.dof) / _NORMAL
+    half = half_widths(believed.weight, believed.shift, sd, shift)
+    covariance = _scaled(covariance, half / t_factor(own.dof))
+    return replace(own, values=own.values + shift, covariance=covariance)
+
+
+def _beside(own: Parameters, believed: Posterior) -> Parameters:
+    """I, B, K beside what was seen, over all that the record leaves of it."""
+    mean = believed.mean[:, :3]
+    centre = believed.weight @ mean
+    within = believed.covariance[:, :3, :3]
+    covariance = np.tensordot(believed.weight, within + _outer(mean - centre), 1)
+    sd = np.sqrt(np.diagonal(within, axis1=1, axis2=2)) * t_factor(_DOF) / _NORMAL
+    half = half_widths(believed.weight, mean, sd, centre)
+    covariance = _scaled(covariance, half / t_factor(_DOF))
+    return Parameters(own.names, own.units, centre, covariance, "mixture", _DOF)
+
+
+def _outer(rows: FloatArray) -> FloatArray:
+    """Each row's product with itself, (c, p, p)."""
+    return np.asarray(rows[:, :, None] * rows[:, None, :])
+
+
+def _scaled(covariance: FloatArray, sd: FloatArray) -> FloatArray:
+    """The same correlations with other standard errors (p,)."""
+    by = sd / np.sqrt(np.diag(covariance))
+    return np.asarray(covariance * np.outer(by, by))
+
+
+def _interval(believed: Posterior, which: int, among: BoolArray) -> tuple[float, float, float]:
+    """Mean and 95 % limits of T (3) or K_r (4) over some parts of the mixture."""
+    weight = believed.weight[among] / believed.weight[among].sum()
+    mean = believed.mean[among][:, [which]]
+    sd = np.sqrt(believed.covariance[among][:, which, which])[:, None]
+    centre = weight @ mean
+    half = half_widths(weight, mean, sd * t_factor(_DOF) / _NORMAL, centre)
+    return float(centre[0]), float(centre[0] - half[0]), float(centre[0] + half[0])
+
+
+def _lateness(made: Contest, believed: Posterior) -> Lateness:
+    value, low, high = _interval(believed, 3, np.ones(len(believed.weight), dtype=bool))
+    if_late = _interval(believed, 3, believed.late_angle)[0]
+    information = made.fits[Kind(late_angle=True, answers=0)].information[0]
+    smallest = np.sqrt(2 * _SEEN * np.linalg.inv(information)[3, 3])
+    return Lateness(value, (low, high), believed.of_lateness, if_late, float(smallest))
+
+
+def _reflex(made: Contest, believed: Posterior) -> Reflex:
+    value, low, high = _interval(believed, 4, believed.answers)
+    weight = believed.weight[believed.answers] / believed.weight[believed.answers].sum()
+    delay = believed.delay_s[believed.answers]
+    order = np.argsort(delay)
+    share = np.cumsum(weight[order])
+    limits = [float(delay[order][np.searchsorted(share, q)]) for q in (0.025, 0.975 - 1e-12)]
+    fit = made.fits[Kind(late_angle=False, answers=1)]
+    typical = int(np.abs(made.delays_s - 0.06).argmin())
+    variance = np.linalg.inv(fit.information[typical])[3, 3]
+    smallest = np.sqrt(2 * _SEEN * variance)
+    return Reflex(
+        value,
+        (low, high),
+        float(weight @ delay),
+        (limits[0], limits[1]),
+        believed.of_answer,
+        float(smallest),
+    )
+
+
+def _amplitude(made: Contest, curved: Bent, stiffness: float, deflection: float) -> Amplitude:
+    values = np.zeros(4)
+    kind = Kind(late_angle=True, answers=0)
+    if made.bends:
+        values[list(made.bends)] = made.fits[kind].values[0, -len(made.bends) :]
+    return Amplitude(
+        stiffens=STIFFENS[0] in made.bends,
+        rubs=RUBS[0] in made.bends,
+        more_stiffness=stiffening(values, deflection),
+        friction=float(values[RUBS[0]]),
+        deflection=deflection,
+        smallest=curved.smallest / stiffness,
+    )

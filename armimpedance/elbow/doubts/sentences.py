@@ -1,0 +1,186 @@
+"""What was doubted, in one sentence each, and what to do."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+from armimpedance.findings import Finding
+from armimpedance.regression import Parameters
+
+#: A late answer that is only seen when larger than this part of K is not looked for.
+BLIND: Final = 0.3
+#: An answer or a skew that is smaller than this, of K and of a sample, needs no word.
+LITTLE: Final = 0.01
+LITTLE_SAMPLE: Final = 0.5
+SURE: Final = 0.98
+EVEN: Final = 0.5
+
+
+@dataclass(frozen=True)
+class Lateness:
+    """By how much the angle comes after the torque.
+
+    Attributes
+    ----------
+    value_s : float
+    ci95_s : (2,)
+    probability : float
+        That it does at all.
+    if_late_s : float
+        What it is if it does.
+    smallest_s : float
+        The smallest that would have been seen.
+    """
+
+    value_s: float
+    ci95_s: tuple[float, float]
+    probability: float
+    if_late_s: float
+    smallest_s: float
+
+
+@dataclass(frozen=True)
+class Reflex:
+    """``K_r theta(t - d)`` beside I, B, K: the parallel cascade's second path.
+
+    Attributes
+    ----------
+    K_r : float
+        Nm/rad, if there is an answer.
+    ci95 : (2,)
+    delay_s : float
+    delay_ci95_s : (2,)
+    probability : float
+        That there is an answer.
+    smallest : float
+        The smallest K_r after 60 ms that would have been seen.
+    """
+
+    K_r: float
+    ci95: tuple[float, float]
+    delay_s: float
+    delay_ci95_s: tuple[float, float]
+    probability: float
+    smallest: float
+
+
+@dataclass(frozen=True)
+class Amplitude:
+    """What depends on how far and how fast the joint moves.
+
+    Attributes
+    ----------
+    stiffens, rubs : bool
+    more_stiffness : float
+        What the rms deflection adds to the stiffness of small ones, Nm/rad.
+    friction : float
+        Torque against the velocity's sign, Nm.
+    deflection : float
+        Rms, rad.
+    smallest : float
+        The smallest change of the stiffness that would have been seen, as part of it.
+    """
+
+    stiffens: bool
+    rubs: bool
+    more_stiffness: float
+    friction: float
+    deflection: float
+    smallest: float
+
+
+def findings(
+    reflex: Reflex,
+    late: Lateness,
+    amplitude: Amplitude,
+    parameters: Parameters,
+    neither: float,
+    rate_hz: float,
+) -> tuple[Finding, ...]:
+    """The three checks.
+
+    Parameters
+    ----------
+    neither : float
+        Probability that the channels are in step and nothing answers.
+    rate_hz : float
+        A skew below half a sample is named, not warned of.
+    """
+    K = float(parameters.values[2])
+    either = neither < 1 - SURE
+    return (
+        _of_reflex(reflex, late, K, either),
+        _of_skew(late, reflex, either, LITTLE_SAMPLE / rate_hz),
+        _of_amplitude(amplitude, K),
+    )
+
+
+def _of_reflex(reflex: Reflex, late: Lateness, K: float, either: bool) -> Finding:
+    low, high = (1e3 * d for d in reflex.delay_ci95_s)
+    size = (
+        f"after {1e3 * reflex.delay_s:.0f} ms ({low:.0f} to {high:.0f}) of K_r {reflex.K_r:.3g} "
+        f"({reflex.ci95[0]:.3g} to {reflex.ci95[1]:.3g}) Nm/rad"
+    )
+    smallest = f"{100 * reflex.smallest / K:.2g} % of K after 60 ms"
+    if abs(reflex.K_r) > LITTLE * K and reflex.probability > SURE:
+        said = (
+            f"the limb answers the motion (a reflex) {size}; I, B, K are those beside it, for any "
+            "of these delays; a wider band of the perturbation would part them better"
+        )
+        return Finding("reflex", "warning", said, smallest)
+    # Where the channels are surely out of step, that alone may be all.
+    likely = EVEN if late.probability > SURE else 1 - SURE
+    if either and reflex.probability > likely and abs(reflex.K_r) > LITTLE * K:
+        said = (
+            f"an answer to the motion (a reflex) {size}, or channels out of step by "
+            f"{1e3 * late.if_late_s:+.2f} ms: the record does not tell which, the intervals hold "
+            "both; measure the channels' delay with a known load"
+        )
+        return Finding("reflex", "cannot tell", said, smallest)
+    if reflex.smallest > BLIND * K:
+        said = "none seen, but only a large one would have been; the intervals allow for it"
+        return Finding("reflex", "cannot tell", said, smallest)
+    return Finding("reflex", "ok", "no late answer; the intervals allow for a small one", smallest)
+
+
+def _of_skew(late: Lateness, reflex: Reflex, either: bool, little_s: float) -> Finding:
+    low, high = (1e3 * T for T in late.ci95_s)
+    size = f"{1e3 * late.value_s:+.2f} ms ({low:+.2f} to {high:+.2f})"
+    smallest = f"{1e3 * late.smallest_s:.2g} ms"
+    if late.probability > SURE and abs(late.value_s) > little_s:
+        said = (
+            f"the angle comes {size} after the torque; the estimate allows for it; look for the "
+            "filter or converter that delays one channel"
+        )
+        return Finding("skew", "warning", said, smallest)
+    likely = EVEN if reflex.probability > SURE else 1 - SURE
+    if either and late.probability > likely and abs(late.if_late_s) > little_s:
+        if reflex.probability > SURE:
+            said = f"beside the reflex the channels may be out of step: {size}; the intervals allow"
+            return Finding("skew", "cannot tell", f"{said} for it", smallest)
+        said = (
+            f"in step, or the angle {1e3 * late.if_late_s:+.2f} ms after the torque: see reflex; "
+            "the intervals hold both"
+        )
+        return Finding("skew", "cannot tell", said, smallest)
+    return Finding("skew", "ok", f"angle after torque by {size}", smallest)
+
+
+def _of_amplitude(amplitude: Amplitude, K: float) -> Finding:
+    smallest = f"{100 * amplitude.smallest:.2g} % of K at {amplitude.deflection:.2g} rad rms"
+    said = []
+    if amplitude.stiffens:
+        said.append(
+            f"the stiffness depends on the deflection: {amplitude.more_stiffness:+.3g} Nm/rad at "
+            f"{amplitude.deflection:.2g} rad rms; I, B, K are those of small motion, K {K:.3g}"
+        )
+    if amplitude.rubs:
+        said.append(
+            f"the joint resists like friction, {amplitude.friction:.2g} Nm against any motion; "
+            "I, B, K are those beside it"
+        )
+    if said:
+        advice = "perturb by the amplitude that you ask about"
+        return Finding("amplitude", "warning", "; ".join([*said, advice]), smallest)
+    return Finding("amplitude", "ok", "small and large motion give one limb", smallest)
