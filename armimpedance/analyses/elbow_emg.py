@@ -7,10 +7,13 @@ from dataclasses import replace
 from typing import Any, Final, Literal
 
 from armimpedance.analyses.sources import PathLike, naming, of_condition, read_recording
+from armimpedance.arrays import FloatArray
 from armimpedance.elbow import (
+    Crosstalk,
     ElbowFit,
     EmgLaw,
     ImcjCalibration,
+    LinearLaw,
     OperatingPoints,
     calibrate_imcj,
     fit_emg_law_of,
@@ -100,9 +103,10 @@ def emg_law(
         trials = of_condition(read_recording(recording), condition)
         pair = two_muscles(trials, flexor, extensor)
         fits, left_out = _each_trial(trials, joint, options, progress)
-        rows, levels = list(fits), segment_amplitude(pair)
+        rows, heard = list(fits), Crosstalk.of(pair)
+        levels = segment_amplitude(heard.own(pair))
         amplitude, sd = levels.amplitude[rows], levels.sd[rows]
-        law = fit_emg_law_of(list(fits.values()), amplitude, sd, muscles=pair.muscles)
+        law = _law_of(fits, pair, heard, amplitude, sd)
         numbers = trials.trials["trial"].to_numpy()[rows]
         points = OperatingPoints.of(fits.values(), numbers, pair.muscles, amplitude)
         notes = (*levels.notes, *levels.warnings, *left_out)
@@ -110,6 +114,37 @@ def emg_law(
             points, gains = _with_index(points, trials, rows, calibration)
             notes = (*notes, *gains)
     return replace(law, points=points, notes=notes)
+
+
+def _law_of(
+    fits: Mapping[int, ElbowFit],
+    pair: Recording,
+    heard: Crosstalk,
+    amplitude: FloatArray,
+    amplitude_sd: FloatArray,
+) -> EmgLaw:
+    """The law of the trials' fits, with what the electrodes hear of the other muscle."""
+
+    def law_of(own: FloatArray) -> EmgLaw:
+        return fit_emg_law_of(list(fits.values()), own, amplitude_sd, muscles=pair.muscles)
+
+    law, cost = law_of(amplitude), "; record raw EMG"
+    for near in heard.neighbours(pair):
+        law = law.widened_to(law_of(segment_amplitude(near).amplitude[list(fits)]))
+    if heard.covariance is None:
+        try:
+            cost = _cost(law.stiffness, law_of(heard.supposed(amplitude)).stiffness) + cost
+        except _NO_FIT:
+            cost = f"; 10 % would leave no law{cost}"
+    return replace(law, electrodes=(heard.finding(pair.muscles, cost),))
+
+
+def _cost(law: LinearLaw, without: LinearLaw) -> str:
+    """By how much the slopes would change, were there crosstalk to take out."""
+    names = law.parameters.names[1:]
+    change = zip(names, 100 * (without.slopes / law.slopes - 1), strict=True)
+    parts = ", ".join(f"{name} by {percent:+.0f} %" for name, percent in change)
+    return f"; 10 % in each channel, taken out, would change {parts}"
 
 
 def _each_trial(

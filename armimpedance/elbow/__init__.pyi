@@ -1,3 +1,4 @@
+from .emg.crosstalk import Crosstalk as Crosstalk
 from .emg.imcj import (
     ImcjCalibration as ImcjCalibration,
     calibrate_imcj as calibrate_imcj,

@@ -43,7 +43,11 @@ ADVICE: Final = {
     "amplitude": "K of small deflections asks for smaller disturbances",
 }
 #: A departure is told where chance alone does as much less often than this.
-LEVEL: Final = 0.003
+LEVEL: Final = 0.01
+#: Of the best of several delays chance makes more.
+LEVEL_OF_REFLEX: Final = 0.006
+#: Lack of fit has no size to weigh, and one recording has few: chance must do much less.
+LEVEL_OF_REPEATS: Final = 0.003
 #: A second cause is told if it explains this part of the first one's standard errors beside it.
 BESIDE: Final = 1 / 3
 #: Smaller changes of K (parts of K) and smaller delays (s) matter to nobody.
@@ -67,12 +71,15 @@ class Departure:
     share : float
         By how much of K the plain fit is wrong for each unit of k.
     dof : float
+    level : float
+        How often chance alone may reach `limit`.
     """
 
     size: float
     error: float
     share: float
     dof: float
+    level: float = LEVEL
 
     @property
     def t(self) -> float:
@@ -82,7 +89,7 @@ class Departure:
     @property
     def limit(self) -> float:
         """What chance alone does not reach, of size."""
-        return float(stdtrit(self.dof, 1 - LEVEL / 2)) * self.error
+        return float(stdtrit(self.dof, 1 - self.level / 2)) * self.error
 
 
 def check_departures(recording: Recording) -> tuple[Finding, ...]:
@@ -196,6 +203,7 @@ def _pooled(models: Sequence[_Model], column: str, beside: str | None = None) ->
         error=total**-0.5,
         share=float(weight @ [one.share for one in found]) / total,
         dof=sum(one.dof for one in found),
+        level=LEVEL_OF_REFLEX if column.startswith("reflex") else LEVEL,
     )
 
 
@@ -303,7 +311,7 @@ def _lack_of_fit(models: Sequence[_Model], *, explained: bool) -> tuple[Finding,
     if not found:
         return ()
     part, p_value, least = (float(np.median(column)) for column in np.transpose(found))
-    told = part > LEAST_REPEATED and p_value < LEVEL and not explained
+    told = part > LEAST_REPEATED and p_value < LEVEL_OF_REPEATS and not explained
     text = (
         f"{100 * part:.1f} % of the response repeats in each direction and is not explained by "
         "M, B and K" + ("; look at it (`--method all`, `reflex`)" if told else "")

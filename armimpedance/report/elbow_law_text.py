@@ -5,6 +5,7 @@ from __future__ import annotations
 import textwrap
 
 from armimpedance.elbow import EmgLaw, LinearLaw, OperatingPoints
+from armimpedance.report.findings_text import checks_lines
 from armimpedance.report.numbers import (
     TABLE_WIDTH,
     aligned_table,
@@ -37,6 +38,7 @@ def law_text(law: EmgLaw) -> str:
         blocks += ["", _points_table(law.points)]
     for one in law.laws:
         blocks += ["", _law_table(one)]
+    blocks += checks_lines(law.checks)
     return "\n".join([*blocks, "", *numbered_notes([*law.warnings, _LEGEND])])
 
 

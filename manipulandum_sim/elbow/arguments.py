@@ -19,7 +19,7 @@ LONGEST_S: Final = 600.0
 
 
 def electrodes_of(
-    noise: NoiseLevel, hum_V: float | None, hum_hz: float, noise_V: float | None
+    noise: NoiseLevel, hum_V: float | None, hum_hz: float, noise_V: float | None, crosstalk: float
 ) -> Electrodes:
     """The electrodes of a level of noise, where nothing else is asked for."""
     usual = Electrodes() if noise != "none" else Electrodes(0.0, 0.0, artefact=0.0)
@@ -28,6 +28,7 @@ def electrodes_of(
         usual.hum_V if hum_V is None else hum_V,
         hum_hz,
         usual.artefact,
+        crosstalk,
     )
 
 

@@ -29,17 +29,22 @@ class Electrodes:
         Amplitude and frequency of the mains.
     artefact : float
         V per rad/s of the elbow.
+    crosstalk : float
+        Part of every other muscle's EMG (V) in a muscle's channel.
     """
 
     noise_V: float = 2e-6
     hum_V: float = 2e-6
     hum_hz: float = 50.0
     artefact: float = 1e-5
+    crosstalk: float = 0.0
 
     def __post_init__(self) -> None:
         sizes = (self.noise_V, self.hum_V, self.artefact)
         if not all(np.isfinite(s) and s >= 0 for s in sizes):
             raise InputError(f"noise, hum and artefact of {sizes}", expected="0 or more, finite")
+        if not (np.isfinite(self.crosstalk) and -1 < self.crosstalk < 1):
+            raise InputError(f"crosstalk of {self.crosstalk}", expected="a part, above -1, below 1")
         if not 0 < self.hum_hz < RATE_HZ / 2:
             raise InputError(f"mains of {self.hum_hz} Hz", expected=f"0 to {RATE_HZ / 2:g} Hz")
 
@@ -59,7 +64,7 @@ def raw_emg(
 ) -> FloatArray:
     """One trial's EMG (S, m), V, at 1 kHz.
 
-    The mean of the rectified carrier is ``activation mvc_V``, all else comes on top.
+    The mean of the rectified carrier is ``activation mvc_V``; all else, crosstalk too, comes on top.
 
     Parameters
     ----------
@@ -82,6 +87,7 @@ def raw_emg(
     samples, muscles = activation.shape
     # mean |N(0, sd)| = sd sqrt(2 / pi)
     emg = carrier(rng, samples, muscles) * activation * mvc_V * np.sqrt(np.pi / 2)
+    emg += electrodes.crosstalk * (emg.sum(axis=1, keepdims=True) - emg)
     emg += electrodes.noise_V * rng.standard_normal((samples, muscles))
     phase = rng.uniform(0, 2 * np.pi, muscles)
     clock = 2 * np.pi * electrodes.hum_hz * np.arange(samples)[:, None] / RATE_HZ

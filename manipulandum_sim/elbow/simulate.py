@@ -106,6 +106,7 @@ def simulate_elbow(
     hum_V: float | None = None,
     hum_hz: float = 50.0,
     electrode_noise_V: float | None = None,
+    crosstalk: float = 0.0,
     velocity_limit: float = Limits.velocity,
     torque_limit: float = Limits.torque,
     device: Exoskeleton = Exoskeleton(),  # noqa: B008 - frozen
@@ -145,6 +146,8 @@ def simulate_elbow(
     hum_V, hum_hz, electrode_noise_V : float
         Hum of the mains (amplitude, frequency) and noise of the electrodes in the EMG; where they
         are absent, `noise` decides.
+    crosstalk : float
+        Part of every other muscle's EMG in a muscle's channel.
     velocity_limit, torque_limit : float
         rad/s, Nm: beyond, a trial ends.
     device : Exoskeleton, optional
@@ -165,7 +168,7 @@ def simulate_elbow(
     check(repetitions, duration_s, seed, noise, torque, frequency_hz, activation_delay_s)
     check_muscles(test, four_muscles)
     seeds, limits = _Seeds(seed, own.id), limits_of(velocity_limit, torque_limit)
-    electrodes = electrodes_of(noise, hum_V, hum_hz, electrode_noise_V)
+    electrodes = electrodes_of(noise, hum_V, hum_hz, electrode_noise_V, crosstalk)
     plan = protocol(
         test, own, repetitions, seeds.phase, depth=depth, frequency_hz=frequency_hz, law=law
     )

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from armimpedance.arrays import FloatArray, frozen_array
+from armimpedance.elbow.emg.curvature import Bend, bend_of
 from armimpedance.elbow.emg.law_result import LAW_UNITS, EmgLaw, LinearLaw, constant_and
 from armimpedance.elbow.emg.rank import refuse_alike
 from armimpedance.elbow.emg.scatter import error_covariance, error_moments, settled_variance
@@ -142,6 +143,8 @@ def fit_law(
     -----
     Points weigh ``1 / (sd^2 + sum_i (c_i sd_i)^2 + scatter^2)``; the scatter is the one that makes
     the weighted squares of the residuals as large as their number less that of the coefficients.
+    Where squares of the amplitudes are needed, the coefficients' intervals hold those of the bent
+    law too, and a finding says so.
     """
     if symbol not in LAW_UNITS:
         raise InputError(f"unknown law {symbol!r}", expected=f"one of {', '.join(LAW_UNITS)}")
@@ -155,10 +158,11 @@ def fit_law(
     residual = y - W @ solved.coefficients
     weight = 1 / variance
     about = y - np.average(y, weights=weight)
+    bend = bend_of(symbol, W, y, variance, solved.coefficients[1:])
     law = LinearLaw(
         symbol=symbol,
         muscles=tuple(muscles),
-        parameters=_parameters(symbol, muscles, solved),
+        parameters=_parameters(symbol, muscles, solved, bend),
         naive=solved.naive,
         scatter=scatter,
         r2=1 - float(weight @ residual**2) / max(float(weight @ about**2), 1e-300),
@@ -168,18 +172,19 @@ def fit_law(
         lowest=s.min(axis=0),
         highest=s.max(axis=0),
         n=len(y),
+        checks=(bend.finding,),
     )
     return _warned(law, solved)
 
 
-def _parameters(symbol: str, muscles: Sequence[str], solved: Corrected) -> Parameters:
+def _parameters(symbol: str, muscles: Sequence[str], solved: Corrected, bend: Bend) -> Parameters:
     """``k0, k_<muscle>, ...``: the symbol in lower case (torque: a)."""
     letter = "a" if symbol == "torque" else symbol.lower()
     return Parameters(
         names=(f"{letter}0", *(f"{letter}_{muscle}" for muscle in muscles)),
         units=(LAW_UNITS[symbol],) * (1 + len(muscles)),
         values=solved.coefficients,
-        covariance=solved.covariance,
+        covariance=solved.covariance + np.outer(bend.shift, bend.shift),
         covariance_kind="cr3",
         dof=solved.dof,
         plain_covariance=solved.naive_covariance,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import numpy as np
@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from armimpedance.arrays import BoolArray, FloatArray, FrozenRecord, IntArray
 from armimpedance.elbow.result import ElbowFit
 from armimpedance.errors import InputError
+from armimpedance.findings import Finding, warnings_of
 from armimpedance.regression import FitSummary, Parameters, t_interval
 
 if TYPE_CHECKING:
@@ -75,6 +76,8 @@ class LinearLaw(FrozenRecord):
     n : int
         Points L.
     warnings : tuple of str
+    checks : tuple of Finding
+        Whether the law is straight.
     """
 
     symbol: str
@@ -90,6 +93,7 @@ class LinearLaw(FrozenRecord):
     highest: Annotated[FloatArray, "m"]
     n: int
     warnings: tuple[str, ...] = ()
+    checks: tuple[Finding, ...] = ()
 
     @property
     def unit(self) -> str:
@@ -127,6 +131,12 @@ class LinearLaw(FrozenRecord):
         beyond = (s < self.lowest - slack) | (s > self.highest + slack)
         value, dof = W @ self.parameters.values, self.parameters.dof
         return LawPrediction(value, np.sqrt(variance), dof, np.asarray(beyond.any(axis=1)))
+
+    def widened_to(self, other: LinearLaw) -> LinearLaw:
+        """The same law, its intervals wider by how far the coefficients of another are away."""
+        shift = other.parameters.values - self.parameters.values
+        wider = self.parameters.covariance + np.outer(shift, shift)
+        return replace(self, parameters=replace(self.parameters, covariance=wider))
 
     def to_frame(self) -> pd.DataFrame:
         """One row a coefficient: value, standard error, 95 % limits, unit, least squares."""
@@ -233,12 +243,15 @@ class EmgLaw(FrozenRecord):
         What the laws were fitted to, where they come from a recording.
     notes : tuple of str
         How the amplitudes were made, and which trials have been left out.
+    electrodes : tuple of Finding
+        Whether each electrode hears its own muscle alone, where the EMG was looked at.
     """
 
     stiffness: LinearLaw
     viscosity: LinearLaw | None = None
     points: OperatingPoints | None = None
     notes: tuple[str, ...] = ()
+    electrodes: tuple[Finding, ...] = ()
 
     @property
     def laws(self) -> tuple[LinearLaw, ...]:
@@ -248,7 +261,20 @@ class EmgLaw(FrozenRecord):
     @property
     def warnings(self) -> tuple[str, ...]:
         """What a reader must know of both laws."""
-        return tuple(dict.fromkeys(w for law in self.laws for w in law.warnings))
+        own = (w for law in self.laws for w in law.warnings)
+        return tuple(dict.fromkeys((*own, *warnings_of(self.checks))))
+
+    def widened_to(self, other: EmgLaw) -> EmgLaw:
+        """The same laws, their intervals wider by how far those of another are away."""
+        K = self.stiffness.widened_to(other.stiffness)
+        if self.viscosity is None or other.viscosity is None:
+            return replace(self, stiffness=K)
+        return replace(self, stiffness=K, viscosity=self.viscosity.widened_to(other.viscosity))
+
+    @property
+    def checks(self) -> tuple[Finding, ...]:
+        """What was looked at: the electrodes, then whether each law is straight."""
+        return (*self.electrodes, *(one for law in self.laws for one in law.checks))
 
     @property
     def summary(self) -> FitSummary:
@@ -264,6 +290,7 @@ class EmgLaw(FrozenRecord):
             vaf=law.r2,
             parameters=tuple(p for one in self.laws for p in one.parameters),
             warnings=self.warnings,
+            checks=self.checks,
         )
 
     def to_frame(self) -> pd.DataFrame:

@@ -1,0 +1,149 @@
+"""Crosstalk between electrodes, and a law that is not straight: found, taken out, named."""
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from armimpedance.analyses import emg_law
+from armimpedance.elbow.emg.crosstalk import Crosstalk
+from armimpedance.elbow.emg.law import fit_emg_law, fit_law
+from armimpedance.records import Recording
+from armimpedance.report import law_text
+from manipulandum_sim.elbow import Electrodes, raw_emg, simulate_elbow
+
+TRUE = np.array([1.0, 42.0, 40.0])
+LEVELS = np.array(
+    [
+        *((0.06, 0.03), (0.11, 0.09), (0.16, 0.16)),
+        *((0.10, 0.02), (0.17, 0.02), (0.02, 0.10), (0.02, 0.17)),
+    ]
+)
+MVC_V = np.array([4e-4, 6e-4])
+SAMPLES = 4000
+RECORDS = 30
+
+
+def bent(a: np.ndarray) -> np.ndarray:
+    """The same as `a` at 8 % of the maximum, half of it saturated at 4 %."""
+    return 0.08 * (1 - np.exp(-a / 0.05)) / (1 - np.exp(-1.6))
+
+
+def electrodes(seed: int, gain=(0.0, 0.0), together: float = 0.0) -> Recording:
+    """Raw EMG of 14 trials; `together` is the correlation of the muscles' own carriers."""
+    rng = np.random.default_rng([82, seed])
+    silent = Electrodes(noise_V=3e-6, hum_V=2e-6, artefact=0.0)
+    parts = []
+    for levels in np.tile(LEVELS, (2, 1)):
+        course = np.broadcast_to(levels, (SAMPLES, 2))
+        own = raw_emg(rng, course, MVC_V, np.zeros(SAMPLES), silent, converted=False)
+        # motor units that fire in step: a carrier that both muscles have
+        both = raw_emg(
+            rng, np.ones((SAMPLES, 1)), np.ones(1), np.zeros(SAMPLES), silent, converted=False
+        )
+        own = np.sqrt(1 - together) * own + np.sqrt(together) * both * levels * MVC_V
+        parts.append(own @ np.array([[1.0, gain[1]], [gain[0], 1.0]]))
+    table = pd.DataFrame({"trial": range(1, len(parts) + 1), "condition": "held"})
+    for muscle, mvc in zip(("biceps", "triceps"), MVC_V, strict=True):
+        table[f"mvc_{muscle}_V"] = mvc
+    total = SAMPLES * len(parts)
+    return Recording(
+        kind="joint",
+        sample_rate_hz=1000.0,
+        trials=table,
+        offsets=SAMPLES * np.arange(len(parts) + 1),
+        time_s=np.tile(np.arange(SAMPLES) / 1000, len(parts)),
+        position=np.zeros((total, 1)),
+        force=np.zeros((total, 1)),
+        emg=np.vstack(parts),
+        muscles=("biceps", "triceps"),
+        perturbation="stochastic",
+        torque="interaction",
+    )
+
+
+@pytest.mark.parametrize("gain", [(0.1, 0.2), (-0.15, 0.05)])
+def test_gains_are_found_within_their_errors_and_taken_out(gain):
+    scores = []
+    for seed in range(4):
+        recording = electrodes(seed, gain)
+        heard = Crosstalk.of(recording)
+        assert heard.seen
+        scores.append((heard.gain - gain) / np.sqrt(np.diag(heard.covariance)))
+    # mean square of eight normal scores: 1 +- .5
+    assert np.mean(np.square(scores)) < 3
+    clean = electrodes(3)
+    error = heard.own(recording).emg - clean.emg
+    assert np.sqrt((error**2).mean()) < 0.02 * clean.emg.std()
+
+
+@pytest.mark.parametrize("together", [0.0, 0.1])
+def test_muscles_that_are_driven_together_are_no_crosstalk(together):
+    found = [Crosstalk.of(electrodes(seed, together=together)) for seed in range(10, 14)]
+    assert not any(one.seen for one in found)
+    finding = found[0].finding(("biceps", "triceps"))
+    assert finding.verdict == "ok"
+    assert float(finding.smallest.removesuffix(" %")) < 5
+
+
+def test_amplitudes_alone_cannot_tell():
+    recording = electrodes(1)
+    heard = Crosstalk.of(replace(recording, emg=np.abs(recording.emg), emg_unit="normalised"))
+    assert heard.covariance is None
+    assert heard.finding(("biceps", "triceps")).verdict == "cannot tell"
+    seen = np.sqrt(LEVELS**2 + 0.01 * LEVELS[:, ::-1] ** 2)
+    assert heard.supposed(seen) == pytest.approx(LEVELS)
+
+
+def points(seed: int, law=lambda a: a) -> dict[str, np.ndarray]:
+    """Stiffness and amplitudes with errors at 21 points."""
+    rng = np.random.default_rng([83, seed])
+    a = np.tile(LEVELS, (3, 1)) * np.exp(0.05 * rng.standard_normal((21, 2)))
+    K = TRUE[0] + law(a) @ TRUE[1:]
+    return {
+        "value": K * (1 + 0.03 * rng.standard_normal(21)),
+        "value_sd": 0.03 * K,
+        "amplitude": a * (1 + 0.02 * rng.standard_normal(a.shape)),
+        "amplitude_sd": 0.02 * a,
+    }
+
+
+def test_a_straight_law_is_left_as_it_is():
+    laws = [fit_law("K", **points(s), muscles=("F", "E")) for s in range(RECORDS)]
+    limits = np.array([one.parameters.interval() for one in laws])
+    assert ((limits[..., 0] < TRUE) & (limits[..., 1] > TRUE)).mean() > 0.88
+    assert not any(one.checks[0].verdict == "warning" for one in laws)
+
+
+def test_a_bent_law_is_named_and_its_intervals_hold_both_slopes():
+    for seed in range(RECORDS):
+        law = fit_law("K", **points(seed, bent), muscles=("F", "E"))
+        assert law.checks[0].verdict == "warning"
+        low, high = law.parameters.interval().T
+        assert (low < TRUE).all()
+        assert (high > TRUE).all()
+
+
+def test_few_points_say_what_could_hide():
+    given = {name: part[:6] for name, part in points(0).items()}
+    few = fit_law("K", **given, muscles=("F", "E"))
+    assert few.checks[0].verdict == "cannot tell"
+    exact = fit_emg_law(TRUE[0] + LEVELS @ TRUE[1:], 0.0, LEVELS, 0.0)
+    assert exact.checks[0].verdict == "ok"
+
+
+def test_a_session_with_crosstalk_gives_the_law_without():
+    sessions = {}
+    for part in (0.0, 0.2):
+        recording, _ = simulate_elbow(
+            "cocontraction", seed=4, repetitions=1, duration_s=5.0, crosstalk=part
+        )
+        sessions[part] = emg_law(recording)
+    without, law = (sessions[part] for part in (0.0, 0.2))
+    assert law.checks[0].name == "crosstalk"
+    assert law.checks[0].sentence in law.warnings
+    assert law.stiffness.slopes == pytest.approx(without.stiffness.slopes, rel=0.02)
+    wider = law.stiffness.parameters.sd >= 0.98 * without.stiffness.parameters.sd
+    assert wider.all()
+    assert "WARN  crosstalk" in law_text(law)
