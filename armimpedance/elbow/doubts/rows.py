@@ -16,7 +16,7 @@ from armimpedance.arrays import FloatArray
 from armimpedance.elbow.doubts.record import Doubted, Past, bends_of
 from armimpedance.elbow.doubts.whittle import Spectrum
 from armimpedance.elbow.stationary.band import Bins, Complex, real_rows
-from armimpedance.elbow.stationary.instruments import Driver
+from armimpedance.elbow.stationary.instruments import Driver, imposed_correction
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,8 +141,8 @@ def _clean(
 ) -> Complex:
     """The angle, in step with the torque, that the record's source explains, (n,)."""
     if driver.imposed:
-        share = bins.angle_noise * np.conj(Z) / bins.noise_power(Z)
-        return np.asarray(bins.angle * np.exp(bins.s * model.lateness_s) + share * residual)
+        in_step = bins.angle * np.exp(bins.s * model.lateness_s)
+        return np.asarray(in_step + imposed_correction(bins, Z, residual))
     if driver.motion is None and driver.band is None:
         return np.asarray((bins.torque - past.bends @ model.bends) / Z)
     measured = driver.angle(row, bins, model.limb)

@@ -38,6 +38,9 @@ _SETTLED: Final = 1e-6
 #: ... or of its standard error, whichever is larger.
 _SETTLED_SD: Final = 1e-3
 
+#: Lines on each side over which a residual's power is taken for constant.
+_BESIDE: Final = 25
+
 
 @dataclass(frozen=True)
 class Driver:
@@ -70,21 +73,37 @@ class Driver:
         if self.motion is not None:
             return self.motion[row]
         if self.imposed:
-            return bins.angle + imposed_correction(bins, limb)
+            Z = bins.impedance(limb)
+            return bins.angle + imposed_correction(bins, Z, bins.torque - Z * bins.angle)
         torque = bins.torque if self.band is None else self.band.trials[row].torque
         return np.asarray(torque / bins.impedance(limb if self.values is None else self.values))
 
 
-def imposed_correction(bins: Bins, limb: FloatArray) -> Complex:
+def imposed_correction(bins: Bins, Z: Complex, residual: Complex) -> Complex:
     """By how much the expected angle differs from the measured one where it is imposed, (n,).
 
-    The residual ``e = Tau - Z Theta`` of the limb tells of the angle's own noise:
+    The residual ``e = Tau - Z Theta`` of a limb of impedance Z tells of the angle's own noise:
     ``s_theta^2 conj(Z) e / (s_theta^2 |Z|^2 + s_tau^2)``. With it the instrument is uncorrelated
-    with the noise of the equation, as the likelihood of both channels has it.
+    with the noise of the equation, as the likelihood of both channels has it. Where the residual is
+    larger than the band's weights say, the rest is the subject's own torque, which tells nothing.
+
+    Parameters
+    ----------
+    bins : Bins
+    Z, residual : (n,)
     """
-    Z = bins.impedance(limb)
-    share = bins.angle_noise * np.conj(Z) / bins.noise_power(Z)
-    return np.asarray(share * (bins.torque - Z * bins.angle))
+    power = bins.noise_power(Z)
+    level = _beside(np.abs(residual) ** 2) / _beside(power)
+    share = bins.angle_noise * np.conj(Z) / (power * np.maximum(level, 1.0))
+    return np.asarray(share * residual)
+
+
+def _beside(power: FloatArray) -> FloatArray:
+    """Mean over the lines beside each, itself left out, (n,)."""
+    kernel = np.ones(2 * _BESIDE + 1)
+    kernel[_BESIDE] = 0
+    count = np.convolve(np.ones(len(power)), kernel)[_BESIDE:-_BESIDE]
+    return np.asarray(np.convolve(power, kernel)[_BESIDE:-_BESIDE] / count)
 
 
 def driver_of(band: Band) -> Driver:
