@@ -134,7 +134,15 @@ def identify_body(
     checks = (
         *solution.checks,
         no_noise_finding(recording, choice) if noise is None else noise.finding,
-        *plates_findings(recording, choice, base, least, chosen.chosen, block_s=block_s),
+        *plates_findings(
+            recording,
+            choice,
+            base,
+            least,
+            chosen.chosen,
+            block_s=block_s,
+            noise_share=None if noise is None else noise.share,
+        ),
         *weight_finding(recording),
     )
     solution = replace(solution, checks=checks)

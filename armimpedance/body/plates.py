@@ -21,10 +21,15 @@ from armimpedance.skeleton import GRAVITY_M_S2
 #: A scale tells a person's mass to this part, clothes and shoes included.
 _SCALE: Final = 0.02
 #: Standard errors beyond which something counts as seen, and the least that matters: of a delay,
-#: s, and of a plate's place, m, and turn, rad (2 mrad of noise of the angles read as up to 8 mm).
+#: s, and of a plate's place, m, and turn, rad.
 _SEEN: Final = 3.5
 _SHORTEST_S: Final = 1e-3
-_LEAST: Final = (0.01, 0.01, 0.0175)
+_NEAREST_M: Final = 0.01
+_TURN: Final = 0.0175
+#: A place's error, m, over the part of an acceleration that is noise: angles of 2 mrad, a fifth of
+#: an acceleration, read as 7 to 11 mm. Where that part is not known it is taken as so much.
+_BY_NOISE_M: Final = 0.1
+_UNKNOWN_SHARE: Final = 0.2
 _ROUNDING: Final = 1e-9
 _UP: Final = np.array([0.0, 0.0, 1.0])
 
@@ -54,6 +59,7 @@ def plates_findings(
     trials: tuple[int, ...],
     *,
     block_s: float,
+    noise_share: float | None,
 ) -> tuple[Finding, ...]:
     """Whether plates (or torques) and motion are in step, and each plate where the file says.
 
@@ -71,6 +77,8 @@ def plates_findings(
         Those that were fitted.
     block_s : float
         Blocks of time, longer than the residuals' memory.
+    noise_share : float or None
+        Part of an acceleration that is noise of the angles, where it is known.
 
     Returns
     -------
@@ -102,7 +110,10 @@ def plates_findings(
     inverse = inverse / np.outer(size_of, size_of)
     found = inverse @ of_block.sum(axis=0)
     scores = (of_block - own @ found) @ inverse
-    return _told(recording, choice, found, np.sqrt((scores**2).sum(axis=0)))
+    share = _UNKNOWN_SHARE if noise_share is None else noise_share
+    near = max(_NEAREST_M, _BY_NOISE_M * share)
+    least = [_SHORTEST_S, *(near, near, _TURN) * _plates(recording, choice)]
+    return _told(found, np.sqrt((scores**2).sum(axis=0)), np.array(least))
 
 
 def _columns(
@@ -139,10 +150,8 @@ def _plates(recording: MotionRecording, choice: RowChoice) -> int:
     return int(wrenches.shape[1])
 
 
-def _told(
-    recording: MotionRecording, choice: RowChoice, found: FloatArray, sd: FloatArray
-) -> tuple[Finding, ...]:
-    least = np.maximum(_SEEN * sd, [_SHORTEST_S, *_LEAST * _plates(recording, choice)])
+def _told(found: FloatArray, sd: FloatArray, matters: FloatArray) -> tuple[Finding, ...]:
+    least = np.maximum(_SEEN * sd, matters)
     shown, smallest = f"{1e3 * found[0]:+.2g} ms", f"{1e3 * least[0]:.2g} ms"
     if abs(found[0]) <= least[0]:
         skew = Finding("skew", "ok", f"plates or torques {shown} late", smallest=smallest)
