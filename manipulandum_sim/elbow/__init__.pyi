@@ -1,4 +1,4 @@
-from .bench import simulate_bench as simulate_bench
+from .bench import Departures as Departures, simulate_bench as simulate_bench
 from .device import RATE_HZ as RATE_HZ
 from .emg import Electrodes as Electrodes, raw_emg as raw_emg
 from .plant import (

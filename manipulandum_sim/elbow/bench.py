@@ -26,6 +26,36 @@ FINER: Final = 4
 ORDER: Final = 4
 #: Seconds before the record in which the motion settles.
 RUN_IN_S: Final = 2.0
+#: Memory of the subject's own torque, s.
+OWN_S: Final = 0.4
+
+
+@dataclass(frozen=True)
+class Departures:
+    """By what a joint on the bench departs from one inertia, viscosity and stiffness.
+
+    Attributes
+    ----------
+    answer : float
+        Torque against the deflection of `delay_s` ago, Nm/rad: a reflex.
+    answer_rate : float
+        Torque against the velocity of `delay_s` ago, Nm s/rad.
+    delay_s : float
+    skew_s : float
+        By how much the angle is recorded late.
+    cubic : float
+        Torque against the third power of the deflection, Nm/rad^3.
+    own_torque : float
+        Rms of what the subject adds to the torque that moves the joint, and that no sensor holds,
+        Nm: an Ornstein-Uhlenbeck process of .4 s.
+    """
+
+    answer: float = 0.0
+    answer_rate: float = 0.0
+    delay_s: float = 0.055
+    skew_s: float = 0.0
+    cubic: float = 0.0
+    own_torque: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -59,6 +89,7 @@ def simulate_bench(
     cutoff_hz: float = 10.0,
     torque_rms: float = 1.0,
     seed: int = 0,
+    departures: Departures | None = None,
 ) -> tuple[Recording, BenchTruth]:
     """Random torque on a joint ``I theta'' + B(t) theta' + K(t) theta = tau``.
 
@@ -76,6 +107,8 @@ def simulate_bench(
     torque_rms : float
         Nm.
     seed : int
+    departures : Departures, optional
+        What else the joint does; nothing by default.
 
     Returns
     -------
@@ -99,9 +132,12 @@ def simulate_bench(
     generators = [np.random.default_rng(s) for s in seeds]
     torque = np.stack([_low_passed(g, len(fine), cutoff_hz) for g in generators]) * torque_rms
     B, K = _course(viscosity, fine), _course(stiffness, fine)
-    angle = _integrate(inertia, B, K, torque)
+    departs = departures or Departures()
+    own = departs.own_torque * _own_torque(len(fine), trials, seed)
+    angle = _integrate(inertia, B, K, torque + own, departs)
     kept = slice(FINER * run_in, None, FINER)
-    torque, angle, B, K = torque[:, kept], angle[:, kept], B[kept], K[kept]
+    angle = _recorded_late(angle, departs.skew_s)[:, kept]
+    torque, B, K = torque[:, kept], B[kept], K[kept]
     truth = BenchTruth(inertia, B, K, torque, angle)
     levels = snr_db if isinstance(snr_db, tuple) else (snr_db, snr_db)
     noisy_torque = noisy(torque, levels[0], generators)
@@ -145,17 +181,53 @@ def _low_passed(rng: np.random.Generator, count: int, cutoff_hz: float) -> Float
     return np.asarray(noise / noise.std())
 
 
-def _integrate(inertia: float, B: FloatArray, K: FloatArray, torque: FloatArray) -> FloatArray:
+def _own_torque(count: int, trials: int, seed: int) -> FloatArray:
+    """An Ornstein-Uhlenbeck process of unit rms at the fine steps, (T, count)."""
+    from scipy.signal import lfilter
+
+    rng = np.random.default_rng([seed, 1])
+    keep = np.exp(-1 / (OWN_S * FINER * RATE_HZ))
+    white = rng.standard_normal((trials, count)) * np.sqrt(1 - keep**2)
+    white[:, 0] /= np.sqrt(1 - keep**2)
+    return np.asarray(lfilter([1.0], [1.0, -keep], white, axis=1))
+
+
+def _recorded_late(angle: FloatArray, skew_s: float) -> FloatArray:
+    """The angle of a while ago at every other fine step, (T, S); the others stay empty."""
+    if skew_s == 0:
+        return angle
+    from scipy.interpolate import CubicSpline
+
+    at = np.arange(0, angle.shape[1], 2)
+    late = np.zeros_like(angle)
+    late[:, at] = CubicSpline(at, angle[:, at], axis=1)(at - skew_s * FINER * RATE_HZ)
+    return late
+
+
+def _integrate(
+    inertia: float, B: FloatArray, K: FloatArray, torque: FloatArray, departs: Departures
+) -> FloatArray:
     """Runge-Kutta of fourth order over pairs of fine steps; (T, S) angle on the fine grid."""
     h = 2 / (FINER * RATE_HZ)
     theta, rate = np.zeros(len(torque)), np.zeros(len(torque))
-    out = np.zeros_like(torque)
+    out, rates = np.zeros_like(torque), np.zeros_like(torque)
+    # Past angles stand at every other fine step; between two of them their mean.
+    ago = 2 * round(departs.delay_s * FINER * RATE_HZ / 2)
+    answers = departs.answer != 0 or departs.answer_rate != 0
+
+    def late(n: int) -> FloatArray | float:
+        if not answers or n < ago + 2:
+            return 0.0
+        ends = [n - ago] if n % 2 == 0 else [n - ago - 1, n - ago + 1]
+        past = [departs.answer * out[:, k] + departs.answer_rate * rates[:, k] for k in ends]
+        return np.asarray(sum(past) / len(past))
 
     def acceleration(n: int, x: FloatArray, v: FloatArray) -> FloatArray:
-        return np.asarray((torque[:, n] - B[n] * v - K[n] * x) / inertia)
+        bends = departs.cubic * x**3 if departs.cubic else 0.0
+        return np.asarray((torque[:, n] - B[n] * v - K[n] * x - bends - late(n)) / inertia)
 
     for n in range(0, torque.shape[1] - 2, 2):
-        out[:, n] = theta
+        out[:, n], rates[:, n] = theta, rate
         a1 = acceleration(n, theta, rate)
         v2 = rate + h / 2 * a1
         a2 = acceleration(n + 1, theta + h / 2 * rate, v2)

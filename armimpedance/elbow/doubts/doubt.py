@@ -158,7 +158,7 @@ def _scaled(covariance: FloatArray, sd: FloatArray) -> FloatArray:
 
 
 def _interval(believed: Posterior, which: int, among: BoolArray) -> tuple[float, float, float]:
-    """Mean and 95 % limits of T (3) or K_r (4) over some parts of the mixture."""
+    """Mean and 95 % limits of T (3), K_r (4) or B_r (5) over some parts of the mixture."""
     weight = believed.weight[among] / believed.weight[among].sum()
     mean = believed.mean[among][:, [which]]
     sd = np.sqrt(believed.covariance[among][:, which, which])[:, None]
@@ -177,6 +177,7 @@ def _lateness(made: Contest, believed: Posterior) -> Lateness:
 
 def _reflex(made: Contest, believed: Posterior) -> Reflex:
     value, low, high = _interval(believed, 4, believed.answers)
+    rate, slow, fast = _interval(believed, 5, believed.answers)
     weight = believed.weight[believed.answers] / believed.weight[believed.answers].sum()
     delay = believed.delay_s[believed.answers]
     order = np.argsort(delay)
@@ -189,6 +190,8 @@ def _reflex(made: Contest, believed: Posterior) -> Reflex:
     return Reflex(
         value,
         (low, high),
+        rate,
+        (slow, fast),
         float(weight @ delay),
         (limits[0], limits[1]),
         believed.of_answer,

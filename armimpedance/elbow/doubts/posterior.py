@@ -25,6 +25,8 @@ ANSWERS: Final = ((None, 1 / 3), (0.15, 1 / 3), (0.5, 1 / 3))
 TO_VELOCITY: Final = 1 / 3
 _HALVINGS: Final = 40
 LEVEL: Final = 0.95
+#: A part without width, such as no answer at all, is as wide as this part of the whole.
+_POINT: Final = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,8 +143,9 @@ def half_widths(
     """
     from scipy.special import ndtr
 
-    sd = np.maximum(sd, np.finfo(float).tiny)
-    low, high = np.zeros(len(centre)), np.abs(mean - centre).max(axis=0) + 6 * sd.max(axis=0)
+    reach = np.abs(mean - centre).max(axis=0) + 6 * sd.max(axis=0)
+    sd = np.maximum(sd, _POINT * reach + np.finfo(float).tiny)
+    low, high = np.zeros(len(centre)), reach
     for _ in range(_HALVINGS):
         half = (low + high) / 2
         inside = weight @ (ndtr((centre + half - mean) / sd) - ndtr((centre - half - mean) / sd))

@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
+from armimpedance.elbow.doubts.contest import RATE_S
 from armimpedance.findings import Finding
 from armimpedance.regression import Parameters
 
-#: A late answer that is only seen when larger than this part of K is not looked for.
-BLIND: Final = 0.3
+#: Where only a late answer of more than this part of K would be seen, none is told of.
+BLIND: Final = 0.5
 #: An answer or a skew that is smaller than this, of K and of a sample, needs no word.
 LITTLE: Final = 0.01
 LITTLE_SAMPLE: Final = 0.5
@@ -42,13 +43,16 @@ class Lateness:
 
 @dataclass(frozen=True)
 class Reflex:
-    """``K_r theta(t - d)`` beside I, B, K: the parallel cascade's second path.
+    """``K_r theta(t - d) + B_r theta'(t - d)`` beside I, B, K: the parallel cascade's second path.
 
     Attributes
     ----------
     K_r : float
         Nm/rad, if there is an answer.
     ci95 : (2,)
+    B_r : float
+        Nm s/rad, if there is an answer.
+    B_r_ci95 : (2,)
     delay_s : float
     delay_ci95_s : (2,)
     probability : float
@@ -59,6 +63,8 @@ class Reflex:
 
     K_r: float
     ci95: tuple[float, float]
+    B_r: float
+    B_r_ci95: tuple[float, float]
     delay_s: float
     delay_ci95_s: tuple[float, float]
     probability: float
@@ -122,8 +128,11 @@ def _of_reflex(reflex: Reflex, late: Lateness, K: float, either: bool) -> Findin
         f"after {1e3 * reflex.delay_s:.0f} ms ({low:.0f} to {high:.0f}) of K_r {reflex.K_r:.3g} "
         f"({reflex.ci95[0]:.3g} to {reflex.ci95[1]:.3g}) Nm/rad"
     )
+    if abs(reflex.B_r) > LITTLE * RATE_S * K:
+        size += f" and B_r {reflex.B_r:.2g} ({reflex.B_r_ci95[0]:.2g} to {reflex.B_r_ci95[1]:.2g})"
+    matters = abs(reflex.K_r) + abs(reflex.B_r) / RATE_S > LITTLE * K
     smallest = f"{100 * reflex.smallest / K:.2g} % of K after 60 ms"
-    if abs(reflex.K_r) > LITTLE * K and reflex.probability > SURE:
+    if matters and reflex.probability > SURE:
         said = (
             f"the limb answers the motion (a reflex) {size}; I, B, K are those beside it, for any "
             "of these delays; a wider band of the perturbation would part them better"
@@ -131,7 +140,7 @@ def _of_reflex(reflex: Reflex, late: Lateness, K: float, either: bool) -> Findin
         return Finding("reflex", "warning", said, smallest)
     # Where the channels are surely out of step, that alone may be all.
     likely = EVEN if late.probability > SURE else 1 - SURE
-    if either and reflex.probability > likely and abs(reflex.K_r) > LITTLE * K:
+    if either and reflex.probability > likely and matters:
         said = (
             f"an answer to the motion (a reflex) {size}, or channels out of step by "
             f"{1e3 * late.if_late_s:+.2f} ms: the record does not tell which, the intervals hold "
