@@ -14,7 +14,7 @@ from armimpedance.records import Recording, Subject
 from armimpedance.regression import FitSummary
 from armimpedance.therapy.arm.axis_stiffness import direction_of, fit_axis
 from armimpedance.therapy.arm.calibration import ArmCalibration, AxisCalibration
-from armimpedance.therapy.arm.doubts import silence_finding, viscosity_finding
+from armimpedance.therapy.arm.doubts import mass_finding, silence_finding, viscosity_finding
 from armimpedance.therapy.arm.movements import elastic_torque, movement_torques
 from armimpedance.therapy.arm.passive_arm import MASS_SD, ArmSegment, Elastic, PassiveArm, Reference
 from armimpedance.therapy.arm.person import upper_arm_length
@@ -109,7 +109,7 @@ def identify_arm(
     )
     return ArmCalibration(
         arm=known,
-        summary=_summary(axes, silence),
+        summary=_summary(axes, (silence, *mass_finding(recording.subject, segments, mass_sd))),
         axes=axes,
         movements=tuple(
             replace(m, elastic=elastic_torque(known, m.axis_name, m.q)) for m in movements
@@ -210,8 +210,8 @@ def _calibrate(
     )
 
 
-def _summary(axes: Sequence[AxisCalibration], silence: Finding) -> FitSummary:
-    checks = (*(a.viscosity for a in axes), silence)
+def _summary(axes: Sequence[AxisCalibration], of_person: Sequence[Finding]) -> FitSummary:
+    checks = (*(a.viscosity for a in axes), *of_person)
     fits = [a.fitted.fit for a in axes]
     left = sum(float(f.residual_covariance[0, 0]) * f.n_rows for f in fits)
     whole = sum(float(f.residual_covariance[0, 0]) * f.n_rows / max(1 - f.r2, 1e-12) for f in fits)

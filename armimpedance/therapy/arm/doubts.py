@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 import numpy as np
 import pandas as pd
 
+from armimpedance.arm import WINTER
 from armimpedance.findings import Finding
 from armimpedance.passive import emg_gate, recorded_emg
-from armimpedance.records import Recording
+from armimpedance.records import Recording, Subject
 from armimpedance.regression import NamedParameter
 from armimpedance.therapy.arm.axis_stiffness import AxisFit
+from armimpedance.therapy.arm.passive_arm import ArmSegment
 
 #: Sd of what a relaxed arm may resist its speed by, Nms/rad. Relaxed elbows have .03 to .05
 #: (Venture) on an inertia of .07 kg m^2, a twentieth of critical damping; an outstretched arm of .4
@@ -21,7 +23,9 @@ VISCOSITY_SD: Final = 0.3
 #: An arm that rests beyond the middle of its movement is lifted by its own tissue, but by no more
 #: than this part of its weight.
 _CARRIED: Final = 0.25
-#: Standard errors beyond which a viscosity counts as seen.
+#: Masses that agree to this are the same.
+_SAME_MASS: Final = 0.02
+#: Standard errors beyond which something counts as seen.
 _SEEN: Final = 3.0
 
 
@@ -132,3 +136,38 @@ def silence_finding(
         f"{why}: a steady effort of the person would pass for stiffness and rest angle",
         smallest=f"{100 * _CARRIED:.0f} % of the arm's weight",
     )
+
+
+def mass_finding(
+    subject: Subject, segments: Sequence[ArmSegment], mass_sd: float
+) -> tuple[Finding, ...]:
+    """Whether the segments weigh what the table says for the recording's subject.
+
+    Parameters
+    ----------
+    subject : Subject
+        Of the recording.
+    segments : sequence of ArmSegment
+        That were told, or made of a body mass that was.
+    mass_sd : float
+        Relative sd of the masses.
+
+    Returns
+    -------
+    tuple of Finding
+        Empty where the recording knows no mass.
+    """
+    if subject.mass_kg is None:
+        return ()
+    table = WINTER.upper_arm.mass + WINTER.forearm.mass + WINTER.hand.mass
+    off = sum(s.mass_kg for s in segments) / (table * subject.mass_kg) - 1
+    most = max(_SEEN * mass_sd, _SAME_MASS)
+    smallest = f"{100 * most:.0f} %"
+    said = (
+        f"the arm was given {100 * off:+.0f} % of the mass that the table says for the "
+        f"recording's subject of {subject.mass_kg:g} kg"
+    )
+    if abs(off) <= most:
+        return (Finding("mass", "ok", said, smallest=smallest),)
+    said += ": one of the two is wrong, and k_s and q_0 with it"
+    return (Finding("mass", "warning", said, smallest=smallest),)

@@ -43,9 +43,9 @@ def test_a_steady_person_comes_back():
     ]  # fmt: skip
     # what one direction and no EMG cannot tell is all that is said
     names = ["viscosity", "viscosity", "muscles silent"]
-    assert [(one.name, one.verdict) for one in found.summary.checks] == [
-        (name, "cannot tell") for name in names
-    ]
+    *untold, mass = found.summary.checks
+    assert [(one.name, one.verdict) for one in untold] == [(name, "cannot tell") for name in names]
+    assert (mass.name, mass.verdict) == ("mass", "ok")
     assert len(found.warnings) == len(names)
     for movement in found.movements:
         assert np.abs(movement.user[np.abs(movement.qd) > 0.1]).max() < 5e-3
@@ -261,9 +261,9 @@ def test_muscles_that_were_not_silent_refuse_the_calibration(level):
         with pytest.raises(InputError, match="deltoid at .* of its maximum"):
             identify_arm(recording, bench(), SEGMENTS)
         off = identify_arm(recording, bench(), SEGMENTS, emg_gate_percent=None)
-        assert off.summary.checks[-1].verdict == "cannot tell"
+        assert off.summary.checks[-2].verdict == "cannot tell"
         return
-    silent = identify_arm(recording, bench(), SEGMENTS).summary.checks[-1]
+    silent = identify_arm(recording, bench(), SEGMENTS).summary.checks[-2]
     assert (silent.name, silent.verdict) == ("muscles silent", "ok")
 
 
@@ -272,9 +272,17 @@ def test_somebody_who_carries_half_of_the_arm_is_told_without_emg():
         return -5.0 * np.sin(q[:, 0])
 
     found = calibrated(repeated(Session(), ("elevation",), extra=carries))
-    silent = found.summary.checks[-1]
+    silent = found.summary.checks[-2]
     assert (silent.name, silent.verdict) == ("muscles silent", "warning")
     assert silent.sentence in found.warnings
     # masses that are a tenth off are no such thing
     light = calibrated(repeated(Session()), segments=heavier(SEGMENTS, 1.1))
-    assert light.summary.checks[-1].verdict == "cannot tell"
+    assert light.summary.checks[-2].verdict == "cannot tell"
+
+
+@pytest.mark.parametrize(("factor", "verdict"), [(1.04, "ok"), (1.2, "warning"), (0.8, "warning")])
+def test_masses_of_another_body_than_the_recordings_are_named(factor, verdict):
+    found = calibrated(repeated(Session(), ("elevation",)), segments=heavier(SEGMENTS, factor))
+    mass = found.summary.checks[-1]
+    assert (mass.name, mass.verdict) == ("mass", verdict)
+    assert (mass.sentence in found.warnings) == (verdict == "warning")
