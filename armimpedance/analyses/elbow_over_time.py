@@ -10,11 +10,13 @@ from armimpedance.analyses.elbow_emg import two_muscles
 from armimpedance.analyses.sources import PathLike, naming, of_condition, read_recording
 from armimpedance.elbow import (
     VARYING_METHODS,
+    Crosstalk,
     VaryingImpedance,
     from_recording,
     identify_varying,
 )
 from armimpedance.errors import InputError
+from armimpedance.findings import Finding, warnings_of
 from armimpedance.records import Recording
 from armimpedance.signals import CUTOFF_HZ, emg_amplitude
 
@@ -93,13 +95,18 @@ def elbow_over_time(
         trials = of_condition(read_recording(recording), condition)
         samples = from_recording(trials, joint)
         notes: tuple[str, ...] = ()
+        checks: tuple[Finding, ...] = ()
         if chosen.needs == "amplitude":
             edge_hz = emg_cutoff_hz or CUTOFF_HZ
-            emg = emg_amplitude(two_muscles(trials, flexor, extensor), cutoff_hz=edge_hz)
+            pair = two_muscles(trials, flexor, extensor)
+            heard = Crosstalk.of(pair)
+            checks = (heard.finding(pair.muscles),)
+            emg = emg_amplitude(heard.own(pair), cutoff_hz=edge_hz)
             # one standard error per muscle: the mean square over time
             sd = (emg.sd**2).mean(axis=0) ** 0.5
             options |= {"amplitude": emg.amplitude, "amplitude_sd": sd}
             options |= {"amplitude_cutoff_hz": edge_hz}
             notes = (*emg.notes, *emg.warnings)
         course = identify_varying(samples, cutoff_hz=cutoff_hz, progress=progress, **options)
-    return replace(course, notes=notes)
+    warnings = (*course.warnings, *warnings_of(checks))
+    return replace(course, notes=notes, checks=(*checks, *course.checks), warnings=warnings)

@@ -12,6 +12,7 @@ import numpy as np
 from armimpedance.arrays import FloatArray, FrozenRecord, IntArray
 from armimpedance.elbow.result import NAMES, UNITS, ChannelSnr, short_text
 from armimpedance.errors import RecordError
+from armimpedance.findings import Finding
 from armimpedance.regression import NamedParameter, Parameters, t_interval
 
 if TYPE_CHECKING:
@@ -45,6 +46,8 @@ class VaryingImpedance(FrozenRecord):
         What a method adds: noise level chosen, knots, coefficients of a law.
     notes : tuple of str
         How the EMG amplitudes were made, where there are any.
+    checks : tuple of Finding
+        What was held against the data: the subject's own torque, the electrodes.
     """
 
     method: str
@@ -62,6 +65,7 @@ class VaryingImpedance(FrozenRecord):
     warnings: tuple[str, ...] = ()
     details: Mapping[str, Any] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    checks: tuple[Finding, ...] = ()
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -112,6 +116,7 @@ class VaryingImpedance(FrozenRecord):
             "method": self.method,
             "parameters": self.parameters.to_dict(),
             "warnings": list(self.warnings),
+            "checks": [one.to_dict() for one in self.checks],
             "course": course.to_dict("list"),
         }
 

@@ -115,6 +115,7 @@ def varying_text(varying: VaryingImpedance) -> str:
         f"I {with_interval(varying.inertia.value, *varying.inertia.ci95)} {varying.inertia.unit}",
         "",
         aligned_table(("", "mean", "lowest", "highest", "± (median half-width)"), rows),
+        *checks_lines(varying.checks),
         "",
     ]
     return "\n".join([*blocks, *numbered_notes(varying.warnings)]).rstrip()

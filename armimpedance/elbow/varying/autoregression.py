@@ -58,6 +58,17 @@ class Autoregression:
         """Root mean square of the torque, Nm."""
         return float(np.sqrt(self.covariance[0]))
 
+    def slower(self, factor: float) -> Autoregression:
+        """The same innovation, the longest time constant of a real pole so many times as long."""
+        # poles z (p,) of z^p = a_1 z^(p - 1) + ... + a_p
+        poles = np.roots(np.append(1.0, -self.coefficients)).astype(complex)
+        real = np.flatnonzero((np.abs(poles.imag) < 1e-9) & (poles.real > 0))
+        if not len(real):
+            return self
+        slowest = real[poles[real].real.argmax()]
+        poles[slowest] = poles[slowest].real ** (1 / factor)
+        return Autoregression(np.asarray(-np.poly(poles).real[1:], dtype=np.float64), self.sd)
+
     def spectrum(self, frequency: FloatArray) -> FloatArray:
         """Power per sample at frequencies (f,) in cycles per sample; its mean is the variance."""
         return self.spectrum_at(phases(frequency, self.order))

@@ -87,6 +87,31 @@ def begin(data: VaryingData, tick: Callable[[], None] = lambda: None) -> Beginni
     return begun
 
 
+def with_own_torque(
+    data: VaryingData, constant: Course, intensity: float, tick: Callable[[], None]
+) -> Beginning | None:
+    """The torque that the subject adds, found from above: all that a constant course leaves.
+
+    None where the weights that it gives change the inertia: it is no such torque.
+
+    Parameters
+    ----------
+    data : VaryingData
+    constant : Course
+    intensity : float
+        Of B and K, from which the rounds start, s^-1.5.
+    tick : function
+        Called after each step.
+    """
+    scale = np.array([np.abs(constant.B).mean(), np.abs(constant.K).mean()])
+    try:
+        begun = _maximised(data, constant, Levels(intensity, intensity, 1.0), scale, tick)
+    except EstimationError:
+        return None
+    kept = abs(begun.course.inertia / constant.inertia - 1) <= INERTIA_KEPT
+    return begun if kept else None
+
+
 def _no_torque(begun: Beginning, constant: Course) -> str:
     """Inertia is what fast motion says most surely: weights that change it are wrong."""
     return (

@@ -9,7 +9,9 @@ from typing import Any, Final
 import numpy as np
 
 from armimpedance.arrays import FloatArray, IntArray
+from armimpedance.elbow.varying.autoregression import Autoregression
 from armimpedance.elbow.varying.data import VaryingData
+from armimpedance.findings import Finding
 
 #: Grid of the result where a method has none of its own, s.
 EVERY_S: Final = 0.02
@@ -27,6 +29,9 @@ class EstimatedCourse:
     inertia, sd_inertia : float
     notes, warnings : tuple of str
     details : mapping
+    checks : tuple of Finding
+    own : Autoregression or None
+        The subject's own torque, where the method itself has chosen it.
     """
 
     at: IntArray
@@ -39,6 +44,8 @@ class EstimatedCourse:
     notes: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
     details: Mapping[str, Any] = field(default_factory=dict)
+    checks: tuple[Finding, ...] = ()
+    own: Autoregression | None = None
 
 
 def grid(data: VaryingData, every_s: float | None) -> IntArray:

@@ -19,6 +19,7 @@ from armimpedance.elbow.varying.method import VaryingMethod, VaryingOptions
 from armimpedance.elbow.varying.table import VARYING_METHODS
 from armimpedance.elbow.varying_result import VaryingImpedance
 from armimpedance.errors import InputError
+from armimpedance.findings import warnings_of
 from armimpedance.regression import Parameters, t_factor
 from armimpedance.signals import CUTOFF_HZ
 
@@ -113,7 +114,8 @@ def _refuse_times(method: VaryingMethod, window_s: float | None, every_s: float 
 def _result(
     method: VaryingMethod, samples: JointSamples, begun: Beginning, course: EstimatedCourse
 ) -> VaryingImpedance:
-    data = begun.data
+    data = begun.data if course.own is None else replace(begun.data, own=course.own)
+    begun = replace(begun, data=data)
     counts = np.bincount(data.trial_of[course.at], minlength=len(data.trials))
     inertia = Parameters(
         NAMES[:1], UNITS[:1], np.array([course.inertia]), np.array([[course.sd_inertia**2]])
@@ -132,6 +134,7 @@ def _result(
         joint=samples.joint,
         preparation=(*data.notes, *_own_note(data), *course.notes),
         warnings=_warnings(samples, begun, course),
+        checks=course.checks,
         details={"own_torque_rms": data.own.rms, **course.details},
     )
 
@@ -148,7 +151,7 @@ def _own_note(data: VaryingData) -> tuple[str, ...]:
 def _warnings(samples: JointSamples, begun: Beginning, course: EstimatedCourse) -> tuple[str, ...]:
     commanded = (COMMANDED,) if samples.torque_is == "commanded" else ()
     own = (*begun.warnings, *_limited(begun.data, course))
-    return (*commanded, *_negative(course), *own, *course.warnings)
+    return (*commanded, *_negative(course), *own, *course.warnings, *warnings_of(course.checks))
 
 
 def _limited(data: VaryingData, course: EstimatedCourse) -> tuple[str, ...]:

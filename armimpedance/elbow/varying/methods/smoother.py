@@ -4,25 +4,29 @@ from __future__ import annotations
 
 from typing import Final
 
+import numpy as np
+
+from armimpedance.arrays import FloatArray
 from armimpedance.elbow.varying.beginning import Beginning
 from armimpedance.elbow.varying.estimated import EstimatedCourse, grid
 from armimpedance.elbow.varying.method import VaryingMethod, VaryingOptions
-from armimpedance.elbow.varying.smoother import smooth
+from armimpedance.elbow.varying.rivals import MUCH_NOISE, explained
+from armimpedance.regression import t_factor
 
 #: +-30 % at 2 Hz asks for about so much; at 3 Hz, twice, bands of 95 % cover some 60 %.
 FAST: Final = 12.0
-#: Residuals above this many times the sensor's noise are told.
-MUCH_NOISE: Final = 3.0
 
 
 def smoother(begun: Beginning, options: VaryingOptions) -> EstimatedCourse:
     """Integrated random walks with noise levels of maximum likelihood."""
-    data = begun.data
-    # levels chosen together with the subject's torque are near; else the search begins wide
-    near = begun.levels if data.own.order else None
-    made = smooth(data, begun.course, near=near, tick=options.tick)
+    both = explained(begun, options.tick)
+    data, made = both.data, both.made
     at, course = grid(data, options.every_s), made.course
     levels = made.levels
+    sd_B, sd_K = made.sd_B[at], made.sd_K[at]
+    for other in both.others:
+        sd_B = _hull(course.B[at], sd_B, other.course.B[at], other.sd_B[at])
+        sd_K = _hull(course.K[at], sd_K, other.course.K[at], other.sd_K[at])
     warnings = []
     if levels.torque > MUCH_NOISE and not data.own.order:
         warnings.append(
@@ -38,8 +42,8 @@ def smoother(begun: Beginning, options: VaryingOptions) -> EstimatedCourse:
         at=at,
         B=course.B[at],
         K=course.K[at],
-        sd_B=made.sd_B[at],
-        sd_K=made.sd_K[at],
+        sd_B=sd_B,
+        sd_K=sd_K,
         inertia=course.inertia,
         sd_inertia=made.sd_inertia,
         notes=(
@@ -48,12 +52,20 @@ def smoother(begun: Beginning, options: VaryingOptions) -> EstimatedCourse:
             "times the channel's floor",
         ),
         warnings=tuple(warnings),
+        checks=(both.finding,),
+        own=data.own,
         details={
             "intensity": {"B": levels.B, "K": levels.K},
             "torque_noise_over_floor": levels.torque,
             "log_likelihood": made.log_likelihood,
         },
     )
+
+
+def _hull(value: FloatArray, sd: FloatArray, other: FloatArray, other_sd: FloatArray) -> FloatArray:
+    """Standard errors about `value` whose band reaches as far as that of another estimate."""
+    z = t_factor(np.inf)
+    return np.maximum(sd, np.abs(other - value) / z + other_sd)
 
 
 METHOD = VaryingMethod(
