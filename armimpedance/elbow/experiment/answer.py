@@ -59,6 +59,7 @@ _TOLD: Final[dict[Source, str]] = {
     "angle": "the angle, as told: it is the instrument, the subject's own torque is noise of the "
     "torque",
 }
+_RECORD: Final = "record the command or the torque that it is told to add"
 _SAY: Final = (
     'say which in recording.json ("imposed": "position" or "torque") or with --imposed, or record '
     "the command"
@@ -103,6 +104,8 @@ class Answer:
     lead : float
         By how much more likely it is than the next; where something was told that the record
         contradicts, than that.
+    otherwise : float or None
+        K with the other instrument, where something was told and this is not alike.
     """
 
     ways: tuple[Way, ...]
@@ -110,6 +113,7 @@ class Answer:
     other: Parameters | None = None
     nats: float = 0.0
     lead: float = 0.0
+    otherwise: float | None = None
 
     @property
     def gives_way(self) -> bool:
@@ -148,6 +152,9 @@ class Answer:
             message = (
                 f"not told; the record says that {_WHICH[self.kept[0]]} ({self.lead:.0f} nats)"
             )
+            if self.gives_way:
+                message += f": I, B, K rest on a model of it; {_RECORD}"
+                return Finding(_NAME, "warning", message, f"{self.nats:.0f} nats")
             return Finding(_NAME, "ok", message, f"{self.nats:.0f} nats")
         limits = [p.interval()[2] for p in self._several(found)]
         stiffness = [
@@ -163,11 +170,12 @@ class Answer:
 
     def _told(self) -> Finding:
         source = self.ways[0].band.source
+        were = "" if self.otherwise is None else f"; were it not, K would be {self.otherwise:.3g}"
         if self.lead == 0:
-            return Finding(_NAME, "ok", _TOLD[source])
+            return Finding(_NAME, "ok", _TOLD[source] + were)
         message = (
             f"the {source} is said to be imposed, but the record is {self.lead:.0f} nats likelier "
-            "otherwise: is that what the rig imposes? fit it untold, or record the command"
+            f"otherwise{were}: is that what the rig imposes? fit it untold, or record the command"
         )
         return Finding(_NAME, "warning", message, f"{self.nats:.0f} nats")
 
@@ -215,7 +223,8 @@ def _held_against(told: Way, prepared: Prepared, method: Method) -> Answer:
         return Answer((told,))
     odds = _odds(prepared)
     enough = odds.enough + NATS / 2
-    return Answer((told,), nats=enough, lead=odds.loss[own] if odds.loss[own] > enough else 0.0)
+    lead = odds.loss[own] if odds.loss[own] > enough else 0.0
+    return Answer((told,), nats=enough, lead=lead, otherwise=float(ways[other].alone.values[2]))
 
 
 def _with(prepared: Prepared, method: Method, source: Source) -> Way:
