@@ -131,7 +131,7 @@ def _law_of(
     law, cost = law_of(amplitude), "; record raw EMG"
     for near in heard.neighbours(pair):
         law = law.widened_to(law_of(segment_amplitude(near).amplitude[list(fits)]))
-    if heard.covariance is None:
+    if not heard.told:
         try:
             cost = _cost(law.stiffness, law_of(heard.supposed(amplitude)).stiffness) + cost
         except _NO_FIT:

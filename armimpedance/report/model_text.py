@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from armimpedance.muscles import ElementQuality, FittedModel
+from armimpedance.report.findings_text import checks_lines
 from armimpedance.report.numbers import aligned_table, fixed
 
 _WIDTH = 100
@@ -38,7 +39,9 @@ def model_text(model: FittedModel) -> str:
     )
     notes = [textwrap.fill(f"- {w}", _WIDTH, subsequent_indent="  ") for w in s.warnings]
     parts = [textwrap.fill(head, _WIDTH), quality_table(model.quality)]
-    parts += [textwrap.fill(_LEGEND, _WIDTH), *(["\n".join(notes)] if notes else [])]
+    checks = "\n".join(checks_lines(s.checks)).strip("\n")
+    told = (part for part in (checks, "\n".join(notes)) if part)
+    parts += [textwrap.fill(_LEGEND, _WIDTH), *told]
     return "\n\n".join(parts)
 
 

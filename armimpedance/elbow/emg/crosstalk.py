@@ -34,6 +34,8 @@ FEWEST_BLOCKS: Final = 12
 UNLIKELY: Final = 1e-3
 #: Relative steps, and the one that ends them.
 _ROUNDS, _SETTLED = 30, 1e-7
+#: Gains that would be seen from this on only are not told at all.
+VAGUE: Final = 0.2
 #: Crosstalk that is supposed where it cannot be told.
 SUPPOSED: Final = 0.1
 #: Highest frequency over the rate; condition of the regressors beyond which nothing is told.
@@ -88,9 +90,20 @@ class Crosstalk(FrozenRecord):
         return cls(gain, covariance, float(chdtrc(2, gain @ np.linalg.solve(covariance, gain))))
 
     @property
+    def told(self) -> bool:
+        """Whether the levels differ enough to tell the gains to a useful accuracy."""
+        return self.covariance is not None and self._smallest < VAGUE
+
+    @property
+    def _smallest(self) -> float:
+        """Gain that would have been seen in either channel: four standard errors."""
+        C = np.full((2, 2), np.inf) if self.covariance is None else self.covariance
+        return float(4 * np.sqrt(np.diag(C)).max())
+
+    @property
     def seen(self) -> bool:
-        """Whether it is told, and taken out."""
-        return self.p < UNLIKELY
+        """Whether it is there, and taken out."""
+        return self.told and self.p < UNLIKELY
 
     def own(self, pair: Recording) -> Recording:
         """The recording with each muscle's own EMG, ``s = A^-1 x``, where crosstalk was seen."""
@@ -120,7 +133,7 @@ class Crosstalk(FrozenRecord):
         cost : str
             What it could do to what is made of the amplitudes, where it cannot be told.
         """
-        if self.covariance is None:
+        if self.covariance is None or not self.told:
             said = f"the EMG does not tell it (no raw EMG, or levels that are all alike){cost}"
             return Finding("crosstalk", "cannot tell", said)
         sd = np.sqrt(np.diag(self.covariance))
@@ -128,8 +141,7 @@ class Crosstalk(FrozenRecord):
         said = (
             f"{sizes[0]} of {muscles[1]}'s EMG in {muscles[0]}'s channel, {sizes[1]} in the other"
         )
-        # four standard errors
-        smallest = f"{400 * sd.max():.1f} %"
+        smallest = f"{100 * self._smallest:.1f} %"
         if not self.seen:
             return Finding("crosstalk", "ok", said, smallest)
         done = "taken out before the amplitudes were made; put the electrodes further apart"

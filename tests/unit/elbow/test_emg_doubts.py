@@ -92,6 +92,10 @@ def test_amplitudes_alone_cannot_tell():
     heard = Crosstalk.of(replace(recording, emg=np.abs(recording.emg), emg_unit="normalised"))
     assert heard.covariance is None
     assert heard.finding(("biceps", "triceps")).verdict == "cannot tell"
+    vague = Crosstalk(np.array([0.2, 0.1]), np.diag([0.04, 0.01]), 1e-6)
+    assert not vague.seen
+    assert vague.own(recording) is recording
+    assert vague.finding(("biceps", "triceps")).verdict == "cannot tell"
     seen = np.sqrt(LEVELS**2 + 0.01 * LEVELS[:, ::-1] ** 2)
     assert heard.supposed(seen) == pytest.approx(LEVELS)
 
