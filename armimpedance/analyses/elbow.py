@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
 from typing import Any, Final, Literal
 
 import numpy as np
 
+from armimpedance.analyses.inspection import checked
 from armimpedance.analyses.sources import PathLike, naming, of_condition, read_recording
 from armimpedance.elbow import (
     ElbowFit,
@@ -35,6 +36,7 @@ def elbow(
     imposed: str | None = None,
     joint: int = 1,
     condition: str | None = None,
+    despite: str | Collection[str] = (),
     progress: Progress | None = None,
 ) -> ElbowFit:
     """Fit inertia, viscosity and stiffness of one joint about an operating point.
@@ -62,6 +64,8 @@ def elbow(
         Axis of the recording, counted from 1.
     condition : str, optional
         Only the trials of this condition.
+    despite : str or collection of str
+        Names of checks of `inspect` whose STOP is overruled; the result says so.
     progress : callable, optional
         Called with the number of fits that are done and their total.
 
@@ -73,7 +77,8 @@ def elbow(
     Raises
     ------
     InputError
-        The recording cannot be read or used; an unknown method or condition.
+        The recording cannot be read or used, a check of `inspect` says STOP; an unknown method or
+        condition.
     NotIdentifiableError
         The motion does not tell I, B and K apart.
     EstimationError
@@ -99,7 +104,9 @@ def elbow(
     with naming(recording):
         chosen = of_condition(read_recording(recording), condition)
         selections, tell = _parts(chosen), progress or (lambda *_: None)
-        whole = identify_elbow(from_recording(chosen, joint, imposed), **options)
+        samples = from_recording(chosen, joint, imposed)
+        marks = checked(chosen, despite)
+        whole = identify_elbow(samples, **options)
         parts = {}
         for done, (name, rows) in enumerate(selections.items(), start=1):
             tell(done, 1 + len(selections))
@@ -109,7 +116,7 @@ def elbow(
             except _NO_FIT:
                 continue
         tell(1 + len(selections), 1 + len(selections))
-    return replace(whole, parts=parts, warnings=(*whole.warnings, *_pooled_though(parts)))
+    return replace(whole, parts=parts, warnings=(*marks, *whole.warnings, *_pooled_though(parts)))
 
 
 def _parts(recording: Recording) -> dict[str, np.ndarray]:

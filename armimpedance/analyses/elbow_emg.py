@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
 from typing import Any, Final, Literal
 
+from armimpedance.analyses.inspection import checked
 from armimpedance.analyses.sources import PathLike, naming, of_condition, read_recording
 from armimpedance.arrays import FloatArray
 from armimpedance.elbow import (
@@ -44,6 +45,7 @@ def emg_law(
     lowest_hz: float | None = None,
     joint: int = 1,
     condition: str | None = None,
+    despite: str | Collection[str] = (),
     progress: Progress | None = None,
 ) -> EmgLaw:
     """Fit viscosity and stiffness of one joint as linear laws of the EMG of its muscles.
@@ -62,7 +64,7 @@ def emg_law(
         trial.
     roles : mapping of muscle to "flexor" or "extensor", optional
         For muscles of `imcj` whose names do not say it.
-    method, cutoff_hz, decimation, lowest_hz, joint, condition
+    method, cutoff_hz, decimation, lowest_hz, joint, condition, despite
         See `elbow`.
     progress : callable, optional
         Called with the number of trials that are done and their total.
@@ -75,7 +77,8 @@ def emg_law(
     Raises
     ------
     InputError
-        A recording cannot be read or used, a muscle is not in it, or too few trials allow a fit.
+        A recording cannot be read or used, a check of `inspect` says STOP, a muscle is not in it,
+        or too few trials allow a fit.
     NotIdentifiableError
         Amplitudes that do not vary, that vary together, or that are errors for the most part.
     EstimationError
@@ -102,6 +105,7 @@ def emg_law(
     with naming(recording):
         trials = of_condition(read_recording(recording), condition)
         pair = two_muscles(trials, flexor, extensor)
+        marks = checked(trials, despite)
         fits, left_out = _each_trial(trials, joint, options, progress)
         rows, heard = list(fits), Crosstalk.of(pair)
         levels = segment_amplitude(heard.own(pair))
@@ -113,7 +117,7 @@ def emg_law(
         if calibration is not None:
             points, gains = _with_index(points, trials, rows, calibration)
             notes = (*notes, *gains)
-    return replace(law, points=points, notes=notes)
+    return replace(law, points=points, notes=(*marks, *notes))
 
 
 def _law_of(

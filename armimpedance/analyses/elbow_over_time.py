@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import replace
 from typing import Any
 
 from armimpedance.analyses.elbow_emg import two_muscles
+from armimpedance.analyses.inspection import checked
 from armimpedance.analyses.sources import PathLike, naming, of_condition, read_recording
 from armimpedance.elbow import (
     VARYING_METHODS,
@@ -35,6 +36,7 @@ def elbow_over_time(
     emg_cutoff_hz: float | None = None,
     joint: int = 1,
     condition: str | None = None,
+    despite: str | Collection[str] = (),
     progress: Progress | None = None,
 ) -> VaryingImpedance:
     """Estimate viscosity and stiffness of one joint over time, its inertia constant.
@@ -59,6 +61,8 @@ def elbow_over_time(
         Axis of the recording, counted from 1.
     condition : str, optional
         Only the trials of this condition.
+    despite : str or collection of str
+        Names of checks of `inspect` whose STOP is overruled; the result says so.
     progress : callable, optional
         Called with the number of steps that are done and their total.
 
@@ -70,7 +74,8 @@ def elbow_over_time(
     Raises
     ------
     InputError
-        The recording cannot be read or used, or an option has no effect on this method.
+        The recording cannot be read or used, a check of `inspect` says STOP, or an option has no
+        effect on this method.
     NotIdentifiableError
         EMG amplitudes whose errors explain most of what is seen of them.
     EstimationError
@@ -94,6 +99,7 @@ def elbow_over_time(
     with naming(recording):
         trials = of_condition(read_recording(recording), condition)
         samples = from_recording(trials, joint)
+        marks = checked(trials, despite)
         notes: tuple[str, ...] = ()
         checks: tuple[Finding, ...] = ()
         if chosen.needs == "amplitude":
@@ -108,5 +114,5 @@ def elbow_over_time(
             options |= {"amplitude_cutoff_hz": edge_hz}
             notes = (*emg.notes, *emg.warnings)
         course = identify_varying(samples, cutoff_hz=cutoff_hz, progress=progress, **options)
-    warnings = (*course.warnings, *warnings_of(checks))
+    warnings = (*marks, *course.warnings, *warnings_of(checks))
     return replace(course, notes=notes, checks=(*checks, *course.checks), warnings=warnings)

@@ -6,11 +6,12 @@ movement says how much of it is the person's own.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import replace
 
 import numpy as np
 
+from armimpedance.analyses.inspection import checked
 from armimpedance.analyses.results.contributions import Contributions, stepper
 from armimpedance.analyses.sources import PathLike, naming, of_condition, read_recording
 from armimpedance.analyses.therapy_inputs import (
@@ -24,6 +25,7 @@ from armimpedance.analyses.therapy_inputs import (
     robot_of,
 )
 from armimpedance.records import Recording
+from armimpedance.report import moves_a_robot
 from armimpedance.therapy import (
     ArmCalibration,
     PassiveArm,
@@ -46,6 +48,7 @@ def calibrate_robot(
     drawings: TherapyRobot | PathLike,
     *,
     validate: Recording | PathLike | None = None,
+    despite: str | Collection[str] = (),
     progress: Progress | None = None,
 ) -> RobotCalibration:
     """Identify friction, cables and counterbalance spring of the empty robot.
@@ -58,6 +61,8 @@ def calibrate_robot(
         What is known of the robot before: its links, rotors and limits.
     validate : Recording or path, optional
         Other movements of the empty robot, whose torques are then predicted.
+    despite : str or collection of str
+        Names of checks of `inspect` whose STOP is overruled; the result says so.
     progress : function (done, all), optional
         Called after each trial.
 
@@ -93,7 +98,9 @@ def calibrate_robot(
     other = None if validate is None else read_recording(validate)
     step = stepper(progress, sweeps.n_trials + (0 if other is None else other.n_trials))
     with naming(recording):
+        marks = _marks(sweeps, despite)
         calibration = identify_robot(sweeps, robot, step=step)
+    calibration = replace(calibration, notes=(*marks, *calibration.notes))
     if other is None:
         return calibration
     with naming(validate):
@@ -113,6 +120,7 @@ def calibrate_arm(
     mass_sd: float = PassiveArm.mass_sd,
     condition: str = "passive",
     emg_gate_percent: float | None = 3.0,
+    despite: str | Collection[str] = (),
     progress: Progress | None = None,
 ) -> ArmCalibration:
     """Find what a person's relaxed arm needs in the robot: weight, inertia, stiffness.
@@ -135,6 +143,8 @@ def calibrate_arm(
         Condition of the passive trials.
     emg_gate_percent : float or None
         A muscle above this share of its maximum, %, refuses the calibration; None: no gate.
+    despite : str or collection of str
+        Names of checks of `inspect` whose STOP is overruled; the result says so.
     progress : function (done, all), optional
         Called after each trial.
 
@@ -175,7 +185,8 @@ def calibrate_arm(
             hand_m=hand_m,
             point_masses=point_masses,
         )
-        return identify_arm(
+        marks = _marks(session, despite)
+        made = identify_arm(
             session,
             identified,
             segments,
@@ -185,6 +196,8 @@ def calibrate_arm(
             emg_gate_percent=emg_gate_percent,
             step=stepper(progress, _trials_of(session, condition)),
         )
+    summary = replace(made.summary, warnings=(*marks, *made.summary.warnings))
+    return replace(made, summary=summary)
 
 
 def contribution(
@@ -194,6 +207,7 @@ def contribution(
     arm: Arm,
     condition: str | None = None,
     unrepeatable: bool = False,
+    despite: str | Collection[str] = (),
     progress: Progress | None = None,
 ) -> Contributions:
     """Tell how much of each movement is the patient's own.
@@ -213,6 +227,8 @@ def contribution(
     unrepeatable : bool
         Go on where the passive repetitions of an axis did not agree; otherwise its movements are
         left out.
+    despite : str or collection of str
+        Names of checks of `inspect` whose STOP is overruled; the result says so.
     progress : function (done, all), optional
         Called after each trial.
 
@@ -248,8 +264,9 @@ def contribution(
     session = read_recording(recording)
     with naming(recording):
         session = of_condition(session, condition)
+        marks = _marks(session, despite)
     with naming(arm):
-        notes = notes_on_person(passive, session.subject)
+        notes = (*marks, *notes_on_person(passive, session.subject))
     with naming(recording):
         check_recording(session, identified)
         step = stepper(progress, session.n_trials)
@@ -263,6 +280,11 @@ def contribution(
     return Contributions(
         tuple(results), movements, session.select(kept), identified, passive, left_out, notes
     )
+
+
+def _marks(recording: Recording, despite: str | Collection[str]) -> tuple[str, ...]:
+    """What the checks say of movements of a robot; of others the analysis itself says it better."""
+    return checked(recording, despite) if moves_a_robot(recording) else ()
 
 
 def _trials_of(recording: Recording, condition: str) -> int:

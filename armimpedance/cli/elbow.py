@@ -26,6 +26,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from armimpedance.cli.parts.despite import add_despite
 from armimpedance.cli.parts.elbow_input import FIT as AT_ONE_POINT, LAW
 from armimpedance.cli.parts.outputs import (
     FIGURE,
@@ -71,6 +72,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     _configure_course_and_law(parser)
     parser.add_argument("--joint", type=int, default=1, metavar="N", help="axis (default: 1)")
     parser.add_argument("--condition", metavar="NAME", help="trials of this condition only")
+    add_despite(parser)
     add_figure(parser, "draw the result")
 
 

@@ -57,7 +57,7 @@ def options_of(arguments: argparse.Namespace, analysis: str) -> dict[str, Any]:
     InputError
         A word that is no number, or none that the option allows.
     """
-    common = {"joint": arguments.joint, "condition": arguments.condition}
+    common = {name: getattr(arguments, name) for name in ("joint", "condition", "despite")}
     muscles = {"flexor": arguments.flexor, "extensor": arguments.extensor}
     if analysis in (FIT, LAW):
         at_one_point = {

@@ -25,6 +25,7 @@ import argparse
 from pathlib import Path
 from typing import Final
 
+from armimpedance.cli.parts.despite import add_despite
 from armimpedance.cli.parts.outputs import (
     FIGURE,
     FIT,
@@ -81,6 +82,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="twice: a mock-up's upper arm, then its forearm; mass, length, diameter",
     )
     add_figure(parser, "passive torques and their model")
+    add_despite(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -110,6 +112,7 @@ def _person(arguments: argparse.Namespace) -> int:
             arguments.recording,
             arguments.robot,
             condition=arguments.condition or _PASSIVE,
+            despite=arguments.despite,
             progress=progress,
             **given,
         )

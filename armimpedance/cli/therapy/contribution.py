@@ -31,6 +31,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from armimpedance.cli.parts.despite import add_despite
 from armimpedance.cli.parts.outputs import (
     FIGURE,
     TABLE,
@@ -74,6 +75,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="go on where the passive repetitions of an axis did not agree",
     )
+    add_despite(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -94,6 +96,7 @@ def run(arguments: argparse.Namespace) -> int:
             arm=arguments.arm,
             condition=arguments.condition,
             unrepeatable=arguments.unrepeatable,
+            despite=arguments.despite,
             progress=progress,
         )
     # before anything is written: what the live form refuses leaves no half result

@@ -22,6 +22,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from armimpedance.cli.parts.despite import add_despite
 from armimpedance.cli.parts.outputs import (
     FIGURE,
     FIT,
@@ -47,6 +48,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--validate", type=Path, metavar="RECORDING", help="of other movements: predict its torques"
     )
     add_figure(parser, "friction and spring")
+    add_despite(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -67,6 +69,7 @@ def run(arguments: argparse.Namespace) -> int:
             arguments.recording,
             arguments.drawings,
             validate=arguments.validate,
+            despite=arguments.despite,
             progress=progress,
         )
     if out is not None:
