@@ -152,11 +152,11 @@ def _plates(recording: MotionRecording, choice: RowChoice) -> int:
 
 def _told(found: FloatArray, sd: FloatArray, matters: FloatArray) -> tuple[Finding, ...]:
     least = np.maximum(_SEEN * sd, matters)
-    shown, smallest = f"{1e3 * found[0]:+.2g} ms", f"{1e3 * least[0]:.2g} ms"
+    shown, smallest = f"{1e3 * found[0]:+.1f} ms", f"{1e3 * least[0]:.1f} ms"
     if abs(found[0]) <= least[0]:
         skew = Finding("skew", "ok", f"plates or torques {shown} late", smallest=smallest)
     else:
-        said = f"plates or torques come {shown} late ({1e3 * sd[0]:.2g} ms standard error)"
+        said = f"plates or torques come {shown} late ({1e3 * sd[0]:.1f} ms standard error)"
         said += ", and errors may exceed the intervals: shift their time"
         skew = Finding("skew", "warning", said, smallest=smallest)
     return (skew, *_placed(found[1:].reshape(-1, 3), least[1:].reshape(-1, 3)))
@@ -167,10 +167,10 @@ def _placed(found: FloatArray, least: FloatArray) -> tuple[Finding, ...]:
     if not len(found):
         return ()
     near, turn = 1e3 * least[:, :2].max(), np.degrees(least[:, 2].max())
-    smallest = f"{near:.2g} mm, {turn:.2g} degrees"
+    smallest = f"{near:.0f} mm, {turn:.1f} degrees"
     for plate, (at, most) in enumerate(zip(found, least, strict=True)):
         if (np.abs(at) > most).any():
-            told = f"{1e3 * at[0]:+.2g}, {1e3 * at[1]:+.2g} mm, {np.degrees(at[2]):+.2g} degrees"
+            told = f"{1e3 * at[0]:+.0f}, {1e3 * at[1]:+.0f} mm, {np.degrees(at[2]):+.1f} degrees"
             said = f"number {plate + 1} lies {told} from where the file has it"
             said += ", and errors may exceed the intervals: measure its corners"
             return (Finding("plate", "warning", said, smallest=smallest),)
