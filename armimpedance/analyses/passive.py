@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Literal
 
 from armimpedance.analyses.sources import PathLike, naming, read
 from armimpedance.errors import InputError
+from armimpedance.findings import Finding
 from armimpedance.mocap import motion_of
 from armimpedance.motion import EmgSignals, MarkerRecording, MotionRecording
 from armimpedance.passive import (
@@ -49,6 +50,8 @@ def passive(
     rest_angle: RestAngle | Mapping[str, RestAngle] = "free",
     method: str | None = None,
     quadratic: bool = False,
+    friction: bool = True,
+    mass_sd_percent: float | None = None,
     joints: Sequence[str] | None = None,
     cutoff_hz: float | None = 8.0,
     emg_gate_percent: float | None = 3.0,
@@ -70,11 +73,17 @@ def passive(
     rest_angle : float, "free", or a mapping of joints to either
         Where the elastic torque vanishes, rad. ``"free"``: it is fitted, which may widen the
         interval of k several times; a joint that a mapping does not name is free.
-    method : {"parallel", "ls", "output-error"}, optional
-        Every term through the filter (the default), the source's with its unfiltered sign, or a fit
-        to the measured swing itself.
+    method : {"output-error", "parallel", "ls"}, optional
+        A fit to the measured swing itself (the default), every term through the filter, or the
+        source's with its unfiltered sign.
     quadratic : bool
         Whether ``K (q - q_r)^2`` is fitted too.
+    friction : bool
+        Whether ``f sign(qd)`` is fitted; False where the joint is known to have no dry friction.
+    mass_sd_percent : float, optional
+        Standard error of the limb's mass, %, which moves k, h and f in proportion: 0 where it was
+        weighed. By default that of the recording's subject (``mass_sd_kg``), else what tables of
+        masses differ by. Not with measured torque.
     joints : sequence of str, optional
         Angles of the skeleton; by default its only elbow. Of a recording of angle and torque all
         joints are fitted.
@@ -113,19 +122,30 @@ def passive(
     >>> from armimpedance.analyses import passive
     >>> from manipulandum_sim.passive import simulate_passive
     >>> markers, truth = simulate_passive("release", trials=2, duration_s=4.0)
-    >>> elbow = passive(markers, rest_angle=1.5)["right_elbow_flexion"]
+    >>> elbow = passive(markers, rest_angle=1.5, mass_sd_percent=3)["right_elbow_flexion"]
     >>> elbow.parameters["k"].unit
     'Nm/rad'
     >>> list(elbow.to_frame().index)
     ['k', 'h', 'f']
     """
     options = _Options(joints, cutoff_hz, emg_gate_percent, torque_sign, longest_gap_s, progress)
-    samples, emg, notes = _samples(recording, options)
+    given = read(recording)
     with naming(recording):
+        samples, emg, notes = _samples(given, options)
+        told = _mass_sd(given, mass_sd_percent)
         fits = identify_passive(
-            samples, rest_angle=rest_angle, method=method, quadratic=quadratic, progress=progress
+            samples,
+            rest_angle=rest_angle,
+            method=method,
+            quadratic=quadratic,
+            friction=friction,
+            progress=progress,
         )
     fits = replace(fits, notes=notes, emg=emg)
+    muscles = _muscles_finding(emg)
+    fits = fits.each(lambda fit: fit.doubted(muscles))
+    if samples.hinges is not None:
+        fits = fits.each(lambda fit: fit.with_mass_sd(told))
     if validate is None:
         return fits
     others, _, _ = _samples(validate, options)
@@ -181,6 +201,33 @@ def _from_motion(
     joints = options.joints or [_elbow(motion.skeleton)]
     samples = from_motion(motion, joints, cutoff_hz=options.cutoff_hz)
     return samples, level, (*notes, *more)
+
+
+def _mass_sd(
+    recording: Recording | MarkerRecording | MotionRecording, percent: float | None
+) -> float | None:
+    """Sd of the limb's mass as a fraction, as somebody told it, or None."""
+    if percent is not None:
+        if isinstance(recording, Recording):
+            raise InputError("a mass with measured torque", expected="markers or joint motion")
+        return percent / 100
+    who = recording.subject
+    if who.mass_sd_kg is None or who.mass_kg is None:
+        return None
+    return who.mass_sd_kg / who.mass_kg
+
+
+def _muscles_finding(emg: EmgLevel | None) -> Finding:
+    """Whether the muscles were silent; that there is no EMG stands among the notes."""
+    if emg is None:
+        return Finding("muscles", "missing", "EMG was not looked at: nothing says they were silent")
+    highest = float(emg.highest_percent.max())
+    return Finding(
+        "muscles",
+        "ok",
+        f"at most {highest:.1f} % of the maximum over {emg.window_s:g} s",
+        f"{emg.limit_percent:g} %",
+    )
 
 
 def _gated(

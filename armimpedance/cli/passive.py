@@ -3,7 +3,7 @@
 Examples:
   armimpedance simulate p5 --out relaxed                  something to try it on
   armimpedance passive relaxed --rest-angle 1.5 --out fit.json
-  armimpedance passive relaxed --rest-angle free --method output-error --out fit.json
+  armimpedance passive relaxed --rest-angle free --mass-sd-percent 3 --out fit.json
   armimpedance passive arm --joint right_elbow_flexion --joint right_wrist_flexion \\
       --rest-angle right_elbow_flexion=1.5 --rest-angle right_wrist_flexion=0 --out fit.json
 
@@ -13,6 +13,8 @@ is minus that of inertia and gravity), or of kind "joint" whose torque columns h
 torque or its opposite.
 Where the rest angle is not known it is fitted (free), which may widen the interval of k several
 times; where the data contradict a given one, a warning says where they put it.
+k, h and f are proportional to the limb's mass, which no free swing shows: --mass-sd-percent says
+how well it is known, and their intervals count it.
 Trials are left out in turn and predicted from the others; --validate predicts another recording.
 """
 
@@ -46,8 +48,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--method",
         metavar="NAME",
-        help=f"{METHODS.listed()}; parallel takes every term through the filter, ls is the "
-        "source's with its unfiltered sign, output-error fits the measured swing itself",
+        help=f"{METHODS.listed()}; output-error fits the measured swing itself, parallel takes "
+        "every term through the filter, ls is the source's with its unfiltered sign",
     )
     parser.add_argument(
         "--joint",
@@ -56,6 +58,16 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="an angle of the skeleton (default: its only elbow); may be given again",
     )
     parser.add_argument("--quadratic", action="store_true", help="fit K (q - q_r)^2 too")
+    parser.add_argument(
+        "--without-friction", action="store_true", help="the joint is known to have f = 0"
+    )
+    parser.add_argument(
+        "--mass-sd-percent",
+        type=float,
+        metavar="PERCENT",
+        help="how well the limb's mass is known, to which k, h, f are proportional; 0: weighed "
+        "(default: the subject's mass_sd_kg, else what tables differ by, 7.5)",
+    )
     _configure_reading(parser)
 
 
@@ -109,6 +121,8 @@ def run(arguments: argparse.Namespace) -> int:
             rest_angle=rest_angles(arguments.rest_angle or ["free"]),
             method=arguments.method,
             quadratic=arguments.quadratic,
+            friction=not arguments.without_friction,
+            mass_sd_percent=arguments.mass_sd_percent,
             joints=arguments.joint,
             cutoff_hz=None
             if cutoff == "none"

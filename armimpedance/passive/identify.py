@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from armimpedance.errors import ArmImpedanceError, EstimationError, InputError
+from armimpedance.passive.doubts import doubts
 from armimpedance.passive.equations import check_excitation
 from armimpedance.passive.linear import TwoFits
 from armimpedance.passive.method import METHODS
@@ -40,7 +41,8 @@ def identify_passive(
         q_r in rad; a joint that a mapping does not name is free. The source never gives q_r; free,
         it widens the interval of k.
     method : str, optional
-        One of `METHODS`; its default if absent.
+        One of `METHODS`; its default if absent, or `parallel` where the samples hold neither the
+        limb's dynamics nor a measured torque.
     quadratic : bool
         Whether ``K (q - q_r)^2`` is fitted too.
     friction : bool
@@ -64,7 +66,8 @@ def identify_passive(
     EstimationError
         The search does not settle.
     """
-    name = method or METHODS.default
+    raw = samples.hinges is not None or samples.measured_torque is not None
+    name = method or (METHODS.default if raw else "parallel")
     METHODS.named(name)
     fits = []
     for j, joint in enumerate(samples.joints):
@@ -113,7 +116,8 @@ def _identify(
         friction_share_percent=100 * float(np.sqrt((friction**2).sum() / (Y**2).sum())),
         cutoff_hz=samples.cutoff_hz,
     )
-    return replace(fitted, warnings=(*joint_notes(fitted, samples, fits, elsewhere), *failed))
+    notes = (*joint_notes(fitted, samples, fits, elsewhere), *failed)
+    return replace(fitted, warnings=notes).doubted(*doubts(fitted, samples, fits, elsewhere))
 
 
 def _solved(samples: PassiveSamples, terms: Terms, method: str, elsewhere: str | None) -> TwoFits:

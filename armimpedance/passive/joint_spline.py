@@ -147,8 +147,10 @@ def _spline_given(
     predicted = terms.matrix(q, qd, sign) @ x
     # torque about the present curve: G (S, c) = d tau/dq B + h B1
     slope = np.full(len(q), x[0])
-    if terms.quadratic:
-        slope = slope + 2 * x[-1] * (q - terms.reference)
+    for name, power in (("K", 2), ("C", 3)):
+        if name in terms.columns:
+            size = x[terms.columns.index(name)]
+            slope = slope + power * size * (q - terms.reference) ** (power - 1)
     G = trial.B.multiply(slope[:, None]).tocsr() + x[1] * trial.B1
     left = trial.B.T @ trial.B + weight * (G.T @ G)
     right = trial.B.T @ trial.q + weight * (G.T @ (trial.torque - predicted + G @ curve))

@@ -37,5 +37,5 @@ class Method:
 
 
 METHODS: Final = MethodTable[Method](
-    "armimpedance.passive.methods", "METHOD", "method", default="parallel", joint="-"
+    "armimpedance.passive.methods", "METHOD", "method", default="output-error", joint="-"
 )

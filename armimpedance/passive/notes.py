@@ -24,13 +24,14 @@ def joint_notes(
     notes = [*samples.notes, *fits.classical.warnings, *([elsewhere] if elsewhere else [])]
     h = fitted.parameters["h"]
     f = fitted.parameters["f"].value if fitted.terms.friction else 0.0
+    doubtless = fitted.terms.friction and fitted.parameters["f"].ci95[1] < 0
     condition = fitted.torque_fit.cond_scaled
     if condition > _HARD:
         notes.append(
             f"ill-conditioned: scaled condition number {condition:.0f}; the motion shows "
             "the terms together rather than each"
         )
-    if f < 0:
+    if doubtless:
         notes.append(_negative_friction(f, h.value, natural_frequency(fitted, samples)))
     if h.value < 0:
         notes.append(f"negative viscosity {h.value:.3g} Nm s/rad: not dissipative")

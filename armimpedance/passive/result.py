@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
 
@@ -10,6 +10,8 @@ import numpy as np
 
 from armimpedance.arrays import FrozenRecord
 from armimpedance.errors import InputError
+from armimpedance.findings import Finding, warnings_of
+from armimpedance.passive.doubts import TABLE_MASS_SD, mass_finding
 from armimpedance.passive.emg_gate import EmgLevel
 from armimpedance.passive.equations import Equations
 from armimpedance.passive.method import METHODS
@@ -58,6 +60,9 @@ class PassiveFit(FrozenRecord):
     cutoff_hz : float or None
         Cut-off of the filter that the samples went through.
     warnings : tuple of str
+        What `checks` warn of among them.
+    checks : tuple of Finding
+        What was held against the data.
     """
 
     joint: str
@@ -71,6 +76,38 @@ class PassiveFit(FrozenRecord):
     friction_share_percent: float
     cutoff_hz: float | None
     warnings: tuple[str, ...] = ()
+    checks: tuple[Finding, ...] = ()
+
+    def doubted(self, *findings: Finding) -> PassiveFit:
+        """The same fit with more checks, and their sentences among its warnings."""
+        warnings = (*self.warnings, *warnings_of(findings))
+        return replace(self, checks=(*self.checks, *findings), warnings=warnings)
+
+    def with_mass_sd(self, told: float | None) -> PassiveFit:
+        """The same fit with intervals that allow for the mass of the limb.
+
+        Every torque of a free limb is proportional to its mass, the parameters with it: ``C + s^2
+        x x^T`` with x the parameters, zero for an angle, and s the sd of the mass as a fraction.
+
+        Parameters
+        ----------
+        told : float or None
+            The sd as a fraction; None: nobody said, and that between tables is taken.
+
+        Raises
+        ------
+        InputError
+            Not a fraction below a half.
+        """
+        if told is not None and not 0 <= told < 0.5:
+            raise InputError(
+                f"a mass known to {100 * told:g} %", expected="0 or more, less than 50 %"
+            )
+        sd = TABLE_MASS_SD if told is None else told
+        known = self.parameters
+        x = np.where([name == "q_r" for name in known.names], 0.0, known.values)
+        wider = replace(known, covariance=known.covariance + sd**2 * np.outer(x, x))
+        return replace(self, parameters=wider).doubted(mass_finding(told))
 
     @property
     def rms_Nm(self) -> float:
@@ -173,6 +210,10 @@ class PassiveFits(FrozenRecord, Sequence[PassiveFit]):
         """One summary of all joints."""
         return summary_of(self.fits)
 
+    def each(self, change: Callable[[PassiveFit], PassiveFit]) -> PassiveFits:
+        """The same with every joint's fit changed."""
+        return replace(self, fits=tuple(change(fit) for fit in self.fits))
+
     def predicting(self, samples: PassiveSamples, name: str) -> PassiveFits:
         """The same with how well they predict another recording of these joints.
 
@@ -239,6 +280,11 @@ def summary_of(fits: Sequence[PassiveFit]) -> FitSummary:
         vaf=_together(left, about_mean),
         parameters=tuple(one for f in fits for one in f.named),
         warnings=tuple(f"{f.joint}: {w}" if several else w for f in fits for w in f.warnings),
+        checks=tuple(
+            replace(one, message=f"{f.joint}: {one.message}") if several else one
+            for f in fits
+            for one in f.checks
+        ),
     )
 
 

@@ -93,8 +93,8 @@ def _acceleration(
             passive = passive + x[j] * sign
         elif name == "offset":
             passive = passive + x[j]
-        elif name == "K":
-            passive = passive + x[j] * about**2
+        elif name in ("K", "C"):
+            passive = passive + x[j] * about ** (2 if name == "K" else 3)
     return -(passive + at[1] * v + gravity) / at[0]
 
 

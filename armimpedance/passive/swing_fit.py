@@ -109,23 +109,45 @@ def solve_swing(samples: PassiveSamples, terms: Terms) -> TwoFits:
     NotIdentifiableError, InputError
         The same cases as in `solve_linear`, which finds the `parallel` start.
     """
-    first = solve_linear(parallel_equations(samples, terms), samples.sample_rate_hz).classical
+    fit, _ = _settled(samples, terms)
+    return TwoFits(fit, fit)
+
+
+def one_step_on(samples: PassiveSamples, terms: Terms, more: Terms) -> Fit:
+    """The settled fit by `terms`, and one Gauss-Newton step from there with the columns of `more`.
+
+    Whether the further columns are needed can be asked where a search for them would not settle.
+
+    Raises
+    ------
+    EstimationError, NotIdentifiableError, InputError
+        As `solve_swing`.
+    """
+    fit, states = _settled(samples, terms)
+    x, steps = np.zeros(len(more.columns)), np.ones(len(more.columns))
+    kept = [more.columns.index(column) for column in terms.columns]
+    x[kept], steps[kept] = fit.parameters, fit.sd
+    swings = _swings(samples, more)
+    return _gauss_newton(swings, x, states, _linear(swings, x, states, steps)).fit
+
+
+def _settled(samples: PassiveSamples, terms: Terms) -> tuple[Fit, FloatArray]:
+    """The fit, and the likeliest states (S, T, 2)."""
+    fit = solve_linear(parallel_equations(samples, terms), samples.sample_rate_hz).classical
     swings = _swings(samples, terms)
     states = np.stack([_padded(samples, s[:, 0]) for s in (samples.q, samples.qd)], axis=-1)
-    x, sd, length = first.parameters, first.sd, np.inf
-    fit = first
+    length = np.inf
     for _ in range(_MOST_STEPS):
-        linear = _linear(swings, x, states, sd)
-        fit, states = _gauss_newton(swings, x, states, linear)
+        x = fit.parameters
+        fit, states = _gauss_newton(swings, x, states, _linear(swings, x, states, fit.sd))
+        if not (np.isfinite(fit.parameters).all() and np.isfinite(states).all()):
+            raise EstimationError(f"{samples.joints[0]}: the simulated swing runs away")
         change = fit.parameters - x
         length = _length(change, fit)
-        x, sd = fit.parameters, fit.sd
-        if not (np.isfinite(x).all() and np.isfinite(states).all()):
-            raise EstimationError(f"{samples.joints[0]}: the simulated swing runs away")
         if length <= _STILL or (np.abs(change) <= _STILL_EXACT * np.abs(x)).all():
-            return TwoFits(fit, fit)
+            return fit, states
     if length <= _STILL_ENOUGH:
-        return TwoFits(fit, fit)
+        return fit, states
     raise EstimationError(
         f"{samples.joints[0]}: the simulated swing did not settle in {_MOST_STEPS} steps"
     )

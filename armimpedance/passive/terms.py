@@ -19,7 +19,7 @@ from armimpedance.regression import Fit, Parameters
 
 RestAngle = float | Literal["free"]
 
-UNITS = {"k": "Nm/rad", "h": "Nm s/rad", "f": "Nm", "q_r": "rad", "K": "Nm/rad^2"}
+UNITS = {"k": "Nm/rad", "h": "Nm s/rad", "f": "Nm", "q_r": "rad", "K": "Nm/rad^2", "C": "Nm/rad^3"}
 
 
 @dataclass(frozen=True)
@@ -34,11 +34,14 @@ class Terms:
         Whether ``K (q - q_r)^2`` is fitted too.
     friction : bool
         Whether ``f sign(qd)`` is fitted; False: the joint is known to have no dry friction.
+    cubic : bool
+        Whether ``C (q - q_r)^3`` is fitted too: only the columns, to see whether it is there.
     """
 
     rest_angle: RestAngle
     quadratic: bool = False
     friction: bool = True
+    cubic: bool = False
 
     def __post_init__(self) -> None:
         if self.rest_angle == "free":
@@ -66,7 +69,14 @@ class Terms:
         """Names of the p columns, by the parameter that they carry."""
         dry = ("f",) if self.friction else ()
         more = ("offset",) if self.free else ()
-        return ("k", "h", *dry, *more, *(("K",) if self.quadratic else ()))
+        return (
+            "k",
+            "h",
+            *dry,
+            *more,
+            *(("K",) if self.quadratic else ()),
+            *(("C",) if self.cubic else ()),
+        )
 
     @property
     def column_units(self) -> tuple[str, ...]:
@@ -84,6 +94,7 @@ class Terms:
         more = [sign] if self.friction else []
         more += [np.ones_like(q)] if self.free else []
         more += [about**2] if self.quadratic else []
+        more += [about**3] if self.cubic else []
         return np.stack([about, qd, *more], axis=-1)
 
     def parameters(self, fit: Fit) -> Parameters:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from armimpedance.passive import PassiveFit, PassiveFits
 from armimpedance.regression import Validation
+from armimpedance.report.findings_text import checks_lines
 from armimpedance.report.numbers import aligned_table, fixed, numbered_notes, percent
 from armimpedance.report.parameter_table import parameter_table
 
@@ -29,6 +30,7 @@ def passive_text(fits: PassiveFits) -> str:
     blocks = list(fits.notes)
     for i, fit in enumerate(fits):
         blocks += ["", *_joint_lines(fit, fits.validations[i] if fits.validations else None)]
+    blocks += checks_lines(fits.summary.checks)
     warnings = list(dict.fromkeys(w for fit in fits for w in fit.warnings))
     return "\n".join([*blocks, "", *numbered_notes([*warnings, _LEGEND])])
 

@@ -92,7 +92,7 @@ def test_quadratic_stiffness_and_its_rest_angle_come_back(forearm, clean):
 
 def test_a_wrong_rest_angle_turns_stiffness_and_a_free_one_widens_it(forearm, noisy):
     known, wrong, free = (
-        identify_passive(noisy[0], rest_angle=angle, cross_validate=False)[0]
+        identify_passive(noisy[0], rest_angle=angle, method="parallel", cross_validate=False)[0]
         for angle in (forearm.truth.q_r, forearm.truth.q_r + 0.05, "free")
     )
     assert abs(wrong.parameters["k"].value / known.parameters["k"].value - 1) > 0.04
@@ -158,8 +158,10 @@ def test_a_turned_joint_axis_leaves_the_parameters(forearm, noisy):
         measured_q=-samples.measured_q,
         hinges=None,
     )
-    a = identify_passive(samples, rest_angle=1.0, cross_validate=False)[0]
-    b = identify_passive(turned, rest_angle=-1.0, cross_validate=False)[0]
+    a, b = (
+        identify_passive(s, rest_angle=rest, method="parallel", cross_validate=False)[0]
+        for s, rest in ((samples, 1.0), (turned, -1.0))
+    )
     np.testing.assert_allclose(values(a), values(b), rtol=1e-9)
 
 
