@@ -22,7 +22,6 @@ from armimpedance.passive.terms import Terms
 
 if TYPE_CHECKING:
     from armimpedance.passive.linear import TwoFits
-    from armimpedance.passive.result import PassiveFit
 
 #: Chance at which a check speaks on data that keep the assumption.
 _LEVEL: Final = 0.002
@@ -53,26 +52,27 @@ def mass_finding(told: float | None) -> Finding:
 
 
 def doubts(
-    fitted: PassiveFit, samples: PassiveSamples, fits: TwoFits, elsewhere: str | None
+    samples: PassiveSamples, terms: Terms, method: str, fits: TwoFits, elsewhere: str | None
 ) -> tuple[Finding, ...]:
     """The checks of one joint that its samples allow.
 
     Parameters
     ----------
-    fitted : PassiveFit
     samples : PassiveSamples
         Of this joint only.
+    terms : Terms
+    method : str
     fits : TwoFits
         The method's fit of the columns.
     elsewhere : str or None
         Where the data put the rest angle, if not where it was stated.
     """
-    found = [amplitude_finding(samples, fitted.terms, fitted.method)]
-    if samples.hinges is not None and fitted.method == "output-error":
-        found.append(trials_finding(samples, fitted.terms, fitted.method))
-    if fitted.method == "ls":
-        found.append(_filter_finding(samples, fitted.terms, fits))
-    if not fitted.terms.free and elsewhere is None:
+    found = [amplitude_finding(samples, terms, method)]
+    if samples.hinges is not None and method == "output-error":
+        found.append(trials_finding(samples, terms, method))
+    if method == "ls":
+        found.append(_filter_finding(samples, terms, fits))
+    if not terms.free and elsewhere is None:
         found.append(Finding("rest angle", "ok", "the data do not contradict the stated one"))
     return tuple(found)
 

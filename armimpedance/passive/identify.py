@@ -117,7 +117,7 @@ def _identify(
         cutoff_hz=samples.cutoff_hz,
     )
     notes = (*joint_notes(fitted, samples, fits, elsewhere), *failed)
-    return replace(fitted, warnings=notes).doubted(*doubts(fitted, samples, fits, elsewhere))
+    return replace(fitted, warnings=notes).doubted(*doubts(samples, terms, method, fits, elsewhere))
 
 
 def _solved(samples: PassiveSamples, terms: Terms, method: str, elsewhere: str | None) -> TwoFits:
