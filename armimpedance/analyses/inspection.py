@@ -199,6 +199,8 @@ def checked(
         recording = recording.select(every)
     if disturbed and isinstance(recording, Recording):
         found = [*recording.findings, *_disturbed_checks(recording), *_driven_checks(recording)]
+        # Groups need not be conditions: a fit says itself which of its own lacks a direction.
+        found = [one for one in found if one.name != "directions"]
     else:
         found = _findings(recording)
     named = (despite,) if isinstance(despite, str) else tuple(despite)

@@ -13,7 +13,7 @@ and another one beside it only where it is needed too.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -69,7 +69,9 @@ class Departure:
     size, error : float
         k and its standard error.
     share : float
-        By how much of K the plain fit is wrong for each unit of k.
+        By how much of K (of B, for a delay) the plain fit is wrong for each unit of k.
+    known : float
+        Standard error of that matrix along itself, as a part of it: what is less does not matter.
     dof : float
     level : float
         How often chance alone may reach `limit`.
@@ -78,6 +80,7 @@ class Departure:
     size: float
     error: float
     share: float
+    known: float
     dof: float
     level: float = LEVEL
 
@@ -107,7 +110,7 @@ def check_departures(recording: Recording) -> tuple[Finding, ...]:
     """
     if recording.perturbation != "returning":
         return ()
-    models = list(_models(recording))
+    models = _models(recording)
     if not models:
         text = f"no condition of {FEWEST_TRIALS} trials to judge by"
         return tuple(Finding(name, "ok", text) for name in ("delay", "reflex", "amplitude"))
@@ -159,8 +162,10 @@ def _told(
 
 
 def _matters(name: str, one: Departure) -> bool:
-    """Whether this is no chance, and large enough for anybody to care."""
+    """Whether this is no chance, and more than a standard error of what it makes wrong."""
     if name == "reflex" and one.size < 0:
+        return False
+    if abs(one.share * one.size) < one.known:
         return False
     least = LEAST_DELAY_S if name == "delay" else LEAST_SHARE / max(abs(one.share), 1e-9)
     return abs(one.size) > max(one.limit, least)
@@ -180,17 +185,22 @@ def _share_text(what: str, one: Departure) -> tuple[str, str]:
     return text, f"{max(abs(percent) * one.limit, 100 * LEAST_SHARE):.2g} % of K"
 
 
-def _models(recording: Recording) -> Iterator[_Model]:
-    """The conditions with most trials, each fitted."""
+def _models(recording: Recording) -> list[_Model]:
+    """The conditions with most trials, each fitted; all trials together where none can be."""
     timing = disturbance_times(recording)
-    groups = sorted(groups_of(recording, DEFAULT_BY), key=lambda group: -len(group[1]))
-    for _, rows in groups[:MOST_CONDITIONS]:
-        try:
-            window = cut_windows(recording, rows, timing)
-            if window.usable.sum() >= FEWEST_TRIALS:
-                yield _Model.of(window, recording.kind)
-        except ArmImpedanceError:
-            continue
+    for by in (DEFAULT_BY, ()):
+        found = []
+        groups = sorted(groups_of(recording, by), key=lambda group: -len(group[1]))
+        for _, rows in groups[:MOST_CONDITIONS]:
+            try:
+                window = cut_windows(recording, rows, timing)
+                if window.usable.sum() >= FEWEST_TRIALS:
+                    found.append(_Model.of(window, recording.kind))
+            except ArmImpedanceError:
+                continue
+        if found:
+            return found
+    return []
 
 
 def _pooled(models: Sequence[_Model], column: str, beside: str | None = None) -> Departure:
@@ -202,6 +212,7 @@ def _pooled(models: Sequence[_Model], column: str, beside: str | None = None) ->
         size=float(weight @ [one.size for one in found]) / total,
         error=total**-0.5,
         share=float(weight @ [one.share for one in found]) / total,
+        known=float(np.median([one.known for one in found])),
         dof=sum(one.dof for one in found),
         level=LEVEL_OF_REFLEX if column.startswith("reflex") else LEVEL,
     )
@@ -221,6 +232,7 @@ class _Model:
         The plain fit's, W against Z.
     parameters : (3 d^2,)
         Theirs.
+    covariance : (3 d^2, 3 d^2)
     columns : mapping str -> (T, d, n)
     way : float
         Median peak displacement.
@@ -231,6 +243,7 @@ class _Model:
     instruments: FloatArray | None
     equations: TrialEquations
     parameters: FloatArray
+    covariance: FloatArray
     columns: dict[str, FloatArray]
     way: float
 
@@ -242,9 +255,10 @@ class _Model:
         V = (V + V.T) / 2
         Z = expected_motion(found.equation)
         plain = compensated_equations(found.equation, found.noise, V, Z, kind)
-        theta = solve_equations(plain).parameters
-        columns, way = _columns(window, found.equation, Z, theta)
-        return cls(found.equation, V, Z, plain, theta, columns, way)
+        solved = solve_equations(plain)
+        columns, way = _columns(window, found.equation, Z, solved.parameters)
+        theta, covariance = solved.parameters, solved.covariance
+        return cls(found.equation, V, Z, plain, theta, covariance, columns, way)
 
     def departure(self, column: str, beside: str | None = None) -> Departure:
         """The number k of one departure, with another one in the model beside it or without."""
@@ -266,9 +280,11 @@ class _Model:
         # [[Z^T V W, Z^T V z], [z^T V W, z^T V z]] (p + 1, p + 1) [theta; k] = [Z^T V y; z^T V y]
         solved = solve_equations(TrialEquations(A, b, names, units))
         k, error = float(solved.parameters[p]), float(np.sqrt(solved.covariance[p, p]))
-        K, small = (each[2 * p // 3 : p] for each in (self.parameters, solved.parameters))
-        share = float((K - small) @ K / (K @ K)) / k if k else 0.0
-        return Departure(k, max(error, 1e-300), share, solved.dof)
+        which = slice(p // 3, 2 * p // 3) if column == "delay" else slice(2 * p // 3, p)
+        own, apart = self.parameters[which], solved.parameters[which]
+        share = float((own - apart) @ own / (own @ own)) / k if k else 0.0
+        known = float(np.sqrt(own @ self.covariance[which, which] @ own)) / float(own @ own)
+        return Departure(k, max(error, 1e-300), share, known, solved.dof)
 
     def _cross(self, name: str) -> tuple[FloatArray, FloatArray]:
         """``z^T V W`` and ``Z^T V z`` of every trial, (T, p) each."""

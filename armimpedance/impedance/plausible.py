@@ -92,7 +92,7 @@ def check_limb(recording: Recording) -> tuple[Finding, ...]:
     """
     if recording.perturbation != "returning":
         return ()
-    found = list(_inertias(recording))
+    found = _inertias(recording)
     if not found:
         return ()
     checks = [_units(recording, found), _reach(recording)]
@@ -115,14 +115,19 @@ def _mean(found: Sequence[_Inertia]) -> _Inertia:
     )
 
 
-def _inertias(recording: Recording) -> Iterator[_Inertia]:
-    """A quick fit of every condition that can be fitted."""
+def _inertias(recording: Recording) -> list[_Inertia]:
+    """A quick fit of every condition that can be fitted; of all trials together where none can."""
     timing = disturbance_times(recording)
-    for keys, rows in groups_of(recording, DEFAULT_BY):
-        try:
-            yield _inertia(cut_windows(recording, rows, timing), recording, keys)
-        except ArmImpedanceError:
-            continue
+    for by in (DEFAULT_BY, ()):
+        found = []
+        for keys, rows in groups_of(recording, by):
+            try:
+                found.append(_inertia(cut_windows(recording, rows, timing), recording, keys))
+            except ArmImpedanceError:
+                continue
+        if found:
+            return found
+    return []
 
 
 def _inertia(window: Window, recording: Recording, keys: Mapping[str, Any]) -> _Inertia:

@@ -89,3 +89,13 @@ def test_many_trials_are_checked_by_a_sample(hand, monkeypatch):
     assert checked(hand, disturbed=True) == ()
     with pytest.raises(InputError, match="force sign"):
         checked(replace(hand, force=-hand.force), disturbed=True)
+
+
+def test_conditions_of_one_direction_can_be_one_group(hand):
+    """A condition for each direction, all of them fitted together; and checked together."""
+    labels = [f"to {angle:g}" for angle in hand.trials["direction_deg"]]
+    apart = replace(hand, trials=hand.trials.assign(condition=labels))
+    assert not inspect(apart).usable
+    assert estimate(apart, by=[])[0].quality.n_trials == 32
+    with pytest.raises(InputError, match="force sign"):
+        estimate(replace(apart, force=-apart.force), by=[])
