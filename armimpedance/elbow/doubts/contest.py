@@ -23,7 +23,7 @@ from armimpedance.elbow.stationary.instruments import Driver
 
 #: Rounds in which skew, instruments and spectra settle: at most, and once a round moves the best
 #: kind's parameters by less than this part of their standard errors.
-ROUNDS: Final = 8
+ROUNDS: Final = 5
 _SETTLED: Final = 0.1
 #: Rounds that find the skew alone, where they come first.
 _SKEW_FIRST: Final = 2

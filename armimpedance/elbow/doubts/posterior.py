@@ -18,9 +18,9 @@ from armimpedance.arrays import BoolArray, FloatArray
 from armimpedance.elbow.doubts.contest import KINDS, RATE_S, Contest, Kind
 
 #: sd of the lateness before the record, s, and the part of belief in it; None: in step.
-LATENESS: Final = ((None, 0.3), (0.5e-3, 0.4), (5e-3, 0.3))
+LATENESS: Final = ((None, 0.5), (0.5e-3, 0.3), (5e-3, 0.2))
 #: sd of the late answer before the record as part of K, and the part of belief in it.
-ANSWERS: Final = ((None, 1 / 3), (0.15, 1 / 3), (0.5, 1 / 3))
+ANSWERS: Final = ((None, 0.2), (0.15, 0.5), (0.5, 0.3))
 #: Belief that an answer is to the velocity as well.
 TO_VELOCITY: Final = 1 / 3
 _HALVINGS: Final = 40

@@ -17,7 +17,7 @@ from armimpedance.arrays import FloatArray
 from armimpedance.elbow.stationary.weights import hats, knots_of
 
 _ROUNDS: Final = 3
-_STEPS: Final = 8
+_STEPS: Final = 5
 _LONGEST: Final = 1.0
 
 
