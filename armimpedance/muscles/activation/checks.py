@@ -7,6 +7,7 @@ import numpy as np
 from armimpedance.arm import MuscularArm
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
+from armimpedance.findings import Finding
 from armimpedance.muscles.activation.design import powers
 from armimpedance.muscles.activation.equations import ActivationEquations
 from armimpedance.muscles.quality import ElementQuality
@@ -15,6 +16,9 @@ from armimpedance.muscles.rows import JointRows
 #: Joint angles (rad) within this of their median are one posture: moment arms change by some per
 #: cent over .1 rad, less than they are known.
 ONE_POSTURE_RAD = 0.05
+#: Stiffness of an arm's joint lies between these (median of shoulder and elbow, Nm/rad): a relaxed
+#: elbow has .4 and more, an arm that holds a load some hundreds.
+PLAUSIBLE = (0.05, 2000.0)
 #: Points of the measured range at which a muscle's curve is looked at.
 _POINTS = 101
 
@@ -65,6 +69,18 @@ def check_rows(rows: JointRows, arm: MuscularArm, *, torque: bool) -> tuple[Floa
             expected=f"rows within {ONE_POSTURE_RAD} rad",
         )
     return activation, rows.joint_angles.mean(axis=0)
+
+
+def plausible_size(K: FloatArray) -> Finding:
+    """Whether ``ss, se, ee`` (P, 3) of the stiffness are of the size that an arm can have."""
+    size = float(np.median(K[:, [0, 2]]))
+    low, high = PLAUSIBLE
+    if low <= size <= high:
+        return Finding("size", "ok", f"K of {size:.3g} Nm/rad (median) is an arm's")
+    said = (
+        f"K of {size:.3g} Nm/rad (median of shoulder and elbow) is no arm's: the unit, or the sign"
+    )
+    return Finding("size", "warning", said)
 
 
 def falling_muscles(

@@ -7,7 +7,7 @@ import numpy as np
 from armimpedance.arm import MuscularArm
 from armimpedance.arrays import FloatArray
 from armimpedance.findings import Finding, warnings_of
-from armimpedance.muscles.activation.checks import falling_muscles, unpredicted
+from armimpedance.muscles.activation.checks import falling_muscles, plausible_size, unpredicted
 from armimpedance.muscles.activation.design import column_names
 from armimpedance.muscles.activation.equations import ActivationEquations, SolvedEquations
 from armimpedance.muscles.activation.misfit import Misfit
@@ -36,10 +36,11 @@ def activation_result(
     alpha = of_K.activation
     reach = np.stack([alpha.min(axis=0), alpha.max(axis=0)], axis=1)
     falling = falling_muscles(K.theta, reach, arm.paths.muscles, of_K)
-    checks = tuple(
+    fits = (
         misfit.finding(symbol, _doubt(one.theta[3:n], one.covariance[3:n, 3:n]))
         for symbol, misfit, one in zip("KB", misfits, solved, strict=True)
     )
+    checks = (*fits, plausible_size(of_K.outputs[:, :3]))
     warnings = (*rank.warnings, *falling, *unpredicted(quality), *warnings_of(checks))
     alone = tuple(
         m.muscle_covariance(one.covariance) for m, one in zip(misfits, solved, strict=True)

@@ -89,6 +89,14 @@ def test_single_muscles_are_wider_where_moment_arms_are_wrong():
     assert check.sentence in model.warnings
 
 
+def test_a_stiffness_in_the_wrong_unit_is_no_arms():
+    rows, _, _ = made(6)
+    sd = np.asarray(rows.stiffness_sd)
+    model = fitted(replace(rows, stiffness=1000 * rows.stiffness, stiffness_sd=1000 * sd))
+    assert model.summary.checks[-1].verdict == "warning"
+    assert fitted(rows).summary.checks[-1].verdict == "ok"
+
+
 def test_a_bounded_model_keeps_its_bounds():
     rows, new, _ = made(4, single=0.08)
     model = fitted(rows, model="bernstein", order=2, increasing=True)
