@@ -15,7 +15,7 @@ BLIND: Final = 0.5
 LITTLE: Final = 0.01
 LITTLE_SAMPLE: Final = 0.5
 SURE: Final = 0.98
-EVEN: Final = 0.5
+LIKELY: Final = 0.9
 
 
 @dataclass(frozen=True)
@@ -139,7 +139,7 @@ def _of_reflex(reflex: Reflex, late: Lateness, K: float, either: bool) -> Findin
         )
         return Finding("reflex", "warning", said, smallest)
     # Where the channels are surely out of step, that alone may be all.
-    likely = EVEN if late.probability > SURE else 1 - SURE
+    likely = LIKELY if late.probability > SURE else 1 - SURE
     if either and reflex.probability > likely and matters:
         said = (
             f"an answer to the motion (a reflex) {size}, or channels out of step by "
@@ -163,7 +163,7 @@ def _of_skew(late: Lateness, reflex: Reflex, either: bool, little_s: float) -> F
             "filter or converter that delays one channel"
         )
         return Finding("skew", "warning", said, smallest)
-    likely = EVEN if reflex.probability > SURE else 1 - SURE
+    likely = LIKELY if reflex.probability > SURE else 1 - SURE
     if either and late.probability > likely and abs(late.if_late_s) > little_s:
         if reflex.probability > SURE:
             said = f"beside the reflex the channels may be out of step: {size}; the intervals allow"
