@@ -234,7 +234,7 @@ def _checks(recording: Recording) -> list[Finding]:
         return checks
     text = "no returning one is seen: `passive` takes such a recording, `estimate` does not"
     others = check_recording(replace(recording, perturbation="stochastic"))
-    return [*others, Finding("disturbance", "warning", text)]
+    return [*others, check_copies(recording), Finding("disturbance", "warning", text)]
 
 
 def _disturbed_checks(recording: Recording) -> list[Finding]:

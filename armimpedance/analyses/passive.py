@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
+from armimpedance.analyses.inspection import checked
 from armimpedance.analyses.sources import PathLike, naming, read
 from armimpedance.errors import InputError
 from armimpedance.findings import Finding
@@ -58,6 +59,7 @@ def passive(
     torque_sign: Literal[1, -1] | None = None,
     longest_gap_s: float | None = None,
     validate: Recording | MarkerRecording | MotionRecording | PathLike | None = None,
+    despite: str | Collection[str] = (),
     progress: Callable[[int, int], None] | None = None,
 ) -> PassiveFits:
     """Fit ``k (q - q_r) + h qd + f sign(qd) [+ K (q - q_r)^2]`` to the passive torque of joints.
@@ -100,6 +102,8 @@ def passive(
         Only with markers: longest loss of a marker to bridge, s (default: 0.2).
     validate : Recording, MarkerRecording, MotionRecording or path, optional
         Another recording of the same joints, whose torque is predicted.
+    despite : str or collection of str
+        Names of checks of `inspect` whose STOP is overruled; the notes say so.
     progress : function, optional
         Called with how much is done, of how much: frames of markers, then joints.
 
@@ -132,6 +136,7 @@ def passive(
     given = read(recording)
     with naming(recording):
         samples, emg, notes = _samples(given, options)
+        marks = checked(given, despite)
         told = _mass_sd(given, mass_sd_percent)
         fits = identify_passive(
             samples,
@@ -141,7 +146,7 @@ def passive(
             friction=friction,
             progress=progress,
         )
-    fits = replace(fits, notes=notes, emg=emg)
+    fits = replace(fits, notes=(*marks, *notes), emg=emg)
     muscles = _muscles_finding(emg)
     fits = fits.each(lambda fit: fit.doubted(muscles))
     if samples.hinges is not None:

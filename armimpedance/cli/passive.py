@@ -24,6 +24,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from armimpedance.cli.parts.despite import add_despite
 from armimpedance.cli.parts.outputs import FIGURE, FIT, Output, add_figure, add_out, check_outputs
 
 if TYPE_CHECKING:
@@ -37,6 +38,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("recording", metavar="RECORDING", type=Path)
     add_out(parser, "the parameters and all that is known of them", FIT)
     add_figure(parser, "torque and its prediction")
+    add_despite(parser)
     parser.add_argument("--validate", type=Path, metavar="RECORDING", help="predict its torque too")
     parser.add_argument(
         "--rest-angle",
@@ -133,6 +135,7 @@ def run(arguments: argparse.Namespace) -> int:
             torque_sign=arguments.torque_sign,
             longest_gap_s=arguments.longest_gap_s,
             validate=arguments.validate,
+            despite=arguments.despite,
             progress=progress,
         )
     if out is not None:

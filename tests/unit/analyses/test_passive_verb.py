@@ -149,3 +149,34 @@ def test_another_bodys_skeleton_is_told(markers):
     far = replace(markers, positions=2 * markers.positions)
     with pytest.raises(EstimationError, match="swapped labels"):
         passive(far)
+
+
+def test_copies_of_swings_are_refused_and_marked():
+    """A joint moved and its torque recorded; every trial twice under other numbers."""
+    rng = np.random.default_rng(3)
+    t, trials = np.arange(3000) / 200, 4
+    angle = np.concatenate([0.5 * np.sin(2 * t + phase) for phase in range(trials)])
+    speed = np.concatenate([np.cos(2 * t + phase) for phase in range(trials)])
+    noise = rng.normal(0, 0.01, (2, len(angle)))
+    torque = 2.0 * angle + 0.1 * speed + noise[0]
+    once = Recording(
+        kind="joint",
+        sample_rate_hz=200.0,
+        trials=pd.DataFrame({"trial": [1, 2, 3, 4], "condition": "swing"}),
+        offsets=np.arange(trials + 1) * len(t),
+        time_s=np.tile(t, trials),
+        position=(angle + 1e-4 * noise[1])[:, None],
+        force=torque[:, None],
+    )
+    twice = replace(
+        once,
+        trials=pd.DataFrame({"trial": range(1, 9), "condition": "swing"}),
+        offsets=np.arange(2 * trials + 1) * len(t),
+        time_s=np.tile(t, 2 * trials),
+        position=np.tile(once.position, (2, 1)),
+        force=np.tile(once.force, (2, 1)),
+    )
+    assert not any("copies" in note for note in passive(once).notes)
+    with pytest.raises(InputError, match="copies: trials hold the same noise: 1 = 5"):
+        passive(twice)
+    assert passive(twice, despite="copies").notes[0].startswith("despite copies")
