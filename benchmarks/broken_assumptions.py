@@ -144,7 +144,7 @@ def row_of(cell: Cell, tally: dict[str, Any], sound: dict[str, Any]) -> dict[str
 
 
 def misses(rows: pd.DataFrame) -> list[str]:
-    """What is asked and not held, a line each."""
+    """What is asked and not held, a line each; a single alarm among 40 records is no rate yet."""
     lines = []
     judged = rows[(rows["violation"] != "none") & rows["seen"].astype(bool)]
     for _, row in judged.iterrows():
@@ -156,7 +156,8 @@ def misses(rows: pd.DataFrame) -> list[str]:
                 f"said: {row['alarms'] or 'nothing'}"
             )
     for _, row in rows[rows["violation"] == "none"].iterrows():
-        if row["false_alarm"] > ALARMED or row["worst_check"] > ALARMED_BY_ONE:
+        often = row["worst_check"] * row["n"] > max(1, ALARMED_BY_ONE * row["n"])
+        if row["false_alarm"] > ALARMED or often:
             lines.append(
                 f"{row['command']} ({row['rig']}), clean: {100 * row['false_alarm']:.0f} % of the "
                 f"records alarmed: {row['alarms']}"

@@ -165,7 +165,8 @@ def _percent(share: float) -> str:
 
 
 def _short(sentence: str, most: int = 110) -> str:
-    plain = re.sub(r"[|*`]", "", sentence)
+    # a file is called by its name alone
+    plain = re.sub(r"(?<!\S)/\S*/", "", re.sub(r"[|*`]", "", sentence))
     return plain if len(plain) <= most else plain[: most - 4].rsplit(" ", 1)[0] + " ..."
 
 
