@@ -253,3 +253,13 @@ def test_a_word_that_the_record_contradicts_is_named():
     assert wrong.verdict == "warning"
     assert "nats likelier otherwise" in wrong.message
     assert estimated(samples)[1].verdict == "ok"
+
+
+def test_the_verb_takes_the_word_for_all_parts():
+    from armimpedance.analyses import elbow
+
+    recording, _ = simulate_servo(*JOINT, trials=2, duration_s=6.0, told=False, command=False)
+    fit = elbow(recording, imposed="position")
+    for one in (fit, *fit.parts.values()):
+        assert one.checks[0].name == "imposed"
+        assert "as told" in one.checks[0].message
