@@ -76,11 +76,11 @@ def plausible_size(K: FloatArray) -> Finding:
     size = float(np.median(K[:, [0, 2]]))
     low, high = PLAUSIBLE
     if low <= size <= high:
-        return Finding("size", "ok", f"K of {size:.3g} Nm/rad (median) is an arm's")
+        return Finding("units", "ok", f"K of {size:.3g} Nm/rad (median) is an arm's")
     said = (
         f"K of {size:.3g} Nm/rad (median of shoulder and elbow) is no arm's: the unit, or the sign"
     )
-    return Finding("size", "warning", said)
+    return Finding("units", "warning", said)
 
 
 def falling_muscles(

@@ -93,7 +93,7 @@ def test_a_stiffness_in_the_wrong_unit_is_no_arms():
     rows, _, _ = made(6)
     sd = np.asarray(rows.stiffness_sd)
     model = fitted(replace(rows, stiffness=1000 * rows.stiffness, stiffness_sd=1000 * sd))
-    assert model.summary.checks[-1].verdict == "warning"
+    assert (model.summary.checks[-1].name, model.summary.checks[-1].verdict) == ("units", "warning")
     assert fitted(rows).summary.checks[-1].verdict == "ok"
 
 
