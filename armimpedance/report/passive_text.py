@@ -10,8 +10,8 @@ from armimpedance.report.parameter_table import parameter_table
 
 _TORQUE_HEADER = ("torque", "rms (Nm)", "R^2", "variance accounted for")
 _LEGEND = (
-    "Source's sd: independent residuals (Venture, eqs. 9-11); well identified: twice that below "
-    "10 %. Intervals are made of the robust sd, which counts that residuals are correlated."
+    "Source's sd: independent residuals (Venture, eqs. 9-11); well identified: twice the larger "
+    "below 10 %. Intervals are made of the robust sd, which counts that residuals are correlated."
 )
 
 
