@@ -9,6 +9,7 @@ from typing import Any, Final, Literal
 from armimpedance.analyses.inspection import checked
 from armimpedance.analyses.sources import PathLike, naming, of_condition, read_recording
 from armimpedance.arrays import FloatArray
+from armimpedance.criticism import check_joint_size
 from armimpedance.elbow import (
     Crosstalk,
     ElbowFit,
@@ -23,6 +24,7 @@ from armimpedance.elbow import (
     imcj as index_of,
 )
 from armimpedance.errors import EstimationError, InputError, NotIdentifiableError
+from armimpedance.findings import Finding
 from armimpedance.records import Recording
 from armimpedance.signals import segment_amplitude
 
@@ -140,7 +142,14 @@ def _law_of(
             cost = _cost(law.stiffness, law_of(heard.supposed(amplitude)).stiffness) + cost
         except _NO_FIT:
             cost = f"; 10 % would leave no law{cost}"
-    return replace(law, electrodes=(heard.finding(pair.muscles, cost),))
+    return replace(law, of_trials=(_size(fits), heard.finding(pair.muscles, cost)))
+
+
+def _size(fits: Mapping[int, ElbowFit]) -> Finding:
+    """Whether the trials' inertia, at the median, is a joint's."""
+    inertia = [fit.inertia for fit in fits.values()]
+    middle = sorted(inertia, key=lambda one: one.value)[len(inertia) // 2]
+    return check_joint_size("inertia", middle.value, middle.sd_robust)
 
 
 def _cost(law: LinearLaw, without: LinearLaw) -> str:

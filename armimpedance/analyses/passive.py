@@ -9,12 +9,14 @@ from typing import TYPE_CHECKING, Literal
 
 from armimpedance.analyses.inspection import checked
 from armimpedance.analyses.sources import PathLike, naming, read
+from armimpedance.criticism import check_joint_size
 from armimpedance.errors import InputError
 from armimpedance.findings import Finding
 from armimpedance.mocap import motion_of
 from armimpedance.motion import EmgSignals, MarkerRecording, MotionRecording
 from armimpedance.passive import (
     EmgLevel,
+    PassiveFit,
     PassiveFits,
     PassiveSamples,
     RestAngle,
@@ -148,7 +150,7 @@ def passive(
         )
     fits = replace(fits, notes=(*marks, *notes), emg=emg)
     muscles = _muscles_finding(emg)
-    fits = fits.each(lambda fit: fit.doubted(muscles))
+    fits = fits.each(lambda fit: fit.doubted(muscles, _size(fit)))
     if samples.hinges is not None:
         fits = fits.each(lambda fit: fit.with_mass_sd(told))
     if validate is None:
@@ -233,6 +235,11 @@ def _muscles_finding(emg: EmgLevel | None) -> Finding:
         f"at most {highest:.1f} % of the maximum over {emg.window_s:g} s",
         f"{emg.limit_percent:g} %",
     )
+
+
+def _size(fit: PassiveFit) -> Finding:
+    k = fit.parameters["k"]
+    return check_joint_size("stiffness at rest", k.value, k.sd_robust)
 
 
 def _gated(

@@ -19,6 +19,8 @@ CLIPPED_S: Final = 0.01
 HEAPED: Final = 8.0
 #: A value that does not change for longer than this belongs to a stuck sensor (s).
 STUCK_S: Final = 0.5
+#: No joint moves about its operating point by more than this (rad, rms): a value in degrees does.
+LARGEST_RMS_RAD: Final = 1.0
 #: The signal to noise of a record of some seconds is read off to about this (dB).
 SNR_SLACK_DB: Final = 0.5
 
@@ -29,7 +31,8 @@ def check_samples(samples: JointSamples) -> None:
     Raises
     ------
     InputError
-        A trial that is too short, a constant channel, a stuck or a clipped sensor.
+        A trial that is too short, a constant channel, a stuck or a clipped sensor, angles that
+        cannot be radians.
     """
     rate = samples.sample_rate_hz
     seconds = np.diff(samples.offsets) / rate
@@ -43,11 +46,21 @@ def check_samples(samples: JointSamples) -> None:
         inside = samples.samples_of(row)
         _check_channel(samples.torque[inside], rate, f"torque of trial {trial}")
         _check_channel(samples.angle[inside], rate, f"angle of trial {trial}")
+        _check_radians(samples.angle[inside], trial)
         if samples.perturbation is not None and np.ptp(samples.perturbation[inside]) == 0:
             raise InputError(
                 f"the perturbation of trial {trial} does not vary",
                 expected="one that does, or none",
             )
+
+
+def _check_radians(angle: FloatArray, trial: str) -> None:
+    rms = float(angle.std())
+    if rms > LARGEST_RMS_RAD:
+        raise InputError(
+            f"units: the angle of trial {trial} moves by {rms:.3g} rad rms",
+            expected=f"radians, less than {LARGEST_RMS_RAD:g} rms; are these degrees?",
+        )
 
 
 def check_snr(snr: ChannelSnr, lowest_db: float, method: str) -> None:

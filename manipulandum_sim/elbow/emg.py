@@ -64,7 +64,8 @@ def raw_emg(
 ) -> FloatArray:
     """One trial's EMG (S, m), V, at 1 kHz.
 
-    The mean of the rectified carrier is ``activation mvc_V``; all else, crosstalk too, comes on top.
+    The mean of the rectified carrier is ``activation mvc_V``; all else, crosstalk too, comes on
+    top.
 
     Parameters
     ----------

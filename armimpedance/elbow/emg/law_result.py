@@ -243,15 +243,15 @@ class EmgLaw(FrozenRecord):
         What the laws were fitted to, where they come from a recording.
     notes : tuple of str
         How the amplitudes were made, and which trials have been left out.
-    electrodes : tuple of Finding
-        Whether each electrode hears its own muscle alone, where the EMG was looked at.
+    of_trials : tuple of Finding
+        Whether their inertia is a joint's, and whether each electrode hears its own muscle alone.
     """
 
     stiffness: LinearLaw
     viscosity: LinearLaw | None = None
     points: OperatingPoints | None = None
     notes: tuple[str, ...] = ()
-    electrodes: tuple[Finding, ...] = ()
+    of_trials: tuple[Finding, ...] = ()
 
     @property
     def laws(self) -> tuple[LinearLaw, ...]:
@@ -273,8 +273,8 @@ class EmgLaw(FrozenRecord):
 
     @property
     def checks(self) -> tuple[Finding, ...]:
-        """What was looked at: the electrodes, then whether each law is straight."""
-        return (*self.electrodes, *(one for law in self.laws for one in law.checks))
+        """The trials and their electrodes, then whether each law is straight."""
+        return (*self.of_trials, *(one for law in self.laws for one in law.checks))
 
     @property
     def summary(self) -> FitSummary:

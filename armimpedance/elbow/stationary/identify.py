@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final
 
+from armimpedance.criticism import check_joint_size
 from armimpedance.elbow.checks import check_samples, check_snr
 from armimpedance.elbow.experiment.answer import Answer, answered
 from armimpedance.elbow.experiment.command import with_usable_command
@@ -94,11 +95,14 @@ def _concluded(answer: Answer, fits: Sequence[ElbowFit]) -> ElbowFit:
     if answer.gives_way:
         # No instrument was right: what was looked for with one says nothing.
         checks, warnings = (_NOT_LOOKED_FOR,), ()
+    parameters = answer.parameters(found)
+    size = check_joint_size("inertia", float(parameters.values[0]), float(parameters.sd[0]))
+    checks = (size, imposed, *checks)
     return replace(
         fit,
-        parameters=answer.parameters(found),
-        checks=(imposed, *checks),
-        warnings=(*warnings_of((imposed, *checks)), *warnings),
+        parameters=parameters,
+        checks=checks,
+        warnings=(*warnings_of(checks), *warnings),
     )
 
 

@@ -10,6 +10,7 @@ from typing import Final
 import numpy as np
 
 from armimpedance.arrays import FloatArray
+from armimpedance.criticism import check_joint_size
 from armimpedance.elbow.result import NAMES, UNITS
 from armimpedance.elbow.samples import COMMANDED, JointSamples
 from armimpedance.elbow.varying.beginning import Beginning, begin
@@ -116,6 +117,7 @@ def _result(
 ) -> VaryingImpedance:
     data = begun.data if course.own is None else replace(begun.data, own=course.own)
     begun = replace(begun, data=data)
+    size = check_joint_size("inertia", course.inertia, course.sd_inertia)
     counts = np.bincount(data.trial_of[course.at], minlength=len(data.trials))
     inertia = Parameters(
         NAMES[:1], UNITS[:1], np.array([course.inertia]), np.array([[course.sd_inertia**2]])
@@ -133,8 +135,8 @@ def _result(
         snr=data.snr,
         joint=samples.joint,
         preparation=(*data.notes, *_own_note(data), *course.notes),
-        warnings=_warnings(samples, begun, course),
-        checks=course.checks,
+        warnings=(*_warnings(samples, begun, course), *warnings_of((size,))),
+        checks=(size, *course.checks),
         details={"own_torque_rms": data.own.rms, **course.details},
     )
 

@@ -1,0 +1,67 @@
+"""Can a person's joint be of this size? What it is not betrays a unit: mNm, kgf m, degrees."""
+
+from __future__ import annotations
+
+from typing import Final, Literal, NamedTuple
+
+from armimpedance.findings import Finding
+
+#: Standard errors by which a number must lie outside.
+SURE: Final = 3.0
+
+
+class _Size(NamedTuple):
+    """What a number can be at any joint of a person, in its unit."""
+
+    unit: str
+    low: float
+    high: float
+
+
+Quantity = Literal["inertia", "stiffness at rest"]
+
+#: Inertia about a joint from a wrist to a hip; a relaxed elbow's stiffness is .5 to 3 Nm/rad.
+SIZES: Final[dict[Quantity, _Size]] = {
+    "inertia": _Size("kg m^2", 3e-4, 10.0),
+    "stiffness at rest": _Size("Nm/rad", 0.0, 300.0),
+}
+
+
+def check_joint_size(quantity: Quantity, value: float, sd: float) -> Finding:
+    """Whether a fitted number can be that of a person's joint.
+
+    A violation by less than the distance to the limits is not seen: ``smallest`` says which factor
+    would have been.
+
+    Parameters
+    ----------
+    quantity : {"inertia", "stiffness at rest"}
+    value : float
+        kg m^2 or Nm/rad.
+    sd : float
+        Its standard error.
+
+    Returns
+    -------
+    Finding
+        "units".
+
+    Examples
+    --------
+    >>> check_joint_size("inertia", 70.0, 1.0).verdict
+    'warning'
+    """
+    size = SIZES[quantity]
+    told = f"{quantity} {value:.3g} {size.unit}"
+    if size.low <= value + SURE * sd and value - SURE * sd <= size.high:
+        inside = min(max(value, size.low), size.high)
+        away = [size.high / inside] if inside else []
+        away += [inside / size.low] if size.low else []
+        return Finding("units", "ok", told, f"a factor of {min(away):.2g}" if away else "")
+    limits = f"{size.low:g} to {size.high:g}" if size.low else f"below {size.high:g}"
+    return Finding(
+        "units",
+        "warning",
+        f"{told} is that of no joint of a person ({limits}): torque in Nm and angle in rad are "
+        "expected; check the units",
+    )
