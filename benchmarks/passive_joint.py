@@ -21,8 +21,7 @@ from scipy.optimize import least_squares
 from armimpedance.errors import EstimationError
 from armimpedance.mocap import joint_motion
 from armimpedance.passive import METHODS, PassiveSamples, from_motion, identify_passive
-from manipulandum_sim.passive import find_passive_subject, simulate_passive_many
-from manipulandum_sim.passive.chain import Chain, base_motion
+from manipulandum_sim.passive import Chain, base_motion, find_passive_subject, simulate_passive_many
 from manipulandum_sim.studio import Studio
 
 ELBOW = "right_elbow_flexion"

@@ -32,7 +32,16 @@ if TYPE_CHECKING:
 OF_DISTURBANCE: Final = ("disturbance", "returns to start", "force sign")
 
 #: Checks of what a fit assumes; where they warn, every result is marked.
-OF_THE_FIT: Final = ("imposed", "axes", "delay", "reflex", "amplitude", "lack of fit", "reach")
+OF_THE_FIT: Final = (
+    "clipping",
+    "imposed",
+    "axes",
+    "delay",
+    "reflex",
+    "amplitude",
+    "lack of fit",
+    "reach",
+)
 #: Motion that explains less of the force than this gives no M, B and K; trials that are asked.
 LEAST_COHERENCE: Final = 0.3
 MOST_COHERENT: Final = 5

@@ -22,6 +22,8 @@ FEWEST: Final = 12
 MOST_TRIALS: Final = 3000
 #: Less than this part of the signal's range is no noise: a simulation without any.
 LEAST_NOISE: Final = 1e-6
+#: The mains and their first harmonic: two trials may happen to begin at one phase of them (Hz).
+MAINS_HZ: Final = (50.0, 60.0, 100.0, 120.0)
 #: Noise is compared over this much rest before the onset, or else over the whole of the trials (s).
 REST_S: Final = 0.05
 
@@ -58,7 +60,8 @@ def check_copies(recording: Recording, window: Window | None = None) -> Finding:
     least = [
         LEAST_NOISE * np.ptp(each, axis=0).max() for each in (recording.force, recording.position)
     ]
-    found = [_noise(each, step, size) for each, size in zip(signals, least, strict=True)]
+    rate = recording.sample_rate_hz
+    found = [_noise(each, step, rate, size) for each, size in zip(signals, least, strict=True)]
     noise = [each for each in found if each is not None]
     if len(numbers) < 2 or not noise:
         return Finding("copies", "ok", "no noise by which trials could be told apart")
@@ -94,14 +97,25 @@ def _aligned(
     return (recording.force[index], recording.position[index]), numbers
 
 
-def _noise(signal: FloatArray, step: int, least: float) -> FloatArray | None:
+def _noise(signal: FloatArray, step: int, rate_hz: float, least: float) -> FloatArray | None:
     """Changes of every trial that no limb makes (T, n), of length 1; None where there are none."""
     trials, samples, d = signal.shape
     means = signal[:, : samples // step * step].reshape(trials, -1, step, d).mean(axis=2)
     if means.shape[1] < FEWEST:
         return None
-    changes = np.diff(means, n=3, axis=1).reshape(trials, -1)
+    changes = _without_mains(np.diff(means, n=3, axis=1), rate_hz / step).reshape(trials, -1)
     size = np.linalg.norm(changes, axis=1, keepdims=True)
     if np.median(size) <= least:
         return None
     return np.where(size > least, changes / np.maximum(size, least), 0.0)
+
+
+def _without_mains(changes: FloatArray, rate_hz: float) -> FloatArray:
+    """Less the hum that each trial and axis holds, (T, n, d)."""
+    phase = 2 * np.pi * np.outer(np.arange(changes.shape[1]) / rate_hz, MAINS_HZ)
+    hum = np.column_stack([np.cos(phase), np.sin(phase)])
+    if 2 * hum.shape[1] > len(hum):
+        return changes
+    Q = np.linalg.qr(hum)[0]
+    # (1 - Q Q^T) (n, n) times each trial (n, d)
+    return np.asarray(changes - Q @ (Q.T @ changes))

@@ -26,6 +26,10 @@ NO_WAY = 1e-9
 COVERAGE = 0.2
 #: A force that stays exactly at its extreme for longer than this is clipped (s).
 CLIPPED_S = 0.01
+#: ... where that extreme is this part of the range away from rest, and this many times as frequent
+#: as the value next to it.
+FAR_FROM_REST = 0.1
+HEAPED = 8.0
 #: A quantisation step above this part of the peak-to-peak signal leaves too few levels.
 STEP_FRACTION = 0.1
 #: A disturbance that leaves the limb further away than this is a movement (m, rad).
@@ -150,16 +154,28 @@ def _runs(equal: BoolArray) -> IntArray:
 def _clipping(recording: Recording) -> Finding:
     limit = max(3, round(CLIPPED_S * recording.sample_rate_hz))
     for axis, force in enumerate(recording.force.T):
-        centre = np.median(force)
+        if np.ptp(force) == 0:
+            continue
         for extreme in (force.max(), force.min()):
-            # A sensor at rest repeats one value; clipping repeats a value far from rest.
-            far = abs(extreme - centre) > 10 * np.median(abs(force - centre)) + 1e-12
             runs = _runs(force == extreme)
             # The top of one smooth swing may lie on a single step of the sensor for so long.
-            if far and ((runs > limit).sum() > 1 or runs.max() > 4 * limit):
+            long = (runs > limit).sum() > 1 or runs.max() > 4 * limit
+            if long and _heaped(force, extreme, recording.offsets):
                 text = f"force axis {axis + 1} stays at {extreme:g} for {runs.max()} samples"
                 return Finding("clipping", "warning", text)
     return Finding("clipping", "ok", "force never stays at its extreme")
+
+
+def _heaped(force: FloatArray, extreme: float, offsets: IntArray) -> bool:
+    """Whether a force far from rest has its extreme more often than values next to it.
+
+    A sensor at rest repeats one value, and a trial begins at rest; a quantised swing stays at its
+    top some 2.4 times as long as at the step below.
+    """
+    far = abs(extreme - np.median(force[offsets[:-1]])) > FAR_FROM_REST * np.ptp(force)
+    others = force[force != extreme]
+    next_to_it = others[np.abs(others - extreme).argmin()]
+    return bool(far and (force == extreme).sum() > HEAPED * (force == next_to_it).sum())
 
 
 def _step(name: str, values: FloatArray, unit: str) -> Finding:

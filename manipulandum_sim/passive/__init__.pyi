@@ -1,3 +1,4 @@
+from .chain import Chain as Chain, base_motion as base_motion
 from .segments import ELBOW as ELBOW, SHOULDER as SHOULDER
 from .subject import (
     PASSIVE_SUBJECTS as PASSIVE_SUBJECTS,
