@@ -191,12 +191,13 @@ def course_cells() -> list[Cell]:
     shapes += [
         ("own torque and a step of K", ".2 Nm, creeping, + 60 %", own,
          over_time(replace(CREEPING, own_Nm=0.2, tells=False), Bent(step=0.6))),
-        ("reflex", "25 % at 55 ms", ("reflex", "late answer"),
+        # "voluntary" tells what else the unexplained torque may be, and how to find out
+        ("reflex", "25 % at 55 ms", ("reflex", "late answer", "voluntary"),
          over_time(replace(JOINT, reflex=5.0))),
-        ("channels out of step", "2 ms", ("skew",), over_time(replace(JOINT, late_s=2e-3))),
+        ("channels out of step", "2 ms", ("skew", "voluntary"), over_time(replace(JOINT, late_s=2e-3))),
         ("rig imposes the angle", "own torque .5 Nm", own,
          over_time(replace(JOINT, device=IMPOSED, own_Nm=0.5, tells=False))),
-        ("cubic stiffness", "strong", ("amplitude", "curvature"),
+        ("cubic stiffness", "strong", ("amplitude", "curvature", "voluntary"),
          over_time(JOINT, Bent(cubic=2000.0))),
         ("angle in degrees", "x 57", ("units", "plausible"),
          damaged(COURSE, on_record(damage.gain("position", 180 / np.pi)))),

@@ -130,9 +130,11 @@ def _finding(data: VaryingData, other: VaryingData | None) -> Finding:
         return Finding("voluntary", "cannot tell", said, smallest)
     if data.own.order and rms > floor:
         said = (
-            f"the record holds a torque of the subject's own, {data.own.rms:.2g} Nm (rms): the "
-            "bands allow for one that goes on alike, but where K changes at once, or with the "
-            "torque, they may miss it; ask the subject to relax, or average over trials"
+            f"the record holds a torque of {data.own.rms:.2g} Nm (rms) that I, B and K do not "
+            "explain: the subject's own, or a reflex, channels out of step, a stiffness that "
+            "depends on the deflection (`elbow` on a part where nothing changes tells which); the "
+            "bands allow for an own one that goes on alike, but where K changes at once, or with "
+            "the torque, they may miss it; ask the subject to relax, or average over trials"
         )
         return Finding("voluntary", "warning", said, smallest)
     return Finding("voluntary", "ok", "no torque of the subject's own is seen", smallest)
