@@ -142,7 +142,7 @@ def _law_of(
             cost = _cost(law.stiffness, law_of(heard.supposed(amplitude)).stiffness) + cost
         except _NO_FIT:
             cost = f"; 10 % would leave no law{cost}"
-    return replace(law, of_trials=(_size(fits), heard.finding(pair.muscles, cost)))
+    return replace(law, of_trials=(heard.finding(pair.muscles, cost), _size(fits)))
 
 
 def _size(fits: Mapping[int, ElbowFit]) -> Finding:

@@ -57,7 +57,7 @@ def check_joint_size(quantity: Quantity, value: float, sd: float) -> Finding:
         inside = min(max(value, size.low), size.high)
         away = [size.high / inside] if inside else []
         away += [inside / size.low] if size.low else []
-        return Finding("units", "ok", told, f"a factor of {min(away):.2g}" if away else "")
+        return Finding("units", "ok", told, f"a factor of {_short(min(away))}" if away else "")
     limits = f"{size.low:g} to {size.high:g}" if size.low else f"below {size.high:g}"
     return Finding(
         "units",
@@ -65,3 +65,8 @@ def check_joint_size(quantity: Quantity, value: float, sd: float) -> Finding:
         f"{told} is that of no joint of a person ({limits}): torque in Nm and angle in rad are "
         "expected; check the units",
     )
+
+
+def _short(factor: float) -> str:
+    """Two digits, and no exponent."""
+    return f"{factor:.0f}" if factor >= 10 else f"{factor:.2g}"

@@ -194,7 +194,8 @@ def course_cells() -> list[Cell]:
         # "voluntary" tells what else the unexplained torque may be, and how to find out
         ("reflex", "25 % at 55 ms", ("reflex", "late answer", "voluntary"),
          over_time(replace(JOINT, reflex=5.0))),
-        ("channels out of step", "2 ms", ("skew", "voluntary"), over_time(replace(JOINT, late_s=2e-3))),
+        ("channels out of step", "2 ms", ("skew", "voluntary"),
+         over_time(replace(JOINT, late_s=2e-3))),
         ("rig imposes the angle", "own torque .5 Nm", own,
          over_time(replace(JOINT, device=IMPOSED, own_Nm=0.5, tells=False))),
         ("cubic stiffness", "strong", ("amplitude", "curvature", "voluntary"),

@@ -97,7 +97,7 @@ def _concluded(answer: Answer, fits: Sequence[ElbowFit]) -> ElbowFit:
         checks, warnings = (_NOT_LOOKED_FOR,), ()
     parameters = answer.parameters(found)
     size = check_joint_size("inertia", float(parameters.values[0]), float(parameters.sd[0]))
-    checks = (size, imposed, *checks)
+    checks = (imposed, *checks, size)
     return replace(
         fit,
         parameters=parameters,

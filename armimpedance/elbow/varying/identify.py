@@ -136,7 +136,7 @@ def _result(
         joint=samples.joint,
         preparation=(*data.notes, *_own_note(data), *course.notes),
         warnings=(*_warnings(samples, begun, course), *warnings_of((size,))),
-        checks=(size, *course.checks),
+        checks=(*course.checks, size),
         details={"own_torque_rms": data.own.rms, **course.details},
     )
 

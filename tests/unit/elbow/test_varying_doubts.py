@@ -49,7 +49,8 @@ def record(seed: int, own_Nm: float) -> JointSamples:
 def test_a_slow_torque_of_the_subjects_own_is_named_and_not_taken_for_a_course():
     for seed in range(3):
         found = identify_varying(record(seed, OWN_Nm), method="smoother")
-        (check,) = found.checks
+        check, size = found.checks
+        assert size.verdict == "ok"
         assert (check.name, check.verdict) == ("voluntary", "warning")
         assert check.sentence in found.warnings
         # a course that took the torque for its own is 15 to 50 % off
