@@ -69,7 +69,8 @@ def ask_compare(made: Made) -> Answer:
     (pair,) = found.pairs
     wanted = {*element_names("M", 2), *element_names("B", 2), *element_names("K", 2)}
     values = {c.quantity: (c.value, c.low, c.high) for c in pair.changes if c.quantity in wanted}
-    sentences = (*pair.notes, *(w for group in found.groups for w in group.estimate.warnings))
+    estimates = (w for group in found.groups for w in group.estimate.warnings)
+    sentences = (*pair.notes, *found.warnings, *estimates)
     return Answer(values, **said(getattr(found, "checks", ()), sentences))
 
 
