@@ -16,6 +16,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from armimpedance.arrays import FloatArray
+from armimpedance.elbow.doubts.bands import excess_over_bands
 from armimpedance.elbow.doubts.record import BENDS, Doubted
 from armimpedance.elbow.doubts.rows import Model, Posed, posed
 from armimpedance.elbow.doubts.whittle import Fitted, Spectrum, fit_models
@@ -83,6 +84,14 @@ class Contest:
         """The lowest deviance of a kind, and the number of its delay."""
         deviance = self.fits[kind].deviance
         return float(deviance.min()), int(deviance.argmin())
+
+    def excess_over_bands(self, frequency_hz: FloatArray) -> FloatArray:
+        """How I, B and K of the best model vary over the band, see `bands`, (3,)."""
+        kind = self.winner()
+        number = self.best(kind)[1]
+        X, y, _, bound = _table(self.rows, self.about, kind, self.bends)
+        eta = self.fits[kind].eta[number]
+        return excess_over_bands(X[number], y, eta, frequency_hz, bound)
 
     def winner(self, *, late_only: bool = False) -> Kind:
         """The best kind, of all or of those without answer; a parameter is worth its deviance."""

@@ -15,10 +15,19 @@ import numpy as np
 
 from armimpedance.arrays import BoolArray, FloatArray
 from armimpedance.elbow.doubts.amplitude import RUBS, STIFFENS, Bent, bent, stiffening
+from armimpedance.elbow.doubts.bands import PARTS
 from armimpedance.elbow.doubts.contest import Contest, Kind, contest
 from armimpedance.elbow.doubts.posterior import Posterior, half_widths, posterior
 from armimpedance.elbow.doubts.record import doubted
-from armimpedance.elbow.doubts.sentences import SURE, Amplitude, Lateness, Reflex, findings
+from armimpedance.elbow.doubts.sentences import (
+    SURE,
+    Amplitude,
+    Lateness,
+    Reflex,
+    band_finding,
+    findings,
+    unlike_finding,
+)
 from armimpedance.elbow.stationary.band import Band
 from armimpedance.elbow.stationary.estimate import Estimate
 from armimpedance.elbow.stationary.instruments import driver_of
@@ -38,6 +47,8 @@ SMALL: Final = 5e-3
 #: some sixteen squares, and every parameter draws on several.
 _DOF: Final = 30.0
 _NORMAL: Final = 1.959964
+#: A reflex, a skew or a bend moves the inertia by less than this factor: it is known the best.
+OTHER_INERTIA: Final = 1.5
 #: Half of the deviance that an answer or a skew must be worth to be seen, about.
 _SEEN: Final = 6.0
 
@@ -85,9 +96,44 @@ def doubt(estimate: Estimate, prepared: Prepared, band: Band) -> Doubt:
             again = contest(record, driver, own.values, curved.terms)
             if _matters(made, again, own):
                 made = again
-        return _concluded(own, made, curved, deflection, prepared.source.sample_rate_hz)
+        found = _concluded(own, made, curved, deflection, prepared.source.sample_rate_hz)
+        frequency = np.concatenate([bins.frequency_hz for bins in record.band.trials])
+        if _another(own, found.parameters):
+            return _unlike(own, found)
+        return _over_bands(found, made.excess_over_bands(frequency))
     except (InputError, EstimationError, np.linalg.LinAlgError) as error:
         return Doubt(own, (_cannot(error),))
+
+
+def _another(own: Parameters, found: Parameters) -> bool:
+    """Whether what was added took the place of the limb, instead of standing beside it."""
+    change = found.values / own.values
+    return bool((change <= 0).any() or abs(np.log(change[0])) > np.log(OTHER_INERTIA))
+
+
+def _unlike(own: Parameters, found: Doubt) -> Doubt:
+    """The estimate without additions; its interval holds what it would be with them."""
+    off = found.parameters.values - own.values
+    wide = np.abs(off) + t_factor(found.parameters.dof) * found.parameters.sd
+    sd = np.maximum(wide / t_factor(own.dof), own.sd)
+    check = unlike_finding(own, found.parameters)
+    parameters = replace(own, covariance=_scaled(own.covariance, sd))
+    return Doubt(parameters, (check,), True, found.details)
+
+
+def _over_bands(found: Doubt, excess: FloatArray) -> Doubt:
+    """Widened where no kind of limb that was fitted is the same in all parts of the band."""
+    parameters = found.parameters
+    # C' (3, 3) = diag(excess) C diag(excess)
+    covariance = parameters.covariance * np.outer(excess, excess)
+    widened = replace(parameters, covariance=covariance)
+    check = band_finding(widened, excess)
+    if (excess == 1).all():
+        return replace(found, checks=(*found.checks, check))
+    dof = min(parameters.dof, PARTS - 1)
+    return replace(
+        found, parameters=replace(widened, dof=dof), checks=(*found.checks, check), seen=True
+    )
 
 
 def _nothing_left() -> tuple[Finding, ...]:

@@ -5,6 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
+import numpy as np
+
+from armimpedance.arrays import FloatArray
+from armimpedance.elbow.doubts.bands import NO_CHANCE
 from armimpedance.elbow.doubts.contest import RATE_S
 from armimpedance.findings import Finding
 from armimpedance.regression import Parameters
@@ -193,3 +197,37 @@ def _of_amplitude(amplitude: Amplitude, K: float) -> Finding:
         advice = "perturb by the amplitude that you ask about"
         return Finding("amplitude", "warning", "; ".join([*said, advice]), smallest)
     return Finding("amplitude", "ok", "small and large motion give one limb", smallest)
+
+
+def band_finding(parameters: Parameters, excess: FloatArray) -> Finding:
+    """Whether I, B and K are the same in all parts of the band; `excess` as of `bands`."""
+    smallest = f"{np.sqrt(NO_CHANCE):.0f} standard errors"
+    if (excess == 1).all():
+        return Finding("band", "ok", "every part of the band gives the same I, B and K", smallest)
+    half = parameters.interval()[:, 1] - parameters.values
+    said = ", ".join(
+        f"{name} {value:.3g} +- {each:.2g}"
+        for name, value, each, more in zip("IBK", parameters.values, half, excess, strict=True)
+        if more > 1
+    )
+    return Finding(
+        "band",
+        "warning",
+        f"no limb that was fitted is the same in all parts of the band: {said} from part to part, "
+        "which the interval holds; soft tissue, a strap, a lag or a second joint; choose the band "
+        "that you ask about with --lowest-hz and --cutoff-hz",
+        smallest,
+    )
+
+
+def unlike_finding(own: Parameters, found: Parameters) -> Finding:
+    """Where answer, skew and bend replace the limb instead of standing beside it."""
+    pairs = zip("IBK", own.values, found.values, strict=True)
+    said = ", ".join(f"{name} {one:.3g} or {other:.3g}" for name, one, other in pairs)
+    return Finding(
+        "band",
+        "warning",
+        f"no limb that was fitted describes the record: {said}, without and with a late answer, a "
+        "skew and a bend, and the interval holds both; soft tissue, a strap, a lag, a second joint or "
+        "the wrong rig; choose the band that you ask about with --lowest-hz and --cutoff-hz",
+    )

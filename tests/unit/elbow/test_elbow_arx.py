@@ -243,7 +243,7 @@ def test_a_third_order_joint_is_told():
     record = samples_of(noisy(truth.torque, 30.0, rng), noisy(lagging, 30.0, rng))
     fit = identify_elbow(record, method="output-error")
     violated = {one.name for one in fit.checks if one.verdict == "warning"}
-    assert violated & {"skew", "order"}
+    assert violated & {"skew", "order", "band"}
     plain = samples_of(noisy(truth.torque, 30.0, rng), noisy(truth.angle, 30.0, rng))
     assert identify_elbow(plain, method="output-error").summary.warnings == ()
 
