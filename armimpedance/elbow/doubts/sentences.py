@@ -228,6 +228,6 @@ def unlike_finding(own: Parameters, found: Parameters) -> Finding:
         "band",
         "warning",
         f"no limb that was fitted describes the record: {said}, without and with a late answer, a "
-        "skew and a bend, and the interval holds both; soft tissue, a strap, a lag, a second joint or "
+        "skew and a bend, and the interval holds both; soft tissue, a strap, a lag or "
         "the wrong rig; choose the band that you ask about with --lowest-hz and --cutoff-hz",
     )
