@@ -15,6 +15,11 @@ def checks_lines(checks: Sequence[Finding]) -> list[str]:
     Parameters
     ----------
     checks : sequence of Finding
+
+    Returns
+    -------
+    list of str
+        A heading above them; empty where nothing was checked.
     """
     if not checks:
         return []

@@ -204,7 +204,8 @@ def estimate_cells(rig: Rig = BENCH) -> list[Cell]:
             for part in (0.1, 0.5)
         ),
         *(
-            ("dry friction in handle or seat", f"{n:g} N", ("amplitude", "friction"),
+            # the sentence of "delay" says what friction looks like, and what to do
+            ("dry friction in handle or seat", f"{n:g} N", ("amplitude", "friction", "delay"),
              Hand(friction_N=n))
             for n in (0.3, 1.0)
         ),
