@@ -38,8 +38,8 @@ REFLEX_S: Final = (0.035, 0.045, 0.055, 0.065, 0.080, 0.100)
 USUAL_S: Final = 0.055
 #: What to do about a departure.
 ADVICE: Final = {
-    "delay": "a millisecond makes B wrong by percents: put the sensors in step, and take dry friction "
-    "out of handle and seat, which looks like an early force",
+    "delay": "a millisecond makes B wrong by percents: put the sensors in step, and take dry "
+    "friction out of handle and seat, which looks like an early force",
     "reflex": "`reflex` says more; disturb for a shorter time",
     "amplitude": "K of small deflections asks for smaller disturbances",
 }
