@@ -203,7 +203,10 @@ def heavier_links(factor: float) -> Callable[[Made, np.random.Generator], Made]:
 
 def half_active_as_passive(record: Any, _rng: np.random.Generator) -> Any:
     """Somebody helps in the trials that are called passive."""
-    kept = record.select(record.trials["condition"].to_numpy() == "half_active")
+    condition = record.trials["condition"].to_numpy()
+    helped = condition == "half_active"
+    # a session that was cut down to passive trials stays as it is: nobody helped in it
+    kept = record.select(helped if helped.any() else condition == "passive")
     return replace(kept, trials=kept.trials.assign(condition="passive"))
 
 
