@@ -17,6 +17,7 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.conventions import AXES, FORCE_UNIT, POSITION_UNIT, UNITS, group_name
+from armimpedance.criticism import check_joint_size
 from armimpedance.errors import ArmImpedanceError
 from armimpedance.findings import Finding
 from armimpedance.impedance.estimation import DEFAULT_BY, groups_of
@@ -29,9 +30,8 @@ from armimpedance.signals import cut_windows, disturbance_times
 #: Mean inertia along the axes per body mass: of the hand of seated adults .02 to .03 (simulated
 #: arms after Winter, every posture); a hand in forces of kgf shows a tenth of it.
 PER_BODY_MASS: Final = (0.006, 0.1)
-#: The same where the body's mass is not known: hand in kg, from a child's to the arm of a giant;
-#: joint in kg m^2, from a wrist to a hip.
-INERTIA: Final = {"hand": (0.22, 10.0), "joint": (3e-4, 10.0)}
+#: The same where the body's mass is not known, kg: from a child's to the arm of a giant.
+HAND_INERTIA: Final = (0.22, 10.0)
 #: A disturbance moves the limb by less than this (m, rad).
 WAY: Final = {"hand": 0.3, "joint": 1.0}
 #: No joint of a person turns further than a turn from its zero; degrees given as radians do.
@@ -155,13 +155,17 @@ def _units(recording: Recording, found: Sequence[_Inertia]) -> Finding:
     if way > WAY[kind]:
         text = f"disturbances of {way:.3g} {length}: is the position in another unit than {length}?"
         return Finding("units", "unusable", text)
-    low, high = INERTIA[kind]
+    mean = float(np.median([one.mean for one in found]))
+    error = float(np.median([one.error for one in found]))
+    if kind == "joint":
+        size = check_joint_size("inertia", mean, error)
+        return replace(size, verdict="unusable") if size.verdict == "warning" else size
+    low, high = HAND_INERTIA
     whose = "any limb's"
-    if kind == "hand" and mass is not None:
+    if mass is not None:
         low, high = (mass * each for each in PER_BODY_MASS)
         whose = f"that of a hand of a body of {mass:g} kg"
-    mean = float(np.median([one.mean for one in found]))
-    margin = 3 * float(np.median([one.error for one in found]))
+    margin = 3 * error
     text = f"mean inertia {mean:.3g} {unit}, {whose} {low:.2g} to {high:.2g}"
     if low <= mean + margin and mean - margin <= high:
         factor = max(mean / low, high / mean)
