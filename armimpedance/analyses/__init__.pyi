@@ -26,7 +26,6 @@ from .results.compared_methods import ComparedMethods as ComparedMethods
 from .results.contributions import Contributions as Contributions
 from .results.estimates import Estimates as Estimates
 from .results.labelled import LabelledEstimate as LabelledEstimate, LabelledMatrix as LabelledMatrix
-from .results.muscle_estimates import MuscleEstimates as MuscleEstimates
 from .sources import (
     naming as naming,
     of_condition as of_condition,

@@ -7,4 +7,4 @@ from .geometry import (
 )
 from .of_estimate import ellipse_of as ellipse_of
 from .outline import locus as locus
-from .resampled import ResampledEllipse as ResampledEllipse, resampled_ellipse as resampled_ellipse
+from .resampled import resampled_ellipse as resampled_ellipse

@@ -14,6 +14,7 @@ from .side_by_side import (
     SideBySide as SideBySide,
     side_by_side as side_by_side,
 )
+from .stochastic import stochastic_response as stochastic_response
 from .table import METHODS as METHODS
 from .weighing.modal import ModalEquation as ModalEquation, modal_equation as modal_equation
 from .weighing.noise import (

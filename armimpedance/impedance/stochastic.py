@@ -82,6 +82,31 @@ def estimate_stochastic(
     )
 
 
+def stochastic_response(
+    recording: Recording, band_hz: tuple[float, float] = DEFAULT_BAND_HZ
+) -> Response:
+    """Blocks of one second of all trials, band-passed as the fit takes them.
+
+    Parameters
+    ----------
+    recording : Recording
+        Trials of a stochastic perturbation, as `estimate_stochastic` takes them.
+    band_hz : (low, high)
+        The fitted band.
+
+    Returns
+    -------
+    Response
+        Its trials are the blocks.
+
+    Raises
+    ------
+    InputError
+        If the band does not fit the sample rate or a trial is too short.
+    """
+    return _blocks(recording, band_hz).response
+
+
 def _blocks(recording: Recording, band_hz: tuple[float, float]) -> _Blocks:
     if not 0 < band_hz[0] < band_hz[1]:
         raise InputError(f"band {band_hz[0]:g} to {band_hz[1]:g} Hz", expected="0 < low < high")

@@ -26,6 +26,7 @@ from .muscles import (
     posture_points as posture_points,
     posture_surfaces as posture_surfaces,
 )
+from .outline import confidence_band as confidence_band
 from .passive import (
     plot_emg_level as plot_emg_level,
     plot_passive_fit as plot_passive_fit,
@@ -36,6 +37,10 @@ from .predicted import plot_predicted_against_measured as plot_predicted_against
 from .quality import plot_intervals as plot_intervals
 from .reflex import MOST_GROUPS as MOST_GROUPS, plot_reflex as plot_reflex
 from .responses import plot_response as plot_response
+from .session.aligned import outlying_trials as outlying_trials
+from .session.fit import plot_fit as plot_fit, plot_residuals as plot_residuals
+from .session.quality import plot_quality as plot_quality
+from .session.trials import plot_trials as plot_trials
 from .style import (
     OKABE_ITO as OKABE_ITO,
     TWO_COLUMNS_IN as TWO_COLUMNS_IN,

@@ -26,6 +26,7 @@ from .radians import refuse_degrees as refuse_degrees
 from .response import choose_span as choose_span, respond as respond
 from .spectra import multiple_coherence as multiple_coherence
 from .spline_derivatives import smoothed_derivatives as smoothed_derivatives
+from .strays import beyond_the_others as beyond_the_others
 from .validity import check_recording as check_recording
 from .windows import (
     MARGIN_S as MARGIN_S,

@@ -15,7 +15,19 @@ AWAY: float = 0.5
 
 
 def beyond_the_others(values: FloatArray, reference: FloatArray | None = None) -> BoolArray:
-    """Values (T,) beyond twice what nine in ten of the reference (default: themselves) reach."""
+    """Values beyond twice what nine in ten of the reference reach.
+
+    Parameters
+    ----------
+    values : (T,)
+    reference : (n,), optional
+        Default: the values themselves.
+
+    Returns
+    -------
+    (T,) array of bool
+        All False where the reference has fewer than five values.
+    """
     known = values if reference is None else reference
     if len(known) < FEWEST:
         return np.zeros(len(values), dtype=bool)

@@ -205,7 +205,8 @@ def test_every_name_on_a_face_is_there_and_no_module_hides_it():
 
 
 def test_the_faces_of_the_analysis_stay_small():
-    assert sum(len(names) for room, names in FACES.items() if "armimpedance" in room) <= 430
+    # Ten more than before the report page: what it draws of a session and of each result.
+    assert sum(len(names) for room, names in FACES.items() if "armimpedance" in room) <= 440
 
 
 def _graph() -> dict[str, set[str]]:

@@ -1,0 +1,116 @@
+"""Trials of one group laid over one another, directions told apart, outliers marked."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from armimpedance.plots.session.aligned import Aligned, align, chosen, rows_of
+from armimpedance.plots.session.look import (
+    axis_name,
+    direction_look,
+    draw_lines,
+    force_label,
+    motion_label,
+    panel_letters,
+    short_list,
+    zero_line,
+)
+from armimpedance.plots.style import TWO_COLUMNS_IN, new_figure, print_style
+from armimpedance.records import Recording
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+#: More directions than this are not told apart by name.
+_MOST_NAMED = 8
+
+
+def plot_trials(
+    recording: Recording,
+    keys: Mapping[str, Any],
+    outliers: Collection[int] | None = None,
+) -> Figure:
+    """Draw displacement and force of every trial of a group from the onset, axis by axis.
+
+    Colour and line tell the directions: opposite ones share a colour, and one of the two is dashed.
+
+    Parameters
+    ----------
+    recording : Recording
+        Of the hand or of joints.
+    keys : mapping
+        Columns of the trial table and values of the group, as `ImpedanceEstimate.keys`.
+    outliers : collection of int, optional
+        Numbers of trials to mark; without it those that `outlying_trials` finds.
+
+    Returns
+    -------
+    Figure
+        Displacement above force, a column for each axis.
+
+    Raises
+    ------
+    InputError
+        No trial is of that group, or no onset is stated or seen.
+
+    Examples
+    --------
+    >>> from armimpedance.plots import plot_trials
+    >>> from manipulandum_sim.hand import simulate
+    >>> recording, _ = simulate("cocontraction", seed=1, sets=1, conditions=["cocontraction_10"])
+    >>> figure = plot_trials(recording, {"condition": "cocontraction_10"})
+    >>> [ax.get_ylabel() for ax in figure.axes[::2]]
+    ['displacement (mm)', 'force (N)']
+    """
+    aligned = align(recording, rows_of(recording, keys))
+    marked = chosen(aligned, outliers)
+    d, (name, factor) = recording.axes, motion_label(recording.kind)
+    with print_style():
+        figure = new_figure(TWO_COLUMNS_IN, 4.0)
+        axes = figure.subplots(2, d, sharex=True, sharey="row", squeeze=False)
+        for i in range(d):
+            _draw(axes[0, i], aligned, factor * aligned.moved[..., i], marked)
+            _draw(axes[1, i], aligned, aligned.pushed[..., i], marked)
+            axes[0, i].set_title(axis_name(recording.kind, i))
+            axes[1, i].set_xlabel("time from onset (ms)" if aligned.lag_s[0] < 0 else "time (ms)")
+        axes[0, 0].set_ylabel(name)
+        axes[1, 0].set_ylabel(force_label(recording.kind))
+        figure.align_ylabels(list(axes[:, 0]))
+        panel_letters(list(axes.flat))
+        _legend(figure, axes[0, 0])
+    return figure
+
+
+def _draw(ax: Axes, aligned: Aligned, lines: Any, marked: Any) -> None:
+    thin, time_ms = aligned.thin(), 1e3 * aligned.lag_s
+    zero_line(ax)
+    labels = aligned.direction
+    count = 1 if labels is None else int(labels.max()) + 1
+    plain = aligned.used & ~marked
+    for number in range(count):
+        own = plain if labels is None else plain & (labels == number)
+        named = bool(aligned.direction_names) and count <= _MOST_NAMED
+        label = aligned.direction_names[number] if named else ("trials" if number == 0 else "")
+        look = direction_look(number, count) | {"linewidth": 0.6}
+        draw_lines(ax, time_ms[thin], lines[own][:, thin], label, **look)
+    for rows, what, color in (
+        (~aligned.used & ~marked, "left out", "0.6"),
+        (marked, "unlike the others", "black"),
+    ):
+        label = f"{what}: {short_list(aligned.trial[rows].tolist())}"
+        look = {"color": color, "linewidth": 1.3, "zorder": 3}
+        draw_lines(ax, time_ms[thin], lines[rows][:, thin], label, **look)
+    ax.set_xlim(time_ms[thin][0], time_ms[thin][-1])
+
+
+def _legend(figure: Figure, ax: Axes) -> None:
+    """Lines of the legend thick enough for their style to be seen."""
+    handles, labels = ax.get_legend_handles_labels()
+    made = figure.legend(handles, labels, loc="outside upper center", ncols=min(8, len(labels)))
+    for line in made.legend_handles:
+        if line is not None:
+            line.set_linewidth(np.maximum(1.2, line.get_linewidth()))  # type: ignore[attr-defined]
