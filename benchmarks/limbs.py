@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from armimpedance.arrays import FloatArray
-from armimpedance.impedance import ModalEquation, bound, modal_equation, through_impedance
+from armimpedance.impedance import bound, modal_equation, through_impedance
 from armimpedance.planning import SHAPES, Profile
 from armimpedance.records import Window
 from armimpedance.signals import cut_windows, position_noise
@@ -129,7 +130,7 @@ def true_bound(
 
 
 def _force_noise(
-    equation: ModalEquation, noise: str, stiffness: FloatArray, tremor: float
+    equation: Any, noise: str, stiffness: FloatArray, tremor: float
 ) -> FloatArray:
     smooth, lag = equation.modes.smooth, equation.lag_s
     n = len(smooth)

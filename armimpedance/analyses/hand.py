@@ -17,6 +17,7 @@ from armimpedance.impedance import (
     METHODS,
     ClusteredKind,
     Options,
+    allowing,
     estimate as estimate_groups,
     side_by_side,
 )
@@ -43,6 +44,9 @@ def estimate(
     progress: Progress | None = None,
 ) -> Estimates:
     """Estimate inertia, viscosity and stiffness of every group of trials.
+
+    Intervals allow for departures from M, B and K (a reflex, a delay, an answer on purpose, dry
+    friction, a curved law) as far as the trials do not exclude them.
 
     Parameters
     ----------
@@ -122,7 +126,8 @@ def estimate(
         made = estimate_groups(
             read, by=columns, options=options, progress=progress, workers=workers
         )
-        return Estimates(tuple(one.marked(marks) for one in made), read.subject, read.gravity_m_s2)
+        made = [one.marked(marks) for one in allowing(made, read, columns)]
+        return Estimates(tuple(made), read.subject, read.gravity_m_s2)
 
 
 def estimate_all(

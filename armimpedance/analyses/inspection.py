@@ -33,13 +33,17 @@ OF_DISTURBANCE: Final = ("disturbance", "returns to start", "force sign")
 
 #: Checks of what a fit assumes; where they warn, every result is marked.
 OF_THE_FIT: Final = (
+    "held",
     "clipping",
     "imposed",
     "axes",
     "delay",
     "reflex",
     "amplitude",
+    "friction",
+    "voluntary",
     "lack of fit",
+    "gain",
     "reach",
 )
 #: Motion that explains less of the force than this gives no M, B and K; trials that are asked.

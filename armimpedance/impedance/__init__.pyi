@@ -1,5 +1,6 @@
 from .bound import bound as bound, bound_of as bound_of, inverse_information as inverse_information
 from .checks import check_response as check_response
+from .doubts.allowance import allowing as allowing
 from .estimation import (
     Options as Options,
     estimate as estimate,
@@ -16,7 +17,7 @@ from .side_by_side import (
 )
 from .stochastic import stochastic_response as stochastic_response
 from .table import METHODS as METHODS
-from .weighing.modal import ModalEquation as ModalEquation, modal_equation as modal_equation
+from .weighing.modal import modal_equation as modal_equation
 from .weighing.noise import (
     force_covariance as force_covariance,
     through_impedance as through_impedance,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from armimpedance.findings import Finding
-from armimpedance.impedance.departures import check_departures
+from armimpedance.impedance.doubts.told import check_departures
 from armimpedance.impedance.plausible import check_limb
 from armimpedance.records import Recording
 

@@ -14,6 +14,7 @@ from armimpedance.findings import Finding, Verdict
 from armimpedance.records import Recording, Window
 from armimpedance.signals.differentiate import derivatives
 from armimpedance.signals.drift import end_operator
+from armimpedance.signals.held import check_held
 from armimpedance.signals.windows import Timing, cut_windows, disturbance_times, flawed
 
 LOWEST_RATE_HZ = 200.0
@@ -52,7 +53,7 @@ def check_recording(recording: Recording) -> tuple[Finding, ...]:
     tuple of Finding
         In a fixed order; `unusable` means that an estimate would be refused or meaningless.
     """
-    checks = [_rate(recording), _gaps(recording), _clipping(recording)]
+    checks = [_rate(recording), _gaps(recording), check_held(recording), _clipping(recording)]
     checks += [_step("force", recording.force, FORCE_UNIT[recording.kind])]
     checks += [_step("position", recording.position, POSITION_UNIT[recording.kind])]
     if recording.perturbation == "returning":

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.impedance.departures import check_departures
+from armimpedance.impedance.doubts.told import check_departures
 
 
 def told(recording):
@@ -60,14 +60,15 @@ def sound(limb):
 
 def test_a_limb_of_second_order_is_told_nothing(sound):
     checks = check_departures(sound)
-    assert [check.name for check in checks] == ["delay", "reflex", "amplitude", "lack of fit"]
+    names = ["delay", "reflex", "amplitude", "friction", "voluntary", "lack of fit", "gain"]
+    assert [check.name for check in checks] == names
     assert {check.verdict for check in checks} == {"ok"}
     assert all(check.smallest for check in checks)
 
 
 def test_false_alarms_are_rare(limb):
-    """Forty recordings, a level of .003 for each of three checks and two delays or so that count
-    of the reflex's: .5 expected, three by chance once in a hundred times."""
+    """Forty recordings, levels of .002 to .007 for five checks: one expected, four or more by
+    chance once in fifty times."""
     alarms = [told(limb.record(sets=1, force_noise=0.2, drift=0.002, seed=s)) for s in range(40)]
     assert sum(bool(each) for each in alarms) <= 3
 
@@ -100,6 +101,27 @@ def test_a_bent_law_is_found_with_its_sign_and_size(sound, limb, part):
     assert 5 < abs(percent) < 100 * abs(part)
 
 
+@pytest.mark.parametrize("newton", [0.2, 1.0])
+def test_dry_friction_has_the_sign_of_the_velocity_and_is_no_delay(sound, newton):
+    def change(force, moved, _clock):
+        v = np.gradient(moved, 1e-3, axis=0)
+        v = np.apply_along_axis(lambda one: np.convolve(one, np.ones(9) / 9, "same"), 0, v)
+        return force - newton * v / (np.linalg.norm(v, axis=1, keepdims=True) + 1e-3)
+
+    assert told(by_trial(sound, change)) == {"friction"}
+
+
+@pytest.mark.parametrize("from_s", [0.1, 0.15])
+def test_a_push_back_is_no_reflex(sound, from_s):
+    def change(force, moved, clock):
+        direction = moved[np.linalg.norm(moved, axis=1).argmax()] / 0.005
+        onset = np.flatnonzero(np.linalg.norm(moved, axis=1) > 1e-4)[0]
+        ramp = np.clip((clock - clock[onset] - from_s) / 0.15, 0, 1)
+        return force - np.outer(ramp, direction)
+
+    assert told(by_trial(sound, change)) == {"voluntary"}
+
+
 def test_what_repeats_unexplained_is_told(sound):
     """A push that every trial of a direction meets again, of no form that a limb answers with."""
 
@@ -114,3 +136,10 @@ def test_few_trials_and_no_conditions_that_are_long_enough(limb):
     found = check_departures(limb.record(sets=1, directions=4, force_noise=0.05))
     assert {check.verdict for check in found} == {"ok"}
     assert "no condition of 8 trials" in found[0].message
+
+
+@pytest.mark.parametrize("gain", [0.85, 1.2])
+def test_a_gain_of_one_axis_makes_the_inertia_asymmetric(sound, gain):
+    uneven = replace(sound, force=sound.force * [1.0, gain])
+    assert "gain" in told(uneven)
+    assert "gain" not in told(replace(sound, force=sound.force * gain))

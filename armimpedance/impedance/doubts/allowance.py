@@ -1,0 +1,139 @@
+"""Intervals that allow for what the data do not exclude: a mixture over the departures.
+
+The limb has none of the departures or one. The number k of a departure is normal about zero
+beforehand, with the size that it usually has, and k_hat +- s by the data, so that the odds of it
+against none change by
+
+    sqrt(s^2 / (s^2 + c^2)) exp(k_hat^2 c^2 / (2 s^2 (s^2 + c^2))),   c its usual size:
+
+the Bayes factor of a normal mean, see H. Jeffreys, *Theory of Probability* (Oxford, 1961), chapter
+5. If k makes the estimate wrong by g k, the estimate's mean square error grows by
+``sum_m p_m g_m g_m^T E_m[k^2]`` over the departures m, p_m their probabilities.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from armimpedance.arrays import FloatArray
+from armimpedance.impedance.doubts.columns import COLUMNS, family
+from armimpedance.impedance.doubts.model import Model, pooled
+from armimpedance.impedance.doubts.symmetry import LARGEST_GAIN, gain_of, rows_of
+from armimpedance.impedance.doubts.told import MOST_CONDITIONS, POSITIVE, models_of
+from armimpedance.impedance.estimation import groups_of
+from armimpedance.records import ImpedanceEstimate, Recording
+from armimpedance.regression import t_factor
+
+#: Probability of each departure beforehand, and the size that it usually has (its column's unit).
+BEFOREHAND: Final = {
+    "delay": (0.1, 1e-3),
+    "reflex": (0.3, 0.3),
+    "amplitude": (0.1, 0.3),
+    "friction": (0.05, 0.1),
+    "voluntary": (0.1, 0.3),
+}
+#: The same of a gain of one axis of the force beside the others.
+GAIN_BEFOREHAND: Final = 0.05
+USUAL_GAIN: Final = 0.1
+#: Departures less likely than this are left out.
+_UNLIKELY: Final = 1e-4
+
+
+def allowing(
+    estimates: Sequence[ImpedanceEstimate], recording: Recording, by: Sequence[str]
+) -> list[ImpedanceEstimate]:
+    """The estimates of a recording's groups with intervals that hold what is not excluded.
+
+    Parameters
+    ----------
+    estimates : sequence of ImpedanceEstimate
+        One for each group, in the order of the trial table.
+    recording : Recording
+    by : sequence of str
+        Columns of the groups.
+
+    Returns
+    -------
+    list of ImpedanceEstimate
+        With a larger covariance, the provenance saying by how much; as they are where a group has
+        too few trials to be asked, or the perturbation is stochastic.
+    """
+    if recording.perturbation != "returning":
+        return list(estimates)
+    models = models_of(recording, [rows for _, rows in groups_of(recording, by)])
+    known = [model for model in models if model is not None]
+    if not known:
+        return list(estimates)
+    known.sort(key=lambda model: -model.equation.trials)
+    likely, uneven = _likely(known[:MOST_CONDITIONS]), _uneven(known[:MOST_CONDITIONS])
+    return [
+        one if model is None else _wider(one, model, likely, uneven)
+        for one, model in zip(estimates, models, strict=True)
+    ]
+
+
+def _likely(models: Sequence[Model]) -> dict[str, tuple[float, float]]:
+    """Probability of every column that matters, and the mean square of its number."""
+    found = {column: pooled(models, column) for names in COLUMNS.values() for column in names}
+    # one measure of noise for all: that of single columns is known from few trials only
+    scale = float(np.median([one.error / one.expected for one in found.values()]))
+    none = 1 - sum(prior for prior, _ in BEFOREHAND.values())
+    odds, squares = {}, {}
+    for column, one in found.items():
+        name = family(column)
+        prior, usual = BEFOREHAND[name]
+        k = max(one.size, 0.0) if name in POSITIVE else one.size
+        error = scale * one.expected * t_factor(one.dof) / t_factor(np.inf)
+        odds[column], squares[column] = _odds(k, error**2, usual**2)
+        odds[column] += np.log(prior / len(COLUMNS[name]) / none)
+    top = max(0.0, *odds.values())
+    total = np.exp(-top) + sum(np.exp(each - top) for each in odds.values())
+    likely = {column: float(np.exp(each - top) / total) for column, each in odds.items()}
+    return {column: (p, squares[column]) for column, p in likely.items() if p > _UNLIKELY}
+
+
+def _uneven(models: Sequence[Model]) -> float:
+    """Mean square of the gain of one axis beside the others; 0 where it can hardly be told.
+
+    What no record shows is for a calibration, and no interval would be narrow that allowed for it.
+    """
+    one = gain_of(models)
+    if one is None or one.limit > LARGEST_GAIN:
+        return 0.0
+    factor, square = _odds(one.size, one.error**2, USUAL_GAIN**2)
+    odds = np.exp(min(factor, 50.0)) * GAIN_BEFOREHAND / (1 - GAIN_BEFOREHAND)
+    return float(odds / (1 + odds) * square)
+
+
+def _odds(k: float, error2: float, usual2: float) -> tuple[float, float]:
+    """Logarithm of the Bayes factor against none, and the mean square of k if it is there."""
+    part = usual2 / (error2 + usual2)
+    factor = 0.5 * np.log(error2 / (error2 + usual2)) + k**2 * part / (2 * error2)
+    return float(factor), float((part * k) ** 2 + part * error2)
+
+
+def _wider(
+    one: ImpedanceEstimate, model: Model, likely: dict[str, tuple[float, float]], uneven: float
+) -> ImpedanceEstimate:
+    """One group's estimate with the mean square of what each departure makes wrong."""
+    more: FloatArray = np.zeros_like(one.covariance)
+    for column, (probability, square) in likely.items():
+        g = model.shift(column)
+        more += probability * square * np.outer(g, g)
+    for axis in range(one.k):
+        rows = rows_of(model, axis)
+        # either axis may be the wrong one
+        more += uneven / one.k * np.outer(rows, rows)
+    own = np.diag(one.covariance)
+    ratio = float(np.sqrt(1 + np.max(np.diag(more) / np.where(own > 0, own, np.inf))))
+    note = (
+        "intervals allow for delay, reflex, amplitude, friction, a voluntary answer and an axis' "
+        "gain as far as the trials do not exclude them: at most "
+        f"{ratio:.2f} times as wide as without"
+    )
+    wider = replace(one, covariance=one.covariance + more)
+    return replace(wider, provenance=(*one.provenance, note))

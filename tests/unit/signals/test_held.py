@@ -1,0 +1,45 @@
+"""Lost samples that were filled with the last one, and what is none."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from armimpedance.signals.held import check_held
+
+
+@pytest.fixture(scope="module")
+def sound(limb):
+    return limb.record(sets=1, force_noise=0.05, seed=5)
+
+
+def held(values, share, length, seed):
+    rng, values = np.random.default_rng(seed), values.copy()
+    for start in rng.integers(1, len(values) - length, round(share * len(values) / length)):
+        values[start : start + length] = values[start - 1]
+    return values
+
+
+@pytest.mark.parametrize("channel", ["position", "force"])
+@pytest.mark.parametrize("length", [6, 20])
+def test_samples_that_were_held_are_told(sound, channel, length):
+    filled = held(getattr(sound, channel), 0.05, length, seed=2)
+    found = check_held(replace(sound, **{channel: filled}))
+    assert found.verdict == "warning"
+    assert channel in found.message
+
+
+@pytest.mark.parametrize("step_m", [2e-5, 1e-4, 5e-4])
+def test_a_coarse_encoder_is_no_lost_sample(sound, step_m):
+    coarse = np.round(sound.position / step_m) * step_m
+    assert check_held(replace(sound, position=coarse)).verdict == "ok"
+
+
+def test_a_clipped_force_and_a_coarse_one_are_none(sound):
+    force = np.clip(sound.force, -1.0, 1.0)
+    assert check_held(replace(sound, force=force)).verdict == "ok"
+    force = np.round(sound.force / 0.5) * 0.5
+    assert check_held(replace(sound, force=force)).verdict == "ok"
+    assert check_held(replace(sound, force=np.zeros_like(force))).verdict == "ok"
