@@ -6,9 +6,7 @@ import os
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Final
-
-import numpy as np
+from typing import Any
 
 from armimpedance.analyses.hand import ForceBy, Progress
 from armimpedance.analyses.inspection import checked
@@ -17,7 +15,7 @@ from armimpedance.analyses.results.named import as_columns
 from armimpedance.analyses.sources import PathLike, naming, read_recording
 from armimpedance.comparison import (
     ComparedGroup,
-    Pair,
+    check_inertia,
     compare as compare_groups,
     compare_subjects,
     groups_of_estimates,
@@ -26,6 +24,7 @@ from armimpedance.comparison import (
 )
 from armimpedance.errors import InputError
 from armimpedance.files import read_results
+from armimpedance.findings import warnings_of
 from armimpedance.impedance import METHODS, Options
 from armimpedance.records import ImpedanceEstimate, Recording
 
@@ -33,11 +32,6 @@ from armimpedance.records import ImpedanceEstimate, Recording
 Source = Recording | Sequence[ImpedanceEstimate] | PathLike
 #: The groups of every subject; of one empty name where subjects are not told apart.
 Subjects = dict[str, list[ComparedGroup]]
-#: Groups whose mean places are nearer than this have one posture (m, rad).
-SAME_PLACE: Final = 0.02
-#: An inertia that differs by more than this part, and by more standard errors, is told.
-OTHER_INERTIA: Final = 0.1
-UNLIKELY_SD: Final = 4.0
 
 
 def compare(
@@ -125,42 +119,10 @@ def compare(
     pairs = compare_groups(
         found[""], against=against, permutations=permutations, seed=seed, progress=progress
     )
-    return Comparison(everybody, tuple(pairs), warnings=(*warnings, *_inertia(everybody, pairs)))
-
-
-def _inertia(groups: Sequence[ComparedGroup], pairs: Sequence[Pair]) -> Iterator[str]:
-    """Pairs of one person at one place whose inertia differs, which no muscle can change."""
-    of = {group.name: group.estimate for group in groups}
-    for pair in pairs:
-        one, other = of[pair.first], of[pair.second]
-        if not _one_posture(one, other):
-            continue
-        (before, error), (after, other_error) = _trace(one), _trace(other)
-        change = after / before - 1
-        enough = max(OTHER_INERTIA * before, UNLIKELY_SD * float(np.hypot(error, other_error)))
-        if abs(after - before) > enough:
-            yield (
-                f"inertia: {pair.first} | {pair.second}: {100 * change:+.0f} % at one posture, "
-                "which no muscle can make; a gain, a unit, the sensors' timing or what is held "
-                "changed between them, and B and K with it: compare a known load"
-            )
-
-
-def _one_posture(one: ImpedanceEstimate, other: ImpedanceEstimate) -> bool:
-    if any(one.keys.get(key) != other.keys.get(key) for key in ("subject", "recording")):
-        return False
-    if one.position is None or other.position is None:
-        return False
-    return float(np.linalg.norm(one.position - other.position)) < SAME_PLACE
-
-
-def _trace(estimate: ImpedanceEstimate) -> tuple[float, float]:
-    """Trace of the inertia and its standard error."""
-    k = len(estimate.inertia)
-    # tr M = w^T (9,) (M, B, K), so that its variance is w^T C w
-    w = np.zeros(len(estimate.covariance))
-    w[: k * k] = np.eye(k).ravel()
-    return float(np.trace(estimate.inertia)), float(np.sqrt(w @ estimate.covariance @ w))
+    checks = check_inertia(everybody, pairs)
+    return Comparison(
+        everybody, tuple(pairs), warnings=(*warnings, *warnings_of(checks)), checks=checks
+    )
 
 
 def _check(permutations: int | None, seed: int, method: str | None, subjects: str | None) -> None:

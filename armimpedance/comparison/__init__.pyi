@@ -11,6 +11,7 @@ from .groups import (
     groups_of_recording as groups_of_recording,
     name_of as name_of,
 )
+from .inertia import check_inertia as check_inertia
 from .parametric import parametric_test as parametric_test
 from .permutation import permutation_test as permutation_test
 from .subjects import (

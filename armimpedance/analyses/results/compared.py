@@ -11,7 +11,8 @@ from armimpedance.analyses.sources import PathLike
 from armimpedance.arrays import FrozenRecord
 from armimpedance.comparison import ComparedGroup, Pair, SubjectsChange
 from armimpedance.files import comparison_rows, write_table
-from armimpedance.report import TABLE_WIDTH, comparison_text, subjects_text
+from armimpedance.findings import Finding
+from armimpedance.report import TABLE_WIDTH, checks_lines, comparison_text, subjects_text
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -31,12 +32,15 @@ class Comparison(FrozenRecord):
         Mean changes over subjects and the spread between them; empty otherwise.
     warnings : tuple of str
         What the checks of the recordings said; each row of the table is marked with them.
+    checks : tuple of Finding
+        What holds the groups against each other, with the smallest change it would have seen.
     """
 
     groups: tuple[ComparedGroup, ...]
     pairs: tuple[Pair, ...] = ()
     over_subjects: tuple[SubjectsChange, ...] = ()
     warnings: tuple[str, ...] = ()
+    checks: tuple[Finding, ...] = ()
 
     def to_frame(self) -> pd.DataFrame:
         """The rows and columns of DIFFERENCES.csv."""
@@ -73,7 +77,8 @@ class Comparison(FrozenRecord):
         subjects = self.over_subjects
         tables = subjects_text(subjects) if subjects else comparison_text(self.pairs)
         warnings = [fill(f"warning: {text}", TABLE_WIDTH) for text in self.warnings]
-        return "\n\n".join([tables, *warnings])
+        seen = [check for check in self.checks if check.verdict == "ok"]
+        return "\n\n".join([tables, *warnings, *("\n".join(checks_lines(seen)),) * bool(seen)])
 
     def _table(self) -> list[list[str]]:
         rows = [
