@@ -8,13 +8,14 @@ from dataclasses import replace
 import numpy as np
 
 from armimpedance.errors import ArmImpedanceError, EstimationError, InputError
-from armimpedance.passive.doubts import doubts
+from armimpedance.passive.doubts.checks import doubts
 from armimpedance.passive.equations import check_excitation
+from armimpedance.passive.fits import PassiveFits
 from armimpedance.passive.linear import TwoFits
 from armimpedance.passive.method import METHODS
 from armimpedance.passive.notes import joint_notes
 from armimpedance.passive.rest_angle import rest_angle_note
-from armimpedance.passive.result import CrossValidation, PassiveFit, PassiveFits
+from armimpedance.passive.result import CrossValidation, PassiveFit
 from armimpedance.passive.samples import PassiveSamples
 from armimpedance.passive.terms import RestAngle, Terms
 from armimpedance.regression import Fit, Parameters

@@ -4,6 +4,10 @@ Errors in both: the angle q(t) is a spline, and both the measured angle and the 
 unfiltered, are what it and the parameters predict plus noise. The spline and the parameters are
 fitted in turn, each by weighted least squares; the weights are the noise levels that splines
 leave.
+
+Near a reversal the sign of the velocity is not known. Any choice of it errs now and then, which
+takes off f and puts it on h; its expected value, by the error of the spline's velocity, errs in
+neither direction (J. Berkson, J. Am. Stat. Assoc. 45 (1950) 164-180).
 """
 
 from __future__ import annotations
@@ -34,6 +38,12 @@ _KNOTS_PER_PERIOD: Final = 3.0
 _STILL: Final = 0.01
 _STILL_EXACT: Final = 1e-9
 
+#: Samples over which the velocity's standard error is taken: several knots' worth.
+_MIDDLE: Final = 50
+
+#: By how much fewer pieces a spline is given each time that a smoother one is tried.
+_COARSER: Final = 1.4
+
 
 @dataclass(frozen=True)
 class TrialSpline:
@@ -44,12 +54,33 @@ class TrialSpline:
     q, torque : (S,)
     B, B1 : sparse (S, c)
         Design matrices of the angle and of its derivative.
+    knots : (c + 6,)
+        Seconds from the trial's first sample.
+    qd_sd : float
+        Standard error of the spline's velocity, rad/s.
     """
 
     q: FloatArray
     torque: FloatArray
     B: Any
     B1: Any
+    knots: FloatArray
+    qd_sd: float
+
+    def motion(self, curve: FloatArray, seconds: FloatArray) -> tuple[FloatArray, ...]:
+        """Angle, velocity and acceleration (n,) at any times (n,) of the trial."""
+        from scipy.interpolate import BSpline
+
+        spline = BSpline(self.knots, curve, _DEGREE)
+        return tuple(spline(seconds, nu=d) for d in range(3))
+
+    def sign(self, qd: FloatArray) -> FloatArray:
+        """Expected sign of velocities (S,) that the spline shows."""
+        from scipy.special import erf
+
+        if self.qd_sd == 0:
+            return np.sign(qd)
+        return np.asarray(erf(qd / (np.sqrt(2) * self.qd_sd)))
 
 
 def solve_joint_spline(samples: PassiveSamples, terms: Terms) -> TwoFits:
@@ -62,21 +93,19 @@ def solve_joint_spline(samples: PassiveSamples, terms: Terms) -> TwoFits:
     InputError
         The torque was not measured.
     """
-    if samples.measured_torque is None:
-        raise InputError("no measured torque", expected="samples of a joint recording")
-    trials = [_trial(samples, s) for s in samples.slices()]
+    trials = [trial_spline(samples, s) for s in samples.slices()]
     curves = [_least_squares(t.B, t.q) for t in trials]
     weight = _torque_weight(trials, curves)
     x = solve_linear(parallel_equations(samples, terms), samples.sample_rate_hz)
     parameters = x.classical.parameters
-    signs = [np.sign(t.B1 @ c) for t, c in zip(trials, curves, strict=True)]
+    signs = [t.sign(t.B1 @ c) for t, c in zip(trials, curves, strict=True)]
     for turn in range(_MOST_TURNS):
         curves = [
             _spline_given(t, c, s, parameters, terms, weight)
             for t, c, s in zip(trials, curves, signs, strict=True)
         ]
         if turn < _TURNS_OF_SIGN:
-            signs = [np.sign(t.B1 @ c) for t, c in zip(trials, curves, strict=True)]
+            signs = [t.sign(t.B1 @ c) for t, c in zip(trials, curves, strict=True)]
         fits = solve_linear(_equations(trials, curves, signs, terms), samples.sample_rate_hz)
         change = np.abs(fits.classical.parameters - parameters)
         parameters = fits.classical.parameters
@@ -87,16 +116,50 @@ def solve_joint_spline(samples: PassiveSamples, terms: Terms) -> TwoFits:
     )
 
 
-def _trial(samples: PassiveSamples, part: slice) -> TrialSpline:
+def trial_spline(samples: PassiveSamples, part: slice) -> TrialSpline:
+    """A trial of a single joint, with knots for what the samples' filter lets through.
+
+    Raises
+    ------
+    InputError
+        The torque was not measured.
+    """
+    if samples.measured_torque is None:
+        raise InputError("no measured torque", expected="samples of a joint recording")
+    q, torque = samples.measured_q[part, 0], samples.measured_torque[part, 0]
+    pieces = finest = max((len(q) - _DEGREE - 1) // 2, 1)
+    if samples.cutoff_hz is not None:
+        seconds = (len(q) - 1) / samples.sample_rate_hz
+        pieces = min(int(np.ceil(seconds * samples.cutoff_hz * _KNOTS_PER_PERIOD)), finest)
+    return _spline(q, torque, samples.sample_rate_hz, pieces)
+
+
+def smoothest(trial: TrialSpline) -> tuple[TrialSpline, FloatArray]:
+    """A trial with as few knots as predict its angle best, and the spline's coefficients (c,).
+
+    Generalised cross-validation (P. Craven, G. Wahba, Numer. Math. 31 (1979) 377-403): the noise
+    of a velocity grows with the knots to the power of 1.5, that of an acceleration of 2.5.
+    """
+    count = len(trial.q)
+    rate = (count - 1) / trial.knots[-1]
+    pieces, best, found = len(trial.knots) - 2 * _DEGREE - 1, np.inf, trial
+    curve = _least_squares(trial.B, trial.q)
+    while pieces >= 1:
+        tried = _spline(trial.q, trial.torque, rate, pieces)
+        tried_curve = _least_squares(tried.B, trial.q)
+        left = float(((trial.q - tried.B @ tried_curve) ** 2).mean())
+        score = left / (1 - tried.B.shape[1] / count) ** 2
+        if score < best:
+            best, found, curve = score, tried, tried_curve
+        pieces = int(pieces / _COARSER)
+    return found, curve
+
+
+def _spline(q: FloatArray, torque: FloatArray, rate_hz: float, pieces: int) -> TrialSpline:
+    """A trial whose spline has equal pieces."""
     from scipy.interpolate import BSpline
 
-    count = part.stop - part.start
-    if samples.measured_torque is None:
-        raise InputError("no measured torque")
-    seconds = np.arange(count) / samples.sample_rate_hz
-    pieces = finest = max((count - _DEGREE - 1) // 2, 1)
-    if samples.cutoff_hz is not None:
-        pieces = min(int(np.ceil(seconds[-1] * samples.cutoff_hz * _KNOTS_PER_PERIOD)), finest)
+    seconds = np.arange(len(q)) / rate_hz
     edges = np.linspace(0, seconds[-1], pieces + 1)
     knots = np.concatenate([[0.0] * _DEGREE, edges, [edges[-1]] * _DEGREE])
     B = BSpline.design_matrix(seconds, knots, _DEGREE)
@@ -104,7 +167,21 @@ def _trial(samples: PassiveSamples, part: slice) -> TrialSpline:
     spread = knots[_DEGREE + 1 : -1] - knots[1 : -_DEGREE - 1]
     lower = BSpline.design_matrix(seconds, knots[1:-1], _DEGREE - 1)
     B1 = _DEGREE * (lower / spread) @ _differences(B.shape[1])
-    return TrialSpline(samples.measured_q[part, 0], samples.measured_torque[part, 0], B, B1)
+    return TrialSpline(q, torque, B, B1, knots, _velocity_error(q, B, B1))
+
+
+def _velocity_error(q: FloatArray, B: Any, B1: Any) -> float:
+    """Standard error (rad/s) of the spline's velocity in the middle of a trial."""
+    from scipy.sparse.linalg import splu
+
+    count, knots = B.shape
+    if count <= knots:
+        return 0.0
+    middle = B1[count // 2 : count // 2 + _MIDDLE].toarray()
+    # var(qd) (n,) = s^2 diag(B1 (B^T B)^-1 B1^T)
+    gain = (middle.T * splu((B.T @ B).tocsc()).solve(middle.T)).sum(axis=0).mean()
+    left = q - B @ _least_squares(B, q)
+    return float(np.sqrt(gain * (left @ left) / (count - knots)))
 
 
 def _differences(count: int) -> Any:

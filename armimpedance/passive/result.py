@@ -1,18 +1,17 @@
-"""What is said of one passive joint, and of several."""
+"""What is said of one passive joint."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from armimpedance.arrays import FrozenRecord
 from armimpedance.errors import InputError
 from armimpedance.findings import Finding, warnings_of
-from armimpedance.passive.doubts import TABLE_MASS_SD, mass_finding
-from armimpedance.passive.emg_gate import EmgLevel
+from armimpedance.passive.doubts.checks import TABLE_MASS_SD, mass_finding
 from armimpedance.passive.equations import Equations
 from armimpedance.passive.method import METHODS
 from armimpedance.passive.samples import PassiveSamples
@@ -21,9 +20,6 @@ from armimpedance.regression import Fit, FitSummary, NamedParameter, Parameters,
 
 if TYPE_CHECKING:
     import pandas as pd
-
-#: Joints that a short text shows.
-_MOST_SHOWN: Final = 8
 
 
 @dataclass(frozen=True)
@@ -151,105 +147,13 @@ class PassiveFit(FrozenRecord):
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values: the summary, and what else is known of the joint."""
-        return {**self.summary.to_dict(), "joints": [_joint_object(self)]}
+        return {**self.summary.to_dict(), "joints": [joint_object(self)]}
 
     def __repr__(self) -> str:
         said = len(self.warnings)
-        more = [_counted(said, "warning")] if said else []
+        more = [counted(said, "warning")] if said else []
         head = f"{self.joint}: {self.method}, R^2 {self.direct.r2:.4f}"
         return "\n".join([head, *map(repr, self.parameters), *more])
-
-    def _repr_html_(self) -> str:
-        return self.summary._repr_html_()
-
-
-@dataclass(frozen=True, repr=False, eq=False)
-class PassiveFits(FrozenRecord, Sequence[PassiveFit]):
-    """The fits of several joints of one recording: a sequence, and by a joint's name.
-
-    Attributes
-    ----------
-    fits : tuple of PassiveFit
-    samples : PassiveSamples
-        Samples to which the models were fitted.
-    notes : tuple of str
-        Remarks that a reader must know of the recording.
-    emg : EmgLevel or None
-        How active the muscles were; None where that is not known.
-    validations : tuple of Validation
-        How well each joint's torque in another recording is predicted; none without one.
-    validated_on : str
-        Name of that recording.
-    """
-
-    fits: tuple[PassiveFit, ...]
-    samples: PassiveSamples
-    notes: tuple[str, ...] = ()
-    emg: EmgLevel | None = None
-    validations: tuple[Validation, ...] = ()
-    validated_on: str = ""
-
-    def __len__(self) -> int:
-        return len(self.fits)
-
-    def __iter__(self) -> Iterator[PassiveFit]:
-        return iter(self.fits)
-
-    def __getitem__(self, which: Any) -> Any:
-        """One fit by its number from 0 or its joint's name; a slice gives a tuple.
-
-        Raises
-        ------
-        InputError
-            No joint of this name was fitted.
-        """
-        return self.fits[self.samples.joint(which) if isinstance(which, str) else which]
-
-    @property
-    def summary(self) -> FitSummary:
-        """One summary of all joints."""
-        return summary_of(self.fits)
-
-    def each(self, change: Callable[[PassiveFit], PassiveFit]) -> PassiveFits:
-        """The same with every joint's fit changed."""
-        return replace(self, fits=tuple(change(fit) for fit in self.fits))
-
-    def predicting(self, samples: PassiveSamples, name: str) -> PassiveFits:
-        """The same with how well they predict another recording of these joints.
-
-        Raises
-        ------
-        InputError
-            The samples do not hold one of the joints.
-        """
-        validations = tuple(fit.validate(samples) for fit in self.fits)
-        return replace(self, validations=validations, validated_on=name)
-
-    def to_frame(self) -> pd.DataFrame:
-        """One row a parameter: joint, value, standard error, 95 % limits, unit."""
-        return self.summary.to_frame()
-
-    def to_dict(self) -> dict[str, Any]:
-        """What FIT.json holds."""
-        content = self.summary.to_dict()
-        content["joints"] = [_joint_object(fit) for fit in self.fits]
-        content["emg"] = None if self.emg is None else self.emg.to_dict()
-        if self.validations:
-            judged = zip(self.fits, self.validations, strict=True)
-            joints = [{"joint": fit.joint, **_quality(v)} for fit, v in judged]
-            content["validated_on"] = {"recording": self.validated_on, "joints": joints}
-        return content
-
-    def __repr__(self) -> str:
-        lines = []
-        for fit in self.fits[:_MOST_SHOWN]:
-            shown = ", ".join(f"{p.name} {p.value:.4g} {p.unit}" for p in fit.parameters)
-            lines.append(f"{fit.joint}: {shown}; R^2 {fit.direct.r2:.4f}")
-        left, said = len(self) - len(lines), sum(len(fit.warnings) for fit in self.fits)
-        more = [f"... and {left} more"] if left else []
-        more += [_counted(said, "warning")] if said else []
-        head = f"{self.fits[0].method}, {_counted(len(self), 'passive joint')}"
-        return "\n".join([head, *lines, *more])
 
     def _repr_html_(self) -> str:
         return self.summary._repr_html_()
@@ -288,7 +192,8 @@ def summary_of(fits: Sequence[PassiveFit]) -> FitSummary:
     )
 
 
-def _counted(number: int, what: str) -> str:
+def counted(number: int, what: str) -> str:
+    """A number and what it counts, in the plural where it is not one."""
     return f"{number} {what}" + ("" if number == 1 else "s")
 
 
@@ -299,7 +204,7 @@ def _together(left: np.ndarray, unexplained: np.ndarray) -> float:
     return float(1 - left.sum() / (left / unexplained).sum())
 
 
-def _joint_object(fit: PassiveFit) -> dict[str, Any]:
+def joint_object(fit: PassiveFit) -> dict[str, Any]:
     """What FIT.json says of a joint beside its parameters."""
     return {
         "joint": fit.number,
@@ -310,11 +215,14 @@ def _joint_object(fit: PassiveFit) -> dict[str, Any]:
         "rest_angle": fit.terms.rest_angle,
         "cutoff_hz": fit.cutoff_hz,
         "friction_share_percent": fit.friction_share_percent,
-        "direct_validation": _quality(fit.direct),
-        "cross_validation": [{"left_out": c.left_out, **_quality(c.validation)} for c in fit.cross],
+        "direct_validation": quality_object(fit.direct),
+        "cross_validation": [
+            {"left_out": c.left_out, **quality_object(c.validation)} for c in fit.cross
+        ],
         "warnings": list(fit.warnings),
     }
 
 
-def _quality(validation: Validation) -> dict[str, float]:
+def quality_object(validation: Validation) -> dict[str, float]:
+    """What FIT.json says of a validation."""
     return {"rms_Nm": float(validation.rms[0]), "r2": validation.r2, "vaf": validation.vaf}

@@ -109,51 +109,40 @@ def solve_swing(samples: PassiveSamples, terms: Terms) -> TwoFits:
     NotIdentifiableError, InputError
         The same cases as in `solve_linear`, which finds the `parallel` start.
     """
-    fit, _ = _settled(samples, terms)
+    fit, _ = settled(samples, terms)
     return TwoFits(fit, fit)
 
 
-def one_step_on(samples: PassiveSamples, terms: Terms, more: Terms) -> Fit:
-    """The settled fit by `terms`, and one Gauss-Newton step from there with the columns of `more`.
-
-    Whether the further columns are needed can be asked where a search for them would not settle.
+def settled(samples: PassiveSamples, terms: Terms) -> Solution:
+    """The fit, and the likeliest states.
 
     Raises
     ------
     EstimationError, NotIdentifiableError, InputError
         As `solve_swing`.
     """
-    fit, states = _settled(samples, terms)
-    x, steps = np.zeros(len(more.columns)), np.ones(len(more.columns))
-    kept = [more.columns.index(column) for column in terms.columns]
-    x[kept], steps[kept] = fit.parameters, fit.sd
-    swings = _swings(samples, more)
-    return _gauss_newton(swings, x, states, _linear(swings, x, states, steps)).fit
-
-
-def _settled(samples: PassiveSamples, terms: Terms) -> tuple[Fit, FloatArray]:
-    """The fit, and the likeliest states (S, T, 2)."""
     fit = solve_linear(parallel_equations(samples, terms), samples.sample_rate_hz).classical
-    swings = _swings(samples, terms)
+    swings = swings_of(samples, terms)
     states = np.stack([_padded(samples, s[:, 0]) for s in (samples.q, samples.qd)], axis=-1)
     length = np.inf
     for _ in range(_MOST_STEPS):
         x = fit.parameters
-        fit, states = _gauss_newton(swings, x, states, _linear(swings, x, states, fit.sd))
+        fit, states = _gauss_newton(swings, x, states, linearised(swings, x, states, fit.sd))
         if not (np.isfinite(fit.parameters).all() and np.isfinite(states).all()):
             raise EstimationError(f"{samples.joints[0]}: the simulated swing runs away")
         change = fit.parameters - x
         length = _length(change, fit)
         if length <= _STILL or (np.abs(change) <= _STILL_EXACT * np.abs(x)).all():
-            return fit, states
+            return Solution(fit, states)
     if length <= _STILL_ENOUGH:
-        return fit, states
+        return Solution(fit, states)
     raise EstimationError(
         f"{samples.joints[0]}: the simulated swing did not settle in {_MOST_STEPS} steps"
     )
 
 
-def _swings(samples: PassiveSamples, terms: Terms) -> Swings:
+def swings_of(samples: PassiveSamples, terms: Terms) -> Swings:
+    """The steps of all trials from sample to sample."""
     if samples.hinges is None:
         raise InputError("no skeleton to simulate", expected="samples from a motion recording")
     parts = samples.hinges[0].coefficients
@@ -177,7 +166,7 @@ def _padded(samples: PassiveSamples, signal: FloatArray) -> FloatArray:
     return np.stack([np.pad(part, (0, longest - len(part)), mode="edge") for part in parts], axis=1)
 
 
-def _linear(swings: Swings, x: FloatArray, states: FloatArray, sd: FloatArray) -> Linear:
+def linearised(swings: Swings, x: FloatArray, states: FloatArray, sd: FloatArray) -> Linear:
     """The steps linearised about states (S, T, 2) and parameters (p,)."""
     ends = swings.step(x, states)
     columns = []
@@ -205,7 +194,7 @@ def _gauss_newton(swings: Swings, x: FloatArray, states: FloatArray, linear: Lin
     start[:, [0, 1], [1 + p, 2 + p]] = -1.0
     inputs = np.zeros((S - 1, T, 2, 1 + p + 2))
     inputs[..., 0], inputs[..., 1 : 1 + p] = linear.jump, -linear.by_parameters
-    ratios = (_PUSHES / np.median(np.abs(linear.steps.push[..., 0]))) ** 2
+    ratios = push_ratios(linear)
     rows, lost = linear.steps.whiten(measured, inputs, start, ratios)
     best = int(np.argmin(_criterion(rows, lost, int(swings.seen.sum()), p)))
     equations, moves = _equations(swings, rows[best], x)
@@ -215,6 +204,11 @@ def _gauss_newton(swings: Swings, x: FloatArray, states: FloatArray, linear: Lin
     inputs = linear.jump + linear.by_parameters @ change
     motion = linear.steps.smooth(left, inputs, begin, float(ratios[best]))
     return Solution(fit, states + motion)
+
+
+def push_ratios(linear: Linear) -> FloatArray:
+    """Variances (V,) of a random torque over that of the angle's noise that are tried."""
+    return np.asarray((_PUSHES / np.median(np.abs(linear.steps.push[..., 0]))) ** 2)
 
 
 def _criterion(rows: FloatArray, lost: FloatArray, count: int, p: int) -> FloatArray:

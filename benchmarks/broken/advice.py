@@ -93,6 +93,7 @@ ADVICE: Final[dict[str, str]] = {
     "limb's weight left in the torque": "Record the limb at rest at several angles, take that off.",
     "limb's inertia left in the torque": "Move slowly, or give masses so that it is taken off.",
     "person does not relax": _RELAX,
+    "person helps for .5 s": _RELAX,
     "torque late": _LATE,
     "table of masses": _MASS,
     "plate's place": "Stand a rod on known places: the centre of pressure must be there.",

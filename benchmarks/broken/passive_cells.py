@@ -12,6 +12,7 @@ import pandas as pd
 from broken import damage
 from broken.cell import Answer, Cell, Made, Rig, damaged, on_record, said, seed_of, seeds_of
 from broken.elbow_cells import numbers_of
+from broken.swing_plant import Forearm
 
 from armimpedance.analyses import passive
 from armimpedance.records import Recording, Subject
@@ -20,9 +21,10 @@ from manipulandum_sim.studio import Studio
 
 ELBOW = "right_elbow_flexion"
 NAMES = ("k", "h", "f", "q_r")
-MASS = ("mass", "masses", "table", "inertia")
+MASS = ("mass", "masses", "table")
 #: "trials" contradict each other: its message says muscles, or markers that slide.
 RELAXED = ("muscles silent", "relaxed", "voluntary", "trials")
+CURVE = ("amplitude", "curvature", "quadratic")
 
 
 def ask_filmed(made: Made) -> Answer:
@@ -89,6 +91,8 @@ class Machine:
         What is left in the torque of the limb's weight (times sin q) and inertia.
     own_Nm : float
         Rms of slow torque of a person who does not quite relax.
+    help_Nm : float
+        Peak of a torque of half a second in every swing.
     late_s : float
         Of the torque.
     quadratic : float
@@ -102,6 +106,7 @@ class Machine:
     weight_Nm: float = 0.0
     inertia: float = 0.0
     own_Nm: float = 0.0
+    help_Nm: float = 0.0
     late_s: float = 0.0
     quadratic: float = 0.0
 
@@ -128,6 +133,8 @@ class Machine:
             tau = tau + self.weight_Nm * np.sin(q) + self.inertia * acc
             own = np.cumsum(rng.standard_normal(n)) * 0.05
             tau = tau + self.own_Nm * (own - own.mean()) / own.std()
+            bump = np.clip((t - rng.uniform(1.0, 8.0)) / 0.5, 0, 1)
+            tau = tau + self.help_Nm * rng.choice([-1.0, 1.0]) * np.sin(np.pi * bump) ** 2
             position.append(at(t)[0] + 2e-4 * rng.standard_normal(n))
             torque.append(tau + 0.03 * rng.standard_normal(n))
         record = Recording(
@@ -155,8 +162,15 @@ def ask_machine(made: Made) -> Answer:
     return Answer(numbers_of(summary.parameters), **said(summary.checks, summary.warnings))
 
 
+def forearm(how: Forearm | None = None) -> Callable[[Sequence[int]], list[Made]]:
+    """Swings of a plant of our own."""
+    whose = how or Forearm()
+    return lambda indices: [whose.record(i) for i in indices]
+
+
 SWING = Rig("passive", "filmed swings", filmed(), ask_filmed)
 SHAKEN = Rig("passive", "filmed, upper arm shaken", filmed("p5"), ask_filmed)
+OWN = Rig("passive", "forearm let go", forearm(), ask_filmed)
 MACHINE = Rig("passive", "machine", machine(), ask_machine)
 
 
@@ -177,12 +191,14 @@ def cells() -> list[Cell]:
              damaged(SWING, on_record(heavier(p))))
             for p in (1.05, 0.85)
         ),
-        ("film's rate", "20 % too high", ("rate", "gravity", *MASS),
-         damaged(SWING, on_record(rate(1.2)))),
+        *(
+            ("film's rate", size, ("time",), damaged(SWING, on_record(rate(p))))
+            for size, p in (("20 % too high", 1.2), ("5 % too low", 0.95))
+        ),
         ("rest angle told", ".1 rad off", ("rest angle",), damaged(SWING, told_rest(0.1))),
         ("skin moves over the bones", "10 mm", ("soft tissue", "markers", "trials"),
          filmed(studio=Studio(0.5e-3, 10e-3))),
-        ("stiffness is not linear", "K .8 Nm/rad^2", ("amplitude", "curvature", "quadratic"),
+        ("stiffness is not linear", "K .8 Nm/rad^2", CURVE,
          filmed(K=0.8)),
         ("markers lost", "10 % of the frames", ("markers", "dropout", "gaps"),
          filmed(studio=Studio(0.5e-3, 0.0, 0.1))),
@@ -190,16 +206,26 @@ def cells() -> list[Cell]:
          damaged(SWING, on_record(damage.gain("positions", 1000.0)))),
     ]  # fmt: skip
     machined: list[tuple[str, str, tuple[str, ...], Any]] = [
-        ("limb's weight left in the torque", "2 Nm", ("gravity", "weight", *MASS),
-         machine(Machine(weight_Nm=2.0))),
-        ("limb's inertia left in the torque", ".07 kg m^2", ("inertia", *MASS),
-         machine(Machine(inertia=0.07))),
+        *(
+            ("limb's weight left in the torque", f"{n:g} Nm", ("weight",),
+             machine(Machine(weight_Nm=n)))
+            for n in (0.5, 2.0)
+        ),
+        *(
+            ("limb's inertia left in the torque", f"{n:g} kg m^2", ("inertia",),
+             machine(Machine(inertia=n)))
+            for n in (0.01, 0.07)
+        ),
         *(
             ("person does not relax", f"{n:g} Nm", RELAXED, machine(Machine(own_Nm=n)))
             for n in (0.2, 1.0)
         ),
-        ("torque late", "50 ms", ("skew", "delay"), machine(Machine(late_s=0.05))),
-        ("stiffness is not linear", "K .8 Nm/rad^2", ("amplitude", "curvature", "quadratic"),
+        ("person helps for .5 s", ".2 Nm", RELAXED, machine(Machine(help_Nm=0.2))),
+        *(
+            ("torque late", f"{n:g} ms", ("skew",), machine(Machine(late_s=n / 1e3)))
+            for n in (5, 50)
+        ),
+        ("stiffness is not linear", "K .8 Nm/rad^2", CURVE,
          machine(Machine(quadratic=0.8))),
         ("angle in degrees", "x 57", ("units", "degrees"),
          damaged(MACHINE, on_record(damage.gain("position", 180 / np.pi)))),
@@ -207,10 +233,15 @@ def cells() -> list[Cell]:
          damaged(MACHINE, on_record(damage.gain("force", 1000.0)))),
         ("every trial twice", "3 trials", ("copies",), damaged(MACHINE, on_record(damage.copied))),
     ]  # fmt: skip
+    own = [
+        Cell(OWN, "person helps for .5 s", f"{n:g} Nm", RELAXED, forearm(Forearm(own_Nm=n)))
+        for n in (0.1, 0.3)
+    ]
     return [
+        *own,
         *(Cell(SWING, *one) for one in filmed_ones),
         *(Cell(MACHINE, *one) for one in machined),
     ]
 
 
-CLEAN = (SWING, SHAKEN, MACHINE)
+CLEAN = (SWING, SHAKEN, OWN, MACHINE)
