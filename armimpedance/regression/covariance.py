@@ -7,7 +7,7 @@ takes them as independent, is far too small there and serves comparison with the
 
 from __future__ import annotations
 
-from typing import Literal, get_args
+from typing import Final, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,6 +17,9 @@ from armimpedance.arrays import FloatArray, IntArray
 from armimpedance.errors import InputError
 from armimpedance.regression.factors import TrialFactors
 from armimpedance.regression.pooled import Pooled, leave_out_scores
+
+#: Part of a slow sum that the fit leaves at least, for its mean to be made up.
+_LEAST_LEFT: Final = 0.1
 
 CovarianceKind = Literal["cr1", "cr3", "replicates", "classical"]
 
@@ -147,7 +150,9 @@ def long_run_covariance(
     """Covariance (p, p) of one output's parameters for autocorrelated residuals.
 
     The long-run variance of the scores is the mean of squares of their slowest cosine sums (U. K.
-    Mueller, J. Econometrics 141 (2007) 1331-1352).
+    Mueller, J. Econometrics 141 (2007) 1331-1352). The fit takes off residuals what they share
+    with the regressors, of a slow regressor most in the slow sums; the mean is made that of
+    independent residuals again, as HC2 does for single rows.
 
     Parameters
     ----------
@@ -167,13 +172,20 @@ def long_run_covariance(
     """
     n, scale = len(W), np.linalg.norm(triangle, axis=0)
     # scores u (n, p) in the orthonormal basis: W = Z R, u_i = z_i e_i
-    scores = solve_triangular(triangle / scale, (W / scale).T, trans="T").T * E
+    Z = solve_triangular(triangle / scale, (W / scale).T, trans="T").T
     phase = np.pi * (np.arange(n) + 0.5) / n
+    waves = np.cos(np.arange(1, cosines + 1)[:, None] * phase)
     # meat (p, p) = (2 / B) sum_j L_j L_j^T, L (B, p) the cosine sums
-    sums = np.cos(np.arange(1, cosines + 1)[:, None] * phase) @ scores
+    sums = waves @ (Z * E)
     meat = 2 / cosines * sums.T @ sums
+    # its mean for independent residuals: (2 / B) sum_j Z^T C_j^2 Z - (Z^T C_j Z)^2, C_j = diag
+    lost = [Z.T @ (wave[:, None] * Z) for wave in waves]
+    power = (waves**2).sum(axis=0)
+    mean = 2 / cosines * (Z.T @ (power[:, None] * Z) - sum(one @ one for one in lost))
+    value, axes = np.linalg.eigh(mean)
+    root = axes / np.sqrt(np.maximum(value, _LEAST_LEFT)) @ axes.T
     inverse = solve_triangular(triangle / scale, np.eye(len(scale))) / scale[:, None]
-    return np.asarray(inverse @ meat @ inverse.T)
+    return np.asarray(inverse @ root @ meat @ root @ inverse.T)
 
 
 def _influence(pooled: Pooled, scores: FloatArray) -> FloatArray:
