@@ -30,6 +30,7 @@ COMMANDS = {
     "elbow": "one joint under a random perturbation: I, B, K, over time, over EMG",
     "therapy": "how much of a movement with a therapy robot is the patient's own",
     "discriminate": "can one number tell two groups of people apart?",
+    "report": "one page to show: verdict, pictures, intervals, checks, methods paragraph",
     "convert": "turn a lab's files into a recording",
     "figures": "draw the sources' figures from simulated subjects",
 }
@@ -43,6 +44,7 @@ A first session:
   armimpedance convert exam.zip session           a Kinarm exam, a C3D, ...
   armimpedance inspect session                    can it be used?
   armimpedance estimate session --out hand.csv    one row per condition
+  armimpedance report session --out report.html   a page to show
   armimpedance map hand.csv --recording session --to joint --out joint.csv
   armimpedance fit moment-arms joint.csv --out posture.json
 

@@ -1,0 +1,126 @@
+// The page's own script: linked pictures, one choice everywhere, files to save. It sets texts only.
+const read = (id) => JSON.parse(document.getElementById(id).textContent);
+const data = read("data");
+const specs = read("specs");
+const views = new Map();
+let chosen = "";
+
+/** The values of a column: as they stand, texts that come again, or coded numbers. */
+function decoded(column) {
+  if (Array.isArray(column)) return column;
+  if (column.texts) return column.of.map((i) => column.texts[i]);
+  const bytes = Uint8Array.from(atob(column.int16), (c) => c.charCodeAt(0));
+  return Array.from(new Int16Array(bytes.buffer), (i) => Number((i * column.step).toPrecision(6)));
+}
+
+/** The rows of one of the page's tables. */
+function rows(name) {
+  const columns = Object.entries(data[name]).map(([key, column]) => [key, decoded(column)]);
+  const length = columns.length ? columns[0][1].length : 0;
+  return Array.from({ length }, (_, i) =>
+    Object.fromEntries(columns.map(([key, values]) => [key, values[i]])));
+}
+
+/** Colours of the linked pictures: those of the text, on light, dark and printed paper alike. */
+const ink = "currentColor";
+const axis = { labelColor: ink, titleColor: ink, gridColor: ink, gridOpacity: 0.15, domainColor: ink,
+  domainOpacity: 0.4, tickColor: ink, tickOpacity: 0.4, titleFontWeight: "normal" };
+const config = { background: null, font: "system-ui, sans-serif", axis, view: { stroke: null },
+  legend: { labelColor: ink, titleColor: ink }, title: { color: ink },
+  header: { labelColor: ink, titleColor: ink } };
+
+/** The values under the pointer, as text. */
+const pointer = document.createElement("div");
+pointer.className = "pointer";
+pointer.hidden = true;
+document.body.append(pointer);
+function tooltip(_handler, event, _item, value) {
+  const text = value && typeof value === "object" ? Object.values(value)[0] : value;
+  pointer.hidden = text === undefined || text === null || text === "";
+  pointer.textContent = pointer.hidden ? "" : String(text);
+  pointer.style.left = `${Math.min(event.clientX + 14, innerWidth - 400)}px`;
+  pointer.style.top = `${event.clientY + 14}px`;
+}
+
+/** Draw one linked picture. */
+async function draw(element) {
+  const name = element.dataset.spec;
+  const spec = structuredClone(specs[name]);
+  const named = JSON.stringify(spec);
+  spec.datasets = Object.fromEntries(Object.keys(data)
+    .filter((key) => named.includes(`"name":${JSON.stringify(key)}`)).map((key) => [key, rows(key)]));
+  views.get(name)?.finalize();
+  const made = await window.vegaEmbed(element, spec,
+    { actions: false, renderer: "svg", tooltip, config });
+  views.set(name, made);
+  made.view.addEventListener("click", (_event, item) => pick(made.view, item?.datum));
+  await set(made.view, "chosen", chosen);
+}
+
+/** Set a signal of a view, where it has it. */
+async function set(view, name, value) {
+  const known = view.getState({ data: () => false, signals: () => true }).signals ?? {};
+  if (name in known) await view.signal(name, value).runAsync();
+}
+
+/** What a click on a picture chooses: a trial, else a group; a click beside all lets a trial go. */
+function pick(view, datum) {
+  if (datum?.trial !== undefined || !datum?.group) set(view, "trial", datum?.trial ?? -1);
+  else choose(datum.group);
+}
+
+/** Choose a group everywhere; choosing it again lets it go. */
+function choose(group) {
+  chosen = chosen === group ? "" : group;
+  for (const button of document.querySelectorAll(".choose")) {
+    const pressed = button.dataset.group === chosen;
+    button.setAttribute("aria-pressed", String(pressed));
+    button.closest("tr").classList.toggle("chosen", pressed);
+  }
+  for (const { view } of views.values()) set(view, "chosen", chosen);
+  say(chosen ? `${chosen} is chosen` : "nothing is chosen");
+}
+
+function say(text) { document.getElementById("said").textContent = text; }
+
+/** Hand a file to the reader. */
+function save(name, text, type) {
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(new Blob([text], { type }));
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+  say(`${name} is saved`);
+}
+
+/** One of the page's tables as CSV; a text that a spreadsheet would run gets an apostrophe. */
+function csv(name) {
+  const cell = (value) => {
+    const text = value === null ? "" : String(value);
+    const safe = typeof value === "string" && /^[=+\-@\t\r]/.test(text) ? `'${text}` : text;
+    return /[",\n\r]/.test(safe) ? `"${safe.replaceAll('"', '""')}"` : safe;
+  };
+  const columns = Object.keys(data[name]);
+  const lines = rows(name).map((row) => columns.map((key) => cell(row[key])).join(","));
+  return [columns.map(cell).join(","), ...lines, ""].join("\n");
+}
+
+document.addEventListener("click", async (event) => {
+  const button = event.target.closest("button");
+  if (!button) return;
+  const { group, csv: table, svg, vega, copy } = button.dataset;
+  if (group !== undefined) choose(group);
+  if (table) save(`${table}.csv`, csv(table), "text/csv");
+  if (svg) {
+    const source = button.closest("figure").querySelector("img").src.split(",")[1];
+    save(`${svg}.svg`, new Blob([Uint8Array.from(atob(source), (c) => c.charCodeAt(0))]), "image/svg+xml");
+  }
+  if (vega) save(`${vega}.svg`, await views.get(vega).view.toSVG(), "image/svg+xml");
+  if (copy) {
+    await navigator.clipboard?.writeText(document.getElementById(copy).textContent);
+    say("the paragraph is copied");
+  }
+});
+
+for (const element of document.querySelectorAll(".vega")) await draw(element);
+document.body.dataset.ready = "yes";

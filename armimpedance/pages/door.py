@@ -1,0 +1,122 @@
+"""Which topic a source belongs to, and its page."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Final
+
+from armimpedance.analyses import Inspection, inspect, naming
+from armimpedance.errors import ArmImpedanceError, InputError
+from armimpedance.json_text import read_json
+from armimpedance.pages.asked import Asked, made_from
+from armimpedance.pages.methods_text import (
+    checked_sentence,
+    paragraph,
+    software,
+    software_reference,
+)
+from armimpedance.pages.page import Block, Checks, Methods, Page, Printed, Section
+from armimpedance.pages.pictures import picture
+from armimpedance.pages.topic import TOPICS
+from armimpedance.pages.verdict import verdict_of
+from armimpedance.plots import plot_quality
+from armimpedance.recordings import AnyRecording
+from armimpedance.records import Recording
+
+#: Endings of files of results; everything else is a recording.
+_RESULTS: Final = (".csv", ".json")
+
+
+def report_page(asked: Asked) -> Page:
+    """The page of the topic that was asked for, or that the source belongs to.
+
+    Parameters
+    ----------
+    asked : Asked
+
+    Returns
+    -------
+    Page
+        Of a recording that a check stops, a page that says why and holds no result.
+
+    Raises
+    ------
+    InputError
+        The source cannot be read, belongs to no topic, or several were given where one is reported.
+    """
+    if len(asked.sources) > 1:
+        return _several(asked)
+    if asked.source.is_file() and asked.source.suffix in _RESULTS:
+        return TOPICS.named(asked.topic or _of_results(asked.source)).page_of(asked)
+    asked = replace(asked, opened=asked.recording)
+    inspection = inspect(asked.recording)
+    if any(stop.name not in asked.despite for stop in inspection.of_verdict("unusable")):
+        return _stopped(asked, inspection)
+    with naming(asked.source):
+        return TOPICS.named(asked.topic or _of_recording(asked)).page_of(asked)
+
+
+def _several(asked: Asked) -> Page:
+    topic = asked.topic or "comparison"
+    if topic != "comparison":
+        raise InputError(
+            f"{len(asked.sources)} sources of topic {topic}",
+            expected="one source, or --topic comparison",
+        )
+    return TOPICS.named(topic).page_of(asked)
+
+
+def _of_results(path: Path) -> str:
+    """The topic of a file that a command wrote."""
+    if path.suffix == ".json":
+        return "muscle" if "model" in read_json(path, "a result") else "fit"
+    with path.open(encoding="utf-8", newline="") as stream:
+        columns = next(csv.reader(stream), [])
+    if "level" in columns and "K_11" in columns:
+        return "hand"
+    raise InputError(
+        "not a table of estimates", file=path, row=1, expected="what `estimate` or `map` wrote"
+    )
+
+
+def _of_recording(asked: Asked) -> str:
+    recording: AnyRecording = asked.recording
+    if asked.robot is not None or asked.arm is not None:
+        return "therapy"
+    if isinstance(recording, Recording):
+        one_joint = recording.kind == "joint" and recording.perturbation == "stochastic"
+        return "elbow" if one_joint else "hand"
+    return "passive" if recording.wrenches is None else "body"
+
+
+def _stopped(asked: Asked, inspection: Inspection) -> Page:
+    """The page of a recording that cannot be analysed: what was seen, and why."""
+    checks = inspection.checks
+    contents = Section("What the recording holds", (Printed(inspection.contents),))
+    return Page(
+        title=f"Not analysed: {asked.source.stem}",
+        lead="A check says STOP: an analysis would give numbers without a meaning.",
+        verdict=verdict_of(checks, "", "nothing was estimated"),
+        reader=(Section("Checks", (Checks(checks),)), *_quality(asked.recording)),
+        reviewer=(contents,),
+        methods=Methods(
+            paragraph(f"The recording was checked with {software()}", checked_sentence(checks)),
+            (software_reference(),),
+        ),
+        made=made_from(asked),
+    )
+
+
+def _quality(recording: AnyRecording) -> Sequence[Section]:
+    """The picture of the trials, where they can be drawn at all."""
+    if not isinstance(recording, Recording):
+        return ()
+    caption = "All trials, as far as onsets are stated or seen."
+    try:
+        drawn: Block = picture(plot_quality(recording), "quality", caption)
+    except ArmImpedanceError:
+        return ()
+    return (Section("Trials", (drawn,)),)

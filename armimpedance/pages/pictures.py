@@ -1,0 +1,74 @@
+"""Figures of the plots room as SVG texts for a page."""
+
+from __future__ import annotations
+
+from io import StringIO
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from armimpedance.errors import InputError
+from armimpedance.pages.page import Picture
+from armimpedance.plots import print_style
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.collections import Collection
+    from matplotlib.figure import Figure
+
+#: Lines of more points than this together are drawn as an image: nobody tells them apart, and a
+#: session's page would hold megabytes of them.
+MOST_POINTS: Final = 4000
+DOTS_PER_INCH: Final = 150
+
+
+def picture(drawn: Figure | Axes, name: str, caption: str, numbers: str = "") -> Picture:
+    """A drawing as it stands on the page.
+
+    Parameters
+    ----------
+    drawn : Figure or Axes
+        What a function of `plots` returned.
+    name : str
+        File name under which a reader saves it, without an ending.
+    caption : str
+    numbers : str
+        Name of the page's data that it draws.
+
+    Returns
+    -------
+    Picture
+
+    Raises
+    ------
+    InputError
+        The axes belong to no figure.
+    """
+    from matplotlib.figure import Figure
+
+    figure = drawn if isinstance(drawn, Figure) else drawn.get_figure(root=True)
+    if not isinstance(figure, Figure):
+        raise InputError("axes of no figure", expected="axes that a figure holds")
+    _thin(figure)
+    text = StringIO()
+    with print_style():
+        metadata = {"Date": None, "Creator": "armimpedance"}
+        figure.savefig(text, format="svg", dpi=DOTS_PER_INCH, metadata=metadata)
+    return Picture(name, text.getvalue(), caption, numbers)
+
+
+def _thin(figure: Figure) -> None:
+    """Draw what has very many points as an image inside the drawing."""
+    for ax in figure.axes:
+        heavy = sum(np.size(line.get_xdata()) for line in ax.lines) > MOST_POINTS
+        for line in ax.lines if heavy else ():
+            line.set_rasterized(True)
+        for collection in ax.collections:
+            if _points(collection) > MOST_POINTS:
+                collection.set_rasterized(True)
+
+
+def _points(collection: Collection) -> int:
+    """Points of all lines of a collection, or of its markers."""
+    lines = sum(np.shape(path.vertices)[0] for path in collection.get_paths())
+    return max(lines, np.shape(collection.get_offsets())[0])

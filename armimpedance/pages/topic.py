@@ -1,0 +1,30 @@
+"""A topic of the report: which sources are its own, and how they become a page."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+from armimpedance.method_table import MethodTable
+from armimpedance.pages.asked import Asked
+from armimpedance.pages.page import Page
+
+
+@dataclass(frozen=True)
+class Topic:
+    """One topic; its name is that of its file in `topics`.
+
+    Attributes
+    ----------
+    what : str
+        What it reports, for help texts.
+    page_of : function
+        From what was asked to the page.
+    """
+
+    what: str
+    page_of: Callable[[Asked], Page]
+
+
+TOPICS: Final[MethodTable[Topic]] = MethodTable("armimpedance.pages.topics", "TOPIC", "topic")

@@ -1,0 +1,68 @@
+"""Masses and inertias of a moving body, or of a robot."""
+
+from __future__ import annotations
+
+from armimpedance.analyses import body
+from armimpedance.body import METHODS
+from armimpedance.errors import InputError
+from armimpedance.pages.asked import Asked
+from armimpedance.pages.methods_text import software
+from armimpedance.pages.of_fit import fit_page
+from armimpedance.pages.page import Page
+from armimpedance.pages.pictures import picture
+from armimpedance.pages.references import VENTURE_BODY
+from armimpedance.pages.topic import Topic
+from armimpedance.plots import body_figure
+from armimpedance.records import Recording
+from armimpedance.report import body_text
+
+
+def page_of(asked: Asked) -> Page:
+    """The page of a body's motion and contact forces.
+
+    Parameters
+    ----------
+    asked : Asked
+
+    Returns
+    -------
+    Page
+
+    Raises
+    ------
+    InputError
+        The recording cannot be read or identified.
+    """
+    recording = asked.recording
+    if isinstance(recording, Recording):
+        raise InputError(
+            f"a recording of kind {recording.kind!r}", file=asked.source, expected="joint motion"
+        )
+    fit = body(recording, method=asked.method, progress=asked.progress)
+    method = METHODS.named(fit.method)
+    motions = ", ".join(dict.fromkeys(fit.choice.motions))
+    return fit_page(
+        asked,
+        fit.summary,
+        title=f"Dynamics of a body: {asked.source.stem}",
+        lead=f"{fit.base.rank} base parameters from the motions {motions}.",
+        pictures=[
+            picture(
+                body_figure(fit),
+                "measured_and_predicted",
+                "Contact forces and moments of a motion: measured, and predicted by the fit.",
+            )
+        ],
+        printed=body_text(fit),
+        methods=[
+            f"{fit.base.rank} base parameters were identified with {software()} from the motions "
+            f"{motions}, method {fit.method}, which assumes that {method.assumes}",
+            *fit.notes,
+            "Intervals are 95 % intervals, their covariance clustered by blocks of time",
+        ],
+        references=[VENTURE_BODY],
+        options=[("motions", motions)],
+    )
+
+
+TOPIC = Topic("masses and inertias of a body from its motion and contact forces", page_of)

@@ -1,0 +1,119 @@
+"""What differs between groups of trials, and whether chance could have done it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+
+from armimpedance.analyses import Comparison, compare
+from armimpedance.comparison import Pair
+from armimpedance.findings import Finding
+from armimpedance.pages.asked import Asked, made_from
+from armimpedance.pages.methods_text import paragraph, software, software_reference
+from armimpedance.pages.page import Checks, Methods, Page, Printed, Section, Table, Verdict
+from armimpedance.pages.pictures import picture
+from armimpedance.pages.topic import Topic
+from armimpedance.pages.verdict import verdict_of
+from armimpedance.plots import plot_comparison
+from armimpedance.report import counted
+
+#: Below this a difference is told from chance.
+LEVEL: Final = 0.05
+_BASIS: Final = {
+    "permutation": "exchanging trials between two groups within each direction of disturbance",
+    "covariance": "the covariances of the estimates, since the sources hold no trials",
+}
+
+
+def page_of(asked: Asked) -> Page:
+    """The page of a comparison: of a session's groups, of sessions, or of results.
+
+    Parameters
+    ----------
+    asked : Asked
+
+    Returns
+    -------
+    Page
+
+    Raises
+    ------
+    InputError
+        A source cannot be read, or there are no two groups.
+    """
+    found = compare(
+        list(asked.sources) if asked.opened is None else asked.opened,
+        by=asked.by,
+        method=asked.method,
+        seed=asked.seed,
+        force_by=asked.force_by,
+        despite=asked.despite,
+        progress=asked.progress,
+    )
+    told = tuple(Finding("", "warning", warning) for warning in found.warnings)
+    drawn = plot_comparison(found.groups, found.pairs, "stiffness")
+    names = ", ".join(path.stem for path in asked.sources)
+    return Page(
+        title=f"Comparison: {names}",
+        lead=f"{counted(len(found.groups), 'group')}, {counted(len(found.pairs), 'pair')}.",
+        verdict=_verdict(found, told),
+        reader=(
+            Section(
+                "Ellipses",
+                (picture(drawn, "comparison", "Stiffness of the groups with 95 % bands."),),
+            ),
+            Section("Tests", (_tests(found.pairs),)),
+        ),
+        reviewer=(
+            *([Section("Checks", (Checks(told),))] if told else []),
+            Section("As the command prints it", (Printed(str(found)),)),
+        ),
+        methods=_methods(asked, found),
+        made=made_from(
+            asked,
+            [("groups by", ", ".join(asked.by)), ("method", asked.method), ("seed", asked.seed)],
+        ),
+        data={"differences": found.to_frame()},
+    )
+
+
+def _verdict(found: Comparison, told: Sequence[Finding]) -> Verdict:
+    differ = [f"{p.first} and {p.second}" for p in found.pairs if _p(p) < LEVEL]
+    count = f"{len(differ)} of {counted(len(found.pairs), 'pair')} differ"
+    example = f" ({', '.join(differ[:3])})" if differ else ""
+    step = (
+        "Report the changes with their intervals: a small p alone says nothing of their size."
+        if differ
+        else "That no difference was found is no proof of none: read the intervals of the changes."
+    )
+    return verdict_of(told, step, count + example)
+
+
+def _p(pair: Pair) -> float:
+    return min(test.p_t2_adjusted for test in pair.tests)
+
+
+def _tests(pairs: Sequence[Pair]) -> Table:
+    rows = tuple(
+        (f"{pair.first} | {pair.second}", *(f"{t.p_t2_adjusted:.2g}" for t in pair.tests))
+        for pair in pairs
+    )
+    heads = tuple(test.matrix for test in pairs[0].tests) if pairs else ()
+    caption = "Adjusted p (Holm) that the matrices are the same, by Hotelling's T²"
+    return Table(caption, ("pair", *heads), rows, "differences")
+
+
+def _methods(asked: Asked, found: Comparison) -> Methods:
+    bases = dict.fromkeys(pair.basis for pair in found.pairs)
+    return Methods(
+        paragraph(
+            f"Groups of trials were compared with {software()}, each with its own errors, by "
+            "Hotelling's T2 of the elements of M, B and K",
+            *(f"p values come from {_BASIS[basis]}, seed {asked.seed}" for basis in bases),
+            f"They were adjusted after Holm over {counted(len(found.pairs), 'pair')}",
+        ),
+        (software_reference(),),
+    )
+
+
+TOPIC = Topic("what differs between groups of trials", page_of)

@@ -1,0 +1,91 @@
+"""A FIT.json of any topic: parameters, intervals and checks, as the file holds them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from armimpedance.errors import InputError
+from armimpedance.findings import Finding
+from armimpedance.json_text import read_json
+from armimpedance.pages.asked import Asked, made_from
+from armimpedance.pages.methods_text import (
+    checked_sentence,
+    paragraph,
+    software,
+    software_reference,
+)
+from armimpedance.pages.of_fit import told_by
+from armimpedance.pages.page import Checks, Methods, Page, Section, Table
+from armimpedance.pages.topic import Topic
+from armimpedance.pages.verdict import verdict_of
+from armimpedance.report import counted, with_half_width
+
+
+def page_of(asked: Asked) -> Page:
+    """The page of a FIT.json.
+
+    Parameters
+    ----------
+    asked : Asked
+
+    Returns
+    -------
+    Page
+
+    Raises
+    ------
+    InputError
+        Not such a file.
+    """
+    content = read_json(asked.source, "a FIT.json")
+    try:
+        rows = [_row(one) for one in content["parameters"]]
+        checks = tuple(
+            Finding(str(c["check"]), c["verdict"], str(c["message"]), str(c["smallest"]))
+            for c in content.get("checks", ())
+        )
+        warnings = [str(warning) for warning in content.get("warnings", ())]
+        method = str(content["method"])
+    except (KeyError, TypeError, ValueError) as error:
+        expected = "what a command wrote to --out"
+        raise InputError("not a FIT.json", file=asked.source, expected=expected) from error
+    told = told_by(warnings, checks)
+    heads = ("parameter", "value", "95 %", "unit", "well identified")
+    table = Table("Fitted parameters, ± half the 95 % interval", heads, tuple(rows), "parameters")
+    return Page(
+        title=f"Fit: {asked.source.stem}",
+        lead=f"Method {method}; the file holds no samples, so that nothing is drawn.",
+        verdict=verdict_of(
+            told,
+            "Give the recording instead of this file to see pictures and residuals.",
+            counted(len(rows), "parameter"),
+        ),
+        reader=(Section("Parameters", (table,)),),
+        reviewer=(Section("Checks", (Checks(told),)),) if told else (),
+        methods=Methods(
+            paragraph(f"Fitted with {software()}, method {method}", checked_sentence(told)),
+            (software_reference(),),
+        ),
+        made=made_from(asked, [("method", method)]),
+        data={"parameters": pd.DataFrame(rows, columns=list(heads))},
+    )
+
+
+def _row(one: Mapping[str, Any]) -> tuple[str, ...]:
+    joint = f" of joint {one['joint']}" if one.get("joint") is not None else ""
+    low, high = (np.nan if limit is None else float(limit) for limit in one["ci95"])
+    value = np.nan if one["value"] is None else float(one["value"])
+    return (
+        f"{one['name']}{joint}",
+        with_half_width(value, (high - low) / 2),
+        f"{low:.4g} to {high:.4g}",
+        str(one["unit"]),
+        "yes" if one["well_identified"] else "no",
+    )
+
+
+TOPIC = Topic("a FIT.json of any topic, without its recording", page_of)

@@ -1,0 +1,68 @@
+"""Stiffness, viscosity and friction of relaxed joints."""
+
+from __future__ import annotations
+
+from armimpedance.analyses import passive
+from armimpedance.pages.asked import Asked
+from armimpedance.pages.methods_text import software
+from armimpedance.pages.of_fit import fit_page
+from armimpedance.pages.page import Page
+from armimpedance.pages.pictures import picture
+from armimpedance.pages.references import VENTURE_ELBOW
+from armimpedance.pages.topic import Topic
+from armimpedance.passive import METHODS
+from armimpedance.plots import plot_passive_fits
+from armimpedance.report import counted, passive_text
+
+
+def page_of(asked: Asked) -> Page:
+    """The page of relaxed joints, whose rest angles are fitted.
+
+    Parameters
+    ----------
+    asked : Asked
+
+    Returns
+    -------
+    Page
+
+    Raises
+    ------
+    InputError
+        The recording cannot be read, or a check stops the analysis.
+    """
+    fits = passive(
+        asked.recording, method=asked.method, despite=asked.despite, progress=asked.progress
+    )
+    used = fits[0]
+    method = METHODS.named(used.method)
+    filtered = "no filter" if used.cutoff_hz is None else f"a low-pass of {used.cutoff_hz:g} Hz"
+    joints = ", ".join(fit.joint for fit in fits)
+    return fit_page(
+        asked,
+        fits.summary,
+        title=f"Passive joints: {asked.source.stem}",
+        lead=f"{counted(len(fits), 'relaxed joint')}: {joints}.",
+        pictures=[
+            picture(
+                plot_passive_fits(fits),
+                "passive_torque",
+                "Passive torque over time: measured and as the fitted parameters give it.",
+            )
+        ],
+        printed=passive_text(fits),
+        methods=[
+            f"Stiffness k, viscosity h, friction f and rest angle q_r of {joints} were fitted to "
+            f"the passive torque k (q - q_r) + h q' + f sign(q') with {software()}, method "
+            f"{used.method} ({method.reference})",
+            f"Kinematics went through {filtered}",
+            *fits.notes,
+            "Intervals are 95 % intervals that count the correlation of the residuals and what is "
+            "not known of the limb's mass",
+        ],
+        references=[VENTURE_ELBOW, method.reference],
+        options=[("cut-off (Hz)", used.cutoff_hz), ("despite", ", ".join(asked.despite))],
+    )
+
+
+TOPIC = Topic("stiffness, viscosity and friction of relaxed joints", page_of)

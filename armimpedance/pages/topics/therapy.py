@@ -1,0 +1,110 @@
+"""A patient's contribution to movements with a therapy robot."""
+
+from __future__ import annotations
+
+from armimpedance.analyses import Contributions, contribution
+from armimpedance.errors import InputError
+from armimpedance.findings import Finding
+from armimpedance.pages.asked import Asked, made_from
+from armimpedance.pages.methods_text import paragraph, software, software_reference
+from armimpedance.pages.page import Checks, Methods, Page, Printed, Section, Table
+from armimpedance.pages.pictures import picture
+from armimpedance.pages.references import GUIDALI
+from armimpedance.pages.topic import Topic
+from armimpedance.pages.verdict import verdict_of
+from armimpedance.plots import plot_feedback
+from armimpedance.report import contribution_text, counted, with_half_width
+
+
+def page_of(asked: Asked) -> Page:
+    """The page of a session with an identified robot and a measured arm.
+
+    Parameters
+    ----------
+    asked : Asked
+        With `robot` and `arm`.
+
+    Returns
+    -------
+    Page
+
+    Raises
+    ------
+    InputError
+        A file is missing or cannot be read, or a check stops the analysis.
+    """
+    if asked.robot is None or asked.arm is None:
+        raise InputError(
+            "a therapy session without --robot and --arm",
+            file=asked.source,
+            expected="ROBOT.json and ARM.json, as `therapy robot` and `therapy arm` write them",
+        )
+    found = contribution(
+        asked.source,
+        robot=asked.robot,
+        arm=asked.arm,
+        despite=asked.despite,
+        progress=asked.progress,
+    )
+    told = tuple(Finding("", "warning", note) for note in (*found.notes, *found.left_out.values()))
+    drawn = plot_feedback(found.movements, found.robot, found.arm)
+    return Page(
+        title=f"Contribution: {asked.source.stem}",
+        lead=f"{counted(len(found), 'movement')} with the robot {found.robot.name}.",
+        verdict=verdict_of(told, _next(found), counted(len(found), "movement")),
+        reader=(
+            Section("Contribution per movement", (_table(found),)),
+            Section(
+                "Pictures",
+                (picture(drawn, "contribution", "Torques of the arm and of the person."),),
+            ),
+        ),
+        reviewer=(
+            *([Section("Checks", (Checks(told),))] if told else []),
+            Section("As the command prints it", (Printed(contribution_text(found)),)),
+        ),
+        methods=Methods(
+            paragraph(
+                f"The contribution was computed with {software()} as the share c of "
+                "tau_user = c tau_h + d (inertia torque of the robot) by least squares over the "
+                "samples in which the axis moves",
+                "0 % is a passive arm, 100 % an arm that needs no support",
+                "Intervals are 95 % intervals that count robot, arm and noise",
+            ),
+            (GUIDALI, software_reference()),
+        ),
+        made=made_from(asked, [("despite", ", ".join(asked.despite))]),
+        data={"contributions": found.to_frame()},
+    )
+
+
+def _next(found: Contributions) -> str:
+    told = sum(one.share.valid for one in found)
+    if told < len(found):
+        return (
+            f"The share of {len(found) - told} of {counted(len(found), 'movement')} cannot be "
+            "told: the notes of these movements say why."
+        )
+    return "Read the share; compare conditions by their means over several movements."
+
+
+def _table(found: Contributions) -> Table:
+    rows = tuple(
+        (
+            one.trial,
+            one.condition,
+            one.movement,
+            with_half_width(one.share.percent, (one.share.ci95[1] - one.share.ci95[0]) / 2)
+            if one.share.valid
+            else "cannot be told",
+            f"{one.projection.percent:.0f}",
+            "; ".join(one.notes),
+        )
+        for one in found
+    )
+    heads = ("trial", "condition", "movement", "share (%)", "projection (%)", "notes")
+    caption = "Share of each movement, ± half the 95 % interval: 0 passive, 100 no support needed"
+    return Table(caption, heads, rows, "contributions")
+
+
+TOPIC = Topic("a patient's contribution to movements with a therapy robot", page_of)

@@ -1,0 +1,156 @@
+"""The page of a session: what it says is what was estimated, and it asks nobody for anything."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import armimpedance as ai
+from armimpedance.__main__ import main
+from armimpedance.pages import Asked, report_page
+from armimpedance.pages.rendering import html_of
+from manipulandum_sim.hand import simulate
+
+HOSTILE = '<script>alert("1")</script> & $x_1$ </script> =1+1'
+CONDITIONS = ["cocontraction_10", "cocontraction_20"]
+
+
+@pytest.fixture(scope="module")
+def session():
+    recording, _ = simulate("cocontraction", seed=5, sets=2, conditions=CONDITIONS)
+    return recording
+
+
+@pytest.fixture(scope="module")
+def page(session):
+    return report_page(Asked((Path("session"),), opened=session))
+
+
+@pytest.fixture(scope="module")
+def parsed(page, parse):
+    return parse(html_of(page))
+
+
+def test_the_page_asks_nobody_for_anything(parsed):
+    asked = [
+        value
+        for _, attributes in parsed.elements
+        for name, value in attributes.items()
+        if name in ("src", "href", "srcset", "action", "poster")
+    ]
+    assert asked
+    assert all(value.startswith(("data:", "#")) for value in asked)
+    policy = [a["content"] for _, a in parsed.elements if a.get("http-equiv")]
+    assert policy[0].startswith("default-src 'none'")
+
+
+def test_the_tables_hold_what_estimate_gives(session, parsed):
+    hand = ai.estimate(session)
+    held = pd.DataFrame(parsed.data("results"))
+    for name in ("K_11", "ci_low_K_11", "ci_high_B_22", "M_size"):
+        np.testing.assert_allclose(held[name], hand.to_frame()[name], rtol=1e-6)
+    ellipses = pd.DataFrame(parsed.data("ellipses")).set_index(["group", "matrix", "quantity"])
+    for estimate, name in zip(hand, CONDITIONS, strict=True):
+        size = ellipses.loc[(name, "stiffness", "size")]
+        np.testing.assert_allclose(
+            size["value"], ai.ellipse_of(estimate, "stiffness").size, rtol=1e-6
+        )
+
+
+def test_the_courses_of_the_trials_are_the_recordings_to_half_a_step(session, parsed):
+    courses = pd.DataFrame(parsed.data("courses"))
+    trials = pd.DataFrame(parsed.data("trials"))
+    assert sorted(courses["trial"].unique()) == sorted(session.trials["trial"])
+    assert dict(zip(trials["trial"], trials["group"], strict=True)) == dict(
+        zip(session.trials["trial"], session.trials["condition"], strict=True)
+    )
+    row = 3
+    part = courses[courses["trial"] == session.trials["trial"].iloc[row]]
+    onset = float(session.trials["onset_s"].iloc[row])
+    own = slice(*session.offsets[row : row + 2])
+    at = np.searchsorted(session.time_s[own], onset + 1e-3 * part["ms"].to_numpy() - 5e-4)
+    moved = 1e3 * session.position[own][at, 0]
+    # both less their means at rest; 16 bits of 5 mm, and the time's own step of half a sample
+    difference = part["moved_1"].to_numpy() - moved
+    assert np.abs(difference - np.median(difference)).max() < 0.05
+
+
+def test_names_of_a_file_stay_text(session, parse):
+    named = session.trials.assign(
+        condition=np.where(session.trials["condition"] == CONDITIONS[0], HOSTILE, "b")
+    )
+    parsed = parse(html_of(report_page(Asked((Path(HOSTILE[:9]),), opened=_with(session, named)))))
+    assert len([tag for tag, _ in parsed.elements if tag == "script"]) == 4
+    assert HOSTILE in parsed.words
+    assert HOSTILE in parsed.data("results")["condition"]
+
+
+def _with(recording, trials):
+    return replace(recording, trials=trials)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({}, ("weighted", "jackknife")),
+        ({"method": "exact"}, ("Estimator: exact",)),
+        ({"covariance": "bootstrap", "seed": 3}, ("drawing trials with replacement",)),
+        ({"covariance": "replicates"}, ("within each direction",)),
+    ],
+    ids=lambda value: "-".join(map(str, value.values())) if isinstance(value, dict) else "",
+)
+def test_the_methods_paragraph_says_what_ran(session, options, words):
+    page = report_page(Asked((Path("session"),), opened=session, **options))
+    for word in (*words, ai.__version__, "disturbances", "reflex"):
+        assert word in page.methods.paragraph
+    said = dict(page.made)
+    assert said["method"] == options.get("method", "weighted")
+
+
+def test_every_check_stands_on_the_page_with_what_it_would_have_seen(session, parsed):
+    for check in ai.inspect(session).checks:
+        assert check.message in parsed.words
+        assert check.smallest in parsed.words
+
+
+def test_the_same_session_gives_the_same_bytes(session, page):
+    again = report_page(Asked((Path("session"),), opened=session))
+    assert html_of(again) == html_of(page)
+
+
+def test_a_session_that_cannot_be_used_gets_a_page_that_says_so(session, tmp_path, capsys):
+    turned = replace(session, force=-session.force)
+    ai.write_recording(turned, tmp_path / "turned")
+    out = tmp_path / "page.html"
+    assert main(["report", str(tmp_path / "turned"), "--out", str(out)]) == 2
+    assert "force sign" in capsys.readouterr().out
+    text = out.read_text()
+    assert "Cannot be used" in text
+    assert "K_11" not in text
+
+
+def test_overruled_checks_stand_among_the_warnings(session):
+    turned = replace(session, force=-session.force)
+    asked = Asked((Path("turned"),), opened=turned, despite=("force sign", "units"))
+    page = report_page(asked)
+    assert page.verdict.state != "ok"
+    assert "force sign" in page.verdict.wrong
+
+
+def test_a_table_of_results_is_reported_without_its_trials(session, tmp_path):
+    ai.estimate(session).write(tmp_path / "hand.csv")
+    out = tmp_path / "page.html"
+    assert main(["report", str(tmp_path / "hand.csv"), "--out", str(out)]) == 0
+    text = out.read_text()
+    assert len(text) < 1.6e6
+    assert re.search("SHA-256 of hand.csv", text)
+
+
+def test_methods_side_by_side_where_they_are_asked(session):
+    page = report_page(Asked((Path("session"),), opened=session, method="all"))
+    assert "Methods side by side" in [section.title for section in page.reviewer]
