@@ -100,22 +100,31 @@ def test_one_row_is_a_table_too():
 
 
 @pytest.mark.parametrize("cosines", [3, 8])
-def test_the_long_run_covariance_is_that_of_slow_cosine_sums(cosines):
-    """Written out: (W'W)^-1 (2/B sum_j L_j L_j') (W'W)^-1.
+def test_the_long_run_covariance_is_right_on_average_for_independent_residuals(cosines):
+    """Its mean over residuals (I - H) e is (W'W)^-1, however slow the regressors are.
 
-    L_j is the sum over t of cos(pi j (t + 1/2)/n) w_t e_t.
+    It is quadratic in e, so that its values at all unit vectors e add up to that mean.
     """
-    rng = np.random.default_rng(8)
     n = 60
-    W = rng.normal(size=(n, 3)) * [1.0, 50.0, 1e-3]
-    E = np.cumsum(rng.normal(size=(n, 1)), axis=0)
-    t = np.arange(n) + 0.5
-    L = np.array([np.cos(np.pi * j * t / n) @ (W * E) for j in range(1, cosines + 1)])
-    bread = np.linalg.inv(W.T @ W)
-    expected = bread @ (2 / cosines * L.T @ L) @ bread
-    made = long_run_covariance(np.linalg.qr(W, mode="r"), W, E, cosines)
+    t = (np.arange(n) + 0.5) / n
+    W = np.stack([np.ones(n), 50.0 * np.sin(7 * t), 1e-3 * t**2], axis=1)
+    Q, R = np.linalg.qr(W)
+    left = np.eye(n) - Q @ Q.T
+    made = sum(long_run_covariance(R, W, left[:, [i]], cosines) for i in range(n))
+    expected = np.linalg.inv(W.T @ W)
     scale = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
     np.testing.assert_allclose(made / scale, expected / scale, atol=1e-9)
+
+
+def test_the_long_run_covariance_counts_slow_residuals_and_not_quick_ones():
+    """Residuals of one frequency count where it is slow; the parameters' units do not matter."""
+    n = 400
+    t = np.arange(n) + 0.5
+    W = np.stack([np.ones(n), 50.0 * np.sin(2 * np.pi * t / n)], axis=1)
+    slow, quick = (np.cos(np.pi * j * t / n)[:, None] for j in (4, 90))
+    R = np.linalg.qr(W, mode="r")
+    ratio = long_run_covariance(R, W, slow, 8) / long_run_covariance(R, W, quick, 8)
+    assert (np.diag(ratio) > 1e3).all()
 
 
 @pytest.mark.parametrize("size", [1e-4, 1.0, 1e3])
