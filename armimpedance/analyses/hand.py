@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, Final, Literal
 
-from armimpedance.analyses.inspection import checked
+from armimpedance.analyses.inspection import check_handle, checked
 from armimpedance.analyses.results.compared_methods import ComparedMethods
 from armimpedance.analyses.results.estimates import Estimates
 from armimpedance.analyses.results.named import as_columns
@@ -121,7 +121,7 @@ def estimate(
         else:
             _refuse_band(band_hz)
             chosen["method"] = METHODS.default if method is None else method
-        marks = checked(read, despite, disturbed=True, by=columns)
+        marks = _marks(read, despite, columns)
         options = Options(**chosen)
         made = estimate_groups(
             read, by=columns, options=options, progress=progress, workers=workers
@@ -170,7 +170,7 @@ def estimate_all(
     ('x', 'y')
     """
     with opened(recording, by, seed, force_by) as (read, columns):
-        marks = checked(read, despite, disturbed=True, by=columns)
+        marks = _marks(read, despite, columns)
         options = Options(covariance=covariance, seed=seed)
         sides = side_by_side(read, by=columns, options=options, progress=progress, workers=workers)
         groups = [side.marked(marks) for side in sides]
@@ -188,6 +188,14 @@ def opened(
         raise InputError(f"seed {seed}", expected="0 or more")
     with naming(source):
         yield read_recording(source, force_by=force_by), columns
+
+
+def _marks(
+    recording: Recording, despite: str | Collection[str], by: Sequence[str]
+) -> tuple[str, ...]:
+    """What every estimate is marked with: checks that warn or were overruled, an unknown handle."""
+    found = checked(recording, despite, disturbed=True, by=by)
+    return (*found, *(one.sentence for one in check_handle(recording)))
 
 
 def _refuse_method(method: str | None) -> None:

@@ -331,8 +331,6 @@ def _missing(recording: Recording) -> list[Finding]:
     if recording.kind == "hand":
         if recording.shoulder_m is None:
             missing.append("shoulder_m (orientation of ellipses assumes the origin)")
-        if recording.handle_mass_kg == 0:
-            missing.append("handle_mass_kg (M will include whatever is held)")
         if subject.upper_arm_m is None or subject.forearm_hand_m is None:
             missing.append("subject.upper_arm_m, forearm_hand_m (needed by 'map --to joint')")
     elif moves_a_robot(recording):
@@ -341,7 +339,15 @@ def _missing(recording: Recording) -> list[Finding]:
         missing.append("torque: interaction or commanded (`elbow` refuses a recording without it)")
     if recording.emg is None:
         missing.append("EMG (needed by activation models and EMG laws only)")
-    return [_unknown(what) for what in missing]
+    return [*check_handle(recording), *(_unknown(what) for what in missing)]
+
+
+def check_handle(recording: Recording) -> list[Finding]:
+    """Whether M can be freed of what is held: no record shows its mass beside the hand's."""
+    if recording.kind != "hand" or recording.handle_mass_kg > 0:
+        return []
+    text = "its mass is not known (handle_mass_kg): M includes whatever is held"
+    return [Finding("handle", "missing", text)]
 
 
 def _unknown(what: str) -> Finding:

@@ -194,7 +194,7 @@ def estimate_cells(rig: Rig = BENCH) -> list[Cell]:
     plants: list[tuple[str, str, tuple[str, ...], Hand]] = [
         *(("reflex", f"{100 * p:g} % at 55 ms", late, Hand(reflex=p)) for p in (0.25, 0.5)),
         *(
-            ("somebody pushes back", f"{n:g} N from 120 ms", (*late, "voluntary", "plausible"),
+            ("somebody pushes back", f"{n:g} N from 120 ms", ("voluntary",),
              Hand(answers_N=n))
             for n in (1.0, 4.0)
         ),
@@ -204,8 +204,7 @@ def estimate_cells(rig: Rig = BENCH) -> list[Cell]:
             for part in (0.1, 0.5)
         ),
         *(
-            # the sentence of "delay" says what friction looks like, and what to do
-            ("dry friction in handle or seat", f"{n:g} N", ("amplitude", "friction", "delay"),
+            ("dry friction in handle or seat", f"{n:g} N", ("friction",),
              Hand(friction_N=n))
             for n in (0.3, 1.0)
         ),
@@ -230,7 +229,7 @@ def estimate_cells(rig: Rig = BENCH) -> list[Cell]:
         ("force late", "5 ms", ("skew", "delay"), damage.late("force", 0.005)),
         ("force clipped", "at 50 % of its peak", ("clipping",), damage.clipped("force", 0.5)),
         ("force in coarse steps", ".5 N", ("force steps",), damage.quantised("force", 0.5)),
-        ("samples lost", "5 %, 20 ms each", ("dropout", "gaps", "stuck", "held"),
+        ("samples lost", "5 %, 20 ms each", ("held",),
          damage.held("position", 0.05, 0.02)),
         ("force sensor drifts", "1 N/s", ("drift",), damage.drifting("force", 1.0)),
         ("hum in the force", ".5 N", ("hum", "noise at rest"), damage.hum("force", 0.5)),
@@ -282,7 +281,7 @@ def other_cells() -> list[Cell]:
         ("every trial twice", "16 trials", ("copies",), damage.copied),
         ("one long trial among many", "100 mm in 2 s", ("disturbance",), one_long_trial),
         ("force clipped", "at 50 % of its peak", ("clipping",), damage.clipped("force", 0.5)),
-        ("samples lost", "5 %, 20 ms each", ("dropout", "gaps", "stuck", "held"),
+        ("samples lost", "5 %, 20 ms each", ("held",),
          damage.held("position", 0.05, 0.02)),
     ]  # fmt: skip
     cells += [
