@@ -9,7 +9,7 @@ much as the best are all named. Slow torque is judged beside the best of them.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -93,15 +93,10 @@ class Inquiry:
 
     def ask(self, columns: Sequence[str]) -> tuple[Fitted, Fitted, float]:
         """The fits with these columns too, with and without slow torque, and the gain."""
-        every = (*model_columns(self.terms), *columns)
+        every = (*self.terms.columns, *columns)
         fit = self.evidence.fit(every)
         gain = self.base.deviance - fit.deviance
         return fit, self.evidence.fit(every, slow=False), gain
-
-
-def model_columns(terms: Terms) -> tuple[str, ...]:
-    """The model's columns, always with a free rest angle: one that is stated wrong is no cause."""
-    return terms.columns if terms.free else (*terms.columns, "offset")
 
 
 def cause_findings(samples: PassiveSamples, terms: Terms) -> tuple[Finding, ...]:
@@ -112,12 +107,14 @@ def cause_findings(samples: PassiveSamples, terms: Terms) -> tuple[Finding, ...]
     samples : PassiveSamples
         With the limb's dynamics or a measured torque.
     terms : Terms
+        The rest angle is fitted in any case: one that is stated wrong would look like a cause.
 
     Raises
     ------
     EstimationError, NotIdentifiableError, InputError
         The model cannot be fitted.
     """
+    terms = replace(terms, rest_angle="free")
     if samples.hinges is not None:
         asked = _inquiry(terms, swing_evidence(samples, terms))
         causes = [_amplitude(samples, asked), _time(asked)]
@@ -132,8 +129,8 @@ def cause_findings(samples: PassiveSamples, terms: Terms) -> tuple[Finding, ...]
 
 
 def _inquiry(terms: Terms, evidence: Evidence) -> Inquiry:
-    columns = model_columns(terms)
-    return Inquiry(terms, evidence, evidence.fit(columns), evidence.fit(columns, slow=False))
+    fits = (evidence.fit(terms.columns, slow=slow) for slow in (True, False))
+    return Inquiry(terms, evidence, *fits)
 
 
 def _judged(one: Cause, equal: Sequence[Cause]) -> Finding:
@@ -167,7 +164,7 @@ def _amplitude(samples: PassiveSamples, asked: Inquiry) -> Cause:
     terms = asked.terms
     columns = ("C",) if terms.quadratic else ("K", "C")
     fit, alone, gain = asked.ask(columns)
-    low, high = np.quantile(samples.q[:, 0], [0.05, 0.95]) - terms.reference
+    low, high = np.quantile(samples.q[:, 0], [0.05, 0.95])
     slope = np.array([2 * (high - low), 3 * (high**2 - low**2)])[-len(columns) :]
     size, spread = fit.values[-len(columns) :], fit.covariance[-len(columns) :, -len(columns) :]
     change, error = float(slope @ size), float(np.sqrt(slope @ spread @ slope))
@@ -259,7 +256,7 @@ def _inertia(asked: Inquiry) -> Cause:
 
 def _skew(asked: Inquiry, rows: TorqueRows) -> Cause:
     """The torque late on the angle."""
-    columns = model_columns(asked.terms)
+    columns = asked.terms.columns
     late, _, _ = _best_lateness(rows, columns, _COARSE_S)
     late, fit, alone = _best_lateness(rows, columns, late + _FINE_S)
     error = _error_of_lateness(rows, columns, late, fit.deviance)

@@ -35,6 +35,7 @@ def swing_evidence(samples: PassiveSamples, terms: Terms) -> Evidence:
     samples : PassiveSamples
         With the hinge's dynamics.
     terms : Terms
+        With a free rest angle.
 
     Raises
     ------
@@ -44,7 +45,7 @@ def swing_evidence(samples: PassiveSamples, terms: Terms) -> Evidence:
     found = settled(samples, terms)
     swings = swings_of(samples, terms)
     linear = linearised(swings, found.fit.parameters, found.states, found.fit.sd)
-    more = replace(terms, rest_angle="free", quadratic=True, cubic=True)
+    more = replace(terms, quadratic=True, cubic=True)
     names = (*terms.columns, *(n for n in more.columns if n not in terms.columns), "gravity")
     phi = _torques(found.states, terms, _gravity(samples))
     slow = _nodes(samples, len(found.states) - 1)
@@ -65,9 +66,7 @@ def swing_evidence(samples: PassiveSamples, terms: Terms) -> Evidence:
     rows, lost = linear.steps.whiten(measured, inputs, start, ratios)
     rows[..., H + p + e] += rows[..., H : H + p] @ found.fit.parameters
     count = int(swings.seen.sum()) - 2 * T
-    model = [names.index(name) for name in (*terms.columns, "offset")]
-    noises = _noises(rows, lost, H, sorted(set(model)), count)
-    return Evidence(names, tuple(noises), count)
+    return Evidence(names, tuple(_noises(rows, lost, H, p, count)), count)
 
 
 def _gravity(samples: PassiveSamples) -> FloatArray:
@@ -82,10 +81,8 @@ def _gravity(samples: PassiveSamples) -> FloatArray:
 def _torques(states: FloatArray, terms: Terms, gravity: FloatArray) -> FloatArray:
     """Torques (S - 1, T, e) that the model may lack, at the middle of each step."""
     q = (states[:-1, :, 0] + states[1:, :, 0]) / 2
-    about = q - terms.reference
-    columns = [] if terms.free else [np.ones_like(q)]
-    columns += [] if terms.quadratic else [about**2]
-    columns += [about**3, (harmonics_at(q) * gravity).sum(axis=-1)]
+    columns = [] if terms.quadratic else [q**2]
+    columns += [q**3, (harmonics_at(q) * gravity).sum(axis=-1)]
     return np.stack(columns, axis=-1)
 
 
@@ -98,12 +95,10 @@ def _nodes(samples: PassiveSamples, steps: int) -> FloatArray:
     return np.asarray(np.maximum(0, 1 - np.abs(t[:, None] - nodes) / (end / count)))
 
 
-def _noises(
-    rows: FloatArray, lost: FloatArray, H: int, model: list[int], count: int
-) -> Iterator[Noise]:
+def _noises(rows: FloatArray, lost: FloatArray, H: int, p: int, count: int) -> Iterator[Noise]:
     """Noises with and without slow torque, from white rows (V, T, S, H + m + 1 + 2).
 
-    `model` are the numbers of the model's own columns among the m.
+    The first p of the m columns are the model's own.
     """
     V, T, S, width = rows.shape
     # starts first, so that they leave the others; then slow torque, the columns, what is left
@@ -116,7 +111,7 @@ def _noises(
         norm = float(np.median(np.linalg.norm(Z, axis=1)))
         bump = 1 / norm if norm > 0 else float("inf")
         yield Noise(X.reshape(T * X.shape[1], -1), float(log), 0.0, bump)
-        Q, e = _residual(X, model)
+        Q, e = _residual(X, p)
         sigma = max(float(np.sqrt((e**2).sum() / count)), 1e-12)
         largest, left = _without_bumps(Z, X, Q, e)
         # a bump of any place in each trial: what the best of H gains by chance
@@ -140,11 +135,11 @@ def _with_walk(triangle: FloatArray, H: int, size: float, log: float, bump: floa
     return Noise(kept.reshape(T * kept.shape[1], -1), lost, size, bump)
 
 
-def _residual(X: FloatArray, model: list[int]) -> tuple[FloatArray, FloatArray]:
+def _residual(X: FloatArray, p: int) -> tuple[FloatArray, FloatArray]:
     """Q (T, r, c) of the model's columns of X (T, r, m + 1), and what they leave of the last."""
     T, r, _ = X.shape
     flat = X.reshape(T * r, -1)
-    Q: FloatArray = np.asarray(np.linalg.qr(flat[:, model], mode="reduced")[0])
+    Q: FloatArray = np.asarray(np.linalg.qr(flat[:, :p], mode="reduced")[0])
     e = flat[:, -1] - Q @ (Q.T @ flat[:, -1])
     return Q.reshape(T, r, -1), e.reshape(T, r)
 

@@ -41,6 +41,7 @@ class TorqueRows:
     samples : PassiveSamples
         Of a single joint.
     terms : Terms
+        With a free rest angle.
     trials : tuple of (TrialSpline, (c,))
         The smoothest spline of each trial and its coefficients.
     """
@@ -102,7 +103,7 @@ class TorqueRows:
         rate, count = self.samples.sample_rate_hz, len(trial.q)
         end = int(np.ceil(LATEST_S * rate))
         t = np.arange(end, count - end) / rate
-        terms, stated = replace(self.terms, rest_angle="free"), self.terms.reference
+        terms = self.terms
         names: tuple[str, ...] = terms.columns
         if more:
             terms = replace(terms, quadratic=True, cubic=True)
@@ -110,7 +111,7 @@ class TorqueRows:
         columns = []
         for late in late_s:
             q, v, a = trial.motion(curve, t - late)
-            columns.append(terms.matrix(q - stated, v, trial.sign(v)))
+            columns.append(terms.matrix(q, v, trial.sign(v)))
             if more:
                 columns.append(np.stack([np.cos(q), np.sin(q), a], axis=-1))
         columns.append(trial.torque[end : count - end, None])
