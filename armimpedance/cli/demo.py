@@ -6,7 +6,8 @@ Examples:
 
 Writes recordings (with their truth), hand.csv, joint.csv, models over posture and activation,
 summary.txt and Figs 6-14 and both tables of Tsuji (1997) to the folder, and compares estimates and
-models with the truth on the screen. What an earlier demo wrote there is replaced.
+models with the truth on the screen. It ends in report.html, a page of all conditions. What an
+earlier demo wrote there is replaced.
 --quick takes two sets of disturbances instead of five, a part of the conditions (figures that need
 more of them are left out), and writes figures as PNG only.
 """
@@ -115,4 +116,13 @@ def _write_all(
     drawn = draw_from(studied, out / "figures", ("png",) if quick else FORMATS)
     what = "Figs 6-14, Tables 1 and 2 of Tsuji (1997), and where models extrapolate"
     lines.append(f"{out / 'figures'}: {len(drawn.paths)} files, {what}")
-    return [*lines, *drawn.left_out]
+    return [*lines, *drawn.left_out, *_report(out)]
+
+
+def _report(out: Path) -> list[str]:
+    """The page of all conditions, last of what was written."""
+    from armimpedance.pages import Asked, report_page, write_page
+
+    command = "armimpedance report hand.csv --out report.html"
+    write_page(report_page(Asked((out / "hand.csv",), command=command)), out / "report.html")
+    return ["", f"Open this page in a browser: {(out / 'report.html').absolute().as_uri()}"]

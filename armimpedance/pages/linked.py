@@ -31,14 +31,19 @@ ONE_PLACE_M: Final = 0.01
 BLUE: Final = "#3d8bd4"
 #: Least and largest height of one group's row, and width of a panel, pixels.
 ROW_PX: Final = (13, 28)
-PANEL_PX: Final = 150
-FIELD_PX: Final = 380
+PANEL_PX: Final = 140
+FIELD_PX: Final = 370
 #: What a group has of each matrix: quantity -> its heading.
 QUANTITIES: Final = {
     "size": "size of the ellipse",
     "orientation_deg": "orientation (deg)",
     "shape": "shape, minor / major",
 }
+#: Quantity -> how its axis is labelled, in D3's notation.
+FORMATS: Final = {"size": "~s", "orientation_deg": "d", "shape": ".1f"}
+#: Ellipses at several places are drawn larger than in print, where neighbours must not touch: here
+#: one can be chosen.
+LARGER: Final = 1.7
 
 
 def ellipse_outlines(estimates: Sequence[ImpedanceEstimate]) -> pd.DataFrame:
@@ -81,7 +86,7 @@ def _outlines_of(estimates: Sequence[ImpedanceEstimate], which: Which) -> Iterat
     centres, scale = np.zeros((len(shown), 2)), 1.0
     if apart(estimates):
         centres = np.array([e.position for e in shown])
-        scale = default_scale([getattr(e, which) for e in shown], centres)
+        scale = LARGER * default_scale([getattr(e, which) for e in shown], centres)
     reach = scale * max(np.abs(getattr(e, which)).max() for e in shown)
     decimals = DIGITS - int(np.ceil(np.log10(reach)))
     for estimate, centre in zip(shown, centres, strict=True):
@@ -175,7 +180,7 @@ def _panel(groups: Sequence[str], numbers: str, quantity: str, title: str) -> An
             tooltip=alt.Tooltip("text:N"),
         )
     )
-    axis = alt.Axis(tickCount=4, format="~s" if quantity == "size" else "~g")
+    axis = alt.Axis(tickCount=4, format=FORMATS[quantity])
     x = alt.X("value:Q", title=title, scale=alt.Scale(zero=False), axis=axis)
     low = alt.X("low:Q", title=title)
     rule = base.mark_rule(strokeWidth=2, color=BLUE, opacity=0.6).encode(x=low, x2="high:Q")

@@ -40,6 +40,9 @@ ADVICE: Final = {
     "trials": "Record more trials.",
 }
 _OTHERWISE: Final = "Read the check below and decide whether it matters for your question."
+_UNCHECKED: Final = (
+    "No result carries a warning; a file of results holds no trials that could be checked again."
+)
 #: What weighs most comes first.
 _ORDER: Final = ("unusable", "warning", "cannot tell")
 
@@ -65,8 +68,8 @@ def verdict_of(findings: Sequence[Finding], next_step: str, count: str) -> Verdi
     )
     held = sum(f.verdict == "ok" for f in findings)
     if not bad:
-        looked = f"{held} checks looked for violations and found none" if held else "nothing failed"
-        return Verdict("ok", f"The numbers can be used: {count}.", f"{looked}.", next_step)
+        looked = f"{held} checks looked for violations and found none." if held else _UNCHECKED
+        return Verdict("ok", f"The numbers can be used: {count}.", looked, next_step)
     first = bad[0]
     advice = ADVICE.get(first.name, _OTHERWISE)
     names = list(dict.fromkeys(f.name or "a check" for f in bad))
