@@ -84,6 +84,7 @@ ADVICE: Final[dict[str, str]] = {
     "force in kgf in the file": _UNITS,
     "one trial's file alone": "Put the exam's `common.c3d` beside it.",
     "masses of the limb": _MASS,
+    "segment's inertia": "Scale the segment to the person; let the limb swing by gravity alone.",
     "film's rate": "Film a clock, or a ball that falls: gravity must come out as 9.81.",
     "rest angle told": "Leave the rest angle free unless it was measured.",
     "skin moves over the bones": "Put the markers on bone; use more of them.",

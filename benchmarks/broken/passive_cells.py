@@ -72,6 +72,18 @@ def heavier(factor: float) -> Callable[[Any, Any], Any]:
     return change
 
 
+def rounder(factor: float) -> Callable[[Any, Any], Any]:
+    """The skeleton's inertias about the segments' centres are not the person's."""
+
+    def change(record: Any, _rng: np.random.Generator) -> Any:
+        segments = tuple(
+            replace(s, inertia_kgm2=factor * s.inertia_kgm2) for s in record.skeleton.segments
+        )
+        return replace(record, skeleton=replace(record.skeleton, segments=segments))
+
+    return change
+
+
 def rate(factor: float) -> Callable[[Any, Any], Any]:
     """The film's rate is another than the file says."""
     return lambda record, _rng: replace(
@@ -195,6 +207,8 @@ def cells() -> list[Cell]:
             ("film's rate", size, ("time",), damaged(SWING, on_record(rate(p))))
             for size, p in (("20 % too high", 1.2), ("5 % too low", 0.95))
         ),
+        ("segment's inertia", "50 % too large", ("inertia",),
+         damaged(SWING, on_record(rounder(1.5)))),
         ("rest angle told", ".1 rad off", ("rest angle",), damaged(SWING, told_rest(0.1))),
         ("skin moves over the bones", "10 mm", ("soft tissue", "markers", "trials"),
          filmed(studio=Studio(0.5e-3, 10e-3))),

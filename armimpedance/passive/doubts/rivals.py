@@ -117,7 +117,7 @@ def cause_findings(samples: PassiveSamples, terms: Terms) -> tuple[Finding, ...]
     terms = replace(terms, rest_angle="free")
     if samples.hinges is not None:
         asked = _inquiry(terms, swing_evidence(samples, terms))
-        causes = [_amplitude(samples, asked), _time(asked)]
+        causes = [_amplitude(samples, asked), *_clock_and_mass(asked)]
     else:
         rows = torque_rows(samples, terms)
         asked = _inquiry(terms, *rows.evidence())
@@ -184,36 +184,37 @@ def _amplitude(samples: PassiveSamples, asked: Inquiry) -> Cause:
     )
 
 
-def _time(asked: Inquiry) -> Cause:
-    """Gravity against inertia: the clock of the film, or the place of the limb's mass."""
+def _clock_and_mass(asked: Inquiry) -> list[Cause]:
+    """Gravity against inertia: the clock of the film, or where the limb's mass sits.
+
+    They do the same to the motion; what tables of limbs allow speaks for the one or the other.
+    """
     fit, alone, gain = asked.ask(["gravity"])
     more, error = float(fit.values[-1]), float(np.sqrt(fit.covariance[-1, -1]))
-    # a clock that is slow by r makes accelerations 1 / r^2 as large, against a gravity that stays
-    off = 100 * (np.sqrt(1 + more) - 1) if more > -1 else -100.0
-    table = 100 * TABLE_RATIO_SD
-    beyond = (
-        f"tables of the limb differ by {table:g} %, which does not explain it"
-        if abs(more) > 3 * TABLE_RATIO_SD
-        else f"or the segment's inertia or centre of mass, which tables give to {table:g} %"
+    ratio = max(1 + more, 0.0)
+    # a film whose rate is told r too high shows accelerations r^2 as large, and gravity stays
+    time = (
+        f"gravity pulls {ratio:.3f} +- {error:.1g} times as strongly as inertia and frames "
+        f"allow: the film's rate is {100 * (np.sqrt(ratio) - 1):+.1f} % off; film a clock or a "
+        f"ball that falls; with the rate mended k is {_part(fit.values[0], ratio):.3g} Nm/rad"
     )
-    return Cause(
-        "time",
-        gain,
-        1,
-        asked.price,
-        f"gravity pulls {100 * more:+.1f} +- {100 * error:.2g} % more than inertia and frames "
-        f"allow: the film's rate is {off:+.1f} % off ({beyond}); film a clock; with it mended, k "
-        f"is {_mended(fit.values[0], more):.3g} Nm/rad",
-        "gravity pulls as the skeleton's inertia and the frames' times tell",
-        f"a rate {50 * _SEEN * error:.2g} % off",
-        fit,
-        alone,
+    mass = (
+        f"the limb's inertia about the joint, over its weight's moment, is {_part(1.0, ratio):.3g} "
+        f"+- {error:.1g} of the skeleton's, which tables give to {100 * TABLE_RATIO_SD:g} %: let "
+        "the limb swing by gravity alone, or scale the segment to the person; k goes with it"
     )
+    known = gain - (more / TABLE_RATIO_SD) ** 2
+    fits, price = (fit, alone), asked.price
+    rate, share = f"a rate {50 * _SEEN * error:.2g} % off", f"{100 * _SEEN * error:.2g} %"
+    fine = "gravity pulls as the skeleton's inertia and the frames' times tell"
+    return [
+        Cause("time", gain, 1, price, time, fine, rate, *fits),
+        Cause("inertia", known, 1, price, mass, fine, share, *fits),
+    ]
 
 
-def _mended(k: float, more: float) -> float:
-    """Stiffness by true time, from that by a time in which gravity seems larger by a part."""
-    return float(k / (1 + more)) if more > -1 else float("nan")
+def _part(whole: float, ratio: float) -> float:
+    return float(whole / ratio) if ratio > 0 else float("nan")
 
 
 def _weight(asked: Inquiry) -> Cause:

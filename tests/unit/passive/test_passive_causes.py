@@ -136,8 +136,20 @@ def test_the_clock_of_a_film_is_told_from_a_stiffness_by_gravity(forearm, factor
     assert found["time"].verdict == "warning"
     off = float(found["time"].message.split("rate is ")[1].split(" %")[0])
     # within 4 of the standard errors that it gives for gravity, half as large for the rate
-    spread = float(found["time"].message.split("+- ")[1].split(" %")[0]) / 2
+    spread = 100 * float(found["time"].message.split("+- ")[1].split()[0]) / 2
     assert abs(off - 100 * (factor - 1)) < 4 * spread
+
+
+@pytest.mark.parametrize(("factor", "named"), [(1.25, {"time"}), (1.05, {"time", "inertia"})])
+def test_tables_of_limbs_speak_for_the_clock_only_where_it_is_far_off(forearm, factor, named):
+    motion = filmed(forearm)
+    wrong = replace(
+        motion,
+        sample_rate_hz=factor * motion.sample_rate_hz,
+        time_s=np.asarray(motion.time_s) / factor,
+    )
+    found = warned(cause_findings(from_motion(wrong, [forearm.elbow]), FREE))
+    assert found - {"amplitude"} == named
 
 
 def test_a_clean_clock_is_not_doubted_and_tells_what_it_would_have_seen(forearm):
