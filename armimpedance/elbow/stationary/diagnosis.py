@@ -65,7 +65,7 @@ def diagnosed(
         snr=prepared.spectra.snr,
         whiteness=white,
         joint=samples.joint,
-        preparation=(*samples.notes, *notes),
+        preparation=(*samples.notes, *notes, *estimate.notes),
         warnings=tuple(t for t in told if t is not None),
         checks=checks,
         details={

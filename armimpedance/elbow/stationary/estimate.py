@@ -23,7 +23,8 @@ class Estimate(Solved):
     parameters, n, conditioning, moved
         As of `rows.Solved`; the parameters are I, B and K.
     details : mapping
-    warnings : tuple of str
+    warnings, notes : tuple of str
+        What a reader must know, and what the intervals allow for already.
 
     Raises
     ------
@@ -33,6 +34,7 @@ class Estimate(Solved):
 
     details: Mapping[str, Any] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -44,14 +46,21 @@ class Estimate(Solved):
                 "(force_by), or does the joint not move?"
             )
 
-    def widened(self, by: FloatArray, warnings: tuple[str, ...] = (), **details: Any) -> Estimate:
-        """The same, more uncertain by what is known to be off; further warnings and details."""
+    def widened(
+        self,
+        by: FloatArray,
+        warnings: tuple[str, ...] = (),
+        notes: tuple[str, ...] = (),
+        **details: Any,
+    ) -> Estimate:
+        """The same, more uncertain by what is known to be off; further sentences and details."""
         # What may be off by d (3,) is uncertain by it: C (3, 3) + d d^T
         covariance = self.parameters.covariance + np.outer(by, by)
         return replace(
             self,
             parameters=replace(self.parameters, covariance=covariance),
             warnings=(*self.warnings, *warnings),
+            notes=(*self.notes, *notes),
             details={**self.details, **details},
             moved=None,
         )

@@ -11,6 +11,8 @@ Hausman, Econometrica 46, 1978, with blocks for the variance). Two pairs are com
 - Weights of the residual against weights of the sensors' floors, or, where the angle is imposed,
   against a torque whose noise is white: the subject's own torque is there by nature. A joint of
   second order gives the same under both; one whose stiffness depends on the frequency does not.
+  A person who is never quite still differs too, by chance more often than blocks tell, so this is
+  a note on an interval that holds both; the doubts name the cause where there is one.
 """
 
 from __future__ import annotations
@@ -52,7 +54,7 @@ def difference(first: Estimate, second: Estimate) -> FloatArray | None:
 def with_comparisons(
     estimate: Estimate, method: Method, prepared: Prepared, floors: Band, band: Band
 ) -> Estimate:
-    """The estimate with a warning, and a wider interval, where another way differs.
+    """The estimate with a word, and a wider interval, where another way differs.
 
     Parameters
     ----------
@@ -70,6 +72,7 @@ def with_comparisons(
             lambda: METHODS["iv"].identify(prepared, band),
             "method iv, from what the device was told, finds {}: the measured torque reacts to "
             "what the subject pushes, which biases output error; take iv",
+            warns=True,
         )
     if band is not floors:
         # arx weighs nothing: what its reference finds holds for it too.
@@ -85,6 +88,7 @@ def with_comparisons(
             "the record gives {}: a stiffness that depends on "
             "the frequency (a reflex), or the subject's answer in the torque; compare bands "
             "(lowest and cut-off frequency)",
+            warns=False,
         )
     return estimate
 
@@ -101,6 +105,8 @@ def _compared(
     one_way: Callable[[], Estimate],
     other_way: Callable[[], Estimate],
     sentence: str,
+    *,
+    warns: bool,
 ) -> Estimate:
     """The estimate, wider where one way and another differ beyond chance, and why."""
     try:
@@ -112,4 +118,5 @@ def _compared(
         return estimate
     values = other.parameters.values
     shown = ", ".join(f"{n} {v:.3g}" for n, v in zip(NAMES, values, strict=True))
-    return estimate.widened(d, (f"{sentence.format(shown)}; the intervals allow for it",))
+    said = (f"{sentence.format(shown)}; the intervals allow for it",)
+    return estimate.widened(d, said) if warns else estimate.widened(d, notes=said)
