@@ -13,7 +13,8 @@ its angle as the instrument: the subject's own torque, which stands in one of th
 4. What is reported holds the intervals of all that were kept.
 
 What was told without a record of a command is held against the same likelihoods: a word that the
-record contradicts by `NATS` and half as much more is named.
+record contradicts is named, by `NATS` where the other limit is likelier, by half as much more where
+a device that gives way is; from half of `NATS` on the interval holds what is likelier too.
 """
 
 from __future__ import annotations
@@ -98,7 +99,7 @@ class Answer:
         recorded, or does not matter.
     other : Parameters or None
         Of a device of finite impedance, where it is kept; else of the angle as instrument, where
-        that does not matter.
+        that does not matter; where something was told, of what is likelier, but not surely.
     nats : float
         By how much more likely the best must be.
     lead : float
@@ -131,7 +132,7 @@ class Answer:
         if not self.kept:
             if self.other is None:
                 return found[0]
-            # The angle's result beside what the torque's became.
+            # The other result beside what the first became.
             beside = shifted(found[0], self.ways[0].estimate.parameters, self.other)
             return hull(found[0], [beside], found[0].values)
         several = self._several(found)
@@ -139,7 +140,7 @@ class Answer:
 
     def finding(self, found: Sequence[Parameters]) -> Finding:
         """What was imposed, and how that is known; `found` as of `parameters`."""
-        if not self.kept and self.other is None:
+        if self.otherwise is not None or (not self.kept and self.other is None):
             return self._told()
         if not self.kept and self.other is not None:
             off = np.abs(self.other.values / self.ways[0].estimate.parameters.values - 1).max()
@@ -173,6 +174,12 @@ class Answer:
         were = "" if self.otherwise is None else f"; were it not, K would be {self.otherwise:.3g}"
         if self.lead == 0:
             return Finding(_NAME, "ok", _TOLD[source] + were)
+        if self.other is not None:
+            message = (
+                f"the {source} is said to be imposed, and the record is {self.lead:.0f} nats "
+                f"likelier otherwise{were}: too little to contradict; the interval holds both"
+            )
+            return Finding(_NAME, "cannot tell", message, f"{self.nats:.0f} nats")
         message = (
             f"the {source} is said to be imposed, but the record is {self.lead:.0f} nats likelier "
             f"otherwise{were}: is that what the rig imposes? fit it untold, or record the command"
@@ -222,9 +229,18 @@ def _held_against(told: Way, prepared: Prepared, method: Method) -> Answer:
     if _alike(ways):
         return Answer((told,))
     odds = _odds(prepared)
-    enough = odds.enough + NATS / 2
-    lead = odds.loss[own] if odds.loss[own] > enough else 0.0
-    return Answer((told,), nats=enough, lead=lead, otherwise=float(ways[other].alone.values[2]))
+    loss, otherwise = odds.loss, float(ways[other].alone.values[2])
+    # held against the other limit alone, or against a device that gives way, which explains more
+    sure = (loss[own] - loss[other] - odds.enough, loss[own] - odds.enough - NATS / 2)
+    if max(sure) > 0:
+        lead = max(loss[own], loss[own] - loss[other])
+        return Answer((told,), nats=odds.enough, lead=lead, otherwise=otherwise)
+    if loss[own] < NATS / 2:
+        return Answer((told,), nats=odds.enough, otherwise=otherwise)
+    limb = ways[other].alone
+    if loss["both"] < loss[other]:
+        limb = _parameters(odds.gives_way, told.alone.dof)
+    return Answer((told,), other=limb, nats=odds.enough, lead=loss[own], otherwise=otherwise)
 
 
 def _with(prepared: Prepared, method: Method, source: Source) -> Way:

@@ -255,6 +255,22 @@ def test_a_word_that_the_record_contradicts_is_named():
     assert estimated(samples)[1].verdict == "ok"
 
 
+def test_a_word_that_the_record_hardly_contradicts_is_said_and_allowed_for():
+    """A device that gives way like the limb, told as an imposed torque: .3 Nm of own torque."""
+    joint, said = np.array([0.07, 0.6, 20.0]), []
+    for seed in range(4):
+        samples = servo(
+            seed, joint, device=HEAVY, own_Nm=0.3, angle_rms=0.05, told=False, command=False,
+            duration_s=10.0,
+        )  # fmt: skip
+        parameters, finding = estimated(replace(samples, imposed="torque"))
+        said.append(finding.verdict)
+        low, high = parameters.interval().T
+        held = np.abs(joint - (low + high) / 2) < 0.75 * (high - low)
+        assert finding.verdict == "warning" or held.all()
+    assert "cannot tell" in said
+
+
 def test_the_verb_takes_the_word_for_all_parts():
     from armimpedance.analyses import elbow
 
