@@ -85,9 +85,13 @@ class Misfit:
             out[:3, :3] += self.missed
         return out
 
-    def muscle_covariance(self, covariance: FloatArray) -> FloatArray:
-        """Covariance of theta for single muscles."""
-        return self.of_muscles if self.seen else covariance
+    def muscle_covariance(self) -> FloatArray:
+        """Covariance of theta for single muscles, with moment arms as far off as is likely.
+
+        It is so whether a lack of fit was seen or not: what leaves no trace in the matrix moves
+        single muscles all the same, and crosstalk between electrodes does what moment arms do.
+        """
+        return self.of_muscles
 
     def finding(self, symbol: str, doubt: float) -> Finding:
         """What to say of K or B.
@@ -113,7 +117,8 @@ class Misfit:
         if 2 * hidden > 2 * doubt:
             said = (
                 f"none is seen in {symbol}; but moment arms up to {100 * hidden:.0f} % off would "
-                "leave no trace, and single muscles would be off by twice that"
+                "leave no trace, and single muscles would be off by twice that, which their "
+                "intervals allow for"
             )
             return Finding("lack of fit", "cannot tell", said, smallest)
         return Finding("lack of fit", "ok", f"rows of {symbol} differ by their errors", smallest)

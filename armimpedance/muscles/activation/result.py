@@ -42,9 +42,7 @@ def activation_result(
     )
     checks = (*fits, plausible_size(of_K.outputs[:, :3]))
     warnings = (*rank.warnings, *falling, *unpredicted(quality), *warnings_of(checks))
-    alone = tuple(
-        m.muscle_covariance(one.covariance) for m, one in zip(misfits, solved, strict=True)
-    )
+    alone = tuple(m.muscle_covariance() for m in misfits)
     return ActivationModel(
         model=name,
         order=of_K.order,

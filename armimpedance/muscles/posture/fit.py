@@ -6,8 +6,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from armimpedance.errors import InputError
+from armimpedance.muscles.activation.checks import plausible_size
 from armimpedance.muscles.angle_scaling import AngleScaling, require_spread, stated_scaling
 from armimpedance.muscles.posture.data import posture_data
+from armimpedance.muscles.posture.misfit import judged_fit
 from armimpedance.muscles.posture.model import PostureModel, posture_polynomial
 from armimpedance.muscles.posture.quality import posture_quality, posture_summary
 from armimpedance.muscles.posture.table import POSTURE_MODELS, default_model
@@ -76,6 +78,9 @@ def fit_posture_model(
         method.fit(one, order, np.random.default_rng(own), _part(progress, i), judged)
         for i, (one, own) in enumerate(zip(data, seeds, strict=True))
     ]
+    judgements = [judged_fit(d, f, rows.labels) for d, f in zip(data, fitted, strict=True)]
+    fitted = [made for made, _ in judgements]
+    checks = (*judgements[0][1], *judgements[1][1], plausible_size(data[0].values))
     K, B = (posture_polynomial(one, scaling) for one in fitted)
     return PostureModel(
         name=method.name,
@@ -86,7 +91,7 @@ def fit_posture_model(
         dof=min(one.dof for one in fitted),
         region=Region.of(scaling.scaled(rows.joint_angles)),
         quality=tuple(q for d, f in zip(data, fitted, strict=True) for q in posture_quality(d, f)),
-        summary=posture_summary(method.name, order, rows, data, fitted, (K, B)),
+        summary=posture_summary(method.name, order, rows, data, fitted, (K, B), checks),
     )
 
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from armimpedance.arrays import FloatArray
+from armimpedance.findings import Finding, warnings_of
 from armimpedance.muscles.posture.data import UNITS, PostureData, element_names
 from armimpedance.muscles.posture.fitted import FittedMatrix
 from armimpedance.muscles.posture.model import PosturePolynomial
@@ -48,6 +49,7 @@ def posture_summary(
     data: Sequence[PostureData],
     fitted: Sequence[FittedMatrix],
     made: Sequence[PosturePolynomial],
+    checks: tuple[Finding, ...],
 ) -> FitSummary:
     """Condition, rank, coefficients and warnings.
 
@@ -71,7 +73,9 @@ def posture_summary(
         warnings=(
             *(w for f in fitted for w in f.warnings),
             *(w for f, p in zip(fitted, made, strict=True) for w in _indefinite(f.symbol, p)),
+            *warnings_of(checks),
         ),
+        checks=checks,
     )
 
 
