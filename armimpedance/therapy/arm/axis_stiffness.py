@@ -55,6 +55,11 @@ class AxisFit:
         What a viscosity of the arm of 1 Nms/rad adds to k_s and offset, which know of none.
     viscosity, viscosity_sd : float
         Nms/rad: what the torque that is left follows the speed by, and its standard error.
+    inertia, inertia_sd : float
+        What is missing of the inertia of robot and arm, as a part of it, and its standard error;
+        0 and infinite about an axis that weight loads: there weight hides it.
+    arm_inertia : float
+        Part of the inertial torque (rms) that the arm's is.
     one_way : bool
         The axis was moved in one direction only.
     weight_Nm, elastic_Nm : float
@@ -78,6 +83,9 @@ class AxisFit:
     speed_gradient: FloatArray
     viscosity: float
     viscosity_sd: float
+    inertia: float
+    inertia_sd: float
+    arm_inertia: float
     one_way: bool
     weight_Nm: float
     elastic_Nm: float
@@ -134,6 +142,9 @@ def fit_axis(movements: Sequence[MovementTorques], rise_rad_s: float) -> AxisFit
     rigid = np.concatenate([m.rigid_arm[rows] for m, rows in zip(movements, kept, strict=True)])
     elastic = np.concatenate(lines) @ fitted.parameters[:2]
     angles = np.concatenate(q)
+    weight = float(rigid.mean())
+    loaded = abs(weight) >= NO_WEIGHT_NM
+    inertia = (0.0, np.inf, 0.0) if loaded else _inertia(W, left, movements, kept)
     return AxisFit(
         fit=fitted,
         single=single,
@@ -147,14 +158,40 @@ def fit_axis(movements: Sequence[MovementTorques], rise_rad_s: float) -> AxisFit
         # b = sum v' s' / sum v'^2 of speed and torque that the other columns leave
         viscosity=sum(float(v @ s) for v, s in zip(beside, left, strict=True)) / aside,
         viscosity_sd=float(np.sqrt(density * rate / aside)),
+        inertia=inertia[0],
+        inertia_sd=inertia[1],
+        arm_inertia=inertia[2],
         one_way=len({direction_of(m) for m in movements}) < 2,
-        weight_Nm=float(rigid.mean()),
+        weight_Nm=weight,
         elastic_Nm=float(elastic.mean()),
         arm_rms_Nm=float(np.sqrt(((rigid + elastic) ** 2).mean())),
         residual_rms_Nm=float(np.sqrt((np.concatenate(residual) ** 2).mean())),
         range_rad=np.array([angles.min(), angles.max()]),
         left_out=1 - len(angles) / sum(len(m.q) for m in movements),
     )
+
+
+def _inertia(
+    W: Sequence[FloatArray],
+    left: Sequence[FloatArray],
+    movements: Sequence[MovementTorques],
+    kept: Sequence[slice],
+) -> tuple[float, float, float]:
+    """Missing part of the inertial torque, its standard error, and the arm's part of that torque.
+
+    `left` (S_t,) is what the columns W leave of the elastic torque.
+    """
+    rigid = [m.rigid_arm[rows] for m, rows in zip(movements, kept, strict=True)]
+    J = [a + m.robot_inertia[r] for a, m, r in zip(rigid, movements, kept, strict=True)]
+    columns, whole, torque = (np.concatenate(x) for x in (W, J, left))
+    # left (N,) = J' (N,) e, J' the inertial torque that the columns W (N, c) do not explain
+    own = whole - columns @ np.linalg.lstsq(columns, whole, rcond=None)[0]
+    aside = float(own @ own)
+    e = float(own @ torque) / aside
+    ends = np.cumsum([len(j) for j in J])[:-1]
+    density = noise_density(np.split(torque - e * own, ends), movements[0].sample_rate_hz)
+    share = float(np.sqrt((np.concatenate(rigid) ** 2).sum() / (whole**2).sum()))
+    return e, float(np.sqrt(density * movements[0].sample_rate_hz / aside)), share
 
 
 def sliding_samples(movement: MovementTorques, rise_rad_s: float) -> slice:

@@ -14,7 +14,12 @@ from armimpedance.records import Recording, Subject
 from armimpedance.regression import FitSummary
 from armimpedance.therapy.arm.axis_stiffness import direction_of, fit_axis
 from armimpedance.therapy.arm.calibration import ArmCalibration, AxisCalibration
-from armimpedance.therapy.arm.doubts import mass_finding, silence_finding, viscosity_finding
+from armimpedance.therapy.arm.doubts import (
+    mass_finding,
+    silence_finding,
+    viscosity_finding,
+    zero_finding,
+)
 from armimpedance.therapy.arm.movements import elastic_torque, movement_torques
 from armimpedance.therapy.arm.passive_arm import MASS_SD, ArmSegment, Elastic, PassiveArm, Reference
 from armimpedance.therapy.arm.person import upper_arm_length
@@ -109,7 +114,10 @@ def identify_arm(
     )
     return ArmCalibration(
         arm=known,
-        summary=_summary(axes, (silence, *mass_finding(recording.subject, segments, mass_sd))),
+        summary=_summary(
+            axes,
+            (zero_finding(fits), silence, *mass_finding(recording.subject, segments, mass_sd)),
+        ),
         axes=axes,
         movements=tuple(
             replace(m, elastic=elastic_torque(known, m.axis_name, m.q)) for m in movements

@@ -25,6 +25,12 @@ VISCOSITY_SD: Final = 0.3
 _CARRIED: Final = 0.25
 #: Masses that agree to this are the same.
 _SAME_MASS: Final = 0.02
+#: Sd of the arm's inertia about what the table makes it, a part: 3 % of its masses, and of its
+#: distances squared.
+_INERTIA_SD: Final = 0.07
+#: A check of the inertia that sees no less than this tells nothing of a zero: a raised arm's
+#: inertia about the vertical changes by a tenth over some six degrees.
+_TELLS: Final = 0.1
 #: Standard errors beyond which something counts as seen.
 _SEEN: Final = 3.0
 
@@ -84,6 +90,44 @@ def viscosity_finding(
         f"{back}",
         smallest=seen,
     )
+
+
+def zero_finding(fits: Mapping[str, AxisFit]) -> Finding:
+    """Whether the inertia about axes without weight is that of the angles the encoders tell.
+
+    The inertia about one axis goes with the angles of the others: an arm that is raised by ten
+    degrees more than its encoder says shows another one, whatever its stiffness.
+
+    Parameters
+    ----------
+    fits : mapping from an axis' name to AxisFit
+
+    Returns
+    -------
+    Finding
+    """
+    name = "encoder zero"
+    sds = {k: float(np.hypot(f.inertia_sd, _INERTIA_SD * f.arm_inertia)) for k, f in fits.items()}
+    axis = min(sds, key=sds.__getitem__)
+    if not np.isfinite(sds[axis]):
+        said = (
+            "no movement about an upright axis, whose inertia goes with the other axes' angles: an "
+            "encoder whose zero is off moves k_s and q_0; check the zeros at the mechanical stops"
+        )
+        return Finding(name, "cannot tell", said)
+    off, sd = fits[axis].inertia, sds[axis]
+    smallest = f"{100 * _SEEN * sd:.0f} % of the inertia about axis {axis}"
+    said = f"the inertia about axis {axis} is {100 * off:+.0f} % off what angles and masses make it"
+    if abs(off) <= _SEEN * sd:
+        if _SEEN * sd <= _TELLS:
+            return Finding(name, "ok", said, smallest=smallest)
+        said += ", which is too little known to show an encoder's zero: move faster about that axis"
+        return Finding(name, "cannot tell", said, smallest=smallest)
+    said += (
+        ": the zero of another axis' encoder is off, and k_s and q_0 are wrong; check the zeros at "
+        "the mechanical stops, and if they are right the masses and lengths that were told"
+    )
+    return Finding(name, "warning", said, smallest=smallest)
 
 
 def silence_finding(

@@ -11,9 +11,11 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray, IntArray
 from armimpedance.errors import InputError
+from armimpedance.findings import Finding, warnings_of
 from armimpedance.records import Recording
 from armimpedance.regression import Fit, FitSummary, NamedParameter
 from armimpedance.therapy.robot.checks import check_recording, refuse_person
+from armimpedance.therapy.robot.doubts import robot_doubts
 from armimpedance.therapy.robot.holds import SpringHolds, fit_holds
 from armimpedance.therapy.robot.notes import axis_notes, rise_notes, spring_notes
 from armimpedance.therapy.robot.smooth import no_step
@@ -133,9 +135,11 @@ def identify_robot(
         *(note for a in axes for note in axis_notes(a, drawings)),
         *spring_notes(spring, axes[drawings.spring_axis]),
     )
+    checks = robot_doubts(recording, adjusted, axes)
+    notes = (*warnings_of(checks), *notes)
     return RobotCalibration(
         robot=replace(drawings, loads=loads),
-        summary=_summary(axes, spring, drawings, notes),
+        summary=_summary(axes, spring, drawings, notes, checks),
         axes=axes,
         spring=spring,
         notes=notes,
@@ -179,6 +183,7 @@ def _summary(
     spring: SpringHolds,
     robot: TherapyRobot,
     notes: tuple[str, ...],
+    checks: tuple[Finding, ...],
 ) -> FitSummary:
     fits = [*(a.fit for a in axes), spring.fit]
     parameters: list[NamedParameter] = []
@@ -204,6 +209,7 @@ def _summary(
         vaf=explained,
         parameters=tuple(parameters),
         warnings=notes,
+        checks=checks,
     )
 
 

@@ -112,6 +112,18 @@ def white_sd(fitted: Fit) -> FloatArray:
     return np.asarray(sd * np.sqrt(_repeats()))
 
 
+def at_least_white(fitted: Fit) -> Fit:
+    """The fit with standard errors that are no less than white noise of the torque makes them.
+
+    Few sweeps may agree by chance: six of them put the error of a Coulomb torque anywhere between a
+    quarter and twice of what it is.
+    """
+    grown = np.maximum(white_sd(fitted) / np.maximum(fitted.sd, 1e-300), 1.0)
+    # C (p, p) = D C D, D the diagonal matrix of the factors
+    wide = grown[:, None] * fitted.covariance * grown
+    return fitted.with_covariance(wide, fitted.covariance_kind, fitted.dof)
+
+
 @lru_cache(maxsize=1)
 def _repeats() -> float:
     """Sum of the autocorrelation that the kernel gives to samples `EVERY_S` apart."""

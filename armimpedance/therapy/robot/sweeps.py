@@ -23,7 +23,7 @@ import numpy as np
 from armimpedance.arrays import FloatArray, FrozenRecord
 from armimpedance.errors import InputError
 from armimpedance.regression import Fit, fit, ragged_factors
-from armimpedance.therapy.robot.steady import SteadyPart, white_sd
+from armimpedance.therapy.robot.steady import SteadyPart, at_least_white, white_sd
 from armimpedance.therapy.robot.therapy_robot import SPRING_TERMS, friction_sign
 
 #: Speeds that differ by less than this factor count as one.
@@ -171,8 +171,8 @@ def fit_axis(parts: Sequence[SteadyPart], *, spring: bool) -> AxisSweeps:
     lowest = min(_speed(s) for s in used)
     rise = rise_speed(lowest)
     chosen = [p for s in used for p in s]
-    fitted = _fit(chosen, rise, order)
-    polynomial = _fit(chosen, rise, 2) if spring else None
+    fitted = at_least_white(_fit(chosen, rise, order))
+    polynomial = at_least_white(_fit(chosen, rise, 2)) if spring else None
     even = _fit(chosen, rise, order, even=True)
     notes = [
         f"axis {axis + 1}: no sweep in the other direction at "

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from arm_bench import REST_RAD, SEGMENTS, STIFFNESS, Session, bench, heavier, repeated
+from arm_bench import MOVEMENTS, REST_RAD, SEGMENTS, STIFFNESS, Session, bench, heavier, repeated
 
 from armimpedance.errors import InputError
 from armimpedance.files.therapy_json import read_arm, write_arm
@@ -43,9 +43,11 @@ def test_a_steady_person_comes_back():
     ]  # fmt: skip
     # what one direction and no EMG cannot tell is all that is said
     names = ["viscosity", "viscosity", "muscles silent"]
-    *untold, mass = found.summary.checks
+    *untold, zero, silent, mass = found.summary.checks
+    untold.append(silent)
     assert [(one.name, one.verdict) for one in untold] == [(name, "cannot tell") for name in names]
     assert (mass.name, mass.verdict) == ("mass", "ok")
+    assert (zero.name, zero.verdict) == ("encoder zero", "ok")
     assert len(found.warnings) == len(names)
     for movement in found.movements:
         assert np.abs(movement.user[np.abs(movement.qd) > 0.1]).max() < 5e-3
@@ -278,6 +280,28 @@ def test_somebody_who_carries_half_of_the_arm_is_told_without_emg():
     # masses that are a tenth off are no such thing
     light = calibrated(repeated(Session()), segments=heavier(SEGMENTS, 1.1))
     assert light.summary.checks[-2].verdict == "cannot tell"
+
+
+@pytest.mark.parametrize(
+    ("off_deg", "verdict"), [(10.0, "warning"), (-10.0, "warning"), (1.0, "ok")]
+)
+def test_the_zero_of_one_encoder_shows_in_the_inertia_about_another_axis(
+    off_deg, verdict, monkeypatch
+):
+    monkeypatch.setitem(MOVEMENTS, "horizontal", (1, 0.0, 90.0, 1.5))
+    session = people(np.random.default_rng(4), wander=(0.1, 0.02), seed=4)
+    recording = session.recording()
+    read = recording.position + np.deg2rad(off_deg) * np.eye(3)[0]
+    found = identify_arm(replace(recording, position=read), bench(), SEGMENTS)
+    zero = next(c for c in found.summary.checks if c.name == "encoder zero")
+    assert zero.verdict == verdict
+    assert (zero.sentence in found.warnings) == (verdict == "warning")
+
+
+def test_a_zero_cannot_be_told_where_weight_loads_every_axis():
+    found = calibrated(repeated(Session(), ("elevation",)))
+    zero = next(c for c in found.summary.checks if c.name == "encoder zero")
+    assert zero.verdict == "cannot tell"
 
 
 @pytest.mark.parametrize(("factor", "verdict"), [(1.04, "ok"), (1.2, "warning"), (0.8, "warning")])

@@ -100,6 +100,20 @@ class Session:
         row = {"condition": "sweep", "axis": axis + 1, "velocity_deg_s": velocity_deg_s, **times}
         self.add(row, q, qd, 0 * q, extra)
 
+    def ramped(self, axis, velocity_deg_s, start, way, ramp_s=0.5):
+        """From rest to rest along `way` (3,), steady in between; the speed's slope is smooth."""
+        v, rest = abs(velocity_deg_s) * DEG, 0.3
+        whole = np.linalg.norm(way) / v + ramp_s
+        t = np.arange(round((whole + 2 * rest) * RATE)) / RATE - rest
+        up, down = np.clip(t / ramp_s, 0, 1), np.clip((t - whole + ramp_s) / ramp_s, 0, 1)
+        share = v * (3 * up**2 - 2 * up**3 - 3 * down**2 + 2 * down**3) / np.linalg.norm(way)
+        slope = v * 6 * (up - up**2 - down + down**2) / ramp_s / np.linalg.norm(way)
+        gone = np.concatenate([[0.0], np.cumsum((share[1:] + share[:-1]) / 2 / RATE)])
+        row = {"condition": "sweep", "axis": axis + 1, "velocity_deg_s": velocity_deg_s}
+        times = {"onset_s": rest + ramp_s, "end_s": rest + whole - ramp_s}
+        self.add({**row, **times}, start + np.outer(gone, way), np.outer(share, way),
+                 np.outer(slope, way))  # fmt: skip
+
     def hold(self, angle, approach, sticks):
         q = np.tile([angle, 0.2, 0.8], (500, 1))
         extra = np.zeros_like(q)
@@ -147,6 +161,26 @@ def calibration(  # noqa: PLR0913
     return session.recording()
 
 
+def setting_out(seed=0, late=0, gain=1.0, robot=None):
+    """Sweeps that set out and come to rest, the torque so many samples late, and the holds."""
+    session = Session(robot or truth(), noise=0.1, seed=seed, static=0.0)
+    for axis in range(3):
+        for speed in (5.0, 20.0, 40.0):
+            for sign in (1.0, -1.0):
+                start = np.array([0.6, 0.2, 0.8])
+                start[axis] = session.robot.limits_rad[axis].mean() - sign * 0.4
+                way = np.eye(3)[axis] * sign * 0.8
+                session.ramped(axis, sign * speed, start, way)
+    for angle in np.linspace(0.1, 2.0, 6):
+        for approach in (1, -1):
+            session.hold(angle, approach, 6.0)
+    made = session.recording()
+    force = np.array(made.force)
+    for first, last in zip(made.offsets, made.offsets[1:], strict=False):
+        force[first + late : last] = made.force[first : last - late]
+    return replace(made, force=gain * force)
+
+
 @lru_cache(maxsize=1)
 def usual() -> Recording:
     """The same session for all tests that change or read it."""
@@ -190,6 +224,44 @@ def test_intervals_cover_the_truth_about_as_often_as_they_say():
     # 156 intervals, but those of one session and axis hang together: count a third of them
     expected, sd = 0.95, np.sqrt(0.95 * 0.05 / (len(inside) / 3))
     assert np.mean(inside) > expected - 3 * sd
+
+
+def verdicts(found):
+    return {one.name: one for one in found.summary.checks}
+
+
+def test_whole_sweeps_agree_with_the_drawings_and_are_on_one_clock():
+    told = verdicts(identify_robot(setting_out(), bench()))
+    assert {one.verdict for one in told.values()} == {"ok"}
+
+
+@pytest.mark.parametrize("late", [25, 50])
+def test_torque_that_comes_late_is_told_by_its_milliseconds(late):
+    found = identify_robot(setting_out(seed=1, late=late), bench())
+    told = verdicts(found)
+    assert told["delay"].verdict == "warning"
+    assert float(told["delay"].message.split()[3]) == pytest.approx(late, abs=2)
+    assert told["delay"].sentence in found.summary.warnings
+    assert told["drawings or gain"].verdict == "ok"
+
+
+@pytest.mark.parametrize(("gain", "masses"), [(1.3, 1.0), (0.9, 1.0), (1.0, 1.2)])
+def test_a_gain_or_masses_that_are_off_contradict_each_other(gain, masses):
+    drawn = bench()
+    segments = tuple(
+        replace(s, mass_kg=masses * s.mass_kg, inertia_kgm2=masses * s.inertia_kgm2)
+        for s in drawn.skeleton.segments
+    )
+    drawn = replace(drawn, skeleton=replace(drawn.skeleton, segments=segments))
+    told = verdicts(identify_robot(setting_out(seed=2, gain=gain), drawn))
+    assert told["drawings or gain"].verdict == "warning"
+    assert told["delay"].verdict == "ok"
+
+
+def test_steady_sweeps_see_a_delay_less_well_and_say_so(nominal):
+    told = verdicts(nominal)["delay"]
+    assert told.verdict != "warning"
+    assert told.verdict == "cannot tell" or float(told.smallest.split()[0]) > 5
 
 
 def test_the_static_range_is_left_out(nominal):
