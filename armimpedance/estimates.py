@@ -60,7 +60,8 @@ class ImpedanceEstimate(FrozenRecord):
         Degrees of freedom of the t distribution for intervals; inf = normal.
     bound : (3 k^2, 3 k^2) or None
         The least covariance that any unbiased estimator could have on this motion and noise
-        (Cramer-Rao), in the same order; `efficiency` compares.
+        (Cramer-Rao), in the same order, what the trials do not exclude added to both; `efficiency`
+        compares.
     keys : mapping
         The group's columns, for example ``{"condition": "relaxed"}``.
     position, force : (k_hand,) or None

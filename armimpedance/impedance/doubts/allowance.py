@@ -135,5 +135,7 @@ def _wider(
         "gain as far as the trials do not exclude them: at most "
         f"{ratio:.2f} times as wide as without"
     )
-    wider = replace(one, covariance=one.covariance + more)
+    # no estimator knows more of the departures: the bound grows alike, the efficiency compares both
+    bound = None if one.bound is None else one.bound + more
+    wider = replace(one, covariance=one.covariance + more, bound=bound)
     return replace(wider, provenance=(*one.provenance, note))
