@@ -30,6 +30,8 @@ from armimpedance.signals import segment_amplitude
 
 Progress = Callable[[int, int], None]
 
+_Action = Literal["flexor", "extensor"]
+
 #: What a part of a recording that allows no fit of its own fails with.
 _NO_FIT: Final = (InputError, EstimationError, NotIdentifiableError)
 
@@ -40,7 +42,7 @@ def emg_law(
     flexor: str | None = None,
     extensor: str | None = None,
     imcj: Recording | PathLike | None = None,
-    roles: Mapping[str, Literal["flexor", "extensor"]] | None = None,
+    roles: Mapping[str, _Action] | None = None,
     method: str | None = None,
     cutoff_hz: float | None | Literal["auto"] = "auto",
     decimation: int | Literal["auto"] = "auto",
@@ -112,7 +114,10 @@ def emg_law(
         rows, heard = list(fits), Crosstalk.of(pair)
         levels = segment_amplitude(heard.own(pair))
         amplitude, sd = levels.amplitude[rows], levels.sd[rows]
-        law = _law_of(fits, pair, heard, amplitude, sd)
+        told = {} if flexor is None or extensor is None else _told(flexor, extensor)
+        held = [trials.force[trials.samples_of(row), joint - 1].mean() for row in rows]
+        expected = from_recording(trials, joint).expected_inertia
+        law = _law_of(fits, pair, heard, amplitude, sd, held, {**told, **(roles or {})}, expected)
         numbers = trials.trials["trial"].to_numpy()[rows]
         points = OperatingPoints.of(fits.values(), numbers, pair.muscles, amplitude)
         notes = (*levels.notes, *levels.warnings, *left_out)
@@ -128,28 +133,39 @@ def _law_of(
     heard: Crosstalk,
     amplitude: FloatArray,
     amplitude_sd: FloatArray,
+    held_Nm: list[float],
+    roles: Mapping[str, _Action],
+    expected: float | None,
 ) -> EmgLaw:
-    """The law of the trials' fits, with what the electrodes hear of the other muscle."""
+    """The law of the trials' fits, with what the electrodes hear, and of which muscle they are."""
+    rows, of_fits = list(fits), list(fits.values())
 
-    def law_of(own: FloatArray) -> EmgLaw:
-        return fit_emg_law_of(list(fits.values()), own, amplitude_sd, muscles=pair.muscles)
+    def law_of(own: FloatArray, **torque: Any) -> EmgLaw:
+        return fit_emg_law_of(of_fits, own, amplitude_sd, muscles=pair.muscles, **torque)
 
-    law, cost = law_of(amplitude), "; record raw EMG"
+    law, cost = law_of(amplitude, torque=held_Nm, roles=roles), "; record raw EMG"
     for near in heard.neighbours(pair):
-        law = law.widened_to(law_of(segment_amplitude(near).amplitude[list(fits)]))
+        law = law.widened_to(law_of(segment_amplitude(near).amplitude[rows]))
     if not heard.told:
         try:
             cost = _cost(law.stiffness, law_of(heard.supposed(amplitude)).stiffness) + cost
         except _NO_FIT:
             cost = f"; 10 % would leave no law{cost}"
-    return replace(law, of_trials=(heard.finding(pair.muscles, cost), _size(fits)))
+    return replace(
+        law, of_trials=(heard.finding(pair.muscles, cost), _size(fits, expected), *law.of_trials)
+    )
 
 
-def _size(fits: Mapping[int, ElbowFit]) -> Finding:
-    """Whether the trials' inertia, at the median, is a joint's."""
+def _told(flexor: str, extensor: str) -> dict[str, _Action]:
+    """What the two muscles do, as the caller has said."""
+    return {flexor: "flexor", extensor: "extensor"}
+
+
+def _size(fits: Mapping[int, ElbowFit], expected: float | None) -> Finding:
+    """Whether the trials' inertia, at the median, is a joint's, and this person's."""
     inertia = [fit.inertia for fit in fits.values()]
     middle = sorted(inertia, key=lambda one: one.value)[len(inertia) // 2]
-    return check_joint_size("inertia", middle.value, middle.sd_robust)
+    return check_joint_size("inertia", middle.value, middle.sd_robust, expected)
 
 
 def _cost(law: LinearLaw, without: LinearLaw) -> str:

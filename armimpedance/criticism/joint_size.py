@@ -27,7 +27,13 @@ SIZES: Final[dict[Quantity, _Size]] = {
 }
 
 
-def check_joint_size(quantity: Quantity, value: float, sd: float) -> Finding:
+#: What a person's size leaves open: bodies differ by a fifth or two, a cuff and a handle add.
+BY_SIZE: Final = (1 / 4, 8.0)
+
+
+def check_joint_size(
+    quantity: Quantity, value: float, sd: float, expected: float | None = None
+) -> Finding:
     """Whether a fitted number can be that of a person's joint.
 
     A violation by less than the distance to the limits is not seen: ``smallest`` says which factor
@@ -40,6 +46,8 @@ def check_joint_size(quantity: Quantity, value: float, sd: float) -> Finding:
         kg m^2 or Nm/rad.
     sd : float
         Its standard error.
+    expected : float, optional
+        What the person's size makes likely; the limits are then a few times less and more.
 
     Returns
     -------
@@ -51,7 +59,11 @@ def check_joint_size(quantity: Quantity, value: float, sd: float) -> Finding:
     >>> check_joint_size("inertia", 70.0, 1.0).verdict
     'warning'
     """
-    size = SIZES[quantity]
+    size, whose = SIZES[quantity], "of no joint of a person"
+    if expected is not None:
+        low, high = (part * expected for part in BY_SIZE)
+        size = _Size(size.unit, float(f"{low:.2g}"), float(f"{high:.2g}"))
+        whose = f"of no limb of this person, where some {expected:.2g} are likely"
     told = f"{quantity} {value:.3g} {size.unit}"
     if size.low <= value + SURE * sd and value - SURE * sd <= size.high:
         inside = min(max(value, size.low), size.high)
@@ -62,8 +74,8 @@ def check_joint_size(quantity: Quantity, value: float, sd: float) -> Finding:
     return Finding(
         "units",
         "warning",
-        f"{told} is that of no joint of a person ({limits}): torque in Nm and angle in rad are "
-        "expected; check the units",
+        f"{told} is that {whose} ({limits}): torque in Nm and angle in rad are expected; check the "
+        "units (kgf m, mNm, degrees), and the mass and the length that were told",
     )
 
 

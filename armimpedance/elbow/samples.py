@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Final, Literal, cast, get_args
 
 import numpy as np
 
+from armimpedance.arm import arm_of
 from armimpedance.arrays import FloatArray, FrozenRecord, IntArray
 from armimpedance.conventions import command_columns, perturbation_columns
 from armimpedance.errors import InputError, RecordError
@@ -20,6 +21,9 @@ TORQUE_FIELD: Final = (
 
 #: What a rig imposes on one joint: its angle, its torque, or, of finite impedance, neither.
 Imposed = Literal["position", "torque", "both"]
+
+#: Of an arm whose forearm alone is asked for, m.
+_ANY_UPPER_ARM_M: Final = 0.3
 
 _IMPOSED_ON_JOINT: Final = f"of a joint one of {', '.join(get_args(Imposed))}"
 
@@ -56,6 +60,9 @@ class JointSamples(FrozenRecord):
     joint : int
         Axis of the recording, counted from 1.
     notes : tuple of str
+    expected_inertia : float or None
+        kg m^2, of the limb beyond the joint by the subject's size; None: it is not known which
+        joint this is, or of whom.
     """
 
     sample_rate_hz: float
@@ -69,6 +76,7 @@ class JointSamples(FrozenRecord):
     imposed: Imposed | None = None
     joint: int = 1
     notes: tuple[str, ...] = ()
+    expected_inertia: float | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -154,7 +162,27 @@ def from_recording(
         imposed=told,
         joint=joint,
         notes=notes,
+        expected_inertia=_expected_inertia(recording),
     )
+
+
+def _expected_inertia(recording: Recording) -> float | None:
+    """Of forearm and hand about the elbow, after D. A. Winter's table (see `arm.anthropometry`).
+
+    The joint is an elbow where its angle stands in the table of trials, or the length of forearm
+    and hand was told; the body's mass has to be known as well.
+    """
+    subject = recording.subject
+    elbow = subject.forearm_hand_m is not None or "q_elbow_rad" in recording.trials
+    if recording.axes != 1 or recording.torque != "interaction" or not elbow:
+        return None
+    try:
+        arm = arm_of(replace(subject, upper_arm_m=subject.upper_arm_m or _ANY_UPPER_ARM_M))
+    except InputError:
+        return None
+    # about the elbow: I + m c^2
+    about_centre = arm.forearm_hand_inertia_kgm2
+    return float(about_centre + arm.forearm_hand_kg * arm.forearm_hand_com_m**2)
 
 
 def _imposed(recording: Recording, asked: str | None) -> tuple[Imposed | None, tuple[str, ...]]:

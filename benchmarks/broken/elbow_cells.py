@@ -66,6 +66,11 @@ OWN = Rig("elbow", "toolkit's bench", of_simulator, ask_elbow, naive_joint)
 EXO = Rig("elbow", "exoskeleton", of_exoskeleton, ask_elbow, naive_joint)
 
 
+def said_to_impose_the_torque(record: Any, _rng: np.random.Generator) -> Any:
+    """A wrong word in recording.json."""
+    return replace(record, imposed="torque")
+
+
 def elbow_cells() -> list[Cell]:
     """At one operating point."""
     cells = []
@@ -81,6 +86,7 @@ def elbow_cells() -> list[Cell]:
     for part in (0.1, 0.25, 0.5):
         joint("reflex", f"{100 * part:g} % at 55 ms", late, reflex=part * JOINT.K)
     joint("reflex", "25 % at 55 ms, creeping", late, SLOW, reflex=0.25 * 9)
+    joint("reflex", "10 % at 40 ms, creeping", late, SLOW, reflex=0.1 * 9, delay_s=0.04)
     joint("reflex", "25 % at 40 ms, swinging", late, QUICK, reflex=0.25 * 20, delay_s=0.04)
     joint("reflex", "25 % and own torque .15 Nm", late, reflex=0.25 * 20, own_Nm=0.15)
     for ms in (0.5, 2.0, -3.0):
@@ -121,7 +127,36 @@ def elbow_cells() -> list[Cell]:
         joint("own torque, nothing recorded", f"{nm:g} Nm", servo, own_Nm=nm, tells=False)
     units = ("units", "plausible")
     broken("torque in mNm", "x 1000", units, damage.gain("force", 1000.0))
-    broken("torque in kgf m", "/ 9.81", units, damage.gain("force", 1 / 9.81))
+    cells.append(
+        Cell(
+            EXO,
+            "torque in kgf m",
+            "/ 9.81, elbow and body told",
+            units,
+            damaged(EXO, on_record(damage.gain("force", 1 / 9.81))),
+        )
+    )
+    # Joints differ a thousandfold, wrist to hip: ten times less torque is a smaller joint's.
+    cells.append(
+        Cell(
+            BENCH,
+            "torque in kgf m",
+            "/ 9.81, nothing told",
+            units,
+            damaged(BENCH, on_record(damage.gain("force", 1 / 9.81))),
+            seen=False,
+        )
+    )
+    cells.append(
+        Cell(
+            BENCH, "rig imposes the angle", "own torque .5 Nm, said to impose the torque", servo,
+            damaged(
+                Rig("", "", linear(replace(JOINT, device=IMPOSED, own_Nm=0.5, tells=False)),
+                    ask_elbow),
+                on_record(said_to_impose_the_torque),
+            ),
+        )
+    )  # fmt: skip
     broken("angle in degrees", "x 57", units, damage.gain("position", 180 / np.pi))
     cells.append(
         Cell(
@@ -191,14 +226,13 @@ def course_cells() -> list[Cell]:
     shapes += [
         ("own torque and a step of K", ".2 Nm, creeping, + 60 %", own,
          over_time(replace(CREEPING, own_Nm=0.2, tells=False), Bent(step=0.6))),
-        # "voluntary" tells what else the unexplained torque may be, and how to find out
-        ("reflex", "25 % at 55 ms", ("reflex", "late answer", "voluntary"),
+        ("reflex", "25 % at 55 ms", ("reflex", "late answer"),
          over_time(replace(JOINT, reflex=5.0))),
-        ("channels out of step", "2 ms", ("skew", "voluntary"),
+        ("channels out of step", "2 ms", ("skew",),
          over_time(replace(JOINT, late_s=2e-3))),
         ("rig imposes the angle", "own torque .5 Nm", own,
          over_time(replace(JOINT, device=IMPOSED, own_Nm=0.5, tells=False))),
-        ("cubic stiffness", "strong", ("amplitude", "curvature", "voluntary"),
+        ("cubic stiffness", "strong", ("amplitude", "curvature"),
          over_time(JOINT, Bent(cubic=2000.0))),
         ("angle in degrees", "x 57", ("units", "plausible"),
          damaged(COURSE, on_record(damage.gain("position", 180 / np.pi)))),

@@ -9,7 +9,7 @@ plain least squares stands beside it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -18,7 +18,9 @@ from numpy.typing import ArrayLike
 from armimpedance.arrays import FloatArray, frozen_array
 from armimpedance.elbow.emg.curvature import Bend, bend_of
 from armimpedance.elbow.emg.law_result import LAW_UNITS, EmgLaw, LinearLaw, constant_and
+from armimpedance.elbow.emg.names import check_names
 from armimpedance.elbow.emg.rank import refuse_alike
+from armimpedance.elbow.emg.roles import Action
 from armimpedance.elbow.emg.scatter import error_covariance, error_moments, settled_variance
 from armimpedance.elbow.result import ElbowFit
 from armimpedance.errors import InputError
@@ -76,6 +78,8 @@ def fit_emg_law_of(
     amplitude_sd: ArrayLike,
     *,
     muscles: Sequence[str] = ("flexor", "extensor"),
+    torque: ArrayLike | None = None,
+    roles: Mapping[str, Action] | None = None,
 ) -> EmgLaw:
     """K and B linear in the amplitudes, of one fit per operating point.
 
@@ -88,6 +92,11 @@ def fit_emg_law_of(
     amplitude_sd : (L, m), (m,) or float
         Standard errors.
     muscles : sequence of m str
+    torque : (L,), optional
+        Mean torque of the limb on the device, Nm, flexion positive, up to a constant: what the
+        muscles hold. Their names are held against it.
+    roles : mapping of muscle to "flexor" or "extensor", optional
+        For muscles whose names do not say it.
 
     Returns
     -------
@@ -99,7 +108,7 @@ def fit_emg_law_of(
         As `fit_emg_law`.
     """
     K, B = [f.stiffness for f in fits], [f.viscosity for f in fits]
-    return fit_emg_law(
+    law = fit_emg_law(
         [k.value for k in K],
         [k.sd_robust for k in K],
         amplitude,
@@ -108,6 +117,10 @@ def fit_emg_law_of(
         viscosity_sd=[b.sd_robust for b in B],
         muscles=muscles,
     )
+    if torque is None:
+        return law
+    held = fit_law("torque", torque, 0.0, amplitude, amplitude_sd, muscles=muscles)
+    return replace(law, of_trials=(check_names(held, roles),))
 
 
 def fit_law(

@@ -244,7 +244,8 @@ class EmgLaw(FrozenRecord):
     notes : tuple of str
         How the amplitudes were made, and which trials have been left out.
     of_trials : tuple of Finding
-        Whether their inertia is a joint's, and whether each electrode hears its own muscle alone.
+        Whether their inertia is a joint's, whether each electrode hears its own muscle alone, and
+        whether each muscle pulls the way its name says.
     """
 
     stiffness: LinearLaw

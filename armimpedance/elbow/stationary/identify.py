@@ -83,10 +83,10 @@ def identify_elbow(
     prepared = with_usable_command(prepared)
     answer = answered(prepared, chosen)
     fits = [diagnosed(w.estimate, chosen, prepared, w.floors, w.band) for w in answer.ways]
-    return _concluded(answer, fits)
+    return _concluded(answer, fits, samples.expected_inertia)
 
 
-def _concluded(answer: Answer, fits: Sequence[ElbowFit]) -> ElbowFit:
+def _concluded(answer: Answer, fits: Sequence[ElbowFit], expected: float | None) -> ElbowFit:
     """The likeliest way's fit, with I, B, K over all ways that the record does not exclude."""
     found = [fit.parameters for fit in fits]
     imposed, fit = answer.finding(found), fits[0]
@@ -96,7 +96,8 @@ def _concluded(answer: Answer, fits: Sequence[ElbowFit]) -> ElbowFit:
         # No instrument was right: what was looked for with one says nothing.
         checks, warnings = (_NOT_LOOKED_FOR,), ()
     parameters = answer.parameters(found)
-    size = check_joint_size("inertia", float(parameters.values[0]), float(parameters.sd[0]))
+    inertia, sd = float(parameters.values[0]), float(parameters.sd[0])
+    size = check_joint_size("inertia", inertia, sd, expected)
     checks = (imposed, *checks, size)
     return replace(
         fit,

@@ -47,12 +47,15 @@ OWN_SETTLED: Final = 0.01
 
 @dataclass(frozen=True)
 class Beginning:
-    """Data with the subject's own torque, a course that is free to vary, levels that are near."""
+    """Data with the subject's own torque, a course that is free to vary, levels that are near.
+
+    `unexplained` is a sentence where the residuals hold much, and no such torque describes it.
+    """
 
     data: VaryingData
     course: Course
     levels: Levels
-    warnings: tuple[str, ...] = ()
+    unexplained: str = ""
 
 
 def begin(data: VaryingData, tick: Callable[[], None] = lambda: None) -> Beginning:
@@ -83,7 +86,7 @@ def begin(data: VaryingData, tick: Callable[[], None] = lambda: None) -> Beginni
         return Beginning(data, course, free)
     begun = _maximised(data, constant, usual, scale, tick)
     if abs(begun.course.inertia / constant.inertia - 1) > INERTIA_KEPT:
-        return Beginning(data, course, free, (_no_torque(begun, constant),))
+        return Beginning(data, course, free, _no_torque(begun, constant))
     return begun
 
 
@@ -113,12 +116,13 @@ def with_own_torque(
 
 
 def _no_torque(begun: Beginning, constant: Course) -> str:
-    """Inertia is what fast motion says most surely: weights that change it are wrong."""
+    """Inertia is what fast motion says most surely: weights that change it are wrong, or it was."""
     return (
-        "the residuals hold far more than the sensors' noise, and it is no torque of the subject's "
-        f"own: weighed so, I would be {begun.course.inertia:.2g}, not {constant.inertia:.2g} "
-        "kg m^2; the equation does not hold up to the band's edge (give a lower cut-off), and "
-        "bands that rest on white noise are too narrow"
+        "the residuals hold far more than the sensors' noise; weighed as a torque of the subject's "
+        f"own, I would be {begun.course.inertia:.2g}, not {constant.inertia:.2g} kg m^2: such a "
+        "torque that is large, or an equation that does not hold up to the band's edge (give a "
+        "lower cut-off); B and K are not to be trusted, their bands rest on white noise; ask the "
+        "subject to relax, or average over trials"
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 from itertools import count
 from typing import Final
@@ -13,13 +14,15 @@ from armimpedance.arrays import FloatArray
 from armimpedance.criticism import check_joint_size
 from armimpedance.elbow.result import NAMES, UNITS
 from armimpedance.elbow.samples import COMMANDED, JointSamples
+from armimpedance.elbow.varying.at_rest import at_rest
 from armimpedance.elbow.varying.beginning import Beginning, begin
 from armimpedance.elbow.varying.data import VaryingData, decimated_amplitudes, varying_data
 from armimpedance.elbow.varying.estimated import EstimatedCourse
 from armimpedance.elbow.varying.method import VaryingMethod, VaryingOptions
+from armimpedance.elbow.varying.rivals import beside_rivals
 from armimpedance.elbow.varying.table import VARYING_METHODS
 from armimpedance.elbow.varying_result import VaryingImpedance
-from armimpedance.errors import InputError
+from armimpedance.errors import EstimationError, InputError
 from armimpedance.findings import warnings_of
 from armimpedance.regression import Parameters, t_factor
 from armimpedance.signals import CUTOFF_HZ
@@ -86,11 +89,29 @@ def identify_varying(
         own, sd = decimated_amplitudes(samples, data.every, amplitude, amplitude_sd)
         options = replace(options, amplitude=own, amplitude_sd=sd)
     tick()
-    begun = begin(data, tick)
-    course = chosen.identify(begun, options)
+    begun, course = _with_rivals(chosen, begin(data, tick), options)
+    rest = at_rest(samples, data, course, cutoff_hz)
+    if rest.corrects:
+        # where the corrected record does not settle, the bands alone allow for what was found
+        with suppress(EstimationError):
+            corrected = varying_data(rest.corrected(samples), cutoff_hz)
+            begun, course = _with_rivals(chosen, begin(corrected, tick), options)
+    course = rest.beside(course)
     if progress is not None:
         progress(_STEPS, _STEPS)
     return _result(chosen, samples, begun, course)
+
+
+def _with_rivals(
+    chosen: VaryingMethod, begun: Beginning, options: VaryingOptions
+) -> tuple[Beginning, EstimatedCourse]:
+    """The method's course; one that does not judge the subject's own torque is judged here."""
+    course = chosen.identify(begun, options)
+    # a course of measured amplitudes does not follow a torque that is none of theirs
+    free = chosen.needs != "amplitude"
+    if free and not any(check.name == "voluntary" for check in course.checks):
+        course = beside_rivals(course, begun, options.tick)
+    return begun, course
 
 
 def _ticks(progress: Callable[[int, int], None] | None) -> Callable[[], None]:
@@ -117,7 +138,8 @@ def _result(
 ) -> VaryingImpedance:
     data = begun.data if course.own is None else replace(begun.data, own=course.own)
     begun = replace(begun, data=data)
-    size = check_joint_size("inertia", course.inertia, course.sd_inertia)
+    expected = samples.expected_inertia
+    size = check_joint_size("inertia", course.inertia, course.sd_inertia, expected)
     counts = np.bincount(data.trial_of[course.at], minlength=len(data.trials))
     inertia = Parameters(
         NAMES[:1], UNITS[:1], np.array([course.inertia]), np.array([[course.sd_inertia**2]])
@@ -152,7 +174,7 @@ def _own_note(data: VaryingData) -> tuple[str, ...]:
 
 def _warnings(samples: JointSamples, begun: Beginning, course: EstimatedCourse) -> tuple[str, ...]:
     commanded = (COMMANDED,) if samples.torque_is == "commanded" else ()
-    own = (*begun.warnings, *_limited(begun.data, course))
+    own = _limited(begun.data, course)
     return (*commanded, *_negative(course), *own, *course.warnings, *warnings_of(course.checks))
 
 

@@ -14,13 +14,16 @@ from typing import Final
 
 import numpy as np
 
+from armimpedance.arrays import FloatArray
 from armimpedance.elbow.varying.beginning import Beginning, with_own_torque
 from armimpedance.elbow.varying.data import VaryingData
 from armimpedance.elbow.varying.equation import start
+from armimpedance.elbow.varying.estimated import EstimatedCourse
 from armimpedance.elbow.varying.smoother import SmoothedCourse, smooth
 from armimpedance.elbow.varying.voluntary import own_torque, residual_of
 from armimpedance.errors import EstimationError
 from armimpedance.findings import Finding
+from armimpedance.regression import t_factor
 
 #: Intensities (s^-1.5) of B and K from which a torque of the subject's own is looked for.
 FIRST_INTENSITIES: Final = (0.3, 3.0)
@@ -89,7 +92,39 @@ def explained(begun: Beginning, tick: Callable[[], None]) -> Explained:
         slow = replace(data, own=data.own.slower(SLOWER))
         with suppress(EstimationError):
             others.append(smooth(slow, made.course, made.levels, tick=tick))
-    return Explained(data, made, tuple(others), _finding(data, alike[0][1] if alike else None))
+    finding = _finding(data, made, alike[0][1] if alike else None)
+    if finding.verdict == "ok" and begun.unexplained:
+        finding = replace(finding, verdict="warning", message=begun.unexplained)
+    return Explained(data, made, tuple(others), finding)
+
+
+def beside_rivals(
+    course: EstimatedCourse, begun: Beginning, tick: Callable[[], None]
+) -> EstimatedCourse:
+    """A course of a method that does not judge the subject's own torque, with that judgement.
+
+    Where there may be one, its bands hold those of the smoother's explanations too.
+    """
+    try:
+        both = explained(begun, tick)
+    except EstimationError as error:
+        said = f"a torque of the subject's own could not be looked for: {error}"
+        return replace(course, checks=(*course.checks, Finding("voluntary", "cannot tell", said)))
+    course = replace(course, checks=(*course.checks, both.finding))
+    if both.finding.verdict == "ok":
+        return course
+    sd_B, sd_K = course.sd_B, course.sd_K
+    for other in (both.made, *both.others):
+        at = course.at
+        sd_B = hull(course.B, sd_B, other.course.B[at], other.sd_B[at])
+        sd_K = hull(course.K, sd_K, other.course.K[at], other.sd_K[at])
+    return replace(course, sd_B=sd_B, sd_K=sd_K)
+
+
+def hull(value: FloatArray, sd: FloatArray, other: FloatArray, other_sd: FloatArray) -> FloatArray:
+    """Standard errors about `value` whose band reaches as far as that of another estimate."""
+    z = t_factor(np.inf)
+    return np.maximum(sd, np.abs(other - value) / z + other_sd)
 
 
 def _candidates(begun: Beginning, tick: Callable[[], None]) -> list[Beginning]:
@@ -118,7 +153,7 @@ def _log_likelihood(data: VaryingData, made: SmoothedCourse) -> float:
     return made.log_likelihood + normal - own.order * float(np.log(len(data.angle))) / 2
 
 
-def _finding(data: VaryingData, other: VaryingData | None) -> Finding:
+def _finding(data: VaryingData, made: SmoothedCourse, other: VaryingData | None) -> Finding:
     floor = float(np.sqrt((data.sd_torque**2).mean()))
     smallest = f"{FLOORS * floor:.2g} Nm"
     rms = max(data.own.rms, 0.0 if other is None else other.own.rms)
@@ -135,6 +170,15 @@ def _finding(data: VaryingData, other: VaryingData | None) -> Finding:
             "depends on the deflection (`elbow` on a part where nothing changes tells which); the "
             "bands allow for an own one that goes on alike, but where K changes at once, or with "
             "the torque, they may miss it; ask the subject to relax, or average over trials"
+        )
+        return Finding("voluntary", "warning", said, smallest)
+    if made.levels.torque > MUCH_NOISE:
+        said = (
+            f"the residuals are {made.levels.torque:.1f} times the torque sensor's noise, and no "
+            "process of the subject's own torque describes them: such a torque none the less, or a "
+            "joint that is not of second order (`elbow` on a part where nothing changes tells "
+            "which); B and K are not to be trusted here, and their bands rest on white noise; ask "
+            "the subject to relax"
         )
         return Finding("voluntary", "warning", said, smallest)
     return Finding("voluntary", "ok", "no torque of the subject's own is seen", smallest)

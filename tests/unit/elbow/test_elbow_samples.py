@@ -9,6 +9,7 @@ from armimpedance.elbow.frequency_response import frequency_response, model_comp
 from armimpedance.elbow.samples import JointSamples, from_recording
 from armimpedance.elbow.stationary.identify import identify_elbow
 from armimpedance.errors import InputError, RecordError
+from armimpedance.records import Subject
 from manipulandum_sim.elbow.bench import simulate_bench
 
 JOINT = (0.07, 0.6, 20.0)
@@ -130,3 +131,22 @@ def test_a_trial_shorter_than_a_segment_has_no_spectrum():
     recording, _ = simulate_bench(*JOINT, duration_s=1.0)
     with pytest.raises(InputError, match="at least 4 s"):
         frequency_response(from_recording(recording))
+
+
+def test_an_inertia_is_held_against_the_size_of_the_person():
+    """Forearm and hand about the elbow, after Winter: by two rows of his table, or by that of both.
+
+    The hand's row counts to the finger tip, that of both to the wrist: they differ by 7 %.
+    """
+    recording, _ = simulate_bench(0.07, 1.2, 20.0, duration_s=6.0, seed=3)
+    assert from_recording(recording).expected_inertia is None
+    person = Subject(mass_kg=70.0, height_m=1.75)
+    assert from_recording(replace(recording, subject=person)).expected_inertia is None
+    person = replace(person, forearm_hand_m=0.35)
+    told = replace(recording, subject=person)
+    # forearm and hand in one: .022 of the mass, radius of gyration .827 of elbow to wrist
+    by_row = 0.022 * 70 * (0.827 * 0.146 * 1.75) ** 2
+    assert from_recording(told).expected_inertia == pytest.approx(by_row, rel=0.1)
+    for record, verdict in ((told, "ok"), (replace(told, force=told.force / 9.81), "warning")):
+        (size,) = (c for c in identify_elbow(from_recording(record)).checks if c.name == "units")
+        assert size.verdict == verdict

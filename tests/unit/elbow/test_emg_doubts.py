@@ -9,6 +9,7 @@ import pytest
 from armimpedance.analyses import emg_law
 from armimpedance.elbow.emg.crosstalk import Crosstalk
 from armimpedance.elbow.emg.law import fit_emg_law, fit_law
+from armimpedance.elbow.emg.names import check_names
 from armimpedance.records import Recording
 from armimpedance.report import law_text
 from manipulandum_sim.elbow import Electrodes, raw_emg, simulate_elbow
@@ -151,3 +152,33 @@ def test_a_session_with_crosstalk_gives_the_law_without():
     wider = law.stiffness.parameters.sd >= 0.98 * without.stiffness.parameters.sd
     assert wider.all()
     assert "WARN  crosstalk" in law_text(law)
+
+
+def held_torque(seed: int, pulls: tuple[float, float], swapped: bool = False) -> np.ndarray:
+    """Mean torque and amplitudes (14, 3) at `LEVELS`, twice; .1 Nm and 2 % of noise."""
+    rng = np.random.default_rng([85, seed])
+    levels = np.tile(LEVELS, (2, 1))
+    torque = 2.0 + levels @ np.array(pulls) + 0.1 * rng.standard_normal(len(levels))
+    seen = levels * (1 + 0.02 * rng.standard_normal(levels.shape))
+    return np.column_stack([torque, seen[:, ::-1] if swapped else seen])
+
+
+def test_exchanged_names_are_seen_by_the_torque_that_is_held():
+    muscles = ("biceps", "triceps")
+    for swapped, right, wrong in ((False, "ok", "warning"), (True, "warning", "ok")):
+        verdicts = []
+        for seed in range(RECORDS):
+            torque, *seen = held_torque(seed, (50.0, -40.0), swapped).T
+            law = fit_law("torque", torque, 0.0, np.transpose(seen), 0.002, muscles=muscles)
+            verdicts.append(check_names(law).verdict)
+        # a law that looks bent by chance, once in a hundred, has slopes of wide intervals
+        assert verdicts.count(right) >= RECORDS - 2
+        assert wrong not in verdicts
+    # one electrode on a muscle of the other side; nothing held; names that say nothing
+    for pulls, verdict in (((50.0, 40.0), "warning"), ((1.0, -1.0), "cannot tell")):
+        torque, *seen = held_torque(0, pulls).T
+        law = fit_law("torque", torque, 0.0, np.transpose(seen), 0.002, muscles=muscles)
+        assert check_names(law).verdict == verdict
+    unknown = replace(law, muscles=("m1", "m2"))
+    assert check_names(unknown).verdict == "cannot tell"
+    assert "m1" in check_names(unknown).message

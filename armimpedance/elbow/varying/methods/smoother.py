@@ -4,14 +4,10 @@ from __future__ import annotations
 
 from typing import Final
 
-import numpy as np
-
-from armimpedance.arrays import FloatArray
 from armimpedance.elbow.varying.beginning import Beginning
 from armimpedance.elbow.varying.estimated import EstimatedCourse, grid
 from armimpedance.elbow.varying.method import VaryingMethod, VaryingOptions
-from armimpedance.elbow.varying.rivals import MUCH_NOISE, explained
-from armimpedance.regression import t_factor
+from armimpedance.elbow.varying.rivals import explained, hull
 
 #: +-30 % at 2 Hz asks for about so much; at 3 Hz, twice, bands of 95 % cover some 60 %.
 FAST: Final = 12.0
@@ -25,14 +21,9 @@ def smoother(begun: Beginning, options: VaryingOptions) -> EstimatedCourse:
     levels = made.levels
     sd_B, sd_K = made.sd_B[at], made.sd_K[at]
     for other in both.others:
-        sd_B = _hull(course.B[at], sd_B, other.course.B[at], other.sd_B[at])
-        sd_K = _hull(course.K[at], sd_K, other.course.K[at], other.sd_K[at])
+        sd_B = hull(course.B[at], sd_B, other.course.B[at], other.sd_B[at])
+        sd_K = hull(course.K[at], sd_K, other.course.K[at], other.sd_K[at])
     warnings = []
-    if levels.torque > MUCH_NOISE and not data.own.order:
-        warnings.append(
-            f"residuals are {levels.torque:.1f} times the torque sensor's noise: a torque of the "
-            "subject's own, or a joint that is not of second order; the bands take it in"
-        )
     for name, level in (("B", levels.B), ("K", levels.K)):
         if level > FAST:
             warnings.append(
@@ -60,12 +51,6 @@ def smoother(begun: Beginning, options: VaryingOptions) -> EstimatedCourse:
             "log_likelihood": made.log_likelihood,
         },
     )
-
-
-def _hull(value: FloatArray, sd: FloatArray, other: FloatArray, other_sd: FloatArray) -> FloatArray:
-    """Standard errors about `value` whose band reaches as far as that of another estimate."""
-    z = t_factor(np.inf)
-    return np.maximum(sd, np.abs(other - value) / z + other_sd)
 
 
 METHOD = VaryingMethod(
