@@ -31,6 +31,7 @@ from .sources import (
     of_condition as of_condition,
     read as read,
     read_recording as read_recording,
+    without_trials as without_trials,
 )
 from .therapy import (
     calibrate_arm as calibrate_arm,

@@ -2,15 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import Any, Final, Literal
 
 from armimpedance.analyses.inspection import check_handle, checked
 from armimpedance.analyses.results.compared_methods import ComparedMethods
 from armimpedance.analyses.results.estimates import Estimates
 from armimpedance.analyses.results.named import as_columns
-from armimpedance.analyses.sources import PathLike, naming, read_recording
+from armimpedance.analyses.sources import (
+    LeftOut,
+    PathLike,
+    left_out_sentence,
+    left_out_trials,
+    naming,
+    read_recording,
+    without_trials,
+)
+from armimpedance.conventions import group_name
 from armimpedance.errors import InputError
 from armimpedance.files import check_group_columns
 from armimpedance.impedance import (
@@ -19,9 +29,10 @@ from armimpedance.impedance import (
     Options,
     allowing,
     estimate as estimate_groups,
+    groups_of,
     side_by_side,
 )
-from armimpedance.records import Recording
+from armimpedance.records import ImpedanceEstimate, Recording
 
 Progress = Callable[[int, int], None]
 ForceBy = Literal["limb", "device"]
@@ -41,6 +52,7 @@ def estimate(
     band_hz: tuple[float, float] | None = None,
     force_by: ForceBy | None = None,
     despite: str | Collection[str] = (),
+    leave_out: LeftOut | None = None,
     progress: Progress | None = None,
 ) -> Estimates:
     """Estimate inertia, viscosity and stiffness of every group of trials.
@@ -72,6 +84,9 @@ def estimate(
     despite : str or collection of str
         Names of checks of `inspect`, such as "force sign", whose STOP is overruled; every estimate
         then says so among its warnings.
+    leave_out : path, mapping from a trial's number to a reason, or collection of int; optional
+        Trials that are left out, for example those of the list that ``armimpedance trials`` saves;
+        the provenance of each estimate names those of its group.
     progress : function (done, all), optional
         Called after each group.
 
@@ -111,9 +126,11 @@ def estimate(
             workers=workers,
             force_by=force_by,
             despite=despite,
+            leave_out=leave_out,
             progress=progress,
         ).estimates
-    with opened(recording, by, seed, force_by) as (read, columns):
+    with opened(recording, by, seed, force_by) as (whole, columns):
+        read = without_trials(whole, leave_out)
         chosen: dict[str, Any] = {"covariance": covariance, "seed": seed}
         if read.perturbation == "stochastic":
             _refuse_method(method)
@@ -127,7 +144,31 @@ def estimate(
             read, by=columns, options=options, progress=progress, workers=workers
         )
         made = [one.marked(marks) for one in allowing(made, read, columns)]
+        made = _noting(made, whole, left_out_trials(leave_out), columns)
         return Estimates(tuple(made), read.subject, read.gravity_m_s2)
+
+
+def _noting(
+    estimates: Sequence[ImpedanceEstimate],
+    whole: Recording,
+    chosen: Mapping[int, str],
+    by: Sequence[str],
+) -> list[ImpedanceEstimate]:
+    """Each estimate's provenance names the trials of its group that were left out by hand."""
+    if not chosen:
+        return list(estimates)
+    trials = whole.trials["trial"]
+    of_group = {
+        group_name(keys): {int(n): chosen[n] for n in trials.iloc[rows] if n in chosen}
+        for keys, rows in groups_of(whole, by)
+    }
+    return [_noted(one, of_group[group_name(one.keys)]) for one in estimates]
+
+
+def _noted(estimate: ImpedanceEstimate, chosen: Mapping[int, str]) -> ImpedanceEstimate:
+    if not chosen:
+        return estimate
+    return replace(estimate, provenance=(*estimate.provenance, left_out_sentence(chosen)))
 
 
 def estimate_all(
@@ -139,6 +180,7 @@ def estimate_all(
     workers: int = 1,
     force_by: ForceBy | None = None,
     despite: str | Collection[str] = (),
+    leave_out: LeftOut | None = None,
     progress: Progress | None = None,
 ) -> ComparedMethods:
     """Estimate with every method, and say which of them differ by more than chance.
@@ -147,7 +189,7 @@ def estimate_all(
     ----------
     recording : Recording or path
         Of the hand or of joints, with disturbances that return.
-    by, covariance, seed, workers, force_by, despite, progress
+    by, covariance, seed, workers, force_by, despite, leave_out, progress
         See `estimate`.
 
     Returns
@@ -169,7 +211,8 @@ def estimate_all(
     >>> compared.estimates["cocontraction_10", "exact"].stiffness.axes
     ('x', 'y')
     """
-    with opened(recording, by, seed, force_by) as (read, columns):
+    with opened(recording, by, seed, force_by) as (whole, columns):
+        read = without_trials(whole, leave_out)
         marks = _marks(read, despite, columns)
         options = Options(covariance=covariance, seed=seed)
         sides = side_by_side(read, by=columns, options=options, progress=progress, workers=workers)

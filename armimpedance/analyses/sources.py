@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Literal
 
+import numpy as np
+
 from armimpedance.errors import EstimationError, InputError, NotIdentifiableError
+from armimpedance.files import read_left_out
 from armimpedance.motion import MarkerRecording
 from armimpedance.recordings import AnyRecording, ReadOptions, open_recording
 from armimpedance.records import Recording
@@ -118,6 +121,59 @@ def of_condition(recording: Recording, condition: str | None) -> Recording:
         known = ", ".join(map(str, recording.trials["condition"].unique()))
         raise InputError(f"no condition {condition!r}", expected=f"one of {known}")
     return recording.select(chosen)
+
+
+#: Trials that are left out by hand: a list that `trials` saved, or numbers, with or without why.
+LeftOut = PathLike | Mapping[int, str] | Collection[int]
+
+
+def without_trials(recording: Recording, left_out: LeftOut | None) -> Recording:
+    """The recording without the trials of a list; its provenance names them.
+
+    Parameters
+    ----------
+    recording : Recording
+    left_out : path, mapping from a trial's number to a reason, or collection of int; optional
+        A path is that of a CSV with the columns ``trial`` and ``why``, as ``armimpedance trials``
+        saves it.
+
+    Returns
+    -------
+    Recording
+        The same one where nothing is left out.
+
+    Raises
+    ------
+    InputError
+        The list cannot be read, holds a trial that the recording does not, or all of them.
+    """
+    file = left_out if isinstance(left_out, str | os.PathLike) else None
+    chosen = left_out_trials(left_out)
+    numbers = recording.trials["trial"].to_numpy()
+    if unknown := sorted(set(chosen) - set(numbers.tolist())):
+        known = f"one of {numbers.min()} to {numbers.max()}"
+        raise InputError(f"no trial {unknown[0]} to leave out", file=file, expected=known)
+    kept = ~np.isin(numbers, list(chosen))
+    if not kept.any():
+        raise InputError("every trial is left out", file=file, expected="some that stay")
+    if kept.all():
+        return recording
+    return recording.select(kept).with_step(left_out_sentence(chosen))
+
+
+def left_out_trials(left_out: LeftOut | None) -> dict[int, str]:
+    """The numbers of the trials that are left out, each with its reason, which may be empty."""
+    if left_out is None:
+        return {}
+    if isinstance(left_out, str | os.PathLike):
+        return read_left_out(os.fspath(left_out))
+    return dict(left_out) if isinstance(left_out, Mapping) else dict.fromkeys(left_out, "")
+
+
+def left_out_sentence(chosen: Mapping[int, str]) -> str:
+    """What the provenance says of them: ``left out by hand: trials 3 (cough), 7``."""
+    told = ", ".join(f"{n} ({why})" if why else str(n) for n, why in sorted(chosen.items()))
+    return f"left out by hand: trial{'s' * (len(chosen) > 1)} {told}"
 
 
 @contextmanager

@@ -31,6 +31,7 @@ COMMANDS = {
     "therapy": "how much of a movement with a therapy robot is the patient's own",
     "discriminate": "can one number tell two groups of people apart?",
     "report": "one page to show: verdict, pictures, intervals, checks, methods paragraph",
+    "trials": "look at every trial in a page, leave some out",
     "convert": "turn a lab's files into a recording",
     "figures": "draw the sources' figures from simulated subjects",
 }

@@ -25,6 +25,7 @@ from typing import Final
 
 from armimpedance.cli.estimate import add_by, add_force_by
 from armimpedance.cli.parts.despite import add_despite
+from armimpedance.cli.parts.leave_out import add_leave_out
 from armimpedance.cli.parts.outputs import Output, add_out, check_outputs
 
 PAGE: Final = (".html",)
@@ -52,6 +53,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--arm", type=Path, metavar="ARM.json", help="of a therapy session")
     add_force_by(parser)
     add_despite(parser)
+    add_leave_out(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -59,7 +61,7 @@ def run(arguments: argparse.Namespace) -> int:
     from armimpedance.cli.parts.progress import bar
     from armimpedance.pages import Asked, report_page, write_page
 
-    given = [*arguments.sources, arguments.robot, arguments.arm]
+    given = [*arguments.sources, arguments.leave_out, arguments.robot, arguments.arm]
     check_outputs(Output("--out", arguments.out, PAGE), reads=given)
     with bar("analysing") as progress:
         page = report_page(
@@ -71,7 +73,8 @@ def run(arguments: argparse.Namespace) -> int:
                 covariance=arguments.covariance,
                 seed=arguments.seed,
                 force_by=arguments.force_by,
-                despite=tuple(arguments.despite or ()),
+                despite=tuple(arguments.despite),
+                leave_out=arguments.leave_out,
                 robot=arguments.robot,
                 arm=arguments.arm,
                 command=_command(arguments),
@@ -88,14 +91,14 @@ def _command(arguments: argparse.Namespace) -> str:
     """The command line with the names of the files alone: a page may go to other people."""
     words = ["armimpedance", "report", *(path.name for path in arguments.sources)]
     words += ["--out", arguments.out.name]
-    options = ("topic", "method", "force_by", "robot", "arm")
+    options = ("topic", "method", "force_by", "leave_out", "robot", "arm")
     for name in options:
         value = getattr(arguments, name)
         if value is not None:
             words += [f"--{name.replace('_', '-')}", Path(value).name]
     for column in arguments.by or ():
         words += ["--by", column]
-    for check in arguments.despite or ():
+    for check in arguments.despite:
         words += ["--despite", check]
     if arguments.covariance != "cr3":
         words += ["--covariance", arguments.covariance]

@@ -5,6 +5,7 @@ from .fit_json import (
     write_json as write_json,
 )
 from .joint_rows_csv import read_joint_rows as read_joint_rows
+from .left_out_csv import read_left_out as read_left_out
 from .model_json import read_model as read_model, write_model as write_model
 from .muscle_csv import (
     muscle_rows as muscle_rows,

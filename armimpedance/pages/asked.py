@@ -39,6 +39,8 @@ class Asked:
     force_by : {"limb", "device"} or None
     despite : tuple of str
         Checks whose STOP is overruled.
+    leave_out : Path or None
+        A list of trials that are left out, of the hand.
     robot, arm : Path or None
         What a therapy session needs beside itself.
     command : str
@@ -56,6 +58,7 @@ class Asked:
     seed: int = 0
     force_by: Literal["limb", "device"] | None = None
     despite: tuple[str, ...] = ()
+    leave_out: Path | None = None
     robot: Path | None = None
     arm: Path | None = None
     command: str = ""
@@ -102,7 +105,7 @@ def made_from(asked: Asked, options: Sequence[tuple[str, Any]] = ()) -> tuple[tu
 
 def _hashes(asked: Asked) -> Iterator[tuple[str, str]]:
     """The name and the SHA-256 of every file that was read."""
-    given = (*asked.sources, asked.robot, asked.arm)
+    given = (*asked.sources, asked.leave_out, asked.robot, asked.arm)
     # a recording that lives in memory has a name, no file
     for path in (path for path in given if path is not None and path.exists()):
         files = sorted(p for p in path.rglob("*") if p.is_file()) if path.is_dir() else [path]

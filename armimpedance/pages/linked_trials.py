@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Final
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 import pandas as pd
 
 from armimpedance.conventions import AXES
-from armimpedance.files import condition_of
 from armimpedance.pages.page import Linked
 from armimpedance.plots import aligned_group, outlying_trials
-from armimpedance.records import ImpedanceEstimate, Recording
+from armimpedance.records import Recording
 
 if TYPE_CHECKING:
     import altair as alt
+
+    from armimpedance.plots import Aligned
 
 #: Points of one trial that the page holds: what passes the fit's kernel needs no more. Of very many
 #: trials fewer are held, so that a page stays small.
@@ -25,15 +26,19 @@ PANEL_PX: Final = (420, 170)
 
 
 def trial_data(
-    recording: Recording, estimates: Sequence[ImpedanceEstimate]
+    recording: Recording,
+    groups: Mapping[str, Mapping[str, Any]],
+    most_rows: int = MOST_ROWS,
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Which trials there are, and their courses.
 
     Parameters
     ----------
     recording : Recording
-    estimates : sequence of ImpedanceEstimate
-        Whose groups are shown.
+    groups : mapping from a group's name to its keys
+        Columns of the trial table and their values.
+    most_rows : int
+        Rows of the courses; of very many trials fewer points are held.
 
     Returns
     -------
@@ -42,31 +47,52 @@ def trial_data(
     courses : DataFrame
         Columns trial, ms, and per axis moved (mm, or mrad) and pushed (N, or Nm).
     """
-    heads, courses = [], []
-    points = max(12, min(POINTS, MOST_ROWS // recording.n_trials))
-    for estimate in estimates:
-        aligned = aligned_group(recording, estimate.keys)
-        outliers = set(outlying_trials(recording, estimate.keys))
-        names = aligned.direction_names
-        every = max(1, round(len(aligned.lag_s) / points))
+    heads: list[tuple[int, str, str, str]] = []
+    courses = []
+    points = max(12, min(POINTS, most_rows // recording.n_trials))
+    for name, keys in groups.items():
+        aligned = aligned_group(recording, keys)
+        outliers = set(outlying_trials(recording, keys))
+        every = slice(None, None, max(1, round(len(aligned.lag_s) / points)))
         for t, trial in enumerate(aligned.trial.tolist()):
-            known = aligned.direction is not None and len(names) > 0
-            direction = names[int(aligned.direction[t])] if known else "all"  # type: ignore[index]
             look = "outlier" if trial in outliers else "used" if aligned.used[t] else "left out"
-            heads.append((trial, condition_of(estimate), direction, look))
-            block = np.column_stack(
-                [
-                    np.full(len(aligned.lag_s[::every]), trial),
-                    1e3 * aligned.lag_s[::every],
-                    1e3 * aligned.moved[t, ::every],
-                    aligned.pushed[t, ::every],
-                ]
-            )
-            courses.append(block)
+            heads.append((trial, name, _direction(aligned, t), look))
+            ms = 1e3 * aligned.lag_s[every]
+            moved, pushed = 1e3 * aligned.moved[t, every], aligned.pushed[t, every]
+            courses.append(np.column_stack([np.full(len(ms), trial), ms, moved, pushed]))
     axes = range(1, recording.axes + 1)
     columns = ["trial", "ms", *(f"moved_{i}" for i in axes), *(f"pushed_{i}" for i in axes)]
     frame = pd.DataFrame(np.concatenate(courses), columns=columns).astype({"trial": int})
     return pd.DataFrame(heads, columns=["trial", "group", "direction", "look"]), frame
+
+
+def _direction(aligned: Aligned, row: int) -> str:
+    """The name of a trial's direction; "all" where none is known."""
+    if aligned.direction is None or not aligned.direction_names:
+        return "all"
+    return aligned.direction_names[int(aligned.direction[row])]
+
+
+def panels(recording: Recording) -> list[tuple[str, str]]:
+    """Columns of the courses and their labels: per axis displacement, then force.
+
+    Parameters
+    ----------
+    recording : Recording
+
+    Returns
+    -------
+    list of (str, str)
+    """
+    hand = recording.kind == "hand"
+    units = {"moved": ("displacement", "mm" if hand else "mrad"), "pushed": ("force", "N")}
+    if not hand:
+        units["pushed"] = ("torque", "Nm")
+    return [
+        (f"{column}_{i + 1}", f"{what} {_axis(hand, i)} ({unit})")
+        for i in range(recording.axes)
+        for column, (what, unit) in units.items()
+    ]
 
 
 def linked_trials(recording: Recording, told: pd.DataFrame, trials: str, courses: str) -> Linked:
@@ -110,16 +136,8 @@ def linked_trials(recording: Recording, told: pd.DataFrame, trials: str, courses
         )
         .encode(color=color)
     )
-    hand = recording.kind == "hand"
-    units = ("mm", "N") if hand else ("mrad", "Nm")
-    rows = [
-        alt.hconcat(
-            _panel(base, f"moved_{i + 1}", f"displacement {_axis(hand, i)} ({units[0]})"),
-            _panel(base, f"pushed_{i + 1}", f"force {_axis(hand, i)} ({units[1]})"),
-        )
-        for i in range(recording.axes)
-    ]
-    picture = alt.vconcat(*rows).add_params(chosen, trial)
+    drawn = [_panel(base, *one) for one in panels(recording)]
+    picture = alt.concat(*drawn, columns=2).add_params(chosen, trial)
     return Linked(
         name="trials",
         spec=picture.to_dict(),

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 from base64 import b64encode
+from collections.abc import Mapping, Sequence
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
@@ -45,9 +46,7 @@ def write_page(page: Page, path: str | Path) -> None:
     path : path
         The file; its name ends in .html.
     """
-    text = html_of(page)
-    with staged_file(path) as staged:
-        staged.write_text(text, encoding="utf-8")
+    _write(html_of(page), path)
 
 
 def html_of(page: Page) -> str:
@@ -63,22 +62,65 @@ def html_of(page: Page) -> str:
     """
     linked = [block for block in page.blocks if isinstance(block, Linked)]
     word, mark = STATES[page.verdict.state]
-    return (
+    return _rendered(
+        "page.html.jinja",
+        ("shared.js", "page.js"),
+        page.data,
+        page=page,
+        word=word,
+        mark=mark,
+        marks=MARKS,
+        library=_library() if linked else "",
+        specs=_json({block.name: block.spec for block in linked}),
+    )
+
+
+def write_html(
+    path: str | Path,
+    template: str,
+    scripts: Sequence[str],
+    data: Mapping[str, pd.DataFrame],
+    more: Mapping[str, Any],
+    title: str,
+) -> None:
+    """Write a page of a template of its own, whole or not at all.
+
+    Parameters
+    ----------
+    path : path
+    template : str
+        Its name among the assets.
+    scripts : sequence of str
+        The names of its scripts, in the order in which they run.
+    data : mapping from a name to a DataFrame
+    more : mapping
+        Plain values that its script reads.
+    title : str
+    """
+    _write(_rendered(template, scripts, data, title=title, more=_json(dict(more))), path)
+
+
+def _rendered(
+    template: str, scripts: Sequence[str], data: Mapping[str, pd.DataFrame], **texts: Any
+) -> str:
+    script = "".join(_asset(name) for name in scripts)
+    page: str = (
         _environment()
-        .get_template("page.html.jinja")
+        .get_template(template)
         .render(
-            page=page,
-            word=word,
-            mark=mark,
-            marks=MARKS,
             policy=POLICY,
             style=Markup(_asset("page.css")),  # noqa: S704 - our own file
-            script=Markup(_asset("page.js")),  # noqa: S704 - our own file
-            library=_library() if linked else "",
-            data=_json({name: columns_of(frame) for name, frame in page.data.items()}),
-            specs=_json({block.name: block.spec for block in linked}),
+            script=Markup(script),  # noqa: S704 - our own files
+            data=_json({name: columns_of(frame) for name, frame in data.items()}),
+            **texts,
         )
     )
+    return page
+
+
+def _write(text: str, path: str | Path) -> None:
+    with staged_file(path) as staged:
+        staged.write_text(text, encoding="utf-8")
 
 
 def columns_of(frame: pd.DataFrame) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from .elbow import (
     plot_varying_both as plot_varying_both,
 )
 from .ellipse_fields import Predicted as Predicted
-from .ellipse_parts import default_scale as default_scale
+from .ellipse_parts import default_scale as default_scale, one_legend as one_legend
 from .ellipse_series import (
     plot_ellipse_rose as plot_ellipse_rose,
     plot_ellipses_over_levels as plot_ellipses_over_levels,
@@ -27,6 +27,8 @@ from .muscles import (
     posture_surfaces as posture_surfaces,
 )
 from .outline import confidence_band as confidence_band
+from .paper.captions import save_with_caption as save_with_caption
+from .paper.letters import panel_letters as panel_letters
 from .passive import (
     plot_emg_level as plot_emg_level,
     plot_passive_fit as plot_passive_fit,
@@ -37,13 +39,27 @@ from .predicted import plot_predicted_against_measured as plot_predicted_against
 from .quality import plot_intervals as plot_intervals
 from .reflex import MOST_GROUPS as MOST_GROUPS, plot_reflex as plot_reflex
 from .responses import plot_response as plot_response
-from .session.aligned import outlying_trials as outlying_trials
+from .results.estimates import (
+    plot_estimates as plot_estimates,
+    plot_motion_and_force as plot_motion_and_force,
+)
+from .results.mapped import (
+    plot_force_term as plot_force_term,
+    plot_muscle_ranges as plot_muscle_ranges,
+)
+from .results.predictions import plot_predictions as plot_predictions
+from .session.aligned import (
+    Aligned as Aligned,
+    aligned_group as aligned_group,
+    outlying_trials as outlying_trials,
+)
 from .session.fit import plot_fit as plot_fit, plot_residuals as plot_residuals
 from .session.quality import plot_quality as plot_quality
 from .session.trials import plot_trials as plot_trials
 from .style import (
     OKABE_ITO as OKABE_ITO,
     TWO_COLUMNS_IN as TWO_COLUMNS_IN,
+    drawn_for as drawn_for,
     new_figure as new_figure,
     print_style as print_style,
     save as save,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Final
 
-from armimpedance.analyses import Comparison, compare
+from armimpedance.analyses import Comparison, compare, read_recording
 from armimpedance.comparison import Pair
 from armimpedance.findings import Finding
 from armimpedance.pages.asked import Asked, made_from
@@ -41,8 +41,9 @@ def page_of(asked: Asked) -> Page:
     InputError
         A source cannot be read, or there are no two groups.
     """
+    opened = None if asked.opened is None else read_recording(asked.opened)
     found = compare(
-        list(asked.sources) if asked.opened is None else asked.opened,
+        list(asked.sources) if opened is None else opened,
         by=asked.by,
         method=asked.method,
         seed=asked.seed,

@@ -3,14 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any, Final
 
 import pandas as pd
 
-from armimpedance.analyses import Estimates, estimate, estimate_all, inspect, read_recording
+from armimpedance.analyses import (
+    Estimates,
+    estimate,
+    estimate_all,
+    inspect,
+    read_recording,
+    without_trials,
+)
 from armimpedance.conventions import MATRICES, UNITS
 from armimpedance.ellipses import FIELDS
-from armimpedance.files import condition_of, half_widths, read_results
+from armimpedance.files import condition_of, half_widths, read_left_out, read_results
 from armimpedance.findings import Finding
 from armimpedance.impedance import METHODS
 from armimpedance.pages.asked import Asked, made_from
@@ -55,7 +63,7 @@ def page_of(asked: Asked) -> Page:
     if asked.source.is_file() and asked.source.suffix == ".csv":
         return of_estimates(asked, Estimates(tuple(read_results(asked.source))), None, ())
     recording = read_recording(asked.recording)
-    findings = inspect(recording).checks
+    findings = inspect(without_trials(recording, asked.leave_out)).checks
     return of_estimates(asked, _estimates(asked, recording), recording, findings)
 
 
@@ -65,6 +73,7 @@ def _estimates(asked: Asked, recording: Recording) -> Estimates:
         "covariance": asked.covariance,
         "seed": asked.seed,
         "despite": asked.despite,
+        "leave_out": asked.leave_out,
         "progress": asked.progress,
     }
     method = None if asked.method == "all" else asked.method
@@ -102,7 +111,9 @@ def of_estimates(
         "ellipses": ellipse_numbers(estimates),
     }
     if recording is not None:
-        data["trials"], data["courses"] = trial_data(recording, estimates)
+        data["trials"], data["courses"] = trial_data(
+            recording, {condition_of(one): one.keys for one in estimates}
+        )
     used = dict.fromkeys(e.method for e in estimates)
     return Page(
         title=f"Impedance of the {'hand' if level == 'hand' else 'joints'}: {asked.source.stem}",
@@ -201,9 +212,15 @@ def _reviewed(
     determined = Section("What the data determine", (_quality_table(estimates),))
     if recording is None or trials is None:
         return (determined,)
-    sections = [*_drawn(recording, estimates, trials), determined]
+    sections = [*_drawn(recording, estimates, trials), determined, *_left(asked, estimates)]
     if asked.method == "all":
-        sides = estimate_all(recording, by=asked.by, seed=asked.seed, despite=asked.despite)
+        sides = estimate_all(
+            recording,
+            by=asked.by,
+            seed=asked.seed,
+            despite=asked.despite,
+            leave_out=asked.leave_out,
+        )
         sections.append(Section("Methods side by side", (Printed(str(sides)),)))
     return tuple(sections)
 
@@ -229,6 +246,32 @@ def _drawn(recording: Recording, estimates: Estimates, told: pd.DataFrame) -> li
     )
     trials = linked_trials(recording, told, "trials", "courses")
     return [Section("Trials", (trials, quality)), Section("Fit and residuals", (fit, left))]
+
+
+def _left(asked: Asked, estimates: Estimates) -> list[Section]:
+    """What was left out by hand, and stiffness with and without it."""
+    if asked.leave_out is None:
+        return []
+    every = _estimates(replace(asked, leave_out=None), read_recording(asked.recording))
+    with_all = {condition_of(one): one for one in every}
+    rows = [
+        (condition_of(one), str(other.quality.n_trials - one.quality.n_trials), *_cells(one, other))
+        for one in estimates
+        if (other := with_all[condition_of(one)]).quality.n_trials != one.quality.n_trials
+    ]
+    names = [f"{name} {which}" for name in ("K_11", "K_22") for which in ("without", "with")]
+    caption = f"Trials of {asked.leave_out.name} were left out by hand: K without and with them"
+    return [
+        Section("Left out by hand", (Table(caption, ("group", "trials", *names), tuple(rows)),))
+    ]
+
+
+def _cells(one: ImpedanceEstimate, other: ImpedanceEstimate) -> list[str]:
+    return [
+        with_half_width(float(e.stiffness[i, i]), float(half_widths(e)[2, i, i]))
+        for i in (0, one.k - 1)
+        for e in (one, other)
+    ]
 
 
 def _quality_table(estimates: Sequence[ImpedanceEstimate]) -> Table:
@@ -282,10 +325,20 @@ def _methods(
         f"standard errors from {COVARIANCES.get(asked.covariance, asked.covariance)}"
         if recording is not None
         else "Intervals are 95 % intervals of the t distribution, as the file holds them",
+        _left_out_sentence(asked),
         checked_sentence(findings),
     )
     references = (TSUJI, *(m.reference for m in known), software_reference())
     return Methods(text, tuple(dict.fromkeys(references)))
+
+
+def _left_out_sentence(asked: Asked) -> str:
+    if asked.leave_out is None:
+        return ""
+    return (
+        f"{counted(len(read_left_out(asked.leave_out)), 'trial')} that somebody looked at and "
+        "judged no answer to the disturbance were left out"
+    )
 
 
 def _as_sentence(step: str) -> str:
@@ -300,6 +353,7 @@ def _options(asked: Asked, methods: Sequence[str]) -> list[tuple[str, Any]]:
         ("seed", asked.seed),
         ("force by", asked.force_by),
         ("despite", ", ".join(asked.despite)),
+        ("left out", None if asked.leave_out is None else asked.leave_out.name),
     ]
 
 
