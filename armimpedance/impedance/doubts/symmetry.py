@@ -19,7 +19,7 @@ from armimpedance.findings import Finding
 from armimpedance.impedance.doubts.model import Model
 
 #: A gain is told where chance alone makes as much less often than this, and from this part on.
-LEVEL: Final = 0.003
+LEVEL: Final = 0.0015
 LEAST_GAIN: Final = 0.02
 #: What would not be seen below this gain is not asked.
 LARGEST_GAIN: Final = 0.5
@@ -50,7 +50,8 @@ def gain_of(models: Sequence[Model]) -> Gain | None:
         each = np.array([_gain(model, axis) for model in models])
         weight = each[:, 1] ** -2
         size, error = float(weight @ each[:, 0] / weight.sum()), float(weight.sum() ** -0.5)
-        found.append(Gain(axis, size, error, float(each[:, 2].sum())))
+        # weights of few trials are rough: no more certain than one condition's
+        found.append(Gain(axis, size, error, float(each[:, 2].min())))
     return max(found, key=lambda one: abs(one.size) / one.error)
 
 
