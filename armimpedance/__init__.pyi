@@ -59,6 +59,7 @@ from .muscles import (
     PostureModel as PostureModel,
 )
 from .passive import PassiveFit as PassiveFit, PassiveFits as PassiveFits
+from .pages import write_report as write_report
 from .planning import Plan as Plan
 from .plots import (
     body_figure as body_figure,

@@ -121,8 +121,8 @@ def _write_all(
 
 def _report(out: Path) -> list[str]:
     """The page of all conditions, last of what was written."""
-    from armimpedance.pages import Asked, report_page, write_page
+    from armimpedance.pages import write_report
 
     command = "armimpedance report hand.csv --out report.html"
-    write_page(report_page(Asked((out / "hand.csv",), command=command)), out / "report.html")
+    write_report(out / "hand.csv", out / "report.html", command=command)
     return ["", f"Open this page in a browser: {(out / 'report.html').absolute().as_uri()}"]

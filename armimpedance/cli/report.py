@@ -59,29 +59,27 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Analyse, write the page, print the verdict."""
     from armimpedance.cli.parts.progress import bar
-    from armimpedance.pages import Asked, report_page, write_page
+    from armimpedance.pages import write_report
 
     given = [*arguments.sources, arguments.leave_out, arguments.robot, arguments.arm]
     check_outputs(Output("--out", arguments.out, PAGE), reads=given)
     with bar("analysing") as progress:
-        page = report_page(
-            Asked(
-                sources=tuple(arguments.sources),
-                topic=arguments.topic,
-                by=tuple(arguments.by or ("condition",)),
-                method=arguments.method,
-                covariance=arguments.covariance,
-                seed=arguments.seed,
-                force_by=arguments.force_by,
-                despite=tuple(arguments.despite),
-                leave_out=arguments.leave_out,
-                robot=arguments.robot,
-                arm=arguments.arm,
-                command=_command(arguments),
-                progress=progress,
-            )
+        page = write_report(
+            arguments.sources,
+            arguments.out,
+            topic=arguments.topic,
+            by=arguments.by or "condition",
+            method=arguments.method,
+            covariance=arguments.covariance,
+            seed=arguments.seed,
+            force_by=arguments.force_by,
+            despite=arguments.despite,
+            leave_out=arguments.leave_out,
+            robot=arguments.robot,
+            arm=arguments.arm,
+            command=_command(arguments),
+            progress=progress,
         )
-    write_page(page, arguments.out)
     print("\n".join([page.title, *page.verdict.sentences]))
     print(f"\npage written to {arguments.out}")
     return 2 if page.verdict.state == "unusable" else 0

@@ -12,7 +12,8 @@ import pytest
 
 import armimpedance as ai
 from armimpedance.__main__ import main
-from armimpedance.pages import Asked, report_page
+from armimpedance.pages.asked import Asked
+from armimpedance.pages.door import report_page
 from armimpedance.pages.rendering import html_of
 from manipulandum_sim.hand import simulate
 

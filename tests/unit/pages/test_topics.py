@@ -12,7 +12,9 @@ import pytest
 import armimpedance as ai
 from armimpedance.__main__ import main
 from armimpedance.files import write_fit
-from armimpedance.pages import TOPICS, Asked, report_page
+from armimpedance.pages import TOPICS
+from armimpedance.pages.asked import Asked
+from armimpedance.pages.door import report_page
 from armimpedance.pages.page import Picture
 from armimpedance.pages.rendering import html_of
 from manipulandum_sim.elbow import simulate_bench
