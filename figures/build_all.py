@@ -117,6 +117,7 @@ def build(
     *,
     seed: int = SEED,
     sets: int = SETS,
+    baked: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> Iterator[Path]:
     """Simulate and analyse what the figures need, each once, and write them; yields the files."""
@@ -129,7 +130,7 @@ def build(
         for key in keys:
             if key not in studied:
                 studied[key] = figure.study(key[1], subject=key[2], seed=seed, sets=sets)
-        yield from write(figure, [studied[key] for key in keys], out)
+        yield from write(figure, [studied[key] for key in keys], out, baked=baked)
 
 
 @dataclass(frozen=True)

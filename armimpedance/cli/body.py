@@ -100,8 +100,10 @@ def run(arguments: argparse.Namespace) -> int:
     """Identify, write, print."""
     from armimpedance.analyses import body
     from armimpedance.cli.parts.checks import number
+    from armimpedance.cli.parts.figure import draw_picture
     from armimpedance.cli.parts.progress import bar
     from armimpedance.files import write_json
+    from armimpedance.plots import body_figure
     from armimpedance.report import body_text
 
     out, figure, cutoff = arguments.out, arguments.figure, arguments.cutoff_hz
@@ -127,11 +129,14 @@ def run(arguments: argparse.Namespace) -> int:
         )
     if out is not None:
         write_json(fit.to_dict(), out)
-    if figure is not None:
-        from armimpedance.plots import body_figure, save
-
-        save(body_figure(fit), figure.with_suffix(""), (figure.suffix[1:],))
     print(body_text(fit))
+    held = "fitted" if fit.held_out is None else "held-out"
+    draw_picture(
+        arguments,
+        lambda: body_figure(fit),
+        f"Measured and predicted wrench (or joint torques) of the {held} motion whose moments vary "
+        "most.",
+    )
     return 0
 
 

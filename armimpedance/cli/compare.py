@@ -28,6 +28,7 @@ from armimpedance.cli.parts.outputs import (
     add_out,
     check_outputs,
 )
+from armimpedance.ellipses import Which
 from armimpedance.errors import InputError
 from armimpedance.impedance import METHODS
 
@@ -67,7 +68,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Compare, write the differences and the figure, print tables."""
     from armimpedance.analyses import compare
+    from armimpedance.cli.parts.figure import draw_picture
     from armimpedance.cli.parts.progress import bar
+    from armimpedance.plots import plot_comparison
 
     _check(arguments)
     with bar("comparing") as progress:
@@ -83,20 +86,20 @@ def run(arguments: argparse.Namespace) -> int:
             despite=arguments.despite,
             progress=progress,
         )
-    out, figure = arguments.out, arguments.figure
+    out = arguments.out
     if out is not None:
         found.write(out)
-    if figure is not None:
-        from armimpedance.plots import plot_comparison, save
-
-        axes = plot_comparison(found.groups, found.pairs, arguments.which or "stiffness")
-        save(axes.figure, figure.with_suffix(""), (figure.suffix[1:],))  # type: ignore[arg-type]
     print(found)
     if out is not None:
         rows = f"{len(found.pairs)} pairs" if found.pairs else f"{len(found.over_subjects)} rows"
         print(f"\n{rows} written to {out}")
-    if figure is not None:
-        print(f"figure written to {figure}")
+    which: Which = arguments.which or "stiffness"
+    draw_picture(
+        arguments,
+        lambda: plot_comparison(found.groups, found.pairs, which),
+        f"Ellipses of {which} of each group where the hand was, with 95 % bands; lines join groups "
+        "that differ (adjusted p of T2 at most .05) where there are few of them.",
+    )
     return 0
 
 

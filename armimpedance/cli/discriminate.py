@@ -38,7 +38,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Read, tell apart, write, print."""
     from armimpedance.analyses import discriminate
+    from armimpedance.cli.parts.figure import draw_picture
     from armimpedance.files import write_json
+    from armimpedance.plots import plot_discrimination
     from armimpedance.report import discrimination_text
 
     out, figure, groups = arguments.out, arguments.figure, arguments.group
@@ -52,12 +54,13 @@ def run(arguments: argparse.Namespace) -> int:
     )
     if out is not None:
         write_json(result.to_dict(), out)
-    if figure is not None:
-        from armimpedance.plots import plot_discrimination, save
-
-        drawn = plot_discrimination(result).get_figure()
-        save(drawn, figure.with_suffix(""), (figure.suffix[1:],))  # type: ignore[arg-type]
     print(discrimination_text(result))
+    draw_picture(
+        arguments,
+        lambda: plot_discrimination(result),
+        "The value of every person, the groups' means with their standard deviations, and the "
+        "threshold that tells the groups apart.",
+    )
     return 0
 
 

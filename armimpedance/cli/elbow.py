@@ -117,12 +117,13 @@ def run(arguments: argparse.Namespace) -> int:
     )
     options = options_of(arguments, analysis)
     act = _at_one_point if at_one_point else _law if law else _over_time
-    print(act(options, arguments))
+    act(options, arguments)
     return 0
 
 
-def _at_one_point(options: dict[str, Any], arguments: argparse.Namespace) -> str:
+def _at_one_point(options: dict[str, Any], arguments: argparse.Namespace) -> None:
     from armimpedance.analyses import elbow, of_condition, read_recording
+    from armimpedance.cli.parts.figure import draw_picture
     from armimpedance.cli.parts.progress import bar
     from armimpedance.elbow import from_recording
     from armimpedance.files import write_fit
@@ -133,15 +134,26 @@ def _at_one_point(options: dict[str, Any], arguments: argparse.Namespace) -> str
         fit = elbow(arguments.recording, **options, progress=progress)
     if arguments.out is not None:
         write_fit(fit.summary, arguments.out, **fit.to_dict())
-    if arguments.figure is not None:
+    print(elbow_text(fit))
+
+    def draw() -> Any:
         trials = of_condition(read_recording(arguments.recording), arguments.condition)
-        samples = from_recording(trials, arguments.joint, arguments.imposed)
-        _save(plot_frequency_response(samples, fit), arguments.figure)
-    return elbow_text(fit)
+        return plot_frequency_response(
+            from_recording(trials, arguments.joint, arguments.imposed), fit
+        )
+
+    draw_picture(
+        arguments,
+        draw,
+        "Compliance over frequency: gain (a) and phase (b) measured without a model, with 95 % "
+        f"intervals, and as I, B and K of method {fit.method} make them; dashed beyond the band "
+        "that motion and torque share; coherence (c).",
+    )
 
 
-def _over_time(options: dict[str, Any], arguments: argparse.Namespace) -> str:
+def _over_time(options: dict[str, Any], arguments: argparse.Namespace) -> None:
     from armimpedance.analyses import elbow_over_time
+    from armimpedance.cli.parts.figure import draw_picture
     from armimpedance.cli.parts.progress import bar
     from armimpedance.files import write_varying
     from armimpedance.plots import plot_varying_both
@@ -153,13 +165,18 @@ def _over_time(options: dict[str, Any], arguments: argparse.Namespace) -> str:
     if arguments.out is not None:
         write_varying(course, arguments.out)
         written = f"\n\n{len(course.time_s)} rows written to {arguments.out}"
-    if arguments.figure is not None:
-        _save(plot_varying_both(course), arguments.figure)
-    return varying_text(course) + written
+    print(varying_text(course) + written)
+    draw_picture(
+        arguments,
+        lambda: plot_varying_both(course),
+        f"Stiffness (a) and viscosity (b) over time by method {course.method}, first trial, with "
+        "pointwise 95 % bands.",
+    )
 
 
-def _law(options: dict[str, Any], arguments: argparse.Namespace) -> str:
+def _law(options: dict[str, Any], arguments: argparse.Namespace) -> None:
     from armimpedance.analyses import emg_law
+    from armimpedance.cli.parts.figure import draw_picture
     from armimpedance.cli.parts.progress import bar
     from armimpedance.files import write_fit
     from armimpedance.plots import plot_emg_law
@@ -169,12 +186,10 @@ def _law(options: dict[str, Any], arguments: argparse.Namespace) -> str:
         law = emg_law(arguments.recording, **options, progress=progress)
     if arguments.out is not None:
         write_fit(law.summary, arguments.out, **law.to_dict())
-    if arguments.figure is not None:
-        _save(plot_emg_law(law), arguments.figure)
-    return law_text(law)
-
-
-def _save(figure: Any, path: Path) -> None:
-    from armimpedance.plots import save
-
-    save(figure, path.with_suffix(""), (path.suffix[1:],))
+    print(law_text(law))
+    draw_picture(
+        arguments,
+        lambda: plot_emg_law(law),
+        "Measured stiffness and viscosity of each trial over those that the law makes of its EMG, "
+        "with 95 % intervals.",
+    )

@@ -1,7 +1,7 @@
 """Estimate inertia, viscosity and stiffness of every condition of one or more recordings.
 
 Examples:
-  armimpedance estimate session --out hand.csv
+  armimpedance estimate session --out hand.csv --figure hand.png
   armimpedance estimate session --by condition --by day --out hand_by_day.csv
   armimpedance estimate monday tuesday --method paper --out paper.csv
   armimpedance estimate session --method all --out every_method.csv
@@ -22,7 +22,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from armimpedance.cli.parts.despite import add_despite
-from armimpedance.cli.parts.outputs import TABLE, Output, add_out, check_outputs
+from armimpedance.cli.parts.leave_out import add_leave_out
+from armimpedance.cli.parts.outputs import (
+    FIGURE,
+    TABLE,
+    Output,
+    add_figure,
+    add_out,
+    check_outputs,
+)
+from armimpedance.conventions import group_name
 from armimpedance.errors import InputError
 from armimpedance.impedance import METHODS
 
@@ -38,6 +47,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
     parser.add_argument("recordings", nargs="+", metavar="RECORDING", type=Path)
     add_out(parser, "the results", TABLE)
+    add_figure(parser, "M, K and B of every group, and beside it motion and force of one trial")
     add_by(parser)
     parser.add_argument(
         "--method", metavar="NAME", help=f"{METHODS.listed()}; or all, side by side"
@@ -67,6 +77,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     add_force_by(parser)
     add_despite(parser)
+    add_leave_out(parser)
 
 
 def add_by(parser: argparse.ArgumentParser, more: str = "") -> None:
@@ -105,13 +116,57 @@ def run(arguments: argparse.Namespace) -> int:
         print(summary_table(made))
     if arguments.out is not None:
         print(f"{'' if together else chr(10)}{len(made)} rows written to {arguments.out}")
+    _draw(made, arguments)
     return 0
+
+
+def _draw(made: Estimates, arguments: argparse.Namespace) -> None:
+    """Figs 6 and 7 of Tsuji (1997) of these results; the former as a picture of its own."""
+    if arguments.figure is None:
+        return
+    from armimpedance.analyses import read_recording
+    from armimpedance.cli.parts.figure import draw_picture
+    from armimpedance.plots import plot_estimates, plot_fit, plot_motion_and_force
+
+    method = made[0].method
+    draw_picture(
+        arguments,
+        lambda: plot_estimates(made),
+        f"Inertia, stiffness and viscosity of each group (method {method}) with 95 % intervals: "
+        "ellipses where the hand was, or the matrices' elements.",
+    )
+    path, first = arguments.recordings[0], made[0]
+    recording = read_recording(path, force_by=arguments.force_by)
+    name = group_name({k: v for k, v in first.keys.items() if k != "recording"})
+    if recording.perturbation == "stochastic":
+        draw_picture(
+            arguments,
+            lambda: plot_fit(recording, first),
+            f"Measured force and the force that M, B and K (method {method}) make of the motion, "
+            f"{name}: the block of one second that they explain best (above) and worst (below).",
+            "_motion",
+        )
+        return
+    draw_picture(
+        arguments,
+        lambda: plot_motion_and_force(recording, first),
+        f"Motion and force of one trial, {name}; dashed: the force that M, B and K (method "
+        f"{method}) make of the motion. Offset and ramp are those of the fit.",
+        "_motion",
+    )
 
 
 def _check(arguments: argparse.Namespace) -> None:
     """Refuse before any work what cannot end well, and options that have no effect."""
     out, wanted = arguments.out, arguments.format
-    check_outputs(Output("--out", out, TABLE), reads=arguments.recordings)
+    figure = arguments.figure
+    motion = None if figure is None else figure.with_name(f"{figure.stem}_motion{figure.suffix}")
+    check_outputs(
+        Output("--out", out, TABLE),
+        Output("--figure", figure, FIGURE),
+        Output("--figure", motion, FIGURE),
+        reads=arguments.recordings,
+    )
     if wanted is not None and out is None:
         raise InputError(f"--format {wanted} without --out", expected="a file to write")
     if wanted is not None and out.suffix != f".{wanted}":
@@ -135,6 +190,7 @@ def _of_recording(
         "workers": arguments.workers,
         "force_by": arguments.force_by,
         "despite": arguments.despite,
+        "leave_out": arguments.leave_out,
     }
     band = None if arguments.band is None else tuple(arguments.band)
     with bar(f"estimating {path.name}") as progress:

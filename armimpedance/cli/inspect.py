@@ -2,6 +2,7 @@
 
 Examples:
   armimpedance inspect session
+  armimpedance inspect session --figure quality.png
   armimpedance inspect exam.zip --without-errors
   armimpedance inspect swing.c3d --emg Biceps.EMG4=biceps
 
@@ -14,7 +15,17 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from armimpedance.cli.parts.outputs import FIGURE, Output, add_figure, check_outputs
 from armimpedance.cli.parts.reading import add_reading, reading_options
+
+CAPTION = (
+    "All trials from their onsets: displacement (a) and change of force (b); what is left of each "
+    "trial's way when the disturbance is over, with the 2 % above which a drift correction that "
+    "trusts the return goes wrong (c); standard deviation of the force at rest (d); force along "
+    "the motion against the motion (e). Red: trials unlike the others of their disturbance; blue, "
+    "dashed: trials that estimates leave out. Of a random perturbation: its first second (a, b), "
+    "the coherence between motion and force (c), and one against the other (d)."
+)
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -22,19 +33,31 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("recording", metavar="RECORDING", type=Path)
     add_reading(parser)
     parser.add_argument("--skeleton", type=Path, metavar="FILE.json", help="of markers or angles")
+    add_figure(parser, "trials aligned, return, noise, force against motion")
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Print contents, checks and a verdict."""
-    from armimpedance.analyses import inspect
+    from armimpedance.analyses import inspect, read
+    from armimpedance.cli.parts.figure import draw_picture
     from armimpedance.errors import InputError
+    from armimpedance.plots import plot_quality
     from armimpedance.recordings import read_skeleton
+    from armimpedance.records import Recording
 
     path = arguments.skeleton
+    check_outputs(Output("--figure", arguments.figure, FIGURE), reads=[arguments.recording, path])
     skeleton = None if path is None else read_skeleton(path)
     options = reading_options(arguments)
+    opened = read(arguments.recording, skeleton=skeleton, **options)
+    if arguments.figure is not None and not isinstance(opened, Recording):
+        raise InputError(
+            "--figure: a recording of markers", expected="one of the hand or of joints"
+        )
     inspected = inspect(arguments.recording, skeleton=skeleton, **options)
     print(inspected)
+    if isinstance(opened, Recording):
+        draw_picture(arguments, lambda: plot_quality(opened), CAPTION)
     if not inspected.usable:
         raise InputError(inspected.verdict, file=arguments.recording)
     return 0

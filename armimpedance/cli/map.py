@@ -26,16 +26,27 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import Any, Final
+
+FORCE_TERM: Final = (
+    "Stiffness of the joints with the term that the mean hand force adds (filled, solid) and "
+    "without it (open, dashed): ellipses to one scale, then the elements with 95 % intervals."
+)
+RANGES: Final = (
+    "Stiffness that each muscle may have: the range of all K_m >= 0 that make the joints' "
+    "stiffness, dark as measured, light with its 95 % interval."
+)
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
-    from armimpedance.cli.parts.outputs import TABLE, add_out
+    from armimpedance.cli.parts.outputs import TABLE, add_figure, add_out
 
     parser.add_argument("results", metavar="RESULTS.csv", type=Path)
     parser.add_argument("--recording", required=True, type=Path, metavar="RECORDING")
     parser.add_argument("--to", choices=("joint", "muscle"), required=True)
     add_out(parser, "the mapped results", TABLE, required=True)
+    add_figure(parser, "K of the joints with and without the force term; ranges of the muscles")
     parser.add_argument(
         "--no-force-term", action="store_true", help="leave Gamma(F) out, as the source does"
     )
@@ -56,11 +67,17 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Map every row, write the results, print a table."""
     from armimpedance.analyses import to_joint, to_muscle
-    from armimpedance.cli.parts.outputs import TABLE, Output, check_outputs
+    from armimpedance.cli.parts.figure import draw_picture
+    from armimpedance.cli.parts.outputs import FIGURE, TABLE, Output, check_outputs
+    from armimpedance.plots import plot_force_term, plot_muscle_ranges
     from armimpedance.report import muscle_text, summary_table
 
     _check(args)
-    check_outputs(Output("--out", args.out, TABLE), reads=[args.results, args.recording])
+    check_outputs(
+        Output("--out", args.out, TABLE),
+        Output("--figure", args.figure, FIGURE),
+        reads=[args.results, args.recording],
+    )
     force_term = not args.no_force_term
     if args.to == "joint":
         joint = to_joint(args.results, recording=args.recording, force_term=force_term)
@@ -78,6 +95,15 @@ def run(args: argparse.Namespace) -> int:
         muscles.write(args.out)
         print(muscle_text(muscles))
     print(f"\n{len(joint if args.to == 'joint' else muscles)} rows written to {args.out}")
+    if args.to == "muscle":
+        draw_picture(args, lambda: plot_muscle_ranges(muscles), RANGES)
+        return 0
+
+    def draw() -> Any:
+        other = to_joint(args.results, recording=args.recording, force_term=not force_term)
+        return plot_force_term(*((joint, other) if force_term else (other, joint)))
+
+    draw_picture(args, draw, FORCE_TERM)
     return 0
 
 

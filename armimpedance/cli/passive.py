@@ -106,8 +106,10 @@ def run(arguments: argparse.Namespace) -> int:
     """Fit, write, print."""
     from armimpedance.analyses import passive
     from armimpedance.cli.parts.checks import number
+    from armimpedance.cli.parts.figure import draw_picture
     from armimpedance.cli.parts.progress import bar
     from armimpedance.files import write_json
+    from armimpedance.plots import plot_passive_fits
     from armimpedance.report import passive_text
 
     out, figure, gate = arguments.out, arguments.figure, arguments.emg_gate
@@ -140,11 +142,13 @@ def run(arguments: argparse.Namespace) -> int:
         )
     if out is not None:
         write_json(fits.to_dict(), out)
-    if figure is not None:
-        from armimpedance.plots import plot_passive_fits, save
-
-        save(plot_passive_fits(fits), figure.with_suffix(""), (figure.suffix[1:],))
     print(passive_text(fits))
+    draw_picture(
+        arguments,
+        lambda: plot_passive_fits(fits),
+        "Torque of each relaxed joint over time: measured, and as its stiffness, viscosity and "
+        f"friction (method {fits[0].method}) make it of the joint's motion.",
+    )
     return 0
 
 

@@ -102,10 +102,11 @@ def _add_robot(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Plan, write profile and figure, print; an unmet wish is an error after the table."""
     from armimpedance.analyses import plan
+    from armimpedance.cli.parts.figure import draw_picture
     from armimpedance.cli.parts.outputs import FIGURE, Output, check_outputs
     from armimpedance.cli.parts.progress import bar
     from armimpedance.errors import InputError
-    from armimpedance.plots import plan_figure, save
+    from armimpedance.plots import plan_figure
     from armimpedance.report import plan_text
 
     check_outputs(
@@ -119,15 +120,18 @@ def run(args: argparse.Namespace) -> int:
         made = plan(**_options(args), servo=_servo(args), progress=progress)
     if args.out_profile is not None and made.profile is not None:
         made.write_profile(args.out_profile)
-    if args.figure is not None:
-        save(plan_figure(made), args.figure.with_suffix(""), [args.figure.suffix[1:]])
     print(plan_text(made, args.trials))
     if args.out_profile is not None:
         if made.profile is None:
             raise InputError("no profile to write: none of these can be recommended")
         print(f"\n{made.profile.shape.name} written to {args.out_profile}")
-    if args.figure is not None:
-        print(f"\nfigure written to {args.figure}")
+    draw_picture(
+        args,
+        lambda: plan_figure(made),
+        "Disturbances by shape, each with the duration of the smallest interval: commanded "
+        "displacement (a) and acceleration (b), and half the 95 % interval of K against the "
+        "number of trials (c).",
+    )
     if made.obstacle:
         raise InputError(f"cannot be met: {made.obstacle}")
     return 0

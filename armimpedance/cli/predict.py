@@ -15,16 +15,21 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from armimpedance.muscles import HandPrediction, JointPrediction
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
-    from armimpedance.cli.parts.outputs import TABLE, add_out
+    from armimpedance.cli.parts.outputs import TABLE, add_figure, add_out
 
     parser.add_argument("model", type=Path, metavar="MODEL.json")
     parser.add_argument("--postures", type=Path, metavar="FILE.csv")
     parser.add_argument("--activations", type=Path, metavar="FILE.csv")
     add_out(parser, "the predictions", TABLE, required=True)
+    add_figure(parser, "K and B of every row, what is extrapolated set apart")
     parser.add_argument("--to", choices=("joint", "hand"), default="joint")
     parser.add_argument(
         "--recording", type=Path, metavar="RECORDING", help="--to hand: whose arm's lengths"
@@ -41,21 +46,31 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Read, predict, write; say how much of it is extrapolated."""
     from armimpedance.analyses import at_hand, predict
-    from armimpedance.cli.parts.outputs import TABLE, Output, check_outputs
+    from armimpedance.cli.parts.figure import draw_picture
+    from armimpedance.cli.parts.outputs import FIGURE, TABLE, Output, check_outputs
     from armimpedance.files import write_predictions
+    from armimpedance.plots import plot_predictions
 
     _check_hand(args)
     reads = [args.model, args.postures, args.activations, args.recording]
-    check_outputs(Output("--out", args.out, TABLE), reads=reads)
+    check_outputs(
+        Output("--out", args.out, TABLE), Output("--figure", args.figure, FIGURE), reads=reads
+    )
     predicted = predict(args.model, postures=args.postures, activations=args.activations)
+    shown: JointPrediction | HandPrediction = predicted
     if args.to == "hand":
-        hand = at_hand(predicted, recording=args.recording, force_N=args.force)
-        write_predictions(hand, args.out)
-    else:
-        write_predictions(predicted, args.out)
+        shown = at_hand(predicted, recording=args.recording, force_N=args.force)
+    write_predictions(shown, args.out)
     outside = int(predicted.extrapolated.sum())
     note = f", {outside} of them extrapolated" if outside else ", none extrapolated"
     print(f"{len(predicted.joint_angles)} rows written to {args.out}{note}")
+    draw_picture(
+        args,
+        lambda: plot_predictions(shown),
+        f"Predicted stiffness and viscosity ({args.to}): ellipses to one scale, then the elements "
+        f"with 95 % intervals of the model's mean. {outside} of {len(predicted.joint_angles)} rows "
+        "lie outside of what was measured (squares).",
+    )
     return 0
 
 

@@ -53,8 +53,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Judge every group, write table and figure, print the verdicts."""
     from armimpedance.analyses import reflex
+    from armimpedance.cli.parts.figure import draw_picture
     from armimpedance.cli.parts.progress import bar
-    from armimpedance.plots import MOST_GROUPS, plot_reflex, save
+    from armimpedance.plots import MOST_GROUPS, plot_reflex
     from armimpedance.report import verdict_text
 
     out, figure = arguments.out, arguments.figure
@@ -75,14 +76,18 @@ def run(arguments: argparse.Namespace) -> int:
         )
     if out is not None:
         verdicts.write(out)
-    if figure is not None:
-        save(plot_reflex(verdicts)[0, 0].figure, figure.with_suffix(""), (figure.suffix[1:],))
     print(verdict_text(verdicts))
     for warning in verdicts.warnings:
         print("\n" + fill(f"warning: {warning}", 100))
     if out is not None:
         print(f"\n{len(verdicts)} rows written to {out}")
-    if figure is not None:
-        few = f", the {MOST_GROUPS} groups with the smallest p"
-        print(f"figure written to {figure}{few if len(verdicts) > MOST_GROUPS else ''}")
+    few = f" The {MOST_GROUPS} groups with the smallest p of {len(verdicts)}."
+    draw_picture(
+        arguments,
+        lambda: plot_reflex(verdicts)[0, 0].figure,
+        "Left: principal values of K over the end of the fitted window with 95 % bands; with the "
+        "reflex that was found, the intrinsic K dashed and the interval of the delay shaded. "
+        "Right: log-likelihood ratio of a reflex of each delay against none."
+        + (few if len(verdicts) > MOST_GROUPS else ""),
+    )
     return 0

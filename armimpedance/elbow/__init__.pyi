@@ -11,6 +11,7 @@ from .emg.law_result import (
     OperatingPoints as OperatingPoints,
 )
 from .frequency_response import (
+    FrequencyResponse as FrequencyResponse,
     frequency_response as frequency_response,
     model_compliance as model_compliance,
 )

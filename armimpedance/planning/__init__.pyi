@@ -6,7 +6,6 @@ from .pilot import pilot_of as pilot_of
 from .plan import Plan as Plan, make_plan as make_plan
 from .precision import precision as precision
 from .profile import Profile as Profile
-from .profile_csv import shipped_profile as shipped_profile
 from .proposals import proposed_profiles as proposed_profiles
 from .servo import Servo as Servo
 from .setting import PlannedArm as PlannedArm, Setting as Setting

@@ -28,7 +28,6 @@ from .muscles import (
 )
 from .outline import confidence_band as confidence_band
 from .paper.captions import save_with_caption as save_with_caption
-from .paper.letters import panel_letters as panel_letters
 from .passive import (
     plot_emg_level as plot_emg_level,
     plot_passive_fit as plot_passive_fit,
@@ -38,7 +37,6 @@ from .plan import plan_figure as plan_figure
 from .predicted import plot_predicted_against_measured as plot_predicted_against_measured
 from .quality import plot_intervals as plot_intervals
 from .reflex import MOST_GROUPS as MOST_GROUPS, plot_reflex as plot_reflex
-from .responses import plot_response as plot_response
 from .results.estimates import (
     plot_estimates as plot_estimates,
     plot_motion_and_force as plot_motion_and_force,

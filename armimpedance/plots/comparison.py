@@ -14,22 +14,24 @@ from armimpedance.conventions import MATRICES, UNITS
 from armimpedance.ellipses import Which
 from armimpedance.plots.ellipse_parts import (
     BAND_ALPHA,
-    default_scale,
     draw_scale_bar,
     draw_shoulders,
     hand_of,
     legend_above,
     matrix_of,
+    usual_scale,
 )
 from armimpedance.plots.ellipses import plot_ellipse
 from armimpedance.plots.style import (
     LINE_STYLES,
     OKABE_ITO,
+    ONE_COLUMN_IN,
     TWO_COLUMNS_IN,
     label_axes,
     new_axes,
     print_style,
 )
+from armimpedance.plots.surfaces import few_ticks
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -39,8 +41,14 @@ LEVEL = 0.05
 #: With more groups than this they are told apart by number, not by line.
 _MOST_STYLED = 10
 _COLORS = tuple(OKABE_ITO[name] for name in ("blue", "vermillion", "green", "purple", "orange"))
-#: With more lines between pairs nobody sees the ellipses.
-_MOST_JOINED = 12
+#: With more lines between pairs nobody sees the ellipses: their number is said instead.
+_MOST_JOINED = 4
+#: Names in a column beside the drawing, its width (points) and that of a name (letters).
+_LISTED = 26
+_COLUMN_PT = 130
+_LONGEST = 22
+#: Of longer names one stands in a row of the legend.
+_SHORT_NAME = 9
 #: Places closer than this fraction of the spread of all are one place.
 _SAME_PLACE = 0.02
 
@@ -54,10 +62,11 @@ def plot_comparison(
 ) -> Axes:
     """Draw each group's ellipse at the hand's place, with its 95 % band.
 
-    Up to ten groups are told apart by line and colour, more by a number beside each. Where few
-    enough pairs differ (adjusted p of T2 at most .05), a grey line joins them. Groups that all
-    stand in one place are drawn over one another, without the shoulder. Groups of one name are of
-    several subjects: drawn over one another at their mean place, without bands.
+    Up to ten groups are told apart by line and colour, more by a number beside each. The legend
+    says how many pairs differ (adjusted p of T2 at most .05); where they are few, grey lines join
+    them. Up to ten groups that all stand in one place are drawn over one another, without the
+    shoulder; more of them side by side. Groups of one name are of several subjects: drawn over one
+    another at their mean place, without bands.
 
     Parameters
     ----------
@@ -95,24 +104,50 @@ def plot_comparison(
     """
     matrices = [matrix_of(group.estimate, which) for group in groups]
     places = _places(groups)
-    scale = default_scale(matrices, places) if scale is None else scale
+    one_place = len(np.unique(places, axis=0)) == 1
+    if aside := one_place and len({group.name for group in groups}) > _MOST_STYLED:
+        places = _side_by_side([group.name for group in groups])
+    scale = usual_scale(matrices, places) if scale is None else scale
     shown = _Shown(groups, places, which, scale)
     with print_style():
-        ax = new_axes(TWO_COLUMNS_IN * 0.65, TWO_COLUMNS_IN * 0.65) if ax is None else ax
-        label_axes(ax, "x (m)", "y (m)")
+        ax = _new_axes(shown) if ax is None else ax
+        if not aside:
+            label_axes(ax, "x (m)", "y (m)")
         if shown.once:
             _join(ax, shown, pairs)
         for group, hand in zip(groups, places, strict=True):
             _draw_group(ax, shown, group, hand)
         if shown.once:
             ax.fill([], [], color="0.5", alpha=BAND_ALPHA, lw=0, label="95 % band")
-        if len(np.unique(places, axis=0)) > 1:
+        if not one_place:
             draw_shoulders(ax, [group.estimate for group in groups])
         draw_scale_bar(ax, matrices, scale, UNITS["hand"][MATRICES[which][0]])
-        legend_above(ax, columns=2)
+        ax.xaxis.set_major_locator(few_ticks())
+        ax.yaxis.set_major_locator(few_ticks())
+        if aside:
+            ax.set(xticks=[], yticks=[], xlabel="at one place, drawn side by side", ylabel="")
+        longest = max(map(len, shown.names))
+        legend_above(ax, columns=2 if longest <= _SHORT_NAME or not shown.styled else 1)
         if not shown.styled:
             _list_names(ax, shown.names)
     return ax
+
+
+def _new_axes(shown: _Shown) -> Axes:
+    """One column of print; two where names are listed beside the drawing."""
+    if shown.styled:
+        rows = len(shown.names) + 2
+        two = max(map(len, shown.names)) <= _SHORT_NAME
+        return new_axes(ONE_COLUMN_IN, ONE_COLUMN_IN + 0.17 * (rows / 2 if two else rows))
+    return new_axes(TWO_COLUMNS_IN, 4.6)
+
+
+def _side_by_side(names: Sequence[str]) -> FloatArray:
+    """A place for each name in rows and columns, in tenths of a metre, (n, 2)."""
+    once = list(dict.fromkeys(names))
+    columns = int(np.ceil(np.sqrt(len(once))))
+    number = np.array([once.index(name) for name in names])
+    return 0.1 * np.column_stack([number % columns, -(number // columns)])
 
 
 @dataclass(frozen=True)
@@ -199,12 +234,13 @@ def _join(ax: Axes, shown: _Shown, pairs: Sequence[Pair]) -> None:
     row = list(MATRICES).index(shown.which)
     differing = [pair for pair in pairs if pair.tests[row].p_t2_adjusted <= LEVEL]
     apart = [pair for pair in differing if (where[pair.first] != where[pair.second]).any()]
-    if len(apart) > _MOST_JOINED:
-        return
     symbol = MATRICES[shown.which][0]
-    for pair in apart:
+    label = f"{symbol} differs in {len(differing)} of {len(pairs)} pairs"
+    joined = apart if len(apart) <= _MOST_JOINED else []
+    if pairs and not joined:
+        ax.plot([], [], linestyle="", label=label)
+    for pair in joined:
         x, y = np.array([where[pair.first], where[pair.second]]).T
-        label = f"{symbol} differs (adjusted p ≤ {LEVEL:g})"
         ax.plot(x, y, color="0.6", linewidth=0.8, linestyle="--", zorder=0, label=label)
 
 
@@ -224,11 +260,18 @@ def _number(ax: Axes, number: int, matrix: FloatArray, hand: FloatArray, scale: 
 
 def _list_names(ax: Axes, names: Sequence[str]) -> None:
     """Numbers and names of the groups, right of the axes."""
-    lines = [f"{number}  {name}" for number, name in enumerate(names, start=1)]
-    ax.annotate(
-        "\n".join(lines),
-        (1.02, 1.0),
-        xycoords="axes fraction",
-        va="top",
-        fontsize=6 if len(lines) > 12 else 7,
-    )
+    lines = [f"{number}  {_short(name)}" for number, name in enumerate(names, start=1)]
+    for start in range(0, len(lines), _LISTED):
+        ax.annotate(
+            "\n".join(lines[start : start + _LISTED]),
+            (1.02, 1.0),
+            (_COLUMN_PT * (start // _LISTED), 0.0),
+            xycoords="axes fraction",
+            textcoords="offset points",
+            va="top",
+            linespacing=1.15,
+        )
+
+
+def _short(name: str) -> str:
+    return name if len(name) <= _LONGEST else f"{name[: _LONGEST - 1]}…"

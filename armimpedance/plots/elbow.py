@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
 import numpy as np
 
+from armimpedance.arrays import FloatArray, FrozenRecord
 from armimpedance.elbow import (
     ElbowFit,
     EmgLaw,
+    FrequencyResponse,
     JointSamples,
     LinearLaw,
     VaryingImpedance,
@@ -16,6 +19,7 @@ from armimpedance.elbow import (
     model_compliance,
 )
 from armimpedance.errors import InputError
+from armimpedance.plots.paper.letters import panel_letters
 from armimpedance.plots.style import (
     OKABE_ITO,
     ONE_COLUMN_IN,
@@ -30,11 +34,14 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from armimpedance.arrays import FloatArray
 
 _ROW_IN = 1.8
 #: Below it a gain is noise.
 _LEAST_COHERENCE = 0.3
+#: Points of a decade of frequency that the eye tells apart.
+_BINS_PER_DECADE: Final = 24
+#: Independent averages of a half-overlapping Hann segment: 1 / (1 + 2 (1/6)^2).
+_INDEPENDENT: Final = 0.947
 _LABELS = {"K": "K (Nm/rad)", "B": "B (Nm s/rad)"}
 
 
@@ -124,16 +131,18 @@ def plot_varying_both(varying: VaryingImpedance, trial: int = 0) -> Figure:
     upper.set_xlabel("")
     with print_style():
         title = f"{varying.method}, trial {varying.trials[trial]}, 95 % bands"
-        upper.set_title(title, loc="left", fontsize=9)
+        upper.set_title(title, loc="left")
+        panel_letters([upper, lower])
     return figure
 
 
 def plot_frequency_response(samples: JointSamples, fit: ElbowFit) -> Figure:
     """Compliance over frequency, measured without a model and as I, B and K predict it.
 
-    Gain, phase and coherence, one below the other; without coherence nothing was measured, and no
-    gain is drawn. Where the two part, a second-order joint does not hold: a reflex, a soft strap, a
-    delay between the channels.
+    Gain and phase with 95 % intervals, and coherence, one below the other; without coherence
+    nothing was measured, and no gain is drawn. Neighbouring frequencies are averaged where they lie
+    denser than is seen. The model is dashed beyond the band that was fitted. Where the two part, a
+    second-order joint does not hold: a reflex, a soft strap, a delay between the channels.
 
     Parameters
     ----------
@@ -163,26 +172,127 @@ def plot_frequency_response(samples: JointSamples, fit: ElbowFit) -> Figure:
     'frequency (Hz)'
     """
     measured = frequency_response(samples)
-    f, model = measured.frequency_hz, model_compliance(measured.frequency_hz, fit.parameters.values)
+    shown = averaged(measured, fit.parameters.values)
+    band = float(fit.details.get("band_hz", measured.frequency_hz[-1]))
     figure = new_figure(TWO_COLUMNS_IN, 3 * _ROW_IN)
-    look = {"color": OKABE_ITO["blue"], "marker": ".", "ms": 2.5, "lw": 0.6, "label": "measured"}
     with print_style():
         gain, phase, coherence = figure.subplots(3, sharex=True, height_ratios=(3, 2, 1.4))
-        shown = np.where(measured.coherence > _LEAST_COHERENCE, measured.compliance, np.nan)
-        gain.loglog(f, np.abs(shown), **look)
-        phase.semilogx(f, np.degrees(np.angle(shown)), **look)
-        coherence.semilogx(f, measured.coherence, **look)
-        name = f"I, B, K of method {fit.method}"
-        line = {"color": OKABE_ITO["vermillion"], "lw": 1.4, "label": name}
-        gain.loglog(f, np.abs(model), **line)
-        phase.semilogx(f, np.degrees(np.angle(model)), **line)
+        _draw_measured(gain, phase, shown)
+        _draw_model(gain, phase, shown, band, fit)
+        coherence.semilogx(measured.frequency_hz, measured.coherence, color="0.6", lw=0.6)
+        coherence.axhline(_LEAST_COHERENCE, color="black", lw=0.6, ls=":")
+        for ax in (gain, phase, coherence):
+            ax.axvline(band, color="black", lw=0.8, ls=":", zorder=0)
         coherence.set_ylim(0, 1.05)
+        coherence.set_xlim(measured.frequency_hz[0], _last_shown(shown, band))
         coherence.xaxis.set_major_formatter("{x:g}")
-        gain.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.2)
-    label_axes(gain, " ", "gain (rad/Nm)")
-    label_axes(phase, " ", "phase (deg)")
-    label_axes(coherence, "frequency (Hz)", "coherence")
+        gain.yaxis.set_major_formatter("{x:g}")
+        phase.yaxis.set_major_locator(degree_ticks())
+        gain.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.2)
+        panel_letters([gain, phase, coherence])
+        label_axes(gain, " ", "gain (rad/(N m))")
+        label_axes(phase, " ", "phase (deg)")
+        label_axes(coherence, "frequency (Hz)", "coherence")
+        figure.align_ylabels([gain, phase, coherence])
     return figure
+
+
+@dataclass(frozen=True)
+class AveragedResponse(FrozenRecord):
+    """A frequency response as it is drawn.
+
+    Attributes
+    ----------
+    frequency_hz, gain, phase_deg, coherence : (p,)
+        The phase is that within half a turn of the model's.
+    error : (p,)
+        Standard error of the gain as a part of it, and of the phase in rad.
+    """
+
+    frequency_hz: Annotated[FloatArray, "p"]
+    gain: Annotated[FloatArray, "p"]
+    phase_deg: Annotated[FloatArray, "p"]
+    coherence: Annotated[FloatArray, "p"]
+    error: Annotated[FloatArray, "p"]
+
+
+def averaged(measured: FrequencyResponse, parameters: FloatArray) -> AveragedResponse:
+    """Mean compliance over bins of equal width in the logarithm, with its standard error.
+
+    The error of gain and phase is ``sqrt((1 - c) / (2 c n))``, c the coherence, n independent
+    averages (Bendat and Piersol, Random Data). Bins of too little coherence are left out.
+
+    Parameters
+    ----------
+    measured : FrequencyResponse
+    parameters : (3,)
+        I, B, K of the model whose turn the phase keeps to.
+    """
+    f = measured.frequency_hz
+    bins = np.floor(_BINS_PER_DECADE * np.log10(f)).astype(int)
+    rows = []
+    for number in np.unique(bins):
+        own = np.flatnonzero((bins == number) & (measured.coherence > _LEAST_COHERENCE))
+        # Of a hundred frequencies without signal chance makes one coherent.
+        if 2 * len(own) < (bins == number).sum() or len(own) == 0:
+            continue
+        c = float(measured.coherence[own].mean())
+        # Less the model's course within the bin, so that the mean is that at its middle.
+        middle = float(np.exp(np.log(f[own]).mean()))
+        at_middle = model_compliance(np.array([middle]), parameters)[0]
+        relative = measured.compliance[own] / model_compliance(f[own], parameters)
+        mean = relative.mean()
+        # Hann windows make neighbours alike: some two thirds of the frequencies count.
+        n = _INDEPENDENT * measured.segments * max(1.0, len(own) / 1.5)
+        phase = np.degrees(np.angle(mean) + np.angle(at_middle))
+        error = np.sqrt((1 - c) / (2 * c * n))
+        rows.append((middle, abs(mean * at_middle), phase, c, error))
+    return AveragedResponse(*np.array(rows, dtype=float).reshape(-1, 5).T)
+
+
+def _draw_measured(gain: Axes, phase: Axes, shown: AveragedResponse) -> None:
+    look: dict[str, Any] = {"fmt": "o", "color": OKABE_ITO["blue"], "ms": 2.2}
+    look |= {"elinewidth": 0.7, "zorder": 3}
+    half = 1.96 * shown.error
+    low, high = shown.gain * (1 - np.exp(-half)), shown.gain * (np.exp(half) - 1)
+    label = "measured, 95 % interval"
+    gain.errorbar(shown.frequency_hz, shown.gain, (low, high), label=label, **look)
+    # Wider than a quarter turn a phase is not known: half a turn more is another sign.
+    known = half < np.pi / 4
+    phase.errorbar(
+        shown.frequency_hz[known], shown.phase_deg[known], np.degrees(half[known]), **look
+    )
+    gain.set(xscale="log", yscale="log")
+    phase.set(xscale="log")
+
+
+def _draw_model(
+    gain: Axes, phase: Axes, shown: AveragedResponse, band: float, fit: ElbowFit
+) -> None:
+    """Solid in the fitted band, dashed beyond it."""
+    name = f"I, B, K of method {fit.method}"
+    line: dict[str, Any] = {"color": OKABE_ITO["vermillion"], "lw": 1.2}
+    ends = (shown.frequency_hz[0], band, max(_last_shown(shown, band), 1.01 * band))
+    for low, high, style, label in (
+        (ends[0], ends[1], "-", name),
+        (ends[1], ends[2], (0, (4, 2)), "beyond the fitted band"),
+    ):
+        f = np.geomspace(low, high, 200)
+        model = model_compliance(f, fit.parameters.values)
+        gain.plot(f, np.abs(model), ls=style, label=label, **line)
+        phase.plot(f, np.degrees(np.angle(model)), ls=style, **line)
+
+
+def _last_shown(shown: AveragedResponse, band: float) -> float:
+    """Where the picture ends: a little beyond what was fitted and what was measured."""
+    return 1.15 * max(band, float(shown.frequency_hz[-1]))
+
+
+def degree_ticks() -> Any:
+    """Ticks at 45 or 90 degrees."""
+    from matplotlib.ticker import MaxNLocator
+
+    return MaxNLocator(nbins=5, steps=[1, 4.5, 9, 10])
 
 
 def plot_law(
@@ -206,7 +316,7 @@ def plot_law(
         ax.errorbar(
             predicted, value, 1.96 * sd, fmt="o", ms=3, color=OKABE_ITO["blue"], elinewidth=0.7
         )
-        ax.set_title(f"{law.symbol} over EMG, R$^2$ {law.r2:.2f}", loc="left")
+        ax.set_title(f"{law.symbol} over EMG, R² {law.r2:.2f}", loc="left")
         name = _LABELS[law.symbol]
         label_axes(ax, f"{name}, from EMG", f"{name}, measured")
     return ax

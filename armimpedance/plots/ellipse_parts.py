@@ -16,13 +16,21 @@ from armimpedance.plots.outline import confidence_band
 from armimpedance.records import ImpedanceEstimate
 
 if TYPE_CHECKING:
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
+#: Hands closer together than this stand at one place: nobody holds still within less (m).
+ONE_PLACE_M = 0.01
+#: Ellipses may reach into their neighbours' cells by this factor: most are thin and alike.
+OVERLAP = 1.3
 #: Shading of a 95 % band.
 BAND_ALPHA = 0.35
 
 
-def default_scale(matrices: Sequence[FloatArray], centres: FloatArray) -> float:
+def default_scale(
+    matrices: Sequence[FloatArray], centres: FloatArray, one_place: float = ONE_PLACE_M
+) -> float:
     """The scale at which the largest ellipse reaches 0.45 of the usual distance between centres.
 
     With all centres in one place a tenth of the axes' unit stands for the distance.
@@ -33,6 +41,8 @@ def default_scale(matrices: Sequence[FloatArray], centres: FloatArray) -> float:
         The matrices whose ellipses are drawn.
     centres : (n, 2)
         The centres of the ellipses, in the unit of the axes.
+    one_place : float
+        Centres closer than this are one place, whatever the spread of all.
 
     Returns
     -------
@@ -42,10 +52,19 @@ def default_scale(matrices: Sequence[FloatArray], centres: FloatArray) -> float:
     largest = _largest(matrices)
     apart = np.linalg.norm(centres[:, None] - centres[None], axis=-1)
     # Places closer than a tenth of the whole spread are one place measured twice.
-    apart[apart <= 0.1 * apart.max()] = np.inf
+    apart[apart <= max(0.1 * apart.max(), one_place)] = np.inf
     nearest = apart.min(axis=1)
     known = nearest[np.isfinite(nearest)]
     return 0.45 * float(np.median(known) if known.size else 0.1) / largest
+
+
+def usual_scale(matrices: Sequence[FloatArray], centres: FloatArray) -> float:
+    """The scale at which three quarters of the ellipses just reach into their neighbours' cells.
+
+    The outstretched arm's would make the others specks.
+    """
+    ordered = sorted(matrices, key=lambda m: float(np.linalg.eigvalsh(m + m.T)[-1]))
+    return OVERLAP * default_scale(ordered[: max(1, 3 * len(ordered) // 4)], centres)
 
 
 def matrix_of(item: ArrayLike | ImpedanceEstimate, which: Which) -> FloatArray:
@@ -117,9 +136,19 @@ def middle_of(places: FloatArray) -> list[int]:
 def draw_shoulders(ax: Axes, estimates: Sequence[ImpedanceEstimate]) -> None:
     """Mark each place of a shoulder once."""
     known = [tuple(e.shoulder_m.tolist()) for e in estimates if e.shoulder_m is not None]
+    middle = np.mean(ax.get_xlim())
     for place in dict.fromkeys(known):
-        ax.plot(*place, "s", color="black", markersize=6)
-        ax.annotate("shoulder", place, (6, 0), textcoords="offset points", va="center")
+        ax.plot(*place, "s", color="black", markersize=5)
+        # The word stands towards the middle: outside it would run into the next panel.
+        side = -1 if place[0] > middle else 1
+        ax.annotate(
+            "shoulder",
+            place,
+            (6 * side, 0),
+            textcoords="offset points",
+            ha="left" if side > 0 else "right",
+            va="center",
+        )
 
 
 def draw_scale_bar(ax: Axes, matrices: Sequence[FloatArray], scale: float, unit: str) -> None:
@@ -176,3 +205,22 @@ def legend_above(ax: Axes, columns: int = 3) -> None:
         ncols=columns,
         borderaxespad=0.2,
     )
+
+
+def one_legend(figure: Figure, axes: Sequence[Axes], columns: int = 4) -> None:
+    """Replace the panels' legends by one above them all, each label once.
+
+    Parameters
+    ----------
+    figure : Figure
+    axes : sequence of Axes
+    columns : int
+    """
+    once: dict[str, Artist] = {}
+    for ax in axes:
+        legend = ax.get_legend()
+        if legend is not None:
+            legend.remove()
+        handles, labels = ax.get_legend_handles_labels()
+        once |= dict(zip(labels, handles, strict=True))
+    figure.legend(list(once.values()), list(once), loc="outside upper center", ncols=columns)

@@ -14,10 +14,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from armimpedance.arrays import FloatArray
-from armimpedance.conventions import MATRICES, UNITS
+from armimpedance.conventions import MATRICES, UNITS, group_name
 from armimpedance.ellipses import Which, locus
 from armimpedance.plots.ellipse_parts import (
     BAND_ALPHA,
+    ONE_PLACE_M,
     default_scale,
     draw_arms,
     draw_band,
@@ -144,7 +145,7 @@ def plot_ellipses_in_workspace(
     ax : Axes, optional
         Where to draw; without it a new figure is made.
     reference : sequence of (2, 2) or ImpedanceEstimate, optional
-        One for each estimate, drawn dashed at the same place, for example a model's inertia.
+        One for each estimate, drawn wide and grey below it, for example a model's inertia.
     reference_label : str
         The name of the reference in the legend.
     upper_arm_m : float, optional
@@ -174,25 +175,43 @@ def plot_ellipses_in_workspace(
         label_axes(ax, "x (m)", "y (m)")
         if upper_arm_m is not None:
             draw_arms(ax, estimates, upper_arm_m, middle_of(hands) if arms_of is None else arms_of)
-        for estimate, hand in zip(estimates, hands, strict=True):
-            plot_ellipse(
-                estimate,
-                ax,
-                hand,
-                scale,
-                which,
-                show_confidence,
-                linewidth=FINE_LINE,
-                label="estimate",
-            )
+        if reference is not None:
+            # Wide and pale below the estimate: where the two agree both are seen.
+            for item, hand in zip(reference, hands, strict=True):
+                matrix = matrix_of(item, which)
+                plot_ellipse(
+                    *(matrix, ax, hand, scale, which),
+                    color="0.75",
+                    linewidth=2.4,
+                    label=reference_label,
+                )
+        looks = _looks(estimates, hands)
+        for estimate, hand, look in zip(estimates, hands, looks, strict=True):
+            plot_ellipse(estimate, ax, hand, scale, which, show_confidence, **look)
         if show_confidence:
             ax.fill([], [], color=OKABE_ITO["blue"], alpha=BAND_ALPHA, lw=0, label="95 % band")
-        if reference is not None:
-            draw_models(ax, reference, hands, scale, which, LINE_STYLES[1], reference_label)
-        draw_shoulders(ax, estimates)
+        apart = len(estimates) == 1 or np.ptp(hands, axis=0).max() > ONE_PLACE_M
+        if apart:
+            draw_shoulders(ax, estimates)
         draw_scale_bar(ax, matrices, scale, UNITS["hand"][MATRICES[which][0]])
-        legend_above(ax)
+        legend_above(ax, columns=3 if apart else 2)
     return ax
+
+
+def _looks(estimates: Sequence[ImpedanceEstimate], hands: FloatArray) -> list[dict[str, Any]]:
+    """One look where places tell the estimates apart; at one place colour, line and name do."""
+    alike: dict[str, Any] = {"linewidth": FINE_LINE, "label": "estimate"}
+    if len(estimates) == 1 or np.ptp(hands, axis=0).max() > ONE_PLACE_M:
+        return [alike] * len(estimates)
+    colors = [OKABE_ITO[name] for name in ("blue", "vermillion", "green", "purple", "orange")]
+    return [
+        {
+            "color": colors[i % len(colors)],
+            "linestyle": LINE_STYLES[(i + i // len(colors)) % len(LINE_STYLES)],
+            "label": group_name(estimate.keys),
+        }
+        for i, estimate in enumerate(estimates)
+    ]
 
 
 def draw_models(

@@ -11,6 +11,8 @@ from armimpedance.arrays import FloatArray
 from armimpedance.conventions import UNITS
 from armimpedance.errors import InputError
 from armimpedance.impedance import ReflexVerdict
+from armimpedance.plots.ellipse_parts import one_legend
+from armimpedance.plots.paper.letters import panel_letters
 from armimpedance.plots.style import (
     LINE_STYLES,
     OKABE_ITO,
@@ -28,6 +30,9 @@ if TYPE_CHECKING:
 #: Groups in one figure, those with the most evidence first.
 MOST_GROUPS = 6
 _ROW_IN = 2.4
+#: More groups than this stand two in a row, in lower rows.
+_MOST_BELOW = 2
+_LOW_ROW_IN = 1.55
 _BAND_ALPHA = 0.2
 #: Windows whose band is wider than this part of the largest stiffness are not drawn.
 _WIDEST = 0.75
@@ -72,13 +77,52 @@ def plot_reflex(verdicts: Sequence[ReflexVerdict], axes: Any = None) -> Any:
         chosen = list(verdicts)
     with print_style():
         if axes is None:
-            figure = new_figure(TWO_COLUMNS_IN, 0.3 + _ROW_IN * len(chosen))
-            axes = figure.subplots(len(chosen), 2, squeeze=False, width_ratios=(3, 2))
+            axes = _new_grid(len(chosen))
         for verdict, (left, right) in zip(chosen, axes, strict=True):
             plot_window_ends(verdict, left)
             plot_delay_profile(verdict, right)
-            left.set_title(_title(verdict), loc="left")
+            left.set_title(_title(verdict), loc="left", parse_math=False)
+            if len(chosen) > _MOST_BELOW:
+                right.set_title("", loc="right")
+                both = f"{_title(verdict)}\n{_p_words(verdict)}"
+                left.set_title(both, loc="left", parse_math=False)
+        _tidy(axes)
     return axes
+
+
+def _new_grid(groups: int) -> Any:
+    """Axes (groups, 2); more than two groups stand two in a row, so that the figure stays low."""
+    if groups <= _MOST_BELOW:
+        figure = new_figure(TWO_COLUMNS_IN, 0.6 + _ROW_IN * groups)
+        return figure.subplots(groups, 2, squeeze=False, width_ratios=(3, 2))
+    rows = -(-groups // 2)
+    figure = new_figure(TWO_COLUMNS_IN, 0.6 + _LOW_ROW_IN * rows)
+    grid = figure.subplots(rows, 4, squeeze=False, width_ratios=(3, 2, 3, 2), sharex="col")
+    cells = grid.reshape(2 * rows, 2)
+    for ax in cells[groups:].ravel():
+        ax.remove()
+    return cells[:groups]
+
+
+def _tidy(axes: Any) -> None:
+    """One legend for all groups, letters, and labels of the axes where they end a column."""
+    figure = axes[0, 0].figure
+    low = len(axes) > _MOST_BELOW
+    for number, (left, right) in enumerate(axes):
+        last = number + (2 if low else 1) >= len(axes)
+        for ax in (left, right):
+            ax.tick_params(labelbottom=last)
+            if not last:
+                ax.set_xlabel("")
+        if low:
+            unit = left.get_ylabel().rpartition("(")[2]
+            left.set_ylabel(f"K ({unit}" if number % 2 == 0 else "")
+            right.set_ylabel("log ratio")
+            if last:
+                left.set_xlabel("window's end (ms)")
+                right.set_xlabel("delay (ms)")
+    one_legend(figure, list(axes[:, 0]))
+    panel_letters(list(axes.flat))
 
 
 def plot_window_ends(verdict: ReflexVerdict, ax: Axes | None = None) -> Axes:

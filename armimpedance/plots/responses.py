@@ -9,7 +9,13 @@ from numpy.typing import ArrayLike
 
 from armimpedance.conventions import AXES, Kind
 from armimpedance.errors import InputError
-from armimpedance.plots.style import OKABE_ITO, TWO_COLUMNS_IN, new_figure, print_style
+from armimpedance.plots.style import (
+    OKABE_ITO,
+    ONE_COLUMN_IN,
+    TWO_COLUMNS_IN,
+    new_figure,
+    print_style,
+)
 from armimpedance.records import Response
 
 if TYPE_CHECKING:
@@ -97,7 +103,7 @@ def _of_trial(response: Response, predicted_force: ArrayLike, trial_index: int) 
 
 
 def _new_grid(columns: int) -> Any:
-    figure = new_figure(TWO_COLUMNS_IN * (0.8 if columns > 1 else 0.5), 5.0)
+    figure = new_figure(TWO_COLUMNS_IN if columns > 1 else ONE_COLUMN_IN, 4.8)
     return figure.subplots(4, columns, sharex=True, sharey="row", squeeze=False)
 
 

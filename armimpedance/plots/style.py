@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
@@ -38,9 +40,25 @@ OKABE_ITO: Final = MappingProxyType(
 LINE_STYLES: Final = ("-", (0, (5, 2)), (0, (7, 2, 2, 2)), (0, (3, 1.5)), (0, (7, 2, 2, 2, 2, 2)))
 MODEL_LINE_STYLE: Final = (0, (1, 1.5))
 
-#: Width of one and of two columns of print, in inches.
-ONE_COLUMN_IN: Final = 3.5
-TWO_COLUMNS_IN: Final = 7.2
+#: Width of one and of two columns of print: 8.5 cm and 17.5 cm, in inches.
+ONE_COLUMN_IN: Final = 8.5 / 2.54
+TWO_COLUMNS_IN: Final = 17.5 / 2.54
+#: No letter is smaller in print, points.
+LEAST_POINTS: Final = 7.0
+
+
+@dataclass(frozen=True)
+class Style:
+    """How much larger than in print a figure is, and its letters and lines."""
+
+    size: float = 1.0
+    letters: float = 1.0
+    lines: float = 1.0
+
+
+#: For a slide two columns become as wide as the slide's text, letters some 13 points.
+STYLES: Final = MappingProxyType({"print": Style(), "talk": Style(1.45, 1.65, 1.7)})
+_STYLE: Final[ContextVar[Style]] = ContextVar("style", default=STYLES["print"])
 
 _SETTINGS: Final[Any] = MappingProxyType(
     {
@@ -59,6 +77,8 @@ _SETTINGS: Final[Any] = MappingProxyType(
         "axes.formatter.useoffset": False,
         "xtick.major.width": 0.8,
         "ytick.major.width": 0.8,
+        # Names of conditions, files and muscles are text; a $ in one is a $.
+        "text.parse_math": False,
         "lines.linewidth": 1.2,
         "lines.markersize": 4.0,
         "figure.facecolor": "white",
@@ -90,7 +110,39 @@ def print_style() -> Iterator[None]:
     with mpl.rc_context():
         mpl.rcdefaults()
         mpl.rcParams.update(_SETTINGS)
+        style = _STYLE.get()
+        for name, value in _SETTINGS.items():
+            if name.endswith("size"):
+                mpl.rcParams[name] = style.letters * value
+            elif name.endswith("width"):
+                mpl.rcParams[name] = style.lines * value
         yield
+
+
+@contextmanager
+def drawn_for(style: str) -> Iterator[None]:
+    """Figures made inside the block are for print, or for a talk: larger, with larger letters.
+
+    Parameters
+    ----------
+    style : {"print", "talk"}
+
+    Raises
+    ------
+    InputError
+        No such style.
+
+    Returns
+    -------
+    context manager
+    """
+    if style not in STYLES:
+        raise InputError(f"no style {style!r}", expected=" or ".join(STYLES))
+    token = _STYLE.set(STYLES[style])
+    try:
+        yield
+    finally:
+        _STYLE.reset(token)
 
 
 def new_figure(width_in: float = ONE_COLUMN_IN, height_in: float = ONE_COLUMN_IN) -> Figure:
@@ -112,7 +164,8 @@ def new_figure(width_in: float = ONE_COLUMN_IN, height_in: float = ONE_COLUMN_IN
     from matplotlib.figure import Figure
 
     with print_style():
-        figure = Figure(figsize=(width_in, height_in), layout="constrained")
+        size = _STYLE.get().size
+        figure = Figure(figsize=(size * width_in, size * height_in), layout="constrained")
         FigureCanvasAgg(figure)
     return figure
 

@@ -161,11 +161,11 @@ def surface_levels(surface: Surface, points: MeasuredPoints | None = None) -> Fl
     return np.asarray(MaxNLocator(_LEVELS).tick_values(low, high))
 
 
-def few_ticks() -> Any:
-    """About four round numbers along an axis."""
+def few_ticks(most: int = 4) -> Any:
+    """About so many round numbers along an axis."""
     from matplotlib.ticker import MaxNLocator
 
-    return MaxNLocator(4)
+    return MaxNLocator(most)
 
 
 def _draw_sheet(ax: Any, surface: Surface, levels: FloatArray) -> None:

@@ -1,6 +1,5 @@
 from .motion.skeleton_json import (
     read_skeleton as read_skeleton,
-    write_skeleton as write_skeleton,
 )
 from .opening import open_recording as open_recording
 from .reading import AnyRecording as AnyRecording, ReadOptions as ReadOptions

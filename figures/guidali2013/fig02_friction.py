@@ -6,12 +6,19 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from armimpedance.plots import OKABE_ITO, TWO_COLUMNS_IN, new_figure, plot_friction, print_style
+from armimpedance.plots import (
+    OKABE_ITO,
+    TWO_COLUMNS_IN,
+    new_figure,
+    one_legend,
+    plot_friction,
+    print_style,
+)
 from armimpedance.therapy import AxisSweeps
 from armimpedance_figures.fixed_layout import settle
 from armimpedance_figures.guidali2013.printed import TABLE_3
 from armimpedance_figures.guidali2013.study import SUBJECTS, TherapyStudy, design, study
-from armimpedance_figures.source_figure import SourceFigure, one_legend, script
+from armimpedance_figures.source_figure import SourceFigure, script
 from armimpedance_figures.table_cells import number
 
 if TYPE_CHECKING:

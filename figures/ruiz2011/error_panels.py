@@ -8,9 +8,8 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
 from armimpedance.arrays import FloatArray
-from armimpedance.plots import OKABE_ITO, TWO_COLUMNS_IN, new_figure, print_style
+from armimpedance.plots import OKABE_ITO, TWO_COLUMNS_IN, new_figure, one_legend, print_style
 from armimpedance_figures.fixed_layout import settle
-from armimpedance_figures.source_figure import one_legend
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

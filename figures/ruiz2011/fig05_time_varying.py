@@ -9,11 +9,18 @@ import numpy as np
 
 from armimpedance.elbow import VaryingImpedance
 from armimpedance.errors import InputError
-from armimpedance.plots import OKABE_ITO, TWO_COLUMNS_IN, new_figure, plot_varying, print_style
+from armimpedance.plots import (
+    OKABE_ITO,
+    TWO_COLUMNS_IN,
+    new_figure,
+    one_legend,
+    plot_varying,
+    print_style,
+)
 from armimpedance_figures.fixed_layout import settle
 from armimpedance_figures.ruiz2011.bench import CONSTANT_S, DEPTH, SOURCES, Varying, varying_draws
 from armimpedance_figures.ruiz2011.frequency import NAMES, error_of, identified
-from armimpedance_figures.source_figure import SourceFigure, one_legend, script
+from armimpedance_figures.source_figure import SourceFigure, script
 from armimpedance_figures.table_cells import number
 
 if TYPE_CHECKING:

@@ -9,10 +9,10 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
-from armimpedance.plots import OKABE_ITO, TWO_COLUMNS_IN, new_figure, print_style
+from armimpedance.plots import OKABE_ITO, TWO_COLUMNS_IN, new_figure, one_legend, print_style
 from armimpedance.signals import lowpass
 from armimpedance_figures.fixed_layout import settle
-from armimpedance_figures.source_figure import SourceFigure, one_legend, script
+from armimpedance_figures.source_figure import SourceFigure, script
 from armimpedance_figures.table_cells import number
 from manipulandum_sim.elbow import (
     HIDING_GAIN,

@@ -6,11 +6,18 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal
 
 from armimpedance.elbow import VaryingImpedance, identify_varying
-from armimpedance.plots import OKABE_ITO, TWO_COLUMNS_IN, new_figure, plot_varying, print_style
+from armimpedance.plots import (
+    OKABE_ITO,
+    TWO_COLUMNS_IN,
+    new_figure,
+    one_legend,
+    plot_varying,
+    print_style,
+)
 from armimpedance_figures.fixed_layout import settle
 from armimpedance_figures.ruiz2011.bench import CONSTANT_S
 from armimpedance_figures.ruiz2011.session import Session, design, study
-from armimpedance_figures.source_figure import SourceFigure, one_legend, script
+from armimpedance_figures.source_figure import SourceFigure, script
 from armimpedance_figures.table_cells import number
 
 if TYPE_CHECKING:

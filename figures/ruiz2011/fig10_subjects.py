@@ -8,10 +8,10 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.elbow import METHODS
-from armimpedance.plots import OKABE_ITO, TWO_COLUMNS_IN, new_figure, print_style
+from armimpedance.plots import OKABE_ITO, TWO_COLUMNS_IN, new_figure, one_legend, print_style
 from armimpedance_figures.fixed_layout import settle
 from armimpedance_figures.ruiz2011.session import SUBJECTS, Session, design, study
-from armimpedance_figures.source_figure import SourceFigure, one_legend, script
+from armimpedance_figures.source_figure import SourceFigure, script
 from armimpedance_figures.table_cells import number
 
 if TYPE_CHECKING:

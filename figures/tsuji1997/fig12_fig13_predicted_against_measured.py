@@ -12,10 +12,11 @@ from armimpedance.muscles import ELEMENTS, JointPrediction
 from armimpedance.plots import (
     TWO_COLUMNS_IN,
     new_figure,
+    one_legend,
     plot_predicted_against_measured,
     print_style,
 )
-from armimpedance_figures.source_figure import SourceFigure, design, one_legend, script
+from armimpedance_figures.source_figure import SourceFigure, design, script
 from armimpedance_figures.table_cells import number
 from armimpedance_figures.tsuji1997.over_activation import EXPERIMENTS, OverActivation, fit
 from armimpedance_figures.tsuji1997.rows import by_element

@@ -8,10 +8,9 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from armimpedance.passive import PassiveFit, PassiveSamples
-from armimpedance.plots import TWO_COLUMNS_IN, new_figure, plot_passive_fit, print_style
+from armimpedance.plots import TWO_COLUMNS_IN, new_figure, one_legend, plot_passive_fit, print_style
 from armimpedance.regression import Validation
 from armimpedance_figures.fixed_layout import settle
-from armimpedance_figures.source_figure import one_legend
 from armimpedance_figures.table_cells import number
 
 if TYPE_CHECKING:

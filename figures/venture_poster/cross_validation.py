@@ -7,9 +7,16 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from armimpedance.body import each_trial
-from armimpedance.plots import TWO_COLUMNS_IN, new_figure, plot_row, print_style, row_labels
+from armimpedance.plots import (
+    TWO_COLUMNS_IN,
+    new_figure,
+    one_legend,
+    plot_row,
+    print_style,
+    row_labels,
+)
 from armimpedance_figures.fixed_layout import settle
-from armimpedance_figures.source_figure import SourceFigure, one_legend, script
+from armimpedance_figures.source_figure import SourceFigure, script
 from armimpedance_figures.table_cells import number
 from armimpedance_figures.venture_poster.study import StudiedBody, design, study
 

@@ -56,8 +56,24 @@ def add_out(
 
 
 def add_figure(parser: argparse._ActionsContainer, what: str) -> None:
-    """The option ``--figure FILE`` for a drawing of the result."""
+    """The option ``--figure FILE`` for a drawing of the result, with those of its look."""
     parser.add_argument("--figure", type=Path, metavar="FILE", help=f"{what}: {listed(FIGURE)}")
+    add_look(parser)
+
+
+def add_look(parser: argparse._ActionsContainer) -> None:
+    """The options ``--style`` and ``--caption`` of pictures."""
+    parser.add_argument(
+        "--style",
+        choices=("print", "talk"),
+        default="print",
+        help="of the picture: letters and lines for a column of print (default) or for a slide",
+    )
+    parser.add_argument(
+        "--caption",
+        action="store_true",
+        help="write the caption below the picture, not to a .txt beside it",
+    )
 
 
 def add_replace(parser: argparse._ActionsContainer) -> None:
@@ -123,6 +139,12 @@ def check_outputs(*outputs: Output, reads: Iterable[Path | None] = ()) -> None:
                 expected="another file",
             )
         taken[place] = output.option
+        if output.endings == FIGURE and place.with_suffix(".txt") in inputs:
+            raise InputError(
+                f"the caption of {output.option} would replace what is read",
+                file=output.path.with_suffix(".txt"),
+                expected="another file",
+            )
 
 
 def _check_place(path: Path, endings: tuple[str, ...]) -> None:

@@ -99,11 +99,13 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _person(arguments: argparse.Namespace) -> int:
     from armimpedance.analyses import calibrate_arm
+    from armimpedance.cli.parts.figure import draw_picture
     from armimpedance.cli.parts.progress import bar
     from armimpedance.files import write_arm
+    from armimpedance.plots import plot_passive_arm
     from armimpedance.report import arm_text
 
-    out, figure = arguments.out, arguments.figure
+    out = arguments.out
     body = ("mass_kg", "upper_arm_m", "forearm_m", "hand_m", "point_masses")
     given = {name: getattr(arguments, name) for name in body}
     given |= _mass_sd(arguments) | _gate(arguments)
@@ -118,13 +120,15 @@ def _person(arguments: argparse.Namespace) -> int:
         )
     if out is not None:
         write_arm(calibration, out)
-    if figure is not None:
-        from armimpedance.plots import plot_passive_arm, save
-
-        save(plot_passive_arm(calibration), figure.with_suffix(""), (figure.suffix[1:],))
     print(arm_text(calibration))
     if out is not None:
         print(f"\narm of subject {calibration.arm.subject} written to {out}")
+    draw_picture(
+        arguments,
+        lambda: plot_passive_arm(calibration),
+        "Torque of each axis that the relaxed arm adds to the robot's own, over its angle: "
+        "measured, and as the model makes it.",
+    )
     return 0
 
 

@@ -81,7 +81,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Read, compute, write, print."""
     from armimpedance.analyses import contribution
+    from armimpedance.cli.parts.figure import draw_picture
     from armimpedance.cli.parts.progress import bar
+    from armimpedance.plots import plot_feedback
 
     check_outputs(
         Output("--out", arguments.out, TABLE),
@@ -103,6 +105,12 @@ def run(arguments: argparse.Namespace) -> int:
     live = _live(results, arguments.recording) if arguments.live else ""
     _write(results, arguments)
     _print(results, arguments, live)
+    draw_picture(
+        arguments,
+        lambda: plot_feedback(results.movements, results.robot, results.arm, unrepeatable=True),
+        "The movements, condition by condition, and how much of each is the patient's own, with "
+        "what does not repeat between movements shaded.",
+    )
     return 0
 
 
@@ -120,12 +128,6 @@ def _write(results: Contributions, arguments: argparse.Namespace) -> None:
         results.write(arguments.out)
     if arguments.samples is not None:
         results.write_samples(arguments.samples)
-    if arguments.figure is not None:
-        from armimpedance.plots import plot_feedback, save
-
-        path = arguments.figure
-        drawn = plot_feedback(results.movements, results.robot, results.arm, unrepeatable=True)
-        save(drawn, path.with_suffix(""), (path.suffix[1:],))
 
 
 def _print(results: Contributions, arguments: argparse.Namespace, live: str) -> None:

@@ -54,8 +54,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Read, fit, write, print."""
     from armimpedance.analyses import calibrate_robot
+    from armimpedance.cli.parts.figure import draw_picture
     from armimpedance.cli.parts.progress import bar
     from armimpedance.files import write_robot
+    from armimpedance.plots import plot_robot_calibration
     from armimpedance.report import robot_text
 
     out, figure = arguments.out, arguments.figure
@@ -74,11 +76,13 @@ def run(arguments: argparse.Namespace) -> int:
         )
     if out is not None:
         write_robot(calibration, out)
-    if figure is not None:
-        from armimpedance.plots import plot_robot_calibration, save
-
-        save(plot_robot_calibration(calibration), figure.with_suffix(""), (figure.suffix[1:],))
     print(robot_text(calibration))
     if out is not None:
         print(f"\nrobot {calibration.robot.name} written to {out}")
+    draw_picture(
+        arguments,
+        lambda: plot_robot_calibration(calibration),
+        "Friction of each axis over its speed and the torque of its spring over its angle: "
+        "measured, and as the robot's model makes them.",
+    )
     return 0

@@ -82,6 +82,27 @@ def rows_of(recording: Recording, keys: Mapping[str, Any]) -> IntArray:
     raise InputError(f"no trial of {named}", expected="a group of this recording")
 
 
+def aligned_group(recording: Recording, keys: Mapping[str, Any]) -> Aligned:
+    """All trials of one group, those that an estimate leaves out too.
+
+    Parameters
+    ----------
+    recording : Recording
+    keys : mapping
+        The group's columns of the trial table, as an estimate holds them.
+
+    Returns
+    -------
+    Aligned
+
+    Raises
+    ------
+    InputError
+        No trial is of that group, or no onset is stated or seen.
+    """
+    return align(recording, rows_of(recording, keys))
+
+
 def align(recording: Recording, rows: IntArray | None = None) -> Aligned:
     """All trials of these rows, those that an estimate leaves out too.
 

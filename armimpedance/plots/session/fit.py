@@ -8,6 +8,7 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.conventions import FORCE_UNIT
+from armimpedance.plots.paper.letters import panel_letters
 from armimpedance.plots.session.fitted import Fitted, fitted_force
 from armimpedance.plots.session.look import (
     MARKED,
@@ -15,7 +16,6 @@ from armimpedance.plots.session.look import (
     direction_look,
     draw_lines,
     force_label,
-    panel_letters,
     zero_line,
 )
 from armimpedance.plots.style import OKABE_ITO, TWO_COLUMNS_IN, new_figure, print_style

@@ -71,20 +71,9 @@ def zero_line(ax: Axes) -> None:
     ax.axhline(0.0, color="0.8", linewidth=0.6, zorder=0)
 
 
-def panel_letters(axes: Sequence[Axes]) -> None:
-    """(a), (b), ... in bold above the left upper corner of each panel."""
-    for number, ax in enumerate(axes):
-        ax.annotate(
-            f"({chr(ord('a') + number)})",
-            (0.0, 1.0),
-            (-2.0, 3.0),
-            xycoords="axes fraction",
-            textcoords="offset points",
-            fontweight="bold",
-            ha="right",
-            va="bottom",
-            annotation_clip=False,
-        )
+def thin_line(count: int) -> float:
+    """Width of one of many lines, points: a thousand of the usual width are a block of ink."""
+    return float(np.clip(0.6 / np.sqrt(max(count, 1) / 40), 0.12, 0.6))
 
 
 def short_list(numbers: Sequence[int], most: int = 6) -> str:

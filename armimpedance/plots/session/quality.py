@@ -9,6 +9,7 @@ import numpy as np
 
 from armimpedance.arrays import BoolArray, FloatArray
 from armimpedance.conventions import FORCE_UNIT
+from armimpedance.plots.paper.letters import panel_letters
 from armimpedance.plots.session.aligned import Aligned, align, chosen, outlying_trials
 from armimpedance.plots.session.look import (
     GREY,
@@ -16,8 +17,8 @@ from armimpedance.plots.session.look import (
     draw_lines,
     force_label,
     motion_label,
-    panel_letters,
     short_list,
+    thin_line,
     zero_line,
 )
 from armimpedance.plots.style import OKABE_ITO, TWO_COLUMNS_IN, new_figure, print_style
@@ -102,13 +103,14 @@ def _overlay(ax: Axes, aligned: Aligned, marked: BoolArray, lines: FloatArray) -
     out = ~aligned.used & ~marked
     zero_line(ax)
     kinds = (
-        (aligned.used & ~marked, "trials", GREY, 0.5, "-", 2.0),
+        (aligned.used & ~marked, "trials", GREY, thin_line(len(lines)), "-", 2.0),
         (out, "left out of estimates", OKABE_ITO["blue"], 0.9, (0, (3, 1.2)), 2.1),
         (marked, "unlike the others", MARKED, 1.0, "-", 2.2),
     )
     for rows, what, color, width, line, order in kinds:
         numbers = aligned.trial[rows].tolist()
-        label = f"{len(numbers)} {what}" if what == "trials" else f"{what}: {short_list(numbers)}"
+        named = f"{what}: trial {short_list(numbers)}"
+        label = f"{len(numbers)} {what}" if what == "trials" else named
         draw_lines(
             ax,
             time_ms[thin],
@@ -146,7 +148,7 @@ def _draw_return(ax: Axes, aligned: Aligned, marked: BoolArray) -> None:
     left = np.where(over, size, 0.0).sum(axis=1) / over.sum(axis=1)
     _dots(ax, aligned, marked, 100 * left / np.maximum(size.max(axis=1), 1e-300))
     ax.axhline(RETURN_PERCENT, color="black", linestyle=(0, (4, 2)), linewidth=0.8)
-    ax.set_ylabel("way left at the end (% of peak)")
+    ax.set_ylabel("left at the end (% of peak)")
 
 
 def _draw_noise(ax: Axes, aligned: Aligned, marked: BoolArray, unit: str) -> None:
@@ -167,7 +169,7 @@ def _draw_against(ax: Axes, aligned: Aligned, marked: BoolArray, recording: Reco
     from matplotlib.collections import LineCollection
 
     for rows, color, width in (
-        (aligned.used & ~marked, GREY, 0.4),
+        (aligned.used & ~marked, GREY, thin_line(len(along))),
         (~aligned.used & ~marked, OKABE_ITO["blue"], 0.8),
         (marked, MARKED, 1.0),
     ):

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from armimpedance.plots.paper.letters import panel_letters
 from armimpedance.plots.session.aligned import Aligned, align, chosen, rows_of
 from armimpedance.plots.session.look import (
     axis_name,
@@ -14,7 +15,6 @@ from armimpedance.plots.session.look import (
     draw_lines,
     force_label,
     motion_label,
-    panel_letters,
     short_list,
     zero_line,
 )
@@ -101,7 +101,7 @@ def _draw(ax: Axes, aligned: Aligned, lines: Any, marked: Any) -> None:
         (~aligned.used & ~marked, "left out", "0.6"),
         (marked, "unlike the others", "black"),
     ):
-        label = f"{what}: {short_list(aligned.trial[rows].tolist())}"
+        label = f"{what}: trial {short_list(aligned.trial[rows].tolist())}"
         look = {"color": color, "linewidth": 1.3, "zorder": 3}
         draw_lines(ax, time_ms[thin], lines[rows][:, thin], label, **look)
     ax.set_xlim(time_ms[thin][0], time_ms[thin][-1])

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from armimpedance.errors import InputError
+from armimpedance.plots.paper.captions import add_caption
 from armimpedance.plots.style import new_figure, print_style
 from armimpedance_figures import build_all
 from armimpedance_figures.build_all import CATALOGUE, chosen, draw_from
-from armimpedance_figures.source_figure import FORMATS, add_caption, write
+from armimpedance_figures.source_figure import FORMATS, write
 from armimpedance_figures.tsuji1997 import (
     fig14_single_joint_activation as fig14,
     over_posture,

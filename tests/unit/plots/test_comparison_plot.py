@@ -56,10 +56,11 @@ def test_pairs_that_differ_are_joined(make_estimate):
 def test_groups_in_one_place_share_a_centre_and_have_no_shoulder(make_estimate):
     groups = groups_at(make_estimate, [(0.0, 0.4), (0.0003, 0.4002)])
     ax = plot_comparison(groups, [pair("g0", "g1", 0.01)])
-    centres = [line.get_xydata()[:-1].mean(axis=0) for line in ax.lines]
+    outlines = [line for line in ax.lines if len(line.get_xdata())]
+    centres = [line.get_xydata()[:-1].mean(axis=0) for line in outlines]
     assert centres[0] == pytest.approx(centres[1])
     assert "shoulder" not in [text.get_text() for text in ax.texts]
-    assert not [line for line in ax.lines if "differs" in str(line.get_label())]
+    assert not [line for line in outlines if "differs" in str(line.get_label())]
 
 
 def test_subjects_of_one_group_stand_at_their_mean_place_without_bands(make_estimate):

@@ -111,18 +111,19 @@ def test_default_scale_keeps_neighbours_apart(make_estimate):
     assert default_scale([K, K], places[[0, 0]]) > 0
 
 
-def test_reference_is_dashed_at_the_same_place(make_estimate):
+def test_reference_is_wide_and_grey_below_the_estimate(make_estimate):
     estimates = [make_estimate(-0.2), make_estimate(0.2)]
     ax = plot_ellipses_in_workspace(
         estimates, "inertia", reference=[1.1 * e.inertia for e in estimates], show_confidence=False
     )
     drawn = outlines(ax)
     assert len(drawn) == 4
-    assert [line.is_dashed() for line in drawn] == [False, False, True, True]
-    assert labels(ax) == ["estimate", "model"]
-    for solid, dashed in zip(drawn[:2], drawn[2:], strict=True):
-        centre = solid.get_xydata()[:-1].mean(axis=0)
-        ratio = radii(dashed, centre) / radii(solid, centre)
+    # lines of one order are drawn one after another: the estimate's own come last
+    assert [line.get_linewidth() > 2 for line in drawn] == [True, True, False, False]
+    assert set(labels(ax)) == {"estimate", "model"}
+    for model, own in zip(drawn[:2], drawn[2:], strict=True):
+        centre = own.get_xydata()[:-1].mean(axis=0)
+        ratio = radii(model, centre) / radii(own, centre)
         np.testing.assert_allclose(ratio, 1.1, rtol=1e-6)
 
 

@@ -1,0 +1,1 @@
+"""What a journal asks of a figure: its caption beside it, letters on its panels."""

@@ -1,0 +1,1 @@
+"""Pictures of whole results: every row's matrices, with what another assumption makes of them."""

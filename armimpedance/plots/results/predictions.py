@@ -1,0 +1,68 @@
+"""What a model predicts, row by row, with what is extrapolated set apart."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from armimpedance.conventions import UNITS
+from armimpedance.muscles import HandPrediction, JointPrediction
+from armimpedance.plots.paper.letters import panel_letters
+from armimpedance.plots.results.rows import (
+    Series,
+    draw_elements,
+    draw_ellipses,
+    name_rows,
+    row_axes,
+)
+from armimpedance.plots.style import OKABE_ITO, print_style
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def plot_predictions(predicted: JointPrediction | HandPrediction) -> Figure:
+    """Draw predicted K and B of every row with 95 % intervals; squares are extrapolated.
+
+    Parameters
+    ----------
+    predicted : JointPrediction or HandPrediction
+        What `predict` or `at_hand` returned.
+
+    Returns
+    -------
+    Figure
+        K above B: the ellipses, then a panel for each element.
+    """
+    joint = predicted.joint if isinstance(predicted, HandPrediction) else predicted
+    level = "hand" if isinstance(predicted, HandPrediction) else "joint"
+    with print_style():
+        figure, grid = row_axes(len(joint.joint_angles), 4, bands=2, narrow=1)
+        for symbol, which, (ellipses, *axes) in zip(
+            "KB", ("stiffness", "viscosity"), grid, strict=True
+        ):
+            values = getattr(predicted, f"{which}_matrices")
+            half = predicted.half_width(which)
+            matrix_half = half[:, [0, 1, 1, 2]].reshape(-1, 2, 2)
+            color = OKABE_ITO["blue"]
+            one = Series("measured region", values, matrix_half, color, faded=joint.extrapolated)
+            draw_ellipses(ellipses, [one], symbol)
+            draw_elements(axes, [one], symbol, UNITS[level][symbol], part="upper")
+            name_rows(ellipses, _names(joint), bands=2)
+        panel_letters([ax for row in grid for ax in row])
+        if joint.extrapolated.any():
+            handles, labels = grid[0][1].get_legend_handles_labels()
+            figure.legend(handles, labels, loc="outside upper center", ncols=2)
+    return figure
+
+
+def _names(joint: JointPrediction) -> list[str]:
+    """Shoulder and elbow in degrees; muscles where they alone tell the rows apart."""
+    degrees = np.degrees(joint.joint_angles)
+    if joint.activation is not None and np.ptp(degrees, axis=0).max() < 0.1:
+        return [
+            f"{number}: α {', '.join(f'{a:.2g}' for a in alpha[:3])}…"
+            for number, alpha in enumerate(joint.activation, start=1)
+        ]
+    return [f"{n}: {q[0]:.0f}°, {q[1]:.0f}°" for n, q in enumerate(degrees, start=1)]
