@@ -58,8 +58,8 @@ from .muscles import (
     MuscleModel as MuscleModel,
     PostureModel as PostureModel,
 )
-from .passive import PassiveFit as PassiveFit, PassiveFits as PassiveFits
 from .pages import write_report as write_report
+from .passive import PassiveFit as PassiveFit, PassiveFits as PassiveFits
 from .planning import Plan as Plan
 from .plots import (
     body_figure as body_figure,

@@ -60,6 +60,7 @@ def write_report(
     command : str
         A command line that stands on the page.
     progress : function (done, all), optional
+        Called while the analysis goes on.
 
     Returns
     -------
@@ -77,11 +78,11 @@ def write_report(
     >>> from tempfile import TemporaryDirectory
     >>> import armimpedance as ai
     >>> from manipulandum_sim.hand import simulate
-    >>> recording, _ = simulate("cocontraction", seed=1, sets=1, conditions=["cocontraction_10"])
+    >>> recording, _ = simulate("cocontraction", seed=1, sets=2, conditions=["cocontraction_10"])
     >>> with TemporaryDirectory() as folder:
     ...     page = ai.write_report(recording, Path(folder) / "report.html")
     >>> page.verdict.trust
-    'The numbers can be used: 1 group, 8 trials.'
+    'The numbers can be used: 1 group, 16 trials.'
     """
     if Path(path).suffix != ".html":
         raise InputError(f"no ending {Path(path).suffix!r} here", file=path, expected=".html")
@@ -104,7 +105,7 @@ def write_report(
             progress=progress,
         )
     )
-    write_page(page, path)
+    write_page(page, Path(path))
     return page
 
 

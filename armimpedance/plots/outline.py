@@ -50,6 +50,20 @@ def confidence_band(
     """Inner and outer outline of the 95 % band of an estimate's ellipse, (n, 2) each, closed.
 
     Pointwise along each direction from the centre, first order; the inner one ends at the centre.
+
+    Parameters
+    ----------
+    estimate : ImpedanceEstimate
+        Of two axes.
+    which : {"stiffness", "viscosity", "inertia"}
+        The matrix whose ellipse it is.
+    n : int
+        Points on each outline.
+
+    Returns
+    -------
+    inner, outer : (n, 2) ndarray
+        From the centre, in the unit of the matrix.
     """
     i = list(MATRICES).index(which)
     # Directions of the locus' own points: close together where a thin ellipse bends.
