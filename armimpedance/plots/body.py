@@ -46,7 +46,7 @@ def plot_row(
     Parameters
     ----------
     measured, predicted : (S,)
-        N or Nm.
+        N or N m.
     name : str
         With the unit; the axis label.
     rate_hz : float

@@ -42,7 +42,7 @@ _LEAST_COHERENCE = 0.3
 _BINS_PER_DECADE: Final = 24
 #: Independent averages of a half-overlapping Hann segment: 1 / (1 + 2 (1/6)^2).
 _INDEPENDENT: Final = 0.947
-_LABELS = {"K": "K (Nm/rad)", "B": "B (Nm s/rad)"}
+_LABELS = {"K": "K (N m/rad)", "B": "B (N m s/rad)"}
 
 
 def plot_varying(

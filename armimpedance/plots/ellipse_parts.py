@@ -13,6 +13,7 @@ from armimpedance.conventions import MATRICES, UNITS
 from armimpedance.ellipses import Which
 from armimpedance.errors import InputError
 from armimpedance.plots.outline import confidence_band
+from armimpedance.plots.style import unit_text
 from armimpedance.records import ImpedanceEstimate
 
 if TYPE_CHECKING:
@@ -81,7 +82,7 @@ def matrix_of(item: ArrayLike | ImpedanceEstimate, which: Which) -> FloatArray:
 def unit_of(item: ArrayLike | ImpedanceEstimate, which: Which) -> str:
     """Unit of the matrix; a bare one is taken to be of the hand."""
     level = item.level if isinstance(item, ImpedanceEstimate) else "hand"
-    return UNITS[level][MATRICES[which][0]]
+    return unit_text(UNITS[level][MATRICES[which][0]])
 
 
 def hand_of(estimate: ImpedanceEstimate) -> FloatArray:

@@ -70,7 +70,7 @@ def plot_passive_fit(
         ax.margins(x=0.01)
         if title is not None:
             ax.set_title(title, loc="left")
-        label_axes(ax, "time (s)", "torque (Nm)")
+        label_axes(ax, "time (s)", "torque (N m)")
         ax.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderaxespad=0.2)
     return ax
 

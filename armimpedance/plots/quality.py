@@ -9,7 +9,14 @@ import numpy as np
 
 from armimpedance.conventions import UNITS
 from armimpedance.errors import InputError
-from armimpedance.plots.style import OKABE_ITO, ONE_COLUMN_IN, label_axes, new_axes, print_style
+from armimpedance.plots.style import (
+    OKABE_ITO,
+    ONE_COLUMN_IN,
+    label_axes,
+    new_axes,
+    print_style,
+    unit_text,
+)
 from armimpedance.records import ImpedanceEstimate
 from armimpedance.regression import t_factor
 
@@ -71,9 +78,11 @@ def plot_intervals(
         if truth is not None:
             ax.plot(truth, rows, "x", color="black", markersize=6, zorder=3, label="truth")
             ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderaxespad=0.2)
-        ax.set_yticks(rows, names)
+        ax.set_yticks(rows, names, parse_math=False)
         ax.set_ylim(len(values) - 0.5, -0.5)
-        label_axes(ax, f"{parameter} ({UNITS[estimates[0].level][parameter[0]]})", "condition")
+        label_axes(
+            ax, f"{parameter} ({unit_text(UNITS[estimates[0].level][parameter[0]])})", "condition"
+        )
     return ax
 
 

@@ -21,6 +21,7 @@ from armimpedance.plots.style import (
     new_axes,
     new_figure,
     print_style,
+    unit_text,
 )
 from armimpedance.regression import t_factor
 
@@ -205,7 +206,7 @@ def _title(verdict: ReflexVerdict) -> str:
 
 def _stiffness_label(verdict: ReflexVerdict) -> str:
     several = len(verdict.intrinsic) > 1
-    return f"{'principal ' if several else ''}stiffness ({UNITS[verdict.kind]['K']})"
+    return f"{'principal ' if several else ''}stiffness ({unit_text(UNITS[verdict.kind]['K'])})"
 
 
 def _principal(K: FloatArray, covariance: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -33,7 +33,7 @@ _ROWS: dict[str, tuple[tuple[str, str, float], ...]] = {
         ("displacement", "displacement\n(rad)", 1.0),
         ("velocity", "velocity\n(rad/s)", 1.0),
         ("acceleration", "acceleration\n(rad/s²)", 1.0),
-        ("force", "torque\n(Nm)", 1.0),
+        ("force", "torque\n(N m)", 1.0),
     ),
 }
 

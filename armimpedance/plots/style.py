@@ -177,6 +177,11 @@ def new_axes(width_in: float = ONE_COLUMN_IN, height_in: float = ONE_COLUMN_IN) 
     return axes
 
 
+def unit_text(unit: str) -> str:
+    """A unit as print has it: ``N m s/rad`` and ``kg m²`` of ``Nm s/rad`` and ``kg m^2``."""
+    return unit.replace("Nm", "N m").replace("N ms", "N m s").replace("^2", "²")
+
+
 def label_axes(ax: Axes, x: str, y: str) -> None:
     """Label both axes, where the caller has not done so already."""
     if not ax.get_xlabel():

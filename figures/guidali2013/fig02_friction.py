@@ -57,7 +57,7 @@ def _signed(sweeps: AxisSweeps, ax: Axes) -> None:
     ):
         torque = [getattr(p, name) for p in sweeps.points]
         ax.plot(sign * speed, torque, ls="", marker=marker, ms=5, color=OKABE_ITO[color])
-    ax.set(xlabel="velocity (deg/s)", ylabel="friction (Nm)")
+    ax.set(xlabel="velocity (deg/s)", ylabel="friction (N m)")
 
 
 def table(studied: TherapyStudy) -> list[list[str]]:
@@ -84,7 +84,7 @@ def caption(studied: TherapyStudy) -> str:
         f"Speeds up to {static:.2g} deg/s (hollow, shaded) do not follow the law and are not "
         "fitted; below them the law is dotted, its v_s set, not measured: the source prints none. "
         f"Beside an odd law a torque even in the velocity comes out at {slope:.1g} ± {sd:.1g} "
-        "Nms/rad. The source's (10) is not odd and read literally grows without bound for "
+        "N m s/rad. The source's (10) is not odd and read literally grows without bound for "
         f"negative velocities. {design(studied)}. Differs from the source: simulated; both "
         "directions shown on top of each other (right)."
     )

@@ -30,7 +30,7 @@ AXIS: Final = 1
 
 @dataclass(frozen=True)
 class Swept:
-    """One sweep: motion after the kernel, and what the models say of it; (S,), Nm.
+    """One sweep: motion after the kernel, and what the models say of it; (S,), N m.
 
     Attributes
     ----------
@@ -55,7 +55,7 @@ class Swept:
         return self.motion.motor[:, AXIS]
 
     def rms(self, *, cables: bool) -> float:
-        """What the model leaves, Nm."""
+        """What the model leaves, N m."""
         model = self.friction + (self.cable if cables else 0.0)
         return float(np.sqrt(np.mean((self.measured - model) ** 2)))
 
@@ -89,7 +89,7 @@ def draw(studied: TherapyStudy) -> Figure:
                 ax.plot(one.angle_deg, model, color=OKABE_ITO[color], ls=style, label=label)
             ax.set_title(f"{one.velocity_deg_s:+.0f} deg/s", loc="left")
             ax.set_xlabel("angle of axis 2 (deg)")
-            ax.set_ylabel("torque (Nm)")
+            ax.set_ylabel("torque (N m)")
         figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
     settle(figure)
     return figure
@@ -111,8 +111,8 @@ def caption(studied: TherapyStudy) -> str:
     return (
         "After Guidali et al. (2013), Fig. 3: motor torque that moves axis 2 (horizontal shoulder "
         f"rotation) at {UNFITTED_DEG_S:g} deg/s, and what the identified models say of it. "
-        f"Friction alone leaves {without:.2f} Nm rms, with the cables as a spring {with_:.3f} Nm. "
-        "These sweeps are a session of their own, at a speed that is not among the fitted ones. "
+        f"Friction alone leaves {without:.2f} N m rms, with the cables as a spring {with_:.3f} N "
+        "m. These sweeps are a session of their own, at a speed that is not among the fitted ones. "
         f"{design(studied)}. Differs from the source: simulated; measured torque after the "
         "analysis' kernel of 0.1 s; both directions."
     )

@@ -52,7 +52,7 @@ def draw(studied: TherapyStudy) -> Figure:
             ax.plot(elapsed(first), first.rigid_arm, label="model of the pipes", **look)
             ax.set_title(title, loc="left")
             ax.set_xlabel("time (s)")
-            ax.set_ylabel("torque (Nm)")
+            ax.set_ylabel("torque (N m)")
         inner = np.concatenate([_middle(m) for m in repetitions(studied.mockup, "horizontal")])
         axes[1].set_ylim(*(1.25 * np.array([inner.min(), inner.max()])))
         figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=2)

@@ -102,7 +102,7 @@ def _panel(studied: TherapyStudy, person: Person, movement: str, ax: Axes) -> No
     inner = np.concatenate([m.support[_middle(m)] for m in repetitions])
     room = 0.15 * float(np.ptp(np.append(inner, 0.0)))
     ax.set_ylim(min(0.0, float(inner.min())) - room, max(0.0, float(inner.max())) + room)
-    ax.set(xlabel="time (s)", ylabel="torque (Nm)")
+    ax.set(xlabel="time (s)", ylabel="torque (N m)")
 
 
 def _time(torques: MovementTorques) -> FloatArray:
@@ -116,7 +116,7 @@ def _middle(torques: MovementTorques) -> slice:
 
 
 def _left(torques: MovementTorques, measured: FloatArray) -> float:
-    """Rms of the model's error without the ends, Nm."""
+    """Rms of the model's error without the ends, N m."""
     part = _middle(torques)
     return float(np.sqrt(np.mean((measured - torques.arm)[part] ** 2)))
 
@@ -143,7 +143,7 @@ def caption(studied: TherapyStudy) -> str:
         "After Guidali et al. (2013), Fig. 5: support torque (motor less robot) of the passive "
         "repetitions, the identified model of the arm, and for the horizontal movement what the "
         "torque sensor of axis 2 says, which needs no model of the gear's friction. Between the "
-        f"movements' ends the models leave {min(support):.2f} to {max(support):.2f} Nm rms; at "
+        f"movements' ends the models leave {min(support):.2f} to {max(support):.2f} N m rms; at "
         "the ends the gears stick, which the robot's model leaves out, and curves leave the "
         f"panels. {design(studied)}; people with Table 4's stiffness and rest angles. Differs "
         "from the source: simulated; all three repetitions shown."

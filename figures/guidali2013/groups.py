@@ -95,7 +95,7 @@ def lowest(studied: TherapyStudy) -> str:
     person, found = min(valid, key=lambda pair: pair[1].ratio.percent)
     return (
         f"The lowest (4), {found.ratio.percent:.0f} %, is one of {person.name}, whose passive arm "
-        f"needs {found.mean_arm_Nm:.2g} Nm there."
+        f"needs {found.mean_arm_Nm:.2g} N m there."
     )
 
 

@@ -14,13 +14,13 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray
 
-#: Table 2, axes 1 to 5: (17) and (16), Nm.
+#: Table 2, axes 1 to 5: (17) and (16), N m.
 TABLE_2_R2: Final = (0.870, 0.962, 0.912, 0.874, 0.815)
 TABLE_2_RMS: Final = (3.38, 0.62, 0.67, 1.25, 0.81)
 #: Axis (from 1) whose R^2 and RMS in Table 2 contradict its friction in Table 3.
 TABLE_2_IMPOSSIBLE: Final = 3
 
-#: Table 3, axes 1 to 5: Nm/deg, deg, Nm, Nms/deg. It has no v_s.
+#: Table 3, axes 1 to 5: N m/deg, deg, N m, N m s/deg. It has no v_s.
 TABLE_3: Final = MappingProxyType(
     {
         "k_c": (0.0, 0.016, 0.015, 0.014, 0.0078),
@@ -30,7 +30,7 @@ TABLE_3: Final = MappingProxyType(
     }
 )
 
-#: Table 4: k_s1, q_01, k_s2, q_02; Nm/rad and rad. None: not identified.
+#: Table 4: k_s1, q_01, k_s2, q_02; N m/rad and rad. None: not identified.
 TABLE_4: Final = MappingProxyType(
     {
         "S1": (6.60, 1.33, 1.68, 0.44),
@@ -62,9 +62,9 @@ TABLE_4_MEANS: Final = MappingProxyType(
     }
 )
 
-#: The mock-up: torque at 90 deg of elevation, Nm, and inertia about the vertical axis, kg m^2, that
-#: follow from its printed masses and lengths (1.8 kg, .32 m; 1.7 kg, .30 m) as thin rods; as tubes
-#: of the printed diameters they have .454.
+#: The mock-up: torque at 90 deg of elevation, N m, and inertia about the vertical axis, kg m^2,
+#: that follow from its printed masses and lengths (1.8 kg, .32 m; 1.7 kg, .30 m) as thin rods; as
+#: tubes of the printed diameters they have .454.
 MOCKUP_GRAVITY_NM: Final = 10.66
 MOCKUP_INERTIA_KGM2: Final = 0.450
 

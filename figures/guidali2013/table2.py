@@ -30,7 +30,7 @@ def draw(studied: TherapyStudy) -> Figure:
     header = [f"axis {a.axis + 1}" for a in studied.validated]
     blocks = [
         TableBlock("R², (17)", tuple(_rows(TABLE_2_R2, found, "r2", 3))),
-        TableBlock("RMS error (Nm), (16)", tuple(_rows(TABLE_2_RMS, found, "rms_Nm", 2))),
+        TableBlock("RMS error (N m), (16)", tuple(_rows(TABLE_2_RMS, found, "rms_Nm", 2))),
     ]
     return plot_table(header, blocks).figure  # type: ignore[return-value]
 
@@ -77,8 +77,8 @@ def caption(studied: TherapyStudy) -> str:
         "what was calibrated, the size of misfit that the print has on axis 1. While moving: "
         f"faster than {least:.0f} deg/s, without the static friction that the model leaves out. "
         f"* cannot be: R² and RMS of axis {TABLE_2_IMPOSSIBLE} together mean a motor torque with "
-        f"an sd of {spread:.1f} Nm, where Table 3's friction alone turns by ±"
-        f"{TABLE_3['tau_c'][i]:.1f} Nm with the direction. {design(studied)}. Differs from the "
+        f"an sd of {spread:.1f} N m, where Table 3's friction alone turns by ±"
+        f"{TABLE_3['tau_c'][i]:.1f} N m with the direction. {design(studied)}. Differs from the "
         "source: simulated; its movements are not described, ours are minimum-jerk ways between "
         "random postures."
     )

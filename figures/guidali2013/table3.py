@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 
 #: Parameter -> heading; and, to the source's units, what an SI value is multiplied by.
 HEADINGS: Final = {
-    "tau_c": "Coulomb friction (Nm)",
-    "k_v": "viscous friction (Nms/deg)",
-    "k_c": "cable stiffness (Nm/deg)",
+    "tau_c": "Coulomb friction (N m)",
+    "k_v": "viscous friction (N m s/deg)",
+    "k_c": "cable stiffness (N m/deg)",
     "q_c": "cables' equilibrium (deg)",
 }
 _PER_DEG: Final = np.pi / 180

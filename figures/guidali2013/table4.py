@@ -173,12 +173,12 @@ def caption(studied: TherapyStudy) -> str:
     widest_stiffness, widest_share, widest_rest = AxisCalibration.WIDEST
     who = f"refused: {', '.join(refused)}" if refused else "nobody refused"
     return (
-        "After Guidali et al. (2013), Table 4: passive stiffness k_s (Nm/rad) and rest angle q_0 "
+        "After Guidali et al. (2013), Table 4: passive stiffness k_s (N m/rad) and rest angle q_0 "
         "(rad) of axes 1 (elevation) and 2 (horizontal) from three passive repetitions, (21). The "
         "printed values are the simulated truth up to 2 % and 0.015 rad between repetitions. ±: "
         "half of the 95 % interval, which counts that body segments differ from the table of "
         f"masses by 3 %; {covered} of {len(known)} hold the truth. {quoted} of {len(known)} are "
-        f"known: k_s to ± {widest_stiffness} Nm/rad or {100 * widest_share:.0f} % of it, "
+        f"known: k_s to ± {widest_stiffness} N m/rad or {100 * widest_share:.0f} % of it, "
         f"q_0 to ± {widest_rest} rad; the others stand in brackets. As in the source S4 and P1 "
         f"move their trunk; {who}. * the printed means of the horizontal columns do not follow "
         f"from the printed rows. {design(studied)}. Differs from the source: simulated; intervals."

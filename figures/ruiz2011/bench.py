@@ -30,7 +30,7 @@ APART_RAD: Final = np.pi / 4
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint; units kg m^2, Nms/rad, Nm/rad.
+    """A joint; units kg m^2, N m s/rad, N m/rad.
 
     Attributes
     ----------

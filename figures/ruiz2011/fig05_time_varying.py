@@ -127,7 +127,7 @@ def caption(studied: StudiedCourse) -> str:
         "After Ruiz et al. (2011), Fig. 5: stiffness K (upper) and viscosity B (lower) that vary "
         f"as sines of {FREQUENCY_HZ:g} Hz and {100 * DEPTH:.0f} %, true and estimated, with "
         f"pointwise 95 % bands. Simulated joint (I {joint.inertia:g} kg m², B {joint.viscosity:g} "
-        f"Nms/rad, K {joint.stiffness:g} Nm/rad on average) on a bench, random torque behind a "
+        f"N m s/rad, K {joint.stiffness:g} N m/rad on average) on a bench, random torque behind a "
         f"low-pass at 10 Hz, white noise at {SNR_DB:g} dB on torque and angle. 'windows' is the "
         f"source's way, constant in windows of {CONSTANT_S:g} s that overlap by half, here with "
         "one I for all of them. A window holds little more than one time constant B/K of this "

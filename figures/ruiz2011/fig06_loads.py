@@ -35,7 +35,7 @@ CUTOFF_HZ: Final = 10.0
 #: Left out at both ends, where filters settle, s.
 ENDS_S: Final = 0.5
 SYMBOLS: Final = ("K", "B", "I")
-UNITS: Final = ("Nm/rad", "Nms/rad", "kg m²")
+UNITS: Final = ("N m/rad", "N m s/rad", "kg m²")
 X_LABELS: Final = ("angle from θ₀ (rad)", "velocity (rad/s)", "acceleration (rad/s²)")
 LETTERS: Final = ("(10a) spring", "(10b) damper", "(10c) inertia")
 #: The column in quadrature to each load's own, that a lag shows in: velocity, acceleration,
@@ -54,7 +54,7 @@ class View:
     own : (N,)
         The load's own kinematic variable.
     torque : (N,)
-        By the limb on the device, Nm.
+        By the limb on the device, N m.
     load : float
         Of `own`.
     false : float
@@ -156,7 +156,7 @@ def _panel(load: Load, ax: Axes) -> None:
     ax.plot(ends, load.asked * ends, color="black", lw=1.2, ls=(0, (5, 2)), label="asked for")
     ax.set_title(f"{LETTERS[load.number]}\n{_false_text(load)}", loc="left", fontsize=8)
     ax.set_xlabel(X_LABELS[load.number])
-    ax.set_ylabel("torque (Nm)")
+    ax.set_ylabel("torque (N m)")
 
 
 def _false_text(load: Load) -> str:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 #: Length of the windows, s, and their colour.
 WINDOWS: Final = {CONSTANT_S: "vermillion", 2.0: "blue"}
 ROWS: Final[tuple[Literal["B", "K"], ...]] = ("B", "K")
-UNITS: Final = {"B": "Nms/rad", "K": "Nm/rad"}
+UNITS: Final = {"B": "N m s/rad", "K": "N m/rad"}
 #: Which repetition is drawn, counted from 0.
 REPETITION: Final = 0
 
@@ -98,11 +98,11 @@ def caption(studied: StudiedWindows) -> str:
     return (
         "After Ruiz et al. (2011), Fig. 9: viscosity B and stiffness K of one subject who holds a "
         "posture, in windows that overlap by half, with 95 % bands. Both are truly constant (black "
-        f"lines): K {session.true('K'):.1f} Nm/rad, B {session.true('B'):.2f} Nms/rad. The means "
-        f"of K over the windows are {means}; the whole repetition gives {low:.1f} to {high:.1f} "
-        "(95 %). All of the scatter is the estimates', none the joint's: the voluntary torque "
-        "is large where K shows, below 1 Hz, and a short window holds not even one of its periods. "
-        "The source reads such scatter as torque modulated by the subject. "
+        f"lines): K {session.true('K'):.1f} N m/rad, B {session.true('B'):.2f} N m s/rad. The "
+        f"means of K over the windows are {means}; the whole repetition gives {low:.1f} to "
+        f"{high:.1f} (95 %). All of the scatter is the estimates', none the joint's: the voluntary "
+        "torque is large where K shows, below 1 Hz, and a short window holds not even one of its "
+        "periods. The source reads such scatter as torque modulated by the subject. "
         f"{design(session)}; repetition {REPETITION + 1} is shown. Differs from the source: "
         "simulated, I shared by all windows and noise weighed, bands, and a second length of "
         "windows; the source does not say its own."

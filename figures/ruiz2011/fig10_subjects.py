@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-#: What section 6.2 prints for all subjects, in Nms/rad and Nm/rad.
+#: What section 6.2 prints for all subjects, in N m s/rad and N m/rad.
 PRINTED: Final = {"B": (2.5, 4.7), "K": (5.3, 13.1)}
-LABELS: Final = {"B": "B (Nms/rad)", "K": "K (Nm/rad)"}
+LABELS: Final = {"B": "B (N m s/rad)", "K": "K (N m/rad)"}
 
 
 def values(one: Session, name: str) -> FloatArray:

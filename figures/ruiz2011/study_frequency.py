@@ -64,7 +64,7 @@ def caption(studies: tuple[FrequencyStudy, ...]) -> str:
     return (
         "Not drawn in Ruiz et al. (2011), whose section 4 names 0.7 Hz alone: rms over time of the "
         f"relative error of K(t) and B(t), median of {first.draws} records of {DURATION_S:g} s for "
-        "each point. Simulated: two joints (kg m², Nms/rad, Nm/rad) on a bench, random torque "
+        "each point. Simulated: two joints (kg m², N m s/rad, N m/rad) on a bench, random torque "
         f"behind a low-pass at 10 Hz, white noise at {first.snr_db:g} dB on both channels; B and "
         f"K vary by {100 * DEPTH:.0f} % as one sine. Constants in their mean would be wrong by "
         f"{100 * _of_a_constant(DEPTH):.0f} %. {_ends(studies)} 'emg' is given amplitudes from "

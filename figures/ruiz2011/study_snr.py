@@ -75,7 +75,7 @@ def caption(studies: tuple[SnrStudy, ...]) -> str:
     return (
         "Not drawn in Ruiz et al. (2011), whose section 4 names the limits alone: rms relative "
         f"error of K, B and I over {studies[0].draws} records of {DURATION_S:g} s at each of "
-        f"{grid} dB. Simulated: two joints (kg m², Nms/rad, Nm/rad) on a bench, random torque "
+        f"{grid} dB. Simulated: two joints (kg m², N m s/rad, N m/rad) on a bench, random torque "
         "behind a low-pass at 10 Hz, white noise of the same SNR (dB of power, all of the band) "
         "on torque and angle; 'iv' knows the torque that the device was told to give. All three "
         f"parameters are within {100 * WITHIN:.0f} % (line) {_limits(studies)}. 'raw arx' is the "

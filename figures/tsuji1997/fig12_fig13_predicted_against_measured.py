@@ -24,7 +24,7 @@ from armimpedance_figures.tsuji1997.rows import by_element
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-MATRICES = (("K", "stiffness", "Nm/rad"), ("B", "viscosity", "Nms/rad"))
+MATRICES = (("K", "stiffness", "N m/rad"), ("B", "viscosity", "N m s/rad"))
 GROUPS = ("co-contraction", "hand force")
 
 

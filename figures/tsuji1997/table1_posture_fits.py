@@ -148,8 +148,8 @@ def caption(fits: PostureFits) -> str:
     n = fits.rows.n_rows
     missing = " ".join(f"Not fitted: {sentence}." for sentence in fits.left_out)
     return (
-        "After Tsuji (1997), Table 1: correlation R and sum of squared errors E (K in (Nm/rad)², B "
-        "in (Nms/rad)²) of models of joint impedance over posture, moment arms of order L, eqs "
+        "After Tsuji (1997), Table 1: correlation R and sum of squared errors E (K in (N m/rad)², "
+        "B in (N m s/rad)²) of models of joint impedance over posture, moment arms of order L, eqs "
         f"(33)-(37); printed values beside those of {n} simulated postures. Left out: R of "
         "predictions of postures that the fit has not seen. Noise: R of the same fit to shuffled "
         "postures. What the printed table supports: 15 coefficients for 20 postures reach R of .86 "

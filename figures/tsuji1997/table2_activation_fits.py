@@ -81,8 +81,8 @@ def _table_rows(
 def caption(fits: OverActivation) -> str:
     """What is shown, what the terms do, what differs."""
     return (
-        "After Tsuji (1997), Table 2: correlation R and sum of squared errors E (K in (Nm/rad)², B "
-        "in (Nms/rad)²) of models of joint impedance over muscle activation of order N, eqs "
+        "After Tsuji (1997), Table 2: correlation R and sum of squared errors E (K in (N m/rad)², "
+        "B in (N m s/rad)²) of models of joint impedance over muscle activation of order N, eqs "
         "(33)-(35), (38), experiments 2 and 3 together. As the source: each element fitted by "
         "itself (all printed entries obey R = sqrt(1 - E/E_0), which coefficients shared by the "
         "elements do not), K_j = J'K_e J. Shared: one set of muscles for all three elements, with "

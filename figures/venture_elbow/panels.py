@@ -44,7 +44,7 @@ class Panel:
     def heading(self) -> str:
         """Title, rms, R^2 and VAF."""
         v = self.agreement
-        return f"{self.title}: rms {v.rms[0]:.3f} Nm, R² {v.r2:.4f}, VAF {v.vaf:.3f}"
+        return f"{self.title}: rms {v.rms[0]:.3f} N m, R² {v.r2:.4f}, VAF {v.vaf:.3f}"
 
 
 def draw_panels(panels: Sequence[Panel]) -> Figure:

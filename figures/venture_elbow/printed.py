@@ -19,7 +19,7 @@ class PrintedElbow:
     Attributes
     ----------
     values, relative_sd_percent : tuple of 3 str
-        k (Nm/rad), h (Nms/rad), f (Nm).
+        k (N m/rad), h (N m s/rad), f (N m).
     condition : str
         Of W.
     n : str

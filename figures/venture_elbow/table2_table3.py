@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 #: The finest estimates have the longest numbers.
 WIDTHS: Final = (0.75, 1.0, 1.05, 1.2, 1.0)
-NAMES: Final = {"k": "k (Nm/rad)", "h": "h (Nms/rad)", "f": "f (Nm)"}
+NAMES: Final = {"k": "k (N m/rad)", "h": "h (N m s/rad)", "f": "f (N m)"}
 HEADER: Final = (
     *("subject", "test", "parameter", "unit", "method", "value", "sd", "relative_sd_percent"),
     *("well_identified", "ci95_low", "ci95_high", "cond_W", "cond_W_columns_scaled", "n"),

@@ -137,9 +137,9 @@ def caption(studied: StudiedBody) -> str:
         f"Both sides of the equation are low-passed alike at {studied.rows.cutoff_hz:g} Hz, zero "
         "phase: what is left over is noise of the twice differentiated angles, which at the usual "
         "6 Hz would leave four times as much. Moments' rms over these motions: "
-        f"{ours:.2f} Nm; {prior:.2f} Nm with a prior of 30 % on every segment; {true:.2f} Nm with "
-        "the true parameters, whose rest is the noise. A good prediction does not say that the "
-        f"parameters are right: their median error is {errors[0]:.0f} %, with the prior "
+        f"{ours:.2f} N m; {prior:.2f} N m with a prior of 30 % on every segment; {true:.2f} N m "
+        "with the true parameters, whose rest is the noise. A good prediction does not say that "
+        f"the parameters are right: their median error is {errors[0]:.0f} %, with the prior "
         f"{errors[1]:.0f} %. {design(studied)}. Differs from the source: simulated; the poster "
         "films markers, and gives neither filter nor scale."
     )

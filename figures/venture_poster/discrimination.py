@@ -26,7 +26,7 @@ def draw(studied: StudiedShoulders) -> Figure:
     figure = new_figure(TWO_COLUMNS_IN, 2.8)
     with print_style():
         ax = figure.add_subplot()
-    plot_discrimination(studied.result, ax, label="stiffness of shoulder flexion\nk (Nm/rad)")
+    plot_discrimination(studied.result, ax, label="stiffness of shoulder flexion\nk (N m/rad)")
     return figure
 
 
@@ -69,7 +69,7 @@ def caption(studied: StudiedShoulders) -> str:
 
 
 def _words(group: Population) -> str:
-    return f"{group.people} {group.name} with k of {group.mean:g} ± {group.sd:g} Nm/rad (sd)"
+    return f"{group.people} {group.name} with k of {group.mean:g} ± {group.sd:g} N m/rad (sd)"
 
 
 FIGURE = SourceFigure(

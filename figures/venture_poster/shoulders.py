@@ -27,7 +27,7 @@ FLEXION: Final = SHOULDER[0]
 #: Everybody's arm is this subject's, but for the body's size and the shoulder's stiffness. Its
 #: forearm and hand are one body, which halves the simulation's time.
 MODEL: Final = PASSIVE_SUBJECTS["1"]
-#: Friction of the shoulder, Nm; the model's has none.
+#: Friction of the shoulder, N m; the model's has none.
 FRICTION: Final = 0.04
 METHOD: Final = "parallel"
 MASS_KG: Final = (68.0, 9.0)
@@ -47,7 +47,7 @@ class Population:
     name : str
     people : int
     mean, sd : float
-        Of the shoulder's stiffness in flexion, Nm/rad; normal, people at equal steps of
+        Of the shoulder's stiffness in flexion, N m/rad; normal, people at equal steps of
         probability, so that the groups are as far apart as is said and not as luck has it.
     """
 
@@ -57,7 +57,7 @@ class Population:
     sd: float
 
     def stiffness(self, i: int) -> float:
-        """Nm/rad, of person i from 0."""
+        """N m/rad, of person i from 0."""
         quantile = NormalDist().inv_cdf((i + 0.5) / self.people)
         return self.mean + self.sd * quantile
 
@@ -75,7 +75,7 @@ class Shoulder:
     group, person : str
     mass_kg, height_m : float
     true_k : float
-        Nm/rad.
+        N m/rad.
     k : NamedParameter
         Identified.
     n : int

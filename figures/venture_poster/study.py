@@ -25,8 +25,8 @@ from armimpedance.motion import MotionRecording
 from manipulandum_sim.body import ALL, simulate_body
 
 #: Low-pass of both sides of the equation, Hz. White noise of 2 mrad on the angles, differentiated
-#: twice, makes moments of 5 Nm at the analysis's usual 6 Hz and of 1 Nm at 3 Hz; motions this slow
-#: lose next to nothing of their own.
+#: twice, makes moments of 5 N m at the analysis's usual 6 Hz and of 1 N m at 3 Hz; motions this
+#: slow lose next to nothing of their own.
 CUTOFF_HZ: Final = 3.0
 ANGLE_NOISE_RAD: Final = 0.002
 #: The motion in which everything moves at once: no one does it naturally.
@@ -113,5 +113,5 @@ def design(studied: StudiedBody) -> str:
         f"Simulated subject {recording.subject.id}: 15 segments, 36 coordinates, "
         f"{studied.weighted.base.rank} base parameters (as many as the poster's), "
         f"{recording.sample_rate_hz:g} samples/s, noise of {1e3 * ANGLE_NOISE_RAD:g} mrad on the "
-        "angles and 1 N, 0.5 Nm on each of two force plates"
+        "angles and 1 N, 0.5 N m on each of two force plates"
     )

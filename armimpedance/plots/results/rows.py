@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Final, Literal
 import numpy as np
 
 from armimpedance.arrays import BoolArray, FloatArray, FrozenRecord
-from armimpedance.plots.style import TWO_COLUMNS_IN, new_figure
+from armimpedance.plots.style import TWO_COLUMNS_IN, new_figure, unit_text
 from armimpedance.plots.surfaces import few_ticks
 
 if TYPE_CHECKING:
@@ -116,7 +116,7 @@ def draw_elements(
         for number, one in enumerate(series):
             at = np.arange(count, dtype=float) + shift * (2 * number - len(series) + 1)
             _draw_series(ax, at, one, one.matrices[:, i, j], one.half[:, i, j])
-        ax.set_xlabel(f"{symbol}_{i + 1}{j + 1} ({unit})")
+        ax.set_xlabel(f"{symbol}_{i + 1}{j + 1} ({unit_text(unit)})")
         ax.xaxis.set_major_locator(few_ticks(2))
         ax.tick_params(axis="y", length=0)
 

@@ -31,7 +31,7 @@ class Aligned(FrozenRecord):
     lag_s : (S,)
         Time from the onset; of a stochastic perturbation from the trial's start.
     moved, pushed : (T, S, d)
-        Displacement (m or rad) and force by the limb (N or Nm), less their mean at rest.
+        Displacement (m or rad) and force by the limb (N or N m), less their mean at rest.
     trial : (T,) int
         Numbers of the trials.
     used : (T,) bool

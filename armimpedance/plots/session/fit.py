@@ -18,7 +18,7 @@ from armimpedance.plots.session.look import (
     force_label,
     zero_line,
 )
-from armimpedance.plots.style import OKABE_ITO, TWO_COLUMNS_IN, new_figure, print_style
+from armimpedance.plots.style import OKABE_ITO, TWO_COLUMNS_IN, new_figure, print_style, unit_text
 from armimpedance.records import ImpedanceEstimate, Recording
 
 if TYPE_CHECKING:
@@ -144,8 +144,8 @@ def plot_residuals(recording: Recording, estimate: ImpedanceEstimate) -> Figure:
             _draw_residuals(axes[0, i], shown, i)
             axes[0, i].set_title(axis_name(shown.kind, i))
             _draw_spectra(axes[1, i], shown, i)
-        axes[0, 0].set_ylabel(f"residual ({FORCE_UNIT[shown.kind]})")
-        axes[1, 0].set_ylabel(f"amplitude ({FORCE_UNIT[shown.kind]})")
+        axes[0, 0].set_ylabel(f"residual ({unit_text(FORCE_UNIT[shown.kind])})")
+        axes[1, 0].set_ylabel(f"amplitude ({unit_text(FORCE_UNIT[shown.kind])})")
         panel_letters(list(axes.flat))
         for row, columns in ((0, 2), (1, 2)):
             axes[row, 0].legend(loc="upper right", ncols=columns, borderaxespad=0.1)

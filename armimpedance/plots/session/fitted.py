@@ -26,7 +26,7 @@ class Fitted(FrozenRecord):
     ----------
     lag_s : (S,)
     measured, fitted : (T, S, d)
-        Force by the limb, offset and ramp removed from both, N or Nm.
+        Force by the limb, offset and ramp removed from both, N or N m.
     trial : (T,) int
     rate_hz : float
     kind : {"hand", "joint"}

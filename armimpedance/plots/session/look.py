@@ -9,7 +9,7 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.conventions import AXES, FORCE_UNIT, Kind
-from armimpedance.plots.style import LINE_STYLES, OKABE_ITO
+from armimpedance.plots.style import LINE_STYLES, OKABE_ITO, unit_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -33,7 +33,7 @@ def motion_label(kind: Kind) -> tuple[str, float]:
 
 def force_label(kind: Kind) -> str:
     """Label of a force or torque."""
-    return f"{'force' if kind == 'hand' else 'torque'} ({FORCE_UNIT[kind]})"
+    return f"{'force' if kind == 'hand' else 'torque'} ({unit_text(FORCE_UNIT[kind])})"
 
 
 def direction_look(number: int, count: int) -> dict[str, Any]:

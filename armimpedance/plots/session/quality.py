@@ -21,7 +21,7 @@ from armimpedance.plots.session.look import (
     thin_line,
     zero_line,
 )
-from armimpedance.plots.style import OKABE_ITO, TWO_COLUMNS_IN, new_figure, print_style
+from armimpedance.plots.style import OKABE_ITO, TWO_COLUMNS_IN, new_figure, print_style, unit_text
 from armimpedance.records import Recording
 from armimpedance.signals import multiple_coherence
 
@@ -79,7 +79,7 @@ def plot_quality(recording: Recording, outliers: Collection[int] | None = None) 
             axes = list(figure.subplot_mosaic("aaabbb;ccddee").values())
             _draw_courses(axes[0], axes[1], aligned, marked, recording)
             _draw_return(axes[2], aligned, marked)
-            _draw_noise(axes[3], aligned, marked, FORCE_UNIT[recording.kind])
+            _draw_noise(axes[3], aligned, marked, unit_text(FORCE_UNIT[recording.kind]))
             _draw_against(axes[4], aligned, marked, recording)
         panel_letters(axes)
         handles, labels = axes[0].get_legend_handles_labels()

@@ -14,6 +14,7 @@ from armimpedance.plots.style import (
     new_axes,
     new_figure,
     print_style,
+    unit_text,
 )
 
 if TYPE_CHECKING:
@@ -68,7 +69,7 @@ def plot_passive_axis(
                 ax.plot(q, m.rigid_arm, ":", color="black", label=weight if new else None)
         ax.axhline(0, color="0.8", lw=0.6, zorder=0)
         ax.margins(x=0.02)
-        label_axes(ax, f"{movements[0].axis_name} (deg)", "support (Nm)")
+        label_axes(ax, f"{movements[0].axis_name} (deg)", "support (N m)")
     return ax
 
 
@@ -145,11 +146,11 @@ def _title(axis: AxisCalibration) -> str:
 
 
 def _known(parameter: NamedParameter) -> str:
-    """``k_s 4.79 ± .21 Nm/rad``: half of the 95 % interval."""
+    """``k_s 4.79 ± .21 N m/rad``: half of the 95 % interval."""
     low, high = parameter.ci95
     if not np.isfinite([parameter.value, low, high]).all():
         return f"{parameter.name} unknown"
     half = (high - low) / 2
     decimals = max(0, 1 - int(np.floor(np.log10(half)))) if half > 0 else 3
-    unit = parameter.unit
+    unit = unit_text(parameter.unit)
     return f"{parameter.name} {parameter.value:.{decimals}f} ± {half:.{decimals}f} {unit}"

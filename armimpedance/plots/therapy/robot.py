@@ -73,7 +73,7 @@ def plot_friction(sweeps: AxisSweeps, ax: Axes | None = None) -> Axes:
         ax.set_xlim(low, high)
         ax.set_ylim(0, None)
         ax.xaxis.set_major_formatter("{x:g}")
-        label_axes(ax, "speed (deg/s)", "friction (Nm)")
+        label_axes(ax, "speed (deg/s)", "friction (N m)")
     return ax
 
 
@@ -93,7 +93,7 @@ def plot_spring(spring: SpringHolds, ax: Axes | None = None) -> Axes:
         ):
             ax.plot(angle, torque, ls="", marker=marker, ms=5, color=color, label=label)
         ax.plot(angle, spring.spring_Nm, ls="", marker=".", ms=5, color="0.4", label="their mean")
-        label_axes(ax, "angle (deg)", "spring (Nm)")
+        label_axes(ax, "angle (deg)", "spring (N m)")
     return ax
 
 

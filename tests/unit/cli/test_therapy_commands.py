@@ -255,4 +255,6 @@ def test_figures_are_drawn_where_they_were_asked_for(folder, tmp_path):
     call("therapy", "arm", folder / "session", *robot, "--figure", tmp_path / "passive.svg")
     assert (tmp_path / "movements.png").read_bytes().startswith(b"\x89PNG")
     assert b"<svg" in (tmp_path / "passive.svg").read_bytes()
-    assert len(list(tmp_path.iterdir())) == 2
+    # and the caption of each beside it
+    assert {path.suffix for path in tmp_path.iterdir()} == {".png", ".svg", ".txt"}
+    assert len(list(tmp_path.iterdir())) == 4

@@ -258,7 +258,7 @@ def test_the_same_twice(name, studied, tmp_path):
         for _ in range(2)
     )
     assert first == again
-    assert set(first) == {".svg", ".csv"}
+    assert set(first) == {".svg", ".txt", ".csv"}
 
 
 @pytest.mark.parametrize("figure", OURS.values(), ids=OURS)

@@ -135,7 +135,8 @@ def test_table_1_has_the_default_model_too(posture_fits):
 
 def test_csv_on_disk_is_the_table(posture_fits, postures, tmp_path):
     paths = write(table1.FIGURE, [postures], tmp_path, [])
-    (path,) = paths
+    caption, path = paths
+    assert caption.read_text(encoding="utf-8").startswith("After Tsuji")
     with open(path, newline="", encoding="utf-8") as stream:
         assert list(csv.reader(stream)) == table1.table(posture_fits)
 

@@ -82,7 +82,7 @@ def test_written_the_same_twice_with_a_table(figure, studied, tmp_path):
         for _ in range(2)
     )
     assert first == again
-    assert set(first) == {".svg", ".csv"}
+    assert set(first) == {".svg", ".txt", ".csv"}
 
 
 @pytest.mark.parametrize("figure", OURS.values(), ids=OURS)

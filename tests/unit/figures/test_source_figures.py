@@ -64,7 +64,7 @@ def test_figure_of_estimates_is_the_same_twice(figure, studied, tmp_path):
         {p.suffix: p.read_bytes() for p in write(figure, of(studied, figure), tmp_path, formats)}
         for _ in range(2)
     )
-    assert sorted(first) == sorted(f".{name}" for name in formats)
+    assert sorted(first) == sorted([".txt", *(f".{name}" for name in formats)])
     assert first == again
     assert len(first[".svg"]) > 20_000
 
@@ -77,7 +77,7 @@ def test_figure_of_a_model_is_the_same_twice(figure, studied, tmp_path):
         for _ in range(2)
     )
     assert first == again
-    assert set(first) == ({".svg"} if figure.table is None else {".svg", ".csv"})
+    assert set(first) == {".svg", ".txt"} | (set() if figure.table is None else {".csv"})
     assert len(first[".svg"]) > 20_000
 
 
@@ -137,6 +137,6 @@ def test_what_cannot_be_drawn_from_a_part_is_left_out_in_words(studied, tmp_path
     some = ["posture_01", "posture_05", "posture_08", "posture_11"]
     few = {"postures": study("postures", subject="C", seed=3, sets=1, conditions=some)}
     drawn = draw_from(few, tmp_path, ["png"])
-    assert [p.name for p in drawn.paths] == [f"{names[1]}.png", f"{names[1]}.csv"]
+    assert [p.name for p in drawn.paths] == [f"{names[1]}.{ending}" for ending in ("png", "txt", "csv")]
     (sentence,) = drawn.left_out
     assert sentence.startswith(f"{names[0]} left out: 4 postures for the 6 coefficients")

@@ -69,7 +69,7 @@ def test_course_and_band_are_those_of_the_trial(varying, name, trial):
     for time, limits in zip(varying.time_s[rows], ends, strict=True):
         for limit in limits:
             assert (round(time, 9), round(limit, 9)) in corners
-    assert ax.get_ylabel().startswith(f"{name} (Nm")
+    assert ax.get_ylabel().startswith(f"{name} (N m")
 
 
 def test_the_truth_lies_below_the_estimate(varying):

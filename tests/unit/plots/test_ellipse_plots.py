@@ -59,7 +59,7 @@ def test_an_estimate_in_its_own_units_says_which(make_estimate, which, unit):
 
 
 def test_a_joint_level_estimate_has_joint_units(make_estimate):
-    assert "(Nm/rad)" in plot_ellipse(make_estimate(level="joint")).get_xlabel()
+    assert "(N m/rad)" in plot_ellipse(make_estimate(level="joint")).get_xlabel()
 
 
 def test_a_matrix_without_an_ellipse_is_a_cross():

@@ -31,7 +31,7 @@ def test_response_takes_one_trial_s_prediction_and_the_caller_s_axes(response):
     grid = new_figure().subplots(4, 2)
     assert plot_response(response, response.force[0], 0, axes=grid) is grid
     joint = plot_response(response, response.force[0], 0, kind="joint")
-    assert "(Nm)" in joint[3, 0].get_ylabel()
+    assert "(N m)" in joint[3, 0].get_ylabel()
     assert "(rad)" in joint[0, 0].get_ylabel()
 
 

@@ -246,7 +246,7 @@ def test_passive_repetitions_model_and_verdict_of_every_axis():
         np.testing.assert_array_equal(lines[model].get_ydata(), of_axis[0].arm)
         title = ax.get_title(loc="left")
         assert calibration.axes[i].elastic.verdict in title
-        assert "k_s 4.00 ± 0.22 Nm/rad, q_0 unknown" in title
+        assert "k_s 4.00 ± 0.22 N m/rad, q_0 unknown" in title
 
 
 def test_ends_at_which_the_gears_may_stick_are_not_drawn():
