@@ -1,0 +1,50 @@
+"""Take the pictures of the pages that the docs show, in the browser of the browser tests.
+
+    make test-browser            installs the browser where it is missing
+    python docs/draw_pages.py
+"""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from playwright.sync_api import Browser, sync_playwright
+
+import armimpedance as ai
+from armimpedance.pages import write_choice
+from manipulandum_sim.hand import simulate
+
+GALLERY = Path(__file__).resolve().parent / "gallery"
+CHROMIUM = ("chromium", "chromium-browser", "google-chrome")
+#: Size of the window, CSS pixels: what a reader sees first.
+WINDOW = {"width": 1120, "height": 900}
+
+
+def main() -> int:
+    """Write the pages to a temporary folder and photograph them."""
+    recording, _ = simulate("postures", seed=1997, sets=2)
+    with TemporaryDirectory() as folder, sync_playwright() as playwright:
+        ai.write_report(recording, Path(folder) / "report_page.html")
+        write_choice(recording, Path(folder) / "trials_page.html", "postures")
+        found = next(filter(None, map(shutil.which, CHROMIUM)))
+        browser = playwright.chromium.launch(executable_path=found, args=["--no-sandbox"])
+        for page in sorted(Path(folder).glob("*.html")):
+            photograph(browser, page, GALLERY / f"{page.stem}.png")
+            print(GALLERY / f"{page.stem}.png")
+    return 0
+
+
+def photograph(browser: Browser, page: Path, picture: Path) -> None:
+    """A picture of the top of a page, once it has drawn itself."""
+    window = browser.new_page(viewport=WINDOW)
+    window.goto(page.as_uri())
+    window.wait_for_selector("body[data-ready]")
+    window.screenshot(path=picture)
+    window.close()
+
+
+if __name__ == "__main__":
+    sys.exit(main())
