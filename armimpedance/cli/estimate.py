@@ -129,14 +129,14 @@ def _draw(made: Estimates, arguments: argparse.Namespace) -> None:
     from armimpedance.plots import plot_estimates, plot_fit, plot_motion_and_force
 
     method = made[0].method
+    path, first = arguments.recordings[0], made[0]
+    recording = read_recording(path, force_by=arguments.force_by)
     draw_picture(
         arguments,
-        lambda: plot_estimates(made),
+        lambda: plot_estimates(made, upper_arm_m=recording.subject.upper_arm_m),
         f"Inertia, stiffness and viscosity of each group (method {method}) with 95 % intervals: "
         "ellipses where the hand was, or the matrices' elements.",
     )
-    path, first = arguments.recordings[0], made[0]
-    recording = read_recording(path, force_by=arguments.force_by)
     name = group_name({k: v for k, v in first.keys.items() if k != "recording"})
     if recording.perturbation == "stochastic":
         draw_picture(

@@ -26,12 +26,13 @@ from typing import Any
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
-    from armimpedance.cli.parts.outputs import FIT, add_out
+    from armimpedance.cli.parts.outputs import FIT, add_figure, add_out
     from armimpedance.muscles import ACTIVATION_MODELS, MODEL_KINDS, POSTURE_MODELS
 
     parser.add_argument("kind", choices=tuple(MODEL_KINDS))
     parser.add_argument("results", nargs="+", type=Path, metavar="RESULTS.csv")
     add_out(parser, "the model", FIT, required=True)
+    add_figure(parser, "measured elements of K and B over those of the model")
     parser.add_argument(
         "--order",
         type=int,
@@ -97,15 +98,20 @@ def _add_muscles(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Read the rows, fit, write the model, print how well it fits."""
-    from armimpedance.analyses import fit_model
+    from armimpedance.analyses import fit_model, predict
     from armimpedance.cli.parts.checks import check_seed
-    from armimpedance.cli.parts.outputs import FIT, Output, check_outputs
+    from armimpedance.cli.parts.figure import draw_picture
+    from armimpedance.cli.parts.outputs import FIGURE, FIT, Output, check_outputs
     from armimpedance.cli.parts.progress import bar
     from armimpedance.files import read_joint_rows, write_model
+    from armimpedance.muscles import kind_of
+    from armimpedance.plots import plot_model_fit
     from armimpedance.report import model_text
 
     check_seed(args.seed)
-    check_outputs(Output("--out", args.out, FIT), reads=args.results)
+    check_outputs(
+        Output("--out", args.out, FIT), Output("--figure", args.figure, FIGURE), reads=args.results
+    )
     options = _options(args)
     rows = read_joint_rows(args.results)
     with bar("fitting") as progress:
@@ -113,6 +119,19 @@ def run(args: argparse.Namespace) -> int:
     write_model(model, args.out)
     print(f"{rows.n_rows} rows, model {args.kind}\n\n{model_text(model)}")
     print(f"\nwritten to {args.out}")
+
+    def draw() -> Any:
+        given = {"postures": rows.joint_angles, "activations": rows.activation}
+        needed = {name: given[name] for name in kind_of(model).needs}
+        return plot_model_fit(predict(model, **needed), rows)
+
+    draw_picture(
+        args,
+        draw,
+        "Joint stiffness (above) and viscosity (below) as measured over those that the model makes "
+        f"of the same {rows.n_rows} rows ({args.kind}), with 95 % intervals; s shoulder, e elbow. "
+        "These rows were fitted: how well others are predicted is said with the model.",
+    )
     return 0
 
 

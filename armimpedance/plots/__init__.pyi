@@ -45,7 +45,10 @@ from .results.mapped import (
     plot_force_term as plot_force_term,
     plot_muscle_ranges as plot_muscle_ranges,
 )
-from .results.predictions import plot_predictions as plot_predictions
+from .results.predictions import (
+    plot_model_fit as plot_model_fit,
+    plot_predictions as plot_predictions,
+)
 from .session.aligned import (
     Aligned as Aligned,
     aligned_group as aligned_group,

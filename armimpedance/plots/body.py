@@ -25,12 +25,12 @@ if TYPE_CHECKING:
 _ROW_IN = 1.25
 _MOST_ROWS = 7
 _PRINTED = {
-    "fx": "$F_x$",
-    "fy": "$F_y$",
-    "fz": "$F_z$",
-    "mx": "$M_x$",
-    "my": "$M_y$",
-    "mz": "$M_z$",
+    "fx": "F_x",
+    "fy": "F_y",
+    "fz": "F_z",
+    "mx": "M_x",
+    "my": "M_y",
+    "mz": "M_z",
 }
 
 

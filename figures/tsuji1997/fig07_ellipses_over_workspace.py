@@ -23,7 +23,7 @@ def caption(studied: StudiedExperiment) -> str:
     return (
         "After Tsuji (1997), Fig. 7: estimated inertia (a), stiffness (b) and viscosity (c) of the "
         "relaxed arm, each ellipse at its hand location, shaded 95 % band (hardly wider than the "
-        "line); dashed in (a): inertia of a two-link arm from body mass and segment lengths "
+        "line); wide and grey in (a): inertia of a two-link arm from body mass and segment lengths "
         "(Winter's table), eq. (17); the simulated limb has segments of the same table, so the "
         f"model should agree. {design(studied)}. {POOLED}"
     )

@@ -44,7 +44,7 @@ def draw(fits: OverActivation) -> Figure:
                     half[:, i],
                     _groups(fits),
                     ax,
-                    label=f"${symbol}_{{{element}}}$ ({unit})",
+                    label=f"{symbol}_{element} ({unit})",
                 )
                 words = _correlations(fits, f"{symbol}_{element}")
                 ax.text(0.98, 0.03, words, transform=ax.transAxes, ha="right", fontsize=7.5)

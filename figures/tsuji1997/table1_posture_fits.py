@@ -99,7 +99,7 @@ def draw(fits: PostureFits) -> Figure:
 
 
 def _columns() -> list[str]:
-    return [f"${name.replace('_', '_{')}}}$" for name in TABLE_1_ELEMENTS]
+    return list(TABLE_1_ELEMENTS)
 
 
 def _block(order: int, model: PostureModel) -> TableBlock:

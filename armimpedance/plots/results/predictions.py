@@ -7,8 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from armimpedance.conventions import UNITS
-from armimpedance.muscles import HandPrediction, JointPrediction
+from armimpedance.errors import InputError
+from armimpedance.muscles import HandPrediction, JointPrediction, JointRows
+from armimpedance.plots.ellipse_parts import one_legend
 from armimpedance.plots.paper.letters import panel_letters
+from armimpedance.plots.predicted import plot_predicted_against_measured
 from armimpedance.plots.results.rows import (
     Series,
     draw_elements,
@@ -16,7 +19,7 @@ from armimpedance.plots.results.rows import (
     name_rows,
     row_axes,
 )
-from armimpedance.plots.style import OKABE_ITO, print_style
+from armimpedance.plots.style import OKABE_ITO, TWO_COLUMNS_IN, new_figure, print_style, unit_text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -54,6 +57,54 @@ def plot_predictions(predicted: JointPrediction | HandPrediction) -> Figure:
         if joint.extrapolated.any():
             handles, labels = grid[0][1].get_legend_handles_labels()
             figure.legend(handles, labels, loc="outside upper center", ncols=2)
+    return figure
+
+
+#: Elements of a joint matrix: shoulder, both, elbow.
+_ELEMENTS = ("ss", "se", "ee")
+
+
+def plot_model_fit(predicted: JointPrediction, rows: JointRows) -> Figure:
+    """Draw measured elements of K and B over those that the model makes of the same rows.
+
+    Parameters
+    ----------
+    predicted : JointPrediction
+        Of the rows' postures and activations.
+    rows : JointRows
+        Those that were fitted.
+
+    Returns
+    -------
+    Figure
+        K above B, a panel for each element, with 95 % intervals of both where they are known.
+
+    Raises
+    ------
+    InputError
+        As many predictions as rows are asked for.
+    """
+    if len(predicted.joint_angles) != len(rows.joint_angles):
+        raise InputError("predictions of other rows", expected="one for each row")
+    with print_style():
+        figure = new_figure(TWO_COLUMNS_IN, 4.9)
+        grid = figure.subplots(2, 3)
+        for symbol, which, axes in zip("KB", ("stiffness", "viscosity"), grid, strict=True):
+            matrices, sd = getattr(rows, which), getattr(rows, f"{which}_sd")
+            half = predicted.half_width(which)
+            for column, (i, j) in enumerate(((0, 0), (0, 1), (1, 1))):
+                # the symmetric part, as the model has it; the larger error of its two elements
+                measured = (matrices[:, i, j] + matrices[:, j, i]) / 2
+                error = 0 * measured if sd is None else np.maximum(sd[:, i, j], sd[:, j, i])
+                plot_predicted_against_measured(
+                    *(getattr(predicted, which)[:, column], measured),
+                    *(half[:, column], 1.96 * error),
+                    ["rows that were fitted"] * len(measured),
+                    axes[column],
+                    label=f"{symbol}_{_ELEMENTS[column]} ({unit_text(UNITS['joint'][symbol])})",
+                )
+        panel_letters(list(grid.flat))
+        one_legend(figure, list(grid.flat))
     return figure
 
 

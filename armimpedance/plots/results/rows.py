@@ -149,7 +149,10 @@ def draw_ellipses(ax: Axes, series: Sequence[Series], symbol: str) -> None:
 
     # The outline is K_s u, |u| = 1, of the symmetric part: half-axes are its principal values.
     found = [np.linalg.eigh((m + m.transpose(0, 2, 1)) / 2) for m in (s.matrices for s in series)]
-    largest = max(float(np.abs(values).max()) for values, _ in found) or 1.0
+    # What is extrapolated may be a hundred times larger, and would make all others specks.
+    kept = [np.ones(len(s.matrices), bool) if s.faded is None else ~s.faded for s in series]
+    known = [v[rows] if rows.any() else v for (v, _), rows in zip(found, kept, strict=True)]
+    largest = max(float(np.abs(values).max()) for values in known) or 1.0
     for one, (values, vectors) in zip(series, found, strict=True):
         definite = values[:, 0] > 0
         width, height = 0.94 * values[definite].T / largest

@@ -9,13 +9,16 @@ from matplotlib.text import Text
 
 import armimpedance as ai
 from armimpedance.errors import InputError
+from armimpedance.muscles import JointPrediction, JointRows
 from armimpedance.plots import (
     drawn_for,
     outlying_trials,
     plot_estimates,
     plot_fit,
     plot_force_term,
+    plot_model_fit,
     plot_motion_and_force,
+    plot_predictions,
     plot_quality,
     plot_residuals,
     plot_trials,
@@ -163,6 +166,32 @@ def test_the_best_and_the_worst_trial_are_those_of_the_residuals(session, estima
         measured, fitted = ax.lines[1:]
         np.testing.assert_allclose(measured.get_ydata(), shown.measured[trial, :, 0])
         np.testing.assert_allclose(fitted.get_ydata(), shown.fitted[trial, :, 0])
+
+
+def test_what_is_extrapolated_makes_no_specks_of_the_others():
+    values, known = [[15.0, 6.0, 16.0]], [[[0.1, 0, 0], [0, 0.1, 0], [0, 0, 0.1]]]
+    far = [[1500.0, 60.0, 1600.0]]
+    given = (values + far, values + far, known * 2, known * 2, 10.0, [False, True], ["", "far"])
+    predicted = JointPrediction([[1.0, 1.5], [0.1, 0.2]], *given)
+    figure = plot_predictions(predicted)
+    widths = 2 * figure.axes[0].collections[0]._widths
+    assert widths.min() > 0.2
+    assert list(overlapping(figure)) == []
+    names = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert names == ["measured region", "extrapolated"]
+
+
+def test_a_model_s_picture_holds_the_symmetric_part_of_each_row():
+    K = np.array([[[15.0, 5.0], [7.0, 16.0]], [[20.0, 6.0], [6.0, 18.0]]])
+    rows = JointRows([[1.0, 1.5], [1.1, 1.4]], K, K / 10)
+    triples = [[15.0, 6.0, 16.0], [20.0, 6.0, 18.0]]
+    none = np.zeros((2, 3, 3))
+    predicted = JointPrediction(
+        rows.joint_angles, triples, np.array(triples) / 10, none, none, 9.0, [False] * 2, [""] * 2
+    )
+    for ax in plot_model_fit(predicted, rows).axes:
+        points = ax.containers[0].lines[0]
+        np.testing.assert_allclose(points.get_xdata(), points.get_ydata())
 
 
 def test_a_caption_stands_beside_or_below(tmp_path, session):
