@@ -11,7 +11,9 @@ from pathlib import Path
 from typing import Any, Final, Literal
 
 from armimpedance.analyses import read
+from armimpedance.findings import Finding
 from armimpedance.recordings import AnyRecording
+from armimpedance.records import Recording
 
 #: Packages whose versions stand on the page beside the project's own.
 NAMED: Final = ("armimpedance", "numpy", "scipy", "pandas", "matplotlib")
@@ -47,6 +49,10 @@ class Asked:
         The command line, as it stands on the page.
     opened : recording or None
         The only source, where it is a recording that was read already.
+    whole : Recording or None
+        The same with the trials that `leave_out` takes from it.
+    checks : tuple of Finding
+        What the checks of that recording found.
     progress : function (done, all) or None
     """
 
@@ -63,6 +69,8 @@ class Asked:
     arm: Path | None = None
     command: str = ""
     opened: AnyRecording | None = None
+    whole: Recording | None = None
+    checks: tuple[Finding, ...] = ()
     progress: Callable[[int, int], None] | None = None
 
     @property

@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
-from armimpedance.analyses import Inspection, inspect, naming
+from armimpedance.analyses import Inspection, inspect, naming, without_trials
 from armimpedance.errors import ArmImpedanceError, InputError
 from armimpedance.json_text import read_json
 from armimpedance.pages.asked import Asked, made_from
@@ -51,12 +51,26 @@ def report_page(asked: Asked) -> Page:
         return _several(asked)
     if asked.source.is_file() and asked.source.suffix in _RESULTS:
         return TOPICS.named(asked.topic or _of_results(asked.source)).page_of(asked)
-    asked = replace(asked, opened=asked.recording)
+    asked = _without_left_out(asked)
     inspection = inspect(asked.recording)
+    asked = replace(asked, checks=inspection.checks)
     if any(stop.name not in asked.despite for stop in inspection.of_verdict("unusable")):
         return _stopped(asked, inspection)
     with naming(asked.source):
         return TOPICS.named(asked.topic or _of_recording(asked)).page_of(asked)
+
+
+def _without_left_out(asked: Asked) -> Asked:
+    """The recording is read once; what the checks see is what is analysed."""
+    recording = asked.recording
+    if asked.leave_out is None:
+        return replace(asked, opened=recording)
+    if not isinstance(recording, Recording):
+        raise InputError(
+            "trials of markers and motions", file=asked.source, expected="no list to leave out"
+        )
+    kept = without_trials(recording, asked.leave_out)
+    return replace(asked, opened=kept, whole=recording)
 
 
 def _several(asked: Asked) -> Page:

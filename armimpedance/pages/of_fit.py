@@ -122,8 +122,10 @@ def fit_page(
     -------
     Page
     """
-    told = told_by(summary.warnings, summary.checks)
-    own = [Section("What the data determine", (_conditions(summary),))]
+    own_names = {check.name for check in summary.checks}
+    of_recording = (check for check in asked.checks if check.name not in own_names)
+    told = told_by(summary.warnings, (*summary.checks, *of_recording))
+    determined = [Section("What the data determine", (_conditions(summary),))]
     checks = [Section("Checks", (Checks(told),))] if told else []
     text = [Section("As the command prints it", (Printed(printed),))] if printed else []
     shown = [Section("Pictures", tuple(pictures))] if pictures else []
@@ -133,7 +135,7 @@ def fit_page(
         lead=lead,
         verdict=verdict_of(told, next_step(summary.parameters), _count(summary)),
         reader=(*shown, Section("Parameters", (parameter_table(summary.parameters),))),
-        reviewer=(*sections, *own, *checks, *text),
+        reviewer=(*sections, *determined, *checks, *text),
         methods=Methods(paragraph(*methods, checked_sentence(told)), tuple(cited)),
         made=made_from(asked, [("method", summary.method), *options]),
         data={"parameters": summary.to_frame().reset_index(), **(frames or {})},

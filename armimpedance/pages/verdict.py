@@ -74,7 +74,7 @@ def verdict_of(findings: Sequence[Finding], next_step: str, count: str) -> Verdi
     advice = ADVICE.get(first.name, _OTHERWISE)
     names = list(dict.fromkeys(f.name or "a check" for f in bad))
     more = f" (also: {', '.join(names[1:])})" if len(names) > 1 else ""
-    wrong = f"{first.sentence}{more}."
+    wrong = f"{first.sentence.rstrip('.')}{more}."
     if first.verdict == "unusable":
         return Verdict("unusable", f"These numbers cannot be used: {count}.", wrong, advice)
     trust = f"Use the numbers with care: {_why(first)}; {count}."

@@ -10,6 +10,7 @@ from armimpedance.comparison import Pair
 from armimpedance.findings import Finding
 from armimpedance.pages.asked import Asked, made_from
 from armimpedance.pages.methods_text import paragraph, software, software_reference
+from armimpedance.pages.of_fit import told_by
 from armimpedance.pages.page import Checks, Methods, Page, Printed, Section, Table, Verdict
 from armimpedance.pages.pictures import picture
 from armimpedance.pages.topic import Topic
@@ -51,7 +52,7 @@ def page_of(asked: Asked) -> Page:
         despite=asked.despite,
         progress=asked.progress,
     )
-    told = tuple(Finding("", "warning", warning) for warning in found.warnings)
+    told = told_by(found.warnings, (*asked.checks, *found.checks))
     drawn = plot_comparison(found.groups, found.pairs, "stiffness")
     names = ", ".join(path.stem for path in asked.sources)
     return Page(

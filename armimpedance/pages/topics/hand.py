@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any, Final
 
 import pandas as pd
@@ -12,9 +11,7 @@ from armimpedance.analyses import (
     Estimates,
     estimate,
     estimate_all,
-    inspect,
     read_recording,
-    without_trials,
 )
 from armimpedance.conventions import MATRICES, UNITS
 from armimpedance.ellipses import FIELDS
@@ -61,10 +58,9 @@ def page_of(asked: Asked) -> Page:
         The source cannot be read or estimated.
     """
     if asked.source.is_file() and asked.source.suffix == ".csv":
-        return of_estimates(asked, Estimates(tuple(read_results(asked.source))), None, ())
+        return of_estimates(asked, Estimates(tuple(read_results(asked.source))), None)
     recording = read_recording(asked.recording)
-    findings = inspect(without_trials(recording, asked.leave_out)).checks
-    return of_estimates(asked, _estimates(asked, recording), recording, findings)
+    return of_estimates(asked, _estimates(asked, recording), recording)
 
 
 def _estimates(asked: Asked, recording: Recording) -> Estimates:
@@ -73,7 +69,6 @@ def _estimates(asked: Asked, recording: Recording) -> Estimates:
         "covariance": asked.covariance,
         "seed": asked.seed,
         "despite": asked.despite,
-        "leave_out": asked.leave_out,
         "progress": asked.progress,
     }
     method = None if asked.method == "all" else asked.method
@@ -84,7 +79,6 @@ def of_estimates(
     asked: Asked,
     estimates: Estimates,
     recording: Recording | None,
-    findings: Sequence[Finding],
 ) -> Page:
     """The page of estimates of the hand or of joints.
 
@@ -95,14 +89,12 @@ def of_estimates(
         Of two axes or more, all of one level.
     recording : Recording or None
         Where they come from, if that is known.
-    findings : sequence of Finding
-        What the checks of the recording found.
 
     Returns
     -------
     Page
     """
-    told = (*findings, *_of_estimates(estimates, findings))
+    told = (*asked.checks, *_of_estimates(estimates, asked.checks))
     count = f"{counted(len(estimates), 'group')}, {_trials(estimates)} trials"
     level = estimates[0].level
     data: dict[str, pd.DataFrame] = {
@@ -214,13 +206,7 @@ def _reviewed(
         return (determined,)
     sections = [*_drawn(recording, estimates, trials), determined, *_left(asked, estimates)]
     if asked.method == "all":
-        sides = estimate_all(
-            recording,
-            by=asked.by,
-            seed=asked.seed,
-            despite=asked.despite,
-            leave_out=asked.leave_out,
-        )
+        sides = estimate_all(recording, by=asked.by, seed=asked.seed, despite=asked.despite)
         sections.append(Section("Methods side by side", (Printed(str(sides)),)))
     return tuple(sections)
 
@@ -250,9 +236,9 @@ def _drawn(recording: Recording, estimates: Estimates, told: pd.DataFrame) -> li
 
 def _left(asked: Asked, estimates: Estimates) -> list[Section]:
     """What was left out by hand, and stiffness with and without it."""
-    if asked.leave_out is None:
+    if asked.leave_out is None or asked.whole is None:
         return []
-    every = _estimates(replace(asked, leave_out=None), read_recording(asked.recording))
+    every = _estimates(asked, asked.whole)
     with_all = {condition_of(one): one for one in every}
     rows = [
         (condition_of(one), str(other.quality.n_trials - one.quality.n_trials), *_cells(one, other))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from armimpedance.analyses import Estimates, estimate, inspect, read_recording, to_joint
+from armimpedance.analyses import Estimates, estimate, read_recording, to_joint
 from armimpedance.pages.asked import Asked
 from armimpedance.pages.page import Page
 from armimpedance.pages.topic import Topic
@@ -38,7 +38,7 @@ def page_of(asked: Asked) -> Page:
         progress=asked.progress,
     )
     joint: Estimates = to_joint(hand, recording=recording)
-    page = of_estimates(asked, joint, recording, inspect(recording).checks)
+    page = of_estimates(asked, joint, recording)
     mapped = (
         " They were mapped to the joints by K_j = J^T K_e J - Gamma(F) - dg/dq, B_j = J^T B_e J "
         "and M_j = J^T M_e J, the covariance carried along."

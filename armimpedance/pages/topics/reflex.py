@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from armimpedance.analyses import ReflexVerdicts, inspect, read_recording, reflex
+from armimpedance.analyses import ReflexVerdicts, read_recording, reflex
 from armimpedance.conventions import group_name
 from armimpedance.findings import Finding
 from armimpedance.pages.asked import Asked, made_from
@@ -40,7 +40,7 @@ def page_of(asked: Asked) -> Page:
     verdicts = reflex(
         recording, by=asked.by, seed=asked.seed, despite=asked.despite, progress=asked.progress
     )
-    told = (*_findings(verdicts), *inspect(recording).checks)
+    told = (*_findings(verdicts), *asked.checks)
     rows = tuple((group_name(v.keys), headline(v)) for v in verdicts)
     table = Table("One verdict a group", ("group", "verdict"), rows, "verdicts")
     drawn = plot_reflex(verdicts)[0, 0].figure

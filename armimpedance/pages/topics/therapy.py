@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from armimpedance.analyses import Contributions, contribution
+from armimpedance.analyses import Contributions, contribution, read_recording
 from armimpedance.errors import InputError
-from armimpedance.findings import Finding
 from armimpedance.pages.asked import Asked, made_from
 from armimpedance.pages.methods_text import paragraph, software, software_reference
+from armimpedance.pages.of_fit import told_by
 from armimpedance.pages.page import Checks, Methods, Page, Printed, Section, Table
 from armimpedance.pages.pictures import picture
 from armimpedance.pages.references import GUIDALI
@@ -40,13 +40,13 @@ def page_of(asked: Asked) -> Page:
             expected="ROBOT.json and ARM.json, as `therapy robot` and `therapy arm` write them",
         )
     found = contribution(
-        asked.source,
+        read_recording(asked.recording),
         robot=asked.robot,
         arm=asked.arm,
         despite=asked.despite,
         progress=asked.progress,
     )
-    told = tuple(Finding("", "warning", note) for note in (*found.notes, *found.left_out.values()))
+    told = told_by((*found.notes, *found.left_out.values()), asked.checks)
     drawn = plot_feedback(found.movements, found.robot, found.arm)
     return Page(
         title=f"Contribution: {asked.source.stem}",
