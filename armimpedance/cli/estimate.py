@@ -135,7 +135,7 @@ def _draw(made: Estimates, arguments: argparse.Namespace) -> None:
         arguments,
         lambda: plot_estimates(made, upper_arm_m=recording.subject.upper_arm_m),
         f"Inertia, stiffness and viscosity of each group (method {method}) with 95 % intervals: "
-        "ellipses where the hand was, or the matrices' elements.",
+        "ellipses where the hand was, or row by row, each to one scale, beside the elements of K.",
     )
     name = group_name({k: v for k, v in first.keys.items() if k != "recording"})
     if recording.perturbation == "stochastic":

@@ -173,6 +173,6 @@ def draw_ellipses(ax: Axes, series: Sequence[Series], symbol: str) -> None:
         )
         ax.plot(*at[~definite].T, "x", color=one.color, markersize=4)
     ax.set(xlim=(-1, 1), xticks=[])
-    ax.set_xlabel(f"ellipse of {symbol}")
+    ax.set_xlabel(symbol)
     ax.spines["bottom"].set_visible(False)
     ax.tick_params(axis="y", length=0)
