@@ -163,6 +163,7 @@ def linked_ellipses(estimates: Sequence[ImpedanceEstimate], outlines: str, numbe
         "shape with 95 % intervals; the table below holds the same numbers.",
         caption="Point at a value to read it with its interval. Choose a group here or in the "
         "table: it is then dark in every panel. Shaded: 95 % band of the outline.",
+        numbers=numbers,
     )
 
 

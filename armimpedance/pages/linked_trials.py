@@ -146,6 +146,7 @@ def linked_trials(recording: Recording, told: pd.DataFrame, trials: str, courses
         caption="Every trial of the chosen group, less its mean before the onset; force of the "
         "limb on the device. Dashed: unlike the others, or left out. Point at a line to read its "
         "number; choose it to see it in all panels.",
+        numbers=courses,
     )
 
 

@@ -74,14 +74,14 @@ class Picture:
         File name, without an ending, under which a reader saves it.
     svg : str
     caption : str
-    numbers : str
-        Name of the page's data that it draws; "" where there are none.
+    drawn : DataFrame or None
+        The points of its lines: panel, line, x, y; None of a picture of very many.
     """
 
     name: str
     svg: str
     caption: str
-    numbers: str = ""
+    drawn: pd.DataFrame | None = None
     kind: str = field(default="picture", init=False)
 
 
@@ -137,12 +137,15 @@ class Linked:
     description : str
         What a reader sees who cannot see it.
     caption : str
+    numbers : str
+        Name of the page's data that holds its values.
     """
 
     name: str
     spec: Mapping[str, Any]
     description: str
     caption: str
+    numbers: str = ""
     kind: str = field(default="linked", init=False)
 
 

@@ -6,6 +6,7 @@ from io import StringIO
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
+import pandas as pd
 
 from armimpedance.errors import InputError
 from armimpedance.pages.page import Picture
@@ -20,9 +21,11 @@ if TYPE_CHECKING:
 #: session's page would hold megabytes of them.
 MOST_POINTS: Final = 4000
 DOTS_PER_INCH: Final = 150
+#: The points of a picture with more of them than this are not held beside it.
+MOST_HELD: Final = 20_000
 
 
-def picture(drawn: Figure | Axes, name: str, caption: str, numbers: str = "") -> Picture:
+def picture(drawn: Figure | Axes, name: str, caption: str) -> Picture:
     """A drawing as it stands on the page.
 
     Parameters
@@ -32,8 +35,6 @@ def picture(drawn: Figure | Axes, name: str, caption: str, numbers: str = "") ->
     name : str
         File name under which a reader saves it, without an ending.
     caption : str
-    numbers : str
-        Name of the page's data that it draws.
 
     Returns
     -------
@@ -54,7 +55,23 @@ def picture(drawn: Figure | Axes, name: str, caption: str, numbers: str = "") ->
     with print_style():
         metadata = {"Date": None, "Creator": "armimpedance"}
         figure.savefig(text, format="svg", dpi=DOTS_PER_INCH, metadata=metadata)
-    return Picture(name, text.getvalue(), caption, numbers)
+    return Picture(name, text.getvalue(), caption, _points_of(figure))
+
+
+def _points_of(figure: Figure) -> pd.DataFrame | None:
+    """The points of every line with a name of its panel; None where there are very many."""
+    rows = []
+    for number, ax in enumerate(figure.axes, start=1):
+        panel = f"{number}: {ax.get_ylabel()} over {ax.get_xlabel()}"
+        for line in ax.lines:
+            label = str(line.get_label())
+            xy = np.asarray(line.get_xydata(), dtype=float)
+            rows.append(
+                pd.DataFrame({"x": xy[:, 0], "y": xy[:, 1]}).assign(panel=panel, line=label)
+            )
+    if not rows or sum(map(len, rows)) > MOST_HELD:
+        return None
+    return pd.concat(rows, ignore_index=True)[["panel", "line", "x", "y"]]
 
 
 def _thin(figure: Figure) -> None:

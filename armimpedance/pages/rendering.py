@@ -19,7 +19,7 @@ from markupsafe import Markup
 
 from armimpedance.findings import MARKS
 from armimpedance.outputs import staged_file
-from armimpedance.pages.page import STATES, Linked, Page
+from armimpedance.pages.page import STATES, Linked, Page, Picture
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -61,11 +61,13 @@ def html_of(page: Page) -> str:
     str
     """
     linked = [block for block in page.blocks if isinstance(block, Linked)]
+    pictures = [block for block in page.blocks if isinstance(block, Picture)]
+    drawn = {block.name: block.drawn for block in pictures if block.drawn is not None}
     word, mark = STATES[page.verdict.state]
     return _rendered(
         "page.html.jinja",
         ("shared.js", "page.js"),
-        page.data,
+        {**page.data, **drawn},
         page=page,
         word=word,
         mark=mark,

@@ -155,3 +155,12 @@ def test_a_table_of_results_is_reported_without_its_trials(session, tmp_path):
 def test_methods_side_by_side_where_they_are_asked(session):
     page = report_page(Asked((Path("session"),), opened=session, method="all"))
     assert "Methods side by side" in [section.title for section in page.reviewer]
+
+
+def test_the_points_of_a_picture_stand_beside_it(parsed):
+    points = pd.DataFrame(parsed.data("fit"))
+    assert {"measured", "fitted"} <= set(points["line"])
+    measured, fitted = (points[points["line"] == name]["y"] for name in ("measured", "fitted"))
+    # the fit explains most of the force, in newtons
+    assert np.abs(measured).max() > 0.5
+    assert np.std(np.array(measured) - np.array(fitted)) < 0.5 * np.std(measured)
