@@ -75,7 +75,7 @@ def plot_predicted_against_measured(
             min((x - x_half).min(), (y - y_half).min()),
             max((x + x_half).max(), (y + y_half).max()),
         ]
-        margin = 0.04 * (ends[1] - ends[0])
+        margin = 0.04 * (ends[1] - ends[0]) or 0.04 * max(1.0, abs(float(ends[0])))
         limits = (ends[0] - margin, ends[1] + margin)
         ax.plot(limits, limits, color="0.6", linewidth=0.8, zorder=0, label="identity")
         for name, look in zip(names, _GROUP_LOOKS, strict=False):

@@ -32,6 +32,8 @@ if TYPE_CHECKING:
 #: What is left of the way at the end, as a part of the peak, above which a drift correction that
 #: trusts the return goes wrong; the check "returns to start" draws the same line.
 RETURN_PERCENT = 2.0
+#: More letters than this have no room in one row of a legend.
+_MOST_LETTERS = 70
 
 
 def plot_quality(recording: Recording, outliers: Collection[int] | None = None) -> Figure:
@@ -83,7 +85,8 @@ def plot_quality(recording: Recording, outliers: Collection[int] | None = None) 
             _draw_against(axes[4], aligned, marked, recording)
         panel_letters(axes)
         handles, labels = axes[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside upper center", ncols=len(labels))
+        columns = len(labels) if sum(map(len, labels)) < _MOST_LETTERS else 1
+        figure.legend(handles, labels, loc="outside upper center", ncols=columns)
     return figure
 
 

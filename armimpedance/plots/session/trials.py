@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
 #: More directions than this are not told apart by name.
 _MOST_NAMED = 8
+#: What the legend calls trials that are looked at one by one.
+_MARKED = ("left out", "unlike the others")
 
 
 def plot_trials(
@@ -98,8 +100,8 @@ def _draw(ax: Axes, aligned: Aligned, lines: Any, marked: Any) -> None:
         look = direction_look(number, count) | {"linewidth": 0.6}
         draw_lines(ax, time_ms[thin], lines[own][:, thin], label, **look)
     for rows, what, color in (
-        (~aligned.used & ~marked, "left out", "0.6"),
-        (marked, "unlike the others", "black"),
+        (~aligned.used & ~marked, _MARKED[0], "0.6"),
+        (marked, _MARKED[1], "black"),
     ):
         label = f"{what}: trial {short_list(aligned.trial[rows].tolist())}"
         look = {"color": color, "linewidth": 1.3, "zorder": 3}
@@ -108,9 +110,22 @@ def _draw(ax: Axes, aligned: Aligned, lines: Any, marked: Any) -> None:
 
 
 def _legend(figure: Figure, ax: Axes) -> None:
-    """Lines of the legend thick enough for their style to be seen."""
+    """Directions above the panels, marked trials below; lines thick enough for their style."""
     handles, labels = ax.get_legend_handles_labels()
-    made = figure.legend(handles, labels, loc="outside upper center", ncols=min(8, len(labels)))
-    for line in made.legend_handles:
-        if line is not None:
-            line.set_linewidth(np.maximum(1.2, line.get_linewidth()))  # type: ignore[attr-defined]
+    marked = [label.startswith(_MARKED) for label in labels]
+    for below, place in ((False, "outside upper center"), (True, "outside lower center")):
+        rows = [row for row, is_marked in enumerate(marked) if is_marked == below]
+        if not rows:
+            continue
+        made = figure.legend(
+            [handles[row] for row in rows],
+            [labels[row] for row in rows],
+            loc=place,
+            ncols=1 if below else min(8, len(rows)),
+            handlelength=1.6,
+            columnspacing=1.2,
+        )
+        for line in made.legend_handles:
+            if line is not None:
+                thick = np.maximum(1.2, line.get_linewidth())  # type: ignore[attr-defined]
+                line.set_linewidth(thick)  # type: ignore[attr-defined]

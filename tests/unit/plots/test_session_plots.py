@@ -152,6 +152,16 @@ def test_a_trial_that_runs_away_is_named_and_others_are_not(session):
     assert outlying_trials(spoiled, {"condition": HOSTILE}) in ((), (number,))
     labels = [text.get_text() for text in plot_quality(spoiled).legends[0].get_texts()]
     assert f"unlike the others: trial {number}" in labels
+    # many marked trials: every legend stays on the paper
+    every = session.trials["trial"].to_list()
+    for figure in (
+        plot_trials(session, {"condition": HOSTILE}, every[-12:]),
+        plot_quality(session, every),
+    ):
+        draw(figure)
+        for legend in figure.legends:
+            box = legend.get_window_extent()
+            assert figure.bbox.x0 <= box.x0 < box.x1 <= figure.bbox.x1
     with pytest.raises(InputError, match="no trial of condition"):
         plot_trials(session, {"condition": "nowhere"})
 
