@@ -113,7 +113,8 @@ def _legend(figure: Figure, ax: Axes) -> None:
     """Directions above the panels, marked trials below; lines thick enough for their style."""
     handles, labels = ax.get_legend_handles_labels()
     marked = [label.startswith(_MARKED) for label in labels]
-    for below, place in ((False, "outside upper center"), (True, "outside lower center")):
+    places: dict[bool, Any] = {False: "outside upper center", True: "outside lower center"}
+    for below, place in places.items():
         rows = [row for row, is_marked in enumerate(marked) if is_marked == below]
         if not rows:
             continue
