@@ -137,6 +137,8 @@ def test_what_cannot_be_drawn_from_a_part_is_left_out_in_words(studied, tmp_path
     some = ["posture_01", "posture_05", "posture_08", "posture_11"]
     few = {"postures": study("postures", subject="C", seed=3, sets=1, conditions=some)}
     drawn = draw_from(few, tmp_path, ["png"])
-    assert [p.name for p in drawn.paths] == [f"{names[1]}.{ending}" for ending in ("png", "txt", "csv")]
+    assert [p.name for p in drawn.paths] == [
+        f"{names[1]}.{ending}" for ending in ("png", "txt", "csv")
+    ]
     (sentence,) = drawn.left_out
     assert sentence.startswith(f"{names[0]} left out: 4 postures for the 6 coefficients")
