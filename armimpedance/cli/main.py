@@ -32,6 +32,7 @@ COMMANDS = {
     "discriminate": "can one number tell two groups of people apart?",
     "report": "one page to show: verdict, pictures, intervals, checks, methods paragraph",
     "trials": "look at every trial in a page, leave some out",
+    "explore": "an arm to play with: drag the hand, stiffness and viscosity follow",
     "convert": "turn a lab's files into a recording",
     "figures": "draw the sources' figures from simulated subjects",
 }

@@ -1,0 +1,1 @@
+"""An arm to play with: models and measured estimates in a page that computes their numbers."""
