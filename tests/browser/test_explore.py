@@ -25,6 +25,8 @@ from armimpedance.records import ImpedanceEstimate, Quality
 
 ARM = kinematic_arm(SUBJECT)
 KINDS = ("moment-arms", "activation", "muscles")
+#: Width of A4 less the margins of the page's style, CSS pixels.
+PAPER_PX = round((210 - 2 * 14) / 25.4 * 96)
 #: What the page's numbers may differ by, as a part of the largest element.
 ALIKE = 1e-9
 #: Hundreds of places at once, without a browser.
@@ -204,6 +206,23 @@ def test_a_measured_condition_is_gone_to_and_its_name_stays_text(opened, page_of
     assert page.locator("#workspace .measured.chosen").count() == 1
     assert page.locator("img").count() == 0
     assert seen.dialogs == []
+
+
+def test_a_hostile_muscle_stays_text_and_the_page_fits_on_paper(opened, models, tmp_path):
+    activation = models["activation"]
+    hostile = replace(activation, muscles=(HOSTILE, *activation.muscles[1:]))
+    write_explore(hostile, tmp_path / "page.html", recording=SUBJECT)
+    seen = opened(tmp_path / "page.html", width=PAPER_PX)
+    page = seen.page
+    page.locator("#muscles input").nth(1).fill("0.5")
+    for place in ("#muscles", "#parts_table", "#state"):
+        assert HOSTILE.partition("$")[0] in page.locator(place).inner_text()
+    page.emulate_media(media="print")
+    right = page.evaluate(
+        "[...document.querySelectorAll('table, svg')].map((e) => e.getBoundingClientRect().right)"
+    )
+    assert max(right) <= PAPER_PX
+    assert seen.console == seen.dialogs == []
 
 
 def test_results_alone_show_the_arm_and_what_was_measured(opened, tmp_path):

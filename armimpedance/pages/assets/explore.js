@@ -237,6 +237,8 @@ at("no_force").addEventListener("click", () => setForce([0, 0]));
 const typed = (ids) => ids.map((id) => Number(at(id).value) || 0);
 for (const id of ["hand_x", "hand_y"]) at(id).addEventListener("change", () => moveHand(typed(["hand_x", "hand_y"]).map((v) => v / MM)));
 for (const id of ["force_x", "force_y"]) at(id).addEventListener("input", () => setForce(typed(["force_x", "force_y"])));
+window.addEventListener("resize", render);
+window.addEventListener("beforeprint", () => { at("warned").open = true; });
 at("arm_said").textContent = `Upper arm ${(100 * arm.upper_arm_m).toFixed(1)} cm, forearm with hand ${(100 * arm.forearm_hand_m).toFixed(1)} cm: ${more.lengths_from}.`;
 start();
 setModel(state.model);

@@ -69,9 +69,15 @@ function fillTable(level, now, line) {
   at(`${level}_table`).hidden = columns.length === 0;
 }
 
+const SPLIT = {
+  muscles: "Muscles that span the same joint are told apart less well than their sum: hence the wide intervals of single ones.",
+  activation: "What is there at rest cannot be split between muscles and passive joints.",
+};
+
 /** What makes up the stiffness of the joints that the hand shows. */
 function fillParts(now) {
   const table = at("parts_table");
+  at("parts_said").textContent = SPLIT[state.model?.kind] ?? "";
   table.hidden = !state.model;
   if (!state.model) return;
   const K = now.joint.K;
@@ -83,7 +89,7 @@ function fillParts(now) {
   const trace = borne[0] + borne[2];
   const most = Math.max(...rows.flatMap((one) => one.value.map(Math.abs)));
   const caption = document.createElement("caption");
-  caption.textContent = "What makes up the stiffness, N m/rad";
+  caption.textContent = "What makes up the stiffness, N m/rad, ± half of the 95 % interval";
   const top = document.createElement("thead");
   top.append(row("th", ["", "share", "ss", "se", "ee"].map((name) => head(name, "col"))));
   const body = document.createElement("tbody");
@@ -109,7 +115,6 @@ function fillParts(now) {
 function fillState(now, A) {
   const said = [];
   const mark = now.extrapolated ? "Extrapolated" : state.model ? "Inside of what was measured" : "No model";
-  if (now.extrapolated) said.push(`${now.reason}.`);
   if (!state.model) said.push("Only measured estimates are shown: choose one.");
   if (state.model?.kind === "activation") said.push("This model holds in the one posture where it was fitted: the arm stays there.");
   if (state.model && !now.hand) said.push("The arm is stretched, its joints do not set the hand's stiffness.");
@@ -123,13 +128,14 @@ function fillState(now, A) {
   if (chosen && state.model?.muscles.some((name) => !chosen.muscles.includes(name))) said.push(`The activation of some muscles is not known of ${chosen.name}.`);
   if (state.model && !state.model.muscles.length) said.push("The model holds at the one activation at which it was measured.");
   const strong = document.createElement("strong");
-  strong.textContent = mark;
-  const lines = [strong, ...said].map((text) => {
+  strong.textContent = now.extrapolated ? `${mark}:` : mark;
+  const first = now.extrapolated ? ` ${now.reason}.` : "";
+  const lines = [[strong, first], ...said.map((text) => [text])].map((parts) => {
     const p = document.createElement("p");
-    p.append(text);
+    p.append(...parts);
     return p;
   });
   at("state").className = `state${now.extrapolated || !state.model ? " extrapolated" : ""}`;
   at("state").replaceChildren(...lines);
-  return [`${mark}.`, ...said].join(" ");
+  return [first ? `${mark}:${first}` : `${mark}.`, ...said].join(" ");
 }

@@ -1,6 +1,8 @@
 // The picture of the arm: what was measured, the limb, ellipses, handles. Millimetres, y upwards.
 const MM = 1000;
 const FORCE_MM_PER_N = 4, TIP_MM = 30;
+/** How much larger handles and letters are drawn where the picture is small. */
+const grown = () => Math.max(1, 650 / (document.getElementById("workspace").clientWidth || 650));
 const SVG = "http://www.w3.org/2000/svg";
 
 const element = (name, attributes = {}, text = "") => {
@@ -99,7 +101,7 @@ function scaleBar(arm, scale, largest, unit) {
   const [length, x, y] = [MM * scale * value, reach, 0.26 * reach];
   return [
     element("line", { class: "bar", x1: x - length, y1: y, x2: x, y2: y }),
-    element("text", { x, y: y - 10, "text-anchor": "end" }, `${value} ${unit}`),
+    element("text", { x, y: y - 10, "text-anchor": "end", "font-size": 20 * grown() }, `${value} ${unit}`),
   ];
 }
 
@@ -107,14 +109,15 @@ function scaleBar(arm, scale, largest, unit) {
 function tipOf(hand, F) {
   const size = Math.hypot(F[0], F[1]);
   const direction = size > 0 ? [F[0] / size, F[1] / size] : [Math.SQRT1_2, -Math.SQRT1_2];
-  return direction.map((d, i) => hand[i] + d * (TIP_MM + FORCE_MM_PER_N * size) / MM);
+  return direction.map((d, i) => hand[i] + d * (TIP_MM * grown() + FORCE_MM_PER_N * size) / MM);
 }
 
 /** The force whose tip is dragged there. */
 function forceAt(hand, place) {
   const away = place.map((v, i) => MM * (v - hand[i]));
   const size = Math.hypot(away[0], away[1]);
-  return size <= TIP_MM ? [0, 0] : away.map((v) => v / size * (size - TIP_MM) / FORCE_MM_PER_N);
+  const least = TIP_MM * grown();
+  return size <= least ? [0, 0] : away.map((v) => v / size * (size - least) / FORCE_MM_PER_N);
 }
 
 /** A handle that is dragged or moved by the arrow keys. */
@@ -140,4 +143,6 @@ function handle(className, label, radius, moved, nudged) {
   return made;
 }
 
-function putHandle(made, [x, y]) { made.setAttribute("transform", `translate(${(MM * x).toFixed(2)} ${(-MM * y).toFixed(2)})`); }
+function putHandle(made, [x, y]) {
+  made.setAttribute("transform", `translate(${(MM * x).toFixed(2)} ${(-MM * y).toFixed(2)}) scale(${grown().toFixed(3)})`);
+}
