@@ -102,3 +102,12 @@ def test_therapy_says_which_files_are_missing(session):
 
 def test_every_topic_has_words_for_the_help():
     assert all(topic.what for topic in TOPICS.values())
+
+
+def test_a_course_over_time(parse):
+    recording, _ = simulate_bench(0.07, 0.6, 20.0, duration_s=6.0, snr_db=30.0, seed=3)
+    page = of(recording, topic="elbow_over_time", method="windows")
+    course = ai.elbow_over_time(recording, method="windows")
+    held = pd.DataFrame(parse(html_of(page)).data("course"))
+    np.testing.assert_allclose(held["K"], course.K, rtol=1e-6)
+    assert "method windows" in page.methods.paragraph

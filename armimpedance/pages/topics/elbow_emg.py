@@ -1,0 +1,54 @@
+"""Viscosity and stiffness of one joint over the EMG of its muscles."""
+
+from __future__ import annotations
+
+from armimpedance.analyses import emg_law, read_recording
+from armimpedance.pages.asked import Asked
+from armimpedance.pages.methods_text import software
+from armimpedance.pages.of_fit import fit_page
+from armimpedance.pages.page import Page
+from armimpedance.pages.pictures import picture
+from armimpedance.pages.references import RUIZ
+from armimpedance.pages.topic import Topic
+from armimpedance.plots import plot_emg_law
+from armimpedance.report import law_text
+
+
+def page_of(asked: Asked) -> Page:
+    """The page of a law over EMG amplitudes.
+
+    Parameters
+    ----------
+    asked : Asked
+
+    Returns
+    -------
+    Page
+
+    Raises
+    ------
+    InputError
+        The recording cannot be read, holds no EMG, or a check stops the analysis.
+    """
+    recording = read_recording(asked.recording)
+    law = emg_law(recording, method=asked.method, despite=asked.despite, progress=asked.progress)
+    return fit_page(
+        asked,
+        law.summary,
+        title=f"Impedance of a joint over EMG: {asked.source.stem}",
+        lead=f"{recording.n_trials} trials at {recording.sample_rate_hz:g} Hz; subject "
+        f"{recording.subject.id}.",
+        pictures=[
+            picture(plot_emg_law(law), "law", "B and K of each trial over what the law gives.")
+        ],
+        printed=law_text(law),
+        methods=[
+            f"I, B and K of each trial were estimated with {software()}; B and K were then fitted "
+            "as linear laws of the EMG amplitudes, whose own errors are accounted for",
+        ],
+        references=[RUIZ],
+        options=[("despite", ", ".join(asked.despite))],
+    )
+
+
+TOPIC = Topic("B and K of one joint over the EMG of its muscles", page_of)

@@ -1,0 +1,94 @@
+"""Viscosity and stiffness of one joint over time."""
+
+from __future__ import annotations
+
+from armimpedance.analyses import elbow_over_time, read_recording
+from armimpedance.elbow import VARYING_METHODS, VaryingImpedance
+from armimpedance.pages.asked import Asked, made_from
+from armimpedance.pages.methods_text import (
+    checked_sentence,
+    paragraph,
+    software,
+    software_reference,
+)
+from armimpedance.pages.of_fit import parameter_table, told_by
+from armimpedance.pages.page import Checks, Methods, Page, Printed, Section
+from armimpedance.pages.pictures import picture
+from armimpedance.pages.references import RUIZ
+from armimpedance.pages.topic import Topic
+from armimpedance.pages.verdict import verdict_of
+from armimpedance.plots import plot_varying_both
+from armimpedance.report import counted, varying_text
+
+
+def page_of(asked: Asked) -> Page:
+    """The page of a course over time.
+
+    Parameters
+    ----------
+    asked : Asked
+
+    Returns
+    -------
+    Page
+
+    Raises
+    ------
+    InputError
+        The recording cannot be read, or a check stops the analysis.
+    """
+    recording = read_recording(asked.recording)
+    method = asked.method or VARYING_METHODS.default
+    course = elbow_over_time(
+        recording, method=method, despite=asked.despite, progress=asked.progress
+    )
+    told = told_by(course.warnings, (*course.checks, *asked.checks))
+    pictures = tuple(
+        picture(
+            plot_varying_both(course, row),
+            f"course_{row + 1}",
+            f"B and K over time with pointwise 95 % bands, trial {name}.",
+        )
+        for row, name in enumerate(course.trials[:4])
+    )
+    return Page(
+        title=f"Impedance of a joint over time: {asked.source.stem}",
+        lead=f"{counted(len(course.trials), 'trial')} at {recording.sample_rate_hz:g} Hz; subject "
+        f"{recording.subject.id}.",
+        verdict=verdict_of(told, _next(course), f"{len(course.time_s)} points in time"),
+        reader=(
+            Section("Course of B and K", pictures),
+            Section("Constant", (parameter_table(tuple(course.parameters)),)),
+        ),
+        reviewer=(
+            Section("Checks", (Checks(told),)),
+            Section("As the command prints it", (Printed(varying_text(course)),)),
+        ),
+        methods=Methods(
+            paragraph(
+                "Viscosity B and stiffness K of the joint were estimated over time, its inertia "
+                f"constant, with {software()}, method {course.method}",
+                *course.preparation,
+                *course.notes,
+                "Bands are pointwise 95 % intervals of the t distribution",
+                checked_sentence(told),
+            ),
+            (RUIZ, software_reference()),
+        ),
+        made=made_from(asked, [("method", course.method), ("despite", ", ".join(asked.despite))]),
+        data={
+            "course": course.to_frame().drop(columns=["method", "warnings"]),
+            "parameters": course.parameters.to_frame().reset_index(),
+        },
+    )
+
+
+def _next(course: VaryingImpedance) -> str:
+    half = float((course.band("K")[:, 1] - course.K).mean() / abs(course.K.mean()))
+    return (
+        f"K's band is ± {100 * half:.2g} % on average: faster changes than its smoothness allows "
+        "are not in it."
+    )
+
+
+TOPIC = Topic("B and K of one joint over time", page_of)
