@@ -49,6 +49,7 @@ A first session:
   armimpedance report session --out report.html   a page to show
   armimpedance map hand.csv --recording session --to joint --out joint.csv
   armimpedance fit moment-arms joint.csv --out posture.json
+  armimpedance explore posture.json hand.csv --out explore.html
 
 Relaxed joints and moving bodies, from motion capture:
   armimpedance simulate p5 --out relaxed          or: convert swing.c3d relaxed --skeleton elbow ...

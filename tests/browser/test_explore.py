@@ -22,6 +22,7 @@ from armimpedance.muscles import at_hand, triple
 from armimpedance.pages import write_explore
 from armimpedance.plots import confidence_band
 from armimpedance.records import ImpedanceEstimate, Quality
+from armimpedance.regression import t_factor
 
 ARM = kinematic_arm(SUBJECT)
 KINDS = ("moment-arms", "activation", "muscles")
@@ -74,10 +75,38 @@ def check(state, model, arm=ARM):
             assert alike(made["value"], getattr(theirs, which)[0])
             assert alike(made["half"], theirs.half_width(which)[0])
     if state["parts"]:
-        assert alike(sum(np.array(part["value"]) for part in state["parts"]), joint.stiffness[0])
+        check_parts(state, model, joint)
     assert state["reason"] == joint.reasons[0]
     assert state["extrapolated"] == bool(joint.extrapolated[0])
     return hand
+
+
+def check_parts(state, model, joint):
+    """What makes up K: it adds up, and each muscle's part has the interval of its own numbers."""
+    assert alike(sum(np.array(part["value"]) for part in state["parts"]), joint.stiffness[0])
+    alpha = np.array([state["alpha"]])
+    if state["kind"] == "activation":
+        value, sd = model.muscle_stiffness(alpha)[0], model.muscle_stiffness_sd(alpha)[0]
+        expected = zip(value[:, None] * model.patterns, sd[:, None] * model.patterns, strict=True)
+    else:
+        form = model.equations.at(np.array([state["q"]]), alpha)
+        expected = [part_of(form, model, muscle) for muscle in model.muscles]
+    for part, (value, sd) in zip(state["parts"][1:], expected, strict=True):
+        tiny = ALIKE * np.abs(joint.stiffness[0]).max()
+        assert np.abs(part["value"] - value).max() <= tiny
+        assert np.abs(part["half"] - t_factor(model.dof) * np.abs(sd)).max() <= tiny
+
+
+def part_of(form, model, muscle):
+    """What K loses without a muscle's stiffness, and its standard error."""
+    named = [p.name for p in model.summary.parameters[: len(model.values)]]
+    rising = np.array([name.startswith(f"f_{muscle}_") for name in named])
+    own = rising | np.array([name.startswith(f"arm_{muscle}_") for name in named])
+    K, slope = form.stiffness(model.values)
+    without, _ = form.stiffness(np.where(rising, 0.0, model.values))
+    covariance = model.covariance[np.ix_(own, own)]
+    variance = np.einsum("ei,ij,ej->e", slope[0][:, own], covariance, slope[0][:, own])
+    return K[0] - without[0], np.sqrt(np.maximum(variance, 0.0))
 
 
 def check_outline(state, hand):
