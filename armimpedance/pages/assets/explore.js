@@ -98,7 +98,7 @@ function render() {
   drawMeasured(scale);
   const there = tipOf(place, state.F);
   const arrow = element("path", { class: "force", d: `M${MM * place[0]} ${-MM * place[1]}L${MM * there[0]} ${-MM * there[1]}` });
-  moving.replaceChildren(...limb(arm, state.q), ...(drawn ? modelMarks(own.value, band, place, scale, now.extrapolated) : []),
+  moving.replaceChildren(...limb(arm, state.q), ...(drawn ? modelMarks(own.value, band, place, scale, now.extrapolated && state.symbol !== "M") : []),
     arrow, ...scaleBar(arm, scale, largest, UNITS.hand[state.symbol]));
   putHandle(hand, place);
   putHandle(tip, there);
@@ -240,6 +240,7 @@ for (const id of ["force_x", "force_y"]) at(id).addEventListener("input", () => 
 window.addEventListener("resize", render);
 window.addEventListener("beforeprint", () => { at("warned").open = true; });
 at("arm_said").textContent = `Upper arm ${(100 * arm.upper_arm_m).toFixed(1)} cm, forearm with hand ${(100 * arm.forearm_hand_m).toFixed(1)} cm: ${more.lengths_from}.`;
+at("warned").open = more.notes.length > 0;
 start();
 setModel(state.model);
 document.body.dataset.ready = "yes";

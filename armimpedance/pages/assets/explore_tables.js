@@ -45,7 +45,8 @@ function cell(value, half, like = 0) {
 
 /** Elements at one level, of the model and as measured, and of the hand the ellipse. */
 function fillTable(level, now, line) {
-  const columns = [["model", now[level]?.[state.symbol]], [`measured: ${state.chosen?.name ?? ""}`, chosenMatrix(level)]]
+  const own = state.symbol === "M" ? "from the body's mass" : "model";
+  const columns = [[own, now[level]?.[state.symbol]], [`measured: ${state.chosen?.name ?? ""}`, chosenMatrix(level)]]
     .filter(([, made]) => made);
   const caption = document.createElement("caption");
   const symbol = `${state.symbol}${level === "hand" ? "ₑ at the hand" : "ⱼ at the joints"}`;

@@ -56,8 +56,10 @@ def measured_data(
         )
     if refused:
         notes.append(f"{len(refused)} of {len(rows)} estimates are left out; {refused[0]}")
-    said = [(one["name"], one.pop("said")) for one in data]
-    notes += [f"{name}: {text}" for name, text in said if text][:1]
+    said = [f"{one['name']}: {text}" for one in data if (text := one.pop("said"))]
+    if said:
+        more = f" (and {len(said) - 1} more)" if len(said) > 1 else ""
+        notes.append(f"{said[0]}{more}")
     return data, notes
 
 
