@@ -14,7 +14,7 @@ from tempfile import TemporaryDirectory
 from playwright.sync_api import Browser, sync_playwright
 
 import armimpedance as ai
-from armimpedance.pages import write_choice
+from armimpedance.pages import write_choice, write_explore
 from manipulandum_sim.hand import simulate
 
 GALLERY = Path(__file__).resolve().parent / "gallery"
@@ -26,8 +26,12 @@ WINDOW = {"width": 1120, "height": 900}
 def main() -> int:
     """Write the pages to a temporary folder and photograph them."""
     recording, _ = simulate("postures", seed=1997, sets=2)
+    hand = ai.estimate(recording)
+    model = ai.fit_posture(ai.to_joint(hand, recording=recording))
     with TemporaryDirectory() as folder, sync_playwright() as playwright:
         ai.write_report(recording, Path(folder) / "report_page.html")
+        explored = Path(folder) / "explore_page.html"
+        write_explore([model, hand], explored, recording=recording.subject)
         write_choice(recording, Path(folder) / "trials_page.html", "postures")
         found = next(filter(None, map(shutil.which, CHROMIUM)))
         browser = playwright.chromium.launch(executable_path=found, args=["--no-sandbox"])

@@ -6,8 +6,8 @@ Examples:
 
 Writes recordings (with their truth), hand.csv, joint.csv, models over posture and activation,
 summary.txt and Figs 6-14 and both tables of Tsuji (1997) to the folder, and compares estimates and
-models with the truth on the screen. It ends in report.html, a page of all conditions. What an
-earlier demo wrote there is replaced.
+models with the truth on the screen. It ends in explore.html, an arm to play with, and in
+report.html, a page of all conditions. What an earlier demo wrote there is replaced.
 --quick takes two sets of disturbances instead of five, a part of the conditions (figures that need
 more of them are left out), and writes figures as PNG only.
 """
@@ -120,9 +120,16 @@ def _write_all(
 
 
 def _report(out: Path) -> list[str]:
-    """The page of all conditions, last of what was written."""
-    from armimpedance.pages import write_report
+    """The arm to play with, and the page of all conditions, last of what was written."""
+    from armimpedance.pages import write_explore, write_report
 
+    models = [out / f"{name}.json" for name in ("posture", "activation", "muscles")]
+    sources = [*(path for path in models if path.exists()), out / "hand.csv"]
+    write_explore(sources, out / "explore.html", recording=out / "recordings" / "postures")
     command = "armimpedance report hand.csv --out report.html"
     write_report(out / "hand.csv", out / "report.html", command=command)
-    return ["", f"Open this page in a browser: {(out / 'report.html').absolute().as_uri()}"]
+    return [
+        "",
+        f"An arm to play with:         {(out / 'explore.html').absolute().as_uri()}",
+        f"Open this page in a browser: {(out / 'report.html').absolute().as_uri()}",
+    ]

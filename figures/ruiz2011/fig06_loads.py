@@ -154,7 +154,7 @@ def _panel(load: Load, ax: Axes) -> None:
     own = load.views[MEASURED].own
     ends = np.array([own.min(), own.max()])
     ax.plot(ends, load.asked * ends, color="black", lw=1.2, ls=(0, (5, 2)), label="asked for")
-    ax.set_title(f"{LETTERS[load.number]}\n{_false_text(load)}", loc="left", fontsize=8)
+    ax.set_title(f"{LETTERS[load.number]}\n{_false_text(load)}", loc="left", fontsize=7)
     ax.set_xlabel(X_LABELS[load.number])
     ax.set_ylabel("torque (N m)")
 
