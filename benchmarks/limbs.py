@@ -129,9 +129,7 @@ def true_bound(
     return bound(equation, covariance)
 
 
-def _force_noise(
-    equation: Any, noise: str, stiffness: FloatArray, tremor: float
-) -> FloatArray:
+def _force_noise(equation: Any, noise: str, stiffness: FloatArray, tremor: float) -> FloatArray:
     smooth, lag = equation.modes.smooth, equation.lag_s
     n = len(smooth)
     covariance = np.kron(np.eye(2), (0.03**2 + 0.05**2 / 12) * np.eye(n))

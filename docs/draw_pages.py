@@ -1,7 +1,7 @@
 """Take the pictures of the pages that the docs show, in the browser of the browser tests.
 
-    make test-browser            installs the browser where it is missing
-    python docs/draw_pages.py
+make test-browser            installs the browser where it is missing
+python docs/draw_pages.py
 """
 
 from __future__ import annotations
