@@ -1,6 +1,6 @@
 """Signs, frames, units and names that every room shares. Standard library only.
 
-Inside: m, rad, s, kg, N, Nm. Degrees, % MVC and mm appear only at the edges (files, figures,
+Inside: m, rad, s, kg, N, N m. Degrees, % MVC and mm appear only at the edges (files, figures,
 command line) and their names say so (``_deg``, ``_percent``, ``_mm``).
 
 Planar frame for a right arm: origin at the shoulder, x to the subject's right, y forward; angles
@@ -52,13 +52,13 @@ MATRICES: Final = {"inertia": ("M", 2), "viscosity": ("B", 1), "stiffness": ("K"
 #: Units of M, B, K at each level.
 UNITS: Final = {
     "hand": {"M": "kg", "B": "N s/m", "K": "N/m"},
-    "joint": {"M": "kg m^2", "B": "Nm s/rad", "K": "Nm/rad"},
+    "joint": {"M": "kg m^2", "B": "N m s/rad", "K": "N m/rad"},
     "muscle": {"M": "kg", "B": "N s/m", "K": "N/m"},
 }
 
 #: Units of position and force at each level.
 POSITION_UNIT: Final = {"hand": "m", "joint": "rad", "muscle": "m"}
-FORCE_UNIT: Final = {"hand": "N", "joint": "Nm", "muscle": "N"}
+FORCE_UNIT: Final = {"hand": "N", "joint": "N m", "muscle": "N"}
 
 #: Names of the hand's axes, and the columns of a recording on disk for each kind.
 AXES: Final = ("x", "y", "z")

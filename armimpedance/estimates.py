@@ -70,7 +70,7 @@ class ImpedanceEstimate(FrozenRecord):
     joint_angles : (n,) or None
         Mean joint angles at the onset, rad.
     torque : (n,) or None
-        Joint torque that the muscles bear at the onset, ``tau = J^T F``, Nm; known once mapped.
+        Joint torque that the muscles bear at the onset, ``tau = J^T F``, N m; known once mapped.
     activation, activation_sd : (m,) or None
         Mean activation of each muscle before the onset, 0..1, and its standard error.
     muscles : tuple of str

@@ -116,7 +116,7 @@ class MotionRecording(InTrials):
         In the order of `skeleton.coordinates`; m and rad, angles without jumps of a full turn.
     skeleton : Skeleton
     wrenches : (N, K, 6) or None
-        Force (N) and moment (Nm) **by each plate on the body**, world frame, the moment about the
+        Force (N) and moment (N m) **by each plate on the body**, world frame, the moment about the
         plate's origin.
     plate_origins_m : (K, 3) or None
     torque : (N, n) or None

@@ -64,7 +64,7 @@ class Recording(InTrials):
     position : (N, d)
         Hand position in m, or joint angles in rad.
     force : (N, d)
-        Force (N) or torque (Nm) **by the limb on the device**.
+        Force (N) or torque (N m) **by the limb on the device**.
     joint_angles : (N, n) or None
         Measured arm posture in rad (shoulder, elbow), where there is one. Slower sensors are held.
     emg : (N, m) or None
@@ -256,9 +256,9 @@ class ArmPosture(FrozenRecord):
     inertia : (n, n) or None
         Joint-space inertia matrix M(theta).
     gravity_torque : (n,) or None
-        g(theta), Nm: what the joints must make to carry the arm; None where it is not known.
+        g(theta), N m: what the joints must make to carry the arm; None where it is not known.
     gravity_gradient : (n, n) or None
-        ``[i, j] = dg_i / dtheta_j``, Nm/rad; None where it is not known.
+        ``[i, j] = dg_i / dtheta_j``, N m/rad; None where it is not known.
     muscle_jacobian : (m, n) or None
         ``G = dL/dtheta``, lengthening positive.
     muscle_curvature : (m, n, n) or None
@@ -276,7 +276,7 @@ class ArmPosture(FrozenRecord):
     muscle_curvature: Annotated[FloatArray, "m n n"] | None = None
 
     def torque_under(self, force: FloatArray) -> FloatArray:
-        """What the muscles bear, (n,) Nm: the hand's force (d,) and, where known, the weight."""
+        """What the muscles bear, (n,) N m: the hand's force (d,) and, where known, the weight."""
         # tau (n,) = J^T (n, d) F (d,) + g (n,); Tsuji (1997), eq. (3) without g
         torque = self.jacobian.T @ force
         return torque if self.gravity_torque is None else torque + self.gravity_torque

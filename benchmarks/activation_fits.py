@@ -1,10 +1,11 @@
 """Models over activation, and over posture and activation: measured against what is asked.
 
 Rows: experiments 1-3 of a simulated subject (B at one posture, A over posture), the plant's true
-K_j and B_j of every condition with noise of sd 1 Nm/rad and .05 Nms/rad on each of ss, se, ee, the
-true activations, tau = J^T F; no standard errors told. The arm of the analysis is planar6: moment
-arms right in the nominal posture and constant elsewhere, no curvature. Held out at one posture: 200
-activations drawn uniformly in each muscle's measured range, error against the plant's true K_j.
+K_j and B_j of every condition with noise of sd 1 N m/rad and .05 N m s/rad on each of ss, se, ee,
+the true activations, tau = J^T F; no standard errors told. The arm of the analysis is planar6:
+moment arms right in the nominal posture and constant elsewhere, no curvature. Held out at one
+posture: 200 activations drawn uniformly in each muscle's measured range, error against the plant's
+true K_j.
 Over posture: 300 postures drawn inside the hull of experiment 1, activations uniform up to the
 highest measured ones times a uniform factor. RMSE: over elements, draws and repeats.
 """
@@ -276,7 +277,7 @@ def one_posture(study: Study, repeats: int, report: Report) -> None:
             worst[name] = max(worst[name], negative_by(model))
     for name, value in worst.items():
         met = value < 1e-6 if name == "bernstein" else None
-        text = f"{value:.2g} Nm/rad short of nonnegative muscles (noise sd 20)"
+        text = f"{value:.2g} N m/rad short of nonnegative muscles (noise sd 20)"
         report.say(f"{name}, N = 3", text, met)
 
 
@@ -313,7 +314,7 @@ def from_recordings(study: Study, repeats: int, report: Report) -> None:
 
 
 def negative_by(model: ActivationModel) -> float:
-    """How far K_0 is from what muscles nonnegative on their measured ranges could make, Nm/rad."""
+    """How far K_0 is from what muscles nonnegative on their measured ranges could make, N m/rad."""
     alpha = np.linspace(*model.activation_range.T, 300)
     least = -model.muscle_stiffness(alpha).min(axis=0)
     unit = model.patterns / np.linalg.norm(model.patterns, axis=1)[:, None]
@@ -359,7 +360,7 @@ def over_posture(study: Study, repeats: int, report: Report) -> None:
         "experiment 1 from 2 and 3", got.line, got.coverage >= ASKED_COVERAGE - COVERAGE_MARGIN
     )
     report.say("each posture left out of all", judge(left_out).line)
-    report.say("smallest eigenvalue of K_j", f"{eigenvalue:.2f} Nm/rad, asked > 0", eigenvalue > 0)
+    report.say("smallest eigenvalue of K_j", f"{eigenvalue:.2f} N m/rad, asked > 0", eigenvalue > 0)
     names = ("this model", "posture model alone", "anatomical arm, not fitted")
     covered = float(np.mean(at_the_hand))
     text = f"95 % intervals of K_e cover {covered:.3f}"
@@ -417,7 +418,7 @@ def hand_errors(
     return np.array(errors)
 
 
-#: A relaxed arm, Nm/rad: Shadmehr and Mussa-Ivaldi 1994.
+#: A relaxed arm, N m/rad: Shadmehr and Mussa-Ivaldi 1994.
 REST_K = np.array([15.0, 6.0, 16.0])
 
 

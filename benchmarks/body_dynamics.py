@@ -1,6 +1,6 @@
 """A simulated person on two force plates: time, memory and parameter error, side by side.
 
-Twelve motions of the simulated body (subject A), noise of 1 mrad, 1 N and .5 Nm and half and twice
+Twelve motions of the simulated body (subject A), noise of 1 mrad, 1 N and .5 N m and half and twice
 that of the angles. Per method: median relative error of the 128 base parameters and, where there
 are any, of all 150 inertial parameters; the prior's own; residuals of the motions held out; how
 many 95 % intervals hold. Beside them what a user would pick instead: `numpy.linalg.lstsq` on the
@@ -115,8 +115,8 @@ def main() -> int:
     print(f"the prior itself: base {error(base.of(guess), b):.1f} %, all {error(guess, phi):.1f} %")
     for angle in ANGLE_NOISE:
         recording = noisy(exact, angle)
-        print(f"angles {1e3 * angle:g} mrad, 1 N, .5 Nm")
-        print("  method         base %  all % held Nm     R^2 95 % in seconds")
+        print(f"angles {1e3 * angle:g} mrad, 1 N, .5 N m")
+        print("  method         base %  all % held N m     R^2 95 % in seconds")
         found_by = {}
         for method in METHODS:
             start = time.perf_counter()

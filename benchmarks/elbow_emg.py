@@ -45,7 +45,7 @@ MUSCLES = ("biceps", "triceps")
 MVC_V = np.array([4e-4, 6e-4])
 RATE_HZ = 1000.0
 SAMPLES = 10_000
-#: k0, kF, kE of subject "1" of the exoskeleton, Nm/rad.
+#: k0, kF, kE of subject "1" of the exoskeleton, N m/rad.
 TRUE = np.array([1.0, 42.0, 40.0])
 LEVELS = np.array(
     [

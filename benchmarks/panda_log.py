@@ -39,7 +39,7 @@ FOLDS = 5
 #: The motion lies below .6 Hz; what is faster is noise.
 CUTOFF_HZ = 2.0
 LEAST_R2 = 0.80
-SYMBOLS = (("h", "viscous (Nm s/rad)"), ("f", "Coulomb (Nm)"), ("c", "offset (Nm)"))
+SYMBOLS = (("h", "viscous (N m s/rad)"), ("f", "Coulomb (N m)"), ("c", "offset (N m)"))
 
 
 def skeleton_of(table: tuple[tuple[float, float, float], ...]) -> Skeleton:
@@ -81,7 +81,7 @@ def sensors(path: Path) -> None:
     from armimpedance.signals import lowpass
 
     log = pd.read_csv(path)
-    for what, unit in (("q_fer", "rad"), ("qd_fer", "rad/s"), ("tau_fer", "Nm")):
+    for what, unit in (("q_fer", "rad"), ("qd_fer", "rad/s"), ("tau_fer", "N m")):
         values = log[[c for c in log if c.startswith(what)]].to_numpy()
         fast = values - lowpass(values, CUTOFF_HZ, 30.0, axis=0)
         steps = np.diff(np.sort(values, axis=0), axis=0)
@@ -129,7 +129,7 @@ def main() -> int:
     direct = fit.fitted.residual_squares.sum(axis=0) / fit.fitted.samples.sum()
     print("R^2 fitted  ", _row(1 - direct / variance))
     print("R^2 left out", _row(r2))
-    print("rms left out (Nm)", _row(np.sqrt(residual)))
+    print("rms left out (N m)", _row(np.sqrt(residual)))
     for symbol, what in SYMBOLS:
         own = [p for p in fit.parameters if p.name.startswith(f"{symbol}_joint")]
         cells = [f"{p.value:.3f} +- {1.96 * p.sd_robust:.3f}" for p in own]

@@ -106,13 +106,13 @@ def report(checks, motions, truth, test):
         1,
     )
     checks.say("parallel: |mean bias of h|, %", 100 * abs(bias[1]) / x[1], 0, 5)
-    checks.say("parallel: |mean bias of f|, Nm", abs(bias[2]), 0, 0.002)
+    checks.say("parallel: |mean bias of f|, N m", abs(bias[2]), 0, 0.002)
     judged = zip(NAMES, cover, strict=True) if len(motions) >= FEWEST_RUNS else ()
     for name, share in judged:
         checks.say(f"parallel: coverage of {name}, %", share, 88, 98)
     _, bias, cover, failed = found["output-error"]
     checks.say("output-error: |mean bias of h|, %", 100 * abs(bias[1]) / x[1], 0, 1)
-    checks.say("output-error: |mean bias of f|, Nm", abs(bias[2]), 0, 0.001)
+    checks.say("output-error: |mean bias of f|, N m", abs(bias[2]), 0, 0.001)
     checks.say("output-error: fits refused, %", 100 * failed / len(motions), 0, 1)
     judged = zip(NAMES, cover, strict=True) if len(motions) >= FEWEST_RUNS else ()
     for name, share in judged:
@@ -211,7 +211,7 @@ def bias_of_the_source(checks, runs):
             error = off.std(ddof=1) / np.sqrt(len(off))
             print(
                 f"f = {PRINTED_FRICTION}, {cutoff_hz:g} Hz, {method}: "
-                f"h {off.mean():+.1f} +- {error:.1f} %, f {value[:, 2].mean():+.4f} Nm"
+                f"h {off.mean():+.1f} +- {error:.1f} %, f {value[:, 2].mean():+.4f} N m"
             )
             if method == "ls":
                 largest = max(largest, abs(off.mean()))

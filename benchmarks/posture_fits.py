@@ -2,7 +2,7 @@
 
 Twenty postures: the hand locations of experiment 1 of the simulated subject A, through inverse
 kinematics. Truths: six muscles of constant activation, scaled so that the mean of the two diagonal
-elements over these postures is 15.5 Nm/rad, with three kinds of moment arms. Noise: 1 Nm/rad
+elements over these postures is 15.5 N m/rad, with three kinds of moment arms. Noise: 1 N m/rad
 (standard deviation) on each of ss, se, ee of the symmetric matrix, told to the models.
 
 RMSE: root of the mean of squared errors over repeats, over ss, se, ee, and over the points of a
@@ -49,7 +49,7 @@ SD = 1.0
 MEAN_DIAGONAL = 15.5
 
 # Moment arms (m) of Selen et al. 2009, Table 1, and stiffnesses (N/m) that give about
-# [[15, 6], [6, 16]] Nm/rad with them.
+# [[15, 6], [6, 16]] N m/rad with them.
 ARMS = np.array(
     [[0.0536, 0], [0.0536, 0], [0, 0.0316], [0, 0.0267], [0.0386, 0.0427], [0.0388, 0.03]]
 )
@@ -192,10 +192,10 @@ def noise_free_rows() -> Iterator[Row]:
         fitted = made.predict(q).stiffness
         worst = float(np.abs(fitted - triple(truth(q))).max())
         met = worst <= ASKED_NOISE_FREE
-        yield f"noise-free, {model}: largest error, Nm/rad", f"{worst:.1e}", "<= 1e-3", met
+        yield f"noise-free, {model}: largest error, N m/rad", f"{worst:.1e}", "<= 1e-3", met
         if model == "sos":
             low = float(smallest_eigenvalues(fitted).min())
-            name = "noise-free, sos: smallest eigenvalue on the workspace, Nm/rad"
+            name = "noise-free, sos: smallest eigenvalue on the workspace, N m/rad"
             yield name, f"{low:.3g}", ">= -1e-8", low >= ASKED_EIGENVALUE
 
 
@@ -247,7 +247,7 @@ def error_rows(title: str, found: dict[str, Score], at: Places, *, asked: bool) 
         return
     default, least = found["sos, L = 2"], found["least squares, L = 2"]
     inside = default.rmse(regions["inside"])
-    yield f"{title}: RMSE of sos inside, Nm/rad", f"{inside:.3f}", "<= .60", inside <= ASKED_RMSE
+    yield f"{title}: RMSE of sos inside, N m/rad", f"{inside:.3f}", "<= .60", inside <= ASKED_RMSE
     for region, where in regions.items():
         a, b = default.rmse(where), least.rmse(where)
         yield f"{title}: RMSE of sos over least squares, {region}", f"{a / b:.3f}", "< 1", a < b
@@ -292,7 +292,9 @@ def main() -> int:
     parser.add_argument("--repeats", type=int, default=100)
     repeats = parser.parse_args().repeats
     missed = False
-    print(f"{repeats} repeats; of a model: RMSE (Nm/rad) | indefinite postures (%) | coverage (%),")
+    print(
+        f"{repeats} repeats; of a model: RMSE (N m/rad) | indefinite postures (%) | coverage (%),"
+    )
     print("each inside the hull, in the measured box, outside of it")
     for rows in (noise_free_rows(), time_rows(), noisy_rows(repeats), table_rows()):
         for name, shown, wanted, met in rows:

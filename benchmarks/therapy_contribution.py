@@ -85,7 +85,7 @@ def robot_study(check: Checks, seeds: int) -> TherapyRobot:
     check("Coulomb, part", errors["tau_c"], "1 %", errors["tau_c"] <= 0.01)
     check("cables, part", errors["k_c"], "3 %", errors["k_c"] <= 0.03)
     check("equilibrium, degrees", errors["q_c"], "1", errors["q_c"] <= 1)
-    check("spring, rms Nm", errors["spring"], ".5", errors["spring"] <= 0.5)
+    check("spring, rms N m", errors["spring"], ".5", errors["spring"] <= 0.5)
     print(f"       viscous, part of the axis' own: {errors['k_v']:.3g}")
     covered = table["covered"].dropna()
     print(f"       95 % intervals hold {100 * covered.mean():.1f} % of {len(covered)}")
@@ -130,7 +130,7 @@ def validation_study(check: Checks, robot: TherapyRobot) -> None:
         recording, _ = simulate_validation(seed=100, device=plant)
         r2 = np.array([v.r2 for v in validate_robot(recording, robot)])
         rms = [v.rms_Nm for v in validate_robot(recording, robot)]
-        print(f"       {name} plant: R^2 {np.round(r2, 3)}, rms {np.round(rms, 2)} Nm")
+        print(f"       {name} plant: R^2 {np.round(r2, 3)}, rms {np.round(rms, 2)} N m")
         if name == "matched":
             check("R^2, worst axis", r2.min(), ">= .95", r2.min() >= 0.95)
         else:
@@ -144,7 +144,7 @@ def mockup_study(check: Checks, robot: TherapyRobot) -> None:
     found = check_mockup(recording, robot, pipes())
     print("\nMock-up")
     for name, value, printed in (
-        ("torque level, Nm", found.gravity.value, 10.66),
+        ("torque level, N m", found.gravity.value, 10.66),
         ("inertia, kg m^2", found.inertia.value, 0.450),
     ):
         check(name, value, f"{printed} within 1 %", abs(value / printed - 1) <= 0.01)
@@ -232,7 +232,7 @@ def flat(found: Contribution, true: TrueContribution) -> dict:
 
 
 def tell_arms(check: Checks, arms: pd.DataFrame) -> None:
-    """k_s within .3 Nm/rad, q_0 within .1 rad where identified; refused where it must be."""
+    """k_s within .3 N m/rad, q_0 within .1 rad where identified; refused where it must be."""
     print("\nPassive arms")
     for name, most in (("k_s", 0.3), ("q_0", 0.1)):
         own = arms[(arms["name"] == name) & arms["identified"]]

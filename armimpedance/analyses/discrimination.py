@@ -54,12 +54,12 @@ def discriminate(
     >>> from armimpedance.analyses import discriminate
     >>> from armimpedance.regression import NamedParameter
     >>> def people(*values):
-    ...     return [NamedParameter("k", value, 0.1, 0.1, "Nm/rad") for value in values]
+    ...     return [NamedParameter("k", value, 0.1, 0.1, "N m/rad") for value in values]
     >>> told = discriminate({"controls": people(3.9, 4.2, 4.4), "patients": people(5.3, 5.6, 6.2)})
     >>> told.auc
     1.0
     >>> told.quantity
-    'k (Nm/rad)'
+    'k (N m/rad)'
     """
     if len(groups) != 2:
         raise InputError(f"{len(groups)} groups", expected="two")

@@ -91,7 +91,7 @@ def elbow(
     >>> recording, _ = simulate_bench(0.07, 1.2, 20.0, trials=2, duration_s=6.0, snr_db=40.0)
     >>> fit = elbow(recording)
     >>> fit.stiffness.unit, round(fit.stiffness.value)
-    ('Nm/rad', 20)
+    ('N m/rad', 20)
     >>> sorted(fit.parts)
     ['trial 1', 'trial 2']
     """

@@ -207,7 +207,7 @@ def _with_index(
     amplitude, sd = (values[rows][:, columns] for values in (levels.amplitude, levels.sd))
     index, error = index_of(calibration, amplitude, sd)
     gains = ", ".join(f"{m} {g:.3g}" for m, g in zip(muscles, calibration.gains, strict=True))
-    notes = (f"|a_i| of the index (Nm): {gains}", *calibration.warnings)
+    notes = (f"|a_i| of the index (N m): {gains}", *calibration.warnings)
     return replace(points, imcj=index, sd_imcj=error), notes
 
 

@@ -130,7 +130,7 @@ def passive(
     >>> markers, truth = simulate_passive("release", trials=2, duration_s=4.0)
     >>> elbow = passive(markers, rest_angle=1.5, mass_sd_percent=3)["right_elbow_flexion"]
     >>> elbow.parameters["k"].unit
-    'Nm/rad'
+    'N m/rad'
     >>> list(elbow.to_frame().index)
     ['k', 'h', 'f']
     """

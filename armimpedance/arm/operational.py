@@ -111,7 +111,7 @@ def hand_bias(J: ArrayLike, Jdot_qd: ArrayLike, M: ArrayLike, h: ArrayLike) -> F
     M : (..., n, n)
         Inertia of the joints, kg m^2.
     h : (..., n)
-        Coriolis and centrifugal torque, Nm.
+        Coriolis and centrifugal torque, N m.
 
     Returns
     -------
@@ -140,7 +140,7 @@ def hand_gravity(J: ArrayLike, M: ArrayLike, g: ArrayLike) -> FloatArray:
     M : (..., n, n)
         Inertia of the joints, kg m^2.
     g : (..., n)
-        Gravity torque, Nm.
+        Gravity torque, N m.
 
     Returns
     -------

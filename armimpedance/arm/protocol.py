@@ -40,13 +40,13 @@ class Arm(Protocol):
         """Joint-space inertia M(q), kg m^2, (..., n, n)."""
 
     def bias(self, q: ArrayLike, qd: ArrayLike) -> FloatArray:
-        """Coriolis and centrifugal torque h(q, qd), Nm, (..., n)."""
+        """Coriolis and centrifugal torque h(q, qd), N m, (..., n)."""
 
     def gravity(self, q: ArrayLike) -> FloatArray:
-        """Gravity torque g(q), Nm, (..., n)."""
+        """Gravity torque g(q), N m, (..., n)."""
 
     def gravity_gradient(self, q: ArrayLike) -> FloatArray:
-        """``[i, j] = dg_i / dq_j``, Nm/rad, (..., n, n)."""
+        """``[i, j] = dg_i / dq_j``, N m/rad, (..., n, n)."""
 
     def posture(self, q: ArrayLike) -> ArmPosture:
         """Everything at one posture, `q` (n,)."""

@@ -126,20 +126,20 @@ class TwoLinkArm:
         return M
 
     def bias(self, q: ArrayLike, qd: ArrayLike) -> FloatArray:
-        """Coriolis and centrifugal torque h(q, qd), Nm, (..., 2); h of Tsuji (1997), eq. (14)."""
+        """Coriolis and centrifugal torque h(q, qd), N m, (..., 2); h of Tsuji (1997), eq. (14)."""
         slope = self._coupling * np.sin(_angles(q)[..., 1])
         shoulder, elbow = np.moveaxis(_angles(qd), -1, 0)
         return np.stack([-slope * elbow * (2 * shoulder + elbow), slope * shoulder**2], axis=-1)
 
     def gravity(self, q: ArrayLike) -> FloatArray:
-        """Gravity torque g(q) of the in-plane `gravity_m_s2`, Nm, (..., 2)."""
+        """Gravity torque g(q) of the in-plane `gravity_m_s2`, N m, (..., 2)."""
         whole, lower = self._mass_moments(q)
         # g = -d/dq sum_i m_i gravity . p_i, and dp/dq is a quarter turn of the mass moment
         moments = np.stack([_quarter_turn(whole), _quarter_turn(lower)], axis=-2)
         return -moments @ np.asarray(self.gravity_m_s2, dtype=float)
 
     def gravity_gradient(self, q: ArrayLike) -> FloatArray:
-        """``[i, j] = dg_i / dq_j`` of the in-plane `gravity_m_s2`, Nm/rad, (..., 2, 2)."""
+        """``[i, j] = dg_i / dq_j`` of the in-plane `gravity_m_s2`, N m/rad, (..., 2, 2)."""
         whole, lower = self._mass_moments(q)
         # two quarter turns turn a mass moment round; every derivative by the elbow is the forearm's
         rows = [np.stack([whole, lower], axis=-2), np.stack([lower, lower], axis=-2)]

@@ -137,5 +137,5 @@ def _check_moments(recording: MotionRecording, world: FloatArray) -> None:
     if away > _LONGEST_STEP_M:
         raise InputError(
             f"the centre of pressure is {away:.3g} m from the root",
-            expected="moments in Nm about each plate's origin, that origin in m",
+            expected="moments in N m about each plate's origin, that origin in m",
         )

@@ -1,6 +1,6 @@
 """Least squares for base parameters, plain and weighted by row.
 
-Weighted: each row of the wrench (N, Nm) is divided by its own residual level. The levels come
+Weighted: each row of the wrench (N, N m) is divided by its own residual level. The levels come
 from the fit before, once or twice.
 """
 

@@ -28,12 +28,12 @@ SYMBOLS: Final = {
     "offset": "c",
 }
 UNITS: Final = {
-    "stiffness": "Nm/rad",
-    "quadratic": "Nm/rad^2",
-    "viscosity": "Nm s/rad",
-    "friction": "Nm",
+    "stiffness": "N m/rad",
+    "quadratic": "N m/rad^2",
+    "viscosity": "N m s/rad",
+    "friction": "N m",
     "inertia": "kg m^2",
-    "offset": "Nm",
+    "offset": "N m",
 }
 
 

@@ -1,6 +1,6 @@
 """The regressor of a tree of segments: ``tau = Y(q, qd, qdd) phi``.
 
-The six rows of a floating root are given as a wrench: force (N) and moment (Nm) about the root's
+The six rows of a floating root are given as a wrench: force (N) and moment (N m) about the root's
 origin, in the root's own frame. Its generalised forces are an invertible transformation of these;
 as a wrench the rows have one unit each, so that weights by row mean something.
 """

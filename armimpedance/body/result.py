@@ -214,7 +214,7 @@ def _residuals(validation: BodyValidation) -> str:
     parts = []
     for what, rows, unit in (
         ("forces", validation.forces, "N"),
-        ("moments", validation.moments, "Nm"),
+        ("moments", validation.moments, "N m"),
     ):
         if rows:
             rms, r2 = validation.pooled_rms(rows), validation.pooled_r2(rows)
@@ -228,6 +228,6 @@ def _by_motion(validation: BodyValidation) -> Sequence[str]:
     squares = validation.rms[:, moments] ** 2
     rms = np.sqrt(squares.mean(axis=1))
     return [
-        f"{motion}: moments {value:.3g} Nm rms"
+        f"{motion}: moments {value:.3g} N m rms"
         for motion, value in zip(validation.motions, rms, strict=True)
     ]

@@ -173,8 +173,8 @@ class RowChoice:
         return tuple(ROOT_ROWS + tuple(names[6:]) if skeleton.floating else names)
 
     def row_units(self, skeleton: Skeleton) -> tuple[str, ...]:
-        """N or Nm."""
-        return tuple("N" if n in ROOT_ROWS[:3] else "Nm" for n in self.row_names(skeleton))
+        """N or N m."""
+        return tuple("N" if n in ROOT_ROWS[:3] else "N m" for n in self.row_names(skeleton))
 
     def column_names(self, skeleton: Skeleton) -> tuple[str, ...]:
         """Inertial parameters, then the joint terms."""

@@ -37,7 +37,7 @@ class BodyValidation(FrozenRecord):
 
     @property
     def rms(self) -> FloatArray:
-        """Root mean square residual (T, R), N or Nm."""
+        """Root mean square residual (T, R), N or N m."""
         return np.sqrt(self.residual_squares / self.samples[:, None])
 
     @property
@@ -58,9 +58,9 @@ class BodyValidation(FrozenRecord):
 
     @property
     def moments(self) -> tuple[str, ...]:
-        """The rows in Nm."""
+        """The rows in N m."""
         pairs = zip(self.rows, self.row_units, strict=True)
-        return tuple(row for row, unit in pairs if unit == "Nm")
+        return tuple(row for row, unit in pairs if unit == "N m")
 
     @property
     def forces(self) -> tuple[str, ...]:

@@ -20,10 +20,10 @@ class _Size(NamedTuple):
 
 Quantity = Literal["inertia", "stiffness at rest"]
 
-#: Inertia about a joint from a wrist to a hip; a relaxed elbow's stiffness is .5 to 3 Nm/rad.
+#: Inertia about a joint from a wrist to a hip; a relaxed elbow's stiffness is .5 to 3 N m/rad.
 SIZES: Final[dict[Quantity, _Size]] = {
     "inertia": _Size("kg m^2", 3e-4, 10.0),
-    "stiffness at rest": _Size("Nm/rad", 0.0, 300.0),
+    "stiffness at rest": _Size("N m/rad", 0.0, 300.0),
 }
 
 
@@ -43,7 +43,7 @@ def check_joint_size(
     ----------
     quantity : {"inertia", "stiffness at rest"}
     value : float
-        kg m^2 or Nm/rad.
+        kg m^2 or N m/rad.
     sd : float
         Its standard error.
     expected : float, optional
@@ -74,8 +74,8 @@ def check_joint_size(
     return Finding(
         "units",
         "warning",
-        f"{told} is that {whose} ({limits}): torque in Nm and angle in rad are expected; check the "
-        "units (kgf m, mNm, degrees), and the mass and the length that were told",
+        f"{told} is that {whose} ({limits}): torque in N m and angle in rad are expected; check "
+        "the units (kgf m, mNm, degrees), and the mass and the length that were told",
     )
 
 

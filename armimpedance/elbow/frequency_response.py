@@ -26,7 +26,7 @@ class FrequencyResponse(FrozenRecord):
     ----------
     frequency_hz : (f,)
     compliance : (f,) complex
-        rad/Nm.
+        rad/N m.
     coherence : (f,)
         0..1, of torque and angle.
     segments : int
@@ -55,7 +55,7 @@ def frequency_response(samples: JointSamples, segment_s: float = SEGMENT_S) -> F
     Returns
     -------
     FrequencyResponse
-        The compliance, rad/Nm, and the coherence at each frequency, Hz.
+        The compliance, rad/N m, and the coherence at each frequency, Hz.
 
     Raises
     ------
@@ -96,12 +96,12 @@ def model_compliance(frequency_hz: FloatArray, parameters: FloatArray) -> np.nda
     frequency_hz : (f,)
         Frequencies, Hz.
     parameters : (3,)
-        Inertia I, kg m^2; viscosity B, Nm s/rad; stiffness K, Nm/rad.
+        Inertia I, kg m^2; viscosity B, N m s/rad; stiffness K, N m/rad.
 
     Returns
     -------
     (f,) complex ndarray
-        The compliance at each frequency, rad/Nm.
+        The compliance at each frequency, rad/N m.
     """
     s = 2j * np.pi * np.asarray(frequency_hz)
     inertia, viscosity, stiffness = parameters

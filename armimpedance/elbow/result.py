@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 #: Names and units of the three parameters of (3), in this order everywhere.
 NAMES: Final = ("I", "B", "K")
-UNITS: Final = ("kg m^2", "Nm s/rad", "Nm/rad")
+UNITS: Final = ("kg m^2", "N m s/rad", "N m/rad")
 #: Warnings that a short text shows.
 _MOST_WARNINGS: Final = 5
 
@@ -128,12 +128,12 @@ class ElbowFit(FrozenRecord):
 
     @property
     def viscosity(self) -> NamedParameter:
-        """B, Nm s/rad."""
+        """B, N m s/rad."""
         return self["B"]
 
     @property
     def stiffness(self) -> NamedParameter:
-        """K, Nm/rad."""
+        """K, N m/rad."""
         return self["K"]
 
     @property

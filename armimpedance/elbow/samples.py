@@ -44,13 +44,13 @@ class JointSamples(FrozenRecord):
     offsets : (T + 1,) int
         Trial t is ``offsets[t]:offsets[t + 1]``.
     torque : (N,)
-        Nm, **on the limb**: positive accelerates the joint in its positive direction.
+        N m, **on the limb**: positive accelerates the joint in its positive direction.
     angle : (N,)
         rad, as measured.
     torque_is : {"interaction", "commanded"}
         Measured between limb and device, or the motor's command, which moves both.
     perturbation : (N,) or None
-        Nm, what the device was told to add: no motion and no voluntary torque of the subject is
+        N m, what the device was told to add: no motion and no voluntary torque of the subject is
         in it, so it can serve as an instrument.
     command : (N,) or None
         rad, the angle that the device was told to take: an instrument as well.

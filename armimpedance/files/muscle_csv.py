@@ -1,6 +1,6 @@
 """Results at the muscle level as CSV: one row for each condition.
 
-Sums over muscles in Nm/rad (B: Nms/rad), single muscles in N/m (B: Ns/m). `K_sum_ij` are the
+Sums over muscles in N m/rad (B: N m s/rad), single muscles in N/m (B: N s/m). `K_sum_ij` are the
 elements of ``G^T K_m G``, which the joint stiffness determines; `K_<muscle>` stands only where it
 determines a single one. `feasible_low_/high_` are the least and largest value among all muscle
 stiffnesses that give the joint stiffness, `ci_low_/ci_high_` the 95 % limits of that range.

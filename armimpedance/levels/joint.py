@@ -39,7 +39,7 @@ _WITHOUT_GAMMA = "hand force unknown: the force term Gamma was left out of the j
 
 
 def force_term(posture: ArmPosture, force: ArrayLike) -> FloatArray:
-    """``Gamma_ij = sum_k F_k d2p_k/dq_i dq_j``: what a hand force adds, (n, n), Nm/rad.
+    """``Gamma_ij = sum_k F_k d2p_k/dq_i dq_j``: what a hand force adds, (n, n), N m/rad.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ def force_term(posture: ArmPosture, force: ArrayLike) -> FloatArray:
     Returns
     -------
     (n, n)
-        Nm/rad.
+        N m/rad.
 
     Raises
     ------

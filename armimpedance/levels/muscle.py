@@ -36,7 +36,7 @@ def joint_stiffness(
     Returns
     -------
     (..., n, n)
-        Nm/rad.
+        N m/rad.
 
     Raises
     ------
@@ -59,18 +59,18 @@ def joint_viscosity(G: ArrayLike, B_m: ArrayLike) -> FloatArray:
     G : (..., m, n)
         Moment arms dL/dq, m.
     B_m : (..., m)
-        Viscosity of each muscle, Ns/m.
+        Viscosity of each muscle, N s/m.
 
     Returns
     -------
     (..., n, n)
-        Nms/rad.
+        N m s/rad.
     """
     return _through_arms(G, B_m)
 
 
 def curvature_term(tensions: ArrayLike, curvature: ArrayLike) -> FloatArray:
-    """``sum_n f_n d2L_n/dq2``, Nm/rad, (..., n, n), of tensions (..., m)."""
+    """``sum_n f_n d2L_n/dq2``, N m/rad, (..., n, n), of tensions (..., m)."""
     f, C = np.asarray(tensions, dtype=float), np.asarray(curvature, dtype=float)
     if C.ndim < 3 or f.ndim < 1 or f.shape[-1] != C.shape[-3]:
         raise InputError(

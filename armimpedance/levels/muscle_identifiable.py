@@ -39,7 +39,7 @@ def muscle_share(
     Parameters
     ----------
     joint_matrix : (n, n)
-        Nm/rad or Nms/rad; its symmetric part counts.
+        N m/rad or N m s/rad; its symmetric part counts.
     covariance : (n^2, n^2)
         Covariance of its elements row by row.
     G : (m, n)

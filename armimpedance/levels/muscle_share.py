@@ -19,7 +19,7 @@ class Combination(FrozenRecord):
     coefficients : (m,)
         c; m^2 for elements, 1 for a muscle.
     value, sd, low, high : float
-        Nm/rad (elements) or N/m (a muscle), with 95 % limits; those of viscosity have an s more.
+        N m/rad (elements) or N/m (a muscle), with 95 % limits; those of viscosity have an s more.
     """
 
     name: str

@@ -38,7 +38,7 @@ def tensions_for(
     Parameters
     ----------
     torque : (..., n)
-        Torque that the muscles bear, Nm.
+        Torque that the muscles bear, N m.
     G : (..., m, n)
         Moment arms dL/dq, m; leading axes as those of `torque`, or none.
     max_tension : (m,)
@@ -159,7 +159,7 @@ def _cannot(name: str, A: FloatArray, tau: FloatArray, scale: float) -> Exceptio
         return EstimationError(f"{name}: static optimisation ended without a solution")
     shown = ", ".join(f"{value:.3g}" for value in tau)
     return InputError(
-        f"{name}: no tensions of these muscles make the torque ({shown}) Nm",
+        f"{name}: no tensions of these muscles make the torque ({shown}) N m",
         expected=f"at most {100 * share:.3g} % of it"
         if share > 1e-9
         else "a torque in a direction that the muscles can pull in",

@@ -27,7 +27,7 @@ class HandPrediction(Predicted):
     hand_position : (P, 2)
         Position of the hand from the shoulder, m.
     stiffness, viscosity : (P, 3)
-        ``xx, xy, yy``, N/m and Ns/m.
+        ``xx, xy, yy``, N/m and N s/m.
     stiffness_covariance, viscosity_covariance : (P, 3, 3)
     dof : float
     joint : JointPrediction

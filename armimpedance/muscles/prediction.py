@@ -34,12 +34,12 @@ class Predicted(FrozenRecord):
 
     @property
     def stiffness_matrices(self) -> FloatArray:
-        """(P, 2, 2), Nm/rad or N/m."""
+        """(P, 2, 2), N m/rad or N/m."""
         return matrix(self.stiffness)
 
     @property
     def viscosity_matrices(self) -> FloatArray:
-        """(P, 2, 2), Nms/rad or Ns/m."""
+        """(P, 2, 2), N m s/rad or N s/m."""
         return matrix(self.viscosity)
 
     @property

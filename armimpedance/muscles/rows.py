@@ -28,13 +28,13 @@ class JointRows(FrozenRecord):
     joint_angles : (P, 2)
         rad.
     stiffness, viscosity : (P, 2, 2)
-        Matrices as measured, not necessarily symmetric; Nm/rad, Nms/rad.
+        Matrices as measured, not necessarily symmetric; N m/rad, N m s/rad.
     stiffness_sd, viscosity_sd : (P, 2, 2) or None
         Standard errors of the elements, positive.
     activation, activation_sd : (P, m) or None
         Activation of each muscle, 0..1, and its standard error.
     torque : (P, 2) or None
-        Joint torque that the muscles bear, ``tau = J^T F``, Nm.
+        Joint torque that the muscles bear, ``tau = J^T F``, N m.
     labels : (P,) tuple of str
         Origin of each row, for messages: a condition, or a file and its line.
     muscles : (m,) tuple of str
@@ -94,7 +94,7 @@ class JointRows(FrozenRecord):
         Returns
         -------
         values, sd : (P, 3), and (P, 3) or None
-            Nm/rad or Nms/rad; the cross term is the mean of se and es.
+            N m/rad or N m s/rad; the cross term is the mean of se and es.
         """
         which = "stiffness" if symbol == "K" else "viscosity"
         measured, sd = getattr(self, which), getattr(self, f"{which}_sd")

@@ -45,7 +45,7 @@ def trial_data(
     trials : DataFrame
         Columns trial, group, direction, look ("outlier", "left out" or "used").
     courses : DataFrame
-        Columns trial, ms, and per axis moved (mm, or mrad) and pushed (N, or Nm).
+        Columns trial, ms, and per axis moved (mm, or mrad) and pushed (N, or N m).
     """
     heads: list[tuple[int, str, str, str]] = []
     courses = []
@@ -87,7 +87,7 @@ def panels(recording: Recording) -> list[tuple[str, str]]:
     hand = recording.kind == "hand"
     units = {"moved": ("displacement", "mm" if hand else "mrad"), "pushed": ("force", "N")}
     if not hand:
-        units["pushed"] = ("torque", "Nm")
+        units["pushed"] = ("torque", "N m")
     return [
         (f"{column}_{i + 1}", f"{what} {_axis(hand, i)} ({unit})")
         for i in range(recording.axes)

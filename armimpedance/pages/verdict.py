@@ -11,7 +11,7 @@ from armimpedance.pages.page import Verdict
 #: Name of a check -> what to do where it is violated or cannot tell; names that several topics
 #: share mean the same in each.
 ADVICE: Final = {
-    "units": "Give SI units (N, Nm, m, rad) and analyse again.",
+    "units": "Give SI units (N, N m, m, rad) and analyse again.",
     "clipping": "Use a sensor with more range, or leave the trials out that are clipped.",
     "force sign": "Say whose force the sensor holds (--force-by), or turn the sign of all axes.",
     "force scale": "Hang a known weight on the sensor and give the force in newtons.",

@@ -31,7 +31,7 @@ class Equations(FrozenRecord):
         Units of the columns' parameters.
     W : tuple of T arrays (S_t, p)
     Y : tuple of T arrays (S_t, 1)
-        Nm.
+        N m.
     """
 
     columns: Annotated[tuple[str, ...], "p"]

@@ -29,7 +29,7 @@ class HingeDynamics:
     Attributes
     ----------
     coefficients : tuple of T arrays (2 SUBSTEPS (S_t - 1) + 1, 7)
-        I (kg m^2), B (Nm s/rad), then g in Nm: 1, cos q, sin q, cos 2q, sin 2q.
+        I (kg m^2), B (N m s/rad), then g in N m: 1, cos q, sin q, cos 2q, sin 2q.
     """
 
     coefficients: tuple[FloatArray, ...]

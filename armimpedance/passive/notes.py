@@ -34,7 +34,7 @@ def joint_notes(
     if doubtless:
         notes.append(_negative_friction(f, h.value, natural_frequency(fitted, samples)))
     if h.value < 0:
-        notes.append(f"negative viscosity {h.value:.3g} Nm s/rad: not dissipative")
+        notes.append(f"negative viscosity {h.value:.3g} N m s/rad: not dissipative")
     if fitted.parameters["k"].value < 0:
         doubt = "" if elsewhere else "; is the torque's sign right?"
         notes.append(f"negative stiffness: no passive joint has one{doubt}")
@@ -69,7 +69,7 @@ def limit_cycle_rad(f: float, h: float, omega: float) -> float:
 
 
 def _negative_friction(f: float, h: float, omega: float) -> str:
-    said = f"negative friction {f:.3g} Nm: not dissipative"
+    said = f"negative friction {f:.3g} N m: not dissipative"
     if h <= 0:
         return f"{said}; with h <= 0 nothing would end the swing that it drives"
     amplitude = limit_cycle_rad(f, h, omega)

@@ -48,7 +48,7 @@ class PassiveFit(FrozenRecord):
         The torque equations with this joint's parameters: predicts and validates. Its condition
         numbers are those of W; the source does not say which of the two it prints.
     direct : Validation
-        On the rows of the fit, torque in Nm.
+        On the rows of the fit, torque in N m.
     cross : tuple of CrossValidation
         One trial left out at a time; thirds of a single trial.
     friction_share_percent : float

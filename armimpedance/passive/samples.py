@@ -31,7 +31,7 @@ class PassiveSamples(FrozenRecord):
     q, qd : (N, j)
         rad and rad/s, after the filter.
     torque : (N, j)
-        Passive torque, Nm, after the filter.
+        Passive torque, N m, after the filter.
     measured_q : (N, j)
         Before the filter.
     cutoff_hz : float or None

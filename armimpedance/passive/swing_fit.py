@@ -31,7 +31,7 @@ from armimpedance.regression import Fit
 _MOST_STEPS: Final = 30
 
 #: Differences for the steps' derivatives: of parameters in standard errors, of angle (rad),
-#: velocity (rad/s) and torque (Nm).
+#: velocity (rad/s) and torque (N m).
 _DIFFERENCE: Final = 1.0
 _STATE_DIFFERENCES: Final = (1e-5, 1e-4)
 _TORQUE_DIFFERENCE: Final = 1e-3

@@ -19,7 +19,14 @@ from armimpedance.regression import Fit, Parameters
 
 RestAngle = float | Literal["free"]
 
-UNITS = {"k": "Nm/rad", "h": "Nm s/rad", "f": "Nm", "q_r": "rad", "K": "Nm/rad^2", "C": "Nm/rad^3"}
+UNITS = {
+    "k": "N m/rad",
+    "h": "N m s/rad",
+    "f": "N m",
+    "q_r": "rad",
+    "K": "N m/rad^2",
+    "C": "N m/rad^3",
+}
 
 
 @dataclass(frozen=True)
@@ -81,7 +88,7 @@ class Terms:
     @property
     def column_units(self) -> tuple[str, ...]:
         """Units of the columns' parameters."""
-        return tuple({**UNITS, "offset": "Nm"}[name] for name in self.columns)
+        return tuple({**UNITS, "offset": "N m"}[name] for name in self.columns)
 
     @property
     def names(self) -> tuple[str, ...]:

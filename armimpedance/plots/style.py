@@ -178,8 +178,8 @@ def new_axes(width_in: float = ONE_COLUMN_IN, height_in: float = ONE_COLUMN_IN) 
 
 
 def unit_text(unit: str) -> str:
-    """A unit as print has it: ``N m s/rad`` and ``kg m²`` of ``Nm s/rad`` and ``kg m^2``."""
-    return unit.replace("Nm", "N m").replace("N ms", "N m s").replace("^2", "²")
+    """A unit as print has it: ``kg m²`` of ``kg m^2``."""
+    return unit.replace("^2", "²")
 
 
 def label_axes(ax: Axes, x: str, y: str) -> None:

@@ -56,7 +56,7 @@ def _law_table(one: LinearLaw) -> str:
 
 def _points_table(given: OperatingPoints) -> str:
     points, muscles, indexed = given.to_dict(), given.muscles, given.imcj is not None
-    header = ["trial", *(f"{m} (%)" for m in muscles), "K", "B"] + ["IMCJ (Nm)"] * indexed
+    header = ["trial", *(f"{m} (%)" for m in muscles), "K", "B"] + ["IMCJ (N m)"] * indexed
     rows = []
     for p in points:
         cells = [fixed(100 * p["amplitude"][m], 1) for m in muscles]

@@ -21,13 +21,13 @@ from armimpedance.report.numbers import (
 #: Columns of one table beside the condition.
 _MOST_COLUMNS = 6
 _HEADING = 12
-_MATRICES = (("K", "stiffness", "Nm/rad"), ("B", "viscosity", "Nms/rad"))
+_MATRICES = (("K", "stiffness", "N m/rad"), ("B", "viscosity", "N m s/rad"))
 #: Field and part of an estimate, and what its ranges are of.
 _RANGES = (
     ("stiffness", "single", "stiffness of single muscles (N/m)"),
-    ("stiffness", "groups", "parts of K by groups of muscles (Nm/rad)"),
-    ("viscosity", "single", "viscosity of single muscles (Ns/m)"),
-    ("viscosity", "groups", "parts of B by groups of muscles (Nms/rad)"),
+    ("stiffness", "groups", "parts of K by groups of muscles (N m/rad)"),
+    ("viscosity", "single", "viscosity of single muscles (N s/m)"),
+    ("viscosity", "groups", "parts of B by groups of muscles (N m s/rad)"),
 )
 _SUMS = (
     "Identifiable: sums over all muscles of moment arm i x moment arm j x stiffness (or viscosity) "
@@ -108,7 +108,7 @@ def _determined(estimates: Sequence[MuscleEstimate]) -> list[str]:
         names = [name for name in estimates[0].muscles if any(name in row for row in found)]
         for part in _parts(names):
             rows = [[_half_width(row.get(name)) for name in part] for row in found]
-            unit = "N/m" if symbol == "K" else "Ns/m"
+            unit = "N/m" if symbol == "K" else "N s/m"
             title = f"Identifiable: {field} of single muscles ({unit})"
             tables.append(_block(title, estimates, _headings(part), rows))
     return tables

@@ -8,7 +8,7 @@ from armimpedance.report.findings_text import checks_lines
 from armimpedance.report.numbers import aligned_table, fixed, numbered_notes, percent
 from armimpedance.report.parameter_table import parameter_table
 
-_TORQUE_HEADER = ("torque", "rms (Nm)", "R^2", "variance accounted for")
+_TORQUE_HEADER = ("torque", "rms (N m)", "R^2", "variance accounted for")
 _LEGEND = (
     "Source's sd: independent residuals (Venture, eqs. 9-11); well identified: twice the larger "
     "below 10 %. Intervals are made of the robust sd, which counts that residuals are correlated."

@@ -28,12 +28,12 @@ from armimpedance.therapy import (
 )
 
 _LOADS_HEADER = (
-    *("axis", "tau_c (Nm)", "k_v (Nms/rad)"),
-    *("k_c (Nm/rad)", "q_c (deg)", "from (deg/s)"),
+    *("axis", "tau_c (N m)", "k_v (N m s/rad)"),
+    *("k_c (N m/rad)", "q_c (deg)", "from (deg/s)"),
 )
 _FROM = "from: the lowest speed that was fitted, above the static range."
 _INTERVALS = "± is the half-width of the 95 % interval."
-_VALIDATION_HEADER = ("axis", "R^2", "rms (Nm)", "moving: R^2", "rms (Nm)", "share of samples")
+_VALIDATION_HEADER = ("axis", "R^2", "rms (N m)", "moving: R^2", "rms (N m)", "share of samples")
 _MASSES = (
     "± is the half-width of the 95 % interval: repetitions, the person's masses about the table, "
     "what is not known of the robot, and of an axis that was moved one way only its viscosity."
@@ -70,7 +70,7 @@ def robot_text(calibration: RobotCalibration) -> str:
         "",
         aligned_table(_LOADS_HEADER, rows),
         "",
-        f"spring on axis {joint}, c_0 + c_1 q + c_2 q^2 (Nm, rad), from holds at "
+        f"spring on axis {joint}, c_0 + c_1 q + c_2 q^2 (N m, rad), from holds at "
         f"{counted(len(spring.angle_rad), 'angle')}:",
         f"  {terms}",
     ]
@@ -119,7 +119,7 @@ def arm_text(calibration: ArmCalibration) -> str:
     rows = [
         [r.movement, r.axis, str(len(r.support_Nm)), _spread(r.support_Nm)] for r in arm.references
     ]
-    header = ("movement", "axis", "repetitions", "mean support ± sd (Nm)")
+    header = ("movement", "axis", "repetitions", "mean support ± sd (N m)")
     lines += ["", aligned_table(header, rows), ""]
     checks = calibration.summary.checks
     told = warnings_of(checks)
@@ -129,13 +129,13 @@ def arm_text(calibration: ArmCalibration) -> str:
 
 def _axis_lines(axis: AxisCalibration) -> list[str]:
     k, q = axis.stiffness, axis.rest
-    shown = f"k_s {_value(k)} Nm/rad"
+    shown = f"k_s {_value(k)} N m/rad"
     if isfinite(q.value):
         shown += f", q_0 {_value(q)} rad"
     lines = [f"axis {axis.axis + 1} {axis.elastic.axis}: {shown}", _indented(axis.elastic.verdict)]
     if axis.direction_Nm is not None:
         lines.append(
-            f"  both ways: {_value(axis.direction_Nm)} Nm more against the movement than modelled"
+            f"  both ways: {_value(axis.direction_Nm)} N m more against the movement than modelled"
         )
     return lines
 
@@ -161,10 +161,10 @@ def mockup_text(check: MockupCheck) -> str:
     -------
     str
     """
-    header = ("", "measured", "from masses and lengths", "difference", "rms left (Nm)")
+    header = ("", "measured", "from masses and lengths", "difference", "rms left (N m)")
     rows = [
         [
-            "torque with the arm level (Nm)",
+            "torque with the arm level (N m)",
             _value(check.gravity),
             f"{check.gravity_model_Nm:.4g}",
             _per_cent_off(check.gravity.value, check.gravity_model_Nm),

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import Final
 
-_UNITS: Final = "Give SI units: N, Nm, m, rad. A simple check: the limb's inertia must be a limb's."
+_UNITS: Final = (
+    "Give SI units: N, N m, m, rad. A simple check: the limb's inertia must be a limb's."
+)
 _COPIES: Final = "Take the copies out: each trial counts once, else every interval is too narrow."
 _SIGN: Final = "Say whose force the sensor holds (`force_by`), or turn the sign once, for all axes."
 _LATE: Final = "Record all channels on one clock, or tell how much later one of them is."

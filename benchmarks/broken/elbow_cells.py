@@ -88,7 +88,7 @@ def elbow_cells() -> list[Cell]:
     joint("reflex", "25 % at 55 ms, creeping", late, SLOW, reflex=0.25 * 9)
     joint("reflex", "10 % at 40 ms, creeping", late, SLOW, reflex=0.1 * 9, delay_s=0.04)
     joint("reflex", "25 % at 40 ms, swinging", late, QUICK, reflex=0.25 * 20, delay_s=0.04)
-    joint("reflex", "25 % and own torque .15 Nm", late, reflex=0.25 * 20, own_Nm=0.15)
+    joint("reflex", "25 % and own torque .15 N m", late, reflex=0.25 * 20, own_Nm=0.15)
     for ms in (0.5, 2.0, -3.0):
         joint("channels out of step", f"{ms:g} ms", ("skew",), late_s=1e-3 * ms)
     for size, cubic in (("weak", 200.0), ("strong", 2000.0)):
@@ -101,7 +101,7 @@ def elbow_cells() -> list[Cell]:
     for nm in (0.1, 0.4):
         cells.append(
             Cell(
-                BENCH, "dry friction in the joint", f"{nm:g} Nm", ("amplitude", "friction"),
+                BENCH, "dry friction in the joint", f"{nm:g} N m", ("amplitude", "friction"),
                 bent(JOINT, Bent(friction=nm)),
             )
         )  # fmt: skip
@@ -115,16 +115,16 @@ def elbow_cells() -> list[Cell]:
         )  # fmt: skip
     servo = ("imposed", "own torque", "voluntary")
     for nm in (0.1, 0.5, 3.0):
-        joint("rig imposes the angle", f"own torque {nm:g} Nm, no command", servo,
+        joint("rig imposes the angle", f"own torque {nm:g} N m, no command", servo,
               device=IMPOSED, own_Nm=nm, tells=False)  # fmt: skip
-    joint("rig imposes the angle", "own torque .5 Nm, command", servo,
+    joint("rig imposes the angle", "own torque .5 N m, command", servo,
           device=IMPOSED, own_Nm=0.5)  # fmt: skip
     for nm in (0.1, 0.3):
-        joint("heavy device, nothing recorded", f"own torque {nm:g} Nm", servo,
+        joint("heavy device, nothing recorded", f"own torque {nm:g} N m", servo,
               device=HEAVY, own_Nm=nm, tells=False)  # fmt: skip
-    joint("own torque", "1 Nm, perturbation recorded", servo, own_Nm=1.0)
+    joint("own torque", "1 N m, perturbation recorded", servo, own_Nm=1.0)
     for nm in (0.3, 1.0):
-        joint("own torque, nothing recorded", f"{nm:g} Nm", servo, own_Nm=nm, tells=False)
+        joint("own torque, nothing recorded", f"{nm:g} N m", servo, own_Nm=nm, tells=False)
     units = ("units", "plausible")
     broken("torque in mNm", "x 1000", units, damage.gain("force", 1000.0))
     cells.append(
@@ -149,7 +149,7 @@ def elbow_cells() -> list[Cell]:
     )
     cells.append(
         Cell(
-            BENCH, "rig imposes the angle", "own torque .5 Nm, said to impose the torque", servo,
+            BENCH, "rig imposes the angle", "own torque .5 N m, said to impose the torque", servo,
             damaged(
                 Rig("", "", linear(replace(JOINT, device=IMPOSED, own_Nm=0.5, tells=False)),
                     ask_elbow),
@@ -174,8 +174,8 @@ def elbow_cells() -> list[Cell]:
                damage.quantised("position", step))  # fmt: skip
     broken("samples lost", "5 %, 20 ms each", ("dropout", "gaps", "stuck", "held"),
            damage.both(damage.held("position", 0.05, 0.02)))  # fmt: skip
-    broken("torque sensor drifts", ".5 Nm/s", ("drift",), damage.drifting("force", 0.5))
-    broken("hum in the torque", ".5 Nm", ("hum",), damage.hum("force", 0.5))
+    broken("torque sensor drifts", ".5 N m/s", ("drift",), damage.drifting("force", 0.5))
+    broken("hum in the torque", ".5 N m", ("hum",), damage.hum("force", 0.5))
     broken("every trial twice", "3 trials", ("copies",), damage.copied, THREE)
     return cells
 
@@ -220,17 +220,17 @@ def course_cells() -> list[Cell]:
     """Bands over time."""
     own = ("voluntary", "own torque", "imposed")
     shapes: list[tuple[str, str, tuple[str, ...], Any]] = [
-        ("own torque", f"{nm:g} Nm", own, over_time(replace(JOINT, own_Nm=nm, tells=False)))
+        ("own torque", f"{nm:g} N m", own, over_time(replace(JOINT, own_Nm=nm, tells=False)))
         for nm in (0.2, 0.5)
     ]
     shapes += [
-        ("own torque and a step of K", ".2 Nm, creeping, + 60 %", own,
+        ("own torque and a step of K", ".2 N m, creeping, + 60 %", own,
          over_time(replace(CREEPING, own_Nm=0.2, tells=False), Bent(step=0.6))),
         ("reflex", "25 % at 55 ms", ("reflex", "late answer"),
          over_time(replace(JOINT, reflex=5.0))),
         ("channels out of step", "2 ms", ("skew",),
          over_time(replace(JOINT, late_s=2e-3))),
-        ("rig imposes the angle", "own torque .5 Nm", own,
+        ("rig imposes the angle", "own torque .5 N m", own,
          over_time(replace(JOINT, device=IMPOSED, own_Nm=0.5, tells=False))),
         ("cubic stiffness", "strong", ("amplitude", "curvature"),
          over_time(JOINT, Bent(cubic=2000.0))),

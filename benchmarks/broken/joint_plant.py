@@ -31,7 +31,7 @@ class Joint:
     ----------
     I, B, K : float
     reflex, delay_s : float
-        Torque per delayed angle, Nm/rad.
+        Torque per delayed angle, N m/rad.
     device : (inertia, viscosity, stiffness) or None
         None: the torque is imposed; infinite stiffness: the angle is.
     rms_Nm, rms_rad, cutoff_hz : float
@@ -141,9 +141,9 @@ class Bent:
     Attributes
     ----------
     cubic : float
-        Nm/rad^3, added to the elastic torque.
+        N m/rad^3, added to the elastic torque.
     friction : float
-        Nm, ``friction tanh(rate / .02)``.
+        N m, ``friction tanh(rate / .02)``.
     swing : float
         K goes up and down by this part at .2 Hz.
     step : float

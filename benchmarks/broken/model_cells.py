@@ -17,7 +17,7 @@ from armimpedance.muscles import JointRows, matrix
 
 POSTURE = np.array([1.04, 1.57])
 ELEMENTS = ("ss", "se", "ee")
-#: Nm/rad: of every element of K.
+#: N m/rad: of every element of K.
 SD_K, SD_B = 0.5, 0.03
 #: N/m at rest, and per unit of activation.
 REST, SLOPE = 2000.0, 40_000.0

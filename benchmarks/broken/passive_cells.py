@@ -108,7 +108,7 @@ class Machine:
     late_s : float
         Of the torque.
     quadratic : float
-        Nm/rad^2, ``K (q - q_r)^2``.
+        N m/rad^2, ``K (q - q_r)^2``.
     """
 
     k: float = 3.0
@@ -212,7 +212,7 @@ def cells() -> list[Cell]:
         ("rest angle told", ".1 rad off", ("rest angle",), damaged(SWING, told_rest(0.1))),
         ("skin moves over the bones", "10 mm", ("soft tissue", "markers", "trials"),
          filmed(studio=Studio(0.5e-3, 10e-3))),
-        ("stiffness is not linear", "K .8 Nm/rad^2", CURVE,
+        ("stiffness is not linear", "K .8 N m/rad^2", CURVE,
          filmed(K=0.8)),
         ("markers lost", "10 % of the frames", ("markers", "dropout", "gaps"),
          filmed(studio=Studio(0.5e-3, 0.0, 0.1))),
@@ -221,7 +221,7 @@ def cells() -> list[Cell]:
     ]  # fmt: skip
     machined: list[tuple[str, str, tuple[str, ...], Any]] = [
         *(
-            ("limb's weight left in the torque", f"{n:g} Nm", ("weight",),
+            ("limb's weight left in the torque", f"{n:g} N m", ("weight",),
              machine(Machine(weight_Nm=n)))
             for n in (0.5, 2.0)
         ),
@@ -231,15 +231,15 @@ def cells() -> list[Cell]:
             for n in (0.01, 0.07)
         ),
         *(
-            ("person does not relax", f"{n:g} Nm", RELAXED, machine(Machine(own_Nm=n)))
+            ("person does not relax", f"{n:g} N m", RELAXED, machine(Machine(own_Nm=n)))
             for n in (0.2, 1.0)
         ),
-        ("person helps for .5 s", ".2 Nm", RELAXED, machine(Machine(help_Nm=0.2))),
+        ("person helps for .5 s", ".2 N m", RELAXED, machine(Machine(help_Nm=0.2))),
         *(
             ("torque late", f"{n:g} ms", ("skew",), machine(Machine(late_s=n / 1e3)))
             for n in (5, 50)
         ),
-        ("stiffness is not linear", "K .8 Nm/rad^2", CURVE,
+        ("stiffness is not linear", "K .8 N m/rad^2", CURVE,
          machine(Machine(quadratic=0.8))),
         ("angle in degrees", "x 57", ("units", "degrees"),
          damaged(MACHINE, on_record(damage.gain("position", 180 / np.pi)))),
@@ -248,7 +248,7 @@ def cells() -> list[Cell]:
         ("every trial twice", "3 trials", ("copies",), damaged(MACHINE, on_record(damage.copied))),
     ]  # fmt: skip
     own = [
-        Cell(OWN, "person helps for .5 s", f"{n:g} Nm", RELAXED, forearm(Forearm(own_Nm=n)))
+        Cell(OWN, "person helps for .5 s", f"{n:g} N m", RELAXED, forearm(Forearm(own_Nm=n)))
         for n in (0.1, 0.3)
     ]
     return [

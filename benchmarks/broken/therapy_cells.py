@@ -25,7 +25,7 @@ from manipulandum_sim.therapy import (
 SIMULATED = 3
 SPEED_DEG_S = 60.0
 PEOPLE = ("S1", "S2", "S7", "S11", "P4")
-#: White noise of the torque added to each record, Nm.
+#: White noise of the torque added to each record, N m.
 NOISE_Nm = 0.05
 
 
@@ -215,12 +215,12 @@ def shifted(axis: int, rad: float) -> Callable[[Any, Any], Any]:
     return damage.channel("position", lambda q, _r, _rec: q + rad * np.eye(q.shape[1])[axis])
 
 
-def weighted_hand(Nm: float) -> Callable[[Any, Any], Any]:
+def weighted_hand(torque_Nm: float) -> Callable[[Any, Any], Any]:
     """Something heavy lies in the hand: a torque on axis 1 that goes with the arm's angle."""
 
     def change(record: Any, _rng: np.random.Generator) -> Any:
         force = np.array(record.force)
-        force[:, 0] -= Nm * np.sin(record.position[:, 0])
+        force[:, 0] -= torque_Nm * np.sin(record.position[:, 0])
         return replace(record, force=force)
 
     return change
@@ -245,9 +245,9 @@ def cells() -> list[Cell]:
          damaged(EMPTY, on_record(damage.late("force", 0.05)))),
     ]  # fmt: skip
     arms: list[tuple[str, str, tuple[str, ...], Any]] = [
-        ("arm resists motion", "viscosity .3 Nms/rad, no lowering", ("viscosity",),
+        ("arm resists motion", "viscosity .3 N m s/rad, no lowering", ("viscosity",),
          sessions(0.3, lowering=False)),
-        ("arm resists motion", "viscosity .3 Nms/rad, lowering recorded", ("viscosity",),
+        ("arm resists motion", "viscosity .3 N m s/rad, lowering recorded", ("viscosity",),
          sessions(0.3)),
         ("muscles are not silent", "half of the weight carried", relaxed,
          damaged(ARM, on_record(half_active_as_passive))),
@@ -262,7 +262,7 @@ def cells() -> list[Cell]:
              arm=lambda m: calibrate_arm(
                  m.record, robot(), mass_kg=1.2 * m.record.subject.mass_kg
              )))),
-        ("something heavy in the hand", "5 Nm, not when calibrated", ("mass", "load", "passive"),
+        ("something heavy in the hand", "5 N m, not when calibrated", ("mass", "load", "passive"),
          damaged(SHARE, lambda made, rng: Made(
              weighted_hand(5.0)(made.record, rng), made.truth,
              {**made.beside, "arm": calibrate_arm(made.record, robot())}))),

@@ -67,5 +67,5 @@ def check_muscles(test: str, four_muscles: bool) -> None:
 def limits_of(velocity: float, torque: float) -> Limits:
     """The limits at which a trial ends; raise for limits that are none."""
     if not (velocity > 0 and torque > 0):
-        raise InputError(f"limits of {velocity} rad/s and {torque} Nm", expected="above 0")
+        raise InputError(f"limits of {velocity} rad/s and {torque} N m", expected="above 0")
     return Limits(velocity, torque)

@@ -37,17 +37,17 @@ class Departures:
     Attributes
     ----------
     answer : float
-        Torque against the deflection of `delay_s` ago, Nm/rad: a reflex.
+        Torque against the deflection of `delay_s` ago, N m/rad: a reflex.
     answer_rate : float
-        Torque against the velocity of `delay_s` ago, Nm s/rad.
+        Torque against the velocity of `delay_s` ago, N m s/rad.
     delay_s : float
     skew_s : float
         By how much the angle is recorded late.
     cubic : float
-        Torque against the third power of the deflection, Nm/rad^3.
+        Torque against the third power of the deflection, N m/rad^3.
     own_torque : float
         Rms of what the subject adds to the torque that moves the joint, and that no sensor holds,
-        Nm: an Ornstein-Uhlenbeck process of .4 s.
+        N m: an Ornstein-Uhlenbeck process of .4 s.
     """
 
     answer: float = 0.0
@@ -96,7 +96,7 @@ def simulate_bench(
     Parameters
     ----------
     inertia, viscosity, stiffness : float, or functions of time for the latter two
-        kg m^2, Nm s/rad, Nm/rad; time 0 is the first sample, the run-in before is at time < 0.
+        kg m^2, N m s/rad, N m/rad; time 0 is the first sample, the run-in before is at time < 0.
     duration_s : float
         Length of a trial.
     trials : int
@@ -105,7 +105,7 @@ def simulate_bench(
     cutoff_hz : float
         Cut-off of the perturbation's low-pass.
     torque_rms : float
-        Nm.
+        N m.
     seed : int
     departures : Departures, optional
         What else the joint does; nothing by default.

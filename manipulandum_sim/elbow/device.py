@@ -53,11 +53,11 @@ class Converter:
 POTENTIOMETER: Final = Converter(0.0, np.pi, 16, 2e-4)
 #: Gyroscope, rad/s (300 degrees/s).
 GYROSCOPE: Final = Converter(-5.236, 5.236, 16, 5e-3)
-#: Strain gauges between limb and device, Nm.
+#: Strain gauges between limb and device, N m.
 STRAIN_GAUGE: Final = Converter(-30.0, 30.0, 16, 0.02)
-#: The motor's torque, read from its current, Nm at the joint.
+#: The motor's torque, read from its current, N m at the joint.
 MOTOR_CURRENT: Final = Converter(-24.0, 24.0, 16, 0.01)
-#: The command to the motor, Nm at the joint.
+#: The command to the motor, N m at the joint.
 MOTOR_COMMAND: Final = Converter(-24.0, 24.0, 12)
 #: EMG referred to the electrodes: 10 V behind an amplification of 2000.
 EMG_INPUT: Final = Converter(-5e-3, 5e-3, 16)
@@ -75,9 +75,9 @@ class Exoskeleton:
     inertia : float
         Link and geared rotor, kg m^2.
     viscosity : float
-        Nms/rad.
+        N m s/rad.
     friction, slip : float
-        Coulomb friction, Nm, and the rate over which it builds up, rad/s.
+        Coulomb friction, N m, and the rate over which it builds up, rad/s.
     motor_lag_s : float
         The current's time constant.
     """
@@ -93,12 +93,13 @@ class Exoskeleton:
         # not <= 0, so that NaN is refused too
         if not (min(taken) >= 0 and min(needed) > 0 and np.isfinite([*taken, *needed]).all()):
             raise InputError(
-                f"a device of {self.inertia} kg m^2, {self.viscosity} Nms/rad, {self.friction} Nm",
+                f"a device of {self.inertia} kg m^2, {self.viscosity} N m s/rad, "
+                f"{self.friction} N m",
                 expected="inertia, slip and motor lag above 0, no negative friction",
             )
 
     def resistance(self, rate: FloatArray) -> FloatArray:
-        """What viscous and Coulomb friction take, Nm."""
+        """What viscous and Coulomb friction take, N m."""
         return np.asarray(self.viscosity * rate + self.friction * np.tanh(rate / self.slip))
 
 
@@ -109,7 +110,7 @@ class Rendered:
     Attributes
     ----------
     inertia, viscosity, stiffness : float
-        kg m^2, Nms/rad, Nm/rad.
+        kg m^2, N m s/rad, N m/rad.
     """
 
     inertia: float = 0.0
@@ -126,7 +127,7 @@ class Limits:
     velocity : float
         rad/s, of the gyroscope.
     torque : float
-        Nm, of the strain gauges.
+        N m, of the strain gauges.
     """
 
     velocity: float = 5.0

@@ -18,12 +18,12 @@ ORDER: Final = 4
 #: Clock of the binary sequence, Hz, and the bits of its shift register: a period of 10.2 s.
 CLOCK_HZ: Final = 25.0
 REGISTER: Final = 8
-#: Root mean square of either, Nm: the elbow moves by a few degrees.
+#: Root mean square of either, N m: the elbow moves by a few degrees.
 RMS_Nm: Final = 2.0
 
 
 def perturbation(kind: Perturbation, rng: np.random.Generator, samples: int) -> FloatArray:
-    """One trial's perturbation, (samples,), Nm at 1 kHz.
+    """One trial's perturbation, (samples,), N m at 1 kHz.
 
     Raises
     ------

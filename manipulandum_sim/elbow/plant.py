@@ -58,14 +58,14 @@ class Drive:
     Attributes
     ----------
     inertia, gravity : float
-        The limb's, kg m^2 and Nm (see `ElbowSubject`).
+        The limb's, kg m^2 and N m (see `ElbowSubject`).
     K, B : (H, T)
         Muscles' stiffness and viscosity.
     push : (H, T)
-        Torque on the limb that does not depend on its motion, Nm: the muscles' part
+        Torque on the limb that does not depend on its motion, N m: the muscles' part
         ``isometric + K rest + B rest_rate`` and the voluntary torque.
     load : (T,)
-        Constant torque asked of the device, Nm.
+        Constant torque asked of the device, N m.
     perturbation : (S, T)
     rendered : Rendered
     q0 : float

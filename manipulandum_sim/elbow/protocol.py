@@ -26,7 +26,7 @@ LOADS: Final = {
 #: Rhythmic movement against them: amplitude rad (23 degrees), Hz.
 RHYTHM_RAD: Final = 0.40
 RHYTHM_HZ: Final = 0.8
-#: Torque over which one muscle hands over to the other in it, Nm.
+#: Torque over which one muscle hands over to the other in it, N m.
 HAND_OVER_Nm: Final = 0.3
 #: Levels of the co-contraction test: name -> (flexor or None where it balances alone, extensor).
 LEVELS: Final[dict[str, tuple[float | None, float]]] = {
@@ -77,7 +77,7 @@ class Protocol(FrozenRecord):
         rad, of the variation or of the movement.
     frequency_hz : float
     load : (T,)
-        Constant torque of the device on the limb, Nm.
+        Constant torque of the device on the limb, N m.
     rendered : Rendered
     rhythm_rad : float
         Amplitude of the intended movement; 0 holds a posture.

@@ -60,7 +60,7 @@ def record(
     Parameters
     ----------
     added, restless : (S, T)
-        Perturbation and torque of the subject's own, Nm.
+        Perturbation and torque of the subject's own, N m.
     streams : list of T generators
         For the EMG.
     """

@@ -9,11 +9,11 @@ import numpy as np
 from armimpedance.arrays import FloatArray
 from manipulandum_sim.elbow.device import RATE_HZ
 
-#: Slow voluntary torque, an Ornstein-Uhlenbeck process: sd Nm, time constant s. A few per cent of
-#: the 2 to 6 Nm that each muscle holds: a contraction is not steadier than that.
+#: Slow voluntary torque, an Ornstein-Uhlenbeck process: sd N m, time constant s. A few per cent of
+#: the 2 to 6 N m that each muscle holds: a contraction is not steadier than that.
 VOLUNTARY_Nm: Final = 0.15
 VOLUNTARY_S: Final = 0.8
-#: Physiological tremor: sd of its torque Nm, band Hz.
+#: Physiological tremor: sd of its torque N m, band Hz.
 TREMOR_Nm: Final = 0.05
 TREMOR_HZ: Final = (8.0, 12.0)
 #: Seconds that the tremor's filter runs in on.
@@ -21,7 +21,7 @@ RUN_IN_S: Final = 2.0
 
 
 def restless_torque(rng: np.random.Generator, samples: int) -> FloatArray:
-    """Voluntary torque and tremor of one trial, (samples,), Nm at 1 kHz."""
+    """Voluntary torque and tremor of one trial, (samples,), N m at 1 kHz."""
     return _voluntary(rng, samples) + _tremor(rng, samples)
 
 

@@ -49,7 +49,7 @@ def simulate_servo(
     Parameters
     ----------
     inertia, viscosity, stiffness : float
-        Of the limb: kg m^2, Nm s/rad, Nm/rad.
+        Of the limb: kg m^2, N m s/rad, N m/rad.
     own_Nm : float
         Root mean square of the subject's own torque, low-passed at 2 Hz.
     angle_rms : float
@@ -79,8 +79,8 @@ def simulate_servo(
     positive = (inertia, viscosity, stiffness, angle_rms, duration_s, trials)
     if not (np.isfinite(positive).all() and min(positive) > 0 and own_Nm >= 0):
         raise InputError(
-            f"a joint of {inertia} kg m^2, {viscosity} Nms/rad, {stiffness} Nm/rad, own torque "
-            f"{own_Nm} Nm, {trials} trials of {duration_s} s",
+            f"a joint of {inertia} kg m^2, {viscosity} N m s/rad, {stiffness} N m/rad, own torque "
+            f"{own_Nm} N m, {trials} trials of {duration_s} s",
             expected="positive numbers, an own torque of 0 or more",
         )
     limb = (inertia, viscosity, stiffness)

@@ -149,7 +149,7 @@ def simulate_elbow(
     crosstalk : float
         Part of every other muscle's EMG in a muscle's channel.
     velocity_limit, torque_limit : float
-        rad/s, Nm: beyond, a trial ends.
+        rad/s, N m: beyond, a trial ends.
     device : Exoskeleton, optional
     progress : function, optional
         Called with how many steps are done, of how many.

@@ -2,7 +2,7 @@
 
 The upper arm hangs down, the elbow turns in the vertical plane, 0 is straight and flexion is
 positive. Stiffness and viscosity of the four at the posture test's activation lie in the range of
-A. F. Ruiz et al. (2011), section 6.2: 5.3 to 13.1 Nm/rad, 2.5 to 4.7 Nms/rad. Mean height is
+A. F. Ruiz et al. (2011), section 6.2: 5.3 to 13.1 N m/rad, 2.5 to 4.7 N m s/rad. Mean height is
 theirs, 1.73 m; how K and B divide among passive tissue and muscles is our choice.
 """
 
@@ -44,11 +44,11 @@ class ElbowSubject:
     id : str
     mass_kg, height_m : float
     torque_F, torque_E : float
-        Isometric torque at full activation, Nm.
+        Isometric torque at full activation, N m.
     k0, kF, kE : float
-        Nm/rad.
+        N m/rad.
     b0, bF, bE : float
-        Nms/rad.
+        N m s/rad.
     posture_E : float
         The extensor's activation in the posture test; the flexor's balances it and gravity.
     mvc_F_V, mvc_E_V : float
@@ -89,7 +89,7 @@ class ElbowSubject:
 
     @property
     def gravity(self) -> float:
-        """m g l: the torque that holds the forearm level, Nm."""
+        """m g l: the torque that holds the forearm level, N m."""
         arm = FOREARM_HAND_COM * FOREARM_LENGTH * self.height_m
         return self.mass_of_forearm_hand * GRAVITY_M_S2 * arm
 
@@ -109,7 +109,7 @@ class ElbowSubject:
         return np.asarray(self.b0 + self.bF * effect[..., 0] + self.bE * effect[..., 1])
 
     def isometric_torque(self, activation: FloatArray) -> FloatArray:
-        """The muscles' torque at rest at their equilibrium, Nm, (...,), flexion positive."""
+        """The muscles' torque at rest at their equilibrium, N m, (...,), flexion positive."""
         return np.asarray(self.torque_F * activation[..., 0] - self.torque_E * activation[..., 1])
 
     def torque(
@@ -121,7 +121,7 @@ class ElbowSubject:
         rest_rate: FloatArray,
         law: Law = "linear",
     ) -> FloatArray:
-        """Torque of muscles and gravity on the limb, Nm.
+        """Torque of muscles and gravity on the limb, N m.
 
         The muscles' impedance acts about a rest angle that may move (an equilibrium trajectory).
 
@@ -160,7 +160,7 @@ class ElbowSubject:
         return float(need / self.torque_F)
 
     def load_that_balances(self, activation: FloatArray) -> FloatArray:
-        """Torque on the limb, Nm, that holds the operating angle at these activations (..., 2)."""
+        """Torque on the limb, N m, that holds the operating angle at these activations (..., 2)."""
         weight = self.gravity * np.sin(OPERATING_ANGLE_RAD)
         return np.asarray(weight - self.isometric_torque(activation))
 

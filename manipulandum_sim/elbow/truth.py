@@ -25,11 +25,11 @@ class ElbowMotion(FrozenRecord):
     angle, rate, acceleration : (N,)
         rad, rad/s, rad/s^2.
     torque : (N,)
-        By the device **on the limb**, Nm.
+        By the device **on the limb**, N m.
     motor : (N,)
         The motor's torque; it moves arm and device.
     restless : (N,)
-        Voluntary torque and tremor on the limb, Nm.
+        Voluntary torque and tremor on the limb, N m.
     """
 
     angle: Annotated[FloatArray, "N"]
@@ -63,13 +63,13 @@ class ElbowTruth(FrozenRecord):
         ``K_muscle = k0 + kF aF + kE aE``, ``B = b0 + bF aF + bE aE``; under the law "saturating"
         the activations in them are first bent.
     torque_per_activation : (m,)
-        Isometric, Nm; flexors positive.
+        Isometric, N m; flexors positive.
     gravity : float
-        m g l of forearm and hand, Nm.
+        m g l of forearm and hand, N m.
     operating_angle : float
         rad.
     device_inertia, device_viscosity, device_friction : float
-        kg m^2, Nms/rad, Nm.
+        kg m^2, N m s/rad, N m.
     rendered : (3,)
         I, B, K that the exoskeleton renders.
     motion : ElbowMotion or None

@@ -20,9 +20,9 @@ class PassiveJoints:
     Attributes
     ----------
     stiffness : pair of float
-        Nm/rad; the elbow's lies in the .4-1.8 of Wiegner and Watts 1986.
+        N m/rad; the elbow's lies in the .4-1.8 of Wiegner and Watts 1986.
     viscosity : pair of float
-        Nm s/rad.
+        N m s/rad.
     rest : pair of float
         Rest angles of the springs (rad).
     """
@@ -81,7 +81,7 @@ class Arm:
     def passive_torque(
         self, q1: FloatArray, q2: FloatArray, w1: FloatArray, w2: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Torque of the passive joints (Nm), each (...,)."""
+        """Torque of the passive joints (N m), each (...,)."""
         p = self.passive
         tau1 = -p.stiffness[0] * (q1 - p.rest[0]) - p.viscosity[0] * w1
         tau2 = -p.stiffness[1] * (q2 - p.rest[1]) - p.viscosity[1] * w2

@@ -143,8 +143,8 @@ def human_mechanics(strength: float = 1.0) -> MuscleMechanics:
 
     Stiffness per tension and active viscosity: Selen et al. 2009 (75 /m, .05 s). Rest stiffness and
     viscosity: so that a relaxed arm has the joint stiffness of Shadmehr and Mussa-Ivaldi 1994,
-    [[15, 6], [6, 16]] Nm/rad, and half their viscosity, [[2.3, .9], [.9, 2.4]] Nms/rad: all of it
-    would make more at the hand than the 2-18 Ns/m that Fortineau 2023 found in 31 people.
+    [[15, 6], [6, 16]] N m/rad, and half their viscosity, [[2.3, .9], [.9, 2.4]] N m s/rad: all of
+    it would make more at the hand than the 2-18 N s/m that Fortineau 2023 found in 31 people.
     """
     return MuscleMechanics(
         rest_tension=strength * np.array([18.0, 18.0, 17.0, 24.0, 16.0, 16.0]),

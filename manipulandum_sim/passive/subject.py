@@ -33,11 +33,11 @@ class PassiveJoint:
     Attributes
     ----------
     k, h, f : float
-        Stiffness (Nm/rad), viscosity (Nms/rad), Coulomb friction (Nm); f < 0 drives the joint.
+        Stiffness (N m/rad), viscosity (N m s/rad), Coulomb friction (N m); f < 0 drives the joint.
     q_r : float
         Rest angle, rad.
     K : float
-        Nm/rad^2.
+        N m/rad^2.
     """
 
     k: float = 0.0

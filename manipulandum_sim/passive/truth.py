@@ -31,7 +31,7 @@ class PassiveTruth(FrozenRecord):
     q, qd, qdd : (N, n)
         Exact at the frames, in the order of `coordinates`.
     torque : (N, J)
-        What the passive joints exert, Nm; the holding friction included.
+        What the passive joints exert, N m; the holding friction included.
     held : (N, J) bool
         Where a joint with dry friction is at rest: the friction is then whatever holds it, not
         ``f sign(qd)``. Such frames belong in no exact fit.

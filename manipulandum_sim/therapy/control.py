@@ -32,7 +32,7 @@ from manipulandum_sim.therapy.reference import Reference
 
 POSITION, ASSIST, FREE = 0, 1, 2
 
-#: Position controller, axes 1 to 5: Nm/rad, Nm/(rad s), Nm s/rad. About 4 Hz with the robot's
+#: Position controller, axes 1 to 5: N m/rad, N m/(rad s), N m s/rad. About 4 Hz with the robot's
 #: inertia about each axis.
 POSITION_P: Final = np.array([1500.0, 1200.0, 250.0, 250.0, 40.0])
 POSITION_I: Final = np.array([4500.0, 3600.0, 750.0, 750.0, 120.0])
@@ -95,7 +95,7 @@ class TherapyController:
     mode : (T,)
         POSITION, ASSIST or FREE, of the moving axis.
     integral : (T, 5)
-        Nm.
+        N m.
     held, assisted : (T, 5) bool
         Axes under position control, and with assistance.
     inertia_share : (T, 5)

@@ -1,7 +1,7 @@
 """An exoskeleton for arm therapy of five modelled axes, like ARMin III, with all that loads it.
 
-From M. Guidali et al. (2013): Table 3's friction and cables, the motors' 59.5 Nm on the two axes of
-the shoulder, a spring on a rope that carries the upper-arm link on axis 1, a torque sensor on
+From M. Guidali et al. (2013): Table 3's friction and cables, the motors' 59.5 N m on the two axes
+of the shoulder, a spring on a rope that carries the upper-arm link on axis 1, a torque sensor on
 axis 2, the two distal axes' masses on the last body. The source gives no masses, lengths, rotors,
 static friction or Stribeck velocities: those here are assumed, of the size of such parts. All
 loads are torques that the motors must add.
@@ -34,7 +34,8 @@ AXES: Final = ("elevation", "horizontal", "rotation", "elbow", "pronation")
 #: Length of the upper-arm link when nobody is in the robot, m.
 UPPER_ARM_M: Final = 0.30
 
-#: Guidali (2013), Table 3: cables, Nm/deg and deg; Coulomb and viscous friction, Nm and Nm s/deg.
+#: Guidali (2013), Table 3: cables, N m/deg and deg; Coulomb and viscous friction, N m and
+#: N m s/deg.
 _CABLE_NM_DEG: Final = (0.0, 0.016, 0.015, 0.014, 0.0078)
 _CABLE_REST_DEG: Final = (0.0, 41.0, 10.05, 0.0, 54.5)
 _COULOMB_NM: Final = (8.22, 1.17, 5.90, 1.07, 0.28)
@@ -72,7 +73,7 @@ class RopeSpring:
         return np.sqrt(a * a + b * b + 2 * a * b * np.cos(q))
 
     def torque(self, q: FloatArray) -> FloatArray:
-        """Nm that the motor must add; negative where the spring lifts."""
+        """N m that the motor must add; negative where the spring lifts."""
         taut = 1 - self.slack_m / self.rope_m(q)
         return np.asarray(-self.stiffness * self.link_m * self.pulley_m * np.sin(q) * taut)
 
@@ -98,7 +99,7 @@ class TherapyDevice:
     torque_limit_Nm : (n,)
     friction : Friction
     cable_stiffness, cable_rest_rad : (n,)
-        k_c, Nm/rad, and q_c.
+        k_c, N m/rad, and q_c.
     spring : RopeSpring
         On axis 1.
     torque_noise_Nm : (n,)
@@ -209,7 +210,7 @@ class TherapyDevice:
         )
 
     def springs(self, q: FloatArray) -> FloatArray:
-        """Cables and counterbalance spring (..., n) at angles (..., n), Nm."""
+        """Cables and counterbalance spring (..., n) at angles (..., n), N m."""
         torque = self.cable_stiffness * (q - self.cable_rest_rad)
         torque[..., 0] += self.spring.torque(q[..., 0])
         return np.asarray(torque)
@@ -221,7 +222,7 @@ class TherapyDevice:
         return np.asarray(links.T + self.motor_inertia_kgm2 * qdd)
 
     def load_torque(self, q: FloatArray, qd: FloatArray) -> FloatArray:
-        """Steady friction, cables and spring (..., n) at angles and velocities (..., n), Nm."""
+        """Steady friction, cables and spring (..., n) at angles and velocities (..., n), N m."""
         return np.asarray(self.springs(q) + self.friction.steady(qd))
 
 

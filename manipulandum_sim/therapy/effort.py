@@ -20,7 +20,7 @@ from armimpedance.arrays import FloatArray
 from armimpedance.skeleton import GRAVITY_M_S2
 from manipulandum_sim.therapy.reference import Reference
 
-#: Neuromuscular impedance of a person who leads, Nm/rad and Nm s/rad: elevation, horizontal.
+#: Neuromuscular impedance of a person who leads, N m/rad and N m s/rad: elevation, horizontal.
 LEAD_STIFFNESS: Final = (60.0, 40.0)
 LEAD_DAMPING: Final = (8.0, 5.0)
 #: Of one who is helped: the speed of the reference is watched, not its place.

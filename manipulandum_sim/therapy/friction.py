@@ -30,9 +30,9 @@ class Friction:
     Attributes
     ----------
     coulomb, static : (n,)
-        tau_c and tau_s, Nm.
+        tau_c and tau_s, N m.
     viscous : (n,)
-        k_v, Nm s/rad.
+        k_v, N m s/rad.
     stribeck_rad_s : (n,)
         v_s, over which static friction falls to Coulomb friction.
     """
@@ -54,7 +54,7 @@ class Friction:
 
     @property
     def stiffness(self) -> FloatArray:
-        """s0 (n,), Nm/rad."""
+        """s0 (n,), N m/rad."""
         return np.asarray(self.static / GIVE_RAD)
 
     def steady(self, velocity: FloatArray) -> FloatArray:
@@ -104,7 +104,7 @@ class Bristles:
     def torque(
         self, bend: FloatArray, velocity: FloatArray, rate: FloatArray | None = None
     ) -> FloatArray:
-        """Friction (n, T), Nm, of bristles bent by z (n, T), rad; `rate` where it is known."""
+        """Friction (n, T), N m, of bristles bent by z (n, T), rad; `rate` where it is known."""
         rate = self.rate(velocity) if rate is None else rate
         damping = self.damping * (velocity - rate * bend)
         return np.asarray(self.stiffness * bend + damping + self.viscous * velocity)

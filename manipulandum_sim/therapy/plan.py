@@ -33,7 +33,7 @@ DELAY_S: Final = (0.1, 0.4)
 PACE_SD: Final = 0.06
 TARGET_SD_rad: Final = float(np.deg2rad(0.7))
 #: Resistance: elevation as a share of what the passive arm needs in the middle of the movement,
-#: horizontal in Nm (far more than the arm needs, as in the source); least, most.
+#: horizontal in N m (far more than the arm needs, as in the source); least, most.
 RESISTED_SHARE: Final = (0.6, 2.2)
 RESISTED_Nm: Final = (3.0, 18.0)
 #: What motors can give a movement that is resisted, of their limit; friction takes its part.
@@ -229,7 +229,7 @@ def _resistance(
     draws: FloatArray,
     torque_limit: FloatArray,
 ) -> float:
-    """Nm; as much as the motor can overcome beside friction and arm."""
+    """N m; as much as the motor can overcome beside friction and arm."""
     axis, ends = (
         movement.axis,
         movement.start_deg[movement.axis]

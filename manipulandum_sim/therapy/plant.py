@@ -58,20 +58,20 @@ class Motion:
     Attributes
     ----------
     q, qd, qdd : rad, rad/s, rad/s^2
-    motor : Nm
+    motor : N m
         What the motors exert from this sample to the next.
-    user : Nm
+    user : N m
         By the person, beyond the passive arm.
-    friction, springs : Nm
+    friction, springs : N m
         Bristles' torque; cables and counterbalance spring.
-    robot : Nm
+    robot : N m
         ``M_r qdd + b_r``, links and rotors.
-    arm : Nm
+    arm : N m
         ``M_h qdd + b_h`` of what is carried.
-    passive : Nm
+    passive : N m
         Stiffness, tone and resistance of the arm.
     sensor : (S, T)
-        Nm, torque beyond the gear of axis 2: motor less friction and rotor.
+        N m, torque beyond the gear of axis 2: motor less friction and rotor.
     q_measured : rad
         As the encoders show it.
     """
@@ -91,7 +91,7 @@ class Motion:
 
     @property
     def balance(self) -> FloatArray:
-        """Left side less right side of the plant's equation, (S, T, n), Nm."""
+        """Left side less right side of the plant's equation, (S, T, n), N m."""
         needed = self.robot + self.friction + self.springs + self.arm + self.passive
         return np.asarray(needed - self.motor - self.user)
 
@@ -345,7 +345,7 @@ class _Plant:
         }
 
 
-#: Of the position controller: Nm/rad, Nm s/rad, and the time constant of its integral, s.
+#: Of the position controller: N m/rad, N m s/rad, and the time constant of its integral, s.
 POSITION_GAIN: Final = (3000.0, 3000.0, 1500.0, 1000.0, 300.0)
 VELOCITY_GAIN: Final = (90.0, 90.0, 30.0, 22.0, 6.0)
 INTEGRAL_S: Final = 0.15

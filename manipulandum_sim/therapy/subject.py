@@ -29,12 +29,12 @@ REST_SPREAD_rad: Final = 0.015
 #: How a moving trunk changes them from one repetition to the next: factors of k_s, shifts of q_0.
 TRUNK_STIFFNESS: Final = (0.4, 1.8, 1.0)
 TRUNK_REST_rad: Final = (-0.9, 0.3, 1.0)
-#: Sd of the slow torque of a person who tries to be passive, Nm: elevation, horizontal. A torque
+#: Sd of the slow torque of a person who tries to be passive, N m: elevation, horizontal. A torque
 #: of the horizontal axis counts several times as much, its passive arm needs so little.
 FLUCTUATION_Nm: Final = (0.12, 0.02)
 #: Its time constant, s.
 FLUCTUATION_S: Final = 0.8
-#: Of patients' joints, Nm s/rad, axes 1 to 5.
+#: Of patients' joints, N m s/rad, axes 1 to 5.
 PATIENT_DAMPING: Final = (0.5, 0.15, 0.05, 0.1, 0.02)
 
 
@@ -52,7 +52,7 @@ class TherapySubject:
     mass_kg, height_m : float
         As stated; the arm's true masses may differ by a factor.
     stiffness : (2,)
-        k_s of elevation and horizontal rotation, Nm/rad.
+        k_s of elevation and horizontal rotation, N m/rad.
     rest_rad : (2,)
         q_0 of the two.
     patient : bool
@@ -65,7 +65,7 @@ class TherapySubject:
         Constant torque that the passive arm needs beside its stiffness, tau_h's side; a flexor of
         the elbow pulls upwards and is negative there.
     damping : (5,)
-        Velocity-dependent resistance, Nm s/rad.
+        Velocity-dependent resistance, N m s/rad.
     """
 
     id: str

@@ -36,13 +36,13 @@ class TherapyMotion:
     q, qd, qdd : (N, n)
         rad, rad/s, rad/s^2.
     motor, user : (N, n)
-        Nm, by the motors, and by the person beyond the passive arm.
+        N m, by the motors, and by the person beyond the passive arm.
     friction, springs, robot : (N, n)
-        Nm: bristles; cables and counterbalance spring; links and rotors. Their sum is tau_r.
+        N m: bristles; cables and counterbalance spring; links and rotors. Their sum is tau_r.
     arm, passive : (N, n)
-        Nm: what is carried, rigid; stiffness, tone and resistance. Their sum is tau_h.
+        N m: what is carried, rigid; stiffness, tone and resistance. Their sum is tau_h.
     sensor : (N,)
-        Nm, torque beyond the gear of axis 2.
+        N m, torque beyond the gear of axis 2.
     """
 
     q: FloatArray
@@ -109,7 +109,7 @@ class TrueContribution:
 def true_contribution(
     user: FloatArray, need: FloatArray, beside: FloatArray | None = None
 ) -> TrueContribution:
-    """Of torques (S,) of the person and of the passive arm, Nm.
+    """Of torques (S,) of the person and of the passive arm, N m.
 
     Parameters
     ----------
@@ -149,9 +149,9 @@ class TherapyTruth:
     offsets : (T + 1,) int
     axes : tuple of n str
     coulomb, static, viscous, stribeck_rad_s : (n,)
-        Friction: Nm, Nm, Nm s/rad, rad/s.
+        Friction: N m, N m, N m s/rad, rad/s.
     cable_stiffness, cable_rest_rad : (n,)
-        Nm/rad, rad.
+        N m/rad, rad.
     motor_inertia_kgm2 : (n,)
     upper_arm_m : float
         That the robot was adjusted to.
@@ -171,7 +171,7 @@ class TherapyTruth:
     stiffness, rest_rad : (T, n) or None
         k_s and q_0 of the arm in that repetition.
     damping, tone_Nm : (T, n) or None
-        Velocity-dependent resistance, Nm s/rad, and constant torque that tau_h has from tone.
+        Velocity-dependent resistance, N m s/rad, and constant torque that tau_h has from tone.
     motion : TherapyMotion or None
         Not written to disk: the same seed gives it again.
     """

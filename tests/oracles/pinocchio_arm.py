@@ -110,7 +110,7 @@ class PinocchioArm:
         return self._each(one, (self.joints, self.joints), q)
 
     def bias(self, q: ArrayLike, qd: ArrayLike) -> FloatArray:
-        """Coriolis and centrifugal torque h(q, qd) without gravity, Nm, (..., n)."""
+        """Coriolis and centrifugal torque h(q, qd) without gravity, N m, (..., n)."""
 
         def one(data: Any, q: FloatArray, qd: FloatArray) -> FloatArray:
             C = pin.computeCoriolisMatrix(self.model, data, q, qd)
@@ -119,7 +119,7 @@ class PinocchioArm:
         return self._each(one, (self.joints,), q, qd)
 
     def gravity(self, q: ArrayLike) -> FloatArray:
-        """Gravity torque g(q) of the model's gravity, Nm, (..., n)."""
+        """Gravity torque g(q) of the model's gravity, N m, (..., n)."""
 
         def one(data: Any, q: FloatArray) -> FloatArray:
             return pin.computeGeneralizedGravity(self.model, data, q)
@@ -127,7 +127,7 @@ class PinocchioArm:
         return self._each(one, (self.joints,), q)
 
     def gravity_gradient(self, q: ArrayLike) -> FloatArray:
-        """``[i, j] = dg_i / dq_j``, Nm/rad, (..., n, n)."""
+        """``[i, j] = dg_i / dq_j``, N m/rad, (..., n, n)."""
 
         def one(data: Any, q: FloatArray) -> FloatArray:
             return pin.computeGeneralizedGravityDerivatives(self.model, data, q)

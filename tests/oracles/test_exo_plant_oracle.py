@@ -85,7 +85,7 @@ def oracle(device, rendered, load, angle, rate):
 )
 @pytest.mark.parametrize("friction", [0.0, 0.15])
 def test_the_plant_moves_as_an_adaptive_integrator_says(rendered, friction):
-    """Within 2 % of one count of each sensor; the commands jump by several Nm to begin with."""
+    """Within 2 % of one count of each sensor; the commands jump by several N m to begin with."""
     device = Exoskeleton(friction=friction)
     fine, coarse = np.arange(2 * SAMPLES - 1) / 2000.0, np.arange(SAMPLES) / 1000.0
     starts = [(1.1, 0.5, 0.4), (1.4, -0.8, -1.0)]

@@ -31,7 +31,7 @@ def exact():
 
 @pytest.fixture(scope="module")
 def noisy(exact):
-    """1 mrad, 1 N, .5 Nm: plain least squares is then some 60 % wrong (median)."""
+    """1 mrad, 1 N, .5 N m: plain least squares is then some 60 % wrong (median)."""
     rng = np.random.default_rng(11)
     q, w = exact.recording.coordinates, exact.recording.wrenches
     sd = np.concatenate([np.full(3, 2.5e-4), np.full(q.shape[1] - 3, 1e-3)])

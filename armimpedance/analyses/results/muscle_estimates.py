@@ -95,7 +95,7 @@ class MuscleEstimates(FrozenRecord, Sequence[MuscleEstimate]):
             [name, ", ".join(f"{c.name} {c.value:.4g}" for c in e.stiffness.combinations)]
             for name, e in zip(self.names, self.estimates[:_MOST_SHOWN], strict=False)
         ]
-        return [["group", "sums of stiffness (Nm/rad)"], *rows]
+        return [["group", "sums of stiffness (N m/rad)"], *rows]
 
     def _head(self) -> str:
         left = len(self) - _MOST_SHOWN

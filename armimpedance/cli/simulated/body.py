@@ -8,7 +8,7 @@ from typing import Final
 
 from armimpedance.cli.parts.simulation import MARKER_NOISE_M, Rig, Simulated
 
-#: Level of noise -> noise of angles (rad), forces (N) and moments (Nm).
+#: Level of noise -> noise of angles (rad), forces (N) and moments (N m).
 _NOISE: Final = {"nominal": (0.001, 1.0, 0.5), "sensor": (0.001, 1.0, 0.5), "none": (0.0, 0.0, 0.0)}
 
 

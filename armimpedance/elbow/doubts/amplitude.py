@@ -36,7 +36,7 @@ class Bent:
         By how much the deviance falls with all of them.
     smallest : float
         The smallest change of the stiffness at the rms deflection that would have been seen,
-        Nm/rad.
+        N m/rad.
     """
 
     terms: tuple[int, ...]
@@ -75,5 +75,5 @@ def bent(made: Contest, deflection: float) -> Bent:
 
 
 def stiffening(values: FloatArray, deflection: float) -> float:
-    """What theta^3 adds to the stiffness of a motion of this rms, Nm/rad; values of STIFFENS."""
+    """What theta^3 adds to the stiffness of a motion of this rms, N m/rad; values of STIFFENS."""
     return float(3 * values[1] * deflection**2)

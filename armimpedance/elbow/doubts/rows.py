@@ -28,7 +28,7 @@ class Model:
     limb : (3,)
         I, B, K.
     answer : (2,)
-        K_r, Nm/rad, and B_r, Nm s/rad.
+        K_r, N m/rad, and B_r, N m s/rad.
     delay_s : float
     lateness_s : float
         By how much the angle is late.

@@ -52,10 +52,10 @@ class Reflex:
     Attributes
     ----------
     K_r : float
-        Nm/rad, if there is an answer.
+        N m/rad, if there is an answer.
     ci95 : (2,)
     B_r : float
-        Nm s/rad, if there is an answer.
+        N m s/rad, if there is an answer.
     B_r_ci95 : (2,)
     delay_s : float
     delay_ci95_s : (2,)
@@ -83,9 +83,9 @@ class Amplitude:
     ----------
     stiffens, rubs : bool
     more_stiffness : float
-        What the rms deflection adds to the stiffness of small ones, Nm/rad.
+        What the rms deflection adds to the stiffness of small ones, N m/rad.
     friction : float
-        Torque against the velocity's sign, Nm.
+        Torque against the velocity's sign, N m.
     deflection : float
         Rms, rad.
     smallest : float
@@ -130,7 +130,7 @@ def _of_reflex(reflex: Reflex, late: Lateness, K: float, either: bool) -> Findin
     low, high = (1e3 * d for d in reflex.delay_ci95_s)
     size = (
         f"after {1e3 * reflex.delay_s:.0f} ms ({low:.0f} to {high:.0f}) of K_r {reflex.K_r:.3g} "
-        f"({reflex.ci95[0]:.3g} to {reflex.ci95[1]:.3g}) Nm/rad"
+        f"({reflex.ci95[0]:.3g} to {reflex.ci95[1]:.3g}) N m/rad"
     )
     if abs(reflex.B_r) > LITTLE * RATE_S * K:
         size += f" and B_r {reflex.B_r:.2g} ({reflex.B_r_ci95[0]:.2g} to {reflex.B_r_ci95[1]:.2g})"
@@ -185,12 +185,12 @@ def _of_amplitude(amplitude: Amplitude, K: float) -> Finding:
     said = []
     if amplitude.stiffens:
         said.append(
-            f"the stiffness depends on the deflection: {amplitude.more_stiffness:+.3g} Nm/rad at "
+            f"the stiffness depends on the deflection: {amplitude.more_stiffness:+.3g} N m/rad at "
             f"{amplitude.deflection:.2g} rad rms; I, B, K are those of small motion, K {K:.3g}"
         )
     if amplitude.rubs:
         said.append(
-            f"the joint resists like friction, {amplitude.friction:.2g} Nm against any motion; "
+            f"the joint resists like friction, {amplitude.friction:.2g} N m against any motion; "
             "I, B, K are those beside it"
         )
     if said:

@@ -39,7 +39,7 @@ class ImcjCalibration(FrozenRecord):
     Attributes
     ----------
     law : LinearLaw
-        ``torque = a_0 + sum a_i s_i``, Nm, flexion positive.
+        ``torque = a_0 + sum a_i s_i``, N m, flexion positive.
     roles : (m,) tuple of Role
     notes, warnings : tuples of str
     """
@@ -56,7 +56,7 @@ class ImcjCalibration(FrozenRecord):
 
     @property
     def gains(self) -> FloatArray:
-        """``|a_i|``, Nm, (m,)."""
+        """``|a_i|``, N m, (m,)."""
         return np.abs(self.law.slopes)
 
 
@@ -114,7 +114,7 @@ def calibrate_imcj(
 def imcj(
     calibration: ImcjCalibration, amplitude: ArrayLike, amplitude_sd: ArrayLike = 0.0
 ) -> tuple[FloatArray, FloatArray]:
-    """The index and its standard error, Nm, of amplitudes (..., m).
+    """The index and its standard error, N m, of amplitudes (..., m).
 
     ``sd^2 = s^T C s + sum_i (a_i sd_i)^2`` to first order, C the covariance of the a_i.
 
@@ -129,7 +129,7 @@ def imcj(
     Returns
     -------
     index, sd : (...)
-        Nm.
+        N m.
 
     Raises
     ------
@@ -151,7 +151,7 @@ def imcj(
 
 
 def _isometric_torque(recording: Recording, joint: int) -> FloatArray:
-    """Mean torque by the limb in each trial (T,), Nm."""
+    """Mean torque by the limb in each trial (T,), N m."""
     if recording.kind != "joint":
         raise InputError(f"a recording of kind {recording.kind!r}", expected="kind 'joint'")
     if recording.torque != "interaction":
@@ -192,7 +192,7 @@ def _wrong_signs(law: LinearLaw, roles: tuple[Role, ...]) -> list[str]:
         sure = "surely so" if low * high > 0 else "perhaps by its errors"
         said.append(
             f"{names[i]}, {'an' if roles[i].action == 'extensor' else 'a'} {roles[i].action}, has "
-            f"{one.name} = {a[i]:.3g} Nm ({low:.3g} to {high:.3g}; {sure}): crosstalk of a "
+            f"{one.name} = {a[i]:.3g} N m ({low:.3g} to {high:.3g}; {sure}): crosstalk of a "
             "neighbour, muscles that vary together, or channels that were exchanged"
         )
     return said

@@ -47,13 +47,13 @@ def fit_emg_law(
     Parameters
     ----------
     stiffness, stiffness_sd : (L,)
-        Nm/rad, and standard errors (0: not known, points count alike).
+        N m/rad, and standard errors (0: not known, points count alike).
     amplitude : (L, m)
         Parts of the maximum contraction.
     amplitude_sd : (L, m), (m,) or float
         Standard errors.
     viscosity, viscosity_sd : (L,), optional
-        Nm s/rad.
+        N m s/rad.
     muscles : sequence of m str
 
     Raises
@@ -93,7 +93,7 @@ def fit_emg_law_of(
         Standard errors.
     muscles : sequence of m str
     torque : (L,), optional
-        Mean torque of the limb on the device, Nm, flexion positive, up to a constant: what the
+        Mean torque of the limb on the device, N m, flexion positive, up to a constant: what the
         muscles hold. Their names are held against it.
     roles : mapping of muscle to "flexor" or "extensor", optional
         For muscles whose names do not say it.

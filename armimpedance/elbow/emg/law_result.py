@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 #: Units of what a law gives.
-LAW_UNITS: Final = {"K": "Nm/rad", "B": "Nm s/rad", "torque": "Nm"}
+LAW_UNITS: Final = {"K": "N m/rad", "B": "N m s/rad", "torque": "N m"}
 #: Beyond the measured amplitudes by more than this part of their range is extrapolation.
 _BEYOND: Final = 0.05
 
@@ -173,9 +173,9 @@ class OperatingPoints(FrozenRecord):
     amplitude : (L, m)
         Parts of the maximum contraction.
     K, sd_K, B, sd_B : (L,)
-        Stiffness (Nm/rad) and viscosity (Nm s/rad) with their standard errors.
+        Stiffness (N m/rad) and viscosity (N m s/rad) with their standard errors.
     imcj, sd_imcj : (L,) or None
-        Index of co-contraction, Nm, and its standard error, where it was calibrated.
+        Index of co-contraction, N m, and its standard error, where it was calibrated.
     """
 
     trials: Annotated[IntArray, "l"]

@@ -34,7 +34,7 @@ def check_names(law: LinearLaw, roles: Mapping[str, Action] | None = None) -> Fi
     Parameters
     ----------
     law : LinearLaw
-        Of the limb's mean torque on the device, Nm, flexion positive.
+        Of the limb's mean torque on the device, N m, flexion positive.
     roles : mapping of muscle to "flexor" or "extensor", optional
         For muscles whose names do not say it.
 
@@ -48,7 +48,7 @@ def check_names(law: LinearLaw, roles: Mapping[str, Action] | None = None) -> Fi
     except InputError as error:
         return Finding(_NAME, "cannot tell", f"the names are not held against the torque: {error}")
     half = t_factor(law.parameters.dof, SURE) * law.parameters.sd[1:]
-    smallest = f"{half.max():.2g} Nm at the maximum contraction"
+    smallest = f"{half.max():.2g} N m at the maximum contraction"
     pull = sign * law.slopes
     against = [
         _said(name, slope)
@@ -72,4 +72,4 @@ def check_names(law: LinearLaw, roles: Mapping[str, Action] | None = None) -> Fi
 
 def _said(name: str, slope: float) -> str:
     way = "flexion" if slope > 0 else "extension"
-    return f"the torque that is held goes into {way} with {name} ({slope:+.3g} Nm)"
+    return f"the torque that is held goes into {way} with {name} ({slope:+.3g} N m)"

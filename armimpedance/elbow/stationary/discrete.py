@@ -90,7 +90,7 @@ def to_discrete(
     Parameters
     ----------
     I, B, K : float
-        kg m^2, Nm s/rad, Nm/rad; positive.
+        kg m^2, N m s/rad, N m/rad; positive.
     rate_hz : float
     structure : {"zoh", "tustin"}
 

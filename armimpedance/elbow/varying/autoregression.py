@@ -28,7 +28,7 @@ class Autoregression:
     ----------
     coefficients : (p,)
     sd : float
-        Standard deviation of the innovation, Nm.
+        Standard deviation of the innovation, N m.
     """
 
     coefficients: FloatArray = field(default_factory=lambda: np.zeros(0))
@@ -41,7 +41,7 @@ class Autoregression:
 
     @cached_property
     def covariance(self) -> FloatArray:
-        """Autocovariance at lags 0 to p, (p + 1,), Nm^2: the equations of Yule and Walker."""
+        """Autocovariance at lags 0 to p, (p + 1,), N m^2: the equations of Yule and Walker."""
         p = self.order
         # M (p + 1, p + 1) r = (sd^2, 0, ...)
         M = np.zeros((p + 1, p + 1))
@@ -55,7 +55,7 @@ class Autoregression:
 
     @property
     def rms(self) -> float:
-        """Root mean square of the torque, Nm."""
+        """Root mean square of the torque, N m."""
         return float(np.sqrt(self.covariance[0]))
 
     def slower(self, factor: float) -> Autoregression:

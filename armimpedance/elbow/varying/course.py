@@ -22,7 +22,7 @@ class Course:
     inertia : float
     B, K : (N,)
     torque_offset, angle_offset : (T,)
-        Difference of a trial's operating point from its means: Nm, rad.
+        Difference of a trial's operating point from its means: N m, rad.
     """
 
     inertia: float

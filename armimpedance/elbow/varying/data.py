@@ -51,7 +51,7 @@ class VaryingData(FrozenRecord):
     trials : (T,) tuple of str
     offsets : (T + 1,) int
     torque, angle : (N,)
-        Nm on the limb, rad.
+        N m on the limb, rad.
     sd_torque, sd_angle : (T,)
         Standard deviation of white noise at this rate with the density that the raw channel shows.
     snr : ChannelSnr

@@ -168,7 +168,7 @@ def _own_note(data: VaryingData) -> tuple[str, ...]:
         return ()
     return (
         f"beside the sensors' noise the torque holds one of the subject's own, {data.own.rms:.2g} "
-        f"Nm (rms), an autoregression of order {data.own.order} by Whittle's likelihood",
+        f"N m (rms), an autoregression of order {data.own.order} by Whittle's likelihood",
     )
 
 
@@ -184,7 +184,7 @@ def _limited(data: VaryingData, course: EstimatedCourse) -> tuple[str, ...]:
     if not data.own.order or half < WIDE:
         return ()
     return (
-        f"a torque of the subject's own, {data.own.rms:.2g} Nm (rms), limits K: its 95 % band is "
+        f"a torque of the subject's own, {data.own.rms:.2g} N m (rms), limits K: its 95 % band is "
         f"about +-{100 * half:.0f} %; a stronger perturbation at low frequencies, or a steadier "
         "subject, would narrow it",
     )

@@ -155,17 +155,17 @@ def _log_likelihood(data: VaryingData, made: SmoothedCourse) -> float:
 
 def _finding(data: VaryingData, made: SmoothedCourse, other: VaryingData | None) -> Finding:
     floor = float(np.sqrt((data.sd_torque**2).mean()))
-    smallest = f"{FLOORS * floor:.2g} Nm"
+    smallest = f"{FLOORS * floor:.2g} N m"
     rms = max(data.own.rms, 0.0 if other is None else other.own.rms)
     if other is not None and rms > FLOORS * floor:
         said = (
-            f"a course that varies and a torque of the subject's own ({rms:.2g} Nm, rms) explain "
+            f"a course that varies and a torque of the subject's own ({rms:.2g} N m, rms) explain "
             "the record alike: the bands hold both"
         )
         return Finding("voluntary", "cannot tell", said, smallest)
     if data.own.order and rms > floor:
         said = (
-            f"the record holds a torque of {data.own.rms:.2g} Nm (rms) that I, B and K do not "
+            f"the record holds a torque of {data.own.rms:.2g} N m (rms) that I, B and K do not "
             "explain: the subject's own, or a reflex, channels out of step, a stiffness that "
             "depends on the deflection (`elbow` on a part where nothing changes tells which); the "
             "bands allow for an own one that goes on alike, but where K changes at once, or with "

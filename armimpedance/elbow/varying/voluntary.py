@@ -51,7 +51,7 @@ class Residual:
     frequency : (F,)
         Cycles per sample.
     power, floor : (F,)
-        Seen, and expected of the sensors' noise alone; Nm^2.
+        Seen, and expected of the sensors' noise alone; N m^2.
     count : (F,)
         Independent values in each bin.
     """

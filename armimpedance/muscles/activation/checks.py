@@ -16,7 +16,7 @@ from armimpedance.muscles.rows import JointRows
 #: Joint angles (rad) within this of their median are one posture: moment arms change by some per
 #: cent over .1 rad, less than they are known.
 ONE_POSTURE_RAD = 0.05
-#: Stiffness of an arm's joint lies between these (median of shoulder and elbow, Nm/rad): a relaxed
+#: Stiffness of an arm's joint lies between these (median of shoulder and elbow, N m/rad): a relaxed
 #: elbow has .4 and more, an arm that holds a load some hundreds.
 PLAUSIBLE = (0.05, 2000.0)
 #: Points of the measured range at which a muscle's curve is looked at.
@@ -76,9 +76,9 @@ def plausible_size(K: FloatArray) -> Finding:
     size = float(np.median(K[:, [0, 2]]))
     low, high = PLAUSIBLE
     if low <= size <= high:
-        return Finding("units", "ok", f"K of {size:.3g} Nm/rad (median) is an arm's")
+        return Finding("units", "ok", f"K of {size:.3g} N m/rad (median) is an arm's")
     said = (
-        f"K of {size:.3g} Nm/rad (median of shoulder and elbow) is no arm's: the unit, or the sign"
+        f"K of {size:.3g} N m/rad (median of shoulder and elbow) is no arm's: the unit, or the sign"
     )
     return Finding("units", "warning", said)
 

@@ -72,7 +72,7 @@ def slopes_by_activation(
     coefficients : (m, N)
         ``c_ik``.
     reach : (m, r)
-        Contribution of one N/m (or Ns/m) of each muscle to each output.
+        Contribution of one N/m (or N s/m) of each muscle to each output.
     """
     order = coefficients.shape[1]
     df = (power_slopes(activation, order) * coefficients).sum(axis=-1)

@@ -34,7 +34,7 @@ _ROUNDS = 300
 _SETTLED = 1e-6
 #: Standard deviations of K and B below this part of their size count as this.
 _LEAST_SD = 1e-9
-#: A torque (Nm) is never better known: .05 N, the resolution of the source's sensor, at .4 m.
+#: A torque (N m) is never better known: .05 N, the resolution of the source's sensor, at .4 m.
 _LEAST_TORQUE_SD = 0.02
 
 

@@ -72,7 +72,7 @@ def fit_activation_model(
     seed : int
         Seed of the shuffles behind the null R.
     torque_sd : float or (P, 2), optional
-        Standard error of the torque rows, Nm; without it, found from the residuals: that muscles
+        Standard error of the torque rows, N m; without it, found from the residuals: that muscles
         pull in proportion to their stiffness is less exact than any sensor.
     stiffness_per_tension : float or "fit", optional
         1/m; default: the arm's. "fit" finds it from stiffness and torque together.
@@ -222,7 +222,7 @@ def _with_torque(
     torque = np.asarray(rows.torque)
     sd = np.broadcast_to(1.0 if torque_sd is None else torque_sd, torque.shape)
     if not (np.isfinite(sd).all() and (sd > 0).all()):
-        raise InputError("a torque_sd that is not positive", expected="more than 0 Nm")
+        raise InputError("a torque_sd that is not positive", expected="more than 0 N m")
     if not (np.isfinite(proportion_sd) and proportion_sd > 0):
         raise InputError(f"proportion_sd {proportion_sd}", expected="a positive number")
     return replace(

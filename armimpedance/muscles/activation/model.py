@@ -41,7 +41,7 @@ class ActivationModel(FittedModel):
     stiffness_per_tension : float
         kappa, 1/m.
     stiffness, viscosity : (3 + m N,)
-        ``K_0`` (ss, se, ee; Nm/rad), then ``c_ik`` muscle by muscle (N/m). The split of K_0
+        ``K_0`` (ss, se, ee; N m/rad), then ``c_ik`` muscle by muscle (N/m). The split of K_0
         between muscles is not identifiable and not here.
     stiffness_covariance, viscosity_covariance : (3 + m N, 3 + m N)
         For the matrices that the muscles make together.
@@ -94,7 +94,7 @@ class ActivationModel(FittedModel):
             tuple(
                 name for symbol in "KB" for name in column_names(symbol, self.muscles, self.order)
             ),
-            (*("Nm/rad",) * 3, *("N/m",) * active, *("Nms/rad",) * 3, *("Ns/m",) * active),
+            (*("N m/rad",) * 3, *("N/m",) * active, *("N m s/rad",) * 3, *("N s/m",) * active),
             np.concatenate([self.stiffness, self.viscosity]),
             block_diag(self.stiffness_covariance, self.viscosity_covariance),
             dof=self.dof,

@@ -108,7 +108,7 @@ def _comparable_columns(equations: ActivationEquations) -> FloatArray:
 
 
 def _torque_weight(equations: ActivationEquations) -> float:
-    """Stiffness (Nm/rad) that stands for 1 Nm: kappa times a typical moment arm."""
+    """Stiffness (N m/rad) that stands for 1 N m: kappa times a typical moment arm."""
     arms = np.abs(np.asarray(equations.moment_arms))
     return equations.stiffness_per_tension * float(np.sqrt((arms[arms > 0] ** 2).mean()))
 

@@ -125,10 +125,10 @@ def _parameters(
     """Coefficients of K or B, then those of the torque where it was fitted."""
     second = "" if symbol == "K" else "s"
     names = list(column_names(symbol, muscles, equations.order))
-    units = [f"Nm{second}/rad"] * 3 + [f"N{second}/m"] * equations.n_active
+    units = [f"N m{second}/rad"] * 3 + [f"N{second}/m"] * equations.n_active
     if equations.n_free:
         names += ["tau_0_s", "tau_0_e", *(f"proportion_{name}" for name in muscles)]
-        units += ["Nm", "Nm", *("1",) * len(muscles)]
+        units += ["N m", "N m", *("1",) * len(muscles)]
     if equations.free_proportion:
         names, units = [*names, "tension_factor"], [*units, "1"]
     return Parameters(

@@ -28,7 +28,7 @@ class ParameterLayout:
     corrections : int
         C, of the lengths: x[z].
     muscles, order : int
-        m and N: m (N + 1) increments of f, in N/m, then of b, in Ns/m.
+        m and N: m (N + 1) increments of f, in N/m, then of b, in N s/m.
     """
 
     corrections: int

@@ -25,17 +25,17 @@ from armimpedance.regression import FitSummary
 
 HIGHEST_MOMENT_ARM_ORDER: Final = 3
 HIGHEST_ACTIVATION_ORDER: Final = 3
-#: Standard deviations of the prior: what a muscle at rest may add to a joint's stiffness (Nm/rad)
-#: and viscosity (Nms/rad); passive joints beside muscles (elbow .4-1.8 Nm/rad, Wiegner and Watts
+#: Standard deviations of the prior: what a muscle at rest may add to a joint's stiffness (N m/rad)
+#: and viscosity (N m s/rad); passive joints beside muscles (elbow .4-1.8 N m/rad, Wiegner and Watts
 #: 1986). Wide: several times what is known of human arms.
 _REST_K, _REST_B = 30.0, 3.0
 _PASSIVE_K, _PASSIVE_B = 2.0, 0.4
 #: Of what full activation adds: so many times the arm's kappa times its largest tension, and that
 #: times the ratio of viscosity to stiffness of Selen et al. 2009 (s).
 _ACTIVE, _VISCOUS_S = 3.0, 0.05
-#: Of the passive torque (Nm) and of what its proportion to stiffness is wrong by.
+#: Of the passive torque (N m) and of what its proportion to stiffness is wrong by.
 _PASSIVE_TORQUE = 10.0
-#: Least factor of standard errors that are found from residuals, and the least torque sd (Nm).
+#: Least factor of standard errors that are found from residuals, and the least torque sd (N m).
 _LEAST, _LEAST_TORQUE = 1e-3, 0.02
 #: A muscle that was never more active than this does not count as measured.
 _NO_ACTIVATION = 1e-6
@@ -76,7 +76,7 @@ def fit_muscle_model(
     torque : bool
         Fit the joint torque too, tension in proportion to active stiffness.
     torque_sd : float or (P, 2), optional
-        Nm; without it, found from the residuals.
+        N m; without it, found from the residuals.
     proportion_sd : float
         Standard deviation of single muscles about `stiffness_per_tension`, as a part of it.
     curvature : bool
@@ -147,7 +147,7 @@ def _measured(rows: JointRows, torque_sd: float | ArrayLike | None, *, torque: b
     if tau is not None:
         tau_sd = np.broadcast_to(0.3 if torque_sd is None else torque_sd, tau.shape).astype(float)
         if not (np.isfinite(tau_sd).all() and (tau_sd > 0).all()):
-            raise InputError("a torque_sd that is not positive", expected="more than 0 Nm")
+            raise InputError("a torque_sd that is not positive", expected="more than 0 N m")
     exact = np.zeros_like(np.asarray(rows.activation))
     known = (rows.stiffness_sd is not None, rows.viscosity_sd is not None, torque_sd is not None)
     least_torque = 1.0 if tau_sd is None else _LEAST_TORQUE / float(np.sqrt((tau_sd**2).mean()))
@@ -237,7 +237,7 @@ def _model(
     least = model.smallest_eigenvalue()
     indefinite = (
         f"K_j is not positive definite in the whole workspace: smallest eigenvalue {least:.3g} "
-        "Nm/rad, from the curvature of the muscles' lengths",
+        "N m/rad, from the curvature of the muscles' lengths",
     )
     more = (*unpredicted(quality), *(indefinite if least <= 0 else ()))
     return replace(model, summary=replace(summary, warnings=(*summary.warnings, *more)))

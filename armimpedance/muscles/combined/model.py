@@ -52,7 +52,7 @@ class MuscleModel(FittedModel):
         Measured range of each activation, from 0.
     values : (n,)
         The parameters: corrections z, increments of f (N/m), passive stiffness (2), increments of
-        b (Ns/m), passive viscosity (2); `combined.equations.ParameterLayout` has their places.
+        b (N s/m), passive viscosity (2); `combined.equations.ParameterLayout` has their places.
     covariance : (n, n)
         Covariance of `values`.
     dof : float

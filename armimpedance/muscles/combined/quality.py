@@ -127,7 +127,7 @@ def muscle_summary(
     names, units = parameter_names(form.equations)
     n = len(found.x)
     names = (*names, *_torque_names(form))[:n]
-    units = (*units, *("Nm",) * 6, *("1",) * form.equations.layout.muscles)[:n]
+    units = (*units, *("N m",) * 6, *("1",) * form.equations.layout.muscles)[:n]
     sd = np.sqrt(np.diag(found.covariance))
     dof = float(max(len(found.error) - found.spent, 1.0))
     parameters = tuple(Parameters(names, units, found.x, found.covariance, dof=dof))
@@ -167,9 +167,9 @@ def parameter_names(equations: MuscleEquations) -> tuple[tuple[str, ...], tuple[
     units = (
         *("1",) * len(z),
         *("N/m",) * len(f),
-        *("Nm/rad",) * 2,
-        *("Ns/m",) * len(b),
-        *("Nms/rad",) * 2,
+        *("N m/rad",) * 2,
+        *("N s/m",) * len(b),
+        *("N m s/rad",) * 2,
     )
     return names, units
 

@@ -12,7 +12,7 @@ from armimpedance.muscles.angle_scaling import AngleScaling
 from armimpedance.muscles.rows import ELEMENTS, JointRows
 
 #: Symbol of each matrix and the unit of its elements.
-UNITS = {"K": "Nm/rad", "B": "Nms/rad"}
+UNITS = {"K": "N m/rad", "B": "N m s/rad"}
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class PostureData(FrozenRecord):
 
 
 def posture_data(rows: JointRows, symbol: str, scaling: AngleScaling) -> PostureData:
-    """The stiffness ("K", Nm/rad) or viscosity ("B", Nms/rad) of rows."""
+    """The stiffness ("K", N m/rad) or viscosity ("B", N m s/rad) of rows."""
     values, sd = rows.elements(symbol)
     measured = rows.stiffness if symbol == "K" else rows.viscosity
     return PostureData(symbol, scaling.scaled(rows.joint_angles), measured, values, sd)

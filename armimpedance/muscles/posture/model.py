@@ -78,7 +78,7 @@ class PostureModel(FittedModel):
     scaling : AngleScaling
         Made of the stated workspace, or of the measured range.
     stiffness, viscosity : PosturePolynomial
-        Nm/rad, Nms/rad.
+        N m/rad, N m s/rad.
     dof : float
         Degrees of freedom of the t distribution for intervals; inf = normal.
     region : Region

@@ -63,14 +63,14 @@ export function condition([[a, b], [c, d]]) {
   return largest / Math.abs(determinant);
 }
 
-/** What a hand force F adds, Gamma_ij = sum_k F_k d2p_k/dq_i dq_j, Nm/rad. */
+/** What a hand force F adds, Gamma_ij = sum_k F_k d2p_k/dq_i dq_j, N m/rad. */
 export function forceTerm(arm, q, F) {
   const { hand, forearm } = placesOf(arm, q);
   const along = (v) => -(F[0] * v[0] + F[1] * v[1]);
   return [along(hand), along(forearm), along(forearm)];
 }
 
-/** What gravity in the plane adds, dg/dq, Nm/rad. */
+/** What gravity in the plane adds, dg/dq, N m/rad. */
 export function gravityTerm(arm, q) {
   const { elbow, forearm } = placesOf(arm, q);
   const below = arm.forearm_hand_kg * arm.forearm_hand_com_m / arm.forearm_hand_m;

@@ -146,15 +146,15 @@ def _judged(one: Cause, equal: Sequence[Cause]) -> Finding:
 def _voluntary(fit: Fitted, alone: Fitted) -> Finding:
     """Whether there is slow torque beside the passive one."""
     name = "voluntary"
-    seen = f"a torque of {_SEEN * alone.bump_sd_Nm:.2g} Nm that comes and goes within .5 s"
+    seen = f"a torque of {_SEEN * alone.bump_sd_Nm:.2g} N m that comes and goes within .5 s"
     if alone.deviance - fit.deviance <= chdtri(1, _LEVEL):
         return Finding(name, "ok", "no slow torque beside the passive one", seen)
     return Finding(
         name,
         "warning",
-        f"a slow torque that the motion does not make, some {fit.slow_Nm:.2g} Nm: muscles were not "
-        "silent, or something touched the limb; ask the person to relax, look at the EMG, leave "
-        "such trials out",
+        f"a slow torque that the motion does not make, some {fit.slow_Nm:.2g} N m: muscles were "
+        "not silent, or something touched the limb; ask the person to relax, look at the EMG, "
+        "leave such trials out",
         seen,
     )
 
@@ -174,11 +174,11 @@ def _amplitude(samples: PassiveSamples, asked: Inquiry) -> Cause:
         gain,
         len(columns),
         asked.price,
-        f"the stiffness changes with the angle, by {change:+.2g} +- {error:.1g} Nm/rad from end to "
-        "end of the motion: k, h, f and q_r are those of a straight line through a "
+        f"the stiffness changes with the angle, by {change:+.2g} +- {error:.1g} N m/rad from end "
+        "to end of the motion: k, h, f and q_r are those of a straight line through a "
         f"curve{hint}, and smaller swings show less of it",
         "the stiffness is the same all over the motion",
-        f"a change of {_SEEN * error:.2g} Nm/rad from end to end of the motion",
+        f"a change of {_SEEN * error:.2g} N m/rad from end to end of the motion",
         fit,
         alone,
     )
@@ -196,7 +196,7 @@ def _clock_and_mass(asked: Inquiry) -> list[Cause]:
     time = (
         f"gravity pulls {ratio:.3f} +- {error:.1g} times as strongly as inertia and frames "
         f"allow: the film's rate is {100 * (np.sqrt(ratio) - 1):+.1f} % off; film a clock or a "
-        f"ball that falls; with the rate mended k is {_part(fit.values[0], ratio):.3g} Nm/rad"
+        f"ball that falls; with the rate mended k is {_part(fit.values[0], ratio):.3g} N m/rad"
     )
     mass = (
         f"the limb's inertia about the joint, over its weight's moment, is {_part(1.0, ratio):.3g} "
@@ -227,10 +227,10 @@ def _weight(asked: Inquiry) -> Cause:
         2,
         asked.price,
         f"the torque holds a part that goes with sine and cosine of the angle, {size:.2g} +- "
-        f"{error:.1g} Nm: the limb's weight was left in; record the limb at rest at several "
-        f"angles and take that off (k is then {fit.values[0]:.3g} Nm/rad)",
+        f"{error:.1g} N m: the limb's weight was left in; record the limb at rest at several "
+        f"angles and take that off (k is then {fit.values[0]:.3g} N m/rad)",
         "no weight is left in the torque",
-        f"{_SEEN * error:.2g} Nm",
+        f"{_SEEN * error:.2g} N m",
         fit,
         alone,
     )
@@ -247,7 +247,7 @@ def _inertia(asked: Inquiry) -> Cause:
         asked.price,
         f"the torque holds a part that goes with the acceleration, {size:.3g} +- {error:.1g} "
         "kg m^2: inertia was left in, or too much taken off; move slowly, or take off that of "
-        f"limb and device (k is then {fit.values[0]:.3g} Nm/rad)",
+        f"limb and device (k is then {fit.values[0]:.3g} N m/rad)",
         "no inertia is left in the torque",
         f"{_SEEN * error:.2g} kg m^2",
         fit,
@@ -270,7 +270,7 @@ def _skew(asked: Inquiry, rows: TorqueRows) -> Cause:
         asked.price,
         f"the torque is {1e3 * late:+.1f} +- {1e3 * error:.1g} ms late on the angle: record both "
         "on one clock, or move one of them by that much "
-        f"(h is then {fit.values[1]:.3g} Nm s/rad)",
+        f"(h is then {fit.values[1]:.3g} N m s/rad)",
         "angle and torque are in step",
         f"{1e3 * _SEEN * error:.2g} ms",
         fit,

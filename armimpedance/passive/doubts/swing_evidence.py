@@ -23,7 +23,7 @@ from armimpedance.passive.terms import Terms
 #: Seconds between nodes of a slow torque; more where a trial would have more nodes than `_MOST`.
 _NODE_S: Final = 0.25
 _MOST: Final = 60
-#: Sizes of the slow torque that are tried, Nm.
+#: Sizes of the slow torque that are tried, N m.
 _SIZES: Final = 10 ** np.linspace(-2.5, 0.5, 7)
 
 

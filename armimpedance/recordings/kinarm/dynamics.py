@@ -48,7 +48,7 @@ class LinkInertias:
     def torque(
         self, angle: FloatArray, velocity: FloatArray, acceleration: FloatArray
     ) -> FloatArray:
-        """Torque that this motion of the links takes, (N, 2) in Nm.
+        """Torque that this motion of the links takes, (N, 2) in N m.
 
         Parameters
         ----------
@@ -104,7 +104,7 @@ def link_inertias(common: C3DFile, robot: Robot) -> LinkInertias | None:
 
 
 def hand_torque(links: FloatArray, robot: Robot, force: FloatArray) -> FloatArray:
-    """Torque on the links from a force at the hand, J^T F, (N, 2) in Nm.
+    """Torque on the links from a force at the hand, J^T F, (N, 2) in N m.
 
     Parameters
     ----------

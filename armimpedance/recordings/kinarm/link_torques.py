@@ -41,7 +41,7 @@ FRAMES: Final = np.array(
 
 @dataclass(frozen=True)
 class LinkTorques(FrozenRecord):
-    """Smoothed torques while the links move, N samples of 2 axes, Nm.
+    """Smoothed torques while the links move, N samples of 2 axes, N m.
 
     Attributes
     ----------

@@ -30,7 +30,7 @@ from armimpedance.therapy.robot.sliding import least_speed
 #: Samples in which the axis does not slide are left out, but never those faster than this share of
 #: the peak speed.
 FAST_SHARE: Final = 0.3
-#: An axis that the arm loads by less is not loaded by its weight, Nm.
+#: An axis that the arm loads by less is not loaded by its weight, N m.
 NO_WEIGHT_NM: Final = 2.0
 
 
@@ -48,13 +48,13 @@ class AxisFit:
     covariance : (2, 2)
         Covariance of (k_s, offset), from the scatter: what the repetitions cannot tell.
     noise_density : float
-        Nm^2 s.
+        N m^2 s.
     mass_gradient : (2,)
     robot_gradient : (2, p)
     speed_gradient : (2,)
-        What a viscosity of the arm of 1 Nms/rad adds to k_s and offset, which know of none.
+        What a viscosity of the arm of 1 N m s/rad adds to k_s and offset, which know of none.
     viscosity, viscosity_sd : float
-        Nms/rad: what the torque that is left follows the speed by, and its standard error.
+        N m s/rad: what the torque that is left follows the speed by, and its standard error.
     inertia, inertia_sd : float
         What is missing of the inertia of robot and arm, as a part of it, and its standard error;
         0 and infinite about an axis that weight loads: there weight hides it.
@@ -247,7 +247,7 @@ def _solve(
         factors,
         covariance="cr1",
         parameter_names=names,
-        parameter_units=("Nm/rad", "Nm", "Nm")[: len(names)],
+        parameter_units=("N m/rad", "N m", "N m")[: len(names)],
     )
     others = [
         np.column_stack([m.rigid_arm[rows], m.robot_gradient[rows], m.qd[rows]])

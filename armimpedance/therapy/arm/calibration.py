@@ -28,7 +28,7 @@ class AxisCalibration:
     Attributes
     ----------
     WIDEST : tuple of 3 float
-        Largest half-widths of a 95 % interval of an identified k_s, Nm/rad, or as a share of k_s
+        Largest half-widths of a 95 % interval of an identified k_s, N m/rad, or as a share of k_s
         where that is more, and of an identified q_0, rad.
     axis : int
         Column of the recording, from 0.

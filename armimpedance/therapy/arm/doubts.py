@@ -16,9 +16,9 @@ from armimpedance.regression import NamedParameter
 from armimpedance.therapy.arm.axis_stiffness import AxisFit
 from armimpedance.therapy.arm.passive_arm import ArmSegment
 
-#: Sd of what a relaxed arm may resist its speed by, Nms/rad. Relaxed elbows have .03 to .05
+#: Sd of what a relaxed arm may resist its speed by, N m s/rad. Relaxed elbows have .03 to .05
 #: (Venture) on an inertia of .07 kg m^2, a twentieth of critical damping; an outstretched arm of .4
-#: kg m^2 on 1 to 5 Nm/rad has .06 to .14 by that, and a spastic one several times as much.
+#: kg m^2 on 1 to 5 N m/rad has .06 to .14 by that, and a spastic one several times as much.
 VISCOSITY_SD: Final = 0.3
 #: An arm that rests beyond the middle of its movement is lifted by its own tissue, but by no more
 #: than this part of its weight.
@@ -36,7 +36,7 @@ _SEEN: Final = 3.0
 
 
 def viscosity_sd(fitted: AxisFit) -> float:
-    """Sd of the viscosity that an interval must allow for, Nms/rad."""
+    """Sd of the viscosity that an interval must allow for, N m s/rad."""
     return fitted.viscosity if _is_seen(fitted) else VISCOSITY_SD
 
 
@@ -65,10 +65,10 @@ def viscosity_finding(
     Finding
     """
     if direction is not None:
-        told = f"axis {axis} was moved both ways: {direction.value:.2g} Nm that turn round with it"
+        told = f"axis {axis} was moved both ways: {direction.value:.2g} N m that turn round with it"
         half = (direction.ci95[1] - direction.ci95[0]) / 2
-        return Finding("viscosity", "ok", f"{told} are apart from q_0", smallest=f"{half:.2g} Nm")
-    seen = f"{max(_SEEN * fitted.viscosity_sd, VISCOSITY_SD):.2g} Nms/rad"
+        return Finding("viscosity", "ok", f"{told} are apart from q_0", smallest=f"{half:.2g} N m")
+    seen = f"{max(_SEEN * fitted.viscosity_sd, VISCOSITY_SD):.2g} N m s/rad"
     back = "record the movement back too"
     sd = viscosity_sd(fitted)
     moved = abs(sd * float(np.array([rest.value, 1.0]) @ fitted.speed_gradient))
@@ -78,15 +78,15 @@ def viscosity_finding(
         return Finding(
             "viscosity",
             "warning",
-            f"axis {axis} resists its speed by some {fitted.viscosity:.2g} Nms/rad; moved one way "
-            f"only, that moves {shift}, which the interval allows for; {back}",
+            f"axis {axis} resists its speed by some {fitted.viscosity:.2g} N m s/rad; moved one "
+            f"way only, that moves {shift}, which the interval allows for; {back}",
             smallest=seen,
         )
     return Finding(
         "viscosity",
         "cannot tell",
         f"axis {axis} was moved one way only, where an arm that resists its speed looks like one "
-        f"of another rest angle: {sd:.2g} Nms/rad move {shift}, which the interval allows for; "
+        f"of another rest angle: {sd:.2g} N m s/rad move {shift}, which the interval allows for; "
         f"{back}",
         smallest=seen,
     )

@@ -4,7 +4,7 @@ The source moves one through elevation at constant speed, where only gravity cou
 vertical axis with minimum jerk, where only inertia does (Fig. 4). Here the model's torque is scaled
 to fit the measured one; a scale of one means that robot and arm model are right. What a mock-up
 cannot have belongs to the robot and is fitted beside: a torque that turns round with the direction
-(friction), and about the vertical axis, where inertia asks for tenths of a Nm, a torque that is
+(friction), and about the vertical axis, where inertia asks for tenths of a N m, a torque that is
 linear in the angle (cables).
 """
 
@@ -50,12 +50,12 @@ class MockupCheck:
     Attributes
     ----------
     gravity, inertia : NamedParameter
-        Torque about the elevation axis with the straight arm level, Nm; inertia of the straight
+        Torque about the elevation axis with the straight arm level, N m; inertia of the straight
         level arm about the vertical axis, kg m^2.
     gravity_model_Nm, inertia_model_kgm2 : float
         The same from its masses and lengths.
     gravity_rms_Nm, inertia_rms_Nm : float
-        What the fits leave, Nm.
+        What the fits leave, N m.
     """
 
     gravity: NamedParameter
@@ -169,13 +169,13 @@ def check_mockup(
     arm = PassiveArm(recording.subject.id, robot.name, length, tuple(segments), mass_sd=0.0)
     torques = movement_torques(recording, robot, arm, step=step)
     gravity_model, inertia_model = _straight_and_level(robot, arm)
-    gravity, gravity_rms = _scaled("gravity", "Nm", gravity_model, ELEVATION, torques, robot)
+    gravity, gravity_rms = _scaled("gravity", "N m", gravity_model, ELEVATION, torques, robot)
     inertia, inertia_rms = _scaled("inertia", "kg m^2", inertia_model, HORIZONTAL, torques, robot)
     return MockupCheck(gravity, inertia, gravity_model, inertia_model, gravity_rms, inertia_rms)
 
 
 def _straight_and_level(robot: TherapyRobot, arm: PassiveArm) -> tuple[float, float]:
-    """Gravity about elevation, Nm, and inertia about the vertical axis, kg m^2."""
+    """Gravity about elevation, N m, and inertia about the vertical axis, kg m^2."""
     from armimpedance.therapy.arm.rigid_arm import arm_bodies
 
     bodies = arm_bodies(robot.adjusted_to(arm.upper_arm_m), arm)
@@ -195,7 +195,7 @@ def _scaled(
     torques: Sequence[MovementTorques],
     robot: TherapyRobot,
 ) -> tuple[NamedParameter, float]:
-    """The model's number times the scale that fits, and what is left, Nm rms."""
+    """The model's number times the scale that fits, and what is left, N m rms."""
     group = _about(axis_name, torques)
     loads = robot.identified
     rise = float(loads.rise_rad_s[group[0].axis])

@@ -63,7 +63,7 @@ class Elastic(FrozenRecord):
     axis : str
         As the robot calls it.
     stiffness, offset : float
-        k_s, Nm/rad, and ``-k_s q_0``, Nm.
+        k_s, N m/rad, and ``-k_s q_0``, N m.
     covariance : (2, 2)
         Covariance of the two.
     dof : float
@@ -74,7 +74,7 @@ class Elastic(FrozenRecord):
         Covariance of the two between repetitions: by what the next movement's arm may differ. The
         slow torque of the person is not in it.
     noise_density : float
-        Nm^2 s, of the residual at low frequencies: its integral over T seconds has the variance
+        N m^2 s, of the residual at low frequencies: its integral over T seconds has the variance
         ``noise_density T``.
     mass_gradient : (2,)
         How stiffness and offset change per unit of the mass factor: they were fitted to what the

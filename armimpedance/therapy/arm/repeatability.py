@@ -94,7 +94,7 @@ def scatter_of(
     Parameters
     ----------
     single : (R, 2)
-        k_s, Nm/rad, and offset, Nm, of every repetition alone.
+        k_s, N m/rad, and offset, N m, of every repetition alone.
     groups : sequence of R str
         Movement of each; the mean of every movement is its own.
     noise : (2, 2)
@@ -165,7 +165,7 @@ def fluctuation_covariance(
     W : sequence of (S_t, 2)
         q and 1 of every repetition.
     E : sequence of (S_t,)
-        What its line leaves, Nm.
+        What its line leaves, N m.
     sample_rate_hz : float
     """
     stride = max(round(_STEP_S * sample_rate_hz), 1)
@@ -214,7 +214,7 @@ def _whitened(x: FloatArray, phi: float) -> FloatArray:
 
 
 def noise_density(E: Sequence[FloatArray], sample_rate_hz: float) -> float:
-    """Nm^2 s: density of the residuals (S_t,) of all repetitions at low frequencies.
+    """N m^2 s: density of the residuals (S_t,) of all repetitions at low frequencies.
 
     Mean of squares of cosine sums (Mueller 2007, as in `passive.long_run`), those left out that a
     line takes with it: what repeats so slowly stands in the scatter of the repetitions.

@@ -27,7 +27,7 @@ class MovementTorques(FrozenRecord):
     q, qd : (S,)
         rad, rad/s, of this axis.
     motor, robot : (S,)
-        Nm; of the motor, and what the empty robot needs, (13).
+        N m; of the motor, and what the empty robot needs, (13).
     rigid_arm : (S,)
         Inertia and weight of the arm about this axis.
     elastic : (S,)

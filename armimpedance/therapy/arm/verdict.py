@@ -16,8 +16,8 @@ from armimpedance.therapy.arm.repeatability import LARGEST_SCATTER_NM, LARGEST_S
 from armimpedance.therapy.arm.torques import MovementTorques
 from armimpedance.therapy.robot.therapy_robot import Loads
 
-#: Largest half-width of a 95 % interval of an identified k_s: Nm/rad, or a share of k_s where that
-#: is more (nobody asks for 12 Nm/rad to a fortieth); and of q_0, rad.
+#: Largest half-width of a 95 % interval of an identified k_s: N m/rad, or a share of k_s where that
+#: is more (nobody asks for 12 N m/rad to a fortieth); and of q_0, rad.
 WIDEST_STIFFNESS: Final = 0.3
 WIDEST_STIFFNESS_SHARE: Final = 0.1
 WIDEST_REST_RAD: Final = 0.1
@@ -41,7 +41,7 @@ def axis_parameters(
     v = viscosity_sd(fitted) * fitted.speed_gradient
     parts = fitted.covariance, np.outer(g, g), G @ loads.covariance @ G.T, np.outer(v, v)
     dofs = fitted.scatter.dof, np.inf, loads.dof, np.inf
-    stiffness = _derived("k_s", "Nm/rad", k, np.array([1.0, 0.0]), parts, dofs, joint)
+    stiffness = _derived("k_s", "N m/rad", k, np.array([1.0, 0.0]), parts, dofs, joint)
     low, high = stiffness.ci95
     if low <= 0 <= high or k <= 0:
         return stiffness, NamedParameter("q_0", np.nan, np.nan, np.nan, "rad", joint=joint)
@@ -81,12 +81,12 @@ def half_width(parameter: NamedParameter) -> float:
 
 
 def direction_parameter(fitted: AxisFit, joint: int) -> NamedParameter | None:
-    """Half the difference between up and down, Nm; None of one direction alone."""
+    """Half the difference between up and down, N m; None of one direction alone."""
     if len(fitted.fit.parameters) < 3:
         return None
     sd = float(fitted.fit.sd[2])
     return NamedParameter(
-        "direction", float(fitted.fit.parameters[2]), sd, sd, "Nm", fitted.fit.dof, joint
+        "direction", float(fitted.fit.parameters[2]), sd, sd, "N m", fitted.fit.dof, joint
     )
 
 
@@ -97,7 +97,7 @@ def verdict_of(
     if not repeatable:
         return (
             "refused: the passive repetitions are too different, they scatter by "
-            f"{fitted.scatter.rms_Nm:.2g} Nm where the arm needs {fitted.arm_rms_Nm:.2g} Nm (rms)"
+            f"{fitted.scatter.rms_Nm:.2g} N m where the arm needs {fitted.arm_rms_Nm:.2g} N m (rms)"
         )
     parts = []
     for parameter in (stiffness, rest):
@@ -136,7 +136,7 @@ def axis_warnings(
     limit = max(LARGEST_RESIDUAL_NM, RESIDUAL_SHARE * fitted.arm_rms_Nm)
     if fitted.residual_rms_Nm > limit:
         said.append(
-            f"axis {elastic.axis}: single repetitions lie {fitted.residual_rms_Nm:.2g} Nm (rms) "
+            f"axis {elastic.axis}: single repetitions lie {fitted.residual_rms_Nm:.2g} N m (rms) "
             "off a line; the person may not have been passive"
         )
     if elastic.stiffness < 0 and elastic.stiffness < -2 * np.sqrt(elastic.covariance[0, 0]):
@@ -157,6 +157,6 @@ def _drift(group: Sequence[MovementTorques], fitted: AxisFit) -> str:
     if not one_way or whole < max(usual, LARGEST_SCATTER_NM, LARGEST_SHARE * fitted.arm_rms_Nm):
         return ""
     return (
-        f"{group[0].movement}: the support goes from {support[0]:.3g} to {support[-1]:.3g} Nm over "
-        "the repetitions; the person may not yet have been passive"
+        f"{group[0].movement}: the support goes from {support[0]:.3g} to {support[-1]:.3g} N m "
+        "over the repetitions; the person may not yet have been passive"
     )

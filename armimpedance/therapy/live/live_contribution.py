@@ -167,7 +167,7 @@ class LiveContribution:
         q : (n,)
             Angles of all axes, rad.
         motor : (n,)
-            Motor torques of all axes, Nm, positive where they accelerate their axis.
+            Motor torques of all axes, N m, positive where they accelerate their axis.
         time_s : float, optional
             Its time stamp; without one, samples are taken to follow each other at their rate.
 

@@ -44,7 +44,7 @@ class LiveReport:
     median_s, p99_s, longest_s : float
         Time of one update.
     largest_difference : float
-        From the same recording's results in one piece, in points or Nm, or as a fraction of values
+        From the same recording's results in one piece, in points or N m, or as a fraction of values
         above 1: of torques and of every value that is flagged valid, with its standard error.
     flags_differ : int
         Validity flags that came out differently.

@@ -108,11 +108,11 @@ def _check_torques(recording: Recording, robot: TherapyRobot) -> None:
     over = largest / robot.torque_limit_Nm
     axis = int(np.argmax(over))
     if over[axis] > BEYOND_TORQUE:
-        unit = "; in mNm rather than Nm?" if over[axis] > WRONG_UNIT else "; of another robot?"
+        unit = "; in mNm rather than N m?" if over[axis] > WRONG_UNIT else "; of another robot?"
         raise InputError(
-            f"torques of axis {axis + 1} up to {largest[axis]:.4g} Nm",
+            f"torques of axis {axis + 1} up to {largest[axis]:.4g} N m",
             column=f"tau{axis + 1}_Nm",
-            expected=f"at most its motor's {robot.torque_limit_Nm[axis]:g} Nm{unit}",
+            expected=f"at most its motor's {robot.torque_limit_Nm[axis]:g} N m{unit}",
         )
     for dead in np.flatnonzero(largest == 0):
         if _travel(recording)[:, dead].max() > MOVES_RAD:
@@ -134,8 +134,8 @@ def _check_weight_and_work(recording: Recording, robot: TherapyRobot) -> None:
     motors = _rms(recording.force)
     if motors < LEAST_SHARE_OF_WEIGHT * weight:
         raise InputError(
-            f"motor torques of {motors:.3g} Nm (rms over all axes)",
-            expected=f"Nm that hold and move a robot whose weight asks for {weight:.3g} Nm; "
+            f"motor torques of {motors:.3g} N m (rms over all axes)",
+            expected=f"N m that hold and move a robot whose weight asks for {weight:.3g} N m; "
             "is the unit right?",
         )
     rise = bodies.potential_J(recording.position[ends]) - bodies.potential_J(

@@ -7,7 +7,7 @@ direction alone the friction would be taken for the spring.
 
 Sweeps of the same axis show the spring too, without stiction, and serve as a check. They are not
 fitted together: long slow sweeps stand near the middle of the range and pull a polynomial, which
-the spring is not quite, towards it (.21 Nm rms over the simulated robot's range against .11).
+the spring is not quite, towards it (.21 N m rms over the simulated robot's range against .11).
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ class SpringHolds(FrozenRecord):
         return (self.from_below_Nm - self.from_above_Nm) / 2
 
     def polynomial(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """The spring's torque (F,) at angles (F,), rad, and its standard error (F,), Nm."""
+        """The spring's torque (F,) at angles (F,), rad, and its standard error (F,), N m."""
         torque, variance = polynomial_of(self.fit, q)
         return torque, np.sqrt(variance)
 
@@ -96,7 +96,7 @@ def fit_holds(parts: Sequence[SteadyPart]) -> SpringHolds:
         Y.append(np.array([[float(p.load.mean())] for p in holds]))
     # load (2, 1) = [1, q, q^2, approach] (2, 4) [c_0, c_1, c_2, stiction] (4, 1), for all angles
     factors = ragged_factors(W, Y, regressors=(*SPRING_TERMS, "stiction"), outputs=("load",))
-    units = (*SPRING_UNITS, "Nm")
+    units = (*SPRING_UNITS, "N m")
     fitted = fit(
         factors, covariance="cr3", parameter_names=factors.regressors, parameter_units=units
     )

@@ -33,7 +33,7 @@ def axis_notes(sweeps: AxisSweeps, robot: TherapyRobot) -> tuple[str, ...]:
     if abs(slope) > t_factor(fitted.dof, _LEVEL) * sd and abs(slope) * fastest > _SHARE * coulomb:
         plus, minus = viscous + slope, viscous - slope
         notes.append(
-            f"{name}: friction is not odd in the velocity: {plus:.4g} Nm s/rad in positive and "
+            f"{name}: friction is not odd in the velocity: {plus:.4g} N m s/rad in positive and "
             f"{minus:.4g} in negative direction, their half difference {slope:.2g} +- {sd:.2g}; "
             "the law is their mean"
         )
@@ -74,7 +74,7 @@ def spring_notes(spring: SpringHolds, sweeps: AxisSweeps) -> tuple[str, ...]:
     if beyond[worst] > 0 and abs(gap[worst]) > _SHARE * float(sweeps.fit.parameters[0]):
         notes.append(
             f"axis {sweeps.axis + 1}: the spring differs between holds and sweeps, by "
-            f"{gap[worst]:.3g} +- {sd[worst]:.2g} Nm at "
+            f"{gap[worst]:.3g} +- {sd[worst]:.2g} N m at "
             f"{np.rad2deg(spring.angle_rad[worst]):.3g} deg: friction that is not odd, or holds "
             "that stick unevenly"
         )

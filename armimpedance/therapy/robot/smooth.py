@@ -31,7 +31,7 @@ class SmoothTrial(FrozenRecord):
         Row of the recording's trial table, from 0.
     time_s : (S,)
     q, qd, qdd, motor : (S, n)
-        rad, rad/s, rad/s^2, Nm; motor torques are positive where they accelerate their axis.
+        rad, rad/s, rad/s^2, N m; motor torques are positive where they accelerate their axis.
     """
 
     row: int

@@ -41,7 +41,7 @@ class SteadyPart(FrozenRecord):
     q, qd : (S,)
         rad, rad/s.
     load : (S,)
-        Nm, motor torque less that of the rigid bodies: friction, cables and spring.
+        N m, motor torque less that of the rigid bodies: friction, cables and spring.
     approach : int
         1 where the axis came from below, -1 from above; the direction of a sweep.
     """

@@ -42,7 +42,7 @@ _MISSING_AT_LOWEST: Final = 1e-6
 _SPRING_ORDER: Final = 4
 
 FRICTION: Final = ("coulomb", "viscous")
-FRICTION_UNITS: Final = ("Nm", "Nm s/rad")
+FRICTION_UNITS: Final = ("N m", "N m s/rad")
 CABLE: Final = ("cable_offset", "cable_stiffness")
 
 
@@ -96,7 +96,7 @@ class AxisSweeps(FrozenRecord):
     points : tuple of SpeedPoint
         From the lowest speed to the highest.
     even_slope : (2,)
-        Coefficient of |v| beside the law, Nm s/rad, and its standard error: 0 for a friction that
+        Coefficient of |v| beside the law, N m s/rad, and its standard error: 0 for a friction that
         is odd.
     notes : tuple of str
     """
@@ -130,7 +130,7 @@ class AxisSweeps(FrozenRecord):
         }
 
     def friction(self, velocity: FloatArray) -> FloatArray:
-        """The fitted law (10), odd, at velocities of any shape, Nm."""
+        """The fitted law (10), odd, at velocities of any shape, N m."""
         coulomb, viscous = self.fit.parameters[:2]
         return np.asarray(coulomb * friction_sign(velocity, self.rise_rad_s) + viscous * velocity)
 
@@ -254,7 +254,11 @@ def _fit(
 ) -> Fit:
     """Law and polynomial of the angle; then, where asked for, |v| and an excess at some speed."""
     names = [*FRICTION, *_angle_terms(order)]
-    units = [*FRICTION_UNITS, "Nm", *(f"Nm/rad^{k}" if k > 1 else "Nm/rad" for k in _powers(order))]
+    units = [
+        *FRICTION_UNITS,
+        "N m",
+        *(f"N m/rad^{k}" if k > 1 else "N m/rad" for k in _powers(order)),
+    ]
     W = []
     for part in parts:
         sign = friction_sign(part.qd, rise)
@@ -265,7 +269,7 @@ def _fit(
             columns.append(sign if part in excess_of else np.zeros_like(sign))
         W.append(np.stack(columns, axis=1))
     names += [*(["even"] if even else []), *(["excess"] if excess_of else [])]
-    units += [*(["Nm s/rad"] if even else []), *(["Nm"] if excess_of else [])]
+    units += [*(["N m s/rad"] if even else []), *(["N m"] if excess_of else [])]
     # load (S, 1) = [sign(v), v, 1, q, ...] (S, p) [tau_c, k_v, c_0, c_1, ...] (p, 1), all sweeps
     factors = ragged_factors(
         W, [p.load[:, None] for p in parts], regressors=names, outputs=("load",)

@@ -22,10 +22,10 @@ from armimpedance.skeleton import Skeleton
 #: Linear parameters of every axis, in this order: Coulomb and viscous friction, cable stiffness k_c
 #: and what a cable exerts at the angle zero, ``-k_c q_c``.
 AXIS_TERMS: Final = ("coulomb", "viscous", "cable_stiffness", "cable_offset")
-AXIS_UNITS: Final = ("Nm", "Nm s/rad", "Nm/rad", "Nm")
+AXIS_UNITS: Final = ("N m", "N m s/rad", "N m/rad", "N m")
 #: Then of the counterbalance spring: c_0, c_1, c_2.
 SPRING_TERMS: Final = ("spring_0", "spring_1", "spring_2")
-SPRING_UNITS: Final = ("Nm", "Nm/rad", "Nm/rad^2")
+SPRING_UNITS: Final = ("N m", "N m/rad", "N m/rad^2")
 
 #: Segments of the skeleton that bear the person's upper arm, and forearm with hand. The arm hangs
 #: from the segment's origin along -z.

@@ -57,7 +57,7 @@ class ErrorLaw(FrozenRecord):
     part : (m,) int
         Which of `PARTS` each error belongs to.
     noise : float
-        Nm^2: variance that a sample adds to a sum of torques.
+        N m^2: variance that a sample adds to a sum of torques.
     kernel_gain : float
         What the kernel leaves of it in a single sample.
     robot_dof, elastic_dof : float
@@ -78,17 +78,17 @@ class ErrorLaw(FrozenRecord):
         return np.asarray(columns @ columns.T)
 
     def summed_arm_variance(self, sums: FloatArray) -> FloatArray:
-        """``sum_i var(tau_h,i)`` (...) of sums (..., 6, k), Nm^2."""
+        """``sum_i var(tau_h,i)`` (...) of sums (..., 6, k), N m^2."""
         products = sums[..., _ARM_COLUMNS, :][..., _ARM_COLUMNS]
         # sum_i w_i H H^T w_i^T = tr(H H^T sum_i w_i^T w_i)
         return np.asarray((products * self._arm_gram).sum((-2, -1)))
 
     def variance_of_arm_sum(self, sums: FloatArray) -> FloatArray:
-        """``var(sum_i tau_h,i)`` (...) of sums (..., 6, k), Nm^2."""
+        """``var(sum_i tau_h,i)`` (...) of sums (..., 6, k), N m^2."""
         return np.asarray(((sums[..., ONE, :] @ self.arm) ** 2).sum(-1))
 
     def variance_of_robot_sum(self, sums: FloatArray) -> FloatArray:
-        """``var(sum_i tau_r,i)`` (...) of sums (..., 6, k), Nm^2."""
+        """``var(sum_i tau_r,i)`` (...) of sums (..., 6, k), N m^2."""
         own = sums[..., ONE, :] @ (self.user - self.arm)
         return np.asarray((own**2).sum(-1))
 

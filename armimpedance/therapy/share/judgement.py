@@ -40,7 +40,7 @@ LARGEST_SD: Final = 10.0
 LEAST_BESIDE: Final = 0.02
 LEAST_BESIDE_SO_FAR: Final = 0.1
 
-#: A denominator below this, in Nm or Nm^2, is zero; its square would be no number.
+#: A denominator below this, in N m or N m^2, is zero; its square would be no number.
 _ZERO: Final = 1e-30
 #: What is left of tau_h beside the robot's inertia, in squares, is rounding below this part of it.
 _ROUNDING: Final = 1e-9

@@ -13,7 +13,7 @@ from armimpedance.therapy.share.judgement import Judgement
 from armimpedance.therapy.share.result import ReferenceContribution
 from armimpedance.therapy.share.sums import ABS_ARM, ABS_MOTOR, ARM, LOWERING, ONE, SATURATED
 
-#: A mean |tau_h| below this is no load at all, Nm.
+#: A mean |tau_h| below this is no load at all, N m.
 NO_LOAD_NM: Final = 1e-6
 #: A share of a movement from which on a reader must know of it.
 MUCH: Final = 0.5
@@ -97,7 +97,7 @@ def ratio_notes(judgement: Judgement) -> tuple[str, ...]:
     sd = float(judgement.ratio.sd)
     what = f"an error of {sd:.2g} points" if judgement.arm_known else "no denominator"
     mean = total[ARM] / total[ONE]
-    return (f"(4) has {what}: mean tau_h {mean:.3g} +- {float(error):.2g} Nm",)
+    return (f"(4) has {what}: mean tau_h {mean:.3g} +- {float(error):.2g} N m",)
 
 
 def reference_notes(compared: ReferenceContribution | None) -> tuple[str, ...]:

@@ -71,9 +71,9 @@ def _why_not(mean: float, error: float, size: float) -> str:
     if np.isnan(error):
         return "one repetition of the reference: its scatter is not known"
     if not abs(mean) >= AWAY_SD * error:
-        return f"the mean reference {mean:.3g} Nm is less than {AWAY_SD:g} times its error"
+        return f"the mean reference {mean:.3g} N m is less than {AWAY_SD:g} times its error"
     if not abs(mean) >= LEAST_SHARE * size:
-        return f"the mean reference {mean:.3g} Nm is small against the torques of {size:.3g} Nm"
+        return f"the mean reference {mean:.3g} N m is small against the torques of {size:.3g} N m"
     return ""
 
 
@@ -84,5 +84,7 @@ def _other_timing(mean: float, error: float, judgement: Judgement) -> str:
     known = float(judgement.law.variance_of_arm_sum(sums)) / sums[ONE, ONE] ** 2
     apart = abs(needs - mean)
     if apart > max(OTHER_SHARE * abs(mean), AWAY_SD * float(np.hypot(error, np.sqrt(known)))):
-        return f"the arm needs {needs:.3g} Nm over this movement, {mean:.3g} Nm over the reference"
+        return (
+            f"the arm needs {needs:.3g} N m over this movement, {mean:.3g} N m over the reference"
+        )
     return ""

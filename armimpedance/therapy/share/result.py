@@ -173,7 +173,7 @@ class SampleContribution(FrozenRecord):
     Attributes
     ----------
     time_s, user, arm : (S,)
-        s, Nm.
+        s, N m.
     counts : (S,) bool
         Whether the axis moves.
     percent, sd : (S,)

@@ -135,7 +135,7 @@ def test_models_of_activation_and_of_muscles(hand):
     made = fit_muscles(joint, order=0, progress=lambda done, total: steps.append((done, total)))
     assert steps[-1][0] == steps[-1][1]
     assert len(made.parameters) == len(made.values)
-    assert made.parameters["K_passive_s"].unit == "Nm/rad"
+    assert made.parameters["K_passive_s"].unit == "N m/rad"
 
 
 def test_degrees_are_the_radians_of_the_kind(model):

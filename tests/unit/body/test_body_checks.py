@@ -43,7 +43,7 @@ def test_a_sound_recording_passes_within_the_tolerance_and_not_below_it(sound):
         ({"wrenches": lambda w: w[..., [2, 1, 0, 5, 4, 3]]}, "z up"),
         ({"wrenches": lambda w: 0.5 * w}, "is a plate missing"),
         ({"wrenches": lambda w: 2 * w}, "is the mass right"),
-        ({"wrenches": lambda w: w * np.repeat([1.0, 1e3], 3)}, "moments in Nm"),
+        ({"wrenches": lambda w: w * np.repeat([1.0, 1e3], 3)}, "moments in N m"),
         ({"coordinates": lambda q: q * np.array([1e3] * 3 + [1.0] * 7)}, "not millimetres"),
         (
             {"coordinates": lambda q: q * np.array([1.0] * 3 + [np.rad2deg(1.0)] * 7)},

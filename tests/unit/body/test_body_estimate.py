@@ -73,7 +73,7 @@ def test_weights_find_the_rows_own_noise(exact, small):
     base = essential_base_parameters(small)
     found = fit_base(equations, base)
     # sd of an sd from 1200 samples is 2 %; turning the frame mixes axes of one kind, and a noise
-    # of the force on its lever to the root (below .1 Nm here) adds to that of the moments
+    # of the force on its lever to the root (below .1 N m here) adds to that of the moments
     np.testing.assert_allclose(1 / found.weights, levels, rtol=0.1)
 
 

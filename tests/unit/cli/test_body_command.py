@@ -171,7 +171,7 @@ def first(recording, samples):
         (
             lambda r: changed(r, wrenches=lambda w: w * np.repeat([1.0, 1e3], 3)),
             (),
-            ("centre of pressure", "Nm"),
+            ("centre of pressure", "N m"),
         ),
         (lambda r: changed(r, coordinates=lambda q: 0 * q + q[:1]), (), ("nothing moves",)),
         (lambda r: first(r, 20), (), ("20 samples", "26")),

@@ -163,7 +163,7 @@ def test_the_law_over_emg_is_written_with_its_points(levels, tmp_path, capsys):
     assert names == ["k0", "k_biceps", "k_triceps", "b0", "b_biceps", "b_triceps"]
     assert len(law["points"]) == levels[0].n_trials
     assert all(point["imcj_Nm"] > 0 for point in law["points"])
-    assert "IMCJ (Nm)" in capsys.readouterr().out
+    assert "IMCJ (N m)" in capsys.readouterr().out
 
 
 def test_raw_samples_are_refused_for_arx_before_the_fit(bench_folder, refusal):

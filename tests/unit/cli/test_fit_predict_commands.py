@@ -125,7 +125,7 @@ def test_at_the_hand_the_recordings_arm_is_needed(folder, tmp_path, capsys):
     done(*given, "--recording", session)
     hand = pd.read_csv(out)
     assert (hand["level"] == "hand").all()
-    # some 15 Nm/rad over a lever of some .3 m
+    # some 15 N m/rad over a lever of some .3 m
     assert hand["K_22"].between(20, 2000).all()
     assert (hand["ci_low_K_size"] < hand["K_size"]).all()
 

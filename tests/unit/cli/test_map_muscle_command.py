@@ -11,7 +11,7 @@ from manipulandum_sim.hand.muscles import human_paths, joint_basis
 from manipulandum_sim.hand.simulate import simulate
 from manipulandum_sim.hand.truth import Truth
 
-#: The simulated joints' own springs and dampers (Nm/rad, Nms/rad), beside single-joint muscles.
+#: The simulated joints' own springs and dampers (N m/rad, N m s/rad), beside single-joint muscles.
 TISSUE = {"K": 1.0, "B": 0.2}
 
 

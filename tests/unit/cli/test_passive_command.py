@@ -157,7 +157,7 @@ def test_fit_json_keeps_its_contract(tmp_path):
     kinds |= {"r2": float, "vaf": float, "warnings": list, "parameters": list}
     assert {name: type(fit[name]) for name in kinds} == kinds
     assert fit["method"] == "output-error"
-    units = {"k": "Nm/rad", "h": "Nm s/rad", "f": "Nm", "q_r": "rad"}
+    units = {"k": "N m/rad", "h": "N m s/rad", "f": "N m", "q_r": "rad"}
     for p in fit["parameters"]:
         low, high = p["ci95"]
         assert low < p["value"] < high

@@ -195,7 +195,7 @@ def test_an_axis_that_did_not_repeat_is_left_out_with_a_sentence(folder, results
     contribution(folder)
     said = " ".join(capsys.readouterr().out.split())
     assert said.count("left out: ") == 1
-    for word in ("axis horizontal", "too different", "Nm (rms); --unrepeatable goes on"):
+    for word in ("axis horizontal", "too different", "N m (rms); --unrepeatable goes on"):
         assert word in said.split("left out: ")[1]
     contribution(folder, "--unrepeatable", "--out", tmp_path / "all.csv")
     assert "left out" not in capsys.readouterr().out

@@ -84,7 +84,7 @@ def two_speeds(recording):
 
 #: What happens to a recording, and words that its one line must hold.
 OF_ANY = {
-    "torque in mNm": (lambda r: replace(r, force=1e3 * r.force), ("tau1_Nm", "mNm", "59.5 Nm")),
+    "torque in mNm": (lambda r: replace(r, force=1e3 * r.force), ("tau1_Nm", "mNm", "59.5 N m")),
     "torque in kNm": (lambda r: replace(r, force=1e-3 * r.force), ("unit", "weight")),
     "wrong sign": (lambda r: replace(r, force=-r.force), ("other sign", "force_by")),
     "interaction": (lambda r: replace(r, torque="interaction"), ("interaction", "'commanded'")),
@@ -221,7 +221,7 @@ ROBOTS = {
         "recording",
         ("q1_rad", "another robot", "0 to 0.5 rad"),
     ),
-    "motors": (lambda r: r.update(torque_limit_Nm=[5.0] * 5), "recording", ("at most", "5 Nm")),
+    "motors": (lambda r: r.update(torque_limit_Nm=[5.0] * 5), "recording", ("at most", "5 N m")),
     "no limits": (no_limits, "robot", ("no limits_rad", "`armimpedance therapy robot`")),
     "no number": (no_number, "robot", ("theta", "finite")),
     "drawings": (

@@ -117,13 +117,13 @@ def test_the_drawing_shows_every_person():
     result = discriminate_groups(
         group("a", np.arange(4.0), np.ones(4)), group("b", np.arange(3.0) + 2)
     )
-    ax = plot_discrimination(result, label="k (Nm/rad)")
+    ax = plot_discrimination(result, label="k (N m/rad)")
     points = [len(line.get_xdata()) for line in ax.lines if line.get_marker() in ("o", "s")]
     assert points == [4, 3]
-    assert ax.get_ylabel() == "k (Nm/rad)"
+    assert ax.get_ylabel() == "k (N m/rad)"
 
 
-def fit_file(folder, name, value, unit="Nm/rad"):
+def fit_file(folder, name, value, unit="N m/rad"):
     row = {"name": "k", "joint": 1, "value": value, "sd": 0.1, "sd_robust": 0.2, "unit": unit}
     path = folder / f"{name}.json"
     path.write_text(json.dumps({"parameters": [row, row | {"joint": 2, "value": value + 5}]}))
@@ -171,7 +171,7 @@ def test_files_fits_and_parameters_tell_the_same(tmp_path):
     }
     told = discriminate(files, joint=1)
     fitted = {
-        name: [NamedParameter("k", v, 0.1, 0.2, "Nm/rad", joint=1) for v in values]
+        name: [NamedParameter("k", v, 0.1, 0.2, "N m/rad", joint=1) for v in values]
         for name, values in (("a", first), ("b", second))
     }
     again = discriminate(fitted)
@@ -198,6 +198,6 @@ def test_a_result_shows_itself_in_a_few_lines_and_escaped():
 
 
 def test_groups_of_different_units_are_refused():
-    a, b = (Group(n, ("x", "y", "z"), np.arange(3.0), None, n) for n in ("Nm", "N"))
-    with pytest.raises(InputError, match="in Nm and in N"):
+    a, b = (Group(n, ("x", "y", "z"), np.arange(3.0), None, n) for n in ("N m", "N"))
+    with pytest.raises(InputError, match="in N m and in N"):
         discriminate_groups(a, b, "k")

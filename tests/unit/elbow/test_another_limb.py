@@ -30,7 +30,7 @@ def rigid(s):
 
 
 def strapped(s):
-    """The same limb behind soft tissue of 150 Nm/rad."""
+    """The same limb behind soft tissue of 150 N m/rad."""
     return 1 / (1 / rigid(s) + 1 / (150 + s))
 
 

@@ -199,7 +199,7 @@ def test_coarse_decimation_does_not_warp_instruments():
 
 
 def solved(values, covariance):
-    units = ("kg m^2", "Nm s/rad", "Nm/rad")
+    units = ("kg m^2", "N m s/rad", "N m/rad")
     parameters = Parameters(("I", "B", "K"), units, values, covariance, dof=9.0)
     return Solved(parameters, 100, None, np.zeros((10, 3)))
 

@@ -155,7 +155,7 @@ def test_a_session_with_crosstalk_gives_the_law_without():
 
 
 def held_torque(seed: int, pulls: tuple[float, float], swapped: bool = False) -> np.ndarray:
-    """Mean torque and amplitudes (14, 3) at `LEVELS`, twice; .1 Nm and 2 % of noise."""
+    """Mean torque and amplitudes (14, 3) at `LEVELS`, twice; .1 N m and 2 % of noise."""
     rng = np.random.default_rng([85, seed])
     levels = np.tile(LEVELS, (2, 1))
     torque = 2.0 + levels @ np.array(pulls) + 0.1 * rng.standard_normal(len(levels))

@@ -31,7 +31,7 @@ def test_without_errors_the_law_is_found_exactly():
     assert law.stiffness.scatter == pytest.approx(0, abs=1e-9)
     assert law.warnings == ()
     assert law.stiffness.parameters.names == ("k0", "k_flexor", "k_extensor")
-    assert law.viscosity.parameters[2].unit == "Nm s/rad"
+    assert law.viscosity.parameters[2].unit == "N m s/rad"
 
 
 def test_exact_amplitudes_leave_weighted_least_squares():

@@ -119,7 +119,7 @@ def test_the_subject_s_torque_is_noise_where_the_angle_is_imposed(own, method, c
     records = [servo(seed, own_Nm=own, command=command, duration_s=20.0) for seed in range(8)]
     fits = [estimated(samples, method)[0] for samples in records]
     assert_unbiased(fits)
-    # The torque as instrument is off by S_v / S_tau, 3 Nm beside some 2 Nm: more than twice.
+    # The torque as instrument is off by S_v / S_tau, 3 N m beside some 2 N m: more than twice.
     if own == 3.0 and method == "iv":
         wrong = estimated(replace(records[0], command=None, imposed="torque"))[0]
         assert wrong.values[2] > 2 * JOINT[2]
@@ -215,7 +215,7 @@ def test_a_limb_that_is_not_of_second_order_chooses_no_experiment():
 
 
 def test_a_hull_holds_what_it_is_made_of():
-    units = ("kg m^2", "Nm s/rad", "Nm/rad")
+    units = ("kg m^2", "N m s/rad", "N m/rad")
     one = Parameters(("I", "B", "K"), units, JOINT, np.diag((0.01 * JOINT) ** 2), dof=20.0)
     other = replace(one, values=1.1 * JOINT, covariance=np.diag((0.02 * JOINT) ** 2))
     for centre in (one.values, middle([one, other])):
@@ -247,7 +247,7 @@ def test_a_command_that_the_joint_does_not_follow_is_left_out():
 
 
 def test_a_word_that_the_record_contradicts_is_named():
-    """3 Nm of own torque in a servo, told as an imposed torque; and the same told rightly."""
+    """3 N m of own torque in a servo, told as an imposed torque; and the same told rightly."""
     samples = servo(1, own_Nm=3.0, command=False)
     _, wrong = estimated(replace(samples, imposed="torque"))
     assert wrong.verdict == "warning"
@@ -256,7 +256,7 @@ def test_a_word_that_the_record_contradicts_is_named():
 
 
 def test_a_word_that_the_record_hardly_contradicts_is_said_and_allowed_for():
-    """A device that gives way like the limb, told as an imposed torque: .3 Nm of own torque."""
+    """A device that gives way like the limb, told as an imposed torque: .3 N m of own torque."""
     joint, said = np.array([0.07, 0.6, 20.0]), []
     for seed in range(4):
         samples = servo(

@@ -161,7 +161,7 @@ def test_the_truth_varies_as_is_said(studied):
 
 def test_a_lag_of_the_filter_is_a_false_viscosity_of_the_springs_sign(studied):
     """``K theta(t - d) = K theta - K d theta' + ...``: within the device's own friction, which
-    brakes, its viscosity and Coulomb's at this amplitude, 0.25 Nms/rad before it is hidden."""
+    brakes, its viscosity and Coulomb's at this amplitude, 0.25 N m s/rad before it is hidden."""
     spring, _, inertia = studied["elbow_loads"]
     view = spring.views[fig06.MEASURED]
     assert -spring.asked * fig06._lag_s() < view.false < 0

@@ -63,7 +63,7 @@ def guessed(group, someone, seed):
     """A person whose stiffness is known to 5 %, without a recording."""
     true = someone.joints[venture_shoulders.FLEXION].k
     value = true * (1 + 0.05 * np.random.default_rng(seed).standard_normal())
-    k = NamedParameter("k", value, 0.01 * true, 0.05 * true, "Nm/rad")
+    k = NamedParameter("k", value, 0.01 * true, 0.05 * true, "N m/rad")
     return Shoulder(group, someone.name, someone.mass_kg, someone.height_m, true, k, 100)
 
 
@@ -320,7 +320,7 @@ def test_what_is_drawn_is_what_the_table_judges(studied):
             assert float(row["r2_about_mean"]) == pytest.approx(r2, abs=1e-4)
             zero = 1 - (left**2).sum() / (measured**2).sum()
             assert float(row["r2_about_0"]) == pytest.approx(zero, abs=1e-4)
-            assert row["unit"] == ("N" if r < 3 else "Nm")
+            assert row["unit"] == ("N" if r < 3 else "N m")
             assert axes[r, m].texts[0].get_text() == f"R² {float(row['r2_about_mean']):.2f}"
 
 
@@ -365,7 +365,7 @@ def test_the_threshold_is_drawn_midway():
         Group(name, tuple("abcd"), mean + rng.standard_normal(4))
         for name, mean in (("controls", 0.0), ("patients", 3.0))
     )
-    ax = plot_discrimination(discriminate_groups(first, second), label="k (Nm/rad)")
+    ax = plot_discrimination(discriminate_groups(first, second), label="k (N m/rad)")
     middle = (first.values.mean() + second.values.mean()) / 2
     assert any(np.allclose(line.get_ydata(), middle) for line in ax.lines)
     assert "threshold" in [t.get_text() for t in ax.texts]

@@ -100,8 +100,8 @@ def test_what_is_no_json_object_is_refused(tmp_path, text):
 
 def test_a_fit_file_keeps_the_contract(tmp_path):
     parameters = (
-        NamedParameter("k", 2.0, 0.1, 0.2, "Nm/rad", joint=1),
-        NamedParameter("h", 0.0, 0.1, 0.2, "Nms/rad", dof=5.0),
+        NamedParameter("k", 2.0, 0.1, 0.2, "N m/rad", joint=1),
+        NamedParameter("h", 0.0, 0.1, 0.2, "N m s/rad", dof=5.0),
     )
     summary = FitSummary("least squares", 700, np.inf, 2.3, 2, 0.9, 0.95, parameters, ("a",))
     write_fit(summary, tmp_path / "FIT.json", subject="1")

@@ -33,7 +33,7 @@ def a_course(**changes):
     return VaryingImpedance(**{**given, **changes})
 
 
-UNITS = ("kg m^2", "Nm s/rad", "Nm/rad")
+UNITS = ("kg m^2", "N m s/rad", "N m/rad")
 COLUMNS = (
     *("time_s", "B", "K", "ci_low_B", "ci_high_B", "ci_low_K", "ci_high_K", "sd_B", "sd_K"),
     *("I", "ci_low_I", "ci_high_I", "trial", "method", "warnings"),
@@ -114,7 +114,7 @@ def test_other_endings_hold_numbers_of_full_precision(tmp_path, ending):
 def test_a_course_shows_itself_in_a_few_lines():
     course = a_course(method="<b>", warnings=tuple(f"<script>{k}" for k in range(20)))
     assert len(repr(course).splitlines()) <= 12
-    assert "B from 1 to 1.4 Nm s/rad" in repr(course)
+    assert "B from 1 to 1.4 N m s/rad" in repr(course)
     assert "<script>" not in course._repr_html_()
     assert "<b>" not in course._repr_html_()
     assert course.inertia.ci95 == pytest.approx((0.07 - 2.179 * 0.002, 0.07 + 2.179 * 0.002), 1e-3)
@@ -124,7 +124,7 @@ def test_a_course_shows_itself_in_a_few_lines():
 def test_a_fit_shows_itself_in_a_few_lines():
     fit = a_fit(warnings=tuple(f"<script>{k}" for k in range(20)), joint=2)
     assert len(repr(fit).splitlines()) <= 12
-    assert "K of joint 2 = 9 Nm/rad" in repr(fit)
+    assert "K of joint 2 = 9 N m/rad" in repr(fit)
     assert "<script>" not in fit._repr_html_()
     frame = fit.to_frame()
     assert list(frame.index) == ["I", "B", "K"]

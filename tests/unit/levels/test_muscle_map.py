@@ -48,7 +48,7 @@ def simulated_arm():
 
 
 def estimate(truth, row, **changes):
-    """The truth as an estimate of 40 trials, symmetric errors of 1 Nm/rad and .05 Nms/rad."""
+    """The truth as an estimate of 40 trials, symmetric errors of 1 N m/rad and .05 N m s/rad."""
     swap = np.eye(4)[[0, 2, 1, 3]]
     block = (np.eye(4) + swap) / 2
     J = hand_jacobian(truth, row)
@@ -106,7 +106,7 @@ def test_the_sums_are_the_muscles_own_with_the_curvature_of_all_tension(truth, s
     np.testing.assert_allclose(found.tension, truth.tension[row], atol=1e-3)
     own = joint_stiffness(truth.G[row], truth.muscle_stiffness[row]) + TISSUE_K
     sums = {c.name: c.value for c in found.stiffness.combinations}
-    # the table's splines and the plant's differences: 1e-3 of a Nm/rad
+    # the table's splines and the plant's differences: 1e-3 of a N m/rad
     assert [sums[n] for n in ("ss", "se", "ee")] == pytest.approx(
         own[[0, 0, 1], [0, 1, 1]], abs=5e-3
     )

@@ -329,7 +329,7 @@ def test_a_truth_of_other_lengths_is_refused(nominal):
         ({"hum_hz": 500.0}, "500.0 Hz"),
         ({"electrode_noise_V": np.inf}, "noise"),
         ({"velocity_limit": 0.0}, "limits of 0.0"),
-        ({"torque_limit": np.nan}, "nan Nm"),
+        ({"torque_limit": np.nan}, "nan N m"),
         ({"four_muscles": True}, "four muscles"),
     ],
 )

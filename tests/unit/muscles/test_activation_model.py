@@ -168,7 +168,7 @@ def test_bernstein_never_makes_a_muscle_negative_where_least_squares_does():
 
 
 def rest_misfit(model: ActivationModel) -> float:
-    """How far K_0 is from one that nonnegative muscles and passive joints could make, Nm/rad."""
+    """How far K_0 is from one that nonnegative muscles and passive joints could make, N m/rad."""
     alpha = np.linspace(*model.activation_range.T, 400)
     least = -model.muscle_stiffness(alpha).min(axis=0)
     passive = np.array([[1.0, 0, 0], [0, 0, 1.0]])

@@ -18,7 +18,7 @@ from armimpedance.muscles.rows import JointRows, matrix
 
 ARM = arm_named("planar6")
 NOMINAL = np.array([1.04, 1.57])
-#: N/m at rest and at the highest activation, and Ns/m.
+#: N/m at rest and at the highest activation, and N s/m.
 REST = np.array([1300.0, 1500.0, 5000.0, 4500.0, 2100.0, 2000.0])
 RISE = np.array([12e3, 14e3, 15e3, 13e3, 8e3, 9e3])
 HIGHEST = np.full(6, 0.3)

@@ -41,7 +41,7 @@ def postures(count=20, seed=0):
 
 
 def muscles(q, *, order=2, seed=1):
-    """A relaxed arm, about [[15, 6], [6, 16]] Nm/rad; two-joint arms depend on both angles."""
+    """A relaxed arm, about [[15, 6], [6, 16]] N m/rad; two-joint arms depend on both angles."""
     powers = exponents(order)
     c = np.random.default_rng(seed).normal(0, 0.1, (6, 2, len(powers)))
     c[:, :, 0] = 1.0

@@ -67,7 +67,7 @@ def machine(seed, left=None, late=0.0):
 
 
 def bump(m):
-    """A torque of half a second, .2 Nm."""
+    """A torque of half a second, .2 N m."""
     t = np.arange(len(m.q)) / 100.0
     return 0.2 * np.sin(np.pi * np.clip((t - m.rng.uniform(1, 8)) / 0.5, 0, 1)) ** 2
 
@@ -157,7 +157,7 @@ def test_a_clean_clock_is_not_doubted_and_tells_what_it_would_have_seen(forearm)
     found = {one.name: one for one in cause_findings(samples, FREE)}
     assert warned(found.values()) == set()
     assert "a rate" in found["time"].smallest
-    assert "Nm" in found["voluntary"].smallest
+    assert "N m" in found["voluntary"].smallest
 
 
 def test_a_rest_angle_that_is_stated_wrong_is_none_of_the_causes(forearm):

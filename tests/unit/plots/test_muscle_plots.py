@@ -368,7 +368,7 @@ def test_six_panels_have_titles_units_and_bars(model, make_estimate):
 def test_measured_over_predicted_with_both_intervals_and_the_identity():
     x, y = np.array([1.0, 2.0, 4.0]), np.array([1.2, 1.9, 4.5])
     x_half, y_half = np.array([0.1, 0.2, 0.3]), np.array([0.3, 0.2, 0.1])
-    ax = plot_predicted_against_measured(x, y, x_half, y_half, ["a", "b", "a"], label="K (Nm/rad)")
+    ax = plot_predicted_against_measured(x, y, x_half, y_half, ["a", "b", "a"], label="K (N m/rad)")
     first, second = ax.containers
     np.testing.assert_allclose(first.lines[0].get_xydata(), [[1.0, 1.2], [4.0, 4.5]])
     np.testing.assert_allclose(second.lines[0].get_xydata(), [[2.0, 1.9]])
@@ -381,7 +381,7 @@ def test_measured_over_predicted_with_both_intervals_and_the_identity():
     assert ax.get_xlim()[0] < 0.9
     assert ax.get_xlim()[1] > 4.6
     assert first.lines[0].get_marker() != second.lines[0].get_marker()
-    assert ax.get_ylabel() == "measured K (Nm/rad)"
+    assert ax.get_ylabel() == "measured K (N m/rad)"
 
 
 def test_vectors_that_do_not_match_and_too_many_groups_are_refused():

@@ -225,7 +225,7 @@ def calibrated(*axes):
     movements = tuple(m for m in session() if m.condition == "passive")
     rows = []
     for i, one in enumerate(axes):
-        stiffness = NamedParameter("k_s", 4.0, 0.1, 0.1, "Nm/rad", 10.0, i + 1)
+        stiffness = NamedParameter("k_s", 4.0, 0.1, 0.1, "N m/rad", 10.0, i + 1)
         rest = NamedParameter("q_0", np.nan, np.nan, np.nan, "rad", joint=i + 1)
         rows.append(SimpleNamespace(axis=i, elastic=one, stiffness=stiffness, rest=rest))
     return SimpleNamespace(axes=tuple(rows), movements=movements)

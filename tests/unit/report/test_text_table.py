@@ -18,7 +18,7 @@ def test_summary_fits_a_terminal_and_names_units_and_conditions(make_estimate):
     estimates += [make_estimate(k=3), make_estimate(k=1, level="joint")]
     text = summary_table(estimates)
     assert max(map(len, text.splitlines())) <= 100
-    for part in ("(kg)", "(N s/m)", "(N/m)", "(deg)", "(Nm/rad)", "315 degrees", "95 %"):
+    for part in ("(kg)", "(N s/m)", "(N/m)", "(deg)", "(N m/rad)", "315 degrees", "95 %"):
         assert part in text
 
 

@@ -211,12 +211,12 @@ def test_what_cannot_be_calibrated_is_refused_in_one_line():
 
 
 def viscous(b):
-    """An arm that resists its speed by b, Nms/rad, about whichever axis moves."""
+    """An arm that resists its speed by b, N m s/rad, about whichever axis moves."""
     return lambda _t, _q, qd: b * qd[:, np.abs(qd).max(axis=0).argmax()]
 
 
 def test_a_viscous_arm_moved_one_way_only_has_a_rest_angle_no_better_known_than_that():
-    # .3 Nms/rad move the rest angle of the soft axis by .07 rad; nothing else is uncertain here
+    # .3 N m s/rad move the rest angle of the soft axis by .07 rad; nothing else is uncertain here
     found = calibrated(repeated(Session(), extra=viscous(0.3)), mass_sd=0.0)
     for axis, rest in zip(found.axes, REST_RAD, strict=True):
         assert axis.rest.ci95[0] < rest < axis.rest.ci95[1]
@@ -228,7 +228,7 @@ def test_a_viscous_arm_moved_one_way_only_has_a_rest_angle_no_better_known_than_
     assert not soft.elastic.rest_identified
     # without noise the shape of the movement tells it: the message has the size
     assert soft.fitted.viscosity == pytest.approx(0.3, abs=0.01)
-    assert "0.3 Nms/rad" in soft.viscosity.message
+    assert "0.3 N m s/rad" in soft.viscosity.message
 
 
 def test_up_and_down_tell_viscosity_from_the_rest_angle():

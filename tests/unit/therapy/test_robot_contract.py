@@ -95,7 +95,7 @@ def elastic(axis: str = "elevation", p: int = 23) -> Elastic:
 
 
 def test_the_mock_up_weighs_what_the_source_measured():
-    """10.66 Nm at 90 degrees of elevation, .450 kg m^2 about the vertical (Guidali, Fig. 4)."""
+    """10.66 N m at 90 degrees of elevation, .450 kg m^2 about the vertical (Guidali, Fig. 4)."""
     machine = robot().adjusted_to(0.32)
     bodies = arm_bodies(machine, PassiveArm("pipes", "bench", 0.32, pipes()))
     q, still = np.array([np.pi / 2, 0.3, 0.0, 0.0, 0.0]), np.zeros(5)

@@ -392,7 +392,7 @@ def session_of_movements(robot=None, **given):
     [
         ({"torque": "interaction"}, "'commanded'"),
         ({"torque": None}, "does not say what its torques are"),
-        ({"force": lambda r: 1000 * r.force}, "mNm rather than Nm"),
+        ({"force": lambda r: 1000 * r.force}, "mNm rather than N m"),
         ({"force": lambda r: r.force / 1000}, "is the unit right"),
         ({"force": lambda r: 0 * r.force}, "all zero"),
         ({"force": lambda r: r.force * [1, 0, 1]}, "axis 2 moves with a motor torque of zero"),
