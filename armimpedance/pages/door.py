@@ -52,7 +52,7 @@ def report_page(asked: Asked) -> Page:
     if asked.source.is_file() and asked.source.suffix in _RESULTS:
         return TOPICS.named(asked.topic or _of_results(asked.source)).page_of(asked)
     asked = _without_left_out(asked)
-    inspection = inspect(asked.recording)
+    inspection = _inspected(asked)
     asked = replace(asked, checks=inspection.checks)
     if any(stop.name not in asked.despite for stop in inspection.of_verdict("unusable")):
         return _stopped(asked, inspection)
@@ -71,6 +71,15 @@ def _without_left_out(asked: Asked) -> Asked:
         )
     kept = without_trials(recording, asked.leave_out)
     return replace(asked, opened=kept, whole=recording)
+
+
+def _inspected(asked: Asked) -> Inspection:
+    """What `inspect` finds; it judges directions by condition, an estimate by its own groups."""
+    inspection = inspect(asked.recording)
+    if asked.by == ("condition",):
+        return inspection
+    kept = tuple(check for check in inspection.checks if check.name != "directions")
+    return replace(inspection, checks=kept)
 
 
 def _several(asked: Asked) -> Page:

@@ -30,7 +30,8 @@ ADVICE: Final = {
     "mass": "Weigh or scale the segments, and say how well the masses are known.",
     "lengths": "Measure both lengths from bony landmarks.",
     "reach": "Measure where the shoulder is in the robot's frame, in metres.",
-    "directions": "Disturb in all directions in every condition.",
+    "directions": "Disturb in all directions in every condition, or group trials by another column "
+    "(--by).",
     "disturbance": "Look at the trials that the message names; leave them out.",
     "returns to start": "Any method but `paper` allows for a hand that does not return.",
     "coherence": "Look whether something disturbed the limb at all, and at its units.",

@@ -164,3 +164,12 @@ def test_the_points_of_a_picture_stand_beside_it(parsed):
     # the fit explains most of the force, in newtons
     assert np.abs(measured).max() > 0.5
     assert np.std(np.array(measured) - np.array(fitted)) < 0.5 * np.std(measured)
+
+
+def test_conditions_of_one_direction_can_be_grouped_by_another_column(session):
+    trials = session.trials.assign(condition=session.trials["direction_deg"].astype(str))
+    of_directions = _with(session, trials)
+    assert report_page(Asked((Path("a"),), opened=of_directions)).verdict.state == "unusable"
+    page = report_page(Asked((Path("a"),), opened=of_directions, by=("experiment",)))
+    assert page.verdict.state != "unusable"
+    assert len(page.data["results"]) == 1
