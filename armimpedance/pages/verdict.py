@@ -21,7 +21,7 @@ ADVICE: Final = {
     "skew": "Record all channels on one clock, or say how much later one of them is.",
     "reflex": "Use shorter disturbances, or take the limb's own part that `reflex` gives.",
     "amplitude": "Use smaller motions, and say at which amplitude the numbers hold.",
-    "lack of fit": "Look at the trials below, and compare methods side by side.",
+    "lack of fit": "Look at the residuals, and at what the message names.",
     "copies": "Take the copies out: each trial counts once.",
     "imposed": "Say in recording.json what the rig imposes, and record its command.",
     "voluntary": "Ask for a steady contraction, record longer, or disturb more strongly.",

@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
+from typing import Final
+
+import numpy as np
+
 from armimpedance.files import read_model
-from armimpedance.muscles import FittedModel
+from armimpedance.muscles import FittedModel, kind_of
 from armimpedance.pages.asked import Asked
 from armimpedance.pages.methods_text import software
 from armimpedance.pages.of_fit import fit_page
-from armimpedance.pages.page import Page, Section, Table
+from armimpedance.pages.page import Page, Picture, Section, Table
+from armimpedance.pages.pictures import picture
 from armimpedance.pages.references import TSUJI
 from armimpedance.pages.topic import Topic
+from armimpedance.plots import plot_predictions
+
+#: Places along each range at which the model is drawn.
+PLACES: Final = 3
 
 
 def page_of(asked: Asked) -> Page:
@@ -35,6 +44,7 @@ def page_of(asked: Asked) -> Page:
         model.summary,
         title=f"Model of the muscles: {asked.source.stem}",
         lead=f"{method.replace('_', ' ')}, fitted to {model.summary.n} numbers.",
+        pictures=[_drawn(model)],
         sections=[Section("Elements", (_quality(model),))],
         methods=[
             f"The model {method.replace('_', ' ')} of joint stiffness and viscosity was fitted "
@@ -44,6 +54,28 @@ def page_of(asked: Asked) -> Page:
         ],
         references=[TSUJI],
     )
+
+
+def _drawn(model: FittedModel) -> Picture:
+    """What the model gives at places of its range; squares are extrapolated."""
+    kind = kind_of(model)
+    given, where = [], []
+    if "postures" in kind.needs:
+        box = model.scaling.box if hasattr(model, "scaling") else model.box  # type: ignore[attr-defined]
+        shoulder, elbow = (np.linspace(low, high, PLACES) for low, high in np.asarray(box))
+        given.append(np.array([(s, e) for s in shoulder for e in elbow]))
+        where.append(f"{PLACES} by {PLACES} postures of its workspace")
+    if "activations" in kind.needs:
+        own = getattr(model, "activation_range", None)
+        high = model.highest if own is None else own[:, 1]  # type: ignore[attr-defined]
+        parts = np.linspace(0, 1, PLACES) if own is not None else np.zeros(1)
+        given.append(parts[:, None] * high)
+        where.append(
+            "activations from rest to the measured range" if own is not None else "at rest"
+        )
+    predicted = model.predict(*given)  # type: ignore[attr-defined]
+    caption = f"K and B that the model gives at {', '.join(where)}; squares are extrapolated."
+    return picture(plot_predictions(predicted), "predicted", caption)
 
 
 def _quality(model: FittedModel) -> Table:

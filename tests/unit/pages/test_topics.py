@@ -11,7 +11,7 @@ import pytest
 
 import armimpedance as ai
 from armimpedance.__main__ import main
-from armimpedance.files import write_fit
+from armimpedance.files import write_fit, write_model
 from armimpedance.pages import TOPICS
 from armimpedance.pages.asked import Asked
 from armimpedance.pages.door import report_page
@@ -111,3 +111,12 @@ def test_a_course_over_time(parse):
     held = pd.DataFrame(parse(html_of(page)).data("course"))
     np.testing.assert_allclose(held["K"], course.K, rtol=1e-6)
     assert "method windows" in page.methods.paragraph
+
+
+def test_a_model_over_posture_is_drawn_where_it_was_measured_and_beyond(tmp_path):
+    recording, _ = simulate("postures", seed=5, sets=1)
+    model = ai.fit_posture(ai.to_joint(ai.estimate(recording), recording=recording), order=1)
+    write_model(model, tmp_path / "posture.json")
+    page = report_page(Asked((tmp_path / "posture.json",)))
+    assert len(page.data["parameters"]) == len(model.to_frame())
+    assert [block.name for block in page.blocks if isinstance(block, Picture)] == ["predicted"]
