@@ -148,7 +148,9 @@ def seen(row: Any) -> str:
     if row.named > 0.02:
         beside = f", beside intervals that hold the truth in {_percent(row.held)}"
         held = beside if row.named > 0.5 and np.isfinite(row.held) else ""
-        parts.append(f"a warning in {_percent(row.named)}: *{_short(naming[0])}*{held}")
+        # of many different sentences the cell keeps the commonest; the name may not be among them
+        name = naming[0] if naming else names[0]
+        parts.append(f"a warning in {_percent(row.named)}: *{_short(name)}*{held}")
     if row.wide_or_right > 0.02:
         parts.append(f"an interval that holds the truth in {_percent(row.wide_or_right)}")
     if row.silently_wrong > 0.02:
