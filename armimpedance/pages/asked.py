@@ -79,6 +79,11 @@ class Asked:
         return self.sources[0]
 
     @property
+    def checks_without_emg(self) -> tuple[Finding, ...]:
+        """The checks of the recording that matter where its EMG is not used."""
+        return tuple(check for check in self.checks if not check.name.startswith("EMG"))
+
+    @property
     def recording(self) -> AnyRecording:
         """The only source as a recording.
 

@@ -96,6 +96,7 @@ def fit_page(
     references: Sequence[str] = (),
     options: Sequence[tuple[str, Any]] = (),
     frames: dict[str, pd.DataFrame] | None = None,
+    emg: bool = False,
 ) -> Page:
     """One fit as a page.
 
@@ -117,13 +118,19 @@ def fit_page(
         What was chosen.
     frames : dict from str to DataFrame, optional
         Further data of the page.
+    emg : bool
+        Whether the fit uses the EMG: else checks of the EMG do not matter.
 
     Returns
     -------
     Page
     """
     own_names = {check.name for check in summary.checks}
-    of_recording = (check for check in asked.checks if check.name not in own_names)
+    of_recording = (
+        check
+        for check in (asked.checks if emg else asked.checks_without_emg)
+        if check.name not in own_names
+    )
     told = told_by(summary.warnings, (*summary.checks, *of_recording))
     determined = [Section("What the data determine", (_conditions(summary),))]
     checks = [Section("Checks", (Checks(told),))] if told else []

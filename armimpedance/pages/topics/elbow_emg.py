@@ -47,6 +47,7 @@ def page_of(asked: Asked) -> Page:
             "as linear laws of the EMG amplitudes, whose own errors are accounted for",
         ],
         references=[RUIZ],
+        emg=True,
         options=[("despite", ", ".join(asked.despite))],
     )
 

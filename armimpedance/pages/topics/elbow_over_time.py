@@ -42,7 +42,7 @@ def page_of(asked: Asked) -> Page:
     course = elbow_over_time(
         recording, method=method, despite=asked.despite, progress=asked.progress
     )
-    told = told_by(course.warnings, (*course.checks, *asked.checks))
+    told = told_by(course.warnings, (*course.checks, *asked.checks_without_emg))
     pictures = tuple(
         picture(
             plot_varying_both(course, row),
