@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from armimpedance.motion import MarkerRecording, MotionRecording
-from armimpedance.recordings import AnyRecording
+from armimpedance.recordings import AnyRecording, told_not_taken
 from armimpedance.records import Recording
 from armimpedance.report.numbers import counted
 
@@ -34,12 +34,19 @@ def describe(recording: AnyRecording, title: str) -> str:
         f"{seconds:.1f} s at {recording.sample_rate_hz:g} Hz",
         f"  subject {recording.subject.id}{own[1]}",
         *(f"  {line}" for line in own[2:]),
-        *(f"  {step}" for step in recording.provenance),
+        *(f"  {step}" for step in recording.provenance if not told_not_taken([step])),
+        *_not_taken(recording),
         "\nConditions",
     ]
     for condition, group in trials.groupby("condition", sort=False):
         lines.append(f"  {condition}: {counted(len(group), 'trial')}{_directions(group)}")
     return "\n".join(lines)
+
+
+def _not_taken(recording: AnyRecording) -> list[str]:
+    """What the file holds beside what was read, as a list of its own."""
+    left = told_not_taken(recording.provenance)
+    return ["\nNot taken", *(f"  {sentence}" for sentence in left)] if left else []
 
 
 def _of_limb(recording: Recording) -> list[str]:
