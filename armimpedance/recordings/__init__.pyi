@@ -1,7 +1,6 @@
 from .motion.skeleton_json import (
     read_skeleton as read_skeleton,
 )
-from .not_taken import told_not_taken as told_not_taken
 from .opening import open_recording as open_recording
 from .reading import AnyRecording as AnyRecording, ReadOptions as ReadOptions
 from .subject import read_subject as read_subject

@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from armimpedance.motion import MarkerRecording, MotionRecording
-from armimpedance.recordings import AnyRecording, told_not_taken
+from armimpedance.not_taken import told_not_taken
+from armimpedance.recordings import AnyRecording
 from armimpedance.records import Recording
 from armimpedance.report.numbers import counted
 

@@ -39,7 +39,7 @@ RANKS = [
     {"arrays"},
     {"outputs"},
     {"method_table"},
-    {"findings"},
+    {"findings", "not_taken"},
     {"conventions", "errors"},
 ]
 RANK = {room: rank for rank, rooms in enumerate(RANKS) for room in rooms}
