@@ -11,8 +11,8 @@ from __future__ import annotations
 
 import os
 import struct
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
@@ -23,6 +23,7 @@ from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
 from armimpedance.recordings.c3d_parameters import (
     Groups,
+    HasParameters,
     first_of,
     numbers_of,
     read_groups,
@@ -34,7 +35,7 @@ _KEY: Final = 0x50
 
 
 @dataclass(frozen=True)
-class C3DFile:
+class C3DFile(HasParameters):
     """The content of one C3D file.
 
     Attributes
@@ -67,32 +68,6 @@ class C3DFile:
     def frames(self) -> int:
         """Number of frames F."""
         return len(self.points)
-
-    def text(self, group: str, name: str) -> str | None:
-        """A parameter that is one text, or None."""
-        texts = self.texts(group, name)
-        return texts[0] if texts else None
-
-    def texts(self, group: str, name: str) -> tuple[str, ...]:
-        """A parameter that holds texts; empty where there is none."""
-        return texts_of(self.parameters, group, name)
-
-    def numbers(self, group: str, name: str) -> FloatArray | None:
-        """A parameter that holds numbers, as a flat array; None where there is none."""
-        return numbers_of(self.parameters, group, name)
-
-    def number(self, group: str, name: str) -> float | None:
-        """A parameter's first number; None where there is none, or it is not finite."""
-        values = self.numbers(group, name)
-        if values is None or not len(values) or not np.isfinite(values[0]):
-            return None
-        return float(values[0])
-
-    def with_channels(self, wanted: Callable[[str], bool]) -> C3DFile:
-        """The same file with those analog channels only whose labels are wanted."""
-        kept = [i for i, label in enumerate(self.analog_labels) if wanted(label)]
-        labels = tuple(self.analog_labels[i] for i in kept)
-        return replace(self, analog_labels=labels, analog=self.analog[:, kept])
 
 
 def is_c3d(data: bytes) -> bool:

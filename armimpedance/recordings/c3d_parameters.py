@@ -110,6 +110,32 @@ class _Section:
         return InputError(f"broken parameter section: {problem}", file=self.name)
 
 
+class HasParameters:
+    """Reading from the parameters that a file holds, in its field `parameters`."""
+
+    parameters: Groups
+
+    def text(self, group: str, name: str) -> str | None:
+        """A parameter that is one text, or None."""
+        texts = self.texts(group, name)
+        return texts[0] if texts else None
+
+    def texts(self, group: str, name: str) -> tuple[str, ...]:
+        """A parameter that holds texts; empty where there is none."""
+        return texts_of(self.parameters, group, name)
+
+    def numbers(self, group: str, name: str) -> FloatArray | None:
+        """A parameter that holds numbers, as a flat array; None where there is none."""
+        return numbers_of(self.parameters, group, name)
+
+    def number(self, group: str, name: str) -> float | None:
+        """A parameter's first number; None where there is none, or it is not finite."""
+        values = self.numbers(group, name)
+        if values is None or not len(values) or not np.isfinite(values[0]):
+            return None
+        return float(values[0])
+
+
 def texts_of(parameters: Groups, group: str, name: str) -> tuple[str, ...]:
     """A parameter that holds texts; empty where there is none."""
     value = parameters.get(group, {}).get(name)

@@ -11,7 +11,7 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
-from armimpedance.recordings.c3d_file import C3DFile
+from armimpedance.recordings.kinarm.exam_file import ExamFile
 from armimpedance.recordings.kinarm.files import ExamTrial, LeftOut
 from armimpedance.recordings.kinarm.robot import Side
 from armimpedance.recordings.tables.metadata import LARGEST_COORDINATE_M
@@ -60,16 +60,16 @@ def sound_trials(
     muscles : mapping
         Analog input -> muscle.
     """
-    rate_hz = Counter(trial.c3d.rate_hz for trial in trials).most_common(1)[0][0]
+    rate_hz = Counter(trial.file.rate_hz for trial in trials).most_common(1)[0][0]
     hand = f"{side.title()}_Hand"
     labels = (*force_labels(side), *muscles, *_usual(trials, link_labels(side)))
     points = [hand] if _usual(trials, (hand,)) else []
     sound: dict[tuple[object, ...], ExamTrial] = {}
     left_out = []
     for trial in trials:
-        key: tuple[object, ...] = (trial.block, trial.c3d.number("TRIAL", "TRIAL_NUM"))
+        key: tuple[object, ...] = (trial.block, trial.file.number("TRIAL", "TRIAL_NUM"))
         try:
-            _check_trial(trial.c3d, rate_hz, labels, points, side)
+            _check_trial(trial.file, rate_hz, labels, points, side)
             _refuse_copy(trial, sound.get(key))
         except InputError as error:
             left_out.append(LeftOut(trial.name, error))
@@ -81,59 +81,56 @@ def sound_trials(
 
 def _usual(trials: Sequence[ExamTrial], labels: Sequence[str]) -> tuple[str, ...]:
     """Those of the labels that more than half of the trials have."""
-    there = [{*trial.c3d.analog_labels, *trial.c3d.point_labels} for trial in trials]
+    there = [{*trial.file.channels, *trial.file.hands} for trial in trials]
     return tuple(n for n in labels if 2 * sum(n in names for names in there) > len(there))
 
 
 def _check_trial(
-    c3d: C3DFile, rate_hz: float, labels: Sequence[str], points: Sequence[str], side: Side
+    file: ExamFile, rate_hz: float, labels: Sequence[str], points: Sequence[str], side: Side
 ) -> None:
-    if c3d.samples_per_frame != 1:
-        problem = f"{c3d.samples_per_frame} analog samples per frame"
-        raise InputError(problem, file=c3d.name, expected="1, as Dexterit-E writes it")
-    if c3d.rate_hz != rate_hz:
+    if file.rate_hz != rate_hz:
         expected = f"{rate_hz:g}, as in the others"
-        raise InputError(f"{c3d.rate_hz:g} samples/s", file=c3d.name, expected=expected)
+        raise InputError(f"{file.rate_hz:g} samples/s", file=file.name, expected=expected)
     for label in labels:
-        channel(c3d, label)
+        channel(file, label)
     for label in points:
-        if label not in c3d.point_labels:
-            raise InputError("no such point", file=c3d.name, column=label, expected="the hand")
-        hand = c3d.points[:, c3d.point_labels.index(label), :2]
-        check_finite(c3d, label, hand)
-        _check_size(c3d, label, hand, LARGEST_COORDINATE_M, "m")
+        if label not in file.hands:
+            raise InputError("no such point", file=file.name, column=label, expected="the hand")
+        hand = file.place(label)
+        check_finite(file, label, hand)
+        _check_size(file, label, hand, LARGEST_COORDINATE_M, "m")
     for label in link_labels(side):
         if label in labels:
-            _check_size(c3d, label, channel(c3d, label), 2 * LARGEST_ANGLE_RAD, "rad")
-    if not any(channel(c3d, name).any() for name in force_labels(side)):
+            _check_size(file, label, channel(file, label), 2 * LARGEST_ANGLE_RAD, "rad")
+    if not any(channel(file, name).any() for name in force_labels(side)):
         raise InputError(
             "the force is zero throughout, as of an absent sensor",
-            file=c3d.name,
+            file=file.name,
             column=force_labels(side)[0],
             expected="a measured force",
         )
 
 
-def _check_size(c3d: C3DFile, label: str, values: FloatArray, largest: float, unit: str) -> None:
+def _check_size(file: ExamFile, label: str, values: FloatArray, largest: float, unit: str) -> None:
     """Refuse places and angles, (F, ...), that no arm reaches, as of a damaged file."""
     size = np.abs(values).reshape(len(values), -1).max(axis=1)
     if size.max() > largest:
         row = int(np.argmax(size > largest))
         problem = f"{size[row]:.3g} {unit} is out of reach"
         expected = f"at most {largest:g}"
-        raise InputError(problem, file=c3d.name, row=row + 1, column=label, expected=expected)
+        raise InputError(problem, file=file.name, row=row + 1, column=label, expected=expected)
 
 
 def _refuse_copy(trial: ExamTrial, earlier: ExamTrial | None) -> None:
     """Refuse a trial that holds the same samples as another of its set and number."""
-    if earlier is None or trial.c3d.number("TRIAL", "TRIAL_NUM") is None:
+    if earlier is None or trial.file.number("TRIAL", "TRIAL_NUM") is None:
         return
-    if np.array_equal(trial.c3d.analog, earlier.c3d.analog):
+    if trial.file.same_samples(earlier.file):
         problem = f"number and samples of {earlier.name} once more"
-        raise InputError(problem, file=trial.c3d.name, expected="every trial once")
+        raise InputError(problem, file=trial.file.name, expected="every trial once")
 
 
-def channel(c3d: C3DFile, label: str) -> FloatArray:
+def channel(file: ExamFile, label: str) -> FloatArray:
     """One analog channel, (F,).
 
     Raises
@@ -141,49 +138,47 @@ def channel(c3d: C3DFile, label: str) -> FloatArray:
     InputError
         The file has no such channel, or it is not finite throughout.
     """
-    if label not in c3d.analog_labels:
-        there = ", ".join(c3d.analog_labels[:8])
-        raise InputError("no such channel", file=c3d.name, column=label, expected=f"it: {there}, …")
-    values = c3d.analog[:, c3d.analog_labels.index(label)]
-    check_finite(c3d, label, values)
+    if label not in file.channels:
+        there = ", ".join([*file.channels, *file.others][:8])
+        raise InputError(
+            "no such channel", file=file.name, column=label, expected=f"it: {there}, …"
+        )
+    values = file.samples(label)
+    check_finite(file, label, values)
     return values
 
 
-def channels(files: Sequence[C3DFile], *labels: str) -> FloatArray:
+def channels(files: Sequence[ExamFile], *labels: str) -> FloatArray:
     """Analog channels of all trials one after another, (N, len(labels))."""
     return np.column_stack(
-        [np.concatenate([channel(c3d, label) for c3d in files]) for label in labels]
+        [np.concatenate([channel(file, label) for file in files]) for label in labels]
     )
 
 
-def check_finite(c3d: C3DFile, label: str, values: FloatArray) -> None:
+def check_finite(file: ExamFile, label: str, values: FloatArray) -> None:
     """Refuse values, (F,) or (F, d), that are not finite throughout; the first row is named."""
     broken = ~np.isfinite(values)
     if broken.any():
         row = int(np.argmax(broken.reshape(len(values), -1).any(axis=1))) + 1
         raise InputError(
-            "not finite", file=c3d.name, row=row, column=label, expected="a finite number"
+            "not finite", file=file.name, row=row, column=label, expected="a finite number"
         )
 
 
 def further_channels(
-    files: Sequence[C3DFile], side: Side, muscles: Mapping[str, str]
+    files: Sequence[ExamFile], side: Side, muscles: Mapping[str, str]
 ) -> tuple[dict[str, FloatArray], list[str]]:
     """Channels kept as recorded, neither mirrored nor turned, and a remark on each that is not.
 
     An input that is zero in all trials is nobody's, and left out without a word.
     """
     wanted = {f"{side.title()}_{name}" for name in KEPT_CHANNELS}
-    labels = dict.fromkeys(label for c3d in files for label in c3d.analog_labels)
+    labels = dict.fromkeys(label for file in files for label in file.channels)
     kept, remarks = {}, []
     for label in labels:
         if label in muscles or not (label in wanted or _ANALOG_INPUT.fullmatch(label)):
             continue
-        parts = [
-            c3d.analog[:, c3d.analog_labels.index(label)]
-            for c3d in files
-            if label in c3d.analog_labels
-        ]
+        parts = [file.samples(label) for file in files if label in file.channels]
         values = np.concatenate(parts)
         if not values.any():
             continue

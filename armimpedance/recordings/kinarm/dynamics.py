@@ -21,7 +21,7 @@ from typing import Final
 import numpy as np
 
 from armimpedance.arrays import FloatArray
-from armimpedance.recordings.c3d_file import C3DFile
+from armimpedance.recordings.kinarm.exam_file import ExamFile
 from armimpedance.recordings.kinarm.robot import Robot
 
 #: Without these there are no links to speak of.
@@ -65,7 +65,7 @@ class LinkInertias:
         return np.column_stack([first, coupling * a1 + self.second * a2 - slope * v1**2])
 
 
-def link_inertias(common: C3DFile, robot: Robot) -> LinkInertias | None:
+def link_inertias(common: ExamFile, robot: Robot) -> LinkInertias | None:
     """The inertias of one side's links; None where `common.c3d` does not hold links 1 and 2.
 
     What else is not stated (crank, bar, motors) counts as massless: the balance leaves the size of
@@ -73,7 +73,7 @@ def link_inertias(common: C3DFile, robot: Robot) -> LinkInertias | None:
 
     Parameters
     ----------
-    common : C3DFile
+    common : ExamFile
     robot : Robot
         Its first link's length counts; an exoskeleton's is set to the subject.
     """

@@ -13,7 +13,7 @@ import pandas as pd
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
 from armimpedance.findings import Finding
-from armimpedance.recordings.c3d_file import C3DFile, muscles_of
+from armimpedance.recordings.c3d_file import muscles_of
 from armimpedance.recordings.kinarm.channels import (
     channels,
     force_labels,
@@ -22,6 +22,7 @@ from armimpedance.recordings.kinarm.channels import (
     sound_trials,
     wanted_channels,
 )
+from armimpedance.recordings.kinarm.exam_file import ExamFile
 from armimpedance.recordings.kinarm.files import (
     Exam,
     LeftOut,
@@ -113,8 +114,8 @@ def read_kinarm(
         kind="hand",
         sample_rate_hz=files[0].rate_hz,
         trials=used.trials,
-        offsets=np.concatenate([[0], np.cumsum([c3d.frames for c3d in files])]),
-        time_s=np.concatenate([np.arange(c3d.frames) / c3d.rate_hz for c3d in files]),
+        offsets=np.concatenate([[0], np.cumsum([file.frames for file in files])]),
+        time_s=np.concatenate([np.arange(file.frames) / file.rate_hz for file in files]),
         position=hand.position * mirror,
         force=channels(files, *force_labels(side)) * mirror * (-1.0 if whose == "device" else 1.0),
         joint_angles=_joint_angles(files, side) if along else None,
@@ -139,7 +140,7 @@ class _Used:
     """The trials of a recording, the file of each, and what became of the others."""
 
     trials: pd.DataFrame
-    files: list[C3DFile]
+    files: list[ExamFile]
     left_out: list[LeftOut]
     remarks: list[str]
 
@@ -171,7 +172,7 @@ def _used(
         raise none_left(untimed, path)
     named = any(stated_name(trial, exam.common) for trial in sound)
     directed, direction = with_direction(timed, named)
-    files = [sound[int(i)].c3d for i in directed.pop("file_index")]
+    files = [sound[int(i)].file for i in directed.pop("file_index")]
     return _Used(directed, files, left_out, [*counted, *chosen, *direction])
 
 
@@ -223,7 +224,7 @@ def exam_subject(path: str | os.PathLike[str], keep_personal: bool) -> Subject:
     return _subject(_personal(read_common(path)))
 
 
-def _joint_angles(files: Sequence[C3DFile], side: Side) -> FloatArray:
+def _joint_angles(files: Sequence[ExamFile], side: Side) -> FloatArray:
     """Shoulder and elbow, (N, 2), from links that lie along the arm."""
     # Link angles both count from the x axis; mirrored, a becomes pi - a.
     link1, link2 = channels(files, *link_labels(side)).T
@@ -232,7 +233,7 @@ def _joint_angles(files: Sequence[C3DFile], side: Side) -> FloatArray:
     return np.column_stack([link1, link2 - link1])
 
 
-def _personal(common: C3DFile) -> dict[str, str]:
+def _personal(common: ExamFile) -> dict[str, str]:
     """The texts of the group EXPERIMENT: subject, study, task."""
     texts = {
         name: common.text("EXPERIMENT", name) for name in common.parameters.get("EXPERIMENT", {})

@@ -13,8 +13,9 @@ from pathlib import Path, PurePosixPath
 from typing import Final
 
 from armimpedance.errors import InputError
-from armimpedance.recordings.c3d_file import BLOCK, C3DFile, is_c3d, parse_c3d
+from armimpedance.recordings.c3d_file import BLOCK, is_c3d, parse_c3d
 from armimpedance.recordings.c3d_parameters import Groups, read_groups, texts_of
+from armimpedance.recordings.kinarm.exam_file import ExamFile, from_c3d
 
 #: More than any exam unpacked: an hour at 1 kHz with 100 channels is 1.4 GB.
 LARGEST_EXAM_BYTES: Final = 4 * 1024**3
@@ -35,7 +36,7 @@ class ExamTrial:
     """
 
     name: str
-    c3d: C3DFile
+    file: ExamFile
     block: int
     protocol: int
     repetition: int
@@ -62,7 +63,7 @@ class LeftOut:
 class Exam:
     """An exam: what all trials share, the trials by file name, and those that hold nothing."""
 
-    common: C3DFile
+    common: ExamFile
     trials: tuple[ExamTrial, ...]
     left_out: tuple[LeftOut, ...] = ()
 
@@ -135,14 +136,14 @@ def read_exam(path: str | os.PathLike[str], wanted: Callable[[str], bool]) -> Ex
                 continue
             short = PurePosixPath(name).name
             try:
-                c3d = parse_c3d(files[name](), f"{path}:{name}")
+                file = from_c3d(parse_c3d(files[name](), f"{path}:{name}"), wanted)
             except InputError as error:
                 left_out.append(LeftOut(short, error))
                 continue
-            if c3d.frames == 0:
+            if file.frames == 0:
                 left_out.append(LeftOut(short))
             else:
-                trials.append(ExamTrial(short, c3d.with_channels(wanted), *numbers))
+                trials.append(ExamTrial(short, file, *numbers))
     if not trials and not left_out:
         raise InputError("holds no trials", file=path, expected="files such as 01_02_03.c3d")
     if not trials:
@@ -150,7 +151,7 @@ def read_exam(path: str | os.PathLike[str], wanted: Callable[[str], bool]) -> Ex
     return Exam(common, tuple(trials), tuple(left_out))
 
 
-def read_common(path: str | os.PathLike[str]) -> C3DFile:
+def read_common(path: str | os.PathLike[str]) -> ExamFile:
     """What the trials of an exam share, without reading them.
 
     Raises
@@ -162,9 +163,9 @@ def read_common(path: str | os.PathLike[str]) -> C3DFile:
         return _common(Path(path), files)
 
 
-def _common(path: Path, files: _Files) -> C3DFile:
+def _common(path: Path, files: _Files) -> ExamFile:
     name = _root(path, files) + _COMMON_NAME
-    return parse_c3d(files[name](), f"{path}:{name}")
+    return from_c3d(parse_c3d(files[name](), f"{path}:{name}"), lambda _: False)
 
 
 def none_left(left_out: Sequence[LeftOut], path: object) -> InputError:

@@ -15,10 +15,10 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.findings import Finding
-from armimpedance.recordings.c3d_file import C3DFile
 from armimpedance.recordings.kinarm.channels import link_labels
 from armimpedance.recordings.kinarm.dynamics import link_inertias
-from armimpedance.recordings.kinarm.link_torques import FRAMES, LinkTorques, columns, link_torques
+from armimpedance.recordings.kinarm.exam_file import ExamFile
+from armimpedance.recordings.kinarm.link_torques import FRAMES, LinkTorques, link_torques
 from armimpedance.recordings.kinarm.robot import Robot
 
 ForceBy = Literal["limb", "device"]
@@ -69,14 +69,14 @@ class Balance:
     axes: str = ""
 
 
-def force_balance(files: Sequence[C3DFile], common: C3DFile, robot: Robot) -> Balance:
+def force_balance(files: Sequence[ExamFile], common: ExamFile, robot: Robot) -> Balance:
     """Hold the sensor's force against the robot's own inertias and motors.
 
     Parameters
     ----------
-    files : sequence of C3DFile
+    files : sequence of ExamFile
         One per trial, sound.
-    common : C3DFile
+    common : ExamFile
         What all trials share.
     robot : Robot
         With the handle where it is.
@@ -86,9 +86,9 @@ def force_balance(files: Sequence[C3DFile], common: C3DFile, robot: Robot) -> Ba
         return Balance(None, "common.c3d does not hold the inertias of the robot's links")
     motors = tuple(f"{robot.side.title()}_M{i}TorCMD" for i in (1, 2))
     needed = (*motors, *link_labels(robot.side))
-    if any(label not in c3d.analog_labels for label in needed for c3d in files):
+    if any(label not in file.channels for label in needed for file in files):
         return Balance(None, "the motors' torques or the links' angles were not recorded")
-    commanded = [columns(c3d, motors) for c3d in files]
+    commanded = [file.columns(motors) for file in files]
     if not all(np.isfinite(each).all() for each in commanded):
         return Balance(None, "the motors' torques are not finite")
     if not any(each.any() for each in commanded):

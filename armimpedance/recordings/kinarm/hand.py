@@ -10,8 +10,8 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
-from armimpedance.recordings.c3d_file import C3DFile
 from armimpedance.recordings.kinarm.channels import channels, link_labels
+from armimpedance.recordings.kinarm.exam_file import ExamFile
 from armimpedance.recordings.kinarm.robot import Robot
 
 #: The hand as recorded and as its links put it agree within 0.001 mm in a real exam.
@@ -40,7 +40,7 @@ class Hand:
     source: str
 
 
-def hand_position(files: Sequence[C3DFile], robot: Robot) -> Hand:
+def hand_position(files: Sequence[ExamFile], robot: Robot) -> Hand:
     """Position of the hand in the robot's frame.
 
     Where the handle is not at the end of link 2 as `common.c3d` has it, its place on link 2 is
@@ -48,7 +48,7 @@ def hand_position(files: Sequence[C3DFile], robot: Robot) -> Hand:
 
     Parameters
     ----------
-    files : sequence of C3DFile
+    files : sequence of ExamFile
         One per trial, sound.
     robot : Robot
 
@@ -64,7 +64,7 @@ def hand_position(files: Sequence[C3DFile], robot: Robot) -> Hand:
     hand, angles = f"{robot.side.title()}_Hand", link_labels(robot.side)
     recorded = _recorded_hand(files, hand)
     links, from_links = None, None
-    if all(label in c3d.analog_labels for label in angles for c3d in files):
+    if all(label in file.channels for label in angles for file in files):
         links = channels(files, *angles)
         from_links = robot.hand_position(*links.T)
     if recorded is None:
@@ -128,9 +128,9 @@ def _plain(millimetres: float) -> str:
     return f"{round(millimetres, 3) + 0.0:.3f}"
 
 
-def _recorded_hand(files: Sequence[C3DFile], label: str) -> FloatArray | None:
+def _recorded_hand(files: Sequence[ExamFile], label: str) -> FloatArray | None:
     """The recorded hand, (N, 2) in m; None where it is absent or zero throughout."""
-    if any(label not in c3d.point_labels for c3d in files):
+    if any(label not in file.hands for file in files):
         return None
-    hand = np.concatenate([c3d.points[:, c3d.point_labels.index(label), :2] for c3d in files])
+    hand = np.concatenate([file.place(label) for file in files])
     return hand if hand.any() else None

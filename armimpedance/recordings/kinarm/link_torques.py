@@ -9,9 +9,9 @@ from typing import Annotated, Final
 import numpy as np
 
 from armimpedance.arrays import FloatArray, FrozenRecord, IntArray
-from armimpedance.recordings.c3d_file import C3DFile
 from armimpedance.recordings.kinarm.channels import FRICTION, channels, force_labels, link_labels
 from armimpedance.recordings.kinarm.dynamics import LinkInertias, hand_torque
+from armimpedance.recordings.kinarm.exam_file import ExamFile
 from armimpedance.recordings.kinarm.robot import Robot
 from armimpedance.signals import spline_kernels
 
@@ -85,31 +85,26 @@ class LinkTorques(FrozenRecord):
         )
 
 
-def columns(c3d: C3DFile, labels: Sequence[str]) -> FloatArray:
-    """Channels of one trial as they are, finite or not, (F, len(labels))."""
-    return c3d.analog[:, [c3d.analog_labels.index(label) for label in labels]]
-
-
 def link_torques(
-    files: Sequence[C3DFile], motors: Sequence[str], inertias: LinkInertias, robot: Robot
+    files: Sequence[ExamFile], motors: Sequence[str], inertias: LinkInertias, robot: Robot
 ) -> LinkTorques | None:
     """The torques of all trials where the links move; None where they never do."""
     friction = tuple(f"{robot.side.title()}_{name}" for name in FRICTION)
-    if any(label not in c3d.analog_labels for label in friction for c3d in files):
+    if any(label not in file.channels for label in friction for file in files):
         friction = ()
-    usual_s = float(np.median([c3d.frames for c3d in files])) / files[0].rate_hz
+    usual_s = float(np.median([file.frames for file in files])) / files[0].rate_hz
     kernels = spline_kernels(min(SMOOTHED_S, SMOOTHED_PART * usual_s), files[0].rate_hz)
     step = max(1, round(STEP_S * files[0].rate_hz))
     parts: list[tuple[FloatArray, ...]] = []
     trial: list[int] = []
-    for number, c3d in enumerate(files):
-        if c3d.frames <= 2 * kernels.half:
+    for number, file in enumerate(files):
+        if file.frames <= 2 * kernels.half:
             continue
-        links = channels([c3d], *link_labels(robot.side))
-        force = channels([c3d], *force_labels(robot.side))
-        motor = columns(c3d, motors)
+        links = channels([file], *link_labels(robot.side))
+        force = channels([file], *force_labels(robot.side))
+        motor = file.columns(motors)
         if friction:
-            motor = motor + np.nan_to_num(columns(c3d, friction))
+            motor = motor + np.nan_to_num(file.columns(friction))
         angle, velocity, acceleration = (
             _filtered(links, w, step) for w in (kernels.smooth, kernels.first, kernels.second)
         )

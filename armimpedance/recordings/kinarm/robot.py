@@ -9,7 +9,7 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
-from armimpedance.recordings.c3d_file import C3DFile
+from armimpedance.recordings.kinarm.exam_file import ExamFile
 from armimpedance.recordings.kinarm.files import Exam
 
 Side = Literal["right", "left"]
@@ -62,7 +62,7 @@ class Robot:
         return self.shoulder_m + first * along1 + second * along2 + aside * across2
 
 
-def robot_of(common: C3DFile, side: Side) -> Robot:
+def robot_of(common: ExamFile, side: Side) -> Robot:
     """The robot of one side, from `common.c3d`.
 
     An endpoint robot's lengths are its own, `L1_L` and `L2_L`; an exoskeleton's are set to the
@@ -127,16 +127,12 @@ def _trials_with_force(exam: Exam, side: Side) -> int:
     """In how many trials the sensor of a side shows anything; an absent one reads as zeros."""
     labels = [f"{side.title()}_FS_Force{axis}" for axis in "XY"]
     return sum(
-        any(
-            c3d.analog[:, c3d.analog_labels.index(n)].any()
-            for n in labels
-            if n in c3d.analog_labels
-        )
-        for c3d in (trial.c3d for trial in exam.trials)
+        any(file.channels[n].any() for n in labels if n in file.channels)
+        for file in (trial.file for trial in exam.trials)
     )
 
 
-def _numbers(common: C3DFile, group: str, *names: str) -> FloatArray | None:
+def _numbers(common: ExamFile, group: str, *names: str) -> FloatArray | None:
     values = [common.number(group, name) for name in names]
     if None in values:
         return None

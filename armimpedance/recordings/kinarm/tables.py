@@ -16,8 +16,8 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
-from armimpedance.recordings.c3d_file import C3DFile
 from armimpedance.recordings.c3d_parameters import Parameter
+from armimpedance.recordings.kinarm.exam_file import ExamFile
 from armimpedance.recordings.kinarm.files import ExamTrial
 from armimpedance.recordings.kinarm.robot import Side
 
@@ -62,17 +62,17 @@ def as_written(value: object) -> float:
 
 def protocol_row(trial: ExamTrial) -> int:
     """The row of `TP_TABLE` that a trial ran: `TRIAL:TP_ROW`, in older exams in the file's name."""
-    row = trial.c3d.number("TRIAL", "TP_ROW")
+    row = trial.file.number("TRIAL", "TP_ROW")
     return trial.protocol if row is None else int(row)
 
 
-def protocol_columns(trial: ExamTrial, common: C3DFile, side: Side) -> dict[str, Value]:
+def protocol_columns(trial: ExamTrial, common: ExamFile, side: Side) -> dict[str, Value]:
     """What the tables say of a trial, as columns of the trial table.
 
     Parameters
     ----------
     trial : ExamTrial
-    common : C3DFile
+    common : ExamFile
     side : {"right", "left"}
         A left arm's targets are mirrored as its hand is.
 
@@ -83,12 +83,12 @@ def protocol_columns(trial: ExamTrial, common: C3DFile, side: Side) -> dict[str,
         target; `load_<column>` of the row of `LOAD_TABLE` that `LOAD` names; `direction_deg` where
         the tables say one (`_direction`).
     """
-    settings = _row(trial.c3d, common, "TP_TABLE", protocol_row(trial))
+    settings = _row(trial.file, common, "TP_TABLE", protocol_row(trial))
     columns: dict[str, Value] = {f"tp_{_plain(n)}": value for n, value in settings.items()}
-    places = dict(_places(settings, trial.c3d, common, side))
+    places = dict(_places(settings, trial.file, common, side))
     for name, place in places.items():
         columns |= {f"{_plain(name)}_{axis}_m": place[i] for i, axis in enumerate("xy")}
-    load = _load(settings, trial.c3d, common)
+    load = _load(settings, trial.file, common)
     columns |= {f"load_{_plain(name)}": value for name, value in load.items()}
     direction = _direction(settings, load, places, side)
     if direction is None or direction.degrees is None:
@@ -102,18 +102,18 @@ def protocol_columns(trial: ExamTrial, common: C3DFile, side: Side) -> dict[str,
     }
 
 
-def stated_name(trial: ExamTrial, common: C3DFile) -> str:
+def stated_name(trial: ExamTrial, common: ExamFile) -> str:
     """The name that the exam gives to a trial's protocol; "" where it gives none."""
-    stated = trial.c3d.text("TRIAL", "TP") or ""
+    stated = trial.file.text("TRIAL", "TP") or ""
     if stated and not stated.isdigit():
         return stated
-    settings = _row(trial.c3d, common, "TP_TABLE", protocol_row(trial))
+    settings = _row(trial.file, common, "TP_TABLE", protocol_row(trial))
     return next((str(settings[n]) for n in _NAMES if isinstance(settings.get(n), str)), "")
 
 
-def protocol_name(trial: ExamTrial, common: C3DFile) -> str:
+def protocol_name(trial: ExamTrial, common: ExamFile) -> str:
     """A readable name of a protocol without a name: its row, its targets, its load."""
-    settings = _row(trial.c3d, common, "TP_TABLE", protocol_row(trial))
+    settings = _row(trial.file, common, "TP_TABLE", protocol_row(trial))
     words = [f"TP_{protocol_row(trial)}"]
     targets = {n: v for n, v in settings.items() if _TARGET.fullmatch(n) and _counts(v)}
     first, last = _one(targets, _START), _one(targets, _END)
@@ -126,9 +126,9 @@ def protocol_name(trial: ExamTrial, common: C3DFile) -> str:
     return " ".join(words)
 
 
-def _row(c3d: C3DFile, common: C3DFile, group: str, row: int) -> dict[str, Value]:
+def _row(own: ExamFile, common: ExamFile, group: str, row: int) -> dict[str, Value]:
     """One row of a table, counted from 1, by the names of its columns in the file, in capitals."""
-    file = next((f for f in (c3d, common) if f.parameters.get(group)), common)
+    file = next((f for f in (own, common) if f.parameters.get(group)), common)
     used = file.number(group, "USED")
     if row < 1 or (used is not None and row > used):
         return {}
@@ -148,24 +148,24 @@ def _cells(table: Mapping[str, Parameter], index: int, rows: int) -> Iterator[tu
 
 
 def _places(
-    settings: Mapping[str, Value], c3d: C3DFile, common: C3DFile, side: Side
+    settings: Mapping[str, Value], own: ExamFile, common: ExamFile, side: Side
 ) -> Iterator[tuple[str, tuple[float, float]]]:
     """Each setting that is a target, with its place in m."""
     mirror = -1.0 if side == "left" else 1.0
     for name, value in settings.items():
         if not (_TARGET.fullmatch(name) and _counts(value)):
             continue
-        target = _row(c3d, common, "TARGET_TABLE", int(value))
+        target = _row(own, common, "TARGET_TABLE", int(value))
         x, y = target.get("X_GLOBAL"), target.get("Y_GLOBAL")
         if isinstance(x, float) and isinstance(y, float):
             # Adding 0 makes a mirrored zero positive.
             yield name, (round(mirror * x / 100.0, 9) + 0.0, round(y / 100.0, 9))
 
 
-def _load(settings: Mapping[str, Value], c3d: C3DFile, common: C3DFile) -> dict[str, Value]:
+def _load(settings: Mapping[str, Value], own: ExamFile, common: ExamFile) -> dict[str, Value]:
     """The row of the load table that the setting `LOAD` names; empty where there is none."""
     row = settings.get("LOAD")
-    return _row(c3d, common, "LOAD_TABLE", int(row)) if _counts(row) else {}  # type: ignore[arg-type]
+    return _row(own, common, "LOAD_TABLE", int(row)) if _counts(row) else {}  # type: ignore[arg-type]
 
 
 def _direction(

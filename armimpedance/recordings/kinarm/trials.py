@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from armimpedance.errors import InputError
-from armimpedance.recordings.c3d_file import C3DFile
+from armimpedance.recordings.kinarm.exam_file import ExamFile
 from armimpedance.recordings.kinarm.files import ExamTrial, LeftOut
 from armimpedance.recordings.kinarm.robot import Side
 from armimpedance.recordings.kinarm.tables import (
@@ -46,10 +46,10 @@ class Choice:
 
 
 def trial_table(
-    trials: Sequence[ExamTrial], common: C3DFile, side: Side, keep_personal: bool
+    trials: Sequence[ExamTrial], common: ExamFile, side: Side, keep_personal: bool
 ) -> tuple[pd.DataFrame, list[str]]:
     """One row per trial in the order they were run, with `file_index` into `trials`; remarks."""
-    numbers = [_whole(trial.c3d.number("TRIAL", "TRIAL_NUM")) for trial in trials]
+    numbers = [_whole(trial.file.number("TRIAL", "TRIAL_NUM")) for trial in trials]
     known = [n for n in numbers if n is not None]
     # Numbers may start again in every set; then the order of sets and numbers is counted through.
     sequence = sorted(range(len(numbers)), key=lambda i: (trials[i].block, numbers[i] or 0, i))
@@ -72,17 +72,17 @@ def trial_table(
 
 
 def _trial_row(trial: ExamTrial, keep_personal: bool) -> dict[str, object]:
-    c3d = trial.c3d
+    file = trial.file
     row: dict[str, object] = {
         "set": trial.block,
         "protocol": protocol_row(trial),
         "repetition": trial.repetition,
-        "is_error": bool(c3d.number("TRIAL", "IS_ERROR") or 0),
+        "is_error": bool(file.number("TRIAL", "IS_ERROR") or 0),
     }
-    row |= _events(c3d)
+    row |= _events(file)
     if keep_personal:
-        row["date"] = c3d.text("TRIAL", "DATE") or ""
-        row["time_of_day"] = c3d.text("TRIAL", "TIME") or ""
+        row["date"] = file.text("TRIAL", "DATE") or ""
+        row["time_of_day"] = file.text("TRIAL", "TIME") or ""
     return row
 
 
@@ -90,16 +90,16 @@ def _whole(value: float | None) -> int | None:
     return int(value) if value is not None and value == np.round(value) else None
 
 
-def _events(c3d: C3DFile) -> dict[str, float]:
+def _events(file: ExamFile) -> dict[str, float]:
     """Events by column of the trial table, the first of each, in s from the trial's start."""
-    labels, times = c3d.texts("EVENTS", "LABELS"), c3d.parameters.get("EVENTS", {}).get("TIMES")
+    labels, times = file.texts("EVENTS", "LABELS"), file.parameters.get("EVENTS", {}).get("TIMES")
     if not labels or not isinstance(times, np.ndarray):
         return {}
     seconds = np.array([as_written(time_s) for time_s in times.ravel()])
     if len(seconds) == 2 * len(labels):
         # The guide's form, pairs of minutes and seconds; Dexterit-E leaves the first number unused.
         seconds = seconds[1::2]
-    used = c3d.number("EVENTS", "USED")
+    used = file.number("EVENTS", "USED")
     count = len(labels) if used is None else max(int(used), 0)
     first: dict[str, float] = {}
     for label, time_s in list(zip(labels, seconds.tolist(), strict=False))[:count]:
@@ -191,24 +191,24 @@ def with_onsets(
     for index, row in trials.iterrows():
         trial = files[int(row["file_index"])]
         try:
-            _check_onset(trial.c3d, row, choice)
+            _check_onset(trial.file, row, choice)
         except InputError as error:
             left_out.append(LeftOut(trial.name, error))
             trials = trials.drop(index=index)
     return trials.reset_index(drop=True), left_out
 
 
-def _check_onset(c3d: C3DFile, row: pd.Series, choice: Choice) -> None:
+def _check_onset(file: ExamFile, row: pd.Series, choice: Choice) -> None:
     """Onset and end must lie inside of the trial, the end after the onset."""
-    last_s = (c3d.frames - 1) / c3d.rate_hz
+    last_s = (file.frames - 1) / file.rate_hz
     for column, label in (("onset_s", choice.onset_event), ("end_s", choice.end_event)):
-        if label is not None and not 0.0 <= row[column] <= last_s + 0.5 / c3d.rate_hz:
+        if label is not None and not 0.0 <= row[column] <= last_s + 0.5 / file.rate_hz:
             raise InputError(
                 f"the event {label} at {row[column]:g} s lies outside of the trial",
-                file=c3d.name,
+                file=file.name,
                 expected=f"a time from 0 to {last_s:g} s",
             )
     if choice.onset_event and choice.end_event and row["end_s"] <= row["onset_s"]:
         problem = f"the event {choice.end_event} at {row['end_s']:g} s is not after"
         expected = f"a time after {row['onset_s']:g} s"
-        raise InputError(f"{problem} {choice.onset_event}", file=c3d.name, expected=expected)
+        raise InputError(f"{problem} {choice.onset_event}", file=file.name, expected=expected)

@@ -1,0 +1,112 @@
+"""What one file of a Kinarm exam holds, whichever format it came in."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armimpedance.arrays import FloatArray
+from armimpedance.errors import InputError
+from armimpedance.recordings.c3d_file import C3DFile
+from armimpedance.recordings.c3d_parameters import Groups, HasParameters
+
+#: Samples as they are held: single precision wherever that is exact, as it is in the files.
+Samples = NDArray[np.floating[Any]]
+
+
+@dataclass(frozen=True)
+class ExamFile(HasParameters):
+    """A trial of an exam, or what all trials share.
+
+    Attributes
+    ----------
+    name : str
+        For messages.
+    parameters : mapping of mapping
+        Group -> name -> parameter, all names in capitals.
+    rate_hz : float
+        Samples per second.
+    frames : int
+        Number of samples F of every channel.
+    hands : mapping
+        Such as `Right_Hand` -> places (F, 2) in m.
+    channels : mapping
+        Label -> samples (F,) in the unit of the file; the channels that were asked for.
+    others : tuple of str
+        Labels of the channels that are there and were not read.
+    """
+
+    name: str
+    parameters: Groups
+    rate_hz: float
+    frames: int
+    hands: Mapping[str, Samples]
+    channels: Mapping[str, Samples]
+    others: tuple[str, ...] = ()
+
+    def samples(self, label: str) -> FloatArray:
+        """One channel, (F,), in double precision."""
+        return self.channels[label].astype(np.float64)
+
+    def columns(self, labels: Iterable[str]) -> FloatArray:
+        """Channels side by side, (F, number of labels), finite or not."""
+        return np.column_stack([self.samples(label) for label in labels])
+
+    def place(self, hand: str) -> FloatArray:
+        """Where a hand was, (F, 2) in m."""
+        return self.hands[hand].astype(np.float64)
+
+    def same_samples(self, other: ExamFile) -> bool:
+        """Whether all channels that were read are the same, number by number."""
+        same = self.channels.keys() == other.channels.keys()
+        return same and all(
+            np.array_equal(values, other.channels[label]) for label, values in self.channels.items()
+        )
+
+
+def held(values: Samples) -> Samples:
+    """The same numbers in as little memory as they need.
+
+    An exam is hundreds of megabytes of single-precision numbers, and half of its channels are the
+    zeros of sensors that are not there.
+    """
+    if not values.any():
+        return np.broadcast_to(np.float32(0.0), values.shape)
+    with np.errstate(over="ignore"):
+        single = values.astype(np.float32)
+    return single if np.array_equal(single, values, equal_nan=True) else values.copy()
+
+
+def from_c3d(c3d: C3DFile, wanted: Callable[[str], bool]) -> ExamFile:
+    """A file of an exam from the C3D file that it is.
+
+    Parameters
+    ----------
+    c3d : C3DFile
+    wanted : callable
+        Which channels are kept, by their labels.
+
+    Raises
+    ------
+    InputError
+        Its channels are not sampled once per frame, as all channels of an exam are.
+    """
+    if c3d.frames and c3d.samples_per_frame != 1:
+        problem = f"{c3d.samples_per_frame} analog samples per frame"
+        raise InputError(problem, file=c3d.name, expected="1, as Dexterit-E writes it")
+    # Of two channels of one name the first one counts.
+    labels = {label: i for i, label in reversed(list(enumerate(c3d.analog_labels)))}
+    points = {label: i for i, label in reversed(list(enumerate(c3d.point_labels)))}
+    return ExamFile(
+        name=c3d.name,
+        parameters=c3d.parameters,
+        rate_hz=c3d.rate_hz,
+        frames=c3d.frames,
+        hands={label: held(c3d.points[:, i, :2]) for label, i in points.items()},
+        channels={n: held(c3d.analog[:, i]) for n, i in labels.items() if wanted(n)},
+        others=tuple(label for label in c3d.analog_labels if not wanted(label)),
+    )
