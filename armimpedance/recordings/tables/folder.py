@@ -68,7 +68,7 @@ def read_folder(path: str | os.PathLike[str]) -> Recording:
     starts, ends = samples.offsets[order], samples.offsets[order + 1]
     time = samples.table.columns["time_s"]
     check_onsets(table, time[starts], time[ends - 1], 1.0 / metadata.sample_rate_hz)
-    return _recording(metadata, table, samples, order)
+    return recording_of_tables(metadata, table, samples, order)
 
 
 def write_folder(
@@ -155,9 +155,19 @@ def runs_of_trials(
     return np.array([run_of[trial] for trial in listed], dtype=np.int64)
 
 
-def _recording(
+def recording_of_tables(
     metadata: Metadata, table: TrialTable, samples: Samples, order: IntArray
 ) -> Recording:
+    """The recording of three checked tables.
+
+    Parameters
+    ----------
+    metadata : Metadata
+    table : TrialTable
+    samples : Samples
+    order : (T,) int
+        As from `runs_of_trials`.
+    """
     columns = samples.columns
     lengths = np.diff(samples.offsets)[order]
     offsets = np.concatenate([[0], np.cumsum(lengths)])

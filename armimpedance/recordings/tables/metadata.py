@@ -79,6 +79,16 @@ def read_metadata(file: Path) -> Metadata:
     if given.values.get("kind") in tuple(OTHER_KINDS):
         told = OTHER_KINDS[given.values["kind"]]
         raise InputError(told, file=file, column="kind", expected='"hand" or "joint"')
+    return metadata_of(given)
+
+
+def metadata_of(given: Fields) -> Metadata:
+    """What holds for a recording of the hand or of joints, checked.
+
+    Raises
+    ------
+    InputError
+    """
     kind = given.choice("kind", ("hand", "joint"), required=True)
     rate = given.number("sample_rate_hz", required=True)
     if rate is None or rate <= 0:

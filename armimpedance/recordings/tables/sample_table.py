@@ -88,23 +88,42 @@ def read_samples(file: Path, metadata: Metadata) -> Samples:
     table = read_numbers(file, columns.named)
     trials, offsets = trial_runs(table)
     samples = Samples(table, columns, trials, offsets)
-    axes = len(columns.position)
+    check_axes(samples, metadata, file.with_name("recording.json"))
+    check_samples(samples, metadata)
+    return samples
+
+
+def check_axes(samples: Samples, metadata: Metadata, stated_in: Path) -> None:
+    """What is stated of each axis must be stated of all of them.
+
+    Raises
+    ------
+    InputError
+    """
+    axes = len(samples.columns.position)
     for key, vector in (("shoulder_m", metadata.shoulder_m), ("gravity", metadata.gravity_m_s2)):
         if vector is not None and len(vector) != axes:
+            expected = f"one per axis: {axes}"
             raise InputError(
-                f"{len(vector)} numbers",
-                file=file.with_name("recording.json"),
-                column=key,
-                expected=f"one per axis: {axes}",
+                f"{len(vector)} numbers", file=stated_in, column=key, expected=expected
             )
-    check_time(table, offsets, metadata.sample_rate_hz)
+
+
+def check_samples(samples: Samples, metadata: Metadata) -> None:
+    """Time must agree with the rate, and values with the units of their columns.
+
+    Raises
+    ------
+    InputError
+    """
+    columns = samples.columns
+    check_time(samples.table, samples.offsets, metadata.sample_rate_hz)
     if metadata.kind == "hand":
         _check_metres(samples, metadata)
         angles = columns.joint_angles
     else:
         angles = (*columns.position, *columns.joint_angles)
     _check_radians(samples, angles)
-    return samples
 
 
 def arm_angle_columns(kind: Kind, joints: int) -> tuple[str, ...]:
