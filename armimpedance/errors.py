@@ -2,9 +2,49 @@
 
 from __future__ import annotations
 
-from typing import TypeVar
+from typing import Final, TypeVar
 
 Entry = TypeVar("Entry")
+
+#: A message is one line of at most this many characters, on every terminal.
+LONGEST_MESSAGE: Final = 400
+
+
+def shown(text: str) -> str:
+    """A text of a file as a message shows it: on one line, and no command to a terminal.
+
+    Parameters
+    ----------
+    text : str
+
+    Returns
+    -------
+    str
+        Printable; any other character as Python writes it, such as ``\\x1b``.
+    """
+    if text.isprintable():
+        return text
+    words = " ".join(text.split())
+    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in words)
+
+
+def shortened(text: str, length: int) -> str:
+    """A text with its middle left out where it is longer than `length`.
+
+    Parameters
+    ----------
+    text : str
+    length : int
+        At least 3.
+
+    Returns
+    -------
+    str
+    """
+    if len(text) <= length:
+        return text
+    head = (length - 1) * 2 // 3
+    return f"{text[:head]}…{text[len(text) - (length - 1 - head) :]}"
 
 
 class ArmImpedanceError(Exception):
@@ -41,15 +81,17 @@ class InputError(ArmImpedanceError):
         self.column, self.expected = column, expected
         places = []
         if file is not None:
-            places.append(str(file))
+            places.append(shortened(shown(str(file)), LONGEST_MESSAGE // 2))
         if row is not None:
             places.append(f"row {row}")
         if column is not None:
-            places.append(f"column {column}")
-        text = f"{', '.join(places)}: {problem}" if places else problem
-        if expected is not None:
-            text += f" (expected {expected})"
-        super().__init__(text)
+            places.append(f"column {shortened(shown(column), 60)}")
+        where = f"{', '.join(places)}: " if places else ""
+        what = "" if expected is None else f" (expected {shown(expected)})"
+        # Where it is stands whole, what was expected gives way to what is wrong.
+        room = LONGEST_MESSAGE - len(where)
+        problem = shortened(shown(problem), max(room * 2 // 3, room - len(what)))
+        super().__init__(where + problem + shortened(what, room - len(problem)))
 
 
 class RecordError(InputError):

@@ -1,0 +1,39 @@
+"""A message is one printable line of bounded length that names the file, whatever a file held."""
+
+from __future__ import annotations
+
+from hypothesis import given, strategies as st
+
+from armimpedance.errors import LONGEST_MESSAGE, InputError, shortened
+
+anything = st.text(max_size=2000)
+
+
+@given(problem=anything, column=anything, expected=anything)
+def test_a_message_is_one_printable_line_that_names_the_file(problem, column, expected):
+    error = InputError(problem, file="some/where.csv", row=3, column=column, expected=expected)
+    text = str(error)
+    assert text.isprintable()
+    assert len(text) <= LONGEST_MESSAGE
+    assert text.startswith("some/where.csv, row 3, column ")
+
+
+@given(text=anything, length=st.integers(3, 100))
+def test_a_shortened_text_keeps_both_ends(text, length):
+    short = shortened(text, length)
+    assert len(short) <= length
+    assert short[0:1] == text[0:1]
+    assert short == text or short[-1:] == text[-1:] or length < 4
+
+
+def test_the_end_of_a_long_path_is_what_names_the_file():
+    text = str(InputError("is empty", file="/deep" * 400 + "/trials.csv"))
+    assert "/trials.csv: is empty" in text
+    assert len(text) <= LONGEST_MESSAGE
+
+
+def test_an_escape_sequence_does_not_reach_the_terminal():
+    text = str(InputError("not a number: \x1b[31mred\ud800", file="a.csv"))
+    assert "\x1b" not in text
+    assert text.isprintable()
+    assert "red" in text
