@@ -6,12 +6,12 @@ markers, n coordinates, K force plates.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Annotated, Final, Literal
 
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 
 from armimpedance.arrays import FloatArray, FrozenRecord, IntArray
 from armimpedance.errors import RecordError
@@ -48,6 +48,14 @@ class EmgSignals(FrozenRecord):
         super().__post_init__()
         check_rate(self.sample_rate_hz)
         expect_shape("EMG signals", self.signals, (int(self.offsets[-1]), len(self.muscles)))
+
+    def select(self, rows: ArrayLike) -> EmgSignals:
+        """The same signals of these trials only (row numbers from 0, or a mask)."""
+        chosen = np.arange(len(self.offsets) - 1)[np.asarray(rows)]
+        parts = [self.signals[self.offsets[r] : self.offsets[r + 1]] for r in chosen]
+        offsets = np.concatenate([[0], np.cumsum([len(part) for part in parts])])
+        signals = np.concatenate([self.signals[:0], *parts])
+        return replace(self, offsets=offsets.astype(np.int64), signals=signals)
 
 
 @dataclass(frozen=True, repr=False)
@@ -100,6 +108,17 @@ class MarkerRecording(InTrials):
             )
         _check_beside(self)
 
+    def select(self, rows: ArrayLike) -> MarkerRecording:
+        """The same recording with these trials only (row numbers from 0, or a mask)."""
+        index, changes = self._chosen(rows)
+        return replace(
+            self,
+            **changes,
+            positions=self.positions[index],
+            wrenches=None if self.wrenches is None else self.wrenches[index],
+            emg=None if self.emg is None else self.emg.select(rows),
+        )
+
 
 @dataclass(frozen=True, repr=False)
 class MotionRecording(InTrials):
@@ -145,7 +164,7 @@ class MotionRecording(InTrials):
         expect_shape("coordinates", self.coordinates, shape)
         _check_beside(self)
 
-    def select(self, rows: Sequence[int]) -> MotionRecording:
+    def select(self, rows: ArrayLike) -> MotionRecording:
         """The motion, plates and torque of these trials only (rows from 0); EMG stays behind."""
         index, changes = self._chosen(rows)
         return replace(

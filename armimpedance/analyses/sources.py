@@ -37,7 +37,7 @@ def read(
         own inertias and motor torques or refused. Other formats say it themselves.
     **options
         Further fields of `recordings.ReadOptions`, such as `side`, `onset_event`, `end_event`,
-        `protocols`, `events`, `without_errors`, `emg_channels`, `skeleton`.
+        `protocols`, `events`, `without_errors`, `where`, `emg_channels`, `skeleton`.
 
     Returns
     -------

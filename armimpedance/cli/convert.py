@@ -3,8 +3,9 @@
 Examples:
   armimpedance convert exam.zip session
   armimpedance convert exam.zip hard --protocol 3 --protocol 4 --event PERTURB_ON --without-errors
-  armimpedance convert exam_folder session --force-by limb --side right \\
-      --onset-event PERTURB_ON --end-event PERTURB_OFF --emg ACH0=biceps_long
+  armimpedance convert exam.zip first --events PERTURB_ON PERTURB_OFF \\
+      --where "TP in (3, 4) and block == 1 and is_error == 0"
+  armimpedance convert exam_folder session --force-by limb --side right --emg ACH0=biceps_long
   armimpedance convert session session_csv --table csv
   armimpedance convert swing.c3d relaxed --skeleton elbow --mass-kg 70 --height-m 1.75 \\
       --marker RSHO=acromion_right --standing upright.c3d --emg Biceps.EMG4=biceps

@@ -12,6 +12,7 @@ from typing import Final
 from armimpedance.errors import InputError
 from armimpedance.method_table import MethodTable
 from armimpedance.recordings.reading import AnyRecording, Format, ReadOptions
+from armimpedance.recordings.where import parse_where, with_where
 
 #: The default comes first: looking at a recording's own folder imports no other reader.
 FORMATS: Final = MethodTable[Format](
@@ -48,7 +49,11 @@ def open_recording(
         needs or was given that it cannot use, or what is there is wrong.
     """
     wanted = options or ReadOptions()
-    return format_of(path, wanted).read(Path(path), wanted)
+    known = format_of(path, wanted)
+    recording = known.read(Path(path), wanted)
+    if wanted.where is None or "where" in known.options:
+        return recording
+    return with_where(recording, wanted.where, path)
 
 
 def format_of(path: str | os.PathLike[str], options: ReadOptions) -> Format:
@@ -66,8 +71,10 @@ def format_of(path: str | os.PathLike[str], options: ReadOptions) -> Format:
     if known is None:
         names = "; ".join(each.name for each in FORMATS.values())
         raise InputError("is no recording of a known format", file=path, expected=names)
+    if options.where is not None:
+        parse_where(options.where)
     for name in options.given:
-        if name not in known.options:
+        if name not in (*known.options, "where"):
             allowed = ", ".join(map(_option, known.options)) or "no options of the reading"
             problem = f"{_option(name)} with {known.name}"
             raise InputError(problem, file=path, expected=allowed)

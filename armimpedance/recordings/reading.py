@@ -44,6 +44,9 @@ class ReadOptions:
         Coordinate -> column of a table of angles; see `opensim_motion`.
     in_degrees : bool or None
         Whether a table of angles is in degrees, where it does not say.
+    where : str or None
+        Which trials, as an expression over the columns of the trial table, such as
+        ``TP == 3 and is_error == 0``. Every format takes it.
     """
 
     force_by: Literal["limb", "device"] | None = None
@@ -60,6 +63,7 @@ class ReadOptions:
     skeleton: Skeleton | None = None
     angles: Mapping[str, str] = field(default_factory=dict)
     in_degrees: bool | None = None
+    where: str | None = None
 
     @property
     def given(self) -> tuple[str, ...]:

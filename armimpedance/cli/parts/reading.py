@@ -10,6 +10,12 @@ from armimpedance.errors import InputError
 
 def add_reading(parser: argparse.ArgumentParser) -> None:
     """The options of all formats; one that the file at hand cannot use is refused."""
+    parser.add_argument(
+        "--where",
+        metavar="EXPRESSION",
+        help="trials for which this holds only, over the columns of the trial table: "
+        '"TP == 3 and is_error == 0", "block in (1, 2)"',
+    )
     kinarm = parser.add_argument_group("Kinarm exams")
     kinarm.add_argument(
         "--force-by",
@@ -18,6 +24,12 @@ def add_reading(parser: argparse.ArgumentParser) -> None:
         "inertias and motor torques must show it",
     )
     kinarm.add_argument("--side", choices=("right", "left"), help="arm, where both are recorded")
+    kinarm.add_argument(
+        "--events",
+        nargs=2,
+        metavar=("ONSET", "END"),
+        help="events at which the disturbance begins and is back",
+    )
     kinarm.add_argument("--onset-event", metavar="LABEL", help="event at the disturbance's onset")
     kinarm.add_argument("--end-event", metavar="LABEL", help="event when it is back")
     kinarm.add_argument(
@@ -65,14 +77,15 @@ def reading_options(arguments: argparse.Namespace) -> dict[str, Any]:
     Raises
     ------
     InputError
-        A word is not of the form LEFT=RIGHT.
+        A word is not of the form LEFT=RIGHT, or the events are told twice.
     """
     axes, degrees = arguments.axes, arguments.in_degrees
+    onset, end = _events(arguments)
     return {
         "force_by": arguments.force_by,
         "side": arguments.side,
-        "onset_event": arguments.onset_event,
-        "end_event": arguments.end_event,
+        "onset_event": onset,
+        "end_event": end,
         "protocols": tuple(arguments.protocol),
         "events": tuple(arguments.event),
         "without_errors": arguments.without_errors,
@@ -82,7 +95,20 @@ def reading_options(arguments: argparse.Namespace) -> dict[str, Any]:
         "axes": None if axes is None else tuple(axes.split(",")),
         "angles": pairs(arguments.angle, "--angle", "COORDINATE=COLUMN"),
         "in_degrees": None if degrees is None else degrees == "yes",
+        "where": arguments.where,
     }
+
+
+def _events(arguments: argparse.Namespace) -> tuple[str | None, str | None]:
+    """The events of the onset and the end, told together or one by one."""
+    single = arguments.onset_event, arguments.end_event
+    if arguments.events is None:
+        return single
+    if single != (None, None):
+        problem = "--events with --onset-event or --end-event"
+        raise InputError(problem, expected="one way to tell the onset and the end")
+    onset, end = arguments.events
+    return onset, end
 
 
 def pairs(words: list[str], option: str, expected: str) -> dict[str, str]:

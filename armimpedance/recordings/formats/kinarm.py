@@ -1,24 +1,24 @@
-"""A Kinarm exam: a folder or zip of C3D files, or one trial of it."""
+"""A Kinarm exam: a folder or zip of C3D files, a `.kinarm` archive, or one trial's C3D file."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 from armimpedance.recordings.kinarm.exam import exam_subject, read_kinarm
-from armimpedance.recordings.kinarm.files import is_exam, refuse_new_format
+from armimpedance.recordings.kinarm.files import is_exam
 from armimpedance.recordings.kinarm.trials import Choice
 from armimpedance.recordings.reading import Format, ReadOptions, RecordedSubject
 from armimpedance.records import Recording
 
 
 def _read(path: Path, options: ReadOptions) -> Recording:
-    refuse_new_format(path)
     choice = Choice(
         onset_event=options.onset_event,
         end_event=options.end_event,
         protocols=tuple(options.protocols),
         events=tuple(options.events),
         without_errors=options.without_errors,
+        where=options.where,
     )
     return read_kinarm(
         path,
@@ -36,7 +36,7 @@ def _read_subject(path: Path, options: ReadOptions) -> RecordedSubject:
 
 
 FORMAT = Format(
-    name="a Kinarm exam (folder or zip of C3D files, or a trial beside common.c3d)",
+    name="a Kinarm exam (.kinarm, folder or zip of C3D files, or a trial beside common.c3d)",
     recognises=is_exam,
     read=_read,
     options=(
@@ -49,6 +49,7 @@ FORMAT = Format(
         "without_errors",
         "emg_channels",
         "keep_personal",
+        "where",
     ),
     read_subject=_read_subject,
 )

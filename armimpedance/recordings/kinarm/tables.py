@@ -33,8 +33,10 @@ _TARGET: Final = re.compile(r"(.*_)?TARGET(_?\d+)?")
 _START: Final = re.compile(r"START|INIT|HOME|ORIGIN")
 _END: Final = re.compile(r"END|REACH|DEST|GOAL|FINAL")
 
-#: Columns that `with_direction` takes off again: which setting the direction is from, how large.
-_HIDDEN: Final = ("direction_from", "direction_size")
+#: Columns of the table that no recording has: a trial's file, and of its direction, which setting
+#: it is from and how large.
+HIDDEN: Final = ("file_index", "direction_from", "direction_size")
+_HIDDEN: Final = HIDDEN[1:]
 
 Value = float | str
 

@@ -14,12 +14,14 @@ from armimpedance.recordings.kinarm.exam_file import ExamFile
 from armimpedance.recordings.kinarm.files import ExamTrial, LeftOut
 from armimpedance.recordings.kinarm.robot import Side
 from armimpedance.recordings.kinarm.tables import (
+    HIDDEN,
     as_written,
     protocol_columns,
     protocol_name,
     protocol_row,
     stated_name,
 )
+from armimpedance.recordings.where import parse_where
 
 
 @dataclass(frozen=True)
@@ -36,6 +38,8 @@ class Choice:
         Events that a trial must have.
     without_errors : bool
         Leave out trials that the task marked as errors.
+    where : str or None
+        An expression over the columns of the trial table; see `recordings.where`.
     """
 
     onset_event: str | None = None
@@ -43,6 +47,7 @@ class Choice:
     protocols: tuple[int, ...] = ()
     events: tuple[str, ...] = ()
     without_errors: bool = False
+    where: str | None = None
 
 
 def trial_table(
@@ -140,6 +145,11 @@ def chosen_trials(
         leave_out(_has(trials, label, path), f"without the event {label}")
     if choice.without_errors:
         leave_out(~trials["is_error"], "marked as errors")
+    if choice.where is not None:
+        shown = trials.drop(columns=[c for c in HIDDEN if c in trials])
+        met, sentence = parse_where(choice.where).choose(shown, path)
+        remarks.append(sentence)
+        usable[~met] = False
     both = pd.Series(True, index=trials.index)
     for label in filter(None, (choice.onset_event, choice.end_event)):
         both &= _has(trials, label, path)

@@ -1,0 +1,342 @@
+"""Which trials are wanted, as an expression over the columns of the trial table.
+
+`TP == 3 and is_error == 0` is read as Python reads it, and of its tree only comparisons of columns
+with numbers and texts, `and`, `or`, `not` and parentheses have a meaning: nothing is ever run.
+"""
+
+from __future__ import annotations
+
+import ast
+import keyword
+import operator
+import re
+import unicodedata
+import warnings
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import reduce
+from typing import Any, Final
+
+import numpy as np
+import pandas as pd
+
+from armimpedance.arrays import BoolArray
+from armimpedance.errors import InputError
+from armimpedance.motion import MarkerRecording
+from armimpedance.recordings.reading import AnyRecording
+from armimpedance.records import Recording
+
+#: No choice of trials is longer, or nested deeper: a longer one is a list of trials.
+LONGEST: Final = 2000
+DEEPEST: Final = 30
+
+#: Names of the experimenter for columns of the trial table, where it has none of that name.
+OTHER_NAMES: Final = {"TP": "protocol", "block": "set"}
+
+_EXPECTED: Final = "comparisons such as: TP == 3 and is_error == 0"
+
+_COMPARISONS: Final[Mapping[type[ast.cmpop], Callable[[Any, Any], Any]]] = {
+    ast.Eq: operator.eq,
+    ast.NotEq: operator.ne,
+    ast.Lt: operator.lt,
+    ast.LtE: operator.le,
+    ast.Gt: operator.gt,
+    ast.GtE: operator.ge,
+}
+
+
+@dataclass(frozen=True)
+class Where:
+    """A choice of trials that could be read.
+
+    Attributes
+    ----------
+    tree : expr
+        Its tree, of a size that is safe to walk.
+    """
+
+    tree: ast.expr
+
+    @property
+    def text(self) -> str:
+        """The expression, on one line."""
+        return ast.unparse(self.tree)
+
+    @property
+    def parts(self) -> tuple[ast.expr, ...]:
+        """What must hold at once, each by itself."""
+        both = isinstance(self.tree, ast.BoolOp) and isinstance(self.tree.op, ast.And)
+        return tuple(self.tree.values) if both else (self.tree,)  # type: ignore[attr-defined]
+
+    def choose(self, trials: pd.DataFrame, file: object = None) -> tuple[BoolArray, str]:
+        """Which trials it leaves, (T,), and a sentence on how many.
+
+        Parameters
+        ----------
+        trials : DataFrame (T rows)
+        file : path, optional
+            Where the trials are from, for messages.
+
+        Raises
+        ------
+        InputError
+            It names no column of the table, compares what cannot be compared, or leaves no trial:
+            then the message says how many each of its parts leaves.
+        """
+        table = _Table(trials, file)
+        each = [table.truth(part) for part in self.parts]
+        chosen = reduce(np.logical_and, each)
+        counts = [f"{ast.unparse(p)}: {m.sum()}" for p, m in zip(self.parts, each, strict=True)]
+        told = f" ({'; '.join(counts)})" if len(each) > 1 else ""
+        if not chosen.any():
+            problem = f"where {self.text}: no trial is left of {len(trials)}{told}"
+            raise InputError(problem, file=file, expected="a choice that some trial meets")
+        return chosen, f"Trials where {self.text}: {chosen.sum()} of {len(trials)}{told}."
+
+
+def parse_where(text: str) -> Where:
+    """Read a choice of trials; its columns are looked up when it is applied.
+
+    Parameters
+    ----------
+    text : str
+        Such as ``TP in (1, 2) and not is_error``.
+
+    Raises
+    ------
+    InputError
+        It is no expression, or none of comparisons.
+    """
+    if len(text) > LONGEST:
+        problem = f"where: an expression of {len(text)} characters"
+        raise InputError(problem, expected=f"at most {LONGEST}")
+    try:
+        with warnings.catch_warnings():
+            # Odd escapes and "1if" are told by Python to whoever writes code, not to a user.
+            warnings.simplefilter("ignore")
+            tree = ast.parse(text.replace("\n", " ").strip(), mode="eval").body
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        hint = "; == compares" if re.search(r"(?<![=!<>])=(?!=)", text) else ""
+        problem = f"where {_shown(text)}: cannot be read"
+        raise InputError(problem, expected=_EXPECTED + hint) from None
+    if _depth(tree) > DEEPEST:
+        problem = f"where {_shown(text)}: nested more than {DEEPEST} deep"
+        raise InputError(problem, expected=_EXPECTED)
+    _check_truth(tree)
+    return Where(tree)
+
+
+def with_where(recording: AnyRecording, text: str, file: object = None) -> AnyRecording:
+    """The recording with those trials only that an expression chooses.
+
+    Parameters
+    ----------
+    recording : Recording, MarkerRecording or MotionRecording
+    text : str
+    file : path, optional
+        Where the recording is from, for messages.
+
+    Raises
+    ------
+    InputError
+        As `parse_where` and `Where.choose`.
+    """
+    rows, sentence = parse_where(text).choose(recording.trials, file)
+    if isinstance(recording, Recording | MarkerRecording):
+        kept: AnyRecording = recording.select(rows)
+    else:
+        emg = None if recording.emg is None else recording.emg.select(rows)
+        kept = replace(recording.select(rows), emg=emg)
+    return replace(kept, provenance=(*kept.provenance, sentence))
+
+
+# ---- what may stand there ------------------------------------------------------------------------
+
+
+def _depth(tree: ast.expr) -> int:
+    """How deep a tree is, without recursion; no further than is allowed."""
+    depth, nodes = 0, list[ast.AST]([tree])
+    while nodes and depth <= DEEPEST:
+        depth += 1
+        nodes = [child for node in nodes for child in ast.iter_child_nodes(node)]
+    return depth
+
+
+def _check_truth(node: ast.expr) -> None:
+    """Refuse what is no condition, before any recording is read."""
+    if isinstance(node, ast.BoolOp):
+        for value in node.values:
+            _check_truth(value)
+    elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
+        _check_truth(node.operand)
+    elif isinstance(node, ast.Compare):
+        sides = [node.left, *node.comparators]
+        for op, left, right in zip(node.ops, sides[:-1], sides[1:], strict=True):
+            _check_comparison(op, left, right)
+    elif not isinstance(node, ast.Name):
+        raise _refused(node)
+
+
+def _check_comparison(op: ast.cmpop, left: ast.expr, right: ast.expr) -> None:
+    _check_value(left)
+    if isinstance(op, ast.In | ast.NotIn) and isinstance(right, ast.Tuple | ast.List | ast.Set):
+        for value in right.elts:
+            _check_constant(value)
+    elif isinstance(op, ast.Is | ast.IsNot):
+        raise _refused(ast.Compare(left, [op], [right]), "== and != in place of is")
+    else:
+        _check_value(right)
+
+
+def _check_value(node: ast.expr) -> None:
+    if not isinstance(node, ast.Name):
+        _check_constant(node)
+
+
+def _check_constant(node: ast.expr) -> None:
+    if _constant(node) is None:
+        raise _refused(node)
+
+
+def _constant(node: ast.expr) -> float | str | None:
+    """The number or text that stands there; None where it is something else."""
+    if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub | ast.UAdd):
+        number = _constant(node.operand)
+        turn = -1.0 if isinstance(node.op, ast.USub) else 1.0
+        return turn * number if isinstance(number, float) else None
+    value = node.value if isinstance(node, ast.Constant) else None
+    if isinstance(value, str):
+        return value
+    if not isinstance(value, int | float):
+        return None
+    try:
+        return float(value)
+    except OverflowError:
+        raise InputError("where: a number that is too large", expected=_EXPECTED) from None
+
+
+def _refused(node: ast.expr, expected: str = _EXPECTED) -> InputError:
+    if isinstance(node, ast.BinOp) and isinstance(node.op, ast.BitAnd | ast.BitOr):
+        expected = "the words and, or, not"
+    return InputError(f"where: {_shown(ast.unparse(node))} is no condition", expected=expected)
+
+
+def _shown(text: str) -> str:
+    """A text of a user in a message of one line."""
+    return repr(text if len(text) <= 60 else text[:57] + "…")
+
+
+# ---- what it means -------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class _Table:
+    """The columns of a trial table, as an expression names them."""
+
+    trials: pd.DataFrame
+    file: object
+
+    def truth(self, node: ast.expr) -> BoolArray:
+        """Where a condition holds, (T,)."""
+        if isinstance(node, ast.BoolOp):
+            join = np.logical_and if isinstance(node.op, ast.And) else np.logical_or
+            return reduce(join, [self.truth(value) for value in node.values])
+        if isinstance(node, ast.UnaryOp):
+            return ~self.truth(node.operand)
+        if isinstance(node, ast.Compare):
+            sides = [node.left, *node.comparators]
+            pairs = zip(node.ops, sides[:-1], sides[1:], strict=True)
+            return reduce(np.logical_and, [self._compared(*pair) for pair in pairs])
+        return self._flag(node)
+
+    def _flag(self, node: ast.expr) -> BoolArray:
+        """A column of yes and no that stands by itself."""
+        values = self._values(node)
+        if values.dtype == object or not np.isin(values, (0.0, 1.0)).all():
+            raise self._error(f"{ast.unparse(node)} is not yes or no in every trial", _EXPECTED)
+        return values == 1.0
+
+    def _compared(self, op: ast.cmpop, left: ast.expr, right: ast.expr) -> BoolArray:
+        held: BoolArray
+        if isinstance(op, ast.In | ast.NotIn):
+            held = self._among(left, right)
+            return ~held if isinstance(op, ast.NotIn) else held
+        first, second = self._values(left), self._values(right)
+        self._check_kinds(left, first, right, second)
+        held = np.broadcast_to(_COMPARISONS[type(op)](first, second), len(self.trials)).astype(bool)
+        absent = _missing(first) | _missing(second)
+        return held | absent if isinstance(op, ast.NotEq) else held & ~absent
+
+    def _among(self, left: ast.expr, right: ast.expr) -> BoolArray:
+        values = self._values(left)
+        if not isinstance(right, ast.Tuple | ast.List | ast.Set):
+            return self._within(left, values, right)
+        held = np.zeros(len(self.trials), dtype=bool)
+        for each in right.elts:
+            one = self._values(each)
+            self._check_kinds(left, values, each, one)
+            held |= values == one
+        return held
+
+    def _within(self, left: ast.expr, part: np.ndarray, right: ast.expr) -> BoolArray:
+        """Whether a text stands in another, as in ``"slow" in condition``."""
+        whole = self._values(right)
+        if part.dtype != object or whole.dtype != object:
+            problem = f"{ast.unparse(left)} in {ast.unparse(right)}"
+            raise self._error(problem, "texts, or a list such as (1, 2)")
+        pairs = np.broadcast_arrays(part, whole, np.empty(len(self.trials), dtype=object))[:2]
+        return np.array([a in b for a, b in zip(*pairs, strict=True)], dtype=bool)
+
+    def _values(self, node: ast.expr) -> np.ndarray:
+        """Numbers (T,) or () as float, texts as objects; "" and NaN where there is nothing."""
+        if isinstance(node, ast.Name):
+            return _as_values(self.trials[self._column(node.id)])
+        constant = _constant(node)
+        return np.array(constant, dtype=object if isinstance(constant, str) else np.float64)
+
+    def _check_kinds(
+        self, left: ast.expr, first: np.ndarray, right: ast.expr, second: np.ndarray
+    ) -> None:
+        if (first.dtype == object) == (second.dtype == object):
+            return
+        text, number = (left, right) if first.dtype == object else (right, left)
+        problem = f"{ast.unparse(text)} is text, {ast.unparse(number)} a number"
+        raise self._error(problem, "numbers with numbers, texts in quotes with texts")
+
+    def _column(self, name: str) -> Any:
+        """The column that is meant: letter by letter, else whatever the case of its letters."""
+        if name in self.trials:
+            return name
+        known = {plain_name(str(c)).casefold(): c for c in reversed(list(self.trials.columns))}
+        for other, column in OTHER_NAMES.items():
+            if column in self.trials:
+                known.setdefault(other.casefold(), column)
+        if name.casefold() in known:
+            return known[name.casefold()]
+        raise self._error(f"no column {_shown(name)}", f"one of {', '.join(self._names())}")
+
+    def _names(self) -> Iterator[str]:
+        yield from (other for other, column in OTHER_NAMES.items() if column in self.trials)
+        yield from (plain_name(str(column)) for column in self.trials.columns)
+
+    def _error(self, problem: str, expected: str) -> InputError:
+        return InputError(f"where: {problem}", file=self.file, expected=expected)
+
+
+def plain_name(column: str) -> str:
+    """How a column is named in an expression: what is no letter or digit is an underscore."""
+    plain = re.sub(r"\W+", "_", unicodedata.normalize("NFKC", column)).strip("_") or "_"
+    plain = f"_{plain}" if plain[0].isdigit() else plain
+    return f"{plain}_" if keyword.iskeyword(plain) else plain
+
+
+def _as_values(column: pd.Series) -> np.ndarray:
+    if pd.api.types.is_bool_dtype(column) or pd.api.types.is_numeric_dtype(column):
+        return column.to_numpy(dtype=np.float64, na_value=np.nan)
+    there = column.astype(object).where(column.notna(), "")
+    return np.array([str(value) for value in there] or [], dtype=object)
+
+
+def _missing(values: np.ndarray) -> Any:
+    """Where there is no value: no comparison but "unequal" holds there."""
+    return values == "" if values.dtype == object else np.isnan(values)
