@@ -6,7 +6,7 @@ from pathlib import Path
 
 from armimpedance.errors import InputError
 from armimpedance.motion import MotionRecording
-from armimpedance.recordings.motion.opensim_table import opensim_motion
+from armimpedance.recordings.motion.opensim_motion import opensim_motion
 from armimpedance.recordings.reading import Format, ReadOptions
 
 

@@ -3,89 +3,211 @@
 from __future__ import annotations
 
 import math
+from array import array
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
+from armimpedance.arrays import FloatArray, IntArray
 from armimpedance.errors import InputError
 
+#: A larger table in text is taken for something else; three times as much memory is needed.
+_LARGEST_BYTES: Final = 250_000_000
+#: How programs write a number that is none.
+_NONE: Final = frozenset(
+    ("", "nan", "-nan", "+nan", "nan(ind)", "-nan(ind)", "1.#qnan", "-1.#ind", "1.#ind")
+)
+#: What stands around cells, and alone in rows that a spreadsheet left empty.
+_BLANK: Final = ' \t\r\n,;"'
 
-def text_lines(file: Path) -> list[str]:
-    """The lines of a text file.
+
+@dataclass(frozen=True)
+class TextFile:
+    """A table's file in lines.
+
+    Attributes
+    ----------
+    file : Path
+    lines : list of str
+        Without their ends.
+    whole : bool
+        Whether the last line has its end; where it has none the file may have been cut.
+    remarks : tuple of str
+        Sentences for the provenance.
+    """
+
+    file: Path
+    lines: list[str]
+    whole: bool
+    remarks: tuple[str, ...] = ()
+
+    def line(self, index: int) -> str:
+        """A line (from 0); empty beyond the last."""
+        return self.lines[index] if index < len(self.lines) else ""
+
+    def is_last(self, index: int) -> bool:
+        """Whether nothing but blank lines follows."""
+        return not any(line.strip(_BLANK) for line in self.lines[index + 1 :])
+
+
+@dataclass(frozen=True)
+class NumberRows:
+    """Rows of numbers and the lines of the file (from 1) that they stand in.
+
+    Attributes
+    ----------
+    values : (rows, columns)
+    numbers : (rows,) int
+    further : int
+        The most cells beyond the columns that a row has.
+    """
+
+    values: FloatArray
+    numbers: IntArray
+    further: int = 0
+
+
+def text_file(file: Path) -> TextFile:
+    """Read a text file with the line ends of any system.
+
+    It is UTF-8, UTF-16 with its mark, or else Windows-1252, which a remark then says.
 
     Raises
     ------
     InputError
-        It is missing, empty or no text.
+        It is missing, empty, too large or no text.
     """
     try:
-        text = file.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError:
-        raise InputError("is not UTF-8 text", file=file, expected="a table") from None
+        if file.stat().st_size > _LARGEST_BYTES:
+            expected = f"at most {_LARGEST_BYTES // 1_000_000} MB"
+            raise InputError("is too large a table in text", file=file, expected=expected)
+        data = file.read_bytes()
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror}", file=file) from None
+    text, remarks = _decoded(data, file)
     if not text.strip():
         raise InputError("is empty", file=file, expected="a header and rows of numbers")
-    return text.splitlines()
+    text = text.replace("\r\n", "\n").replace("\r", "\n")
+    return TextFile(file, text.split("\n"), text.endswith("\n"), remarks)
 
 
-def cells(line: str, separator: str | None = None) -> list[str]:
-    """The cells of a line, without blanks around them.
+def _decoded(data: bytes, file: Path) -> tuple[str, tuple[str, ...]]:
+    utf_16 = data[:2] in (b"\xff\xfe", b"\xfe\xff")
+    try:
+        text = data.decode("utf-16" if utf_16 else "utf-8-sig")
+        remarks: tuple[str, ...] = ()
+    except UnicodeDecodeError:
+        # names of folders with accents, written by programs of another age
+        text = data.decode("cp1252", errors="replace")
+        remarks = ("Not UTF-8: read as Windows-1252.",)
+    if "\0" in text:
+        raise InputError("is no text", file=file, expected="a table")
+    return text, remarks
+
+
+def cells(line: str) -> list[str]:
+    """The cells of a line, without blanks and quotation marks around them.
+
+    They are separated by tabs if there is one, else by commas if there is one, else by blanks.
 
     Parameters
     ----------
     line : str
-    separator : str or None
-        None: tabs if there is one, else commas if there is one, else blanks.
     """
-    mark = separator or ("\t" if "\t" in line.strip() else "," if "," in line else None)
-    return [cell.strip() for cell in line.strip(" \r\n").split(mark)]
+    mark = "\t" if "\t" in line.strip() else "," if "," in line else None
+    return [cell.strip().strip('"').strip() for cell in line.strip(" \r\n").split(mark)]
 
 
 def number_rows(
-    lines: list[str], first: int, columns: int, file: Path, *, gaps: bool = False
-) -> FloatArray:
+    text: TextFile,
+    first: int,
+    columns: int,
+    *,
+    parts: int = 1,
+    gaps: bool = False,
+    further: bool = False,
+) -> NumberRows:
     """Rows of numbers (rows, columns); blank lines are passed over.
 
     Parameters
     ----------
-    lines : list of str
+    text : TextFile
     first : int
         The line (from 0) with the first row.
     columns : int
-    file : Path
-        For messages.
+    parts : int
+        Numbers in each cell, with commas between them; the first cell, the time, has one.
     gaps : bool
-        Empty cells and cells that a row lacks at its end are NaN.
+        Empty cells and cells that a row lacks at its end are NaN, as "nan" always is.
+    further : bool
+        Whether cells beyond the columns may be passed over.
 
     Raises
     ------
     InputError
-        A row of another length, or a cell that is no finite number.
+        A row of another length, a cell that is no number, or the file was cut within a row.
     """
-    rows = []
-    for number, line in enumerate(lines[first:], start=first + 1):
-        if not line.strip():
+    buffer, numbers, most = array("d"), array("q"), 0
+    for number, line in enumerate(text.lines[first:], start=first + 1):
+        if not line.strip(_BLANK):
             continue
-        parts = cells(line)
-        while len(parts) > columns and not parts[-1]:
-            parts.pop()
-        while parts and len(parts) > columns and not parts[0]:
-            parts.pop(0)
+        row = _row_cells(line, columns, parts)
+        if len(row) < columns and not text.whole and text.is_last(number - 1):
+            problem = f"ends within row {number}: the file was cut"
+            raise InputError(problem, file=text.file, expected="the whole file")
         if gaps:
-            parts += [""] * (columns - len(parts))
-        if len(parts) != columns:
+            row += [""] * (columns - len(row))
+        if further and len(row) > columns:
+            most = max(most, len(row) - columns)
+            row = row[:columns]
+        if len(row) != columns:
             expected = f"{columns}, as in the header"
-            raise InputError(f"{len(parts)} cells", file=file, row=number, expected=expected)
-        rows.append([_number(part, file, number, gaps) for part in parts])
-    if not rows:
-        raise InputError("holds no rows", file=file, expected="one row per sample")
-    return np.array(rows)
+            raise InputError(f"{len(row)} cells", file=text.file, row=number, expected=expected)
+        _extend(buffer, row, text.file, number, "_" in line, gaps)
+        numbers.append(number)
+    if not numbers:
+        raise InputError("holds no rows", file=text.file, expected="one row per sample")
+    values = np.array(buffer).reshape(-1, columns)
+    return NumberRows(values, np.array(numbers, np.int64), most)
+
+
+def _row_cells(line: str, columns: int, parts: int) -> list[str]:
+    """The cells of a row, those of several numbers taken apart."""
+    if parts > 1:
+        time, *rest = line.split()
+        taken = [cell.split(",") for cell in rest]
+        if any(len(cell) != parts for cell in taken):
+            return line.split()
+        return [time, *(number for cell in taken for number in cell)]
+    row = cells(line)
+    # some programs end a row with a tab, some begin it with one
+    while len(row) > columns and not row[-1]:
+        row.pop()
+    while len(row) > columns and not row[0]:
+        row.pop(0)
+    if len(row) != columns and "," not in line and len(line.split()) == columns:
+        return line.split()
+    return row
+
+
+def _extend(
+    buffer: array[float], row: list[str], file: Path, number: int, odd: bool, gaps: bool
+) -> None:
+    """Append a row of numbers; cell by cell where one is not plainly a number."""
+    try:
+        values = [float(cell) for cell in row]
+        plain = not odd and math.isfinite(math.fsum(values))
+    except (ValueError, OverflowError):
+        plain = False
+    if not plain:
+        values = [_number(cell, file, number, gaps) for cell in row]
+    buffer.extend(values)
 
 
 def _number(cell: str, file: Path, row: int, gaps: bool) -> float:
-    if gaps and cell.lower() in ("", "nan"):
+    if cell.lower() in _NONE and (cell or gaps):
         return math.nan
     try:
         value = float(cell)
@@ -93,27 +215,34 @@ def _number(cell: str, file: Path, row: int, gaps: bool) -> float:
         value = math.nan
     if not math.isfinite(value) or "_" in cell:
         problem = f"not a finite number: {cell[:40]!r}"
-        raise InputError(problem, file=file, row=row, expected="a number")
+        raise InputError(problem, file=file, row=row, expected="a number, with a decimal point")
     return value
 
 
-def sample_rate(time_s: FloatArray, file: Path, stated_hz: float | None = None) -> float:
-    """The rate of equally spaced times.
+def stated_count(stated: str | None, have: int, what: str, text: TextFile) -> tuple[str, ...]:
+    """A sentence where the header states another number of rows or columns than there are.
+
+    Parameters
+    ----------
+    stated : str or None
+        The number as it stands in the header.
+    have : int
+    what : str
+        Such as "rows".
+    text : TextFile
 
     Raises
     ------
     InputError
-        Times do not rise in equal steps, or not with the stated rate.
+        Rows are missing and the last line has no end: the file was cut.
     """
-    if len(time_s) < 2:
-        raise InputError(f"{len(time_s)} samples", file=file, expected="two or more")
-    step = float(time_s[-1] - time_s[0]) / (len(time_s) - 1)
-    rate = stated_hz or (1.0 / step if step > 0 else math.nan)
-    # times are often printed with few decimals
-    wrong = np.flatnonzero(~(np.abs(np.diff(time_s) * rate - 1.0) < 0.5))
-    if len(wrong) or abs(step * rate - 1.0) > 0.01:
-        at = float(time_s[wrong[0]]) if len(wrong) else float(time_s[0])
-        problem = f"time does not rise in steps of {1.0 / rate:.6g} s after {at:.6g} s"
-        raise InputError(problem, file=file, column="time", expected="equal steps")
-    # a rate that was meant to be whole
-    return float(round(rate)) if abs(rate - round(rate)) < 1e-3 * rate / len(time_s) else rate
+    if stated is None or stated.strip() == str(have):
+        return ()
+    shown = stated.strip()[:20]
+    known = shown.isascii() and shown.isdigit()
+    if known and int(shown) > have and what == "rows" and not text.whole:
+        problem = f"{have} of {shown} rows, the last without a line end: the file was cut"
+        expected = f"the whole file, or {have} in its header and an end to the last line"
+        raise InputError(problem, file=text.file, expected=expected)
+    missing = known and int(shown) > have
+    return (f"Its header states {shown} {what}, it holds {have}{': cut or edited' * missing}.",)
