@@ -1,13 +1,13 @@
 """Outputs appear whole or not at all. Standard library only.
 
 Everything is written under a temporary name beside the final one, flushed to the disk and renamed:
-a process that is killed at any moment leaves no half output under the final name.
+a process that is killed at any moment leaves the old output or the new one under the final name,
+and what it leaves beside it is swept by the next run that writes there.
 """
 
 from __future__ import annotations
 
 import os
-import secrets
 import shutil
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Final
 
 from armimpedance.errors import InputError
+from armimpedance.temporaries import exchange, sweep, temporary_name
 
 #: What a recording's folder may hold; such a folder may be replaced by a new one.
 RECORDING_FILES: Final = ("recording.json", "trials.csv", "samples.parquet", "samples.csv")
@@ -42,7 +43,7 @@ def staged_file(path: str | os.PathLike[str]) -> Iterator[Path]:
     final = _final_path(path)
     if final.exists() and not final.is_file():
         raise InputError("is not a regular file", file=path, expected="the name of a file")
-    temporary = final.with_name(f".{final.stem}.{secrets.token_hex(4)}.partial{final.suffix}")
+    temporary = temporary_name(final, f".partial{final.suffix}")
     try:
         yield temporary
         _flush(temporary)
@@ -85,8 +86,7 @@ def staged_folder(
     """
     final = _final_path(path)
     check_replaceable(final, mark, known)
-    token = secrets.token_hex(4)
-    temporary = final.with_name(f".{final.name}.{token}.partial")
+    temporary = temporary_name(final, ".partial")
     temporary.mkdir()
     try:
         yield temporary
@@ -94,7 +94,7 @@ def staged_folder(
             _flush(written)
         _flush(temporary)
         check_replaceable(final, mark, known)
-        _swap_in(temporary, final, aside=final.with_name(f".{final.name}.{token}.old"))
+        exchange(temporary, final)
         _flush(final.parent)
     finally:
         shutil.rmtree(temporary, ignore_errors=True)
@@ -141,20 +141,8 @@ def _final_path(path: str | os.PathLike[str]) -> Path:
         raise InputError("no such folder", file=final.parent, expected="an existing folder")
     if not os.access(final.parent, os.W_OK):
         raise InputError("no permission to write there", file=final.parent)
+    sweep(final.parent)
     return final
-
-
-def _swap_in(temporary: Path, final: Path, aside: Path) -> None:
-    if not final.exists():
-        temporary.rename(final)
-        return
-    final.rename(aside)
-    try:
-        temporary.rename(final)
-    except OSError:
-        aside.rename(final)
-        raise
-    shutil.rmtree(aside, ignore_errors=True)
 
 
 def _flush(path: Path) -> None:

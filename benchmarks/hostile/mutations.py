@@ -24,7 +24,7 @@ HEADER: Final = 2048
 EXTREMES: Final = (0, 1, -1, 2**7, 2**15 - 1, 2**16 - 1, 2**24, 2**31 - 1, -(2**31), 2**32 - 1)
 FLOATS: Final = (np.nan, np.inf, -np.inf, 0.0, -1.0, 1e38, 1e-38, 5e-324, 1e300)
 WORDS: Final = (
-    b"nan", b"inf", b"-inf", b"1e999", b"-1", b"0", b"", b"99999999999999999999", b"1e-400", b"=1+1",
+    b"nan", b"inf", b"-inf", b"1e999", b"-1", b"0", b"", b"9" * 20, b"1e-400", b"=1+1",
     b"\x1b[31m", b"\x00", b"\xff\xfe", b'"', b"[[[[[[[[", b"{", b"true", b"null", b"\xed\xa0\x80",
     b"1,5", b"\t\t\t", b"\r", b"1_000", b"0x10", b"\xf0\x9f\x92\xa5", b"../../x", b"A" * 300,
 )  # fmt: skip

@@ -38,6 +38,7 @@ RANKS = [
     {"estimates", "trials"},
     {"arrays"},
     {"outputs"},
+    {"temporaries"},
     {"method_table"},
     {"findings", "not_taken"},
     {"conventions", "errors"},

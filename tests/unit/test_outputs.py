@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from armimpedance import temporaries
 from armimpedance.errors import InputError
 from armimpedance.outputs import staged_file, staged_folder
 
@@ -148,6 +149,85 @@ def test_kill_leaves_no_half_output(tmp_path: Path, kind: str, existing: bool):
         assert [(p.name, p.read_text()) for p in final.iterdir()] == [("recording.json", "old")]
     else:
         assert final.read_text() == "old"
+    assert len(os.listdir(tmp_path)) == 1 + existing
+    with staged_file(tmp_path / "next") as path:
+        path.write_text("")
+    assert sorted(os.listdir(tmp_path)) == ["next", *(["out"] if existing else [])]
+
+
+def gone() -> int:
+    """The number of a process that has ended."""
+    with subprocess.Popen([sys.executable, "-c", ""]) as process:
+        return process.pid
+
+
+def left_by(process: int, folder: Path, ending: str) -> Path:
+    """What this process would leave in a folder."""
+    mine = temporaries.temporary_name(folder / "x", ending).name
+    return folder / mine.replace(f"-{os.getpid()}-", f"-{process}-")
+
+
+def test_only_what_a_process_that_is_gone_left_is_swept(tmp_path):
+    dead, alive = left_by(gone(), tmp_path, ".partial.csv"), left_by(1, tmp_path, ".partial.csv")
+    elsewhere = dead.with_name(".armimpedance-00000000" + dead.name[22:])
+    others = [alive, elsewhere, tmp_path / ".a.partial", tmp_path / ".armimpedance-notes"]
+    for path in (dead, *others):
+        path.write_text("")
+    temporaries.sweep(tmp_path)
+    assert sorted(tmp_path.iterdir()) == sorted(others)
+
+
+def replaced(final: Path, text: str) -> None:
+    with staged_folder(final) as temporary:
+        (temporary / "recording.json").write_text(text)
+
+
+def test_a_folder_is_there_at_every_moment_of_its_replacement(tmp_path):
+    final = tmp_path / "out"
+    replaced(final, "0")
+    code = (
+        "import sys\nfrom armimpedance.outputs import staged_folder\n"
+        "for i in range(200):\n"
+        "    with staged_folder(sys.argv[1]) as path:\n"
+        "        (path / 'recording.json').write_text(str(i))\n"
+    )
+    looks = 0
+    with subprocess.Popen([sys.executable, "-c", code, final]) as writer:
+        while writer.poll() is None:
+            assert final.is_dir()
+            looks += 1
+    assert writer.returncode == 0
+    assert looks > 100
+    assert os.listdir(tmp_path) == ["out"]
+
+
+def test_where_names_cannot_be_exchanged_the_folder_is_replaced_too(tmp_path, monkeypatch):
+    monkeypatch.setattr(temporaries, "_exchanged", lambda *_: False)
+    replaced(tmp_path / "out", "old")
+    replaced(tmp_path / "out", "new")
+    assert (tmp_path / "out" / "recording.json").read_text() == "new"
+    assert os.listdir(tmp_path) == ["out"]
+
+
+@pytest.mark.parametrize("there", [False, True], ids=["killed before", "killed after"])
+def test_a_folder_that_was_put_aside_by_a_killed_process_comes_back(tmp_path, there):
+    aside = left_by(gone(), tmp_path, ".old")
+    (aside / "out").mkdir(parents=True)
+    (aside / "out" / "recording.json").write_text("old")
+    if there:
+        replaced(tmp_path / "out", "new")
+    temporaries.sweep(tmp_path)
+    assert os.listdir(tmp_path) == ["out"]
+    assert (tmp_path / "out" / "recording.json").read_text() == ("new" if there else "old")
+
+
+def test_the_longest_name_that_a_disk_takes_is_written(tmp_path):
+    for stage in (staged_file, staged_folder):
+        final = tmp_path / (stage.__name__.ljust(251, "x") + ".csv")
+        with stage(final) as temporary:
+            if stage is staged_file:
+                temporary.write_text("")
+        assert final.exists()
 
 
 def test_import_is_light():
