@@ -47,6 +47,8 @@ class ReadOptions:
     where : str or None
         Which trials, as an expression over the columns of the trial table, such as
         ``TP == 3 and is_error == 0``. Every format takes it.
+    mapping : Path or None
+        The mapping of a table of any layout; None: `columns.toml` beside it.
     """
 
     force_by: Literal["limb", "device"] | None = None
@@ -64,6 +66,7 @@ class ReadOptions:
     angles: Mapping[str, str] = field(default_factory=dict)
     in_degrees: bool | None = None
     where: str | None = None
+    mapping: Path | None = None
 
     @property
     def given(self) -> tuple[str, ...]:

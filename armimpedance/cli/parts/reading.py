@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 from typing import Any
 
 from armimpedance.errors import InputError
@@ -58,6 +59,13 @@ def add_reading(parser: argparse.ArgumentParser) -> None:
         metavar="CHANNEL=MUSCLE",
         help="an analog channel that holds EMG, for example ACH0=biceps_long; may be given again",
     )
+    parser.add_argument(
+        "--mapping",
+        type=Path,
+        metavar="FILE.toml",
+        help="what the columns of a table of any layout mean; `map-columns` proposes one "
+        "(default: columns.toml beside it)",
+    )
     capture = parser.add_argument_group("motion capture (.c3d, .trc, .mot, .sto: one trial a file)")
     capture.add_argument("--prefix", metavar="NAME", help=".c3d: whose markers (NAME:marker)")
     capture.add_argument("--axes", metavar="X,Y,Z", help="axes forward, left, up, such as x,-z,y")
@@ -95,6 +103,7 @@ def reading_options(arguments: argparse.Namespace) -> dict[str, Any]:
         "axes": None if axes is None else tuple(axes.split(",")),
         "angles": pairs(arguments.angle, "--angle", "COORDINATE=COLUMN"),
         "in_degrees": None if degrees is None else degrees == "yes",
+        "mapping": arguments.mapping,
         "where": arguments.where,
     }
 

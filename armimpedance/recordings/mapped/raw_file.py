@@ -53,11 +53,14 @@ class RawTable:
         rate); None where at most a column tells it.
     rate_hz : float or None
         Where the file states it.
+    first_row : int
+        Where the first row stands in the file, for messages: the line of a text file, else 1.
     """
 
     columns: Mapping[str, RawColumn]
     time_s: NDArray[np.float64] | None = None
     rate_hz: float | None = None
+    first_row: int = 1
 
     def __post_init__(self) -> None:
         lengths = {len(column.values) for column in self.columns.values()}

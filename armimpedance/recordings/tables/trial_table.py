@@ -6,6 +6,7 @@ import csv
 import io
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -53,6 +54,19 @@ def read_trials(file: Path) -> TrialTable:
         what its column holds, or a trial stands twice.
     """
     header, lines, rows = _read_cells(file)
+    return trials_of_cells(file, header, lines, rows)
+
+
+def trials_of_cells(
+    file: Path, header: Sequence[str], lines: tuple[int, ...], rows: Sequence[Sequence[str]]
+) -> TrialTable:
+    """The checked table of these cells, one list a trial, each with the line of its message.
+
+    Raises
+    ------
+    InputError
+        As `read_trials`.
+    """
     columns = {name: [cells[i] for cells in rows] for i, name in enumerate(header)}
     table = TrialTable(file, pd.DataFrame(index=range(len(rows))), lines)
     for name in ("trial", "condition"):

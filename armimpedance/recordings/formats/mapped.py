@@ -1,0 +1,36 @@
+"""Files of any layout with a mapping that says which column is what."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from armimpedance.recordings.mapped.apply import mapped_recording
+from armimpedance.recordings.mapped.columns_toml import read_mapping
+from armimpedance.recordings.mapped.door import files_of, is_mapped, mapping_of, read_files
+from armimpedance.recordings.reading import Format, ReadOptions, RecordedSubject
+from armimpedance.recordings.tables.folder import is_recording_folder
+from armimpedance.records import Recording
+
+
+def _read(path: Path, options: ReadOptions) -> Recording:
+    mapping = read_mapping(mapping_of(path, _stated(options)))
+    files = files_of(path, mapping.files)
+    return mapped_recording(read_files(files, mapping.wants), mapping, path)
+
+
+def _read_subject(path: Path, options: ReadOptions) -> RecordedSubject:
+    metadata = read_mapping(mapping_of(path, _stated(options))).metadata
+    return RecordedSubject(metadata.subject, metadata.muscles, metadata.gravity_m_s2)
+
+
+def _stated(options: ReadOptions) -> Path | None:
+    return None if options.mapping is None else Path(options.mapping)
+
+
+FORMAT = Format(
+    name="a table of any layout (.csv, .parquet, .mat, ...) with a mapping of its columns",
+    recognises=lambda path: not is_recording_folder(path) and is_mapped(path),
+    read=_read,
+    options=("mapping",),
+    read_subject=_read_subject,
+)

@@ -1,0 +1,374 @@
+"""`columns.toml`: a mapping as a text to read and edit, checked key by key."""
+
+from __future__ import annotations
+
+import json
+import re
+import tomllib
+from collections.abc import Collection, Mapping
+from pathlib import Path
+from typing import Any, Final, cast
+
+from armimpedance.errors import InputError
+from armimpedance.json_text import Fields, is_number
+from armimpedance.recordings.mapped.mapping import (
+    CUTS,
+    ColumnMapping,
+    CutBy,
+    Quantity,
+    TrialCut,
+    TrialValue,
+)
+from armimpedance.recordings.mapped.units import (
+    Dimension,
+    Unit,
+    known_unit,
+    scaled,
+    unit_of,
+)
+from armimpedance.recordings.tables.metadata import metadata_of
+from armimpedance.recordings.tables.trial_table import NUMBER_COLUMNS
+
+MAPPING_FILE: Final = "columns.toml"
+#: What stands for a word that somebody still has to decide.
+UNDECIDED: Final = "?"
+_LARGEST_BYTES: Final = 1_000_000
+
+_OF_THE_RECORDING: Final = {
+    *("kind", "sample_rate_hz", "perturbation", "torque", "imposed", "handle_mass_kg"),
+    *("shoulder_m", "gravity", "subject", "provenance"),
+}
+_SECTIONS: Final = {
+    *("time", "position", "force", "joint_angles", "emg", "commanded", "added_torque", "trials"),
+    "subject",
+}
+_OF_COLUMNS: Final = {"columns", "unit", "scale", "sign", "time"}
+_OF_TRIALS: Final = {
+    *("by", "column", "between", "threshold", "before_s", "after_s", "gap_s", "pattern"),
+    *("disturbance", "disturbance_threshold", "columns"),
+}
+#: Ending of a trial column's name -> its unit there.
+_UNIT_OF_ENDING: Final = {"_s": "s", "_deg": "deg", "_rad": "rad", "_m": "m", "_N": "N"}
+
+
+def read_mapping(file: Path) -> ColumnMapping:
+    """Read and check a mapping.
+
+    Parameters
+    ----------
+    file : Path
+
+    Returns
+    -------
+    ColumnMapping
+
+    Raises
+    ------
+    InputError
+        The file is missing or no TOML, a key is unknown, missing or undecided, or not what it
+        must be; the message names the line and the key.
+    """
+    text = _text_of(file)
+    try:
+        values = tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, RecursionError, ValueError) as error:
+        raise InputError(f"broken TOML: {error}", file=file, expected="a mapping") from None
+    reader = _Reader(file, text)
+    reader.refuse_undecided(values)
+    reader.refuse_unknown(values, _OF_THE_RECORDING | _SECTIONS | {"files", "keep"})
+    for name in _SECTIONS & set(values):
+        if not isinstance(values[name], dict):
+            raise reader.wrong("", name, f"a section [{name}]")
+    return reader.mapping(values)
+
+
+def _text_of(file: Path) -> str:
+    try:
+        if file.stat().st_size > _LARGEST_BYTES:
+            raise InputError("is too large for a mapping", file=file, expected="below 1 MB")
+        return file.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError:
+        raise InputError("is not UTF-8 text", file=file, expected="TOML") from None
+    except OSError as error:
+        expected = "a mapping; `armimpedance map-columns` proposes one"
+        raise InputError(
+            f"cannot be read: {error.strerror}", file=file, expected=expected
+        ) from None
+
+
+class _Reader:
+    """Takes the values of a mapping; its errors name the line of a key."""
+
+    def __init__(self, file: Path, text: str) -> None:
+        self.file, self.lines = file, text.splitlines()
+
+    def row(self, section: str, key: str) -> int | None:
+        """The line of a key, or of its section."""
+        now, found = "", None
+        for number, line in enumerate(self.lines, start=1):
+            head = re.match(r"\s*\[+\s*([^\]]+?)\s*\]+", line)
+            if head:
+                now = head.group(1).replace('"', "")
+                found = number if now == section and found is None else found
+            elif now == section and re.match(rf'\s*"?{re.escape(key)}"?\s*[=.]', line):
+                return number
+        return found
+
+    def error(self, problem: str, section: str, key: str, expected: str) -> InputError:
+        """What is wrong with a key."""
+        return InputError(
+            problem,
+            file=self.file,
+            row=self.row(section, key),
+            column=f"{section}.{key}" if section else key,
+            expected=expected,
+        )
+
+    def wrong(self, section: str, key: str, expected: str, value: object = None) -> InputError:
+        """A value that is missing or not what it must be."""
+        shown = json.dumps(value, default=str, ensure_ascii=False)[:40]
+        problem = "is missing" if value is None else f"is {shown}"
+        return self.error(problem, section, key, expected)
+
+    def refuse_unknown(
+        self, values: Mapping[str, Any], known: Collection[str], at: str = ""
+    ) -> None:
+        for key in values:
+            if key not in known:
+                raise self.error("unknown key", at, key, ", ".join(sorted(known)))
+
+    def refuse_undecided(self, values: Mapping[str, Any], at: str = "") -> None:
+        """Refuse a "?" anywhere."""
+        for key, value in values.items():
+            inside = value if isinstance(value, list) else [value]
+            if UNDECIDED in [v for v in inside if isinstance(v, str)]:
+                raise self.error("is not decided yet", at, key, "your word in place of the ?")
+            if isinstance(value, dict):
+                self.refuse_undecided(value, f"{at}.{key}" if at else key)
+
+    def mapping(self, values: dict[str, Any]) -> ColumnMapping:
+        """All of it."""
+        kind = values.get("kind")
+        if kind not in ("hand", "joint"):
+            raise self.wrong("", "kind", '"hand" or "joint"', kind)
+        place: Dimension = "length" if kind == "hand" else "angle"
+        push: Dimension = "force" if kind == "hand" else "torque"
+        emg, muscles, emg_unit = self.emg(values)
+        metadata = self.metadata(values, muscles, emg_unit)
+        try:
+            return ColumnMapping(
+                file=self.file,
+                metadata=metadata,
+                rate_stated="sample_rate_hz" in values,
+                position=self.quantity(values, "position", place),
+                force=self.quantity(values, "force", push, {"by"}),
+                files=self.text("", "files", values),
+                time=self.time(values),
+                joint_angles=self.optional(values, "joint_angles", "angle"),
+                emg=emg,
+                commanded=self.optional(values, "commanded", place),
+                added_torque=self.optional(values, "added_torque", "torque"),
+                trials=self.trials(values.get("trials", {})),
+                values=self.trial_values(values.get("trials", {}).get("columns", {})),
+                keep=self.texts("", "keep", values) or (),
+            )
+        except InputError as error:
+            if error.file is not None:
+                raise
+            raise InputError(error.problem, file=self.file, expected=error.expected) from None
+
+    def metadata(self, values: dict[str, Any], muscles: tuple[str, ...], emg_unit: str) -> Any:
+        """What holds for the recording as a whole, with the checks of `recording.json`."""
+        by = values.get("force", {}).get("by")
+        if by not in ("limb", "device"):
+            expected = (
+                '"limb" (the limb\'s force on the device) or "device" (the device\'s on the limb)'
+            )
+            raise self.wrong("force", "by", expected, by)
+        given = {k: v for k, v in values.items() if k in _OF_THE_RECORDING}
+        self.refuse_unknown(
+            values.get("subject", {}),
+            ("id", "mass_kg", "height_m", "upper_arm_m", "forearm_hand_m", "mass_sd_kg")
+            + ("length_sd_m",),
+            "subject",
+        )
+        given |= {"force_by": by, "muscles": list(muscles), "emg_unit": emg_unit}
+        given.setdefault("sample_rate_hz", 1.0)
+        try:
+            return metadata_of(_TomlFields(self.file, given))
+        except InputError as error:
+            section, _, key = (error.column or "").rpartition(".")
+            raise self.error(error.problem, section, key, error.expected or "") from None
+
+    def optional(self, values: dict[str, Any], name: str, dimension: Dimension) -> Quantity | None:
+        """A quantity that need not be there."""
+        return self.quantity(values, name, dimension) if name in values else None
+
+    def quantity(
+        self,
+        values: dict[str, Any],
+        name: str,
+        dimension: Dimension,
+        further: Collection[str] = (),
+    ) -> Quantity:
+        """A section with columns, unit or scale, and signs."""
+        section = values.get(name)
+        if section is None:
+            raise self.wrong("", name, f"a section [{name}] with its columns")
+        self.refuse_unknown(section, _OF_COLUMNS | set(further), name)
+        columns = self.texts(name, "columns", section, required=True) or ()
+        return self.made(name, section, columns, dimension)
+
+    def made(
+        self, name: str, section: dict[str, Any], columns: tuple[str, ...], *dimensions: Dimension
+    ) -> Quantity:
+        """The quantity of these columns."""
+        sign = section.get("sign", 1)
+        signs = tuple(sign) if isinstance(sign, list) else (sign,) * len(columns)
+        if any(isinstance(s, bool) or s not in (1, -1) for s in signs):
+            raise self.wrong(name, "sign", "1 or -1, or a list of them, one a column", sign)
+        unit = self.unit(name, section, *dimensions)
+        time = self.text(name, "time", section)
+        try:
+            return Quantity(columns, unit, tuple(int(s) for s in signs), time)
+        except InputError as error:
+            key = "sign" if error.problem == "sign" else "columns"
+            raise self.error(error.problem, name, key, error.expected or "") from None
+
+    def unit(self, name: str, section: dict[str, Any], *dimensions: Dimension) -> Unit:
+        """The unit of a section, or its scale."""
+        scale, text = section.get("scale"), section.get("unit")
+        if (scale is None) == (text is None):
+            problem = "is missing" if text is None else "and scale are both there"
+            expected = 'a unit such as "mm", or a scale (SI units per unit of the file)'
+            raise self.error(problem, name, "unit", expected)
+        try:
+            if text is None:
+                return scaled(float(cast(float, scale))) if is_number(scale) else scaled(0.0)
+            return unit_of(str(text), *dimensions)
+        except InputError as error:
+            key = "unit" if text is not None else "scale"
+            raise self.error(error.problem, name, key, error.expected or "") from None
+
+    def time(self, values: dict[str, Any]) -> Quantity | None:
+        """The column with the time."""
+        section = values.get("time")
+        if section is None:
+            return None
+        self.refuse_unknown(section, {"column", "unit", "scale"}, "time")
+        column = self.text("time", "column", section, required=True)
+        return self.made("time", section, (str(column),), "time")
+
+    def emg(self, values: dict[str, Any]) -> tuple[Quantity | None, tuple[str, ...], str]:
+        """EMG, its muscles, and whether it is in V or normalised."""
+        section = values.get("emg")
+        if section is None:
+            return None, (), "V"
+        self.refuse_unknown(section, {"muscles", "unit", "scale", "sign", "time"}, "emg")
+        muscles = section.get("muscles")
+        if not isinstance(muscles, dict) or not all(isinstance(v, str) for v in muscles.values()):
+            raise self.wrong("emg", "muscles", 'such as { biceps_long = "EMG 1" }', muscles)
+        quantity = self.made("emg", section, tuple(muscles.values()), "emg")
+        normalised = quantity.unit.symbol in ("normalised", "%MVC")
+        return quantity, tuple(muscles), "normalised" if normalised else "V"
+
+    def trials(self, section: dict[str, Any]) -> TrialCut:
+        """Where trials begin and end."""
+        self.refuse_unknown(section, _OF_TRIALS, "trials")
+        by = section.get("by", "run")
+        if by not in CUTS:
+            raise self.wrong("trials", "by", " or ".join(f'"{c}"' for c in CUTS), by)
+        numbers = ("threshold", "before_s", "after_s", "gap_s", "disturbance_threshold")
+        given: dict[str, Any] = {}
+        for key in numbers:
+            if key in section and not is_number(section[key]):
+                raise self.wrong("trials", key, "a number", section[key])
+            given |= {key: float(section[key])} if key in section else {}
+        for key in ("column", "pattern", "disturbance"):
+            given[key] = self.text("trials", key, section)
+        between = section.get("between", [])
+        between = between if isinstance(between, list) else [between]
+        if not all(isinstance(v, str) or is_number(v) for v in between):
+            raise self.wrong("trials", "between", "values of the column, such as [0]", between)
+        try:
+            return TrialCut(by=cast(CutBy, by), between=tuple(between), **given)
+        except InputError as error:
+            raise self.error(error.problem, "trials", "by", error.expected or "") from None
+
+    def trial_values(self, section: Any) -> dict[str, TrialValue]:
+        """The columns of the trial table."""
+        if not isinstance(section, dict):
+            raise self.wrong("trials", "columns", 'such as { condition = "cond" }', section)
+        return {name: self.trial_value(name, given) for name, given in section.items()}
+
+    def trial_value(self, name: str, given: Any) -> TrialValue:
+        """One column of the trial table: a column's name, or a table with column or value."""
+        at = f"trials.columns.{name}"
+        inner = {"column": given} if isinstance(given, str) else given
+        expected = 'a column\'s name, { column = "dir", unit = "deg" } or { value = "relaxed" }'
+        if not isinstance(inner, dict) or ("column" in inner) == ("value" in inner):
+            raise self.wrong("trials.columns", name, expected, given)
+        self.refuse_unknown(inner, {"column", "value", "unit"}, at)
+        value, column, unit = inner.get("value"), inner.get("column"), inner.get("unit")
+        if value is not None and not (isinstance(value, str) or is_number(value)):
+            raise self.wrong("trials.columns", name, expected, given)
+        if column is not None and not (isinstance(column, str) and column):
+            raise self.wrong("trials.columns", name, expected, given)
+        if name in NUMBER_COLUMNS and isinstance(value, str):
+            raise self.wrong("trials.columns", name, "a number", value)
+        is_sample = unit == "sample" and name.endswith("_s")
+        return TrialValue(
+            column=column,
+            value=value if isinstance(value, str) or value is None else float(value),
+            unit=None if unit is None or is_sample else self.value_unit(name, unit),
+            is_sample=is_sample,
+        )
+
+    def value_unit(self, name: str, unit: object) -> Unit:
+        """The unit of a trial's value, which must fit the ending of its name."""
+        endings = [e for e in _UNIT_OF_ENDING if name.endswith(e)]
+        found = known_unit(unit) if isinstance(unit, str) else None
+        own = UNITS_OF_ENDINGS[endings[0]] if endings else None
+        if found is None or own is None or found.dimension != own.dimension:
+            expected = f"a unit of {own.dimension}" if own else "none: the name has no unit"
+            raise self.wrong("trials.columns", name, expected, unit)
+        return found
+
+    def text(
+        self, section: str, key: str, values: Mapping[str, Any], required: bool = False
+    ) -> str | None:
+        """A text that is not empty."""
+        value = values.get(key)
+        if (value is None and required) or not (
+            value is None or (isinstance(value, str) and value.strip())
+        ):
+            raise self.wrong(section, key, "a text", value)
+        return value
+
+    def texts(
+        self, section: str, key: str, values: Mapping[str, Any], required: bool = False
+    ) -> tuple[str, ...] | None:
+        """A list of texts; one text stands for a list of it."""
+        value = values.get(key)
+        if isinstance(value, str):
+            value = [value]
+        if value is None and not required:
+            return None
+        if not isinstance(value, list) or not value or not all(isinstance(v, str) for v in value):
+            raise self.wrong(section, key, "names of columns", value)
+        return tuple(value)
+
+
+class _TomlFields(Fields):
+    """Fields of a TOML table, whose values need not be JSON's."""
+
+    def wrong(self, key: str, expected: str) -> InputError:
+        shown = json.dumps(self.values.get(key), default=str, ensure_ascii=False)[:40]
+        problem = f"is {shown}" if key in self.values else "is missing"
+        return InputError(problem, file=self.file, column=self.prefix + key, expected=expected)
+
+
+#: Ending of a trial column's name -> its unit in a recording.
+UNITS_OF_ENDINGS: Final = {
+    ending: unit for ending, symbol in _UNIT_OF_ENDING.items() if (unit := known_unit(symbol))
+}

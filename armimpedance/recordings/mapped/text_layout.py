@@ -1,0 +1,241 @@
+"""The layout of a table of text: encoding, delimiter, decimal mark, names, units, first row."""
+
+from __future__ import annotations
+
+import codecs
+import csv
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from armimpedance.errors import InputError
+from armimpedance.recordings.mapped.units import known_unit
+
+#: What is looked at to find the layout.
+HEAD_BYTES: Final = 2_000_000
+_LINES: Final = 300
+#: Rows that must look alike for a table to begin.
+_ROWS: Final = 5
+#: What stands where a value is missing.
+MISSING: Final = ("", "nan", "NaN", "NAN", "-nan", "NA", "N/A", "#N/A", "null", "NULL", "None", "-")
+_COMMENT: Final = re.compile(r"^\s*(?:#+|%+|//+)\s?")
+_NUMBER: Final = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?inf(?:inity)?", re.I)
+_IN_BRACKETS: Final = re.compile(r"^(.*?)\s*[\[(]\s*([^\[\]()]*?)\s*[\])]\s*$")
+_AFTER_SLASH: Final = re.compile(r"^(.*?)(?:\s*/\s*|\s+in\s+)(\S+)\s*$")
+
+
+@dataclass(frozen=True)
+class TextLayout:
+    """How a table of text is written.
+
+    Attributes
+    ----------
+    encoding : str
+        Of Python.
+    delimiter : str
+        One character; a blank stands for any number of them.
+    decimal : {".", ","}
+    names : tuple of str
+        Of the columns; "" where a column has none.
+    units : tuple of str or None
+        As stated.
+    skip : int
+        Lines before the first row of numbers.
+    has_header : bool
+    texts : tuple of bool
+        Whether a column holds texts in the first rows.
+    """
+
+    encoding: str
+    delimiter: str
+    decimal: str
+    names: tuple[str, ...]
+    units: tuple[str | None, ...]
+    skip: int
+    has_header: bool
+    texts: tuple[bool, ...]
+
+
+@dataclass(frozen=True)
+class _Try:
+    """A delimiter and a decimal mark, and the table that they would make of the lines."""
+
+    delimiter: str
+    decimal: str
+    first: int
+    score: tuple[float, bool, int]
+    width: int
+
+
+def text_layout(file: Path) -> TextLayout:
+    """Find the layout of a table from its beginning.
+
+    Raises
+    ------
+    InputError
+        The file is empty or no text, or no rows of numbers are in its beginning.
+    """
+    encoding, text, whole = _head(file)
+    lines = re.split(r"\r\n|\n|\r", text)
+    if len(lines) > 1 and not whole:
+        lines = lines[:-1]
+    while lines and not lines[-1].strip():
+        lines.pop()
+    if not lines:
+        raise InputError("is empty", file=file, expected="a header and rows of numbers")
+    lines = lines[:_LINES]
+    told = re.fullmatch(r'"?sep=(.)"?', lines[0].strip("\ufeff ").lower() or "-")
+    delimiters = (told.group(1),) if told else (",", ";", "\t", "|", " ")
+    tries = [t for d in delimiters for mark in ".," if (t := _try(lines, d, mark)) is not None]
+    if not tries:
+        expected = "a table with at least half of its cells numbers, below its header"
+        raise InputError("no rows of numbers in its beginning", file=file, expected=expected)
+    best = max(tries, key=lambda t: t.score)
+    names, units, header = _header(lines, best)
+    rows = [cells_of(line, best.delimiter) for line in lines[best.first :]]
+    texts = tuple(
+        any(not _is_value(row[i], best.decimal) for row in rows if i < len(row))
+        for i in range(best.width)
+    )
+    return TextLayout(
+        encoding, best.delimiter, best.decimal, names, units, best.first, header, texts
+    )
+
+
+def cells_of(line: str, delimiter: str) -> list[str]:
+    """The cells of one line, without blanks around them."""
+    if delimiter == " ":
+        return line.split()
+    try:
+        return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter), [])]
+    except csv.Error:
+        return []
+
+
+def stated_unit(name: str) -> str | None:
+    """The unit that a name states: ``Fx [N]``, ``x (mm)``, ``x / mm``, ``F in N``."""
+    for pattern in (_IN_BRACKETS, _AFTER_SLASH):
+        match = pattern.match(name)
+        if match and match.group(1) and known_unit(match.group(2)) is not None:
+            return match.group(2)
+    match = _IN_BRACKETS.match(name)
+    if match and match.group(1).strip() and re.search(r"[^\W\d_]", match.group(2)):
+        return match.group(2)
+    return None
+
+
+def _head(file: Path) -> tuple[str, str, bool]:
+    """Encoding and text of a file's beginning, and whether that is all of it."""
+    try:
+        with file.open("rb") as stream:
+            data = stream.read(HEAD_BYTES + 1)
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror}", file=file) from None
+    whole, data = len(data) <= HEAD_BYTES, data[:HEAD_BYTES]
+    for mark, name in (
+        (codecs.BOM_UTF8, "utf-8-sig"),
+        (codecs.BOM_UTF16_LE, "utf-16"),
+        (codecs.BOM_UTF16_BE, "utf-16"),
+    ):
+        if data.startswith(mark):
+            return name, _decoded(data, name, file), whole
+    if b"\0" in data[:4000]:
+        even, odd = data[:4000:2].count(0), data[1:4000:2].count(0)
+        if max(even, odd) < 0.3 * len(data[:4000]) / 2 or min(even, odd) > 2:
+            raise InputError("is no text", file=file, expected="a table of text")
+        name = "utf-16-le" if odd > even else "utf-16-be"
+        return name, _decoded(data, name, file), whole
+    try:
+        return "utf-8", codecs.getincrementaldecoder("utf-8")().decode(data, whole), whole
+    except UnicodeDecodeError:
+        # A degree sign or a mu of an older Windows program.
+        return "latin-1", data.decode("latin-1"), whole
+
+
+def _decoded(data: bytes, encoding: str, file: Path) -> str:
+    try:
+        return codecs.getincrementaldecoder(encoding)().decode(data)
+    except UnicodeDecodeError as error:
+        problem = f"is not text in {encoding}: byte {error.start}"
+        raise InputError(problem, file=file, expected="a table of text") from None
+
+
+def _try(lines: list[str], delimiter: str, decimal: str) -> _Try | None:
+    """The first rows of numbers, if this delimiter and decimal mark make some."""
+    if decimal == delimiter:
+        return None
+    rows = [cells_of(line, delimiter) for line in lines]
+    for first, row in enumerate(rows):
+        block = rows[first : first + _ROWS]
+        if not row or any(len(r) != len(row) for r in block):
+            continue
+        shares = [sum(_is_value(c, decimal) for c in r) / len(r) for r in block]
+        numbers = [sum(bool(c) and _is_number(c, decimal) for c in r) for r in block]
+        if min(shares) < 0.5 or min(numbers) < 1:
+            continue
+        if first + 1 < len(rows) and _names_numbers(row, block[1:], decimal):
+            continue
+        above = _above(rows, first)
+        header = bool(above) and len(above[-1][1]) in (len(row), len(row) - 1)
+        score = (round(sum(shares) / len(shares), 2), header, len(row))
+        return _Try(delimiter, decimal, first, score, len(row))
+    return None
+
+
+def _names_numbers(row: list[str], below: list[list[str]], decimal: str) -> bool:
+    """Whether a row holds names that are numbers, as of trials side by side."""
+    words = [i for i, cell in enumerate(row) if cell and not _is_value(cell, decimal)]
+    return bool(below) and any(all(_is_number(r[i], decimal) for r in below) for i in words)
+
+
+def _above(rows: list[list[str]], first: int) -> list[tuple[int, list[str]]]:
+    return [(i, r) for i, r in enumerate(rows[:first]) if any(r)]
+
+
+def _header(lines: list[str], table: _Try) -> tuple[tuple[str, ...], tuple[str | None, ...], bool]:
+    """Names and units above the rows."""
+    above = [
+        cells_of(_COMMENT.sub("", line) if _COMMENT.match(line) else line, table.delimiter)
+        for line in lines[: table.first]
+        if line.strip()
+    ]
+    fitting = [_fitted(cells, table.width) for cells in above]
+    units: list[str] | None = None
+    names = fitting.pop() if fitting else None
+    if names is not None and fitting and fitting[-1] is not None and _are_units(names):
+        units, names = names, fitting[-1]
+    if names is None:
+        return ("",) * table.width, (None,) * table.width, False
+    stated = tuple(
+        (units[i].strip("[]() ") or None) if units is not None else stated_unit(name)
+        for i, name in enumerate(names)
+    )
+    return tuple(names), stated, True
+
+
+def _fitted(cells: list[str], width: int) -> list[str] | None:
+    """The cells of a header's line; rows may end in a delimiter that it has not."""
+    if len(cells) == width:
+        return cells
+    return [*cells, ""] if len(cells) == width - 1 and width > 1 else None
+
+
+def _are_units(cells: list[str]) -> bool:
+    known = [known_unit(cell) is not None for cell in cells]
+    bare = [not cell.strip("[]()-– ") or cell in ("a.u.", "1", "#") for cell in cells]
+    bracketed = [bool(re.fullmatch(r"[\[(].*[\])]", cell)) for cell in cells]
+    return any(known) and all(map(any, zip(known, bare, bracketed, strict=True)))
+
+
+def _is_number(cell: str, decimal: str) -> bool:
+    if decimal == ",":
+        if "." in cell:
+            return False
+        cell = cell.replace(",", ".")
+    return bool(_NUMBER.fullmatch(cell))
+
+
+def _is_value(cell: str, decimal: str) -> bool:
+    """Whether a cell is a number or stands for a missing one."""
+    return cell in MISSING or _is_number(cell, decimal)

@@ -1,0 +1,156 @@
+"""Tables of text: any delimiter, decimal mark and header, as labs and spreadsheets write them."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
+import pyarrow.csv
+
+from armimpedance.errors import InputError
+from armimpedance.not_taken import not_taken
+from armimpedance.recordings.mapped.raw_file import (
+    RawColumn,
+    RawFile,
+    RawRun,
+    RawTable,
+    Source,
+    Wanted,
+)
+from armimpedance.recordings.mapped.text_layout import MISSING, TextLayout, cells_of, text_layout
+
+_ENDINGS: Final = (".csv", ".tsv", ".txt", ".dat", ".asc")
+#: A column of texts takes as much room as its longest cell in each row.
+_LARGEST_TEXTS: Final = 100_000_000
+#: Arrow reads a file in pieces of this size; no line is longer.
+_BLOCK_BYTES: Final = 4_000_000
+
+
+def _read(file: Path, wanted: Wanted) -> RawFile:
+    layout = text_layout(file)
+    names = _names(file, layout)
+    chosen = [name for name in names if wanted(name)]
+    skipped = [name for name in names if name not in chosen]
+    if not chosen:
+        return RawFile((RawRun(str(file), (RawTable({}),)),), _skipped(skipped))
+    table = _table(file, layout, names, chosen)
+    columns, too_long = {}, []
+    for name in chosen:
+        unit = layout.units[names.index(name)]
+        values = _values(table.column(name), layout.decimal)
+        if values is None:
+            too_long.append(name)
+        elif layout.names[names.index(name)] or not _is_empty(values):
+            # Rows that end in a delimiter make an empty column without a name.
+            columns[name] = RawColumn(values, unit)
+    run = RawRun(str(file), (RawTable(columns, first_row=layout.skip + 1),))
+    return RawFile((run,), (*_skipped(skipped), *not_taken(too_long, "its texts are too long")))
+
+
+def _skipped(names: Sequence[str]) -> tuple[str, ...]:
+    return not_taken(names, "the mapping gives them no meaning")
+
+
+def _names(file: Path, layout: TextLayout) -> list[str]:
+    """Different names for all columns."""
+    names = [name or f"column {i}" for i, name in enumerate(layout.names, start=1)]
+    for name in names:
+        if names.count(name) > 1 or not name.isprintable():
+            problem = "stands twice in the header" if name.isprintable() else "cannot be a name"
+            raise InputError(problem, file=file, row=layout.skip, column=ascii(name).strip("'"))
+    return names
+
+
+def _table(file: Path, layout: TextLayout, names: list[str], chosen: list[str]) -> pa.Table:
+    """The cells of the columns that are wanted, numbers where the first rows hold numbers."""
+    numbers = {n for n, text in zip(names, layout.texts, strict=True) if not text}
+    try:
+        return _parsed(file, layout, names, chosen, numbers)
+    except pa.ArrowInvalid:
+        pass
+    except (pa.ArrowException, OSError, ValueError, UnicodeError) as error:
+        raise _unreadable(file, error) from None
+    try:
+        # A cell further down is no number: as texts, so that only its column is spoiled.
+        return _parsed(file, layout, names, chosen, set())
+    except (pa.ArrowException, OSError, ValueError, UnicodeError) as error:
+        raise _bad_line(file, layout, len(names)) or _unreadable(file, error) from None
+
+
+def _parsed(
+    file: Path, layout: TextLayout, names: list[str], chosen: list[str], numbers: set[str]
+) -> pa.Table:
+    source: Any = file
+    delimiter, encoding, skip = layout.delimiter, layout.encoding, layout.skip
+    if delimiter == " ":
+        text = file.read_text(encoding=encoding)
+        lines = re.split(r"\r\n|\n|\r", text)[skip:]
+        source = io.BytesIO("\n".join(" ".join(line.split()) for line in lines).encode())
+        encoding, skip = "utf-8", 0
+    return pyarrow.csv.read_csv(
+        source,
+        read_options=pyarrow.csv.ReadOptions(
+            column_names=names, skip_rows=skip, encoding=encoding, block_size=_BLOCK_BYTES
+        ),
+        parse_options=pyarrow.csv.ParseOptions(delimiter=delimiter),
+        convert_options=pyarrow.csv.ConvertOptions(
+            column_types={n: pa.float64() if n in numbers else pa.string() for n in names},
+            include_columns=chosen,
+            null_values=list(MISSING),
+            quoted_strings_can_be_null=True,
+            strings_can_be_null=False,
+            decimal_point=layout.decimal,
+        ),
+    )
+
+
+def _values(column: pa.ChunkedArray, decimal: str) -> np.ndarray[Any, Any] | None:
+    """A column as numbers, or as texts where a cell is none; None: its texts are too long."""
+    if pa.types.is_floating(column.type):
+        return np.asarray(column.to_numpy(), dtype=np.float64)
+    texts = pc.utf8_trim_whitespace(column)
+    missing = pc.is_in(texts, value_set=pa.array(MISSING))
+    numbers = pc.if_else(missing, pa.scalar(None, pa.string()), texts)
+    if decimal == ",":
+        numbers = pc.replace_substring(numbers, ",", ".")
+    try:
+        return np.asarray(numbers.cast(pa.float64()).to_numpy(), dtype=np.float64)
+    except pa.ArrowInvalid:
+        pass
+    longest = pc.max(pc.utf8_length(texts)).as_py() or 1
+    if 4 * longest * len(texts) > _LARGEST_TEXTS:
+        return None
+    return np.array(texts.to_pylist(), dtype=np.str_)
+
+
+def _is_empty(values: np.ndarray[Any, Any]) -> bool:
+    return values.dtype.kind == "f" and bool(np.isnan(values).all())
+
+
+def _bad_line(file: Path, layout: TextLayout, width: int) -> InputError | None:
+    """The first line with another number of cells than the header, for the message."""
+    with file.open(encoding=layout.encoding, errors="replace", newline=None) as stream:
+        for number, line in enumerate(stream, start=1):
+            cells = cells_of(line.rstrip("\n"), layout.delimiter)
+            if number > layout.skip and line.strip() and len(cells) != width:
+                expected = f"{width}, as above"
+                return InputError(f"{len(cells)} cells", file=file, row=number, expected=expected)
+    return None
+
+
+def _unreadable(file: Path, error: Exception) -> InputError:
+    told = str(error).splitlines()[0][:200] if str(error) else type(error).__name__
+    return InputError(f"is no readable table: {told}", file=file, expected="rows of equal length")
+
+
+SOURCE = Source(
+    name="a table of text (.csv, .tsv, .txt, .dat, .asc)",
+    recognises=lambda path: path.suffix.lower() in _ENDINGS and path.is_file(),
+    read=_read,
+)
