@@ -123,27 +123,26 @@ def _cell(
     name: str, found: float | str, value: TrialValue, time: NDArray[Any], trial: MappedTrial
 ) -> str:
     """The text of a cell, in the unit that the name of its column says."""
-    if isinstance(found, str):
-        if value.unit is None and not value.is_sample:
-            return found
-        try:
-            found = float(found)
-        except ValueError:
-            problem = f"not a number: {found[:40]!r}"
-            raise trial.run.error(problem, "a number", value.column) from None
-    if np.isnan(found):
+    if isinstance(found, str) and value.unit is None and not value.is_sample:
+        return found
+    try:
+        number = float(found)
+    except ValueError:
+        problem = f"not a number: {str(found)[:40]!r}"
+        raise trial.run.error(problem, "a number", value.column) from None
+    if np.isnan(number):
         return ""
     if value.is_sample:
-        if not (found.is_integer() and 1 <= found <= len(time)):
+        if not (number.is_integer() and 1 <= number <= len(time)):
             expected = f"the number of a sample, 1 to {len(time)}"
-            raise trial.run.error(f"sample {found:g}", expected, value.column)
-        return repr(float(time[int(found) - 1]))
+            raise trial.run.error(f"sample {number:g}", expected, value.column)
+        return repr(float(time[int(number) - 1]))
     own = next((unit for end, unit in UNITS_OF_ENDINGS.items() if name.endswith(end)), None)
     if value.unit is not None and own is not None and value.unit != own:
-        found = float(value.unit.to_si(np.array([found]))[0]) * own.divide / own.multiply
-    if own is None and found.is_integer() and abs(found) < 2.0**53:
-        return str(int(found))
-    return repr(float(found))
+        number = float(value.unit.to_si(np.array([number]))[0]) * own.divide / own.multiply
+    if own is None and number.is_integer() and abs(number) < 2.0**53:
+        return str(int(number))
+    return repr(number)
 
 
 def _number(cells: list[dict[str, str]], trials: Sequence[MappedTrial]) -> None:
