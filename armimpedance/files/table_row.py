@@ -13,6 +13,7 @@ import pandas as pd
 from armimpedance.arrays import FloatArray
 from armimpedance.conventions import element_names
 from armimpedance.errors import InputError
+from armimpedance.files.written.formula import unguarded
 
 
 @dataclass(frozen=True)
@@ -101,12 +102,12 @@ def table_rows(path: Path, what: str = "a RESULTS.csv") -> list[TableRow]:
         raise InputError(
             f"cannot be read: {str(error).splitlines()[-1]}", file=path, expected=what
         ) from error
-    header = [str(name) for name in table.iloc[0]]
+    header = [unguarded(str(name)) for name in table.iloc[0]]
     for name in header:
         if name and header.count(name) > 1:
             raise InputError("stands twice in the header", file=path, row=1, column=name)
     rows = [
-        TableRow(path, line, dict(zip(header, map(str, cells), strict=True)))
+        TableRow(path, line, dict(zip(header, map(unguarded, map(str, cells)), strict=True)))
         for line, cells in enumerate(table.iloc[1:].itertuples(index=False), start=2)
         if any(cells)
     ]

@@ -1,15 +1,17 @@
-"""Tables of results: CSV, JSON or Parquet by the file's ending, written whole or not at all."""
+"""Tables of results: the file's ending decides the format; written whole or not at all."""
 
 from __future__ import annotations
 
-import csv
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from armimpedance.errors import InputError
-from armimpedance.json_text import json_text
+from armimpedance.files.written.content import About, Cells, Content, Quantity
+from armimpedance.files.written.ending import ENDINGS, Ending
+from armimpedance.files.written.long import long_table, quantities_of
 from armimpedance.outputs import staged_file
 
 
@@ -17,6 +19,13 @@ def write_table(
     rows: Iterable[Mapping[str, Any]],
     path: str | os.PathLike[str],
     columns: Sequence[str] | None = None,
+    *,
+    keys: Sequence[str] = (),
+    quantities: Callable[[], Sequence[Quantity]] | None = None,
+    objects: Any = None,
+    structs: Callable[[], Sequence[Cells]] | None = None,
+    long: bool = False,
+    about: About | None = None,
 ) -> None:
     """Write rows of cells; a cell that a row does not have stays empty (JSON: null).
 
@@ -24,41 +33,100 @@ def write_table(
     ----------
     rows : mappings from a column's name to a text, a number, a truth or None
     path : path
-        Its ending decides the format: .csv, .json (a list of objects) or .parquet.
+        Its ending decides the format: .csv, .json, .mat, .parquet, .xlsx.
     columns : sequence of str, optional
         The columns and their order; without it all of them, in the order of their first use.
+    keys : sequence of str
+        Columns that name a row, in the long table.
+    quantities : function without arguments, optional
+        Makes the rows of the long table; without it they follow from the names of the columns.
+    objects : plain values, optional
+        What a JSON file holds in place of the rows.
+    structs : function without arguments, optional
+        Makes what a MATLAB file holds in place of the rows.
+    long : bool
+        One row a quantity in place of one row a group.
+    about : About, optional
+        What stands beside the numbers, where the format has a place for it.
 
     Raises
     ------
     InputError
-        An ending that is none of these, or the file cannot be written.
+        An ending that is none of these or holds no long table, a cell that the format cannot
+        hold, or the file cannot be written.
     """
     table = [dict(row) for row in rows]
     header = list(
         dict.fromkeys(name for row in table for name in row) if columns is None else columns
     )
-    writers = {".csv": _write_csv, ".json": _write_json, ".parquet": _write_parquet}
-    ending = Path(path).suffix
-    if ending not in writers:
-        raise InputError(
-            f"no ending {ending!r}", file=path, expected=f"one of {', '.join(writers)}"
-        )
+    content = Content(
+        header,
+        table,
+        quantities or (lambda: quantities_of(header, table, keys)),
+        objects,
+        structs,
+        about or About(),
+    )
+    write_content(content, path, long=long)
+
+
+def write_content(content: Content, path: str | os.PathLike[str], *, long: bool = False) -> None:
+    """Write what is known of a result through a temporary name.
+
+    Parameters
+    ----------
+    content : Content
+    path : path
+        Its ending decides the format.
+    long : bool
+        One row a quantity in place of one row a group.
+
+    Raises
+    ------
+    InputError
+        As for `write_table`.
+    """
+    ending = ending_of(path)
+    if long and not ending.long:
+        raise InputError("no long table", file=path, expected="a .csv, .json or .parquet")
+    if long:
+        columns, rows = long_table(content.long)
+        content = replace(content, columns=columns, rows=rows, objects=None)
     with staged_file(path) as staged:
-        writers[ending](header, table, staged)
+        try:
+            ending.write(content, staged)
+        except UnicodeEncodeError as error:
+            text = f"a text holds {error.object[error.start : error.end]!r}, which is no character"
+            raise InputError(text, file=path, expected="texts of whole characters") from None
+        except InputError as error:
+            # the temporary name says nothing to a user
+            raise InputError(
+                error.problem,
+                file=path,
+                row=error.row,
+                column=error.column,
+                expected=error.expected,
+            ) from None
 
 
-def _write_csv(header: list[str], table: list[dict[str, Any]], path: Path) -> None:
-    with open(path, "w", newline="", encoding="utf-8") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(header)
-        writer.writerows([["" if row.get(n) is None else row[n] for n in header] for row in table])
+def ending_of(path: str | os.PathLike[str]) -> Ending:
+    """The format that a file's name asks for.
 
+    Parameters
+    ----------
+    path : path
 
-def _write_json(header: list[str], table: list[dict[str, Any]], path: Path) -> None:
-    path.write_text(json_text([{n: row.get(n) for n in header} for row in table]), "utf-8")
+    Returns
+    -------
+    Ending
 
-
-def _write_parquet(header: list[str], table: list[dict[str, Any]], path: Path) -> None:
-    import pandas as pd
-
-    pd.DataFrame(table, columns=header).to_parquet(path, index=False)
+    Raises
+    ------
+    InputError
+        There is no such format.
+    """
+    ending = Path(path).suffix
+    if ending[1:] not in ENDINGS:
+        known = ", ".join(f".{name}" for name in ENDINGS)
+        raise InputError(f"no ending {ending!r}", file=path, expected=f"one of {known}")
+    return ENDINGS[ending[1:]]

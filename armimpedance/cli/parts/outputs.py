@@ -6,13 +6,18 @@ import argparse
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from armimpedance.errors import InputError
+from armimpedance.method_table import MethodTable
 from armimpedance.outputs import check_replaceable
 
+#: Formats of result files, each a file of that folder.
+_ENDINGS: Final[MethodTable[Any]] = MethodTable(
+    "armimpedance.files.endings", "ENDING", "ending", default="csv"
+)
 #: Endings of what commands write; the ending decides the format.
-TABLE: Final = (".csv", ".json", ".parquet")
+TABLE: Final = tuple(f".{name}" for name, one in _ENDINGS.items() if one.every_table)
 FIT: Final = (".json",)
 FIGURE: Final = (".png", ".svg", ".pdf")
 

@@ -1,0 +1,23 @@
+"""CSV: UTF-8, commas, a header; every number in full."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+from armimpedance.files.written.content import Content
+from armimpedance.files.written.ending import Ending
+from armimpedance.files.written.formula import guarded
+
+
+def write(content: Content, path: Path) -> None:
+    """Write the table; a text that a spreadsheet would run as a formula is guarded."""
+    with open(path, "w", newline="", encoding="utf-8") as stream:
+        writer = csv.writer(stream, lineterminator="\n")
+        writer.writerow([guarded(name) for name in content.columns])
+        for row in content.rows:
+            cells = (row.get(name) for name in content.columns)
+            writer.writerow(["" if cell is None else guarded(cell) for cell in cells])
+
+
+ENDING = Ending("a table that everything reads", write, long=True)

@@ -1,0 +1,41 @@
+"""Formats of result files: which ending is which. Standard library only."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from armimpedance.files.written.content import Content
+from armimpedance.method_table import MethodTable
+
+
+@dataclass(frozen=True)
+class Ending:
+    """One format of result files; its ending is the name of its file in `endings`.
+
+    Attributes
+    ----------
+    what : str
+        What such a file is, for help texts.
+    write : function (content, path)
+        Writes the whole file. The path is a temporary one, beside the final one and with its
+        ending; it is renamed when the function returns.
+    every_table : bool
+        Whether any table of results can be written so. A command that offers an ending of few
+        results names it beside the others.
+    long : bool
+        Whether the long table may stand in place of the wide one.
+    """
+
+    what: str
+    write: Callable[[Content, Path], None]
+    every_table: bool = True
+    long: bool = False
+
+
+#: ``csv`` -> how a .csv is written.
+ENDINGS: Final[MethodTable[Ending]] = MethodTable(
+    "armimpedance.files.endings", "ENDING", "ending", default="csv"
+)

@@ -1,0 +1,149 @@
+"""Plain values as MATLAB has them: structs, cells of texts, matrices, and names that it takes.
+
+MATLAB's names are letters, digits and underscores, begin with a letter, have at most 63 characters
+and are no word of the language. Others are mended, and the file says which.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, Final
+
+import numpy as np
+
+#: Words of MATLAB and Octave that cannot name a field's dot access everywhere.
+_WORDS: Final = frozenset(
+    (
+        *("break", "case", "catch", "classdef", "continue", "do", "else", "elseif", "end"),
+        *("endfunction", "endif", "endwhile", "for", "function", "global", "if", "otherwise"),
+        *("parfor", "persistent", "return", "spmd", "switch", "try", "until", "while"),
+    )
+)
+LONGEST_NAME: Final = 63
+
+
+class Names:
+    """Names of fields, mended where MATLAB would not take them; each name is mended alike."""
+
+    def __init__(self) -> None:
+        #: Mended name -> the name that it stands for, of those that had to be mended.
+        self.mended: dict[str, str] = {}
+        self._taken: dict[str, str] = {}
+
+    def of(self, name: str) -> str:
+        """The field's name for a name.
+
+        Parameters
+        ----------
+        name : str
+
+        Returns
+        -------
+        str
+            Valid in MATLAB; two different names never become one.
+        """
+        if name in self._taken:
+            return self._taken[name]
+        valid = _valid(name)
+        given, number = valid, 1
+        while given in self._taken.values():
+            number += 1
+            given = f"{valid[: LONGEST_NAME - len(str(number)) - 1]}_{number}"
+        self._taken[name] = given
+        if given != name:
+            self.mended[given] = name
+        return given
+
+
+def _valid(name: str) -> str:
+    valid = re.sub(r"[^0-9A-Za-z_]", "_", name)
+    if not valid or not valid[0].isascii() or not valid[0].isalpha() or valid in _WORDS:
+        valid = f"x{valid}"
+    return valid[:LONGEST_NAME]
+
+
+def matlab_value(value: Any, names: Names) -> Any:
+    """A plain value as SciPy writes it to a MATLAB file.
+
+    Parameters
+    ----------
+    value : mapping, list, array, text, number, truth or None
+    names : Names
+
+    Returns
+    -------
+    object
+        A mapping becomes a struct, a list of mappings a struct array, a list of texts a column of
+        cells, a list of numbers (also nested) a matrix, None an empty matrix.
+    """
+    if value is None:
+        return np.zeros((0, 0))
+    if isinstance(value, str):
+        return _text(value)
+    if isinstance(value, Mapping):
+        fields = {names.of(str(name)): matlab_value(one, names) for name, one in value.items()}
+        return fields or {"none": np.zeros((0, 0))}
+    if isinstance(value, np.ndarray):
+        return np.atleast_2d(value)
+    if isinstance(value, (bool, np.bool_)):
+        return np.array([[bool(value)]])
+    if isinstance(value, (int, float, np.number)):
+        return np.array([[float(value)]])
+    return _list(list(value), names)
+
+
+def _text(value: str) -> Any:
+    # a lone surrogate is no character: what writes the other formats refuses it as well
+    value.encode("utf-8")
+    return value
+
+
+def _list(values: Sequence[Any], names: Names) -> Any:
+    if not values:
+        return np.zeros((0, 0))
+    if all(isinstance(one, Mapping) for one in values):
+        return struct_array(values, names)
+    if all(isinstance(one, str) for one in values):
+        return _cells(values, names)
+    try:
+        return np.atleast_2d(np.array([_numbers(one) for one in values], dtype=float))
+    except (ValueError, TypeError):
+        return _cells(values, names)
+
+
+def _numbers(value: Any) -> Any:
+    if isinstance(value, (list, tuple)):
+        return [_numbers(one) for one in value]
+    if isinstance(value, (str, Mapping)):
+        raise TypeError
+    return np.nan if value is None else value
+
+
+def _cells(values: Iterable[Any], names: Names) -> Any:
+    made = [matlab_value(one, names) for one in values]
+    cells = np.empty((len(made), 1), dtype=object)
+    for row, one in enumerate(made):
+        cells[row, 0] = one
+    return cells
+
+
+def struct_array(rows: Sequence[Mapping[str, Any]], names: Names) -> Any:
+    """Rows as one struct array; a field that a row does not have is empty there.
+
+    Parameters
+    ----------
+    rows : sequence of mappings
+    names : Names
+
+    Returns
+    -------
+    (1, rows) structured array
+    """
+    fields = list(dict.fromkeys(str(name) for row in rows for name in row)) or ["none"]
+    kinds = [(names.of(field), object) for field in fields]
+    array = np.empty((1, len(rows)), dtype=kinds)
+    for at, row in enumerate(rows):
+        for field, (valid, _) in zip(fields, kinds, strict=True):
+            array[valid][0, at] = matlab_value(row.get(field), names)
+    return array
