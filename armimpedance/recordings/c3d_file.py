@@ -11,10 +11,10 @@ from __future__ import annotations
 
 import os
 import struct
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,6 +52,10 @@ class C3DFile(HasParameters):
         The fourth word of each point.
     analog : (F * samples_per_frame, A)
         In the file's own units: offset and scale are applied.
+    stored : (F * samples_per_frame, A)
+        The same as it stands in the file, bit by bit.
+    other_labels : tuple of str
+        Labels of analog channels that were not asked for.
     """
 
     name: str
@@ -63,6 +67,8 @@ class C3DFile(HasParameters):
     residual: FloatArray
     analog_labels: tuple[str, ...]
     analog: FloatArray
+    stored: NDArray[Any]
+    other_labels: tuple[str, ...] = ()
 
     @property
     def frames(self) -> int:
@@ -84,7 +90,7 @@ def read_c3d(path: str | os.PathLike[str]) -> C3DFile:
     return parse_c3d(data, str(path))
 
 
-def parse_c3d(data: bytes, name: str) -> C3DFile:
+def parse_c3d(data: bytes, name: str, wanted: Callable[[str], bool] | None = None) -> C3DFile:
     """The content of a C3D file from its bytes.
 
     Parameters
@@ -92,6 +98,8 @@ def parse_c3d(data: bytes, name: str) -> C3DFile:
     data : bytes
     name : str
         The file's name, for messages.
+    wanted : callable, optional
+        Which analog channels are read, by their labels; None: all.
 
     Raises
     ------
@@ -112,7 +120,9 @@ def parse_c3d(data: bytes, name: str) -> C3DFile:
     points = words[:, : 4 * header.points].reshape(layout.frames, header.points, 4)
     per_frame = header.analog_samples_per_frame
     channels = header.analog_per_frame // per_frame if per_frame else 0
-    raw = words[:, 4 * header.points :].reshape(layout.frames * max(per_frame, 1), channels)
+    stored = words[:, 4 * header.points :].reshape(layout.frames * max(per_frame, 1), channels)
+    labels = _labels(parameters, "ANALOG", channels)
+    kept = [i for i, label in enumerate(labels) if wanted is None or wanted(label)]
     return C3DFile(
         name=name,
         parameters=parameters,
@@ -121,8 +131,10 @@ def parse_c3d(data: bytes, name: str) -> C3DFile:
         point_labels=_labels(parameters, "POINT", header.points),
         points=points[:, :, :3] * layout.point_scale,
         residual=points[:, :, 3].astype(np.float64),
-        analog_labels=_labels(parameters, "ANALOG", channels),
-        analog=_scaled_analog(name, raw, parameters),
+        analog_labels=tuple(labels[i] for i in kept),
+        analog=_scaled_analog(name, stored, parameters, kept),
+        stored=stored[:, kept],
+        other_labels=tuple(label for i, label in enumerate(labels) if i not in kept),
     )
 
 
@@ -230,8 +242,10 @@ def _rate(name: str, header: _Header, parameters: Groups, frames: int) -> float:
     return float(rate)
 
 
-def _scaled_analog(name: str, raw: NDArray[np.generic], parameters: Groups) -> FloatArray:
-    """Analog samples in their units: (raw - offset) * scale * general scale."""
+def _scaled_analog(
+    name: str, raw: NDArray[Any], parameters: Groups, kept: Sequence[int]
+) -> FloatArray:
+    """Some channels' samples in their units: (raw - offset) * scale * general scale."""
     channels = raw.shape[1]
     unsigned = texts_of(parameters, "ANALOG", "FORMAT")[:1] == ("UNSIGNED",)
     if unsigned and raw.dtype.kind == "i":
@@ -253,9 +267,9 @@ def _scaled_analog(name: str, raw: NDArray[np.generic], parameters: Groups) -> F
         return values[:channels]
 
     if channels == 0 or len(raw) == 0:
-        return np.zeros((len(raw), channels))
-    scale = per_channel("SCALE", 1.0) * first_of(parameters, "ANALOG", "GEN_SCALE", 1.0)
-    return (raw.astype(np.float64) - per_channel("OFFSET", 0.0)) * scale
+        return np.zeros((len(raw), len(kept)))
+    scale = per_channel("SCALE", 1.0)[kept] * first_of(parameters, "ANALOG", "GEN_SCALE", 1.0)
+    return (raw[:, kept].astype(np.float64) - per_channel("OFFSET", 0.0)[kept]) * scale
 
 
 def _labels(parameters: Groups, group: str, count: int) -> tuple[str, ...]:

@@ -155,6 +155,9 @@ def first_of(parameters: Groups, group: str, name: str, default: float) -> float
 
 
 def _decoded(raw: bytes) -> str:
-    text = raw.decode("utf-8", errors="replace").rstrip("\x00 ").lstrip()
-    # Labels stand in messages, which are one line.
-    return "".join(mark if mark.isprintable() else "?" for mark in text)
+    return plain_text(raw.decode("utf-8", errors="replace"))
+
+
+def plain_text(text: str) -> str:
+    """A text of a file without its filling, on one line: labels stand in messages."""
+    return "".join(m if m.isprintable() else "?" for m in text.rstrip("\x00 ").lstrip())

@@ -9,9 +9,9 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
+from armimpedance.arrays import FloatArray, frozen
 from armimpedance.errors import InputError
-from armimpedance.recordings.kinarm.exam_file import ExamFile
+from armimpedance.recordings.kinarm.exam_file import STATUS_WORD, ExamFile, joined
 from armimpedance.recordings.kinarm.files import ExamTrial, LeftOut
 from armimpedance.recordings.kinarm.robot import Side
 from armimpedance.recordings.tables.metadata import LARGEST_COORDINATE_M
@@ -20,7 +20,7 @@ from armimpedance.recordings.tables.sample_table import LARGEST_ANGLE_RAD
 #: Channels that are kept as they were recorded, beside `ACHn`: the side's robot as it moved.
 KEPT_CHANNELS: Final = tuple(
     f"{link}{what}" for link in ("L1", "L2") for what in ("Ang", "Vel", "Acc")
-) + ("M1TorCMD", "M2TorCMD")
+) + ("M1TorCMD", "M2TorCMD", "FS_Status")
 
 #: What is needed to hold the force against the robot, beside its links' angles.
 FRICTION: Final = ("M1TorFRC", "M2TorFRC")
@@ -31,7 +31,8 @@ _ANALOG_INPUT: Final = re.compile(r"ACH\d+")
 def wanted_channels(muscles: Mapping[str, str]) -> Callable[[str], bool]:
     """Whether a channel of an exam is read at all, by its label."""
     names = (*KEPT_CHANNELS, *FRICTION, "FS_ForceX", "FS_ForceY")
-    known = {f"{side}_{name}" for side in ("Right", "Left") for name in names} | set(muscles)
+    known = {f"{side}_{name}" for side in ("Right", "Left") for name in names}
+    known |= {"StatusBits", *muscles}
     return lambda label: label in known or _ANALOG_INPUT.fullmatch(label) is not None
 
 
@@ -150,9 +151,8 @@ def channel(file: ExamFile, label: str) -> FloatArray:
 
 def channels(files: Sequence[ExamFile], *labels: str) -> FloatArray:
     """Analog channels of all trials one after another, (N, len(labels))."""
-    return np.column_stack(
-        [np.concatenate([channel(file, label) for file in files]) for label in labels]
-    )
+    parts = (np.column_stack([channel(file, label) for label in labels]) for file in files)
+    return joined(files, parts, len(labels))
 
 
 def check_finite(file: ExamFile, label: str, values: FloatArray) -> None:
@@ -172,20 +172,25 @@ def further_channels(
 
     An input that is zero in all trials is nobody's, and left out without a word.
     """
-    wanted = {f"{side.title()}_{name}" for name in KEPT_CHANNELS}
-    labels = dict.fromkeys(label for file in files for label in file.channels)
     kept, remarks = {}, []
-    for label in labels:
-        if label in muscles or not (label in wanted or _ANALOG_INPUT.fullmatch(label)):
+    for label in dict.fromkeys(label for file in files for label in file.channels):
+        if label in muscles or not (label in _kept(side) or _ANALOG_INPUT.fullmatch(label)):
             continue
-        parts = [file.samples(label) for file in files if label in file.channels]
-        values = np.concatenate(parts)
-        if not values.any():
+        parts = [file for file in files if label in file.channels]
+        if not any(file.channels[label].any() for file in parts):
             continue
-        lacking, broken = len(files) - len(parts), sum(not np.isfinite(p).all() for p in parts)
+        lacking = len(files) - len(parts)
+        broken = sum(not np.isfinite(file.channels[label]).all() for file in parts)
+        if STATUS_WORD.fullmatch(label):
+            broken = 0
         if lacking or broken:
             problem = f"not in {lacking} trials" if lacking else f"not finite in {broken} trials"
             remarks.append(f"Channel {label} left out: {problem}.")
         else:
-            kept[label] = values
+            kept[label] = frozen(joined(files, (file.samples(label) for file in files)))
     return kept, remarks
+
+
+def _kept(side: Side) -> set[str]:
+    """Labels of the channels that are kept as they were recorded, beside `ACHn`."""
+    return {*(f"{side.title()}_{name}" for name in KEPT_CHANNELS), "StatusBits"}

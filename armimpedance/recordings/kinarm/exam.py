@@ -1,18 +1,18 @@
-"""Kinarm exams (Dexterit-E, C3D) as recordings of the hand."""
+"""Kinarm exams (Dexterit-E, C3D or `.kinarm`) as recordings of the hand."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
-from armimpedance.arrays import FloatArray
+from armimpedance.arrays import FloatArray, frozen
 from armimpedance.errors import InputError
 from armimpedance.findings import Finding
+from armimpedance.not_taken import not_taken
 from armimpedance.recordings.c3d_file import muscles_of
 from armimpedance.recordings.kinarm.channels import (
     channels,
@@ -22,14 +22,13 @@ from armimpedance.recordings.kinarm.channels import (
     sound_trials,
     wanted_channels,
 )
-from armimpedance.recordings.kinarm.exam_file import ExamFile
+from armimpedance.recordings.kinarm.exam_file import ExamFile, joined
 from armimpedance.recordings.kinarm.files import (
     Exam,
     LeftOut,
     none_left,
     read_common,
     read_exam,
-    refuse_new_format,
 )
 from armimpedance.recordings.kinarm.force_balance import (
     Balance,
@@ -38,7 +37,14 @@ from armimpedance.recordings.kinarm.force_balance import (
     force_findings,
 )
 from armimpedance.recordings.kinarm.hand import hand_position
-from armimpedance.recordings.kinarm.robot import Robot, Side, choose_side, robot_of
+from armimpedance.recordings.kinarm.others import channels_not_taken
+from armimpedance.recordings.kinarm.robot import (
+    Robot,
+    Side,
+    choose_side,
+    robot_of,
+    with_own_names,
+)
 from armimpedance.recordings.kinarm.tables import stated_name, with_direction
 from armimpedance.recordings.kinarm.trials import Choice, chosen_trials, trial_table, with_onsets
 from armimpedance.records import Recording, Subject
@@ -53,7 +59,7 @@ def read_kinarm(
     emg_channels: Mapping[str, str] | None = None,
     keep_personal: bool = False,
 ) -> Recording:
-    """Read an exam of C3D files as Dexterit-E writes them.
+    """Read an exam as Dexterit-E writes it, C3D files or a `.kinarm` archive.
 
     The hand's position follows from the link angles where the links' lengths are known (the
     encoders are what differentiates best) and agree with the recorded hand; else it is the
@@ -67,8 +73,8 @@ def read_kinarm(
     Parameters
     ----------
     path : path
-        A folder or zip with `common.c3d` and `BB_TT_RR.c3d`, at most two folders deep; or one
-        trial's file with `common.c3d` beside it.
+        A `.kinarm` archive; a folder or zip with `common.c3d` and `BB_TT_RR.c3d`, at most two
+        folders deep; or one trial's file with `common.c3d` beside it.
     force_by : {"limb", "device"}, optional
         Whose force on the other the sensor's channels hold; the files do not say it. None: found
         from the robot's own inertias and motor torques (`force_balance`), where they show it.
@@ -96,7 +102,7 @@ def read_kinarm(
         whose force it is was not told and cannot be found.
     """
     muscles = muscles_of(emg_channels)
-    exam = read_exam(path, wanted_channels(muscles))
+    exam, renamed = with_own_names(read_exam(path, wanted_channels(muscles)))
     side = choose_side(exam, side, path)
     used = _used(exam, side, muscles, choice or Choice(), keep_personal, path)
     files = used.files
@@ -107,6 +113,10 @@ def read_kinarm(
     further, dropped = further_channels(files, side, muscles)
     personal = _personal(exam.common) if keep_personal else {}
     mirror = np.array([-1.0, 1.0]) if side == "left" else np.ones(2)
+    force = channels(files, *force_labels(side))
+    force *= -mirror if whose == "device" else mirror
+    position = hand.position
+    position *= mirror
     robot, along = hand.robot, hand.robot.kind == "exoskeleton"
     told = [f"{name}: {text}" for name, text in personal.items()]
     source = [hand.source, _told_force(whose, "found" if force_by is None else "stated")]
@@ -115,9 +125,9 @@ def read_kinarm(
         sample_rate_hz=files[0].rate_hz,
         trials=used.trials,
         offsets=np.concatenate([[0], np.cumsum([file.frames for file in files])]),
-        time_s=np.concatenate([np.arange(file.frames) / file.rate_hz for file in files]),
-        position=hand.position * mirror,
-        force=channels(files, *force_labels(side)) * mirror * (-1.0 if whose == "device" else 1.0),
+        time_s=frozen(joined(files, (np.arange(f.frames) / f.rate_hz for f in files))),
+        position=frozen(position),
+        force=frozen(force),
         joint_angles=_joint_angles(files, side) if along else None,
         emg=channels(files, *muscles) if muscles else None,
         muscles=tuple(muscles.values()),
@@ -127,8 +137,11 @@ def read_kinarm(
         provenance=(
             *_provenance(robot, source, len(files)),
             *(f"{finding.name.capitalize()}: {finding.message}." for finding in findings),
+            *renamed,
             *used.remarks,
             *dropped,
+            *channels_not_taken(files, side, {*muscles, *further}),
+            *not_taken(exam.beside, "beside the trials"),
             *told,
         ),
         findings=tuple(findings),
@@ -218,7 +231,6 @@ def exam_subject(path: str | os.PathLike[str], keep_personal: bool) -> Subject:
     InputError
         The exam cannot be read, where it has to be.
     """
-    refuse_new_format(Path(path))
     if not keep_personal:
         return Subject()
     return _subject(_personal(read_common(path)))

@@ -11,8 +11,8 @@ import numpy as np
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
 from armimpedance.recordings.kinarm.channels import channels, link_labels
-from armimpedance.recordings.kinarm.exam_file import ExamFile
-from armimpedance.recordings.kinarm.robot import Robot
+from armimpedance.recordings.kinarm.exam_file import ExamFile, joined
+from armimpedance.recordings.kinarm.robot import GEOMETRIES, Robot
 
 #: The hand as recorded and as its links put it agree within 0.001 mm in a real exam.
 HAND_TOLERANCE_M: Final = 1e-4
@@ -61,55 +61,87 @@ def hand_position(files: Sequence[ExamFile], robot: Robot) -> Hand:
     InputError
         Neither the hand nor the links are there.
     """
-    hand, angles = f"{robot.side.title()}_Hand", link_labels(robot.side)
-    recorded = _recorded_hand(files, hand)
-    links, from_links = None, None
-    if all(label in file.channels for label in angles for file in files):
-        links = channels(files, *angles)
-        from_links = robot.hand_position(*links.T)
-    if recorded is None:
-        if from_links is None:
-            problem = "neither the hand nor the link angles with the links' lengths are there"
-            raise InputError(problem, file=files[0].name, expected=hand)
+    hand = f"{robot.side.title()}_Hand"
+    seen = all(hand in file.hands for file in files) and any(f.hands[hand].any() for f in files)
+    linked = robot.places_hand and all(
+        label in file.channels for label in link_labels(robot.side) for file in files
+    )
+    if not linked and not seen:
+        problem = "neither the hand nor the link angles with the links' lengths are there"
+        raise InputError(problem, file=files[0].name, expected=hand)
+    if not linked:
+        text = f"Hand position: as recorded ({_why_not(robot)})."
+        return Hand(_recorded(files, hand), robot, text)
+    if not seen:
         text = "Hand position: from the link angles, with no recorded hand to check."
-        return Hand(from_links, robot, text)
-    if from_links is None or links is None:
-        text = "Hand position: as recorded (the links' lengths are not known)."
-        return Hand(recorded, robot, text)
-    apart_m = _farthest(from_links, recorded)
+        return Hand(_from_links(files, robot), robot, text)
+    return _checked_hand(files, robot, hand)
+
+
+def _why_not(robot: Robot) -> str:
+    if robot.kind == "unknown":
+        known = ", ".join(f"{each.begins}..." for each in GEOMETRIES)
+        return f"the geometry of the robot {robot.version} is not known, those of {known} are"
+    return "the links' lengths are not known"
+
+
+def _checked_hand(files: Sequence[ExamFile], robot: Robot, hand: str) -> Hand:
+    """The hand from the links where the recorded one agrees, with its handle where that is."""
+    apart_m = _farthest(files, robot, hand)
     if apart_m > FITTED_TOLERANCE_M:
-        fitted = _with_handle(robot, links, recorded)
-        placed = fitted.hand_position(*links.T)
-        if placed is not None and _farthest(placed, recorded) <= FITTED_TOLERANCE_M:
-            return Hand(placed, fitted, _told_handle(robot, fitted, _farthest(placed, recorded)))
+        fitted = _with_handle(files, robot, hand)
+        left_m = _farthest(files, fitted, hand)
+        if left_m <= FITTED_TOLERANCE_M:
+            told = _told_handle(robot, fitted, left_m)
+            return Hand(_from_links(files, fitted), fitted, told)
     if apart_m > HAND_TOLERANCE_M:
         text = (
             "Hand position: as recorded; the one from the link angles is up to "
             f"{1e3 * apart_m:.3g} mm away, which no place of the handle on link 2 explains: the "
             "links' lengths cannot be right."
         )
-        return Hand(recorded, robot, text)
+        return Hand(_recorded(files, hand), robot, text)
     text = (
         f"Hand position: from the link angles, within {1e3 * apart_m:.2g} mm of the recorded hand."
     )
-    return Hand(from_links, robot, text)
+    return Hand(_from_links(files, robot), robot, text)
 
 
-def _farthest(a: FloatArray, b: FloatArray) -> float:
-    return float(np.linalg.norm(a - b, axis=1).max())
+def _recorded(files: Sequence[ExamFile], hand: str) -> FloatArray:
+    return joined(files, (file.hands[hand] for file in files), 2)
 
 
-def _with_handle(robot: Robot, links: FloatArray, recorded: FloatArray) -> Robot:
-    """The robot with its handle on link 2 where the recorded hand, (N, 2), puts it."""
+def _from_links(files: Sequence[ExamFile], robot: Robot) -> FloatArray:
+    return joined(files, (_placed(file, robot) for file in files), 2)
+
+
+def _placed(file: ExamFile, robot: Robot) -> FloatArray:
+    """Where the links of one trial put the hand, (F, 2)."""
+    return robot.hand_position(*channels([file], *link_labels(robot.side)).T)
+
+
+def _farthest(files: Sequence[ExamFile], robot: Robot, hand: str) -> float:
+    """How far the hand from the links and the recorded one are apart at most, m."""
+    apart = (_placed(file, robot) - file.place(hand) for file in files)
+    return max(float(np.linalg.norm(each, axis=1).max()) for each in apart)
+
+
+def _with_handle(files: Sequence[ExamFile], robot: Robot, hand: str) -> Robot:
+    """The robot with its handle on link 2 where the recorded hand puts it."""
     # [u(a2)  n(a2)] (2 N, 2) times [along, aside] = hand - shoulder - L1 u(a1) (2 N), by least
-    # squares; u is the direction of link 2, n across it, counter-clockwise.
-    at = [
-        replace(robot, links_m=np.append(robot.lengths_m[:1], place)).hand_position(*links.T)
+    # squares; u is the direction of link 2, n across it, counter-clockwise. Of each trial the
+    # triangular factor of both sides suffices.
+    probes = [
+        replace(robot, links_m=np.append(robot.lengths_m[:1], place))
         for place in ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))
     ]
-    elbow, along, aside = (np.asarray(each) for each in at)
-    columns = np.column_stack([(along - elbow).ravel(), (aside - elbow).ravel()])
-    place = np.linalg.lstsq(columns, (recorded - elbow).ravel(), rcond=None)[0]
+    factors = []
+    for file in files:
+        elbow, along, aside = (_placed(file, probe) for probe in probes)
+        sides = (along - elbow, aside - elbow, file.place(hand) - elbow)
+        factors.append(np.linalg.qr(np.column_stack([s.ravel() for s in sides]), mode="r"))
+    both = np.concatenate(factors)
+    place = np.linalg.lstsq(both[:, :2], both[:, 2], rcond=None)[0]
     return replace(robot, links_m=np.append(robot.lengths_m[:1], place))
 
 
@@ -126,11 +158,3 @@ def _told_handle(robot: Robot, fitted: Robot, left_m: float) -> str:
 def _plain(millimetres: float) -> str:
     """To a thousandth of a millimetre, never minus zero."""
     return f"{round(millimetres, 3) + 0.0:.3f}"
-
-
-def _recorded_hand(files: Sequence[ExamFile], label: str) -> FloatArray | None:
-    """The recorded hand, (N, 2) in m; None where it is absent or zero throughout."""
-    if any(label not in file.hands for file in files):
-        return None
-    hand = np.concatenate([file.place(label) for file in files])
-    return hand if hand.any() else None

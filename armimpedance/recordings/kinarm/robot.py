@@ -2,23 +2,58 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from typing import Final, Literal
 
 import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
-from armimpedance.recordings.kinarm.exam_file import ExamFile
+from armimpedance.recordings.kinarm.exam_file import ExamFile, Samples
 from armimpedance.recordings.kinarm.files import Exam
 
 Side = Literal["right", "left"]
 SIDES: Final[tuple[Side, ...]] = ("right", "left")
 
-#: Beginnings of RIGHT_KINARM:VERSION. The links of an exoskeleton lie along the arm, its axes on
-#: the arm's joints; those of an endpoint robot lie where the robot was put.
-ENDPOINT: Final = ("KINARM_EP",)
-EXOSKELETON: Final = ("KINARM_H", "KINARM_M")
+Kind = Literal["exoskeleton", "endpoint", "unknown"]
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """Where `common.c3d` holds the lengths of one kind of robot.
+
+    Attributes
+    ----------
+    begins : str
+        How the robot's version begins, as in `KINARM_EP_Rev2`.
+    kind : {"exoskeleton", "endpoint"}
+        The links of an exoskeleton lie along the arm, its axes on the arm's joints; those of an
+        endpoint robot lie where the robot was put.
+    group, links : str, pair of str
+        The group and the lengths of links 1 and 2 in it; ``{side}`` is RIGHT or LEFT.
+    aside : str or None
+        How far the hand lies aside of link 2, towards the front on both sides; None: on it.
+    """
+
+    begins: str
+    kind: Literal["exoskeleton", "endpoint"]
+    group: str
+    links: tuple[str, str]
+    aside: str | None = None
+
+
+#: The kinds of robots. Classic and newer End-Point robots state their own links; exoskeletons,
+#: those for humans (H) and for monkeys (M), are set to the arm by the calibration.
+GEOMETRIES: Final = (
+    Geometry("KINARM_EP", "endpoint", "{side}_KINARM", ("L1_L", "L2_L")),
+    *(
+        Geometry(
+            begins, "exoskeleton", "CALIBRATION", ("{side}_L1", "{side}_L2"), "{side}_PTR_ANTERIOR"
+        )
+        for begins in ("KINARM_H", "KINARM_M")
+    ),
+)
 
 
 @dataclass(frozen=True)
@@ -36,7 +71,7 @@ class Robot:
 
     side: Side
     version: str
-    kind: Literal["exoskeleton", "endpoint", "unknown"]
+    kind: Kind
     shoulder_m: FloatArray | None
     links_m: FloatArray | None
 
@@ -45,44 +80,83 @@ class Robot:
         """`links_m`, (3,), NaN where it is not known."""
         return np.full(3, np.nan) if self.links_m is None else self.links_m
 
-    def hand_position(self, link1_rad: FloatArray, link2_rad: FloatArray) -> FloatArray | None:
-        """Where the links put the hand, (N, 2) in m; None where their lengths are not known.
+    @property
+    def places_hand(self) -> bool:
+        """Whether the links' lengths and where they stand are known."""
+        return self.shoulder_m is not None and self.links_m is not None
+
+    def hand_position(self, link1_rad: FloatArray, link2_rad: FloatArray) -> FloatArray:
+        """Where the links put the hand, (N, 2) in m; NaN where their lengths are not known.
 
         Parameters
         ----------
         link1_rad, link2_rad : (N,)
             Both from the x axis.
         """
-        if self.shoulder_m is None or self.links_m is None:
-            return None
-        first, second, aside = self.links_m
+        first, second, aside = self.lengths_m
+        shoulder = np.full(2, np.nan) if self.shoulder_m is None else self.shoulder_m
         along1 = np.column_stack([np.cos(link1_rad), np.sin(link1_rad)])
         along2 = np.column_stack([np.cos(link2_rad), np.sin(link2_rad)])
         across2 = np.column_stack([-along2[:, 1], along2[:, 0]])
-        return self.shoulder_m + first * along1 + second * along2 + aside * across2
+        return shoulder + first * along1 + second * along2 + aside * across2
 
 
 def robot_of(common: ExamFile, side: Side) -> Robot:
-    """The robot of one side, from `common.c3d`.
+    """The robot of one side, from what all trials share, by the table `GEOMETRIES`.
 
-    An endpoint robot's lengths are its own, `L1_L` and `L2_L`; an exoskeleton's are set to the
-    subject's arm by the calibration, with the fingertip aside of the second link (`PTR_ANTERIOR`,
-    towards the front on both sides, hence clockwise on the left).
+    A robot whose version is not in it has no lengths: the hand is then where it was recorded.
     """
     prefix = side.upper()
     version = common.text(f"{prefix}_KINARM", "VERSION") or ""
     shoulder = _numbers(common, "CALIBRATION", f"{prefix}_SHO_X", f"{prefix}_SHO_Y")
-    if version.startswith(ENDPOINT):
-        links = _numbers(common, f"{prefix}_KINARM", "L1_L", "L2_L")
-        lengths = None if links is None else np.append(links, 0.0)
-        return Robot(side, version, "endpoint", shoulder, lengths)
-    if version.startswith(EXOSKELETON):
-        links = _numbers(common, "CALIBRATION", f"{prefix}_L1", f"{prefix}_L2")
-        aside = common.number("CALIBRATION", f"{prefix}_PTR_ANTERIOR") or 0.0
-        turn = -1.0 if side == "left" else 1.0
-        lengths = None if links is None else np.append(links, turn * aside)
-        return Robot(side, version, "exoskeleton", shoulder, lengths)
-    return Robot(side, version or "not stated", "unknown", shoulder, None)
+    geometry = next((each for each in GEOMETRIES if version.startswith(each.begins)), None)
+    if geometry is None:
+        return Robot(side, version or "not stated", "unknown", shoulder, None)
+    group = geometry.group.format(side=prefix)
+    links = _numbers(common, group, *(name.format(side=prefix) for name in geometry.links))
+    aside = common.number(group, geometry.aside.format(side=prefix)) if geometry.aside else None
+    # To the front is clockwise of a left arm's link 2.
+    turn = -1.0 if side == "left" else 1.0
+    lengths = None if links is None else np.append(links, turn * (aside or 0.0))
+    return Robot(side, version, geometry.kind, shoulder, lengths)
+
+
+def with_own_names(exam: Exam) -> tuple[Exam, list[str]]:
+    """The exam with the data of its one robot under that robot's names, and a remark on it.
+
+    Where a lab has a left robot only, its hand (and in some exams its channels) stand under the
+    names of the right one. They are the left one's where the exam says that there is no right
+    robot and the left names hold nothing.
+    """
+    if _has_robot(exam, "right") or not _has_robot(exam, "left"):
+        return exam, []
+    trials = [replace(trial, file=_as_left(trial.file)) for trial in exam.trials]
+    moved = sum(new.file is not old.file for new, old in zip(trials, exam.trials, strict=True))
+    if not moved:
+        return exam, []
+    remark = f"The left robot is the only one; in {moved} trials its data stand under Right_ names."
+    return replace(exam, trials=tuple(trials)), [remark]
+
+
+def _as_left(file: ExamFile) -> ExamFile:
+    hands, channels = _moved(file.hands), _moved(file.channels)
+    if hands is file.hands and channels is file.channels:
+        return file
+    return replace(file, hands=hands, channels=channels)
+
+
+def _moved(samples: Mapping[str, Samples]) -> Mapping[str, Samples]:
+    """The same with what is under a right name only moved to the left one."""
+
+    def empty(label: str) -> bool:
+        return label not in samples or not samples[label].any()
+
+    pairs = {n: f"Left{n[5:]}" for n in samples if n.startswith("Right_")}
+    names = {right: left for right, left in pairs.items() if not empty(right) and empty(left)}
+    if not names:
+        return samples
+    kept = {n: v for n, v in samples.items() if n not in names and n not in names.values()}
+    return kept | {left: samples[right] for right, left in names.items()}
 
 
 def choose_side(exam: Exam, asked: Side | None, path: object) -> Side:

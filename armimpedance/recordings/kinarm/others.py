@@ -1,0 +1,55 @@
+"""The channels of a Kinarm exam that a recording of it does not take, in a few words."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Iterable, Sequence
+
+from armimpedance.not_taken import not_taken
+from armimpedance.recordings.kinarm.channels import force_labels
+from armimpedance.recordings.kinarm.exam_file import ExamFile
+from armimpedance.recordings.kinarm.robot import Side
+
+
+def channels_not_taken(
+    files: Sequence[ExamFile], side: Side, taken: Collection[str]
+) -> tuple[str, ...]:
+    """Sentences of the provenance on the channels that are there and not in the recording.
+
+    Channels that were read and are zero in all trials are nobody's.
+
+    Parameters
+    ----------
+    files : sequence of ExamFile
+    side : {"right", "left"}
+        The arm of the recording.
+    taken : collection of str
+        Labels that are in the recording, beside the force and the hand.
+    """
+    there = {label for file in files for label in file.others}
+    for file in files:
+        read = {**file.channels, **file.hands}
+        there |= {label for label in read.keys() - there if read[label].any()}
+    there -= {*taken, *force_labels(side), f"{side.title()}_Hand"}
+    other = "Left_" if side == "right" else "Right_"
+    of_other = {label for label in there if label.startswith(other)}
+    return (
+        *not_taken(grouped(there - of_other), "the recording has no use for these channels"),
+        *not_taken(grouped(of_other), "the other arm's"),
+    )
+
+
+def grouped(labels: Iterable[str]) -> list[str]:
+    """Labels that differ at their end only, together: `FS_TorqueX/Y/Z`, `ACH1/2/3`."""
+    ends: dict[str, list[str]] = {}
+    for label in sorted(labels, key=_in_order):
+        match = re.fullmatch(r"(.*[a-z_])([U-Z])|(.*?\D)(\d+)", label)
+        stem, end = [part for part in match.groups() if part] if match else (label, "")
+        ends.setdefault(stem, []).append(end)
+    return [stem + "/".join(each) for stem, each in ends.items()]
+
+
+def _in_order(label: str) -> tuple[str, int]:
+    """What labels are sorted by: ACH9 before ACH10."""
+    match = re.fullmatch(r"(.*?)(\d{1,9})", label)
+    return (match[1], int(match[2])) if match else (label, -1)
