@@ -1,0 +1,129 @@
+"""Messages that are JSON objects as columns."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator, Sequence
+from typing import Any, Final
+
+import numpy as np
+
+from armimpedance.recordings.mapped.raw_file import Wanted
+from armimpedance.recordings.messages.decoding import LONGEST_TEXT, Block
+from armimpedance.recordings.messages.definitions import DefinitionError
+from armimpedance.recordings.messages.layout import LONGEST_ARRAY
+
+_MOST_VALUES: Final = 4096
+_DEEPEST: Final = 16
+
+#: Where programs put the time of measuring: an object of seconds and nanoseconds.
+_STAMPS: Final = (("header", "stamp"), ("timestamp",), ("stamp",))
+_SECONDS: Final = ("sec", "secs")
+_NANOSECONDS: Final = ("nsec", "nanosec", "nsecs")
+
+
+def decode_json(messages: Sequence[bytes], wanted: Wanted) -> Block:
+    """The columns of these messages.
+
+    Parameters
+    ----------
+    messages : sequence of n bytes
+    wanted : callable
+        Whether a path, such as "wrench.force.x", is wanted.
+
+    Raises
+    ------
+    DefinitionError
+        A message is no JSON object.
+    """
+    block = Block(len(messages), np.zeros(len(messages), np.int64))
+    numbers: dict[str, tuple[list[int], list[float]]] = {}
+    texts: dict[str, tuple[list[int], list[str]]] = {}
+    for row, message in enumerate(messages):
+        content = _object(message)
+        block.stamp_ns[row] = _stamp(content)
+        for path, value in _flat(content, block.long):
+            where: Any = texts if isinstance(value, str) else numbers
+            if path not in where:
+                if not wanted(path):
+                    continue
+                where[path] = ([], [])
+            where[path][0].append(row)
+            where[path][1].append(value)
+        if len(numbers) + len(texts) > _MOST_VALUES:
+            raise DefinitionError(f"more than {_MOST_VALUES} values in its messages")
+    for path, (rows, values) in numbers.items():
+        block.numbers[path] = [(np.array(rows), np.array(values, np.float64))]
+    for path, (rows, words) in texts.items():
+        block.texts[path] = [(np.array(rows), np.array(words, np.str_))]
+    return block
+
+
+def _object(message: bytes) -> dict[str, Any]:
+    try:
+        content = json.loads(message)
+    except (ValueError, RecursionError):
+        raise DefinitionError("a message is no JSON") from None
+    if not isinstance(content, dict):
+        raise DefinitionError("a message is no JSON object")
+    return content
+
+
+def _flat(content: dict[str, Any], long: set[str]) -> Iterator[tuple[str, float | str]]:
+    """Paths and plain values of an object, those of its objects and short lists among them."""
+    count = 0
+    open_ends: list[tuple[str, Any, int]] = [("", content, 0)]
+    while open_ends:
+        path, value, depth = open_ends.pop()
+        inner = _inner(path, value, long)
+        if inner is None:
+            plain = _plain(value)
+            if isinstance(plain, str) and len(plain) > LONGEST_TEXT:
+                long.add(path)
+            else:
+                yield path, plain
+        elif depth > _DEEPEST:
+            raise DefinitionError("its objects lie in each other too deeply")
+        else:
+            open_ends += [(name, v, depth + 1) for name, v in reversed(inner)]
+        count += 1
+        if count > 20 * _MOST_VALUES:
+            raise DefinitionError("too many values in a message")
+
+
+def _inner(path: str, value: Any, long: set[str]) -> list[tuple[str, Any]] | None:
+    """What lies in an object or a list, with paths; None of a plain value."""
+    if isinstance(value, dict):
+        return [(f"{path}.{name}" if path else str(name), v) for name, v in value.items()]
+    if isinstance(value, list):
+        if len(value) > LONGEST_ARRAY:
+            long.add(path)
+            return []
+        return [(f"{path}[{i}]", v) for i, v in enumerate(value)]
+    return None
+
+
+def _plain(value: Any) -> float | str:
+    if isinstance(value, str):
+        return value.replace("\x00", "")
+    if value is None:
+        return math.nan
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf if value > 0 else -math.inf
+
+
+def _stamp(content: dict[str, Any]) -> int:
+    """Nanoseconds at which the message says that it was measured; 0 where it does not."""
+    for way in _STAMPS:
+        found: Any = content
+        for name in way:
+            found = found.get(name) if isinstance(found, dict) else None
+        if isinstance(found, dict):
+            sec = next((found[n] for n in _SECONDS if n in found), None)
+            nanosec = next((found[n] for n in _NANOSECONDS if n in found), None)
+            if type(sec) is int and type(nanosec) is int and 0 <= sec < 2**33:
+                return sec * 1_000_000_000 + min(max(nanosec, 0), 999_999_999)
+    return 0

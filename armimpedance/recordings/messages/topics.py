@@ -1,0 +1,269 @@
+"""Topics of a log: messages come in one by one, tables of columns go out."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armimpedance.errors import InputError
+from armimpedance.not_taken import not_taken
+from armimpedance.recordings.mapped.raw_file import RawColumn, RawFile, RawRun, RawTable, Wanted
+from armimpedance.recordings.messages.decoding import Block, joined_numbers, joined_texts
+from armimpedance.recordings.messages.definitions import DefinitionError
+
+#: Decodes messages; the paths of the columns that are wanted.
+Decoder = Callable[[Sequence[bytes], Wanted], Block]
+
+#: Undoes the compression of one message.
+Unpack = Callable[[bytes], bytes]
+
+#: Messages are decoded in blocks of at most this many, or this many bytes.
+_BLOCK_ROWS: Final = 2048
+_BLOCK_BYTES: Final = 8_000_000
+#: Numbers of all topics together; 500 MB of them.
+_MOST_NUMBERS: Final = 62_500_000
+_LONGEST_NAME: Final = 120
+_SHOWN: Final = 20
+_LATEST_NS: Final = 2**63 - 1
+
+#: What the standard messages mean (ROS's conventions on units, REP 103), by the end of a path.
+_UNITS: Final = (
+    (re.compile(r"(^|\.)force\.[xyz]$"), "N"),
+    (re.compile(r"(^|\.)torque\.[xyz]$"), "N m"),
+    (re.compile(r"(^|\.)(position|translation)\.[xyz]$"), "m"),
+    (re.compile(r"(^|\.)twist\.linear\.[xyz]$"), "m/s"),
+    (re.compile(r"(^|\.)(twist\.angular|angular_velocity)\.[xyz]$"), "rad/s"),
+    (re.compile(r"(^|\.)(accel\.linear|linear_acceleration)\.[xyz]$"), "m/s^2"),
+)
+_OF_UNITS: Final = ("geometry_msgs/", "nav_msgs/", "sensor_msgs/Imu")
+
+
+@dataclass
+class Topic:
+    """The messages of one topic.
+
+    Attributes
+    ----------
+    name, type : str
+    decode : callable or None
+        None: messages of this kind are not read.
+    problem : str
+        Why the topic is not taken; "" while it is.
+    """
+
+    name: str
+    type: str
+    decode: Decoder | None
+    wanted: Wanted
+    problem: str = ""
+    log_ns: list[int] = field(default_factory=list)
+    _waiting: list[bytes] = field(default_factory=list)
+    _bytes: int = 0
+    _blocks: list[Block] = field(default_factory=list)
+
+    def add(self, message: bytes, log_ns: int) -> None:
+        """One more message, logged at this time."""
+        if self.problem or self.decode is None:
+            return
+        self._waiting.append(message)
+        self._bytes += len(message)
+        self.log_ns.append(log_ns)
+        if len(self._waiting) >= _BLOCK_ROWS or self._bytes >= _BLOCK_BYTES:
+            self.settle()
+
+    def settle(self) -> None:
+        """Decode what is waiting."""
+        if not self._waiting or self.decode is None:
+            return
+        prefix = f"{self.name}."
+        try:
+            block = self.decode(self._waiting, lambda path: self.wanted(prefix + path))
+        except DefinitionError as error:
+            self.problem = str(error)
+            self._blocks.clear()
+        else:
+            self._blocks.append(block)
+        self._waiting, self._bytes = [], 0
+
+    @property
+    def numbers(self) -> int:
+        """How many numbers its blocks hold."""
+        return sum(len(block.numbers) * block.rows for block in self._blocks)
+
+    @property
+    def rounded(self) -> set[str]:
+        """Names of columns with whole numbers beyond what float64 holds."""
+        return {f"{self.name}.{path}" for block in self._blocks for path in block.rounded}
+
+    @property
+    def long(self) -> set[str]:
+        """Names of arrays and texts that are too long for columns."""
+        return {f"{self.name}.{path}" for block in self._blocks for path in block.long}
+
+    def times(self) -> tuple[NDArray[np.int64], str]:
+        """The time of each message in ns, and whose it is."""
+        stamps = [block.stamp_ns for block in self._blocks]
+        measured = np.concatenate(stamps) if stamps else np.empty(0, np.int64)
+        if len(measured) and (measured > 0).all():
+            return measured, "header.stamp"
+        return np.array(self.log_ns, np.int64), "log time"
+
+    def columns(self) -> dict[str, RawColumn]:
+        """Path -> column, in the order in which they came."""
+        rows = len(self.log_ns)
+        starts = np.cumsum([0] + [block.rows for block in self._blocks])
+        paths: dict[str, None] = {}
+        for block in self._blocks:
+            paths |= dict.fromkeys([*block.numbers, *block.texts])
+        stated = self.type.startswith(_OF_UNITS)
+        columns = {}
+        for path in paths:
+            numbers = [
+                (at + start, values)
+                for block, start in zip(self._blocks, starts, strict=False)
+                for at, values in block.numbers.get(path, ())
+            ]
+            texts = [
+                (at + start, values)
+                for block, start in zip(self._blocks, starts, strict=False)
+                for at, values in block.texts.get(path, ())
+            ]
+            values = joined_numbers(numbers, rows) if numbers else joined_texts(texts, rows)
+            if numbers and texts:
+                self.problem = f"{path} is a number in some messages and a text in others"
+            columns[path] = RawColumn(values, _unit(path) if stated else None)
+        return columns
+
+
+def _unit(path: str) -> str | None:
+    return next((unit for pattern, unit in _UNITS if pattern.search(path)), None)
+
+
+@dataclass
+class Log:
+    """The topics of a file or of several."""
+
+    file: Path
+    wanted: Wanted
+    topics: dict[tuple[str, str], Topic] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+
+    def topic(self, name: str, kind: str, decode: Callable[[], Decoder | None], why: str) -> Topic:
+        """The topic of this name and type, made if it is new.
+
+        Parameters
+        ----------
+        decode : callable
+            Makes its decoder; None or `DefinitionError` where its messages cannot be read.
+        why : str
+            Why they cannot, where the decoder is None.
+        """
+        key = (name, kind)
+        if key in self.topics:
+            return self.topics[key]
+        shown = _printable(name)
+        if any(topic.name == shown for topic in self.topics.values()):
+            shown = _printable(f"{shown} ({kind}) {len(self.topics)}")
+        try:
+            decoder, problem = decode(), why
+        except DefinitionError as error:
+            decoder, problem = None, str(error)
+        problem = "" if decoder is not None else problem
+        self.topics[key] = Topic(shown, kind, decoder, self.wanted, problem)
+        return self.topics[key]
+
+    def raw_file(self) -> RawFile:
+        """The tables of all topics as one run, and what was not taken.
+
+        Raises
+        ------
+        InputError
+            No topic holds numbers, or there are more of them than memory should hold.
+        """
+        for topic in self.topics.values():
+            topic.settle()
+        if sum(topic.numbers for topic in self.topics.values()) > _MOST_NUMBERS:
+            problem = f"more than {_MOST_NUMBERS} numbers in one run"
+            raise InputError(problem, file=self.file, expected="fewer topics or a shorter record")
+        found = {t.name: (t, t.columns(), t.times()) for t in self.topics.values() if t.log_ns}
+        kept = {name: all_of for name, all_of in found.items() if not all_of[0].problem}
+        start = min((int(ns.min()) for _, _, (ns, _) in kept.values()), default=0)
+        odd: list[str] = []
+        tables, facts = [], {}
+        for name, (_, columns, (ns, clock)) in kept.items():
+            facts[f"clock of {name}"] = clock
+            tables.append(_table(name, columns, ns, start, odd))
+        if kept:
+            facts["start"] = _moment(start)
+        run = RawRun(name=str(self.file), tables=tuple(t for t in tables if t.columns), facts=facts)
+        return RawFile(runs=(run,), not_taken=(*self.notes, *self._left(odd)))
+
+    def _left(self, odd: list[str]) -> tuple[str, ...]:
+        """Sentences on what is in the file and not in the tables."""
+        reasons: dict[str, list[str]] = {}
+        for topic in self.topics.values():
+            if topic.problem:
+                kind = f" ({_printable(topic.type)})" if topic.type else ""
+                reasons.setdefault(topic.problem, []).append(topic.name + kind)
+        topics = list(self.topics.values())
+        long = sorted(_printable(name) for t in topics if not t.problem for name in t.long)
+        rounded = sorted(_printable(n) for t in topics if not t.problem for n in t.rounded)
+        reasons["arrays or texts too long for columns"] = long
+        reasons["digits of whole numbers beyond 2^53"] = rounded
+        reasons["names that cannot be shown"] = odd
+        return tuple(s for why, names in reasons.items() for s in not_taken(_some(names), why))
+
+
+def _table(
+    name: str, columns: Mapping[str, RawColumn], ns: NDArray[np.int64], start: int, odd: list[str]
+) -> RawTable:
+    """A topic's columns under their full names, in the order of time."""
+    order = np.argsort(ns, kind="stable")
+    in_order = bool((order == np.arange(len(order))).all())
+    named = {}
+    for path, column in columns.items():
+        full = f"{name}.{path}"
+        if not full.isprintable() or len(full) > _LONGEST_NAME:
+            odd.append(_printable(full))
+            continue
+        values = column.values if in_order else column.values[order]
+        named[full] = RawColumn(values, column.unit)
+    # Whole nanoseconds are subtracted first: a float of the time since 1970 ends at 0.2 us.
+    return RawTable(named, time_s=(ns[order] - start) / 1e9)
+
+
+def _moment(ns: int) -> str:
+    """A time since 1970 as people write it."""
+    whole = datetime(1970, 1, 1, tzinfo=UTC) + timedelta(seconds=ns // 1_000_000_000)
+    return f"{whole:%Y-%m-%dT%H:%M:%S}.{ns % 1_000_000_000:09d}Z"
+
+
+def _printable(name: str) -> str:
+    shown = "".join(c if c.isprintable() else "�" for c in name[:_LONGEST_NAME])
+    return shown if len(name) <= _LONGEST_NAME else shown[:-1] + "…"
+
+
+def _some(names: Sequence[str]) -> list[str]:
+    if len(names) <= _SHOWN:
+        return list(names)
+    return [*names[:_SHOWN], f"and {len(names) - _SHOWN} more"]
+
+
+def nanoseconds(value: int, file: Path) -> int:
+    """A time of a file in ns.
+
+    Raises
+    ------
+    InputError
+        It is beyond the year 2262.
+    """
+    if not 0 <= value <= _LATEST_NS:
+        raise InputError("a message of a time beyond the year 2262", file=file, expected="ns")
+    return value

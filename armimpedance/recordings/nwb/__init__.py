@@ -1,0 +1,1 @@
+"""What is in an NWB file: time series, their clocks, and trials."""

@@ -1,0 +1,172 @@
+"""HDF5 files by somebody else: read without being led out of the file or of memory."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from armimpedance.arrays import FloatArray
+from armimpedance.errors import InputError
+from armimpedance.recordings.extras import needed
+
+MAGIC: Final = b"\x89HDF\r\n\x1a\n"
+
+#: Deflate does not pack tighter than this; what claims more has no data behind it.
+_TIGHTEST: Final = 1100
+_SMALL_BYTES: Final = 4_000_000
+#: Numbers of one dataset; 500 MB of them.
+_MOST_NUMBERS: Final = 62_500_000
+_LONGEST_TEXT: Final = 10_000
+
+
+class Hdf5Error(Exception):
+    """A dataset cannot be read; why, in a few words."""
+
+
+@contextmanager
+def opened_hdf5(path: Path, extra: str, expected: str) -> Iterator[Any]:
+    """An HDF5 file, open for reading.
+
+    Parameters
+    ----------
+    path : Path
+    extra : str
+        The extra of the installation that brings h5py.
+    expected : str
+        For the message, such as "an NWB file".
+
+    Raises
+    ------
+    InputError
+        h5py is not installed, or the file is damaged.
+    """
+    h5py = needed("h5py", extra, path)
+    try:
+        with h5py.File(path, "r") as file:
+            yield file
+    except (InputError, Hdf5Error):
+        raise
+    except Exception as error:
+        # h5py raises OSError, RuntimeError, KeyError, ValueError, TypeError, ... for damage.
+        problem = f"is damaged: {' '.join(str(error).split())[:80]}"
+        raise InputError(problem, file=path, expected=expected) from None
+
+
+def inner(group: Any) -> Iterator[tuple[str, Any]]:
+    """What lies directly in a group: names and groups or datasets; None for what leads elsewhere.
+
+    Links to other files are not followed, nor links to nothing.
+    """
+    h5py = needed("h5py", "nwb", group.name)
+    for name in group:
+        link = group.get(name, getlink=True)
+        if isinstance(link, h5py.ExternalLink):
+            yield name, None
+            continue
+        try:
+            yield name, group[name]
+        except (KeyError, OSError, RuntimeError):
+            yield name, None
+
+
+def is_dataset(thing: Any) -> bool:
+    """Whether this is a dataset and no group."""
+    return hasattr(thing, "shape")
+
+
+def numbers(dataset: Any) -> FloatArray:
+    """All numbers of a dataset, float64, in its shape.
+
+    Raises
+    ------
+    Hdf5Error
+        It holds no numbers, too many, fewer than it claims, or cannot be unpacked.
+    """
+    check_numbers(dataset)
+    try:
+        # Read as it is stored: HDF5's own conversion of types is not needed.
+        return np.asarray(dataset[()]).astype(np.float64)
+    except (OSError, ValueError, TypeError, RuntimeError, MemoryError):
+        raise Hdf5Error("it cannot be unpacked") from None
+
+
+def check_numbers(dataset: Any) -> None:
+    """Whether a dataset's numbers can be read, before any memory is taken.
+
+    Raises
+    ------
+    Hdf5Error
+    """
+    kind = dataset.dtype
+    if kind.kind not in "iufb":
+        raise Hdf5Error("it holds no numbers")
+    if dataset.external or dataset.is_virtual:
+        raise Hdf5Error("its data lie in another file")
+    count = math.prod(dataset.shape)
+    if count > _MOST_NUMBERS:
+        raise Hdf5Error(f"more than {_MOST_NUMBERS} numbers")
+    stored = dataset.id.get_storage_size()
+    if count * kind.itemsize > _TIGHTEST * stored + (_SMALL_BYTES if stored else 0):
+        raise Hdf5Error("it claims more than the file holds")
+    chunk = math.prod(dataset.chunks) if dataset.chunks else 0
+    if chunk * kind.itemsize > 2 * _MOST_NUMBERS:
+        raise Hdf5Error("its parts claim more than the file holds")
+
+
+def texts(dataset: Any) -> list[str]:
+    """All texts of a dataset with one axis.
+
+    Raises
+    ------
+    Hdf5Error
+    """
+    if dataset.dtype.kind not in "OS" or len(dataset.shape) != 1:
+        raise Hdf5Error("it holds no texts")
+    if dataset.external or dataset.is_virtual or dataset.shape[0] > 1_000_000:
+        raise Hdf5Error("it claims more than the file holds")
+    if dataset.dtype.itemsize * dataset.shape[0] > _TIGHTEST * dataset.id.get_storage_size():
+        raise Hdf5Error("it claims more than the file holds")
+    try:
+        return [plain_text(value) for value in dataset[()]]
+    except (OSError, ValueError, TypeError, RuntimeError, MemoryError):
+        raise Hdf5Error("it cannot be unpacked") from None
+
+
+def plain_text(value: Any) -> str:
+    """A text of an attribute or a scalar dataset; "" for what is none."""
+    if isinstance(value, bytes):
+        value = value.decode(errors="replace")
+    if not isinstance(value, str):
+        return ""
+    return value[:_LONGEST_TEXT].replace("\x00", "")
+
+
+def attribute_text(thing: Any, name: str) -> str:
+    """An attribute's text; "" where there is none."""
+    try:
+        return plain_text(thing.attrs.get(name))
+    except (OSError, ValueError, TypeError, RuntimeError, KeyError, MemoryError):
+        return ""
+
+
+def attribute_number(thing: Any, name: str, default: float) -> float:
+    """An attribute's number.
+
+    Raises
+    ------
+    Hdf5Error
+        It is there and no finite number.
+    """
+    try:
+        value = thing.attrs.get(name)
+        number = default if value is None else float(np.asarray(value).reshape(-1)[0])
+    except (OSError, ValueError, TypeError, RuntimeError, KeyError, IndexError, MemoryError):
+        raise Hdf5Error(f"its {name} is no number") from None
+    if not math.isfinite(number):
+        raise Hdf5Error(f"its {name} is not finite")
+    return number

@@ -1,0 +1,198 @@
+"""The time series of an NWB file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+import numpy as np
+
+from armimpedance.arrays import FloatArray
+from armimpedance.recordings.mapped.raw_file import RawColumn, Wanted
+from armimpedance.recordings.nwb.hdf5 import (
+    Hdf5Error,
+    attribute_number,
+    attribute_text,
+    check_numbers,
+    inner,
+    is_dataset,
+    numbers,
+)
+
+#: Where signals lie; what cells did and the devices' descriptions lie elsewhere.
+_PLACES: Final = ("acquisition", "processing", "stimulus/presentation", "analysis")
+_DEEPEST: Final = 8
+_MOST_GROUPS: Final = 5000
+#: More columns than this are no signals of a limb and a robot.
+_WIDEST: Final = 64
+_AXES: Final = "xyz"
+
+
+@dataclass(frozen=True)
+class Clock:
+    """The times of a series.
+
+    Attributes
+    ----------
+    time_s : (N,)
+    rate_hz : float or None
+        Where the file states it.
+    """
+
+    time_s: FloatArray
+    rate_hz: float | None = None
+
+    def is_of(self, other: Clock) -> bool:
+        """Whether two series have the same times, to the last bit."""
+        return self.rate_hz == other.rate_hz and np.array_equal(self.time_s, other.time_s)
+
+
+@dataclass
+class Series:
+    """The series of one clock.
+
+    Attributes
+    ----------
+    columns : dict
+        Name -> column.
+    """
+
+    clock: Clock
+    columns: dict[str, RawColumn] = field(default_factory=dict)
+
+
+@dataclass
+class Found:
+    """What a file holds.
+
+    Attributes
+    ----------
+    series : list of Series
+    left : dict
+        Why something was not taken -> names.
+    """
+
+    series: list[Series] = field(default_factory=list)
+    left: dict[str, list[str]] = field(default_factory=dict)
+
+    def leave(self, name: str, why: str) -> None:
+        """Something is not taken."""
+        self.left.setdefault(why, []).append(name)
+
+    def add(self, clock: Clock, columns: dict[str, RawColumn]) -> None:
+        """Columns, beside those of the same clock."""
+        for series in self.series:
+            if series.clock.is_of(clock):
+                series.columns |= columns
+                return
+        self.series.append(Series(clock, dict(columns)))
+
+
+def series_of(file: Any, wanted: Wanted) -> Found:
+    """All series of a file whose columns are wanted.
+
+    Parameters
+    ----------
+    file : h5py.File
+    wanted : callable
+        Whether a column, such as "acquisition/force.x", is wanted.
+    """
+    found = Found()
+    seen: set[object] = set()
+    for name, group in _groups(file, found, seen):
+        try:
+            _take(found, name, group, wanted)
+        except Hdf5Error as error:
+            found.leave(name, str(error))
+    return found
+
+
+def _groups(file: Any, found: Found, seen: set[object]) -> Iterator[tuple[str, Any]]:
+    """Each group that holds data, once, and where it lies."""
+    ends = [(p, file[p], 0) for p in _PLACES if p in file and not is_dataset(file[p])]
+    while ends:
+        path, group, depth = ends.pop(0)
+        if group.id in seen or depth > _DEEPEST or len(seen) > _MOST_GROUPS:
+            continue
+        seen.add(group.id)
+        members = dict(inner(group))
+        if "data" in members:
+            yield path, group
+            continue
+        if any(thing is not None and is_dataset(thing) for thing in members.values()):
+            found.leave(path, _kind(group))
+            continue
+        for name, thing in members.items():
+            if thing is None:
+                found.leave(f"{path}/{name}", "it lies in another file, or nowhere")
+            else:
+                ends.append((f"{path}/{name}", thing, depth + 1))
+
+
+def _kind(group: Any) -> str:
+    return f"{attribute_text(group, 'neurodata_type')[:40] or 'a table'} and no time series"
+
+
+def _take(found: Found, name: str, group: Any, wanted: Wanted) -> None:
+    """Read one series, if any of its columns is wanted."""
+    data = group.get("data")
+    if data is None or not is_dataset(data) or not 1 <= len(data.shape) <= 2:
+        raise Hdf5Error("no table of numbers")
+    width = data.shape[1] if len(data.shape) == 2 else 1
+    if width > _WIDEST:
+        raise Hdf5Error(f"more than {_WIDEST} channels")
+    labels = _labels(name, data, attribute_text(group, "neurodata_type"))
+    if not any(wanted(label) for label in labels):
+        return
+    check_numbers(data)
+    clock = _clock(group, data.shape[0])
+    values = numbers(data).reshape(data.shape[0], width)
+    factors, offset = _factors(group, data, width), attribute_number(data, "offset", 0.0)
+    unit = attribute_text(data, "unit") or None
+    columns = {}
+    for i, label in enumerate(labels):
+        if wanted(label):
+            # A factor of one leaves each bit as it is.
+            column = values[:, i] if factors[i] == 1.0 else values[:, i] * factors[i]
+            columns[label] = RawColumn(column + offset if offset else column.copy(), unit)
+    found.add(clock, columns)
+
+
+def _labels(name: str, data: Any, kind: str) -> list[str]:
+    """Names of columns: a place has axes, other series have numbers."""
+    if len(data.shape) == 1:
+        return [name]
+    if kind == "SpatialSeries" and data.shape[1] <= len(_AXES):
+        return [f"{name}.{_AXES[i]}" for i in range(data.shape[1])]
+    return [f"{name}[{i}]" for i in range(data.shape[1])]
+
+
+def _factors(group: Any, data: Any, width: int) -> FloatArray:
+    """What brings stored numbers to the unit, one for each column."""
+    factor = np.full(width, attribute_number(data, "conversion", 1.0))
+    own = group.get("channel_conversion")
+    if own is None or not is_dataset(own):
+        return factor
+    each = numbers(own)
+    if each.shape != (width,):
+        raise Hdf5Error("not one channel_conversion a channel")
+    return factor * each
+
+
+def _clock(group: Any, rows: int) -> Clock:
+    times = group.get("timestamps")
+    if times is not None and is_dataset(times):
+        time_s = numbers(times)
+        if time_s.shape != (rows,):
+            raise Hdf5Error(f"{time_s.shape[:1]} times for {rows} rows")
+        return Clock(time_s)
+    start = group.get("starting_time")
+    if start is None or not is_dataset(start) or start.shape not in ((), (1,)):
+        raise Hdf5Error("no times")
+    rate = attribute_number(start, "rate", 0.0)
+    # A rate of 0.1 nHz and one of 1 THz are no rates.
+    if not 1e-10 < rate < 1e12:
+        raise Hdf5Error("no rate")
+    first = float(np.asarray(start[()], dtype=np.float64).reshape(-1)[0])
+    return Clock(first + np.arange(rows) / rate, rate)

@@ -1,0 +1,235 @@
+"""MCAP files: logs of ROS 1, ROS 2 and JSON messages, one table a topic.
+
+The records are walked here and not by the package mcap: that one believes the sizes that a file
+states, and reads a record at a time. The order of the records is the file's; no index is needed.
+"""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from armimpedance.errors import InputError
+from armimpedance.not_taken import not_taken
+from armimpedance.recordings.mapped.raw_file import RawFile, Source, Wanted
+from armimpedance.recordings.messages.compression import LARGEST_PART, decompressed
+from armimpedance.recordings.messages.json_rows import decode_json
+from armimpedance.recordings.messages.layout import Encoding
+from armimpedance.recordings.messages.ros_topics import ros_decoder
+from armimpedance.recordings.messages.topics import Decoder, Log, Topic, Unpack, nanoseconds
+
+MAGIC: Final = b"\x89MCAP0\r\n"
+_SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _ATTACHMENT, _METADATA = 3, 4, 5, 6, 9, 12
+_END_OF_DATA, _FOOTER = 15, 2
+_KNOWN: Final = range(1, 16)
+_EXPECTED: Final = "a whole MCAP file"
+
+#: Language of the schema -> how ROS messages with it are encoded, and what its text is.
+_ROS: Final = {("cdr", "ros2msg"): "msg", ("cdr", "ros2idl"): "idl", ("ros1", "ros1msg"): "msg"}
+
+
+def recognises(path: Path) -> bool:
+    """Whether a file begins as MCAP files do."""
+    if not path.is_file():
+        return False
+    with path.open("rb") as stream:
+        return stream.read(len(MAGIC)) == MAGIC
+
+
+def read(path: Path, wanted: Wanted) -> RawFile:
+    """The topics of an MCAP file.
+
+    Parameters
+    ----------
+    path : Path
+    wanted : callable
+        Whether a column, such as "/ft.wrench.force.x", is wanted.
+
+    Returns
+    -------
+    RawFile
+        One run; each topic is a table, since each has its own clock.
+
+    Raises
+    ------
+    InputError
+    """
+    log = Log(path, wanted)
+    add_mcap(log, path)
+    return log.raw_file()
+
+
+def add_mcap(log: Log, path: Path, unpack: Unpack | None = None) -> None:
+    """Add the messages of a file to a log.
+
+    Parameters
+    ----------
+    unpack : callable, optional
+        Where each message is compressed.
+
+    Raises
+    ------
+    InputError
+    """
+    _Reading(log, path, unpack).all()
+
+
+@dataclass(frozen=True)
+class _Schema:
+    name: str
+    language: str
+    text: bytes
+
+
+class _Reading:
+    """One pass through a file: schemas and channels are known when their messages come."""
+
+    def __init__(self, log: Log, path: Path, unpack: Unpack | None) -> None:
+        self.log, self.path, self.unpack = log, path, unpack
+        self.size = path.stat().st_size
+        self.schemas: dict[int, _Schema] = {}
+        self.channels: dict[int, Topic] = {}
+        self.attached: list[str] = []
+
+    def all(self) -> None:
+        """Read from the beginning to the end, or to where the file is cut."""
+        with self.path.open("rb") as stream:
+            if stream.read(len(MAGIC)) != MAGIC:
+                raise self.error("does not begin as an MCAP file does")
+            ended = False
+            while not ended:
+                place = stream.tell()
+                head = stream.read(9)
+                size = struct.unpack_from("<Q", head, 1)[0] if len(head) == 9 else 0
+                if len(head) < 9 or size > self.size - place - 9:
+                    self.cut(place)
+                    break
+                if head[0] not in _KNOWN and head[0] < 128:
+                    raise self.error(f"a record of unknown kind {head[0]} at byte {place}")
+                if head[0] in (_END_OF_DATA, _FOOTER):
+                    ended = True
+                elif head[0] in (_SCHEMA, _CHANNEL, _MESSAGE, _CHUNK):
+                    if size > LARGEST_PART:
+                        raise self.error(f"a record of {size} bytes at byte {place}")
+                    self.understood(head[0], stream.read(size), place)
+                elif head[0] in (_ATTACHMENT, _METADATA):
+                    self.attached.append(self.title(head[0], stream.read(min(size, 4096))))
+                    stream.seek(place + 9 + size)
+                else:
+                    stream.seek(size, 1)
+        self.log.notes += not_taken(list(dict.fromkeys(self.attached))[:20], "no messages")
+
+    def cut(self, place: int) -> None:
+        """The recorder was stopped hard: what stands before is whole."""
+        if not self.channels:
+            raise self.error("ends before its first message")
+        rest = self.size - place
+        why = f"{self.path.name} ends in the middle of a record, as after a crash of its recorder"
+        self.log.notes += not_taken([f"the last {rest} bytes"], why)
+
+    def understood(self, kind: int, record: bytes, place: int) -> None:
+        """One record; an error names where it stands."""
+        try:
+            if kind == _CHUNK:
+                self.chunk(record)
+            else:
+                self.record(kind, record)
+        except (struct.error, UnicodeDecodeError):
+            raise self.error(f"a damaged record at byte {place}") from None
+
+    def record(self, kind: int, record: bytes) -> None:
+        """A schema, a channel or a message; others tell nothing of columns."""
+        if kind == _MESSAGE:
+            channel, _, log_ns = struct.unpack_from("<HIQ", record)
+            if channel not in self.channels:
+                raise self.error(f"a message of channel {channel}, which is not defined")
+            message = record[22:] if self.unpack is None else self.unpack(record[22:])
+            self.channels[channel].add(message, nanoseconds(log_ns, self.path))
+        elif kind == _CHANNEL:
+            self.channel(record)
+        elif kind == _SCHEMA:
+            number = struct.unpack_from("<H", record)[0]
+            name, place = _text(record, 2)
+            language, place = _text(record, place)
+            (length,) = struct.unpack_from("<I", record, place)
+            self.schemas[number] = _Schema(name, language, record[place + 4 : place + 4 + length])
+
+    def channel(self, record: bytes) -> None:
+        """A topic, and how its messages are decoded."""
+        number, of_schema = struct.unpack_from("<HH", record)
+        name, place = _text(record, 4)
+        encoding, place = _text(record, place)
+        schema = self.schemas.get(of_schema, _Schema("", "", b""))
+        why = f"messages in {encoding[:20]!r} are not read"
+        kind = schema.name or encoding
+        self.channels[number] = self.log.topic(name, kind, self._decoder(encoding, schema), why)
+
+    def _decoder(self, encoding: str, schema: _Schema) -> Callable[[], Decoder | None]:
+        def decoder() -> Decoder | None:
+            if encoding == "json":
+                return decode_json
+            language = _ROS.get((encoding, schema.language))
+            if language is None and encoding in ("cdr", "ros1") and not schema.text:
+                language = "msg"
+            if language is None:
+                return None
+            text = schema.text.decode(errors="replace")
+            how: Encoding = "ros1" if encoding == "ros1" else "cdr"
+            return ros_decoder(schema.name, text, language, how, self.path)
+
+        return decoder
+
+    def chunk(self, record: bytes) -> None:
+        """The records of a chunk, whose checksum is held against its content."""
+        claimed, checksum = struct.unpack_from("<QI", record, 16)
+        method, place = _text(record, 28)
+        (size,) = struct.unpack_from("<Q", record, place)
+        content = record[place + 8 : place + 8 + size]
+        if claimed > LARGEST_PART or len(content) < size:
+            raise self.error(f"a chunk that claims {max(claimed, size)} bytes")
+        content = decompressed(content, method, self.path)
+        if len(content) != claimed or (checksum and zlib.crc32(content) != checksum):
+            raise self.error("a chunk's checksum is not that of its content")
+        for kind, inner in _records(content):
+            self.record(kind, inner)
+
+    def title(self, kind: int, record: bytes) -> str:
+        """What an attachment or a piece of metadata is called."""
+        try:
+            name, _ = _text(record, 16 if kind == _ATTACHMENT else 0)
+        except (struct.error, UnicodeDecodeError):
+            name = "?"
+        what = "attachment" if kind == _ATTACHMENT else "metadata"
+        return f"{what} {name[:60]!r}"
+
+    def error(self, problem: str) -> InputError:
+        return InputError(problem, file=self.path, expected=_EXPECTED)
+
+
+def _records(content: bytes) -> Iterator[tuple[int, bytes]]:
+    """The records that lie one behind the other in the content of a chunk."""
+    place, end = 0, len(content)
+    head = struct.Struct("<BQ")
+    while place < end:
+        kind, size = head.unpack_from(content, place)
+        place += 9
+        if size > end - place:
+            raise struct.error
+        yield kind, content[place : place + size]
+        place += size
+
+
+def _text(record: bytes, place: int) -> tuple[str, int]:
+    """A text with its length before it, and the place behind it."""
+    (length,) = struct.unpack_from("<I", record, place)
+    end = place + 4 + length
+    if end > len(record):
+        raise struct.error
+    return record[place + 4 : end].decode(), end
+
+
+SOURCE = Source("an MCAP log (.mcap)", recognises, read)

@@ -1,0 +1,137 @@
+"""NWB files (Neurodata Without Borders): time series and trials, read with h5py.
+
+The package pynwb builds classes from what a file says that it holds, and follows links into other
+files. What is needed here is plain HDF5: a series is a group with data and a clock.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Final
+
+from armimpedance.errors import InputError
+from armimpedance.not_taken import not_taken
+from armimpedance.recordings.mapped.raw_file import RawFile, RawRun, RawTable, Source, Wanted
+from armimpedance.recordings.nwb.hdf5 import (
+    MAGIC,
+    Hdf5Error,
+    is_dataset,
+    opened_hdf5,
+    plain_text,
+)
+from armimpedance.recordings.nwb.series import Found, Series, series_of
+from armimpedance.recordings.nwb.trials import Trial, cut, trials_of
+
+_EXPECTED: Final = "an NWB file"
+_SHOWN: Final = 20
+#: What the file says of the subject; who it was is not read.
+_OF_SUBJECT: Final = ("age", "sex", "species", "weight")
+
+
+def recognises(path: Path) -> bool:
+    """Whether a file is HDF5 and called .nwb."""
+    if not path.is_file() or path.suffix.lower() != ".nwb":
+        return False
+    with path.open("rb") as stream:
+        return stream.read(len(MAGIC)) == MAGIC
+
+
+def read(path: Path, wanted: Wanted) -> RawFile:
+    """The time series of an NWB file.
+
+    Parameters
+    ----------
+    path : Path
+    wanted : callable
+        Whether a column, such as "acquisition/force[0]", is wanted.
+
+    Returns
+    -------
+    RawFile
+        One run a trial, its facts what the table of trials says; one run where there is no such
+        table. Series of the same times, to the last bit, are one table.
+
+    Raises
+    ------
+    InputError
+    """
+    with opened_hdf5(path, "nwb", _EXPECTED) as file:
+        try:
+            found = series_of(file, wanted)
+            trials = trials_of(file, found.left)
+            facts = _subject(file)
+            others = [f"intervals/{name}" for name in _names(file, "intervals") if name != "trials"]
+            others += [name for name in ("units",) if name in file]
+        except Hdf5Error as error:
+            raise InputError(str(error), file=path, expected=_EXPECTED) from None
+    runs = tuple(_trial_runs(path, found, trials, facts)) if trials else (_run(path, found, facts),)
+    found.left["they are no time series"] = others
+    if trials:
+        outside = _outside(found, trials)
+        found.left["outside of the trials"] = [f"{outside} samples"] if outside else []
+    told = tuple(
+        s for why, names in found.left.items() for s in not_taken(_some(names), _clean(why))
+    )
+    return RawFile(runs=runs, not_taken=told)
+
+
+def _run(path: Path, found: Found, facts: dict[str, float | str]) -> RawRun:
+    return RawRun(str(path), tuple(map(_whole, found.series)), facts)
+
+
+def _whole(series: Series) -> RawTable:
+    return RawTable(series.columns, series.clock.time_s, series.clock.rate_hz)
+
+
+def _trial_runs(
+    path: Path, found: Found, trials: list[Trial], facts: dict[str, float | str]
+) -> list[RawRun]:
+    return [
+        RawRun(
+            name=f"{path.name} trial {number}",
+            tables=tuple(cut(series, trial) for series in found.series),
+            facts={**facts, **trial.facts, "start_time": trial.start_s, "stop_time": trial.stop_s},
+        )
+        for number, trial in enumerate(trials, start=1)
+    ]
+
+
+def _outside(found: Found, trials: list[Trial]) -> int:
+    """How many rows of the longest series are in no trial."""
+    if not found.series:
+        return 0
+    longest = max(found.series, key=lambda series: len(series.clock.time_s))
+    inside = sum(cut(Series(longest.clock), trial).rows for trial in trials)
+    return max(len(longest.clock.time_s) - inside, 0)
+
+
+def _subject(file: Any) -> dict[str, float | str]:
+    """What is known of the subject's body."""
+    group = file.get("general/subject")
+    if group is None or is_dataset(group):
+        return {}
+    found: dict[str, float | str] = {}
+    for name in _OF_SUBJECT:
+        thing = group.get(name)
+        if thing is not None and is_dataset(thing) and thing.shape == ():
+            text = plain_text(thing[()])
+            if text and text.isprintable() and len(text) <= 64:
+                found[f"subject.{name}"] = text
+    return found
+
+
+def _names(file: Any, place: str) -> list[str]:
+    group = file.get(place)
+    return [] if group is None or is_dataset(group) else [str(name) for name in group]
+
+
+def _some(names: list[str]) -> list[str]:
+    shown = [_clean(name) for name in names[:_SHOWN]]
+    return shown if len(names) <= _SHOWN else [*shown, f"and {len(names) - _SHOWN} more"]
+
+
+def _clean(text: str) -> str:
+    return "".join(c if c.isprintable() else "�" for c in text[:120])
+
+
+SOURCE = Source("an NWB file (.nwb)", recognises, read)

@@ -1,0 +1,132 @@
+"""ROS bags: files of ROS 1 (.bag), folders and databases of ROS 2 (.db3, .mcap)."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from contextlib import ExitStack
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Final
+
+from armimpedance.errors import InputError
+from armimpedance.recordings.extras import needed
+from armimpedance.recordings.mapped.raw_file import RawFile, Source, Wanted
+from armimpedance.recordings.messages.compression import decompressed
+from armimpedance.recordings.messages.ros1_bag import MAGIC as BAG, add_ros1_bag
+from armimpedance.recordings.messages.ros2_database import MAGIC as DATABASE, add_ros2_database
+from armimpedance.recordings.messages.topics import Log, Unpack
+from armimpedance.recordings.sources.mcap import add_mcap
+
+METADATA: Final = "metadata.yaml"
+_LARGEST_METADATA: Final = 4_000_000
+_PART: Final = re.compile(
+    r"""^\s*(?:-\s+path:|-|path:)\s*["']?(?P<name>[^\n"']+?\.(?:db3|mcap)(?:\.zstd)?)["']?\s*$""",
+    re.MULTILINE,
+)
+_MODE: Final = re.compile(r"""^\s*compression_mode:\s*["']?(?P<mode>\w+)""", re.MULTILINE)
+#: What a compressed file may grow to, in times of its size and in bytes.
+_GROWTH, _SMALLEST_LIMIT = 40, 64_000_000
+_LARGEST_MESSAGE: Final = 64_000_000
+
+
+def recognises(path: Path) -> bool:
+    """Whether a file is a bag or a database, or a folder what ROS 2 makes."""
+    if path.is_dir():
+        return (path / METADATA).is_file() and "rosbag2_bagfile_information" in _text(path)
+    if not path.is_file():
+        return False
+    with path.open("rb") as stream:
+        start = stream.read(16)
+    return start.startswith(BAG) or (start == DATABASE and path.suffix.lower() == ".db3")
+
+
+def read(path: Path, wanted: Wanted) -> RawFile:
+    """The topics of a bag.
+
+    Parameters
+    ----------
+    path : Path
+    wanted : callable
+        Whether a column, such as "/ft.wrench.force.x", is wanted.
+
+    Returns
+    -------
+    RawFile
+        One run; each topic is a table, since each has its own clock.
+
+    Raises
+    ------
+    InputError
+    """
+    log = Log(path, wanted)
+    if path.is_dir():
+        _add_folder(log, path)
+    elif path.suffix.lower() == ".db3":
+        add_ros2_database(log, path)
+    else:
+        add_ros1_bag(log, path)
+    return log.raw_file()
+
+
+def _text(folder: Path) -> str:
+    with (folder / METADATA).open("rb") as stream:
+        return stream.read(_LARGEST_METADATA).decode(errors="replace")
+
+
+def _add_folder(log: Log, folder: Path) -> None:
+    text = _text(folder)
+    # The folder may have been moved: what counts is the name behind the last slash.
+    names = dict.fromkeys(re.split(r"[/\\]", m["name"])[-1] for m in _PART.finditer(text))
+    if not names:
+        expected = "files .db3 or .mcap in relative_file_paths"
+        raise InputError("names no files", file=folder / METADATA, expected=expected)
+    found = _MODE.search(text)
+    packed = found is not None and found["mode"].upper() == "MESSAGE"
+    with ExitStack() as stack:
+        for name in names:
+            part = folder / name
+            if not part.is_file():
+                problem = f"{name[:60]!r} is not in the folder"
+                raise InputError(problem, file=folder / METADATA, expected="all files of the bag")
+            if part.suffix == ".zstd":
+                part = _unpacked(part, stack)
+            _add_part(log, part, packed)
+
+
+def _add_part(log: Log, part: Path, packed: bool) -> None:
+    def unpack(message: bytes) -> bytes:
+        return decompressed(message, "zstd", part, _LARGEST_MESSAGE)
+
+    undo: Unpack | None = unpack if packed else None
+    if part.suffix == ".mcap":
+        add_mcap(log, part, undo)
+    else:
+        add_ros2_database(log, part, undo)
+
+
+def _unpacked(part: Path, stack: ExitStack) -> Path:
+    """A file that is compressed as a whole, unpacked beside nothing that stays."""
+    folder = Path(stack.enter_context(TemporaryDirectory()))
+    limit = max(_GROWTH * part.stat().st_size, _SMALLEST_LIMIT)
+    unpacked = folder / part.stem
+    with unpacked.open("wb") as out:
+        for piece in _pieces(part):
+            if out.tell() + len(piece) > limit:
+                problem = f"unpacks to more than {limit // 1_000_000} MB"
+                raise InputError(problem, file=part, expected="a whole bag")
+            out.write(piece)
+    return unpacked
+
+
+def _pieces(part: Path) -> Iterator[bytes]:
+    zstd = needed("zstandard", "ros", part)
+    try:
+        with part.open("rb") as stream, zstd.ZstdDecompressor().stream_reader(stream) as reader:
+            while piece := reader.read(1 << 20):
+                yield piece
+    except zstd.ZstdError:
+        raise InputError("is damaged (zstd)", file=part, expected="a whole bag") from None
+
+
+SOURCE = Source("a ROS bag (.bag, a folder of ROS 2, .db3)", recognises, read)

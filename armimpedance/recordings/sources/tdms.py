@@ -1,0 +1,292 @@
+"""TDMS files of LabVIEW and its relatives, read with npTDMS: groups of channels."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armimpedance.errors import InputError
+from armimpedance.not_taken import not_taken
+from armimpedance.recordings.extras import needed
+from armimpedance.recordings.mapped.raw_file import (
+    RawColumn,
+    RawFile,
+    RawRun,
+    RawTable,
+    Source,
+    Wanted,
+)
+
+MAGIC: Final = b"TDSm"
+_EXPECTED: Final = "a whole TDMS file"
+_MOST_NUMBERS: Final = 62_500_000
+_LONGEST_TEXT: Final = 64
+_LONGEST_NAME: Final = 120
+_SHOWN: Final = 20
+_SECONDS: Final = ("", "s", "sec", "second", "seconds")
+_UNITS: Final = ("unit_string", "NI_UnitDescription", "Unit", "unit")
+
+
+def recognises(path: Path) -> bool:
+    """Whether a file begins as TDMS files do."""
+    if not path.is_file():
+        return False
+    with path.open("rb") as stream:
+        return stream.read(len(MAGIC)) == MAGIC
+
+
+def read(path: Path, wanted: Wanted) -> RawFile:
+    """The channels of a TDMS file.
+
+    Parameters
+    ----------
+    path : Path
+    wanted : callable
+        Whether a column is wanted: a channel's name, or "group/channel" where groups differ.
+
+    Returns
+    -------
+    RawFile
+        Two or more groups with the same channels are runs (a group a trial); else all is one run.
+        Channels of a group with the same number of samples and the same times are a table.
+
+    Raises
+    ------
+    InputError
+    """
+    with _opened(path) as (file, warnings):
+        left: dict[str, list[str]] = {}
+        groups = [_Group(str(g.name), g, _channels(g, left)) for g in file.groups()]
+        groups = [group for group in groups if group.channels]
+        _check_size(path, groups, wanted, _are_runs(groups))
+        if _are_runs(groups):
+            facts = _facts(file.properties)
+            runs = [_run(path, [group], wanted, left, facts) for group in groups]
+        else:
+            runs = [_run(path, groups, wanted, left, _facts(file.properties))]
+    told = [s for why, names in left.items() for s in not_taken(_some(names), _clean(why))]
+    told += [f"npTDMS says: {_clean(warning)}." for warning in dict.fromkeys(warnings[:5])]
+    return RawFile(tuple(runs), tuple(told))
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[tuple[Any, list[str]]]:
+    """The file, and what npTDMS warns of; it would print that."""
+    nptdms = needed("nptdms", "tdms", path)
+    console = needed("nptdms.log", "tdms", path).log_manager.console_handler
+    before, heard = console.level, _Hearing()
+    logger = logging.getLogger("nptdms")
+    console.setLevel(logging.CRITICAL + 1)
+    logger.addHandler(heard)
+    try:
+        # An index file beside it may be another file's: it is not read.
+        with (
+            np.errstate(all="ignore"),
+            path.open("rb") as stream,
+            nptdms.TdmsFile(stream, keep_open=True, read_metadata_only=True) as file,
+        ):
+            yield file, heard.texts
+    except InputError:
+        raise
+    except Exception as error:
+        # npTDMS ends in ValueError, struct.error, KeyError, TypeError, ... where a file is damaged.
+        problem = f"is damaged: {_clean(' '.join(str(error).split()))[:80]}"
+        raise InputError(problem, file=path, expected=_EXPECTED) from None
+    finally:
+        logger.removeHandler(heard)
+        console.setLevel(before)
+
+
+class _Hearing(logging.Handler):
+    """Keeps warnings as texts."""
+
+    def __init__(self) -> None:
+        super().__init__(logging.WARNING)
+        self.texts: list[str] = []
+
+    def emit(self, record: logging.LogRecord) -> None:
+        if len(self.texts) < 1000:
+            self.texts.append(record.getMessage())
+
+
+@dataclass(frozen=True)
+class _Group:
+    name: str
+    group: Any
+    channels: dict[str, Any]
+
+
+def _channels(group: Any, left: dict[str, list[str]]) -> dict[str, Any]:
+    """The channels of a group that hold something we can take."""
+    found = {}
+    for channel in group.channels():
+        name = str(channel.name)
+        full = f"{group.name}/{name}"
+        if not full.isprintable() or len(full) > _LONGEST_NAME:
+            left.setdefault("names that cannot be shown", []).append(full)
+        elif len(channel) == 0:
+            left.setdefault("no samples", []).append(full)
+        elif channel.dtype.kind not in "iufbMOU":
+            left.setdefault("no numbers or texts", []).append(full)
+        else:
+            found[name] = channel
+    return found
+
+
+def _are_runs(groups: Sequence[_Group]) -> bool:
+    """Whether groups are trials: the same channels at the same rates in each.
+
+    Copies of other rates, as SignalExpress keeps them, are no trials.
+    """
+    return len(groups) > 1 and len({frozenset(_rates(group)) for group in groups}) == 1
+
+
+def _rates(group: _Group) -> Iterator[tuple[str, float | None]]:
+    for name, channel in group.channels.items():
+        step = _step(channel)
+        yield name, None if step is None else _rate(step)
+
+
+def _step(channel: Any) -> float | None:
+    """The time between samples in s; None where the file does not say, or counts no time."""
+    step = channel.properties.get("wf_increment")
+    unit = str(channel.properties.get("wf_xunit_string", "")).strip().lower()
+    if isinstance(step, float | int) and 1e-12 < step < 1e6 and unit in _SECONDS:
+        return float(step)
+    return None
+
+
+def _check_size(path: Path, groups: Sequence[_Group], wanted: Wanted, are_runs: bool) -> None:
+    """Whether the file is as large as its channels say: nothing in it is compressed."""
+    size, total = path.stat().st_size, 0
+    for group in groups:
+        for name, channel in group.channels.items():
+            width = channel.data_type.size if channel.data_type is not None else None
+            # A text takes four bytes for its end.
+            if len(channel) * (width or (1 if channel.scaler_data_types else 4)) > size:
+                problem = f"{group.name}/{name} claims {len(channel)} samples"
+                raise InputError(problem, file=path, expected=_EXPECTED)
+            if wanted(_label(group, name, len(groups) == 1 or are_runs)):
+                total += len(channel)
+    if total > _MOST_NUMBERS:
+        expected = "fewer channels or a shorter record"
+        raise InputError(f"more than {_MOST_NUMBERS} samples", file=path, expected=expected)
+
+
+def _label(group: _Group, channel: str, alone: bool) -> str:
+    return channel if alone else f"{group.name}/{channel}"
+
+
+def _run(
+    path: Path,
+    groups: Sequence[_Group],
+    wanted: Wanted,
+    left: dict[str, list[str]],
+    facts: dict[str, float | str],
+) -> RawRun:
+    """Groups as one run: one where groups are trials, else all."""
+    alone = len(groups) == 1
+    starts = [_start(c) for group in groups for c in group.channels.values()]
+    first = min((start for start in starts if start is not None), default=None)
+    tables: dict[object, dict[str, RawColumn]] = {}
+    for group in groups:
+        for name, channel in group.channels.items():
+            label = _label(group, name, alone)
+            if not wanted(label):
+                continue
+            column = _column(channel)
+            if column is None:
+                left.setdefault("texts too long for columns", []).append(label)
+                continue
+            tables.setdefault(_clock(group, channel, first), {})[label] = column
+    held = dict(facts)
+    for group in groups:
+        held |= _facts(group.group.properties, "" if alone else f"{group.name}/")
+    if alone:
+        held["group"] = groups[0].name
+    if first is not None:
+        held["start"] = str(first)
+    made = tuple(_table(columns, clock) for clock, columns in tables.items())
+    return RawRun(groups[0].name if alone and groups else str(path), made, held)
+
+
+def _start(channel: Any) -> np.datetime64 | None:
+    start = channel.properties.get("wf_start_time")
+    if not isinstance(start, np.datetime64) or np.isnat(start):
+        return None
+    return start
+
+
+def _clock(group: _Group, channel: Any, first: np.datetime64 | None) -> object:
+    """What tells a clock: group, samples, rate and start of a channel in s, where it says so."""
+    step = _step(channel)
+    if step is None:
+        return (group.name, len(channel), None, None)
+    start = _start(channel)
+    late = 0.0
+    if start is not None and first is not None:
+        late = float((start - first) / np.timedelta64(1, "ns")) / 1e9
+    offset = channel.properties.get("wf_start_offset", 0.0)
+    late += float(offset) if isinstance(offset, float | int) and abs(offset) < 1e9 else 0.0
+    return (group.name, len(channel), _rate(step), late)
+
+
+def _rate(step: float) -> float:
+    """The rate of a step in s: 1000 Hz for the double that is nearest to a millisecond."""
+    rate = 1.0 / step
+    whole = round(rate)
+    return float(whole) if whole and abs(rate - whole) <= 1e-12 * rate else rate
+
+
+def _table(columns: dict[str, RawColumn], clock: Any) -> RawTable:
+    _, rows, rate, late = clock
+    if rate is None:
+        return RawTable(columns)
+    time = np.arange(rows) / rate
+    return RawTable(columns, time if late == 0.0 else late + time, rate)
+
+
+def _column(channel: Any) -> RawColumn | None:
+    """A channel, scaled by npTDMS; None of texts that are none for columns."""
+    unit = next((u for n in _UNITS if isinstance(u := channel.properties.get(n), str) and u), None)
+    values: NDArray[Any] = channel[:]
+    if values.dtype.kind == "M":
+        seconds = (values - values[0]) / np.timedelta64(1, "ns") / 1e9
+        return RawColumn(np.asarray(seconds, np.float64), "s")
+    if values.dtype.kind in "OU":
+        texts = [str(value).replace("\x00", "") for value in values]
+        if max(map(len, texts), default=0) > _LONGEST_TEXT:
+            return None
+        return RawColumn(np.array(texts, np.str_), unit)
+    return RawColumn(values.astype(np.float64), None if unit is None else _clean(unit))
+
+
+def _facts(properties: Any, prefix: str = "") -> dict[str, float | str]:
+    """Numbers and short texts that the file notes of itself or of a group."""
+    found: dict[str, float | str] = {}
+    for name, value in properties.items():
+        full = prefix + str(name)
+        plain = float(value) if isinstance(value, int | float | np.number) else str(value)
+        long = isinstance(plain, str) and (len(plain) > _LONGEST_TEXT or not plain.isprintable())
+        if not long and full.isprintable() and len(full) <= _LONGEST_NAME:
+            found[full] = plain
+    return found
+
+
+def _some(names: list[str]) -> list[str]:
+    shown = [_clean(name) for name in names[:_SHOWN]]
+    return shown if len(names) <= _SHOWN else [*shown, f"and {len(names) - _SHOWN} more"]
+
+
+def _clean(text: str) -> str:
+    return "".join(c if c.isprintable() else "�" for c in text[:_LONGEST_NAME])
+
+
+SOURCE = Source("a TDMS file (.tdms)", recognises, read)
