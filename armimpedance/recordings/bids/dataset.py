@@ -1,0 +1,208 @@
+"""Where in a dataset of BIDS one person's recordings lie, and what its other files say of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Final
+
+from armimpedance.errors import InputError
+from armimpedance.json_text import read_json
+from armimpedance.recordings.bids.names import BidsName, parsed
+from armimpedance.recordings.bids.tsv import headed_rows, is_missing
+from armimpedance.recordings.mapped.units import known_unit
+
+DESCRIPTION: Final = "dataset_description.json"
+_LARGEST_JSON_BYTES: Final = 5_000_000
+#: Column of participants.tsv -> the fact in SI that it becomes, with its dimension.
+_SIZES: Final = {
+    "weight": "mass_kg",
+    "mass": "mass_kg",
+    "body_weight": "mass_kg",
+    "body_mass": "mass_kg",
+    "height": "height_m",
+    "body_height": "height_m",
+}
+_KG: Final = {"kg": 1.0, "kilogram": 1.0, "kilograms": 1.0, "g": 1e-3, "lb": 0.45359237}
+
+
+def is_bids(path: Path) -> bool:
+    """Whether it is a dataset, a person's or session's folder in one, or one motion file."""
+    if path.is_file():
+        name = parsed(path)
+        return bool(
+            name
+            and name.suffix == "motion"
+            and name.ending == ".tsv"
+            and {"sub", "task", "tracksys"} <= set(name.entities)
+        )
+    return path.is_dir() and ((path / DESCRIPTION).is_file() or _root_above(path) is not None)
+
+
+def _root_above(path: Path) -> Path | None:
+    """The dataset that a `sub-` or `ses-` folder lies in."""
+    here = path.resolve()
+    if here.name.startswith("ses-"):
+        here = here.parent
+    inside = here.name.startswith("sub-") and (here.parent / DESCRIPTION).is_file()
+    return here.parent if inside else None
+
+
+@dataclass(frozen=True)
+class Person:
+    """One person's recordings in a dataset, or a part of them.
+
+    Attributes
+    ----------
+    root : Path
+        The dataset.
+    folder : Path
+        The person's.
+    within : Path
+        What is read: the person's folder, one session's, or one file.
+    """
+
+    root: Path
+    folder: Path
+    within: Path
+
+    @property
+    def label(self) -> str:
+        """The person's label, without ``sub-``."""
+        return self.folder.name.removeprefix("sub-")
+
+    @cached_property
+    def files(self) -> tuple[BidsName, ...]:
+        """All files with names of BIDS that can say something of the person's recordings.
+
+        From the top downwards; in a folder, names of fewer entities first.
+        """
+        sessions = [f for f in _folders(self.folder) if f.name.startswith("ses-")]
+        levels = [self.root, self.folder, *sessions]
+        kinds = [
+            f for level in levels[1:] for f in _folders(level) if not f.name.startswith("ses-")
+        ]
+        found = []
+        for folder in [*levels, *kinds]:
+            named = [parsed(p) for p in _listed(folder) if not p.is_dir()]
+            here = [name for name in named if name is not None]
+            found += sorted(here, key=lambda n: (len(n.entities), n.path.name))
+        return tuple(found)
+
+    def data(self, suffix: str, endings: Sequence[str]) -> list[BidsName]:
+        """Files with data of one kind that lie in what is read."""
+        inside = [f for f in self.files if f.suffix == suffix and f.ending in endings]
+        top = self.within.resolve()
+        if self.within.is_file():
+            return [f for f in inside if f.path.resolve() == top]
+        return [f for f in inside if "sub" in f.entities and top in f.path.resolve().parents]
+
+    def sidecar(self, data: BidsName, suffix: str | None = None) -> dict[str, Any]:
+        """What the JSON files say of a file with data; those nearer to it come last."""
+        merged: dict[str, Any] = {}
+        for file in self.describing(data, suffix or data.suffix, ".json"):
+            merged |= small_json(file.path)
+        return merged
+
+    def describing(self, data: BidsName, suffix: str, ending: str) -> list[BidsName]:
+        """Files of one kind that hold for a file with data, from the top downwards."""
+        above = {self.root.resolve(), *data.path.resolve().parents}
+        return [
+            f
+            for f in self.files
+            if (f.suffix, f.ending) == (suffix, ending)
+            and f.describes(data)
+            and f.path.resolve().parent in above
+        ]
+
+    @cached_property
+    def facts(self) -> dict[str, float | str]:
+        """What the table of participants says of the person; body sizes in SI too."""
+        table = self.root / "participants.tsv"
+        if not table.is_file():
+            return {}
+        rows = headed_rows(table, ["participant_id"])
+        own = next((r for r in rows if r["participant_id"] == self.folder.name), {})
+        facts = {k: number_or_text(v) for k, v in own.items() if k != "participant_id"}
+        known = {k: v for k, v in facts.items() if not (isinstance(v, str) and is_missing(v))}
+        sidecar = self.root / "participants.json"
+        units = small_json(sidecar) if sidecar.is_file() else {}
+        return {**known, **_sizes(known, units)}
+
+
+def _sizes(facts: dict[str, float | str], units: dict[str, Any]) -> dict[str, float]:
+    """Body sizes in SI, where the table's units are told."""
+    sizes = {}
+    for name, value in facts.items():
+        fact, said = _SIZES.get(name.lower()), units.get(name)
+        if fact is None or not isinstance(value, float) or not isinstance(said, dict):
+            continue
+        unit = str(said.get("Units", said.get("Unit", ""))).strip()
+        if fact == "mass_kg" and unit.lower() in _KG:
+            sizes[fact] = value * _KG[unit.lower()]
+        length = known_unit(unit)
+        if fact == "height_m" and length is not None and length.dimension == "length":
+            sizes[fact] = value * length.multiply / length.divide
+    return sizes
+
+
+def person_at(path: Path) -> Person:
+    """The person whose recordings a path holds.
+
+    Raises
+    ------
+    InputError
+        Of several persons or none.
+    """
+    if path.is_file():
+        parents = [p for p in path.resolve().parents if p.name.startswith("sub-")]
+        folder = parents[-1] if parents else path.resolve().parent
+        return Person(folder.parent, folder, path)
+    root = _root_above(path)
+    if root is not None:
+        here = path.resolve()
+        return Person(root, here.parent if here.name.startswith("ses-") else here, path)
+    people = [f for f in _folders(path) if f.name.startswith("sub-")]
+    if len(people) != 1:
+        shown = ", ".join(p.name for p in people[:6]) + (", …" if len(people) > 6 else "")
+        problem = f"a dataset of {len(people)} persons"
+        expected = f"the folder of one ({shown})" if people else "folders sub-<label>"
+        raise InputError(problem, file=path, expected=expected)
+    return Person(path, people[0], people[0])
+
+
+def small_json(file: Path) -> dict[str, Any]:
+    """A JSON file of BIDS.
+
+    Raises
+    ------
+    InputError
+    """
+    try:
+        if file.stat().st_size > _LARGEST_JSON_BYTES:
+            raise InputError("is too large for such a file", file=file, expected="below 5 MB")
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror}", file=file) from None
+    return read_json(file)
+
+
+def number_or_text(cell: str) -> float | str:
+    """A number where the text is a finite one."""
+    try:
+        value = float(cell)
+    except ValueError:
+        return cell
+    return value if abs(value) < float("inf") and "_" not in cell else cell
+
+
+def _listed(folder: Path) -> list[Path]:
+    try:
+        return sorted(folder.iterdir())
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror}", file=folder) from None
+
+
+def _folders(folder: Path) -> list[Path]:
+    return [entry for entry in _listed(folder) if entry.is_dir()]

@@ -1,0 +1,390 @@
+"""Tracked points of Motion-BIDS as a recording of markers, with EMG beside them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+import pandas as pd
+
+from armimpedance.arrays import FloatArray
+from armimpedance.errors import InputError
+from armimpedance.json_text import is_number
+from armimpedance.motion import EmgSignals, MarkerRecording
+from armimpedance.not_taken import not_taken
+from armimpedance.recordings.bids.dataset import Person
+from armimpedance.recordings.bids.runs import Run, Stretch, rows_of, times_of
+from armimpedance.recordings.bids.systems import System
+from armimpedance.recordings.mapped.units import known_unit
+from armimpedance.recordings.motion.lab_axes import lab_rotation
+from armimpedance.recordings.motion.moving_metadata import LARGEST_PLACE_M
+from armimpedance.records import Subject
+
+_AXES: Final = ("x", "y", "z")
+#: Direction of an axis -> forward, left, up.
+_DIRECTIONS: Final = {
+    "A": (1.0, 0.0, 0.0),
+    "P": (-1.0, 0.0, 0.0),
+    "L": (0.0, 1.0, 0.0),
+    "R": (0.0, -1.0, 0.0),
+    "S": (0.0, 0.0, 1.0),
+    "I": (0.0, 0.0, -1.0),
+}
+#: The channel with each trial's own clock, in files that `armimpedance share` writes.
+TRIAL_TIME: Final = "trial_time"
+#: Steps of time may differ from one another by this part of a step.
+_UNEVEN: Final = 0.5
+
+
+@dataclass(frozen=True)
+class _Trial:
+    """A trial's markers, in the world's frame."""
+
+    condition: str
+    facts: Mapping[str, float | str]
+    names: tuple[str, ...]
+    time_s: FloatArray
+    positions: FloatArray
+    rate_hz: float
+    emg: FloatArray | None
+
+
+def bids_markers(
+    person: Person,
+    runs: Sequence[Run],
+    *,
+    system: str | None = None,
+    emg_channels: Mapping[str, str] | None = None,
+    axes: Sequence[str] | None = None,
+) -> MarkerRecording:
+    """The tracked points of one person's runs.
+
+    Parameters
+    ----------
+    person : Person
+    runs : sequence of Run
+        Each is a trial, or holds events that are.
+    system : str, optional
+        The tracking system, where several track points in space.
+    emg_channels : mapping, optional
+        Channel -> muscle.
+    axes : three str, optional
+        The file's axes that point forward, left and up; None: as the reference frame says.
+
+    Raises
+    ------
+    InputError
+        No points in space, or several systems, frames or rates; or axes that nobody tells.
+    """
+    muscles = dict(emg_channels or {})
+    found: list[_Trial] = []
+    remarks: dict[str, None] = {}
+    emg_rates = set()
+    for run in runs:
+        chosen = _tracking(run, system)
+        if chosen is None:
+            told = not_taken([run.name], "no points in space are tracked in it")
+            remarks |= dict.fromkeys(told)
+            continue
+        amplifier = _amplifier(run, muscles) if muscles else None
+        emg_rates |= {run.systems[amplifier].rate_hz} if amplifier is not None else set()
+        trials, said = _trials(run, chosen, amplifier, muscles, axes)
+        found += trials
+        remarks |= dict.fromkeys((*said, *run.notes, *_others(run, chosen, amplifier)))
+    if not found:
+        expected = "channels POS x, y and z of a point; or --mapping for other channels"
+        raise InputError("no points in space", file=person.within, expected=expected)
+    _same_rates({t.rate_hz for t in found}, person.within)
+    _same_rates(emg_rates, person.within)
+    return _recording(person, found, tuple(muscles.values()), emg_rates, tuple(remarks))
+
+
+def _tracking(run: Run, label: str | None) -> int | None:
+    """Which system of a run tracks points in space; None: none does."""
+    tracking = [i for i, s in enumerate(run.systems) if s.sort == "motion" and _points(s)]
+    names = [run.systems[i].name for i in tracking]
+    if label is not None:
+        if tracking and label not in names:
+            file = run.systems[0].file.path.parent
+            expected = f"one of {', '.join(names)}"
+            raise InputError(f"no tracking system {label!r:.60}", file=file, expected=expected)
+        return tracking[names.index(label)] if tracking else None
+    if len(tracking) > 1:
+        raise InputError(
+            f"{len(tracking)} systems track points in space in {run.name}",
+            file=run.systems[0].file.path.parent,
+            expected=f"--prefix NAME, one of {', '.join(names)}",
+        )
+    return tracking[0] if tracking else None
+
+
+def _points(system: System) -> dict[str, list[int]]:
+    """Tracked point -> its channels x, y, z, for points that have all three."""
+    found: dict[str, dict[str, int]] = {}
+    for index in system.of_kind("POS"):
+        channel = system.channels[index]
+        found.setdefault(channel.point or channel.name, {})[channel.component] = index
+    return {p: [c[a] for a in _AXES] for p, c in found.items() if set(_AXES) <= set(c)}
+
+
+def _trials(
+    run: Run,
+    chosen: int,
+    amplifier: int | None,
+    muscles: Mapping[str, str],
+    axes: Sequence[str] | None,
+) -> tuple[list[_Trial], tuple[str, ...]]:
+    system, start = run.systems[chosen], run.starts_s[chosen]
+    points = _points(system)
+    rotation, told = _rotation(system, points, axes)
+    flat = [index for channels in points.values() for index in channels]
+    own = [i for i, c in enumerate(system.channels) if (c.name, c.kind) == (TRIAL_TIME, "MISC")]
+    values = system.read([*flat, *own])
+    clock = values[:, len(flat)] if own else None
+    time = times_of(system, start, len(values))
+    places = _world(values[:, : len(flat)], system, points, rotation)
+    emg = None if amplifier is None else _emg_values(run, amplifier, muscles)
+    trials = []
+    for number, stretch in enumerate(run.stretches, start=1):
+        rows = rows_of(stretch, time, system.rate_hz)
+        if rows.stop - rows.start < 1:
+            raise InputError(
+                f"trial {number} of {run.name} has no sample",
+                file=system.file.path,
+                expected="events inside of the record",
+            )
+        begin = time[rows.start]
+        trials.append(
+            _Trial(
+                condition=_condition(run, stretch),
+                facts=stretch.facts,
+                names=tuple(points),
+                time_s=_own_time(time[rows] - begin if clock is None else clock[rows], system),
+                positions=places[rows],
+                rate_hz=system.rate_hz,
+                emg=None if emg is None else _emg_of(run, amplifier, emg, stretch, begin),
+            )
+        )
+    return trials, told
+
+
+def _condition(run: Run, stretch: Stretch) -> str:
+    named = stretch.facts.get("condition")
+    return run.name if named is None else str(named)
+
+
+def _own_time(time: FloatArray, system: System) -> FloatArray:
+    """A trial's clock, whose steps must be those of the rate."""
+    steps = np.diff(time) * system.rate_hz
+    if not np.isfinite(time).all() or (np.abs(steps - 1.0) > _UNEVEN).any():
+        worst = float(np.nanmax(np.abs(steps - 1.0), initial=0.0))
+        raise InputError(
+            f"time does not run in equal steps (off by {100 * worst:.0f} % of one)",
+            file=system.file.path,
+            expected=f"{system.rate_hz:g} samples a second",
+        )
+    return time
+
+
+def _rotation(
+    system: System, points: Mapping[str, list[int]], axes: Sequence[str] | None
+) -> tuple[FloatArray, tuple[str, ...]]:
+    """From the file's frame to the world's, (3, 3), and the sentence that says so."""
+    frames = {system.channels[i].frame for channels in points.values() for i in channels}
+    file = system.file.path
+    if len(frames) > 1:
+        shown = ", ".join(sorted(frame or "n/a" for frame in frames))
+        expected = "one; or a mapping that takes the points of one"
+        raise InputError(
+            f"points in several reference frames: {shown}", file=file, expected=expected
+        )
+    if axes is not None:
+        told = f"Read from Motion-BIDS; forward, left and up are the file's {', '.join(axes)}."
+        return lab_rotation(axes), (told,)
+    directions = system.axes.get(next(iter(frames)), "")
+    rotation = np.array([_DIRECTIONS.get(d, (0.0, 0.0, 0.0)) for d in directions[:3]]).T
+    if len(directions) != 3 or rotation.shape != (3, 3) or abs(np.linalg.det(rotation)) < 0.5:
+        said = f"SpatialAxes {directions!r:.20}" if directions else "no SpatialAxes"
+        expected = "--axes X,Y,Z: the file's axes that point forward, left and up"
+        raise InputError(f"{said} of its reference frame", file=file, expected=expected)
+    hand = "" if np.linalg.det(rotation) > 0 else ", a left-handed frame"
+    return rotation, (f"Read from Motion-BIDS; its axes x, y, z are {directions}{hand}.",)
+
+
+def _world(
+    values: FloatArray, system: System, points: Mapping[str, list[int]], rotation: FloatArray
+) -> FloatArray:
+    """Places (N, P, 3) in m in the world's frame; lost where a coordinate is."""
+    file = system.file.path
+    places = values.reshape(len(values), len(points), 3)
+    missing = system.sidecar.get("MissingValues")
+    lost = np.isnan(places).any(axis=2)
+    if is_number(missing) or (isinstance(missing, str) and _is_zero(missing)):
+        lost |= np.all(places == float(str(missing)), axis=2)
+    metres = np.empty_like(places)
+    for p, channels in enumerate(points.values()):
+        for axis, index in enumerate(channels):
+            unit = known_unit(system.channels[index].unit or "")
+            if unit is None or unit.dimension != "length":
+                problem = f"unit of length {system.channels[index].unit!r:.20}"
+                name = system.channels[index].name
+                raise InputError(problem, file=file, column=name, expected="m, cm or mm")
+            metres[:, p, axis] = unit.to_si(places[:, p, axis])
+    turned = np.empty_like(metres)
+    for axis in range(3):
+        # Each axis is one of the file's with a sign: no sum rounds, every bit stays.
+        from_axis = int(np.argmax(np.abs(rotation[axis])))
+        turned[..., axis] = rotation[axis, from_axis] * metres[..., from_axis]
+    turned[lost] = np.nan
+    far = np.nanmax(np.abs(turned), initial=0.0)
+    if far > LARGEST_PLACE_M:
+        expected = "another unit in its _channels.tsv"
+        raise InputError(f"a point {far:.4g} m away", file=file, expected=expected)
+    return turned
+
+
+def _is_zero(text: str) -> bool:
+    return text.strip() in ("0", "0.0")
+
+
+def _amplifier(run: Run, muscles: Mapping[str, str]) -> int:
+    """The system that has all these EMG channels."""
+    emg = [i for i, s in enumerate(run.systems) if s.sort == "emg"]
+    for index in emg:
+        if set(muscles) <= {channel.name for channel in run.systems[index].channels}:
+            return index
+    there = [channel.name for i in emg for channel in run.systems[i].channels]
+    missing = next((name for name in muscles if name not in there), next(iter(muscles)))
+    shown = ", ".join(there[:12]) or "no EMG at all"
+    file = run.systems[0].file.path.parent
+    raise InputError(f"no EMG channel {missing!r:.60} in {run.name}", file=file, expected=shown)
+
+
+def _emg_values(run: Run, amplifier: int, muscles: Mapping[str, str]) -> FloatArray:
+    """EMG (N, m) in V."""
+    system = run.systems[amplifier]
+    names = [channel.name for channel in system.channels]
+    chosen = [names.index(name) for name in muscles]
+    values = system.read(chosen)
+    columns = []
+    for i, index in enumerate(chosen):
+        channel = system.channels[index]
+        unit = known_unit(channel.unit or "")
+        if unit is None or unit.dimension != "emg" or unit.symbol in ("normalised", "%MVC"):
+            problem = f"is in {channel.unit!r:.20}"
+            file = system.file.path
+            raise InputError(problem, file=file, column=channel.name, expected="V, mV or uV")
+        columns.append(unit.to_si(values[:, i]))
+    return np.column_stack(columns)
+
+
+def _emg_of(
+    run: Run, amplifier: int | None, emg: FloatArray, stretch: Stretch, begin_s: float
+) -> FloatArray:
+    """EMG of one trial, from its first frame on."""
+    assert amplifier is not None  # noqa: S101 - EMG comes from an amplifier
+    system = run.systems[amplifier]
+    time = times_of(system, run.starts_s[amplifier], len(emg))
+    rows = rows_of(stretch, time, system.rate_hz)
+    first = max(rows.start, int(np.searchsorted(time, begin_s - 0.5 / system.rate_hz)))
+    if first >= len(time) or time[first] > begin_s + 1.0 / system.rate_hz:
+        raise InputError(
+            f"EMG of {run.name} does not begin with its trial",
+            file=system.file.path,
+            expected="EMG from the first frame on, or no --emg",
+        )
+    return emg[first : rows.stop]
+
+
+def _others(run: Run, chosen: int, amplifier: int | None) -> tuple[str, ...]:
+    """What of a run is not in the recording."""
+    said: tuple[str, ...] = ()
+    for index, system in enumerate(run.systems):
+        names = [channel.name for channel in system.channels]
+        if index == chosen:
+            kept = {system.channels[i].name for own in _points(system).values() for i in own}
+            names = [n for n in names if n not in kept | {TRIAL_TIME}]
+            said += not_taken(names, f"{system.name}: no points in space")
+        elif system.sort == "emg" and index != amplifier:
+            said += not_taken(names, f"{system.name}: no --emg names them")
+        elif index != amplifier:
+            said += not_taken(names, f"of {system.name}")
+    return said
+
+
+def _same_rates(rates: set[float], file: Path) -> None:
+    if len(rates) > 1:
+        shown = " and ".join(f"{rate:g}" for rate in sorted(rates)[:3])
+        expected = "one rate; name one session's folder or one _motion.tsv"
+        raise InputError(f"runs of {shown} samples a second", file=file, expected=expected)
+
+
+def _recording(
+    person: Person,
+    trials: Sequence[_Trial],
+    muscles: tuple[str, ...],
+    emg_rates: set[float],
+    remarks: tuple[str, ...],
+) -> MarkerRecording:
+    names = tuple(dict.fromkeys(name for trial in trials for name in trial.names))
+    absent = [n for n in names if any(n not in trial.names for trial in trials)]
+    if absent:
+        remarks += (f"Not in every trial, and lost there: {', '.join(absent)}.",)
+    lengths = [len(trial.time_s) for trial in trials]
+    facts = person.facts
+    mass, height = facts.get("mass_kg"), facts.get("height_m")
+    return MarkerRecording(
+        sample_rate_hz=trials[0].rate_hz,
+        trials=_table(trials),
+        offsets=np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64),
+        time_s=np.concatenate([trial.time_s for trial in trials]),
+        positions=np.concatenate([_as_named(trial, names) for trial in trials]),
+        names=names,
+        emg=_signals(trials, muscles, emg_rates) if emg_rates else None,
+        subject=Subject(
+            id=person.label,
+            mass_kg=mass if isinstance(mass, float) else None,
+            height_m=height if isinstance(height, float) else None,
+        ),
+        provenance=remarks,
+    )
+
+
+def _as_named(trial: _Trial, names: tuple[str, ...]) -> FloatArray:
+    """A trial's places in the order of all markers, NaN for those that it has not."""
+    if trial.names == names:
+        return trial.positions
+    places = np.full((len(trial.positions), len(names), 3), np.nan)
+    for i, name in enumerate(trial.names):
+        places[:, names.index(name)] = trial.positions[:, i]
+    return places
+
+
+def _signals(trials: Sequence[_Trial], muscles: tuple[str, ...], rates: set[float]) -> EmgSignals:
+    parts = [np.empty((0, len(muscles))) if t.emg is None else t.emg for t in trials]
+    offsets = np.concatenate([[0], np.cumsum([len(p) for p in parts])]).astype(np.int64)
+    return EmgSignals(rates.pop(), offsets, np.concatenate(parts), muscles, "V")
+
+
+def _table(trials: Sequence[_Trial]) -> pd.DataFrame:
+    """The trial table: number, condition, and what the events say of every trial."""
+    numbers = [t.facts.get("trial") for t in trials]
+    whole = [int(n) for n in numbers if isinstance(n, float) and n.is_integer()]
+    own = len(whole) == len(trials) and len(set(whole)) == len(whole)
+    table = pd.DataFrame(
+        {
+            "trial": whole if own else np.arange(1, len(trials) + 1),
+            "condition": [t.condition for t in trials],
+        }
+    )
+    further = dict.fromkeys(k for t in trials for k in t.facts if k not in table)
+    for name in further:
+        values = [t.facts.get(name) for t in trials]
+        if all(isinstance(v, float) for v in values):
+            table[name] = np.array(values, dtype=np.float64)
+        else:
+            table[name] = ["" if v is None else str(v) for v in values]
+    return table

@@ -1,0 +1,256 @@
+"""Runs of one person: the systems that recorded together, on one clock, cut into trials."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from typing import Final
+
+import numpy as np
+
+from armimpedance.arrays import FloatArray
+from armimpedance.errors import InputError
+from armimpedance.not_taken import not_taken
+from armimpedance.recordings.bids.dataset import Person, number_or_text
+from armimpedance.recordings.bids.names import OF_THE_SYSTEM, BidsName
+from armimpedance.recordings.bids.systems import (
+    System,
+    emg_systems,
+    motion_system,
+    physio_system,
+)
+from armimpedance.recordings.bids.tsv import headed_rows, is_missing
+
+#: An event of this type is a trial.
+TRIAL: Final = "trial"
+#: Entity -> the fact that a mapping can name.
+_FACTS: Final = {
+    "sub": "subject",
+    "ses": "session",
+    "task": "task",
+    "acq": "acquisition",
+    "run": "run",
+}
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """A part of a run: from a time on, for so long; None: to the end."""
+
+    onset_s: float | None = None
+    duration_s: float | None = None
+    facts: Mapping[str, float | str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Run:
+    """Systems that recorded together.
+
+    Attributes
+    ----------
+    name : str
+        Such as "ses-1_task-reach_run-2".
+    systems : tuple of System
+        Tracking systems first.
+    starts_s : tuple of float
+        Time of each one's first sample; 0 is the first tracking system's.
+    stretches : tuple of Stretch
+        The trials; one of all where no event is one.
+    facts : mapping
+        What names and the table of participants say.
+    notes : tuple of str
+    """
+
+    name: str
+    systems: tuple[System, ...]
+    starts_s: tuple[float, ...]
+    stretches: tuple[Stretch, ...]
+    facts: Mapping[str, float | str]
+    notes: tuple[str, ...] = ()
+
+
+def runs_of(person: Person, *, emg: bool = True) -> tuple[Run, ...]:
+    """All runs that lie in what is read.
+
+    Parameters
+    ----------
+    person : Person
+    emg : bool
+        Whether what was recorded beside motion is needed. If not, a file of it that is broken is
+        named in the notes, and does not stop the reading.
+
+    Raises
+    ------
+    InputError
+        There are none, or a file of one is wrong.
+    """
+    motion = person.data("motion", (".tsv",))
+    signals = person.data("emg", (".edf", ".bdf"))
+    if person.within.is_file():
+        signals = [f for m in motion for f in _emg_of(person, m)]
+    groups: dict[tuple[tuple[str, str], ...], list[BidsName]] = {}
+    for file in (*motion, *signals):
+        groups.setdefault(_key(file), []).append(file)
+    if not groups:
+        expected = "files _motion.tsv in a folder motion, or _emg.edf in a folder emg"
+        raise InputError("no motion capture and no EMG", file=person.within, expected=expected)
+    return tuple(_run(person, groups[key], emg) for key in sorted(groups, key=_in_order))
+
+
+def _key(file: BidsName) -> tuple[tuple[str, str], ...]:
+    return tuple((k, v) for k, v in file.entities.items() if k not in OF_THE_SYSTEM)
+
+
+def _in_order(key: tuple[tuple[str, str], ...]) -> list[tuple[str, int, str]]:
+    return [(k, int(v) if v.isdecimal() else 0, v) for k, v in key]
+
+
+def _emg_of(person: Person, motion: BidsName) -> list[BidsName]:
+    """The EMG of the run of a motion file."""
+    found = [f for f in person.files if f.suffix == "emg" and f.ending in (".edf", ".bdf")]
+    return [f for f in found if _key(f) == _key(motion)]
+
+
+def _run(person: Person, files: Sequence[BidsName], all_needed: bool) -> Run:
+    first = files[0]
+    motion = [motion_system(f, person) for f in files if f.suffix == "motion"]
+    emg = [f for f in files if f.suffix == "emg"]
+    beside: list[System] = []
+    broken: tuple[str, ...] = ()
+    for file in (*emg, *_beside(person, first, "physio")):
+        try:
+            found = emg_systems(file, person) if file in emg else [physio_system(file, person)]
+            beside += found
+        except InputError as error:
+            if all_needed or not motion:
+                raise
+            broken += not_taken([file.path.name], f"it cannot be read: {error.problem}")
+    systems = (*motion, *beside)
+    starts, unknown = _starts(person, systems)
+    events = _events(person, first)
+    stretches, notes = _trials(events)
+    notes += broken
+    name = "_".join(f"{k}-{v}" for k, v in _key(first) if k != "sub")
+    facts = {_FACTS[k]: v for k, v in first.entities.items() if k in _FACTS}
+    if unknown:
+        notes += (f"Taken to start with the first system, as no acq_time tells: {unknown}.",)
+    notes += tuple(dict.fromkeys(note for system in systems for note in system.notes))
+    return Run(name, systems, starts, stretches, {**person.facts, **facts}, notes)
+
+
+def _beside(person: Person, data: BidsName, suffix: str) -> list[BidsName]:
+    """Files of one kind that belong to the run of this file."""
+    found = [f for f in person.files if f.suffix == suffix and f.ending in (".tsv", ".tsv.gz")]
+    own = [f for f in found if "sub" in f.entities and f.describes(data, but=OF_THE_SYSTEM)]
+    return [f for f in own if f.entities.get("task") == data.entities.get("task")]
+
+
+def _starts(person: Person, systems: Sequence[System]) -> tuple[tuple[float, ...], str]:
+    """When each system began, s after the first one, and the names of those that do not tell."""
+    stamps = [_acquired(person, system.file) for system in systems]
+    first = stamps[0]
+    starts, unknown = [], []
+    for system, stamp in zip(systems, stamps, strict=True):
+        told = stamp is not None and first is not None
+        offset = (stamp - first).total_seconds() if told else 0.0  # type: ignore[operator]
+        starts.append(offset + system.start_s)
+        if not told and system is not systems[0] and system.sort != "physio":
+            unknown.append(system.name)
+    return tuple(starts), ", ".join(unknown)
+
+
+def _acquired(person: Person, data: BidsName) -> datetime | None:
+    """When the first sample of a file was taken, as the table of scans says."""
+    for file in person.files:
+        if (file.suffix, file.ending) != ("scans", ".tsv") or not file.describes(data):
+            continue
+        for number, row in enumerate(headed_rows(file.path, ["filename"]), start=2):
+            same = (file.path.parent / row["filename"]).resolve() == data.path.resolve()
+            text = row.get("acq_time", "n/a")
+            if same and not is_missing(text):
+                return _stamp(text, file, number)
+    return None
+
+
+def _stamp(text: str, file: BidsName, row: int) -> datetime:
+    try:
+        stamp = datetime.fromisoformat(text)
+        return stamp if stamp.tzinfo else stamp.replace(tzinfo=UTC)
+    except (ValueError, OverflowError):
+        expected = "YYYY-MM-DDThh:mm:ss"
+        place = {"file": file.path, "row": row, "column": "acq_time"}
+        raise InputError(f"{text!r:.40}", expected=expected, **place) from None  # type: ignore[arg-type]
+
+
+def _events(person: Person, data: BidsName) -> list[tuple[BidsName, dict[str, str]]]:
+    """The events of a run: those of a file beside its data, else of a file elsewhere."""
+    files = [f for f in _beside(person, data, "events") if f.ending == ".tsv"]
+    near = [f for f in files if f.path.parent == data.path.parent]
+    chosen = (near or files)[:1]
+    return [(f, row) for f in chosen for row in headed_rows(f.path, ("onset", "duration"))]
+
+
+def _trials(
+    events: Sequence[tuple[BidsName, dict[str, str]]],
+) -> tuple[tuple[Stretch, ...], tuple[str, ...]]:
+    """The stretches that are trials, and what is said of the other events."""
+    others: dict[str, int] = {}
+    stretches = []
+    for number, (file, row) in enumerate(events, start=2):
+        kind = row.get("trial_type", "n/a")
+        if kind != TRIAL:
+            others[kind] = others.get(kind, 0) + 1
+            continue
+        stretches.append(_stretch(row, file, number))
+    told = [f"{count} events {kind}" for kind, count in list(others.items())[:12]]
+    notes = not_taken(told, "only events of trial_type trial are taken, as trials")
+    return tuple(stretches) or (Stretch(),), notes
+
+
+def _stretch(row: Mapping[str, str], file: BidsName, number: int) -> Stretch:
+    times = [number_or_text(row[name]) for name in ("onset", "duration")]
+    onset, duration = times
+    if isinstance(onset, str) or isinstance(duration, str) or duration <= 0:
+        problem = f"a trial at {row['onset']!r:.30} for {row['duration']!r:.30}"
+        raise InputError(problem, file=file.path, row=number, expected="numbers, s")
+    own = {k: v for k, v in row.items() if k not in ("onset", "duration", "trial_type")}
+    facts = {k: number_or_text(v) for k, v in own.items() if not is_missing(v)}
+    return Stretch(onset, duration, facts)
+
+
+def times_of(system: System, start_s: float, rows: int) -> FloatArray:
+    """The time of each sample (N,), s after the first system's first sample.
+
+    Raises
+    ------
+    InputError
+        A latency is missing, or time does not run forward.
+    """
+    latency = system.of_kind("LATENCY")
+    if not latency:
+        return start_s + np.arange(rows) / system.rate_hz
+    time = system.read(latency[:1])[:, 0]
+    wrong = np.flatnonzero(~(np.diff(time, prepend=-np.inf) > 0))
+    if len(wrong):
+        column = system.channels[latency[0]].name
+        expected = "latencies in s that grow"
+        row = int(wrong[0]) + 1
+        raise InputError(
+            f"latency {time[wrong[0]]:g}",
+            file=system.file.path,
+            row=row,
+            column=column,
+            expected=expected,
+        )
+    return start_s + time if start_s else time
+
+
+def rows_of(stretch: Stretch, time: FloatArray, rate_hz: float) -> slice:
+    """The samples of a system that lie in a stretch."""
+    if stretch.onset_s is None or stretch.duration_s is None:
+        return slice(0, len(time))
+    half = 0.5 / rate_hz
+    ends = [stretch.onset_s - half, stretch.onset_s + stretch.duration_s - half]
+    first, last = np.searchsorted(time, ends)
+    return slice(int(first), int(last))

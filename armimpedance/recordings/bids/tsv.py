@@ -1,0 +1,184 @@
+"""Tables of BIDS: tab-separated, `n/a` where a value is missing, with a header or without."""
+
+from __future__ import annotations
+
+import gzip
+import io
+import zlib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.csv
+
+from armimpedance.arrays import FloatArray
+from armimpedance.errors import InputError
+
+#: Tables that describe (channels, participants, events) are small.
+_LARGEST_HEADED_BYTES: Final = 20_000_000
+#: What a packed table may unpack to.
+_LARGEST_UNPACKED_BYTES: Final = 300_000_000
+_MISSING: Final = ("n/a", "N/A", "NaN", "nan", "NAN", "")
+
+
+def is_missing(cell: str) -> bool:
+    """Whether a cell says that there is no value."""
+    return cell.strip() in _MISSING
+
+
+def headed_rows(file: Path, required: Sequence[str] = ()) -> list[dict[str, str]]:
+    """The rows of a table with a header, as texts.
+
+    Parameters
+    ----------
+    file : Path
+    required : sequence of str
+        Columns that it must have.
+
+    Raises
+    ------
+    InputError
+        It cannot be read, a required column is missing, a name stands twice, or a row has another
+        number of cells.
+    """
+    lines = _text(file).splitlines()
+    names = [name.strip() for name in lines[0].split("\t")] if lines else []
+    for name in required:
+        if name not in names:
+            raise InputError("no such column", file=file, row=1, column=name, expected="it")
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError("stands twice in the header", file=file, row=1, column=ascii(name))
+    rows = []
+    for number, line in enumerate(lines[1:], start=2):
+        if not line.strip():
+            continue
+        cells = [cell.strip() for cell in line.split("\t")]
+        if len(cells) != len(names):
+            expected = f"{len(names)}, as in the header, with tabs between them"
+            raise InputError(f"{len(cells)} cells", file=file, row=number, expected=expected)
+        rows.append(dict(zip(names, cells, strict=True)))
+    return rows
+
+
+def _text(file: Path) -> str:
+    try:
+        if file.stat().st_size > _LARGEST_HEADED_BYTES:
+            raise InputError("is too large for such a table", file=file, expected="below 20 MB")
+        return file.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError:
+        raise InputError("is not UTF-8 text", file=file, expected="a table of BIDS") from None
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror}", file=file) from None
+
+
+def numbers(file: Path, names: Sequence[str], wanted: Sequence[int]) -> FloatArray:
+    """Columns of a table of numbers without a header, NaN where a value is missing.
+
+    Parameters
+    ----------
+    file : Path
+        `.tsv`, or `.tsv.gz`.
+    names : sequence of str
+        All its columns; a first row that repeats them is passed over.
+    wanted : sequence of int
+        Which are read.
+
+    Returns
+    -------
+    (N, len(wanted)) array
+
+    Raises
+    ------
+    InputError
+        It cannot be read or is empty, a row has another number of cells, or one is no number.
+    """
+    content = _unpacked(file) if file.suffix == ".gz" else None
+    first = _first_line(file, content)
+    if not first.strip():
+        raise InputError("is empty", file=file, expected="one row a sample")
+    given = [cell.strip() for cell in first.rstrip("\r\n").split("\t")]
+    if len(given) != len(names):
+        problem = f"{len(given)} columns (tabs between them)"
+        expected = f"{len(names)}, one a channel"
+        raise InputError(problem, file=file, row=1, expected=expected)
+    skip = 1 if given == list(names) and any(not _is_number(cell) for cell in given) else 0
+    table = _table(file, content, len(names), wanted, skip)
+    columns = [np.asarray(column.to_numpy(zero_copy_only=False)) for column in table.columns]
+    values = np.column_stack([column.astype(np.float64) for column in columns])
+    if np.isinf(values).any():
+        raise _bad_cell(file, content, len(names), wanted, skip, "not finite")
+    return values
+
+
+def _first_line(file: Path, content: bytes | None) -> str:
+    try:
+        with io.BytesIO(content) if content is not None else file.open("rb") as stream:
+            return stream.readline(1_000_000).decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise InputError("is not UTF-8 text", file=file, row=1, expected="numbers") from None
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror}", file=file) from None
+
+
+def _table(
+    file: Path, content: bytes | None, columns: int, wanted: Sequence[int], skip: int
+) -> pa.Table:
+    names = [str(i) for i in range(columns)]
+    chosen = [str(i) for i in wanted]
+    try:
+        return pa.csv.read_csv(
+            io.BytesIO(content) if content is not None else file,
+            read_options=pa.csv.ReadOptions(column_names=names, skip_rows=skip),
+            parse_options=pa.csv.ParseOptions(delimiter="\t", quote_char=False),
+            convert_options=pa.csv.ConvertOptions(
+                include_columns=chosen,
+                column_types={name: pa.float64() for name in chosen},
+                null_values=list(_MISSING),
+            ),
+        )
+    except (pa.ArrowException, OSError, ValueError) as error:
+        reason = str(error).splitlines()[0][:100] if str(error) else "not readable"
+        raise _bad_cell(file, content, columns, wanted, skip, reason) from None
+
+
+def _bad_cell(
+    file: Path, content: bytes | None, columns: int, wanted: Sequence[int], skip: int, reason: str
+) -> InputError:
+    """Find the first cell that is wrong, for the message."""
+    with io.BytesIO(content) if content is not None else file.open("rb") as stream:
+        for number, line in enumerate(stream, start=1):
+            cells = line.decode("utf-8", errors="replace").rstrip("\r\n").split("\t")
+            if number <= skip or cells == [""]:
+                continue
+            if len(cells) != columns:
+                expected = f"{columns}, one a channel"
+                return InputError(f"{len(cells)} cells", file=file, row=number, expected=expected)
+            for index in wanted:
+                if not (_is_number(cells[index]) or is_missing(cells[index])):
+                    problem = f"not a finite number: {cells[index][:40]!r}"
+                    expected = "a number, or n/a"
+                    place = {"file": file, "row": number, "column": str(index + 1)}
+                    return InputError(problem, expected=expected, **place)  # type: ignore[arg-type]
+    return InputError(reason, file=file, expected="a table of numbers")
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        return bool(np.isfinite(float(cell))) and "_" not in cell
+    except ValueError:
+        return False
+
+
+def _unpacked(file: Path) -> bytes:
+    try:
+        with gzip.open(file) as stream:
+            content = stream.read(_LARGEST_UNPACKED_BYTES + 1)
+    except (OSError, EOFError, zlib.error) as error:
+        raise InputError(f"cannot be unpacked: {error}", file=file, expected=".gz") from None
+    if len(content) > _LARGEST_UNPACKED_BYTES:
+        limit = _LARGEST_UNPACKED_BYTES // 1_000_000
+        raise InputError(f"unpacks to more than {limit} MB", file=file, expected="less")
+    return content
