@@ -2,8 +2,8 @@
 
 `TP_TABLE` has a row for each trial protocol and a column (a parameter) for each of the task's
 settings; a setting may be a row, counted from 1, of `TARGET_TABLE` (`X_GLOBAL`, `Y_GLOBAL` in cm,
-in the frame of the hand) or of `LOAD_TABLE`. They stand in `common.c3d`, in older exams in every
-trial.
+in the frame of the hand; `X`, `Y` from an origin of the task) or of `LOAD_TABLE`. They stand in
+`common.c3d`, in older exams in every trial.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-import pandas as pd
 
 from armimpedance.recordings.c3d_parameters import Parameter
+from armimpedance.recordings.kinarm.directions import Direction, direction_of
 from armimpedance.recordings.kinarm.exam_file import ExamFile
 from armimpedance.recordings.kinarm.files import ExamTrial
 from armimpedance.recordings.kinarm.robot import Side
@@ -25,36 +25,95 @@ from armimpedance.recordings.kinarm.robot import Side
 _NO_COLUMNS: Final = ("USED", "COLUMN_ORDER", "DESCRIPTIONS", "DESCRIPTION", "UNITS")
 
 #: Columns of `TP_TABLE` that may name a protocol.
-_NAMES: Final = ("NAME", "TP_NAME", "LABEL", "TITLE")
+NAMES: Final = ("NAME", "TP_NAME", "LABEL", "TITLE")
 
 #: Settings that are rows of the target table; `TARGET_ON_TIME` and the like are not.
-_TARGET: Final = re.compile(r"(.*_)?TARGET(_?\d+)?")
+_TARGET: Final = re.compile(r"(.*_)?TARGET(_?\d+|_(ROW|START|END))?")
 
-_START: Final = re.compile(r"START|INIT|HOME|ORIGIN")
-_END: Final = re.compile(r"END|REACH|DEST|GOAL|FINAL")
-
-#: Columns of the table that no recording has: a trial's file, and of its direction, which setting
-#: it is from and how large.
-HIDDEN: Final = ("file_index", "direction_from", "direction_size")
-_HIDDEN: Final = HIDDEN[1:]
+#: Settings that are rows of the load table; `LOAD_DELAY` and the like are not.
+_LOAD: Final = re.compile(r"(.*_)?LOAD(_?\d+|_ROW)?")
 
 Value = float | str
 
 
 @dataclass(frozen=True)
-class _Direction:
-    """A direction, the setting that it is from, and its components in the recording's frame."""
+class Protocol:
+    """What the tables say of one trial.
 
-    source: str
-    x: float
-    y: float
+    Attributes
+    ----------
+    row : int
+        Of `TP_TABLE`, from 1.
+    name : str
+        The name that the exam gives to it; "" where it gives none.
+    settings : mapping
+        Column of `TP_TABLE` -> number or text.
+    targets : mapping
+        Those of the settings that are targets -> place (x, y) in m in the recording's frame, or
+        None where the table does not say.
+    ways : mapping
+        The same targets in m from one origin, whichever it is: for the way between two of them.
+    loads : mapping
+        Those of the settings that are loads -> the columns of the load table.
+    side : {"right", "left"}
+    direction : Direction or None
+        Of the disturbance.
+    """
 
-    @property
-    def degrees(self) -> float | None:
-        """From +x, in [0, 360); None of no direction."""
-        if self.x == 0.0 and self.y == 0.0:
-            return None
-        return float(round(np.rad2deg(np.arctan2(self.y, self.x)), 3) % 360.0)
+    row: int
+    name: str
+    settings: Mapping[str, Value]
+    targets: Mapping[str, tuple[float, float] | None]
+    ways: Mapping[str, tuple[float, float] | None]
+    loads: Mapping[str, Mapping[str, Value]]
+    side: Side
+    direction: Direction | None
+
+    def columns(self) -> dict[str, Value]:
+        """As columns of the trial table.
+
+        `tp_<setting>` as it stands in `TP_TABLE`; `<setting>_x_m`, `<setting>_y_m` where it is a
+        target; `load_<column>` of the row of `LOAD_TABLE` that `LOAD` names, `<setting>_<column>`
+        of further ones; `direction_deg` where the tables say one.
+        """
+        columns: dict[str, Value] = {f"tp_{plain(n)}": v for n, v in self.settings.items()}
+        for name, place in self.targets.items():
+            if place is not None:
+                columns |= {f"{plain(name)}_{axis}_m": place[i] for i, axis in enumerate("xy")}
+        for name, load in self.loads.items():
+            first = "load" if len(self.loads) == 1 else plain(name)
+            columns |= {f"{first}_{plain(column)}": value for column, value in load.items()}
+        if self.direction is not None:
+            columns |= {
+                "direction_deg": self.direction.degrees,
+                "direction_from": self.direction.source,
+            }
+        return columns
+
+
+def protocol_of(trial: ExamTrial, common: ExamFile, side: Side) -> Protocol:
+    """What the tables say of a trial.
+
+    Parameters
+    ----------
+    trial : ExamTrial
+    common : ExamFile
+    side : {"right", "left"}
+        A left arm's targets and loads are mirrored as its hand is.
+    """
+    row = protocol_row(trial)
+    settings = _row(trial.file, common, "TP_TABLE", row)
+    targets = dict(_targets(settings, trial.file, common, side))
+    ways = targets
+    if None in targets.values() and side == "right":
+        # The origin of older tables is the task's; a left arm's may be mirrored or not.
+        ways = dict(_targets(settings, trial.file, common, side, ("X", "Y")))
+    loads = dict(_loads(settings, trial.file, common))
+    direction = direction_of(settings, loads, ways, side)
+    stated = trial.file.text("TRIAL", "TP") or ""
+    if not stated or stated.isdigit():
+        stated = next((str(settings[n]) for n in NAMES if isinstance(settings.get(n), str)), "")
+    return Protocol(row, stated, settings, targets, ways, loads, side, direction)
 
 
 def as_written(value: object) -> float:
@@ -66,66 +125,6 @@ def protocol_row(trial: ExamTrial) -> int:
     """The row of `TP_TABLE` that a trial ran: `TRIAL:TP_ROW`, in older exams in the file's name."""
     row = trial.file.number("TRIAL", "TP_ROW")
     return trial.protocol if row is None else int(row)
-
-
-def protocol_columns(trial: ExamTrial, common: ExamFile, side: Side) -> dict[str, Value]:
-    """What the tables say of a trial, as columns of the trial table.
-
-    Parameters
-    ----------
-    trial : ExamTrial
-    common : ExamFile
-    side : {"right", "left"}
-        A left arm's targets are mirrored as its hand is.
-
-    Returns
-    -------
-    dict
-        `tp_<setting>` as it stands in `TP_TABLE`; `<setting>_x_m`, `<setting>_y_m` where it is a
-        target; `load_<column>` of the row of `LOAD_TABLE` that `LOAD` names; `direction_deg` where
-        the tables say one (`_direction`).
-    """
-    settings = _row(trial.file, common, "TP_TABLE", protocol_row(trial))
-    columns: dict[str, Value] = {f"tp_{_plain(n)}": value for n, value in settings.items()}
-    places = dict(_places(settings, trial.file, common, side))
-    for name, place in places.items():
-        columns |= {f"{_plain(name)}_{axis}_m": place[i] for i, axis in enumerate("xy")}
-    load = _load(settings, trial.file, common)
-    columns |= {f"load_{_plain(name)}": value for name, value in load.items()}
-    direction = _direction(settings, load, places, side)
-    if direction is None or direction.degrees is None:
-        return columns
-    size = round(float(np.hypot(direction.x, direction.y)), 4)
-    return {
-        **columns,
-        "direction_deg": direction.degrees,
-        "direction_from": direction.source,
-        "direction_size": size,
-    }
-
-
-def stated_name(trial: ExamTrial, common: ExamFile) -> str:
-    """The name that the exam gives to a trial's protocol; "" where it gives none."""
-    stated = trial.file.text("TRIAL", "TP") or ""
-    if stated and not stated.isdigit():
-        return stated
-    settings = _row(trial.file, common, "TP_TABLE", protocol_row(trial))
-    return next((str(settings[n]) for n in _NAMES if isinstance(settings.get(n), str)), "")
-
-
-def protocol_name(trial: ExamTrial, common: ExamFile) -> str:
-    """A readable name of a protocol without a name: its row, its targets, its load."""
-    settings = _row(trial.file, common, "TP_TABLE", protocol_row(trial))
-    words = [f"TP_{protocol_row(trial)}"]
-    targets = {n: v for n, v in settings.items() if _TARGET.fullmatch(n) and _counts(v)}
-    first, last = _one(targets, _START), _one(targets, _END)
-    if first and last:
-        words.append(f"target {targets[first]:g} to {targets[last]:g}")
-    else:
-        words += [f"{_plain(name)} {value:g}" for name, value in targets.items()]
-    if _counts(settings.get("LOAD")):
-        words.append(f"load {settings['LOAD']:g}")
-    return " ".join(words)
 
 
 def _row(own: ExamFile, common: ExamFile, group: str, row: int) -> dict[str, Value]:
@@ -149,127 +148,48 @@ def _cells(table: Mapping[str, Parameter], index: int, rows: int) -> Iterator[tu
             yield name, as_written(flat[index])
 
 
-def _places(
-    settings: Mapping[str, Value], own: ExamFile, common: ExamFile, side: Side
-) -> Iterator[tuple[str, tuple[float, float]]]:
-    """Each setting that is a target, with its place in m."""
+def _targets(
+    settings: Mapping[str, Value],
+    file: ExamFile,
+    common: ExamFile,
+    side: Side,
+    columns: tuple[str, str] = ("X_GLOBAL", "Y_GLOBAL"),
+) -> Iterator[tuple[str, tuple[float, float] | None]]:
+    """Each setting that is a target, with its place in m, where that is known."""
     mirror = -1.0 if side == "left" else 1.0
     for name, value in settings.items():
         if not (_TARGET.fullmatch(name) and _counts(value)):
             continue
-        target = _row(own, common, "TARGET_TABLE", int(value))
-        x, y = target.get("X_GLOBAL"), target.get("Y_GLOBAL")
+        target = _row(file, common, "TARGET_TABLE", int(value))
+        x, y = (target.get(column) for column in columns)
         if isinstance(x, float) and isinstance(y, float):
             # Adding 0 makes a mirrored zero positive.
             yield name, (round(mirror * x / 100.0, 9) + 0.0, round(y / 100.0, 9))
+        else:
+            yield name, None
 
 
-def _load(settings: Mapping[str, Value], own: ExamFile, common: ExamFile) -> dict[str, Value]:
-    """The row of the load table that the setting `LOAD` names; empty where there is none."""
-    row = settings.get("LOAD")
-    return _row(own, common, "LOAD_TABLE", int(row)) if _counts(row) else {}  # type: ignore[arg-type]
+def _loads(
+    settings: Mapping[str, Value], file: ExamFile, common: ExamFile
+) -> Iterator[tuple[str, dict[str, Value]]]:
+    """Each setting that is a load, with its row of the load table, where there is one."""
+    for name, value in settings.items():
+        if is_load(name) and _counts(value):
+            row = _row(file, common, "LOAD_TABLE", int(value))
+            if row:
+                yield name, row
 
 
-def _direction(
-    settings: Mapping[str, Value],
-    load: Mapping[str, Value],
-    places: Mapping[str, tuple[float, float]],
-    side: Side,
-) -> _Direction | None:
-    """The disturbance in the recording's frame.
-
-    A setting `…DIRECTION_DEG`; else that of the load's force, columns such as `FORCE_X, FORCE_Y`;
-    else from the start's to the end's target.
-    """
-    mirror = -1.0 if side == "left" else 1.0
-    stated = [n for n, v in settings.items() if n.endswith("DIRECTION_DEG")]
-    if len(stated) == 1:
-        angle = np.deg2rad(float(settings[stated[0]]))
-        return _Direction(stated[0], mirror * float(np.cos(angle)), float(np.sin(angle)))
-    force = _force_columns(load)
-    if force is not None:
-        return _Direction("LOAD", mirror * force[0], force[1])
-    first, last = _one(places, _START), _one(places, _END)
-    if first is None or last is None:
-        return None
-    return _Direction(last, *(places[last][i] - places[first][i] for i in (0, 1)))
-
-
-def _force_columns(load: Mapping[str, Value]) -> tuple[float, float] | None:
-    """The force of a load along x and y; None where its columns do not say so by their names."""
-    for name, x in load.items():
-        if re.fullmatch(r"F_?X|(.*_)?FORCE_?X(_.*)?|X_FORCE(_.*)?", name):
-            y = load.get(re.sub(r"X(?=$|_)", "Y", name, count=1))
-            if isinstance(x, float) and isinstance(y, float):
-                return x, y
-    return None
-
-
-def _one(names: Mapping[str, object], pattern: re.Pattern[str]) -> str | None:
-    """The one target that starts or ends a movement; None where none or several might."""
-    found = [name for name in names if pattern.search(name)]
-    exact = [name for name in found if name in ("START_TARGET", "END_TARGET")]
-    chosen = exact or found
-    return chosen[0] if len(chosen) == 1 else None
+def is_load(setting: str) -> bool:
+    """Whether a setting is a row of the load table, by its name; 0 is no load."""
+    return _LOAD.fullmatch(setting) is not None
 
 
 def _counts(value: object) -> bool:
     """Whether a cell is a row of another table: a whole number from 1."""
-    return isinstance(value, float) and value >= 1 and value == int(value)
+    return isinstance(value, float) and 1 <= value < 1e6 and value == int(value)
 
 
-def _plain(name: str) -> str:
+def plain(name: str) -> str:
+    """A name as part of a column's: small letters, digits and underscores."""
     return re.sub(r"\W+", "_", name).strip("_").lower()
-
-
-def with_direction(trials: pd.DataFrame, named: bool) -> tuple[pd.DataFrame, list[str]]:
-    """The table with `direction_deg` for all trials or for none, and remarks.
-
-    Where all have one, protocols that differ in nothing else are one condition: eight pushes at
-    one place are eight rows of the table and one experiment.
-
-    Parameters
-    ----------
-    trials : DataFrame
-    named : bool
-        Whether the exam names its protocols, so that the conditions are its own.
-    """
-    if "direction_deg" not in trials:
-        return trials, []
-    hidden, trials = trials[list(_HIDDEN)], trials.drop(columns=list(_HIDDEN))
-    known = trials["direction_deg"].notna()
-    if not known.all():
-        without = ", ".join(map(str, trials["trial"][~known].tolist()))
-        remark = f"No direction_deg: the exam's tables give none to trials {without}."
-        return trials.drop(columns="direction_deg"), [remark]
-    sources = sorted(set(hidden["direction_from"]))
-    remarks = [f"direction_deg: from the exam's tables ({', '.join(sources)})."]
-    if named or len(sources) > 1:
-        return trials, remarks
-    pooled = _pooled_conditions(trials, f"tp_{_plain(sources[0])}", hidden["direction_size"])
-    if pooled.nunique() < trials["condition"].nunique():
-        remarks.append("Conditions: trial protocols that differ in direction only are together.")
-        trials = trials.assign(condition=pooled)
-    return trials, remarks
-
-
-def _pooled_conditions(trials: pd.DataFrame, source: str, size: pd.Series) -> pd.Series:
-    """Names of the conditions by every setting but that of the direction."""
-    settings = [c for c in trials if str(c).startswith("tp_") and c != source]
-    key = trials[settings].assign(size=size)
-    if source == "tp_load":
-        other = [c for c in trials if str(c).startswith("load_") and "force" not in str(c)]
-        key = pd.concat([key, trials[other]], axis=1)
-    varying = [c for c in key if len(set(key[c])) > 1]
-    if not varying:
-        rows = sorted(set(trials["protocol"]))
-        name = f"TP_{rows[0]}" if len(rows) == 1 else f"TP_{rows[0]} to TP_{rows[-1]}"
-        return pd.Series(name, index=trials.index)
-    words = [
-        [
-            f"{str(c).removeprefix('tp_')} {v if isinstance(v, str) else format(v, 'g')}"
-            for v in key[c]
-        ]
-        for c in varying
-    ]
-    return pd.Series([" ".join(each) for each in zip(*words, strict=True)], index=trials.index)

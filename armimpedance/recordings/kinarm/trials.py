@@ -4,24 +4,23 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 import pandas as pd
 
 from armimpedance.errors import InputError
+from armimpedance.recordings.kinarm.conditions import condition_names
+from armimpedance.recordings.kinarm.directions import only_strongest
 from armimpedance.recordings.kinarm.exam_file import ExamFile
 from armimpedance.recordings.kinarm.files import ExamTrial, LeftOut
 from armimpedance.recordings.kinarm.robot import Side
-from armimpedance.recordings.kinarm.tables import (
-    HIDDEN,
-    as_written,
-    protocol_columns,
-    protocol_name,
-    protocol_row,
-    stated_name,
-)
+from armimpedance.recordings.kinarm.tables import as_written, protocol_of, protocol_row
 from armimpedance.recordings.where import parse_where
+
+#: Columns of the table that no recording has: a trial's file, and where its direction is from.
+_HIDDEN: Final = ("file_index", "direction_from")
 
 
 @dataclass(frozen=True)
@@ -61,19 +60,22 @@ def trial_table(
     unique = len(known) == len(numbers) == len(set(known))
     if unique:
         sequence = sorted(sequence, key=lambda i: numbers[i] or 0)
+    protocols = [protocol_of(trials[i], common, side) for i in sequence]
+    directions = only_strongest(protocol.direction for protocol in protocols)
+    protocols = [replace(p, direction=d) for p, d in zip(protocols, directions, strict=True)]
+    names, remarks = condition_names(protocols)
     rows = []
-    for running, i in enumerate(sequence, start=1):
+    for running, (i, protocol) in enumerate(zip(sequence, protocols, strict=True), start=1):
         number = numbers[i] if unique else running
-        name = stated_name(trials[i], common) or protocol_name(trials[i], common)
-        row: dict[str, object] = {"trial": number, "condition": name}
-        row |= _trial_row(trials[i], keep_personal) | protocol_columns(trials[i], common, side)
+        row: dict[str, object] = {"trial": number, "condition": names[running - 1]}
+        row |= _trial_row(trials[i], keep_personal) | protocol.columns()
         rows.append(row | {"file_index": i})
     table = pd.DataFrame(rows)
     for label, column in table.items():
-        if column.dtype == object:
+        if not pd.api.types.is_numeric_dtype(column):
             table[label] = column.fillna("")
     remark = "Trial numbers are not unique in the exam: counted through, by set and number."
-    return table, [] if unique else [remark]
+    return table, [*remarks, *([] if unique else [remark])]
 
 
 def _trial_row(trial: ExamTrial, keep_personal: bool) -> dict[str, object]:
@@ -146,7 +148,7 @@ def chosen_trials(
     if choice.without_errors:
         leave_out(~trials["is_error"], "marked as errors")
     if choice.where is not None:
-        shown = trials.drop(columns=[c for c in HIDDEN if c in trials])
+        shown = trials.drop(columns=[c for c in _HIDDEN if c in trials])
         met, sentence = parse_where(choice.where).choose(shown, path)
         remarks.append(sentence)
         usable[~met] = False
@@ -222,3 +224,17 @@ def _check_onset(file: ExamFile, row: pd.Series, choice: Choice) -> None:
         problem = f"the event {choice.end_event} at {row['end_s']:g} s is not after"
         expected = f"a time after {row['onset_s']:g} s"
         raise InputError(f"{problem} {choice.onset_event}", file=file.name, expected=expected)
+
+
+def with_direction(trials: pd.DataFrame) -> tuple[pd.DataFrame, list[str]]:
+    """The table with `direction_deg` for all trials or for none, and a remark."""
+    if "direction_deg" not in trials:
+        return trials, []
+    sources = sorted(set(trials["direction_from"]) - {""})
+    trials = trials.drop(columns="direction_from")
+    known = trials["direction_deg"].notna()
+    if known.all():
+        return trials, [f"direction_deg: from the exam's tables ({', '.join(sources)})."]
+    without = ", ".join(map(str, trials["trial"][~known].tolist()))
+    remark = f"No direction_deg: the exam's tables give none to trials {without}."
+    return trials.drop(columns="direction_deg"), [remark]

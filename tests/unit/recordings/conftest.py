@@ -25,12 +25,13 @@ class Parameter:
 
 def text(value: str) -> Parameter:
     """A text without a count dimension, as Dexterit-E writes it."""
-    return Parameter(-1, (len(value),), value.encode())
+    return Parameter(-1, (len(value.encode()),), value.encode())
 
 
 def texts(*values: str) -> Parameter:
-    width = max(map(len, values), default=0)
-    data = b"".join(v.encode().ljust(width) for v in values)
+    coded = [value.encode() for value in values]
+    width = max(map(len, coded), default=0)
+    data = b"".join(value.ljust(width) for value in coded)
     return Parameter(-1, (width, len(values)), data)
 
 

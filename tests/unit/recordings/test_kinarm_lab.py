@@ -367,7 +367,7 @@ def test_tables_become_columns(lab, exams, tmp_path):
     np.testing.assert_allclose(trials["direction_deg"], 45.0 * around, atol=1e-3)
     place = CENTRE + 0.1 * bench.unit(np.pi / 4 * around)
     np.testing.assert_allclose(trials[["end_target_x_m", "end_target_y_m"]], place, atol=1e-8)
-    assert trials["condition"][2] == "TP_3 target 9 to 3 load 3"
+    assert trials["condition"][2] == "TP_3 target 10 cm at 90 deg load 8 N at 90 deg"
     assert trials["tp_start_target"].unique().tolist() == [9.0]
     # Single precision is read as the decimal that it stands for.
     assert trials["tp_delay"].unique().tolist() == [0.665]
@@ -391,9 +391,8 @@ def test_protocols_that_differ_in_direction_only_are_one_condition(
     del tables["TP_TABLE"]["LOAD" if source == "END_TARGET" else "END_TARGET"]
     folder = exams.folder(tmp_path / "one", lab(16, tables=tables))
     assert read(folder).trials["condition"].unique().tolist() == ["TP_1 to TP_8"]
-    assert read(folder, protocols=(3,)).trials["condition"].unique().tolist() == [
-        "TP_3 target 9 to 3" if source == "END_TARGET" else "TP_3 start_target 9 load 3"
-    ]
+    # A condition keeps its name whichever of its trials are chosen.
+    assert read(folder, protocols=(3,)).trials["condition"].unique().tolist() == ["TP_1 to TP_8"]
     # Another setting that differs makes two of them.
     delay = [0.1] * 4 + [0.665] * 4 + [0.0] * 92
     tables["TP_TABLE"]["DELAY"] = c3d.floats(*delay)
