@@ -45,8 +45,13 @@ from armimpedance.recordings.kinarm.robot import (
     robot_of,
     with_own_names,
 )
-from armimpedance.recordings.kinarm.tables import stated_name, with_direction
-from armimpedance.recordings.kinarm.trials import Choice, chosen_trials, trial_table, with_onsets
+from armimpedance.recordings.kinarm.trials import (
+    Choice,
+    chosen_trials,
+    trial_table,
+    with_direction,
+    with_onsets,
+)
 from armimpedance.records import Recording, Subject
 
 
@@ -93,7 +98,7 @@ def read_kinarm(
         A recording of kind "hand". Trial columns: `trial`, `condition` (the protocol's name, or
         what its settings are beside the direction), `set` (block), `protocol`, `repetition`,
         `is_error`, `event_<label>_s` (first occurrence), and what the exam's tables say of the
-        trial: see `protocol_columns`.
+        trial: see `Protocol.columns`.
 
     Raises
     ------
@@ -183,8 +188,7 @@ def _used(
     left_out += untimed
     if timed.empty:
         raise none_left(untimed, path)
-    named = any(stated_name(trial, exam.common) for trial in sound)
-    directed, direction = with_direction(timed, named)
+    directed, direction = with_direction(timed)
     files = [sound[int(i)].file for i in directed.pop("file_index")]
     return _Used(directed, files, left_out, [*counted, *chosen, *direction])
 
