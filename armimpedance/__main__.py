@@ -7,13 +7,19 @@ import sys
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Run the command line and return its exit status (0, 1 or 2)."""
+    """Run the command line and return its exit status: 0, 1, 2, or 130 where interrupted."""
     # Matrices here are small: threads would get into each other's way and change the last bits.
     for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-        os.environ.setdefault(variable, "1")
-    from armimpedance.cli.main import run
+        os.environ[variable] = "1"
+    # Pictures go to files; a backend for windows may be missing or misspelt.
+    os.environ["MPLBACKEND"] = "Agg"
+    try:
+        from armimpedance.cli.main import run
 
-    return run(sys.argv[1:] if argv is None else argv)
+        return run(sys.argv[1:] if argv is None else argv)
+    except KeyboardInterrupt:  # while modules are loaded
+        sys.stderr.write("armimpedance: interrupted\n")
+        return 130
 
 
 if __name__ == "__main__":

@@ -6,18 +6,23 @@ Standard library only at import: a command imports what it needs when it runs.
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from importlib import import_module
 from typing import NoReturn
 
-from armimpedance.errors import ArmImpedanceError
+from armimpedance.cli.parts.failures import TRACEBACK, WRONG_INPUT, library_warnings, told
+from armimpedance.cli.parts.screen import safe_screen
+from armimpedance.errors import LONGEST_MESSAGE, ArmImpedanceError, shortened, shown
 
 #: Command -> its line in the overview; the module armimpedance.cli.<name> holds the rest.
 COMMANDS = {
     "demo": "the whole study on a simulated subject: recordings, estimates, models, figures",
     "plan": "before the experiment: trials needed, the best disturbance",
     "simulate": "write a simulated experiment and its truth",
+    "exam": "look at a Kinarm exam: protocols, blocks, conditions, events, what to type next",
     "inspect": "say what a recording holds and whether it can be used",
     "estimate": "inertia, viscosity and stiffness with 95 %% intervals",
     "map": "from the hand to the joints, from the joints to the muscles",
@@ -73,7 +78,8 @@ class OneLineParser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Print one line on stderr and exit 2."""
-        self.exit(2, f"{self.prog}: {message} (see {self.prog} --help)\n")
+        line = shortened(shown(message), LONGEST_MESSAGE)
+        self.exit(WRONG_INPUT, f"{self.prog}: {line} (see {self.prog} --help)\n")
 
 
 def make_parser(argv: Sequence[str]) -> argparse.ArgumentParser:
@@ -133,34 +139,48 @@ def add_parsers(
     )
 
 
-def _one_line(error: BaseException) -> str:
-    return " ".join(str(error).split())
-
-
 def run(argv: list[str]) -> int:
-    """Run one call. Exit status: 0 done, 2 the input or the call is wrong, 1 anything else.
+    """Run one call, and turn whatever goes wrong into one line.
 
-    A command may add its own, documented in its help: `convert` has 3.
+    Exit status: 0 done, 2 the input or the call is wrong, 130 interrupted, 1 anything else. A
+    command may add its own, documented in its help: `convert` has 3.
     """
-    parser = make_parser(argv)
-    arguments, unknown = parser.parse_known_args(argv)
-    prefix = arguments.prog
-    if unknown:
-        told = f"no such option here: {' '.join(unknown)}"
-        print(f"{prefix}: {told} (see {prefix} --help)", file=sys.stderr)
-        return 2
-    try:
-        return int(arguments.run(arguments) or 0)
-    except ArmImpedanceError as error:
-        print(f"{prefix}: {_one_line(error)}", file=sys.stderr)
-        return 2
-    except (FileNotFoundError, NotADirectoryError, IsADirectoryError, PermissionError) as error:
-        where = f"{error.filename}: " if error.filename else ""
-        print(f"{prefix}: {where}{error.strerror or error}", file=sys.stderr)
-        return 2
-    except KeyboardInterrupt:
-        print(f"{prefix}: interrupted; nothing half-written is left", file=sys.stderr)
-        return 1
-    except BrokenPipeError:
-        sys.stderr.close()
-        return 0
+    with safe_screen() as screen:
+        try:
+            parser = make_parser(argv)
+            arguments, unknown = parser.parse_known_args(argv)
+        except KeyboardInterrupt as error:
+            return _fail("armimpedance", error)
+        if unknown:
+            words = shortened(shown(" ".join(unknown)), 200)
+            _tell(arguments.prog, f"no such option here: {words} (see {arguments.prog} --help)")
+            return WRONG_INPUT
+        status = _run(arguments)
+    if status == 0 and screen is not None and screen.failed is not None:
+        return _fail(arguments.prog, screen.failed)
+    return status
+
+
+def _run(arguments: argparse.Namespace) -> int:
+    """Run a command; its exit status."""
+    with library_warnings(lambda line: _tell(arguments.prog, line)):
+        try:
+            return int(arguments.run(arguments) or 0)
+        except Exception as error:
+            if os.environ.get(TRACEBACK) and not isinstance(error, ArmImpedanceError):
+                raise
+            return _fail(arguments.prog, error)
+        except KeyboardInterrupt as error:
+            return _fail(arguments.prog, error)
+
+
+def _fail(prog: str, error: BaseException) -> int:
+    line, status = told(error)
+    _tell(prog, line)
+    return status
+
+
+def _tell(prog: str, line: str) -> None:
+    # Where standard error is closed too, only the exit status is left to tell it.
+    with suppress(OSError, ValueError):
+        print(f"{prog}: {line}", file=sys.stderr, flush=True)

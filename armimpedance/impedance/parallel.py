@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import signal
+import threading
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures import BrokenExecutor, Future, ProcessPoolExecutor
+from contextlib import contextmanager
 from multiprocessing import get_context
 from typing import Any, TypeVar
 
-from armimpedance.errors import InputError
+from armimpedance.errors import EstimationError, InputError
 
 Result = TypeVar("Result")
 
@@ -34,6 +37,8 @@ def in_order(
     ------
     InputError
         Fewer than one worker.
+    EstimationError
+        A worker was killed, or ran out of memory.
     """
     if workers < 1:
         raise InputError(f"{workers} workers", expected="1 or more")
@@ -46,10 +51,30 @@ def in_order(
         waiting: deque[Future[Result]] = deque()
         try:
             for piece in pieces:
-                waiting.append(pool.submit(work, *piece))
+                with _interrupts_for_us_alone():
+                    waiting.append(pool.submit(work, *piece))
                 if len(waiting) > AHEAD * workers:
                     yield waiting.popleft().result()
             while waiting:
                 yield waiting.popleft().result()
+        except BrokenExecutor:
+            problem = "a worker process ended before its work was done (killed, or out of memory)"
+            raise EstimationError(f"{problem}; try fewer workers") from None
         finally:
             pool.shutdown(cancel_futures=True)
+
+
+@contextmanager
+def _interrupts_for_us_alone() -> Iterator[None]:
+    """Processes that start in here ignore Ctrl-C: this one stops them, in order.
+
+    A process inherits that a signal is ignored, even before it runs a line of ours.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)

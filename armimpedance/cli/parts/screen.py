@@ -1,0 +1,118 @@
+"""Standard output that never costs a result: a closed pipe, a full disk or an ASCII terminal.
+
+What a command prints comes after, and matters less than, what it writes to files. A sink that
+cannot take a text takes it in another form or not at all; the command goes on, and its caller asks
+at the end what was lost.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Final, TextIO
+
+#: What an ASCII terminal is shown in place of the signs that the reports use.
+_ASCII: Final = str.maketrans(
+    {"±": "+-", "×": "x", "·": "*", "–": "-", "—": "-", "…": "...", "°": " deg", "²": "^2"}
+)
+
+
+class Screen(io.TextIOBase):
+    """Standard output as the commands see it.
+
+    Attributes
+    ----------
+    left : bool
+        The reader has gone (a closed pipe).
+    failed : OSError or None
+        Why nothing more could be written, such as a full disk.
+    """
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+        self.left = False
+        self.failed: OSError | None = None
+
+    @property
+    def encoding(self) -> str:  # type: ignore[override]
+        """Of the stream behind it."""
+        return getattr(self._stream, "encoding", None) or "utf-8"
+
+    def isatty(self) -> bool:
+        """Whether a person watches."""
+        return self._stream.isatty()
+
+    def fileno(self) -> int:
+        """Of the stream behind it."""
+        return self._stream.fileno()
+
+    def writable(self) -> bool:
+        """Always."""
+        return True
+
+    def write(self, text: str) -> int:
+        """Write a text without characters that command a terminal."""
+        self._try(lambda: self._stream.write(_encodable(_harmless(text), self.encoding)))
+        return len(text)
+
+    def flush(self) -> None:
+        """Have the stream hand on what it holds."""
+        self._try(self._stream.flush)
+
+    def _try(self, action: object) -> None:
+        if self.left or self.failed is not None:
+            return
+        try:
+            action()  # type: ignore[operator]
+        except BrokenPipeError:
+            self.left = True
+        except OSError as error:
+            self.failed = error
+
+
+@contextmanager
+def safe_screen() -> Iterator[Screen | None]:
+    """Put a `Screen` in front of standard output; None where there is no standard output."""
+    stream = sys.stdout
+    if stream is None:
+        yield None
+        return
+    screen = Screen(stream)
+    sys.stdout = screen  # type: ignore[assignment]
+    try:
+        yield screen
+    finally:
+        screen.flush()
+        sys.stdout = stream
+        if screen.left or screen.failed is not None:
+            _silence(stream)
+
+
+def _silence(stream: TextIO) -> None:
+    """Let the interpreter's last flush go nowhere: it would complain of what we know."""
+    try:
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, stream.fileno())
+        os.close(nowhere)
+    except (OSError, ValueError):
+        return
+
+
+def _harmless(text: str) -> str:
+    """A text whose control characters, line ends and tabs aside, are written out."""
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() or c in "\n\t" else ascii(c)[1:-1] for c in text)
+
+
+def _encodable(text: str, encoding: str) -> str:
+    """A text that the sink's alphabet can take."""
+    try:
+        text.encode(encoding)
+    except (UnicodeEncodeError, LookupError):
+        plain = text.translate(_ASCII)
+        return plain.encode("ascii", "backslashreplace").decode("ascii")
+    return text
