@@ -9,7 +9,7 @@ from .hand import (
     estimate as estimate,
     estimate_all as estimate_all,
 )
-from .inspection import Finding as Finding, Inspection as Inspection, inspect as inspect
+from .inspection import Inspection as Inspection, inspect as inspect
 from .levels import to_hand as to_hand, to_joint as to_joint, to_muscle as to_muscle
 from .models import (
     fit_activation as fit_activation,

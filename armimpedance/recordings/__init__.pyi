@@ -1,3 +1,4 @@
+from .kinarm.overview_text import look_at_exam as look_at_exam
 from .motion.skeleton_json import (
     read_skeleton as read_skeleton,
 )

@@ -90,6 +90,11 @@ def _of_load(protocol: Protocol, name: str, *, at: bool) -> Iterator[tuple[str, 
             yield f"{label}_{plain(column)}", f"{label} {plain(column)} {_number(value)}"
 
 
+def in_words(protocol: Protocol) -> str:
+    """A protocol's name, else its targets and loads; "" where the tables say neither."""
+    return protocol.name or " ".join(_told(protocol))
+
+
 def _told(protocol: Protocol) -> Iterator[str]:
     """A protocol of its own in a few words: from where to where, with which load."""
     first, last = ends_of(protocol.targets)

@@ -104,7 +104,11 @@ def _is_shared(groups: Groups) -> bool:
     return "TRIAL" not in groups and bool({"RIGHT_KINARM", "LEFT_KINARM"} & set(groups))
 
 
-def read_exam(path: str | os.PathLike[str], wanted: Callable[[str], bool]) -> Exam:
+def read_exam(
+    path: str | os.PathLike[str],
+    wanted: Callable[[str], bool],
+    kept: Callable[[ExamFile], ExamFile] | None = None,
+) -> Exam:
     """Read all trials of an exam.
 
     Nothing is unpacked to the disk. A trial without samples, or of which something that is needed
@@ -116,6 +120,8 @@ def read_exam(path: str | os.PathLike[str], wanted: Callable[[str], bool]) -> Ex
         A folder, a zip, a `.kinarm`, or the file of one trial with `common.c3d` beside it.
     wanted : callable
         Which channels are kept, by their labels: an exam has some sixty.
+    kept : callable, optional
+        What is kept of a trial before the next one is read; all of it without.
 
     Raises
     ------
@@ -138,6 +144,7 @@ def read_exam(path: str | os.PathLike[str], wanted: Callable[[str], bool]) -> Ex
             if file.frames == 0:
                 left_out.append(LeftOut(short))
             else:
+                file = file if kept is None else kept(file)
                 trials.append(ExamTrial(short, file, *numbers))
         beside = _beside(files, trials)
     if not trials and not left_out:
