@@ -3,7 +3,6 @@ from .muscle_paths import MuscularArm as MuscularArm
 from .muscular_arms import arm_named as arm_named, with_muscles as with_muscles
 from .operational import (
     SINGULAR_CONDITION as SINGULAR_CONDITION,
-    dynamic_inverse as dynamic_inverse,
     hand_inertia as hand_inertia,
     require_full_rank as require_full_rank,
 )

@@ -39,6 +39,8 @@ COMMANDS = {
     "trials": "look at every trial in a page, leave some out",
     "explore": "an arm to play with: drag the hand, stiffness and viscosity follow",
     "convert": "turn a lab's files into a recording",
+    "map-columns": "propose what the columns of a table of any layout mean",
+    "share": "recordings and results as BIDS, JSON-LD or a datasheet, for a data repository",
     "figures": "draw the sources' figures from simulated subjects",
 }
 
@@ -121,7 +123,7 @@ def add_commands(
         if argv is not None and name != chosen:
             commands.add_parser(name, help=line)
             continue
-        module = import_module(f"{package}.{name}")
+        module = import_module(f"{package}.{name.replace('-', '_')}")
         sub = commands.add_parser(
             name, help=line, description=module.__doc__, formatter_class=plain
         )

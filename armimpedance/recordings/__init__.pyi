@@ -1,4 +1,5 @@
 from .kinarm.overview_text import look_at_exam as look_at_exam
+from .mapped.proposing import propose_mapping as propose_mapping
 from .motion.skeleton_json import (
     read_skeleton as read_skeleton,
 )

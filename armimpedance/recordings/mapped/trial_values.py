@@ -73,7 +73,7 @@ def _of_name(run: OneClock, pattern: str | None) -> dict[str, str]:
     names = re.findall(r"\{(\w+)\}", pattern)
     parts = re.split(r"\{\w+\}", pattern)
     expression = "".join(
-        re.escape(part) + (f"(?P<v{i}>.+?)" if i < len(names) else "")
+        re.escape(part) + (f"(?P<v{i}>.+)" if i < len(names) else "")
         for i, part in enumerate(parts)
     )
     match = re.fullmatch(expression, run.file.name) or re.fullmatch(expression, run.file.stem)

@@ -1,0 +1,465 @@
+"""A mapping that is proposed for a file, from names, units and data, and what they cannot tell."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armimpedance.recordings.mapped.evidence import (
+    Found,
+    angle_unit,
+    force_law,
+    force_told,
+    is_switch,
+    length_unit,
+    moves,
+    roughness,
+    time_steps,
+    time_unit,
+    trial_numbers,
+)
+from armimpedance.recordings.mapped.names import ReadName, Role, read_name
+from armimpedance.recordings.mapped.raw_file import RawFile, RawRun, RawTable
+from armimpedance.recordings.mapped.side_by_side import natural
+from armimpedance.recordings.mapped.units import known_unit
+from armimpedance.recordings.tables.trial_table import NUMBER_COLUMNS, OPTIONAL_NUMBER_COLUMNS
+
+#: So many columns that differ in a number only are trials side by side, no joints.
+_SIDE_BY_SIDE: Final = 3
+#: Columns of a trial table that keep their names.
+_TRIAL_COLUMNS: Final = (*NUMBER_COLUMNS, *OPTIONAL_NUMBER_COLUMNS, "set", "day", "experiment")
+#: A fact that is named like a rate is one, between these.
+_SLOWEST_HZ, _FASTEST_HZ = 1.0, 1e6
+
+
+@dataclass(frozen=True)
+class ProposedColumns:
+    """Columns of one quantity, and their unit with its reason."""
+
+    columns: tuple[str, ...]
+    axes: tuple[str, ...]
+    unit: Found
+
+
+@dataclass
+class Proposal:
+    """What was found; None or empty where nothing was.
+
+    Attributes
+    ----------
+    kind : str or None
+    evidence : tuple of str
+        On the sign of the force.
+    cannot_tell : list of str
+        Questions that only the user can answer.
+    others : tuple of str
+        Columns without a meaning so far.
+    """
+
+    kind: str | None = None
+    time: ProposedColumns | None = None
+    rate_hz: float | None = None
+    position: ProposedColumns | None = None
+    force: ProposedColumns | None = None
+    joint_angles: ProposedColumns | None = None
+    emg: ProposedColumns | None = None
+    trials: dict[str, Any] = field(default_factory=dict)
+    values: dict[str, str] = field(default_factory=dict)
+    evidence: tuple[str, ...] = ()
+    cannot_tell: list[str] = field(default_factory=list)
+    others: tuple[str, ...] = ()
+    files: str | None = None
+
+    def lines(self) -> tuple[str, ...]:
+        """What the columns were taken for, one line each."""
+        named = {"time": self.time, "position": self.position, "force": self.force}
+        named |= {"joint angles": self.joint_angles, "EMG": self.emg}
+        told = [
+            f"{name}: {', '.join(s.columns)} in {s.unit.word or '?'} ({s.unit.why})"
+            for name, s in named.items()
+            if s is not None
+        ]
+        told += [f"trials: by {self.trials['by']}"] if self.trials else []
+        told[-1:] = (
+            [f"{told[-1]} {self.trials['column']}"] if "column" in self.trials else told[-1:]
+        )
+        told += [f"{name} of a trial: {column}" for name, column in self.values.items()]
+        return (*told, *([f"no meaning found: {', '.join(self.others)}"] if self.others else []))
+
+
+class _Columns:
+    """The columns of the first run with samples, read by name."""
+
+    def __init__(self, run: RawRun, starred: Mapping[str, Sequence[str]]) -> None:
+        self.tables: dict[str, RawTable] = {}
+        self.values: dict[str, NDArray[Any]] = {}
+        self.names: dict[str, ReadName] = {}
+        self.per_trial: tuple[str, ...] = ()
+        hidden = {name for names in starred.values() for name in names}
+        for table in run.tables:
+            for name, column in table.columns.items():
+                if name not in hidden:
+                    self._add(name, table, column.values, column.unit)
+        for pattern, names in starred.items():
+            table = next(t for t in run.tables if names[0] in t.columns)
+            column = table.columns[names[0]]
+            self._add(pattern, table, column.values, column.unit)
+
+    def _add(self, name: str, table: RawTable, values: NDArray[Any], unit: str | None) -> None:
+        self.tables[name], self.values[name] = table, values
+        self.names[name] = read_name(name, unit)
+
+    def of(self, *roles: Role) -> list[ReadName]:
+        """The columns of these roles that hold numbers."""
+        return [
+            n
+            for n in self.names.values()
+            if n.role in roles
+            and self.values[n.name].dtype.kind == "f"
+            and n.name not in self.per_trial
+        ]
+
+
+def proposal_for(raw: RawFile, files: int = 1) -> Proposal:
+    """Propose a mapping for what a file holds.
+
+    Parameters
+    ----------
+    raw : RawFile
+        All of its columns.
+    files : int
+        How many files of the kind there are, each a run.
+
+    Returns
+    -------
+    Proposal
+    """
+    runs = [run for run in raw.runs if any(table.columns for table in run.tables)]
+    found = Proposal()
+    if not runs:
+        found.cannot_tell.append("no columns with samples were found")
+        return found
+    starred = side_by_side(runs[0])
+    columns = _Columns(runs[0], starred)
+    numbers = _trial_column(columns)
+    if numbers is not None and not starred:
+        found.trials = {"by": "column", "column": numbers}
+        columns.per_trial = _constant_in_trials(columns, numbers)
+    _position_and_force(found, columns)
+    _joints(found, columns)
+    _muscles(found, columns)
+    _time(found, columns, runs)
+    _trials(found, columns, runs, files, bool(starred))
+    _whose_force(found, columns)
+    _rest(found, columns, runs)
+    return found
+
+
+def side_by_side(run: RawRun) -> dict[str, list[str]]:
+    """Columns that differ in a number only, by a pattern; none where they are joints or axes."""
+    groups: dict[str, list[str]] = {}
+    for table in run.tables:
+        for name in table.columns:
+            parts = [i for i, c in enumerate(name) if c.isdigit()]
+            if not parts:
+                continue
+            last = parts[-1]
+            first = last
+            while first > 0 and name[first - 1].isdigit():
+                first -= 1
+            groups.setdefault(f"{name[:first]}*{name[last + 1 :]}", []).append(name)
+    large = {p: sorted(n, key=natural) for p, n in groups.items() if len(n) >= _SIDE_BY_SIDE}
+    roles = {p: read_name(p.replace("*", "")) for p in large}
+    both = {r.role for r in roles.values() if r.axis} >= {"position", "force"} or (
+        {r.role for r in roles.values()} >= {"position", "force"}
+    )
+    return large if both else {}
+
+
+def _position_and_force(found: Proposal, columns: _Columns) -> None:
+    position = _axes(found, columns, "position", "hand")
+    force = _axes(found, columns, "force", "force")
+    angle = _axes(found, columns, "angle", "joint") if position is None or force is None else None
+    torque = _axes(found, columns, "torque", "torque") if angle is not None else None
+    if position is not None and force is not None:
+        found.kind = "hand"
+    elif angle is not None and torque is not None:
+        found.kind, position, force = "joint", angle, torque
+    if position is not None:
+        stated = _stated(position)
+        by_data = length_unit if found.kind != "joint" else angle_unit
+        unit = stated or by_data([columns.values[n.name] for n in position])
+        found.position = _proposed(position, unit)
+    if force is not None:
+        word = "N m" if found.kind == "joint" else "N"
+        unit = _stated(force) or Found(None, f"nothing states it; {word} is usual")
+        found.force = _proposed(force, unit)
+    if found.position is not None and found.force is not None:
+        a, b = len(found.position.columns), len(found.force.columns)
+        if a != b:
+            _same_axes(found)
+
+
+def _same_axes(found: Proposal) -> None:
+    """Keep the axes that both position and force have."""
+    position, force = found.position, found.force
+    if position is None or force is None:
+        return
+    common = [axis for axis in position.axes if axis in force.axes]
+    if not common:
+        found.cannot_tell.append("position and force have different numbers of columns")
+        return
+    for name, given in (("position", position), ("force", force)):
+        kept = [(c, a) for c, a in zip(given.columns, given.axes, strict=True) if a in common]
+        columns, axes = tuple(c for c, _ in kept), tuple(a for _, a in kept)
+        setattr(found, name, ProposedColumns(columns, axes, given.unit))
+
+
+def _proposed(names: Sequence[ReadName], unit: Found) -> ProposedColumns:
+    return ProposedColumns(tuple(n.name for n in names), tuple(n.axis for n in names), unit)
+
+
+def _stated(names: Iterable[ReadName]) -> Found | None:
+    """The unit that all of these columns state."""
+    units = {n.unit for n in names}
+    unit = units.pop() if len(units) == 1 else None
+    known = None if unit is None else known_unit(unit)
+    return None if known is None else Found(known.symbol, "stated by the file")
+
+
+def _axes(found: Proposal, columns: _Columns, role: Role, what: str) -> list[ReadName] | None:
+    """The columns of a role, one an axis; where several sets are there, the one that moves."""
+    stems: dict[str, list[ReadName]] = {}
+    for name in columns.of(role):
+        stems.setdefault(name.stem, []).append(name)
+    sets = []
+    for names in stems.values():
+        different = {n.axis: n for n in reversed(names)}
+        ordered = sorted(different.values(), key=lambda n: natural(n.axis))
+        enough = 1 if role in ("angle", "torque") else 2
+        if len(ordered) >= enough:
+            sets.append(ordered if role in ("angle", "torque") else ordered[:3])
+    moving = [s for s in sets if any(moves(columns.values[n.name]) for n in s)]
+    if not moving:
+        return None
+    if len(moving) > 1:
+        shown = "; ".join(", ".join(n.name for n in s) for s in moving[:4])
+        found.cannot_tell.append(f"which of these is the {what}: {shown} (the first is taken)")
+    best = moving[0]
+    if role in ("position", "force") and len(best) == 3 and not moves(columns.values[best[2].name]):
+        best = best[:2]  # a planar robot's third axis
+    return best
+
+
+def _joints(found: Proposal, columns: _Columns) -> None:
+    if found.kind != "hand":
+        return
+    angles = [n for n in columns.of("angle") if n.axis and moves(columns.values[n.name])]
+    stem = angles[0].stem if angles else ""
+    angles = [n for n in angles if n.stem == stem]
+    if len(angles) >= 2:
+        unit = _stated(angles) or angle_unit([columns.values[n.name] for n in angles])
+        found.joint_angles = _proposed(angles, unit)
+
+
+def _muscles(found: Proposal, columns: _Columns) -> None:
+    names = columns.of("emg")
+    if names:
+        unit = _stated(names) or Found(None, "V, mV or normalised are possible")
+        muscles = [_muscle(n.name) for n in names]
+        muscles = [m if muscles.count(m) == 1 else f"{m}_{i}" for i, m in enumerate(muscles)]
+        found.emg = ProposedColumns(tuple(n.name for n in names), tuple(muscles), unit)
+
+
+def _muscle(name: str) -> str:
+    words = [w for w in read_name(name).stem.split() if w not in ("emg", "myo", "channel", "ch")]
+    return "_".join([*words, *([a] if (a := read_name(name).axis) else [])]) or "muscle"
+
+
+def _time(found: Proposal, columns: _Columns, runs: Sequence[RawRun]) -> None:
+    """The column with the time, or the rate."""
+    home = columns.tables.get(found.position.columns[0]) if found.position else None
+    if home is not None and (home.time_s is not None or home.rate_hz is not None):
+        return
+    named = [n for n in columns.of("time") if home is None or columns.tables[n.name] is home]
+    others = [n for n in columns.of("unknown") if home is None or columns.tables[n.name] is home]
+    taken = set(found.position.columns if found.position else ())
+    for name in [*named, *others]:
+        steps = None if name.name in taken else time_steps(columns.values[name.name])
+        if steps is None or (name.role == "unknown" and steps[1] < 0.9):
+            continue
+        unit = _stated([name]) or time_unit(steps[0])
+        if steps[0] == 1.0 and unit.why != "stated by the file" and name.role == "unknown":
+            unit = Found(None, "a step of 1: ms, or a count of samples")
+        found.time = ProposedColumns((name.name,), ("",), unit)
+        return
+    rates = [n for n in runs[0].facts if read_name(n).role == "rate"]
+    value = runs[0].facts[rates[0]] if rates else None
+    if isinstance(value, float) and _SLOWEST_HZ < value < _FASTEST_HZ:
+        found.rate_hz = value
+    else:
+        found.cannot_tell.append("the sample rate: no column runs as time does")
+
+
+def _trials(
+    found: Proposal, columns: _Columns, runs: Sequence[RawRun], files: int, starred: bool
+) -> None:
+    """Where trials begin, and what the trial table can hold."""
+    home = columns.tables.get(found.position.columns[0]) if found.position else None
+    inside = [n for n in columns.names.values() if home is None or columns.tables[n.name] is home]
+    switches = [
+        (n, s)
+        for n in inside
+        if n.name not in columns.per_trial
+        and n.role in ("trigger", "onset", "unknown")
+        and (s := is_switch(columns.values[n.name])) is not None
+    ]
+    if starred:
+        found.trials = {"by": "columns"}
+    elif found.trials:
+        pass
+    elif len(runs) > 1 or files > 1:
+        found.trials = {"by": "run"}
+    elif found.time is not None and _jumps(columns.values[found.time.columns[0]]):
+        found.trials = {"by": "gap"}
+    elif switches and switches[0][1][1] > 1:
+        name, (middle, rises) = switches[0]
+        found.trials = {"by": "edge", "column": name.name, "threshold": middle}
+        found.trials |= {"before_s": "?", "after_s": "?"}
+        why = f"how much of the record around each of the {rises} rises of {name.name} is a trial"
+        found.cannot_tell.append(why)
+    else:
+        found.trials = {"by": "run"}
+        found.cannot_tell.append("where trials begin: all of it is taken as one trial")
+    if switches and found.trials["by"] != "edge":
+        name, (middle, _) = switches[0]
+        found.trials |= {"disturbance": name.name, "disturbance_threshold": middle}
+    _values(found, columns, runs, inside)
+
+
+def _values(
+    found: Proposal, columns: _Columns, runs: Sequence[RawRun], inside: Sequence[ReadName]
+) -> None:
+    facts = [read_name(name) for name in runs[0].facts]
+    once = [columns.names[n] for n in columns.per_trial]
+    once += [
+        n for n in columns.names.values() if columns.tables[n.name] not in _homes(inside, columns)
+    ]
+    wanted: dict[Role, str] = {"condition": "condition", "set": "set", "direction": "direction_deg"}
+    onsets = []
+    for read in [*once, *facts, *(n for n in inside if n.role == "condition")]:
+        name = wanted.get(read.role)
+        if read.name in _TRIAL_COLUMNS:
+            found.values.setdefault(read.name, read.name)
+        elif read.role == "onset":
+            onsets.append(read.name)
+        elif name in ("condition", "set"):
+            found.values.setdefault(name, read.name)
+        elif read.name in columns.per_trial and read.name != found.trials.get("column"):
+            found.values.setdefault(read.name, read.name)
+    if "condition" not in found.values:
+        found.cannot_tell.append("the condition of each trial: none is named")
+    if onsets:
+        told = f"the unit of the onset {onsets[0]} (s, ms, or the number of a sample)"
+        found.cannot_tell.append(told)
+
+
+def _homes(inside: Sequence[ReadName], columns: _Columns) -> list[RawTable]:
+    return [columns.tables[n.name] for n in inside[:1]]
+
+
+def _trial_column(columns: _Columns) -> str | None:
+    """The column that numbers the trials."""
+    named = [n.name for n in columns.names.values() if n.role == "trial"]
+    return next((n for n in named if trial_numbers(columns.values[n])), None)
+
+
+def _constant_in_trials(columns: _Columns, numbers: str) -> tuple[str, ...]:
+    """Columns beside that of the trials' numbers which never change within a trial."""
+    marks, home = columns.values[numbers], columns.tables[numbers]
+    same_trial = marks[1:] == marks[:-1]
+    found = []
+    for name, values in columns.values.items():
+        if columns.tables[name] is home and name != numbers:
+            changes = (values[1:] != values[:-1]) & same_trial
+            if values.dtype.kind == "f":
+                changes &= ~(np.isnan(values[1:]) & np.isnan(values[:-1]))
+            if not changes.any():
+                found.append(name)
+    return tuple(found)
+
+
+def _jumps(values: NDArray[Any]) -> bool:
+    step = np.diff(np.asarray(values, dtype=np.float64))
+    forward = step[step > 0]
+    usual = float(np.median(forward)) if len(forward) else 0.0
+    return bool(usual > 0 and ((step < 0) | (step > 10 * usual)).any())
+
+
+def _whose_force(found: Proposal, columns: _Columns) -> None:
+    """Evidence on the sign of the force; never a decision."""
+    position, force = found.position, found.force
+    if position is None or force is None or len(position.columns) != len(force.columns):
+        return
+    names = [*position.columns, *force.columns]
+    if len({len(columns.values[name]) for name in names}) > 1:
+        found.evidence = ("Position and force have clocks of their own; they were not compared.",)
+        return
+    x, f = (np.column_stack([columns.values[n] for n in q.columns]) for q in (position, force))
+    law = force_law(x, f, _pieces(found, columns, len(x)), _step_s(found, columns))
+    found.evidence = force_told(position.columns, law)
+
+
+def _step_s(found: Proposal, columns: _Columns) -> float:
+    """The usual step of the time, in s where its unit is known."""
+    if found.time is not None and (steps := time_steps(columns.values[found.time.columns[0]])):
+        unit = known_unit(found.time.unit.word or "")
+        return steps[0] if unit is None else float(unit.to_si(np.array([steps[0]]))[0])
+    home = columns.tables[found.position.columns[0]] if found.position else None
+    if home is not None and home.time_s is not None and (steps := time_steps(home.time_s)):
+        return steps[0]
+    rate = found.rate_hz or (None if home is None else home.rate_hz)
+    return 1.0 / rate if rate else 1.0
+
+
+def _pieces(found: Proposal, columns: _Columns, rows: int) -> list[slice]:
+    edges: Sequence[int] = []
+    if found.trials.get("by") == "column":
+        marks = columns.values[found.trials["column"]]
+        edges = (np.flatnonzero(marks[1:] != marks[:-1]) + 1).tolist()
+    elif found.trials.get("by") == "gap" and found.time is not None:
+        step = np.diff(columns.values[found.time.columns[0]])
+        edges = (np.flatnonzero((step < 0) | (step > 10 * np.median(step))) + 1).tolist()
+    bounds = [0, *edges, rows]
+    return [slice(a, b) for a, b in zip(bounds[:-1], bounds[1:], strict=True)]
+
+
+def _rest(found: Proposal, columns: _Columns, runs: Sequence[RawRun]) -> None:
+    """What is left over, and what stands undecided."""
+    sections = (found.time, found.position, found.force, found.joint_angles, found.emg)
+    used = {c for s in sections if s is not None for c in s.columns} | set(found.values.values())
+    used |= {str(v) for v in found.trials.values()}
+    found.others = tuple(n for n in [*columns.names, *runs[0].facts] if n not in used)
+    if found.kind is None:
+        found.cannot_tell.insert(0, _no_kind(found, columns))
+    named = {"time": found.time, "position": found.position, "force": found.force}
+    named |= {"joint_angles": found.joint_angles, "emg": found.emg}
+    for name, section in named.items():
+        if section is not None and section.unit.word is None:
+            found.cannot_tell.append(f"the unit of {name}: {section.unit.why}")
+
+
+def _no_kind(found: Proposal, columns: _Columns) -> str:
+    """Names say neither hand nor joint; the smoothest columns may be positions."""
+    missing = "position" if found.position is None else "force"
+    unknown = [n.name for n in columns.of("unknown") if moves(columns.values[n.name])]
+    ranked = sorted(unknown, key=lambda n: roughness(columns.values[n]))
+    told = f"which columns are the {missing}"
+    if ranked:
+        shown = ", ".join(f"{n} ({roughness(columns.values[n]):.2g})" for n in ranked[:6])
+        told += f"; smooth to rough (positions are smooth): {shown}"
+    return told
