@@ -123,6 +123,7 @@ def test_the_simulator_shares_no_dynamics_with_the_analysis():
         ["simulate", "elbow-varying", "--help"],
         ["convert", "--help"],
         ["inspect", "--help"],
+        ["exam", "--help"],
         ["therapy", "robot", "--help"],
         ["--version"],
     ],
