@@ -215,7 +215,9 @@ def _stretch(row: Mapping[str, str], file: BidsName, number: int) -> Stretch:
         problem = f"a trial at {row['onset']!r:.30} for {row['duration']!r:.30}"
         raise InputError(problem, file=file.path, row=number, expected="numbers, s")
     own = {k: v for k, v in row.items() if k not in ("onset", "duration", "trial_type")}
-    facts = {k: number_or_text(v) for k, v in own.items() if not is_missing(v)}
+    facts = {
+        k: v if k == "condition" else number_or_text(v) for k, v in own.items() if not is_missing(v)
+    }
     return Stretch(onset, duration, facts)
 
 

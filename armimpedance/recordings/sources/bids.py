@@ -50,8 +50,14 @@ def _parts(run: Run, wanted: Wanted, skipped: dict[str, None]) -> list[RawRun]:
             problem = f"{name}: no sample at its time ({stretch.onset_s} s)"
             file = run.systems[0].file.path
             raise InputError(problem, file=file, expected="events inside of the record")
-        parts.append(RawRun(name, tuple(cut), {**run.facts, **stretch.facts}))
+        parts.append(RawRun(name, tuple(cut), {**run.facts, **_told(run, stretch)}))
     return parts
+
+
+def _told(run: Run, stretch: Stretch) -> dict[str, float | str]:
+    """What the event of a trial says; ``event/name`` where a channel has the name."""
+    channels = {channel.name for system in run.systems for channel in system.channels}
+    return {f"event/{k}" if k in channels else k: v for k, v in stretch.facts.items()}
 
 
 def _table(

@@ -1,0 +1,1 @@
+"""Recordings and results in the forms that data repositories ask for."""
