@@ -4,6 +4,7 @@ Examples:
   armimpedance simulate cocontraction --out session
   armimpedance simulate postures --subject B --noise sensor --seed 7 --out session
   armimpedance simulate force --disturbance biphasic --servo 5000 --out session
+  armimpedance simulate cocontraction --as kinarm --out exam      a laboratory's own files
   armimpedance simulate p5 --subject 2 --out relaxed
   armimpedance simulate body --out walking
   armimpedance simulate elbow-varying --subject 3 --frequency-hz 1.5 --out moving

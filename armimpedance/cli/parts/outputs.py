@@ -47,8 +47,12 @@ def add_out(
     endings: tuple[str, ...],
     *,
     required: bool = False,
+    long: bool = False,
 ) -> None:
-    """The option ``--out FILE`` for a result; its help names the endings."""
+    """The option ``--out FILE`` for a result; its help names the endings.
+
+    With ``--long``, which `written.write_result` heeds, where the result has a long table.
+    """
     parser.add_argument(
         "--out",
         type=Path,
@@ -58,6 +62,13 @@ def add_out(
         if len(endings) < 3
         else f"{what}: {listed(endings)}",
     )
+    if long:
+        parser.add_argument(
+            "--long",
+            action="store_true",
+            help="one row a number in --out: its group, name, value, lower and upper 95 %% limit, "
+            "standard error, unit",
+        )
 
 
 def add_figure(parser: argparse._ActionsContainer, what: str) -> None:
@@ -86,7 +97,9 @@ def add_replace(parser: argparse._ActionsContainer) -> None:
     parser.add_argument("--replace", action="store_true", help="replace an earlier output")
 
 
-def check_folder(path: Path, known: Iterable[str], *, replace: bool) -> None:
+def check_folder(
+    path: Path, known: Iterable[str], *, replace: bool, mark: str = "recording.json"
+) -> None:
     """Refuse a folder to be written that is there already, before any work.
 
     Parameters
@@ -96,13 +109,15 @@ def check_folder(path: Path, known: Iterable[str], *, replace: bool) -> None:
         The names that an earlier output may hold.
     replace : bool
         Whether an earlier output may be replaced; any other folder never is.
+    mark : str
+        The file by which an earlier output is known.
 
     Raises
     ------
     InputError
         A file of that name, a folder that is no earlier output, or one without leave to replace it.
     """
-    check_replaceable(path, known=tuple(known))
+    check_replaceable(path, mark, tuple(known))
     if path.exists() and not replace and any(path.iterdir()):
         raise InputError("exists already", file=path, expected="a new folder, or --replace")
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal, Protocol
 
 from armimpedance.cli.parts.checks import check_seed
+from armimpedance.cli.parts.lab_form import FORMS, form_for
 from armimpedance.cli.parts.outputs import add_replace, check_folder
 from armimpedance.method_table import MethodTable
 
@@ -20,6 +21,9 @@ TRUTH_FILE: Final = "truth.json"
 
 #: The robot of a therapy session before it was identified.
 DRAWINGS_FILE: Final = "drawings.json"
+
+#: What may lie beside the files of a session.
+BESIDE: Final = (TRUTH_FILE, DRAWINGS_FILE)
 
 #: Level of noise -> noise of a filmed marker, m.
 MARKER_NOISE_M: Final = {"nominal": 0.5e-3, "sensor": 0.5e-3, "none": 0.0}
@@ -97,6 +101,12 @@ class Rig:
         if self.add_options is not None:
             self.add_options(parser)
         parser.add_argument("--table", choices=("parquet", "csv"), default="parquet")
+        parser.add_argument(
+            "--as",
+            dest="form",
+            choices=FORMS.names,
+            help="write a laboratory's own files instead of a recording, beside their truth",
+        )
         add_replace(parser)
         parser.set_defaults(run=partial(run, self))
 
@@ -113,14 +123,47 @@ def run(rig: Rig, arguments: argparse.Namespace) -> int:
     from armimpedance.report import describe
 
     check_seed(arguments.seed)
-    check_folder(arguments.out, simulated_files(), replace=arguments.replace)
+    if arguments.form is None:
+        check_folder(arguments.out, simulated_files(), replace=arguments.replace)
+    else:
+        names = (*FORMS[arguments.form].names, *BESIDE)
+        check_folder(arguments.out, names, replace=arguments.replace, mark=TRUTH_FILE)
     with bar("simulating") as progress:
         made = rig.simulate(rig.name, arguments, progress)
-    write_simulated(made.recording, made.truth, arguments.out, arguments.table, made.beside)
-    print(describe(made.recording, str(arguments.out)))
+    if arguments.form is None:
+        write_simulated(made.recording, made.truth, arguments.out, arguments.table, made.beside)
+        told = arguments.out
+    else:
+        told = write_as(arguments.form, made, arguments.out)
+    print(describe(made.recording, str(told)))
     for name in made.beside:
         print(f"\nbeside it: {arguments.out / name}")
     return 0
+
+
+def write_as(name: str, made: Simulated, folder: Path) -> Path:
+    """Write a laboratory's own files and their truth, all or none; the file to read.
+
+    Parameters
+    ----------
+    name : str
+        Of the form.
+    made : Simulated
+    folder : Path
+
+    Raises
+    ------
+    InputError
+        Such files cannot hold the recording, or the folder holds something else.
+    """
+    from armimpedance.outputs import staged_folder
+
+    form = form_for(name, made.recording)
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    with staged_folder(folder, TRUTH_FILE, (*form.names, *BESIDE)) as staged:
+        form.write(made.recording, staged)
+        _write_beside(made.truth, made.beside, staged)
+    return folder / form.names[0]
 
 
 def write_simulated(
@@ -137,16 +180,20 @@ def write_simulated(
     folder.parent.mkdir(parents=True, exist_ok=True)
     with staged_folder(folder, known=simulated_files()) as staged:
         write_recording(recording, staged, table)
-        for name, write in (beside or {}).items():
-            write(staged / name)
-        truth.write(staged / TRUTH_FILE)
+        _write_beside(truth, beside or {}, staged)
+
+
+def _write_beside(truth: Truth, beside: Mapping[str, Callable[[Path], None]], folder: Path) -> None:
+    for name, write in beside.items():
+        write(folder / name)
+    truth.write(folder / TRUTH_FILE)
 
 
 def simulated_files() -> tuple[str, ...]:
     """What the folder of a simulated recording may hold."""
     from armimpedance.recordings import FOLDER_FILES
 
-    return (*FOLDER_FILES, TRUTH_FILE, DRAWINGS_FILE)
+    return (*FOLDER_FILES, *BESIDE)
 
 
 def given(**options: Any) -> dict[str, Any]:

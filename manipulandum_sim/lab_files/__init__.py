@@ -1,0 +1,5 @@
+"""Simulated sessions in the files of laboratories, as the makers' programs write them."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
