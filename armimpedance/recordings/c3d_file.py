@@ -269,7 +269,9 @@ def _scaled_analog(
     if channels == 0 or len(raw) == 0:
         return np.zeros((len(raw), len(kept)))
     scale = per_channel("SCALE", 1.0)[kept] * first_of(parameters, "ANALOG", "GEN_SCALE", 1.0)
-    return (raw[:, kept].astype(np.float64) - per_channel("OFFSET", 0.0)[kept]) * scale
+    # What is no number, or is beyond all numbers, is told by those who need the channel.
+    with np.errstate(invalid="ignore", over="ignore"):
+        return (raw[:, kept].astype(np.float64) - per_channel("OFFSET", 0.0)[kept]) * scale
 
 
 def _labels(parameters: Groups, group: str, count: int) -> tuple[str, ...]:

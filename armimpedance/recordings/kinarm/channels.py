@@ -11,7 +11,7 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray, frozen
 from armimpedance.errors import InputError
-from armimpedance.recordings.kinarm.exam_file import STATUS_WORD, ExamFile, joined
+from armimpedance.recordings.kinarm.exam_file import STATUS_WORD, ExamFile, anything, joined
 from armimpedance.recordings.kinarm.files import ExamTrial, LeftOut
 from armimpedance.recordings.kinarm.robot import Side
 from armimpedance.recordings.tables.metadata import LARGEST_COORDINATE_M
@@ -177,7 +177,7 @@ def further_channels(
         if label in muscles or not (label in _kept(side) or _ANALOG_INPUT.fullmatch(label)):
             continue
         parts = [file for file in files if label in file.channels]
-        if not any(file.channels[label].any() for file in parts):
+        if not any(anything(file.samples(label)) for file in parts):
             continue
         lacking = len(files) - len(parts)
         broken = sum(not np.isfinite(file.channels[label]).all() for file in parts)

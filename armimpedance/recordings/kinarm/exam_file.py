@@ -60,7 +60,7 @@ class ExamFile(HasParameters):
         values = self.channels[label]
         if STATUS_WORD.fullmatch(label) and values.dtype == np.float32:
             values = np.ascontiguousarray(values).view(np.uint32)
-        return values.astype(np.float64)
+        return _doubled(values)
 
     def columns(self, labels: Iterable[str]) -> FloatArray:
         """Channels side by side, (F, number of labels), finite or not."""
@@ -68,13 +68,13 @@ class ExamFile(HasParameters):
 
     def place(self, hand: str) -> FloatArray:
         """Where a hand was, (F, 2) in m."""
-        return self.hands[hand].astype(np.float64)
+        return _doubled(self.hands[hand])
 
     def same_samples(self, other: ExamFile) -> bool:
         """Whether all channels that were read are the same, number by number."""
         same = self.channels.keys() == other.channels.keys()
         return same and all(
-            np.array_equal(values, other.channels[label]) for label, values in self.channels.items()
+            np.array_equal(self.samples(label), other.samples(label)) for label in self.channels
         )
 
 
@@ -102,6 +102,18 @@ def joined(files: Sequence[ExamFile], parts: Iterable[Samples], width: int = 0) 
     return whole
 
 
+def anything(values: Samples) -> bool:
+    """Whether any of these is not zero; what is no number is not."""
+    with np.errstate(invalid="ignore"):
+        return bool(values.any())
+
+
+def _doubled(values: NDArray[Any]) -> FloatArray:
+    # Of what is no number, some bits are turned: the check for such comes after.
+    with np.errstate(invalid="ignore"):
+        return values.astype(np.float64)
+
+
 def held(values: Samples) -> Samples:
     """The same numbers in as little memory as they need.
 
@@ -111,7 +123,7 @@ def held(values: Samples) -> Samples:
     bits = values.view(f"u{values.itemsize}") if values.flags.c_contiguous else values
     if not bits.any():
         return np.broadcast_to(np.float32(0.0), values.shape)
-    with np.errstate(over="ignore"):
+    with np.errstate(over="ignore", invalid="ignore"):
         single = values.astype(np.float32)
     return single if np.array_equal(single, values, equal_nan=True) else values.copy()
 

@@ -11,7 +11,7 @@ import numpy as np
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
 from armimpedance.recordings.kinarm.channels import channels, link_labels
-from armimpedance.recordings.kinarm.exam_file import ExamFile, joined
+from armimpedance.recordings.kinarm.exam_file import ExamFile, anything, joined
 from armimpedance.recordings.kinarm.robot import GEOMETRIES, Robot
 
 #: The hand as recorded and as its links put it agree within 0.001 mm in a real exam.
@@ -62,7 +62,9 @@ def hand_position(files: Sequence[ExamFile], robot: Robot) -> Hand:
         Neither the hand nor the links are there.
     """
     hand = f"{robot.side.title()}_Hand"
-    seen = all(hand in file.hands for file in files) and any(f.hands[hand].any() for f in files)
+    seen = all(hand in file.hands for file in files) and any(
+        anything(file.hands[hand]) for file in files
+    )
     linked = robot.places_hand and all(
         label in file.channels for label in link_labels(robot.side) for file in files
     )
@@ -108,7 +110,7 @@ def _checked_hand(files: Sequence[ExamFile], robot: Robot, hand: str) -> Hand:
 
 
 def _recorded(files: Sequence[ExamFile], hand: str) -> FloatArray:
-    return joined(files, (file.hands[hand] for file in files), 2)
+    return joined(files, (file.place(hand) for file in files), 2)
 
 
 def _from_links(files: Sequence[ExamFile], robot: Robot) -> FloatArray:

@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterable, Sequence
 
 from armimpedance.not_taken import not_taken
 from armimpedance.recordings.kinarm.channels import force_labels
-from armimpedance.recordings.kinarm.exam_file import ExamFile
+from armimpedance.recordings.kinarm.exam_file import ExamFile, anything
 from armimpedance.recordings.kinarm.robot import Side
 
 
@@ -29,7 +29,7 @@ def channels_not_taken(
     there = {label for file in files for label in file.others}
     for file in files:
         read = {**file.channels, **file.hands}
-        there |= {label for label in read.keys() - there if read[label].any()}
+        there |= {label for label in read.keys() - there if anything(read[label])}
     there -= {*taken, *force_labels(side), f"{side.title()}_Hand"}
     other = "Left_" if side == "right" else "Right_"
     of_other = {label for label in there if label.startswith(other)}

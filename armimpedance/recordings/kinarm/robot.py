@@ -10,7 +10,7 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
-from armimpedance.recordings.kinarm.exam_file import ExamFile, Samples
+from armimpedance.recordings.kinarm.exam_file import ExamFile, Samples, anything
 from armimpedance.recordings.kinarm.files import Exam
 
 Side = Literal["right", "left"]
@@ -149,7 +149,7 @@ def _moved(samples: Mapping[str, Samples]) -> Mapping[str, Samples]:
     """The same with what is under a right name only moved to the left one."""
 
     def empty(label: str) -> bool:
-        return label not in samples or not samples[label].any()
+        return label not in samples or not anything(samples[label])
 
     pairs = {n: f"Left{n[5:]}" for n in samples if n.startswith("Right_")}
     names = {right: left for right, left in pairs.items() if not empty(right) and empty(left)}
@@ -201,7 +201,7 @@ def _trials_with_force(exam: Exam, side: Side) -> int:
     """In how many trials the sensor of a side shows anything; an absent one reads as zeros."""
     labels = [f"{side.title()}_FS_Force{axis}" for axis in "XY"]
     return sum(
-        any(file.channels[n].any() for n in labels if n in file.channels)
+        any(anything(file.channels[n]) for n in labels if n in file.channels)
         for file in (trial.file for trial in exam.trials)
     )
 

@@ -148,7 +148,11 @@ class Robot:
         return np.column_stack([x - aside * np.sin(second), y + aside * np.cos(second)])
 
 
-def trial_c3d(trial: Trial, robot: Robot) -> bytes:
+Groups = dict[str, dict[str, Parameter]]
+
+
+def trial_content(trial: Trial, robot: Robot) -> tuple[np.ndarray, dict[str, np.ndarray], Groups]:
+    """Points (F, 2, 3), channels and parameters of a trial."""
     side, n = trial.side, trial.samples
     other = "Left" if side == "Right" else "Right"
     ramp = 1.0 + 0.1 * np.sin(np.arange(n) / 30.0)
@@ -205,11 +209,16 @@ def trial_c3d(trial: Trial, robot: Robot) -> bytes:
         groups["TRIAL"]["TP_ROW"] = shorts(trial.tp_row, sizes=())
     if trial.trial_num is not None:
         groups["TRIAL"]["TRIAL_NUM"] = shorts(trial.trial_num, sizes=())
+    return points, channels, groups
+
+
+def trial_c3d(trial: Trial, robot: Robot) -> bytes:
+    points, channels, groups = trial_content(trial, robot)
     return c3d_bytes(points, np.column_stack(list(channels.values())), groups, rate=trial.rate)
 
 
-def common_c3d(robot: Robot) -> bytes:
-    groups: dict[str, dict[str, Parameter]] = {
+def common_groups(robot: Robot) -> Groups:
+    groups: Groups = {
         "EXPERIMENT": {"SUBJECT": text("Jane Doe"), "STUDY": text("Secret study")},
         "CALIBRATION": {},
     }
@@ -228,9 +237,12 @@ def common_c3d(robot: Robot) -> bytes:
             f"{side}_L2": floats(robot.lengths[1], sizes=()),
             f"{side}_PTR_ANTERIOR": floats(robot.pointer, sizes=()),
         }
-    groups |= robot.tables
+    return groups | robot.tables
+
+
+def common_c3d(robot: Robot) -> bytes:
     # No points, no analog channels, last frame 0.
-    return c3d_bytes(np.zeros((0, 0, 3)), np.zeros((0, 0)), groups)
+    return c3d_bytes(np.zeros((0, 0, 3)), np.zeros((0, 0)), common_groups(robot))
 
 
 def exam_files(trials: list[Trial] | None = None, robot: Robot | None = None) -> dict[str, bytes]:
@@ -272,6 +284,8 @@ def exams() -> SimpleNamespace:
         folder=write_exam,
         zip=zip_exam,
         trial=trial_c3d,
+        content=trial_content,
+        shared=common_groups,
     )
 
 
