@@ -42,8 +42,8 @@ def decompressed(data: bytes, method: str, file: Path, limit: int = LARGEST_PART
             f"a part compressed with {method} is damaged", file=file, expected="a whole file"
         ) from None
     if len(found) > limit:
-        problem = f"a compressed part of more than {limit // 1_000_000} MB"
-        raise InputError(problem, file=file, expected="smaller parts")
+        problem = f"a compressed part holds more than {limit} bytes"
+        raise InputError(problem, file=file, expected="what it says, in smaller parts")
     return found
 
 

@@ -85,8 +85,9 @@ class _Reading:
             fields = _fields(header)
             if fields.get(b"op") == bytes([_CHUNK]):
                 method = fields[b"compression"].decode()
-                content = decompressed(data, method, self.path)
-                if len(content) != struct.unpack("<I", fields[b"size"])[0]:
+                size = min(struct.unpack("<I", fields[b"size"])[0], LARGEST_PART)
+                content = decompressed(data, method, self.path, size)
+                if len(content) != size:
                     raise self.error(f"a chunk at byte {place} is not as long as it says")
                 for inner, message in _records(content):
                     self.record(_fields(inner), message)

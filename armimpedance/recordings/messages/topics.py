@@ -64,6 +64,7 @@ class Topic:
     wanted: Wanted
     problem: str = ""
     log_ns: list[int] = field(default_factory=list)
+    _wanted_paths: dict[str, bool] = field(default_factory=dict)
     _waiting: list[bytes] = field(default_factory=list)
     _bytes: int = 0
     _blocks: list[Block] = field(default_factory=list)
@@ -82,15 +83,24 @@ class Topic:
         """Decode what is waiting."""
         if not self._waiting or self.decode is None:
             return
-        prefix = f"{self.name}."
         try:
-            block = self.decode(self._waiting, lambda path: self.wanted(prefix + path))
+            block = self.decode(self._waiting, self._wants)
         except DefinitionError as error:
             self.problem = str(error)
             self._blocks.clear()
         else:
             self._blocks.append(block)
         self._waiting, self._bytes = [], 0
+
+    def _wants(self, path: str) -> bool:
+        if path not in self._wanted_paths:
+            self._wanted_paths[path] = self.wanted(f"{self.name}.{path}")
+        return self._wanted_paths[path]
+
+    @property
+    def unwanted(self) -> list[str]:
+        """Names of columns that nobody asked for."""
+        return [f"{self.name}.{path}" for path, is_it in self._wanted_paths.items() if not is_it]
 
     @property
     def numbers(self) -> int:
@@ -112,7 +122,7 @@ class Topic:
         stamps = [block.stamp_ns for block in self._blocks]
         measured = np.concatenate(stamps) if stamps else np.empty(0, np.int64)
         if len(measured) and (measured > 0).all():
-            return measured, "header.stamp"
+            return measured, "stamp of the message"
         return np.array(self.log_ns, np.int64), "log time"
 
     def columns(self) -> dict[str, RawColumn]:
@@ -215,6 +225,8 @@ class Log:
         topics = list(self.topics.values())
         long = sorted(_printable(name) for t in topics if not t.problem for name in t.long)
         rounded = sorted(_printable(n) for t in topics if not t.problem for n in t.rounded)
+        unwanted = [_printable(name) for t in topics if not t.problem for name in t.unwanted]
+        reasons["the mapping gives them no meaning"] = unwanted
         reasons["arrays or texts too long for columns"] = long
         reasons["digits of whole numbers beyond 2^53"] = rounded
         reasons["names that cannot be shown"] = odd

@@ -143,6 +143,9 @@ def _take(found: Found, name: str, group: Any, wanted: Wanted) -> None:
     if width > _WIDEST:
         raise Hdf5Error(f"more than {_WIDEST} channels")
     labels = _labels(name, data, attribute_text(group, "neurodata_type"))
+    for label in labels:
+        if not wanted(label):
+            found.leave(label, "the mapping gives them no meaning")
     if not any(wanted(label) for label in labels):
         return
     check_numbers(data)

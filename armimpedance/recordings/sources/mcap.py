@@ -191,7 +191,7 @@ class _Reading:
         content = record[place + 8 : place + 8 + size]
         if claimed > LARGEST_PART or len(content) < size:
             raise self.error(f"a chunk that claims {max(claimed, size)} bytes")
-        content = decompressed(content, method, self.path)
+        content = decompressed(content, method, self.path, claimed)
         if len(content) != claimed or (checksum and zlib.crc32(content) != checksum):
             raise self.error("a chunk's checksum is not that of its content")
         for kind, inner in _records(content):

@@ -71,7 +71,8 @@ def read(path: Path, wanted: Wanted) -> RawFile:
             runs = [_run(path, [group], wanted, left, facts) for group in groups]
         else:
             runs = [_run(path, groups, wanted, left, _facts(file.properties))]
-    told = [s for why, names in left.items() for s in not_taken(_some(names), _clean(why))]
+    different = {why: list(dict.fromkeys(names)) for why, names in left.items()}
+    told = [s for why, names in different.items() for s in not_taken(_some(names), why)]
     told += [f"npTDMS says: {_clean(warning)}." for warning in dict.fromkeys(warnings[:5])]
     return RawFile(tuple(runs), tuple(told))
 
@@ -200,6 +201,7 @@ def _run(
         for name, channel in group.channels.items():
             label = _label(group, name, alone)
             if not wanted(label):
+                left.setdefault("the mapping gives them no meaning", []).append(label)
                 continue
             column = _column(channel)
             if column is None:
