@@ -8,8 +8,12 @@ import numpy as np
 import pytest
 
 from armimpedance.errors import InputError
-from armimpedance.files import write_table
+from armimpedance.files.tables import table_content, write_content
 from armimpedance.recordings.motion.opensim_table import read_opensim_table
+
+
+def write_table(rows, path):
+    write_content(table_content(rows), path)
 
 
 def parsed(path):
