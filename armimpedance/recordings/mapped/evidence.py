@@ -144,21 +144,18 @@ class ForceLaw:
     explained: FloatArray
 
 
-def force_law(
-    position: FloatArray, force: FloatArray, pieces: Sequence[slice], step_s: float
-) -> ForceLaw | None:
+def force_law(records: Sequence[tuple[FloatArray, FloatArray]], step_s: float) -> ForceLaw | None:
     """Fit the force's change in each trial as M x'' + B x' + K x; None: too little moves.
 
     Parameters
     ----------
-    position, force : (N, d)
-    pieces : sequence of slice
-        The trials.
+    records : sequence of (N, d) and (N, d)
+        Position and force of each trial.
     step_s : float
     """
     moved, pushed = [], []
-    for piece in pieces[:_MOST_PIECES]:
-        x, f = _smooth(position[piece][:_LONGEST]), _smooth(force[piece][:_LONGEST])
+    for position, force in records[:_MOST_PIECES]:
+        x, f = _smooth(position[:_LONGEST]), _smooth(force[:_LONGEST])
         if len(x) > _SHORTEST and np.isfinite(x).all() and np.isfinite(f).all():
             v = np.gradient(x, step_s, axis=0)
             motion = np.hstack([x, v, np.gradient(v, step_s, axis=0)])[5:-5]
@@ -171,7 +168,7 @@ def force_law(
     if not (scale > 0).all() or not (np.ptp(y, axis=0) > 0).all() or not np.isfinite(scale).all():
         return None
     solution = np.linalg.lstsq(W / scale, y, rcond=None)[0] / scale[:, None]
-    d, axes = position.shape[1], np.arange(position.shape[1])
+    d, axes = y.shape[1], np.arange(y.shape[1])
     explained = 1.0 - np.var(y - W @ solution, axis=0) / np.var(y, axis=0)
     return ForceLaw(solution[2 * d + axes, axes], solution[axes, axes], explained)
 

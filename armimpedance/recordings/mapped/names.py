@@ -68,6 +68,8 @@ _ENDINGS: Final = (
     "mV",
     "uV",
 )
+#: Words that say nothing of a column where they name the struct that it is part of.
+_OF_TRIALS: Final = ("trial", "set", "condition", "sample")
 
 
 @dataclass(frozen=True)
@@ -103,7 +105,10 @@ def read_name(name: str, unit: str | None = None) -> ReadName:
         As the file states it; the name may state one too.
     """
     bare, own = _without_unit(name)
-    words = words_of(bare)
+    *parents, last = bare.split(".")
+    # trials.pos is a position, of a struct of trials.
+    above = [w for part in parents for w in words_of(part) if _ROLE_OF.get(w) not in _OF_TRIALS]
+    words = [*above, *words_of(last)]
     roles = [_ROLE_OF[w] for w in words if w in _ROLE_OF]
     role: Role = next((r for r in _ORDER if r in roles), "unknown")
     if words in (["fs"], ["f", "s"]) or {"rate", "hz", "freq", "frequency"} & set(words):

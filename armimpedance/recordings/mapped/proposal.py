@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Final
@@ -30,8 +31,17 @@ from armimpedance.recordings.tables.trial_table import NUMBER_COLUMNS, OPTIONAL_
 
 #: So many columns that differ in a number only are trials side by side, no joints.
 _SIDE_BY_SIDE: Final = 3
+#: What a column of the trial table is called that holds one value a trial.
+_OF_ROLES: Final[dict[str, str]] = {
+    "condition": "condition",
+    "set": "set",
+    "direction": "direction_deg",
+    "onset": "onset_s",
+}
 #: Columns of a trial table that keep their names.
 _TRIAL_COLUMNS: Final = (*NUMBER_COLUMNS, *OPTIONAL_NUMBER_COLUMNS, "set", "day", "experiment")
+#: So many runs are looked at for the force's sign.
+_MOST_RUNS: Final = 40
 #: A fact that is named like a rate is one, between these.
 _SLOWEST_HZ, _FASTEST_HZ = 1.0, 1e6
 
@@ -45,6 +55,14 @@ class ProposedColumns:
     unit: Found
 
 
+@dataclass(frozen=True)
+class ProposedValue:
+    """A column of the trial table: where it comes from; `unit` "?" where it has to be told."""
+
+    column: str
+    unit: str | None = None
+
+
 @dataclass
 class Proposal:
     """What was found; None or empty where nothing was.
@@ -52,6 +70,8 @@ class Proposal:
     Attributes
     ----------
     kind : str or None
+    rate_hz, rate_from : float or None, str
+        The rate and the fact that states it, where no column is the time.
     evidence : tuple of str
         On the sign of the force.
     cannot_tell : list of str
@@ -63,12 +83,13 @@ class Proposal:
     kind: str | None = None
     time: ProposedColumns | None = None
     rate_hz: float | None = None
+    rate_from: str = ""
     position: ProposedColumns | None = None
     force: ProposedColumns | None = None
     joint_angles: ProposedColumns | None = None
     emg: ProposedColumns | None = None
     trials: dict[str, Any] = field(default_factory=dict)
-    values: dict[str, str] = field(default_factory=dict)
+    values: dict[str, ProposedValue] = field(default_factory=dict)
     evidence: tuple[str, ...] = ()
     cannot_tell: list[str] = field(default_factory=list)
     others: tuple[str, ...] = ()
@@ -83,11 +104,12 @@ class Proposal:
             for name, s in named.items()
             if s is not None
         ]
+        told += [f"sample rate: {self.rate_hz:g} Hz ({self.rate_from})"] if self.rate_hz else []
         told += [f"trials: by {self.trials['by']}"] if self.trials else []
         told[-1:] = (
             [f"{told[-1]} {self.trials['column']}"] if "column" in self.trials else told[-1:]
         )
-        told += [f"{name} of a trial: {column}" for name, column in self.values.items()]
+        told += [f"{name} of a trial: {value.column}" for name, value in self.values.items()]
         return (*told, *([f"no meaning found: {', '.join(self.others)}"] if self.others else []))
 
 
@@ -154,7 +176,7 @@ def proposal_for(raw: RawFile, files: int = 1) -> Proposal:
     _muscles(found, columns)
     _time(found, columns, runs)
     _trials(found, columns, runs, files, bool(starred))
-    _whose_force(found, columns)
+    _whose_force(found, columns, runs, starred)
     _rest(found, columns, runs)
     return found
 
@@ -164,14 +186,9 @@ def side_by_side(run: RawRun) -> dict[str, list[str]]:
     groups: dict[str, list[str]] = {}
     for table in run.tables:
         for name in table.columns:
-            parts = [i for i, c in enumerate(name) if c.isdigit()]
-            if not parts:
-                continue
-            last = parts[-1]
-            first = last
-            while first > 0 and name[first - 1].isdigit():
-                first -= 1
-            groups.setdefault(f"{name[:first]}*{name[last + 1 :]}", []).append(name)
+            for number in re.finditer(r"\d+", name):
+                pattern = f"{name[: number.start()]}*{name[number.end() :]}"
+                groups.setdefault(pattern, []).append(name)
     large = {p: sorted(n, key=natural) for p, n in groups.items() if len(n) >= _SIDE_BY_SIDE}
     roles = {p: read_name(p.replace("*", "")) for p in large}
     both = {r.role for r in roles.values() if r.axis} >= {"position", "force"} or (
@@ -300,7 +317,7 @@ def _time(found: Proposal, columns: _Columns, runs: Sequence[RawRun]) -> None:
     rates = [n for n in runs[0].facts if read_name(n).role == "rate"]
     value = runs[0].facts[rates[0]] if rates else None
     if isinstance(value, float) and _SLOWEST_HZ < value < _FASTEST_HZ:
-        found.rate_hz = value
+        found.rate_hz, found.rate_from = value, rates[0]
     else:
         found.cannot_tell.append("the sample rate: no column runs as time does")
 
@@ -346,30 +363,28 @@ def _values(
 ) -> None:
     facts = [read_name(name) for name in runs[0].facts]
     once = [columns.names[n] for n in columns.per_trial]
-    once += [
-        n for n in columns.names.values() if columns.tables[n.name] not in _homes(inside, columns)
-    ]
-    wanted: dict[Role, str] = {"condition": "condition", "set": "set", "direction": "direction_deg"}
-    onsets = []
+    homes = [columns.tables[n.name] for n in inside[:1]]
+    once += [n for n in columns.names.values() if columns.tables[n.name] not in homes]
     for read in [*once, *facts, *(n for n in inside if n.role == "condition")]:
-        name = wanted.get(read.role)
+        name = _OF_ROLES.get(read.role)
+        known = None if read.unit is None else known_unit(read.unit)
         if read.name in _TRIAL_COLUMNS:
-            found.values.setdefault(read.name, read.name)
-        elif read.role == "onset":
-            onsets.append(read.name)
-        elif name in ("condition", "set"):
-            found.values.setdefault(name, read.name)
+            found.values.setdefault(read.name, ProposedValue(read.name))
+        elif read.role in ("onset", "direction") and name is not None:
+            unit = "?" if known is None else known.symbol
+            found.values.setdefault(name, ProposedValue(read.name, unit))
+        elif read.role == "trial" and isinstance(runs[0].facts.get(read.name), float):
+            found.values.setdefault("trial", ProposedValue(read.name))
+        elif name is not None:
+            found.values.setdefault(name, ProposedValue(read.name))
         elif read.name in columns.per_trial and read.name != found.trials.get("column"):
-            found.values.setdefault(read.name, read.name)
+            found.values.setdefault(read.name, ProposedValue(read.name))
     if "condition" not in found.values:
         found.cannot_tell.append("the condition of each trial: none is named")
-    if onsets:
-        told = f"the unit of the onset {onsets[0]} (s, ms, or the number of a sample)"
-        found.cannot_tell.append(told)
-
-
-def _homes(inside: Sequence[ReadName], columns: _Columns) -> list[RawTable]:
-    return [columns.tables[n.name] for n in inside[:1]]
+    for name, value in found.values.items():
+        if value.unit == "?":
+            units = "s, ms, or sample: the number of one" if name == "onset_s" else "deg or rad"
+            found.cannot_tell.append(f"the unit of {value.column} ({units})")
 
 
 def _trial_column(columns: _Columns) -> str | None:
@@ -400,18 +415,40 @@ def _jumps(values: NDArray[Any]) -> bool:
     return bool(usual > 0 and ((step < 0) | (step > 10 * usual)).any())
 
 
-def _whose_force(found: Proposal, columns: _Columns) -> None:
+def _whose_force(
+    found: Proposal,
+    columns: _Columns,
+    runs: Sequence[RawRun],
+    starred: Mapping[str, Sequence[str]],
+) -> None:
     """Evidence on the sign of the force; never a decision."""
     position, force = found.position, found.force
     if position is None or force is None or len(position.columns) != len(force.columns):
         return
-    names = [*position.columns, *force.columns]
-    if len({len(columns.values[name]) for name in names}) > 1:
-        found.evidence = ("Position and force have clocks of their own; they were not compared.",)
-        return
-    x, f = (np.column_stack([columns.values[n] for n in q.columns]) for q in (position, force))
-    law = force_law(x, f, _pieces(found, columns, len(x)), _step_s(found, columns))
-    found.evidence = force_told(position.columns, law)
+    trials = max((len(names) for names in starred.values()), default=1)
+    records = []
+    for run in runs[:_MOST_RUNS]:
+        values = {n: c.values for table in run.tables for n, c in table.columns.items()}
+        for trial in range(trials):
+            named = [
+                [starred[n][trial] if n in starred else n for n in q.columns]
+                for q in (position, force)
+            ]
+            if any(n not in values for names in named for n in names):
+                continue
+            if len({len(values[n]) for names in named for n in names}) > 1:
+                told = "Position and force have clocks of their own; they were not compared."
+                found.evidence = (told,)
+                return
+            if any(values[n].dtype.kind != "f" for names in named for n in names):
+                continue
+            x, f = (
+                np.column_stack([np.asarray(values[n], dtype=np.float64) for n in names])
+                for names in named
+            )
+            pieces = _pieces(found, columns, len(x)) if run is runs[0] else [slice(None)]
+            records += [(x[piece], f[piece]) for piece in pieces]
+    found.evidence = force_told(position.columns, force_law(records, _step_s(found, columns)))
 
 
 def _step_s(found: Proposal, columns: _Columns) -> float:
@@ -441,8 +478,9 @@ def _pieces(found: Proposal, columns: _Columns, rows: int) -> list[slice]:
 def _rest(found: Proposal, columns: _Columns, runs: Sequence[RawRun]) -> None:
     """What is left over, and what stands undecided."""
     sections = (found.time, found.position, found.force, found.joint_angles, found.emg)
-    used = {c for s in sections if s is not None for c in s.columns} | set(found.values.values())
-    used |= {str(v) for v in found.trials.values()}
+    used = {c for s in sections if s is not None for c in s.columns}
+    used |= {value.column for value in found.values.values()}
+    used |= {found.rate_from} | {str(v) for v in found.trials.values()}
     found.others = tuple(n for n in [*columns.names, *runs[0].facts] if n not in used)
     if found.kind is None:
         found.cannot_tell.insert(0, _no_kind(found, columns))

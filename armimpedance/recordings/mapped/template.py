@@ -6,7 +6,7 @@ import json
 from typing import Any
 
 from armimpedance.recordings.mapped.columns_toml import UNDECIDED
-from armimpedance.recordings.mapped.proposal import Proposal, ProposedColumns
+from armimpedance.recordings.mapped.proposal import Proposal, ProposedColumns, ProposedValue
 
 
 def mapping_text(found: Proposal, name: str) -> str:
@@ -44,10 +44,11 @@ def mapping_text(found: Proposal, name: str) -> str:
         lines += [f"{_key(muscle)} = {_text(column)}" for muscle, column in pairs] + [""]
     lines += ["[trials]", *(f"{key} = {_value(value)}" for key, value in found.trials.items())]
     lines += ["", "[trials.columns]"]
-    lines += [f"{_key(name)} = {_text(column)}" for name, column in found.values.items()]
+    lines += [f"{_key(name)} = {_trial_value(value)}" for name, value in found.values.items()]
     if "condition" not in found.values:
         lines.append('# condition = "a column", or { value = "relaxed" } for all trials')
-    lines.append('# onset_s = { column = "a column", unit = "ms" }, where a column tells it')
+    if "onset_s" not in found.values and "disturbance" not in found.trials:
+        lines.append('# onset_s = { column = "a column", unit = "ms" }, where a column tells it')
     if found.others:
         lines += ["", "# No meaning was found for:", *(f"#   {_plain(n)}" for n in found.others)]
     return "\n".join(lines) + "\n"
@@ -77,6 +78,12 @@ def _text(word: str | None) -> str:
     # JSON's strings are TOML's, but for the character 127.
     text = json.dumps(UNDECIDED if word is None else word, ensure_ascii=False)
     return text.replace("\x7f", "\\u007f")
+
+
+def _trial_value(value: ProposedValue) -> str:
+    if value.unit is None:
+        return _text(value.column)
+    return f"{{ column = {_text(value.column)}, unit = {_text(value.unit)} }}"
 
 
 def _value(value: Any) -> str:

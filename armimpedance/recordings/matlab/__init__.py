@@ -1,0 +1,1 @@
+"""MATLAB files of all versions as one tree of variables, and its runs of columns."""

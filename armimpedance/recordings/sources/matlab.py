@@ -1,0 +1,46 @@
+"""MATLAB files: versions 4 to 7 by SciPy, 7.3 by h5py; structs, cells, arrays of any nesting."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Final
+
+from armimpedance.errors import InputError
+from armimpedance.recordings.mapped.raw_file import RawFile, Source, Wanted
+from armimpedance.recordings.matlab.mat5 import read_mat5
+from armimpedance.recordings.matlab.mat73 import Mat73
+from armimpedance.recordings.matlab.tree import runs_of_tree
+
+_HDF5: Final = b"\x89HDF\r\n\x1a\n"
+
+
+def _read(file: Path, wanted: Wanted) -> RawFile:
+    if _is_hdf5(file):
+        opened = Mat73(file)
+        try:
+            raw = runs_of_tree(opened.tree(), wanted)
+        finally:
+            opened.close()
+    else:
+        raw = runs_of_tree(read_mat5(file), wanted)
+    if not any(table.columns for run in raw.runs for table in run.tables) and raw.not_taken:
+        objects = [sentence for sentence in raw.not_taken if "MATLAB class" in sentence]
+        if objects:
+            raise InputError("holds no plain arrays", file=file, expected=objects[0].strip("."))
+    return raw
+
+
+def _is_hdf5(file: Path) -> bool:
+    try:
+        with file.open("rb") as stream:
+            head = stream.read(1024)
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror}", file=file) from None
+    return any(head[at : at + 8] == _HDF5 for at in (0, 512))
+
+
+SOURCE = Source(
+    name="a MATLAB file (.mat)",
+    recognises=lambda path: path.suffix.lower() == ".mat" and path.is_file(),
+    read=_read,
+)
