@@ -14,6 +14,7 @@ import unicodedata
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from difflib import get_close_matches
 from functools import reduce
 from typing import Any, Final
 
@@ -313,7 +314,11 @@ class _Table:
                 known.setdefault(other.casefold(), column)
         if name.casefold() in known:
             return known[name.casefold()]
-        raise self._error(f"no column {_shown(name)}", f"one of {', '.join(self._names())}")
+        names = list(self._names())
+        # Those that may be meant first: a long table's names fill more than a message.
+        near = get_close_matches(name, names, n=3, cutoff=0.7)
+        names = list(dict.fromkeys([*near, *names]))
+        raise self._error(f"no column {_shown(name)}", f"one of {', '.join(names)}")
 
     def _names(self) -> Iterator[str]:
         yield from (other for other, column in OTHER_NAMES.items() if column in self.trials)

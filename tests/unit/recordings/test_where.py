@@ -115,6 +115,8 @@ def test_an_unknown_name_lists_those_that_there_are(trials):
         parse_where("velocity > 3").choose(trials)
     for name in ("TP", "block", "trial", "event_ON_s", "reach_angle_deg"):
         assert name in str(caught.value)
+    with pytest.raises(InputError, match="one of reach_angle_deg, "):
+        parse_where("reach_angel_deg > 3").choose(trials)
 
 
 @pytest.mark.parametrize("column", ["a b", "class", "3rd", "ﬁn", "(deg)", "Ünïcode", "load [N]"])
