@@ -26,12 +26,13 @@ from armimpedance.files.sharing.emg_bdf import write_bdf
 from armimpedance.files.sharing.form import Shared
 from armimpedance.files.sharing.mapping_text import mapping_text
 from armimpedance.json_text import json_text
-from armimpedance.motion import MarkerRecording, MotionRecording
+from armimpedance.motion import MotionRecording
 from armimpedance.plain import to_plain
 from armimpedance.recordings import AnyRecording
 from armimpedance.records import Recording
 
 _SIZES: Final = {"mass_kg": ("weight", "kg", 1.0), "height_m": ("height", "m", 1.0)}
+_NO_DATE: Final = "1900-01-01T00:00:00"
 _TYPES: Final = ("POS", "JNTANG", "MISC")
 #: Directions of the axes: the hand's frame (x right, y forward), the world's (x forward, y left).
 _HAND_AXES: Final = "RAS"
@@ -91,6 +92,8 @@ def write_motion_dataset(shared: Shared, folder: Path) -> tuple[str, ...]:
     columns = sample_columns(recording)
     for stretch in _stretches(recording):
         told += _write_run(own, f"sub-{person}_task-{task}", task, recording, columns, stretch)
+    if not isinstance(recording, Recording) and recording.emg is not None:
+        _write_scans(own.parent)
     reading = _write_code(folder / "code", recording)
     text = README.format(
         name=shared.statement.name or path.resolve().stem,
@@ -177,6 +180,15 @@ def _write_run(
     own = folder.parent / "emg"
     own.mkdir(exist_ok=True)
     return write_bdf(own / f"{beginning}{run}_emg", task, emg, stretch.trials[0])
+
+
+def _write_scans(person: Path) -> None:
+    """Say that the systems of each run began together, by a date that is plainly none."""
+    files = sorted(p for p in person.rglob("*") if p.name.endswith(("_motion.tsv", ".bdf")))
+    rows = [{"filename": p.relative_to(person).as_posix(), "acq_time": _NO_DATE} for p in files]
+    write_table(person / f"{person.name}_scans.tsv", ["filename", "acq_time"], rows)
+    told = "Not when it was recorded: equal dates mean that systems began together."
+    write_json(person / f"{person.name}_scans.json", {"acq_time": {"Description": told}})
 
 
 def _motion_json(
@@ -267,8 +279,3 @@ def _write_code(folder: Path, recording: AnyRecording) -> str:
         return "`code/skeleton.json` is the skeleton of the person."
     (folder / "README").write_text("Nothing is needed to read this dataset.\n", encoding="utf-8")
     return ""
-
-
-def takes(recording: AnyRecording) -> bool:
-    """Whether a recording holds tracked points (and not joint motion alone)."""
-    return isinstance(recording, Recording | MarkerRecording)

@@ -16,6 +16,7 @@ from armimpedance.recordings.extras import needed
 
 _FIXED_BYTES: Final = 256
 _MOST_SIGNALS: Final = 8192
+_ROUNDING: Final = 1e-12
 #: Bytes that a sample takes.
 _WIDTH: Final = {".edf": 2, ".bdf": 3}
 
@@ -73,6 +74,9 @@ def _described(signal: Any, records: int) -> tuple[str, str, float, int]:
     rate = float(signal.sampling_frequency)
     if not (np.isfinite(rate) and rate > 0):
         raise ValueError(f"a rate of {rate} Hz")
+    # 700 samples in the file's 1.4 s are 500 Hz, and not the double beside it
+    whole = round(rate)
+    rate = float(whole) if abs(rate - whole) <= _ROUNDING * rate else rate
     length = int(signal.samples_per_data_record) * int(records)
     return str(signal.label), str(signal.physical_dimension).strip(), rate, length
 

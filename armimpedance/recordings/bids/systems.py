@@ -20,7 +20,7 @@ from armimpedance.recordings.bids.names import BidsName
 from armimpedance.recordings.bids.tsv import headed_rows, is_missing, numbers
 
 _REQUIRED: Final = ("name", "component", "type", "tracked_point", "units")
-_LARGEST_RATE_HZ: Final = 1e7
+_LOWEST_RATE_HZ, _LARGEST_RATE_HZ = 1e-3, 1e7
 
 
 @dataclass(frozen=True)
@@ -150,7 +150,7 @@ def _rate(sidecar: Mapping[str, Any], file: BidsName) -> float:
     """The rate that time stamps show, else the nominal one."""
     nominal, shown = (sidecar.get(k) for k in ("SamplingFrequency", "SamplingFrequencyEffective"))
     rate = shown if is_number(shown) and shown else nominal
-    if not is_number(rate) or not 0 < float(rate) < _LARGEST_RATE_HZ:  # type: ignore[arg-type]
+    if not is_number(rate) or not _LOWEST_RATE_HZ < float(rate) < _LARGEST_RATE_HZ:  # type: ignore[arg-type]
         told = "is missing" if rate is None else f"is {rate!r:.40}"
         place = file.path.with_suffix("").with_suffix(".json")
         expected = "samples a second, in this file or in one above it"
