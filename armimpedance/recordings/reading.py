@@ -42,6 +42,8 @@ class ReadOptions:
         The skeleton of markers; a table of angles needs one.
     angles : mapping
         Coordinate -> column of a table of angles; see `opensim_motion`.
+    forces : path or None
+        The table of ground reaction forces beside a `.trc`; see `with_ground_forces`.
     in_degrees : bool or None
         Whether a table of angles is in degrees, where it does not say.
     where : str or None
@@ -65,6 +67,7 @@ class ReadOptions:
     skeleton: Skeleton | None = None
     angles: Mapping[str, str] = field(default_factory=dict)
     in_degrees: bool | None = None
+    forces: Path | None = None
     where: str | None = None
     mapping: Path | None = None
 

@@ -76,6 +76,12 @@ def add_reading(parser: argparse.ArgumentParser) -> None:
         metavar="COORDINATE=COLUMN",
         help=".mot, .sto: the column of an angle, -COLUMN turns its sign; may be given again",
     )
+    capture.add_argument(
+        "--forces",
+        type=Path,
+        metavar="FILE.mot",
+        help=".trc: ground reaction forces, points and torques beside it",
+    )
     capture.add_argument("--in-degrees", choices=("yes", "no"), help="where a table does not say")
 
 
@@ -102,6 +108,7 @@ def reading_options(arguments: argparse.Namespace) -> dict[str, Any]:
         "prefix": arguments.prefix,
         "axes": None if axes is None else tuple(axes.split(",")),
         "angles": pairs(arguments.angle, "--angle", "COORDINATE=COLUMN"),
+        "forces": arguments.forces,
         "in_degrees": None if degrees is None else degrees == "yes",
         "mapping": arguments.mapping,
         "where": arguments.where,

@@ -6,18 +6,21 @@ from dataclasses import replace
 from pathlib import Path
 
 from armimpedance.motion import MarkerRecording
+from armimpedance.recordings.motion.ground_forces import with_ground_forces
 from armimpedance.recordings.motion.lab_axes import Y_UP
 from armimpedance.recordings.motion.trc import read_trc
 from armimpedance.recordings.reading import Format, ReadOptions
 
 
 def _read(path: Path, options: ReadOptions) -> MarkerRecording:
-    return replace(read_trc(path, axes=options.axes or Y_UP), skeleton=options.skeleton)
+    axes = options.axes or Y_UP
+    markers = replace(read_trc(path, axes=axes), skeleton=options.skeleton)
+    return markers if options.forces is None else with_ground_forces(markers, options.forces, axes)
 
 
 FORMAT = Format(
     name="motion capture in a .trc file",
     recognises=lambda path: path.suffix.lower() == ".trc" and path.is_file(),
     read=_read,
-    options=("axes", "skeleton"),
+    options=("axes", "skeleton", "forces"),
 )
