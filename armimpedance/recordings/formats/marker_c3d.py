@@ -7,14 +7,17 @@ from pathlib import Path
 
 from armimpedance.motion import MarkerRecording
 from armimpedance.recordings.kinarm.files import is_exam_file
-from armimpedance.recordings.motion.lab_axes import Z_UP
 from armimpedance.recordings.motion.marker_c3d import read_marker_c3d
 from armimpedance.recordings.reading import Format, ReadOptions
 
 
 def _read(path: Path, options: ReadOptions) -> MarkerRecording:
     markers = read_marker_c3d(
-        path, prefix=options.prefix, emg_channels=options.emg_channels, axes=options.axes or Z_UP
+        path,
+        prefix=options.prefix,
+        emg_channels=options.emg_channels,
+        axes=options.axes,
+        force_by=options.force_by,
     )
     return replace(markers, skeleton=options.skeleton)
 
@@ -28,5 +31,5 @@ FORMAT = Format(
     name="motion capture in a .c3d file",
     recognises=_is_motion_capture,
     read=_read,
-    options=("prefix", "emg_channels", "axes", "skeleton"),
+    options=("prefix", "emg_channels", "axes", "force_by", "skeleton"),
 )

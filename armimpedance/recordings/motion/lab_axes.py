@@ -16,7 +16,10 @@ Z_UP: Final = ("x", "y", "z")
 Y_UP: Final = ("x", "-z", "y")
 
 #: Units of length in such files, in m.
-_METRES: Final = {"m": 1.0, "meters": 1.0, "metres": 1.0, "cm": 0.01, "mm": 0.001}
+_METRES: Final = {
+    "m": 1.0, "meter": 1.0, "metre": 1.0, "meters": 1.0, "metres": 1.0, "mete": 1.0,
+    "cm": 0.01, "mm": 0.001, "in": 0.0254, "inch": 0.0254, "inches": 0.0254,
+}  # fmt: skip
 
 
 def lab_rotation(axes: Sequence[str]) -> FloatArray:
@@ -54,5 +57,5 @@ def metres_per(unit: str, file: object) -> float:
     """
     scale = _METRES.get(unit.strip().lower())
     if scale is None:
-        raise InputError(f"unit of length {unit!r}", file=file, expected="m, cm or mm")
+        raise InputError(f"unit of length {unit!r}", file=file, expected="m, cm, mm or inches")
     return scale

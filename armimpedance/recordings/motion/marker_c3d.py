@@ -1,4 +1,4 @@
-"""Motion-capture C3D files: markers and EMG, one file per trial."""
+"""Motion-capture C3D files: markers, EMG, force plates and events, one file per trial."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Final, Literal
 
 import numpy as np
 import pandas as pd
@@ -14,12 +14,36 @@ import pandas as pd
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
 from armimpedance.motion import EmgSignals, MarkerRecording
-from armimpedance.recordings.c3d_file import C3DFile, muscles_of, read_c3d
+from armimpedance.recordings.c3d_file import muscles_of
+from armimpedance.recordings.capture.capture import Capture, read_capture
+from armimpedance.recordings.capture.events import Event, event_columns, events_of
+from armimpedance.recordings.capture.forces import PlateForces, check_level, plate_forces
+from armimpedance.recordings.capture.left_out import (
+    LeftOut,
+    beside,
+    model_outputs,
+    sentences,
+    unused,
+)
+from armimpedance.recordings.capture.plates import plates_of, plates_used
 from armimpedance.recordings.motion.lab_axes import Z_UP, lab_rotation, metres_per
 from armimpedance.recordings.motion.moving_metadata import LARGEST_PLACE_M
 
 #: Units of voltage in such files, in V.
 _VOLTS: Final = {"v": 1.0, "mv": 1e-3, "uv": 1e-6, "µv": 1e-6, "μv": 1e-6}
+#: Two files have the same plates where their origins differ by less, m.
+_SAME_PLACE_M: Final = 1e-3
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """What the user says of all files."""
+
+    prefix: str | None
+    channels: tuple[str, ...]
+    rotation: FloatArray
+    axes_stated: bool
+    force_by: Literal["limb", "device"] | None
 
 
 @dataclass(frozen=True)
@@ -29,7 +53,10 @@ class _Trial:
     rate_hz: float
     emg: FloatArray
     emg_rate_hz: float
-    unlabelled: int
+    plates: PlateForces | None
+    events: tuple[Event, ...]
+    remarks: tuple[str, ...]
+    left_out: LeftOut
 
 
 def read_marker_c3d(
@@ -37,13 +64,16 @@ def read_marker_c3d(
     *,
     prefix: str | None = None,
     emg_channels: Mapping[str, str] | None = None,
-    axes: Sequence[str] = Z_UP,
+    axes: Sequence[str] | None = None,
+    force_by: Literal["limb", "device"] | None = None,
 ) -> MarkerRecording:
-    """Read markers, and EMG where it is asked for, from one C3D file per trial.
+    """Read markers, force plates, events, and EMG where it is asked for; one C3D file a trial.
 
     A point whose residual is negative, or that lies in the origin to the last digit, was not seen.
-    Points without a name (``*12``) are left out. Names of subjects are not read; labels may bear
-    them as a prefix (``name:marker``), which is cut off where one prefix alone is used.
+    Points without a name (``*12``) and a model's outputs (angles, moments, …) are left out, as is
+    whatever else has no place in a recording: the provenance lists it. Names of subjects are not
+    read; labels may bear them as a prefix (``name:marker``), which is cut off where one prefix
+    alone is used. Events are columns of the trial table, ``event_<context>_<label>_s``.
 
     Parameters
     ----------
@@ -53,64 +83,103 @@ def read_marker_c3d(
         The subject whose markers are read, of several; ``""`` keeps the labels as they are.
     emg_channels : mapping, optional
         Analog channel -> muscle, such as ``{"Biceps.EMG4": "biceps"}``.
-    axes : sequence of three str
-        The file's axes that point forward, left and up.
+    axes : sequence of three str, optional
+        The file's axes that point forward, left and up; x, y, z where they are not stated and the
+        force plates do not contradict it.
+    force_by : {"limb", "device"}, optional
+        Whose force on the other the plates' channels hold; None: what their load shows.
 
     Raises
     ------
     InputError
-        A file cannot be read, has no markers, another rate or other markers than the first, or no
-        such channel; or its unit is not known.
+        A file cannot be read, has no markers, another rate, other markers or plates than the first,
+        or no such channel; its unit is not known; or its plates lie on another axis.
     """
     given = [path] if isinstance(path, str | os.PathLike) else list(path)
     if not given:
         raise InputError("no file", expected="one C3D file per trial")
     muscles = muscles_of(emg_channels)
-    rotation = lab_rotation(axes)
-    trials = [_trial(read_c3d(p), prefix, tuple(muscles), rotation) for p in given]
-    first = trials[0]
+    stated = Z_UP if axes is None else axes
+    asked = _Asked(prefix, tuple(muscles), lab_rotation(stated), axes is not None, force_by)
+    trials = [_trial(read_capture(p), asked) for p in given]
     for trial, p in zip(trials[1:], given[1:], strict=True):
-        _check_same(trial, first, p)
+        _check_same(trial, trials[0], p)
     lengths = [len(t.positions) for t in trials]
-    offsets = np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64)
-    conditions = [Path(p).stem for p in given]
+    plates = [t.plates for t in trials if t.plates is not None]
+    table = {"trial": np.arange(1, len(given) + 1), "condition": [Path(p).stem for p in given]}
     return MarkerRecording(
-        sample_rate_hz=first.rate_hz,
-        trials=pd.DataFrame({"trial": np.arange(1, len(given) + 1), "condition": conditions}),
-        offsets=offsets,
-        time_s=np.concatenate([np.arange(n) / first.rate_hz for n in lengths]),
+        sample_rate_hz=trials[0].rate_hz,
+        trials=pd.concat([pd.DataFrame(table), _event_table(trials)], axis=1),
+        offsets=np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64),
+        time_s=np.concatenate([np.arange(n) / trials[0].rate_hz for n in lengths]),
         positions=np.concatenate([t.positions for t in trials]),
-        names=first.names,
+        names=trials[0].names,
+        wrenches=np.concatenate([p.wrenches for p in plates]) if plates else None,
+        plate_origins_m=plates[0].origins_m if plates else None,
         emg=_emg(trials, tuple(muscles.values())) if muscles else None,
-        provenance=_remarks(trials, axes),
+        provenance=_remarks(trials, stated),
     )
 
 
-def _trial(
-    c3d: C3DFile, prefix: str | None, channels: tuple[str, ...], rotation: FloatArray
-) -> _Trial:
-    if not c3d.frames or not len(c3d.point_labels):
-        raise InputError("no markers", file=c3d.name, expected="points in a C3D file")
-    labels = [*c3d.point_labels]
-    chosen = [i for i, label in enumerate(labels) if label and not label.startswith("*")]
+def _trial(capture: Capture, asked: _Asked) -> _Trial:
+    if not capture.layout.frames or not capture.point_labels:
+        raise InputError("no markers", file=capture.name, expected="points in a C3D file")
+    names, index, left_out = _markers(capture, asked.prefix)
+    metres = metres_per(capture.length_unit, capture.name)
+    positions = _positions(capture, index, metres, asked.rotation)
+    plates, why = _plates(capture, metres, positions, asked)
+    used = plates_of(capture, metres) if plates is not None else ()
+    of_plates = {capture.analog_labels[c] for plate in used for c in plate.channels}
+    events, foreign = _events(capture, asked.prefix)
+    return _Trial(
+        names=names,
+        positions=positions,
+        rate_hz=capture.rate_hz,
+        emg=_analog(capture, asked.channels),
+        emg_rate_hz=capture.analog_rate_hz,
+        plates=plates,
+        events=events,
+        remarks=(*capture.layout.remarks, *(plates.remarks if plates is not None else ())),
+        left_out={
+            **why,
+            **beside(capture, {*asked.channels, *of_plates}),
+            **foreign,
+            **left_out,
+        },
+    )
+
+
+def _markers(
+    capture: Capture, prefix: str | None
+) -> tuple[tuple[str, ...], list[int], dict[str, tuple[str, ...]]]:
+    """Names of the markers, their points, and what was left out of the others."""
+    labels, outputs = capture.point_labels, model_outputs(capture)
+    named = [i for i, label in enumerate(labels) if label and not label.startswith("*")]
+    chosen = [i for i in named if labels[i] not in outputs]
     names = _without_prefix([labels[i] for i in chosen], prefix)
     kept = [(i, name) for i, name in zip(chosen, names, strict=True) if name is not None]
     if not kept:
         prefixes = sorted({label.partition(":")[0] for label in labels if ":" in label})
         expected = "one of " + (", ".join(prefixes) or "no prefix")
-        raise InputError(f"no marker of {prefix!r}", file=c3d.name, expected=expected)
-    twice = [name for _, name in kept if [n for _, n in kept].count(name) > 1]
+        raise InputError(f"no marker of {prefix!r}", file=capture.name, expected=expected)
+    own = tuple(str(name) for _, name in kept)
+    twice = [
+        name for name, count in zip(*np.unique(own, return_counts=True), strict=True) if count > 1
+    ]
     if twice:
-        raise InputError(f"two markers {twice[0]}", file=c3d.name, expected="different labels")
-    index = [i for i, _ in kept]
-    return _Trial(
-        names=tuple(str(name) for _, name in kept),
-        positions=_positions(c3d, index, rotation),
-        rate_hz=c3d.rate_hz,
-        emg=_analog(c3d, channels),
-        emg_rate_hz=c3d.rate_hz * max(c3d.samples_per_frame, 1),
-        unlabelled=len(labels) - len(chosen),
+        raise InputError(f"two markers {twice[0]}", file=capture.name, expected="different labels")
+    unlabelled = len(labels) - len(named)
+    # Without their prefix, which is a person's name.
+    others = [labels[i].rpartition(":")[2] for i, n in zip(chosen, names, strict=True) if n is None]
+    left: dict[str, tuple[str, ...]] = {"markers of another subject": tuple(others)}
+    for kind in dict.fromkeys(outputs.values()):
+        left[f"{kind} that a model made, no markers"] = tuple(
+            labels[i] for i in named if outputs.get(labels[i]) == kind
+        )
+    left["nothing says what they are"] = (
+        (f"{unlabelled} points without a name",) if unlabelled else ()
     )
+    return own, [i for i, _ in kept], left
 
 
 def _without_prefix(labels: list[str], prefix: str | None) -> list[str | None]:
@@ -124,36 +193,96 @@ def _without_prefix(labels: list[str], prefix: str | None) -> list[str | None]:
     return list(labels)
 
 
-def _positions(c3d: C3DFile, index: list[int], rotation: FloatArray) -> FloatArray:
+def _positions(
+    capture: Capture, index: list[int], metres: float, rotation: FloatArray
+) -> FloatArray:
     """Places (F, P, 3) in m in the world's frame, NaN where a point was not seen."""
-    unit = c3d.text("POINT", "UNITS") or "mm"
-    points = c3d.points[:, index].astype(np.float64)
-    lost = (c3d.residual[:, index] < 0) | ~np.isfinite(points).all(axis=2) | ~points.any(axis=2)
-    places = points * metres_per(unit, c3d.name) @ rotation.T
+    points = capture.places(index)
+    lost = capture.unseen(index) | ~np.isfinite(points).all(axis=2) | ~points.any(axis=2)
+    points[lost] = 0.0
+    places = points * metres @ rotation.T
+    far = np.abs(places).max(initial=0.0)
     places[lost] = np.nan
-    far = np.nanmax(np.abs(places), initial=0.0)
     if far > LARGEST_PLACE_M:
-        expected = "another unit in the file"
-        raise InputError(f"a marker {far:.4g} m away in {unit}", file=c3d.name, expected=expected)
+        problem = f"a marker {far:.4g} m away in {capture.length_unit}"
+        raise InputError(problem, file=capture.name, expected="another unit in the file")
     return places
 
 
-def _analog(c3d: C3DFile, channels: tuple[str, ...]) -> FloatArray:
+def _plates(
+    capture: Capture, metres: float, positions: FloatArray, asked: _Asked
+) -> tuple[PlateForces | None, dict[str, tuple[str, ...]]]:
+    """The force plates, or why they were left out: a plate that is missing would mislead."""
+    used = plates_used(capture)
+    if not used:
+        return None, {}
+    names = tuple(f"force plate {i + 1}" for i in range(min(used, 64)))
+    try:
+        plates = plates_of(capture, metres)
+        if not plates:
+            return None, {"they bear nothing, and their places are not told": names}
+        forces = plate_forces(capture, metres, asked.rotation, asked.force_by)
+    except InputError as error:
+        return None, {f"{error.problem}; expected {error.expected}": names}
+    if not asked.axes_stated:
+        seen = positions[np.isfinite(positions[..., 2])]
+        height = float(np.median(seen[:, 2])) if len(seen) else np.inf
+        check_level(plates, asked.rotation, height, capture.name)
+    idle = tuple(n for i, n in enumerate(names) if i + 1 not in {p.number for p in plates})
+    return forces, {"it bears nothing, and its place is not told": idle, **unused(capture, plates)}
+
+
+def _events(
+    capture: Capture, prefix: str | None
+) -> tuple[tuple[Event, ...], dict[str, tuple[str, ...]]]:
+    """The subject's events within the trial, and the others."""
+    length = (capture.layout.frames - 0.5) / capture.rate_hz
+    mine, outside, foreign = [], [], []
+    for event in events_of(capture):
+        shown = f"{event.name} at {event.time_s:.3f} s"
+        if prefix and event.subject and event.subject != prefix.removesuffix(":"):
+            foreign.append(shown)
+        elif not -0.5 / capture.rate_hz <= event.time_s <= length:
+            outside.append(shown)
+        else:
+            mine.append(event)
+    return tuple(mine), {
+        "events outside of the trial": tuple(outside),
+        "events of another subject": tuple(foreign),
+    }
+
+
+def _event_table(trials: list[_Trial]) -> pd.DataFrame:
+    """One row a trial, one column an event; empty where a trial has none such."""
+    rows = [event_columns(trial.events) for trial in trials]
+    columns = list(dict.fromkeys(name for row in rows for name in row))
+    return pd.DataFrame([{n: row.get(n, np.nan) for n in columns} for row in rows], columns=columns)
+
+
+def _analog(capture: Capture, channels: tuple[str, ...]) -> FloatArray:
     """These analog channels (samples, m) in V."""
-    units = c3d.texts("ANALOG", "UNITS")
-    columns = []
+    units = capture.parameters.texts("ANALOG", "UNITS")
+    scales, index = [], []
     for channel in channels:
-        if channel not in c3d.analog_labels:
-            there = ", ".join(c3d.analog_labels) or "no analog channels"
-            raise InputError(f"no channel {channel!r}", file=c3d.name, expected=f"one of {there}")
-        i = c3d.analog_labels.index(channel)
+        count = capture.analog_labels.count(channel)
+        if count != 1:
+            there = ", ".join(capture.analog_labels) or "no analog channels"
+            problem = f"no channel {channel!r}" if not count else f"{count} channels {channel!r}"
+            raise InputError(problem, file=capture.name, expected=f"one of {there}")
+        i = capture.analog_labels.index(channel)
         unit = units[i] if i < len(units) and units[i] else "V"
         scale = _VOLTS.get(unit.lower())
         if scale is None:
             problem = f"channel {channel} is in {unit!r}"
-            raise InputError(problem, file=c3d.name, expected="V, mV or uV")
-        columns.append(c3d.analog[:, i] * scale)
-    return np.stack(columns, axis=1) if columns else np.zeros((len(c3d.analog), 0))
+            raise InputError(problem, file=capture.name, expected="V, mV or uV")
+        scales.append(scale)
+        index.append(i)
+    values = capture.analog(index) * np.array(scales)
+    lost = ~np.isfinite(values).all(axis=0)
+    if lost.any():
+        problem = f"channel {channels[int(np.argmax(lost))]} holds a value that is not finite"
+        raise InputError(problem, file=capture.name, expected="numbers")
+    return values
 
 
 def _emg(trials: list[_Trial], muscles: tuple[str, ...]) -> EmgSignals:
@@ -173,15 +302,20 @@ def _check_same(trial: _Trial, first: _Trial, file: object) -> None:
     if trial.rate_hz != first.rate_hz or trial.emg_rate_hz != first.emg_rate_hz:
         problem = f"{trial.rate_hz:g} frames/s"
         raise InputError(problem, file=file, expected=f"{first.rate_hz:g} as in the first file")
+    own, others = (t.plates.origins_m if t.plates else np.zeros((0, 3)) for t in (trial, first))
+    if own.shape != others.shape or np.abs(own - others).max(initial=0.0) > _SAME_PLACE_M:
+        problem = f"other force plates than in the first file ({len(own)}, not {len(others)})"
+        if len(own) == len(others):
+            problem = "force plates in other places than in the first file"
+        raise InputError(problem, file=file, expected="the same plates in every trial")
 
 
 def _remarks(trials: list[_Trial], axes: Sequence[str]) -> tuple[str, ...]:
     lost = np.concatenate([np.isnan(t.positions[..., 0]) for t in trials]).mean()
-    remarks = [
+    own = list(dict.fromkeys(remark for trial in trials for remark in trial.remarks))
+    return (
         f"Read from C3D; forward, left and up are the file's {', '.join(axes)}.",
         f"Markers not seen: {100 * lost:.1f} % of the samples.",
-    ]
-    unlabelled = max(t.unlabelled for t in trials)
-    if unlabelled:
-        remarks.append(f"{unlabelled} points without a name were left out.")
-    return tuple(remarks)
+        *own,
+        *sentences(trial.left_out for trial in trials),
+    )

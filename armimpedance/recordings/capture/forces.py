@@ -1,0 +1,226 @@
+"""The force plates of a file as the toolkit has them: by the plates on the body, at the frames."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final, Literal
+
+import numpy as np
+
+from armimpedance.arrays import FloatArray
+from armimpedance.errors import InputError
+from armimpedance.recordings.capture.capture import Capture
+from armimpedance.recordings.capture.plates import Plate, plates_of
+from armimpedance.recordings.capture.wrench import LEAST_LOAD_N, baseline, local_wrench
+
+#: Part of the load (its square) that must point one way, and a plate's normal along the vertical.
+_ONE_WAY: Final = 0.95
+_LEVEL: Final = 0.86
+#: Part of the load that must press on the plate itself, give or take, m.
+_INSIDE: Final = 0.9
+_MARGIN_M: Final = 0.03
+#: Only loads beyond this part of the largest one tell where they press.
+_HEAVY: Final = 0.2
+
+
+@dataclass(frozen=True)
+class PlateForces:
+    """Force plates at the frames of the markers.
+
+    Attributes
+    ----------
+    wrenches : (F, K, 6)
+        By each plate on the body, in the world's frame, about the plate's origin.
+    origins_m : (K, 3)
+        The middle of each plate's surface in the world's frame.
+    remarks : tuple of str
+        How the signs were found, and what was taken off.
+    """
+
+    wrenches: FloatArray
+    origins_m: FloatArray
+    remarks: tuple[str, ...]
+
+
+def check_level(
+    plates: Sequence[Plate], rotation: FloatArray, marker_height_m: float, file: str
+) -> None:
+    """Refuse axes whose vertical no plate's surface faces, or that put the markers below them.
+
+    Raises
+    ------
+    InputError
+        It says which axes the plates and the markers speak for.
+    """
+    normals = np.array([plate.turn[:, 2] for plate in plates])
+    up = rotation[2]
+    below = marker_height_m < min(float(plate.centre_m @ up) for plate in plates)
+    level = np.abs(normals @ up).max() > _LEVEL
+    if level and not below:
+        return
+    axis = int(np.argmax(np.abs(normals).mean(axis=0)))
+    problem = f"the force plates lie level if the file's {'xyz'[axis]} axis is vertical"
+    if level:
+        problem = f"the markers lie below the force plates if the file's {_name(up)} points up"
+    ways = {0: "y,z,x", 1: "x,-z,y", 2: "x,y,z"}
+    against = {0: "y,-z,-x", 1: "x,z,-y", 2: "x,-y,-z"}
+    hint = against[axis] if level else ways[axis]
+    raise InputError(problem, file=file, expected=f"axes such as {hint}: forward, left and up")
+
+
+def plate_forces(
+    capture: Capture,
+    metres: float,
+    rotation: FloatArray,
+    force_by: Literal["limb", "device"] | None = None,
+) -> PlateForces:
+    """The force plates of a file.
+
+    No file says whether its plates hold the force on the plate (as the C3D manual has it) or on the
+    body (as some programs write it). A body can only press on a plate: what its load's vertical
+    part shows is taken, and told.
+
+    Parameters
+    ----------
+    capture : Capture
+    metres : float
+        The file's unit of length, in m.
+    rotation : (3, 3)
+        From the file's axes to the world's.
+    force_by : {"limb", "device"}, optional
+        Whose force on the other the file holds; None: what the load shows.
+
+    Raises
+    ------
+    InputError
+        A plate cannot be read, or its load says that its description is wrong.
+    """
+    plates = plates_of(capture, metres)
+    found = [_of_plate(capture, plate, metres, rotation) for plate in plates]
+    shown = [
+        _direction(capture, p, w, rotation, force_by) for p, w in zip(plates, found, strict=True)
+    ]
+    signs = _signs(shown, force_by)
+    n, remarks = capture.layout.samples_per_frame, []
+    wrenches = []
+    for plate, wrench, sign in zip(plates, found, signs, strict=True):
+        _check_inside(capture, plate, wrench)
+        offset, why = baseline(capture, wrench)
+        remarks.append(_taken_off(plate, offset, why))
+        world = rotation @ plate.turn
+        pair = sign * _at_frames(wrench - offset, n).reshape(-1, 2, 3)
+        # each of f, m (3,) in the plate's axes -> the world's: R f
+        wrenches.append((pair @ world.T).reshape(-1, 6))
+    return PlateForces(
+        wrenches=np.stack(wrenches, axis=1),
+        origins_m=np.array([rotation @ plate.centre_m for plate in plates]),
+        remarks=(_told(plates, shown, signs, force_by), *filter(None, remarks), *_slowed(n)),
+    )
+
+
+def _of_plate(capture: Capture, plate: Plate, metres: float, rotation: FloatArray) -> FloatArray:
+    return local_wrench(capture, plate, metres, plate.turn.T @ rotation[2])
+
+
+def _direction(
+    capture: Capture,
+    plate: Plate,
+    wrench: FloatArray,
+    rotation: FloatArray,
+    force_by: Literal["limb", "device"] | None,
+) -> float:
+    """1 where the load points up, -1 where it points down, 0 where there is none."""
+    vertical = wrench[:, :3] @ (plate.turn.T @ rotation[2])
+    load = vertical[np.abs(vertical) > LEAST_LOAD_N]
+    if not len(load):
+        return 0.0
+    upward = float((load[load > 0] ** 2).sum() / (load**2).sum())
+    if max(upward, 1 - upward) < _ONE_WAY and force_by is None:
+        problem = f"force plate {plate.number}: its load points up and down"
+        expected = "a body that presses on it; or whose force it holds"
+        raise InputError(problem, file=capture.name, expected=expected)
+    return 1.0 if upward > 0.5 else -1.0
+
+
+def _signs(shown: list[float], force_by: Literal["limb", "device"] | None) -> list[float]:
+    """What turns each plate's force into that on the body."""
+    if force_by is not None:
+        return [1.0 if force_by == "device" else -1.0] * len(shown)
+    loaded = {s for s in shown if s}
+    # A plate without a load is as the others, or as the manual says.
+    other = loaded.pop() if len(loaded) == 1 else -1.0
+    return [s or other for s in shown]
+
+
+def _check_inside(capture: Capture, plate: Plate, wrench: FloatArray) -> None:
+    """Refuse a plate whose load presses beside it: its unit, origin or corners are wrong."""
+    normal = wrench[:, 2]
+    heavy = np.abs(normal) > max(LEAST_LOAD_N, _HEAVY * float(np.abs(normal).max(initial=0.0)))
+    if not heavy.any():
+        return
+    w = wrench[heavy]
+    pressed = np.column_stack([-w[:, 4], w[:, 3]]) / w[:, 2:3]
+    inside = (np.abs(pressed) <= plate.half_m + _MARGIN_M).all(axis=1).mean()
+    if inside < _INSIDE:
+        far = float(np.median(np.abs(pressed).max(axis=1)))
+        problem = (
+            f"force plate {plate.number}: {100 * (1 - inside):.0f} % of its load presses beside it"
+        )
+        expected = f"moments, ORIGIN and CORNERS that fit (median {far:.2g} m from its middle)"
+        raise InputError(problem, file=capture.name, expected=expected)
+
+
+def _at_frames(wrench: FloatArray, samples_per_frame: int) -> FloatArray:
+    """The wrench (F, 6) at the time of each frame, its first analog sample; without any delay."""
+    if samples_per_frame == 1 or not len(wrench):
+        return wrench
+    from scipy.signal import resample_poly
+
+    # Beyond half the frames' rate nothing is left; below it the filter is flat and has no phase.
+    slow = resample_poly(wrench, 1, samples_per_frame, axis=0, padtype="antireflect")  # type: ignore[call-overload]
+    return np.asarray(slow, dtype=np.float64)
+
+
+def _told(
+    plates: Sequence[Plate], shown: list[float], signs: list[float], force_by: str | None
+) -> str:
+    """Whose force the file was found to hold."""
+    types = ", ".join(str(plate.kind) for plate in plates)
+    start = f"Force plates of type {types}: "
+    if force_by is not None:
+        against = [p.number for p, s, t in zip(plates, shown, signs, strict=True) if s == -t]
+        told = f"the file holds the force by the {force_by}, as stated"
+        wrong = f"; the load of plate {', '.join(map(str, against))} says the opposite"
+        return start + told + (wrong if against else "") + "."
+    if not any(shown):
+        return start + "none bears a load; taken as the force on the plate, as the manual has it."
+    words = {1.0: "by the plate on the body", -1.0: "on the plate, which was turned"}
+    if len(set(signs)) == 1:
+        way = "up" if signs[0] > 0 else "down"
+        return f"{start}the load points {way}: the file holds the force {words[signs[0]]}."
+    each = [f"{p.number} {words[s]}" for p, s in zip(plates, signs, strict=True)]
+    return f"{start}by their loads the file holds the force of plate {'; '.join(each)}."
+
+
+def _taken_off(plate: Plate, offset: FloatArray, why: str) -> str:
+    """What was taken off as the plate's zero; nothing said where the file asks for nothing."""
+    if offset.any():
+        size = float(np.linalg.norm(offset[:3]))
+        return (
+            f"Force plate {plate.number}: {size:.2g} N taken off, its zero in FORCE_PLATFORM:ZERO."
+        )
+    if "frames" in why and "names" not in why:
+        return f"Force plate {plate.number}: no zero taken off, for {why}."
+    return ""
+
+
+def _slowed(samples_per_frame: int) -> tuple[str, ...]:
+    if samples_per_frame == 1:
+        return ()
+    return (f"Force plates: {samples_per_frame} samples a frame brought to one, without delay.",)
+
+
+def _name(axis: FloatArray) -> str:
+    at = int(np.argmax(np.abs(axis)))
+    return ("-" if axis[at] < 0 else "") + "xyz"[at]

@@ -1,0 +1,199 @@
+"""The parameter section of a C3D file of any processor: texts and numbers with their sizes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armimpedance.arrays import FloatArray
+from armimpedance.errors import InputError, shown
+from armimpedance.recordings.capture.processor import PROCESSORS, Processor
+
+#: The bytes of a value of each type: text, byte, integer, real.
+_BYTES: Final = {-1: 1, 1: 1, 2: 2, 4: 4}
+_DIMENSIONS: Final = 7
+_ENTRIES: Final = 20_000
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One parameter.
+
+    Attributes
+    ----------
+    sizes : tuple of int
+        Its dimensions; of texts the first one, their length, is left out.
+    texts : tuple of str
+    numbers : (n,)
+        In the order of the file: the first dimension runs fastest.
+    """
+
+    sizes: tuple[int, ...]
+    texts: tuple[str, ...]
+    numbers: FloatArray
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """All parameters of a file, by group and name in capitals.
+
+    Attributes
+    ----------
+    processor : Processor
+    groups : mapping of mapping of Entry
+    """
+
+    processor: Processor
+    groups: Mapping[str, Mapping[str, Entry]]
+
+    def entry(self, group: str, name: str) -> Entry | None:
+        """A parameter, or None."""
+        return self.groups.get(group, {}).get(name)
+
+    def texts(self, group: str, name: str) -> tuple[str, ...]:
+        """The texts of a parameter and of those that carry it on: `LABELS`, `LABELS2`, …"""
+        found: list[str] = []
+        for number in range(1, 100):
+            entry = self.entry(group, name if number == 1 else f"{name}{number}")
+            if entry is None:
+                break
+            found += entry.texts
+        return tuple(found)
+
+    def numbers(self, group: str, name: str) -> FloatArray:
+        """The numbers of a parameter and of those that carry it on; empty where there is none."""
+        found = [np.zeros(0)]
+        for number in range(1, 100):
+            entry = self.entry(group, name if number == 1 else f"{name}{number}")
+            if entry is None:
+                break
+            found.append(entry.numbers)
+        return np.concatenate(found)
+
+    def first(self, group: str, name: str, default: float) -> float:
+        """A parameter's first number, or the default where there is none."""
+        entry = self.entry(group, name)
+        return default if entry is None or not len(entry.numbers) else float(entry.numbers[0])
+
+    def text(self, group: str, name: str) -> str:
+        """A parameter's first text; empty where there is none."""
+        return next(iter(self.texts(group, name)), "")
+
+
+def read_parameters(data: bytes, name: str, start: int) -> Parameters:
+    """The parameter section of a C3D file.
+
+    Parameters
+    ----------
+    data : bytes
+        The whole file.
+    name : str
+        The file's name, for messages.
+    start : int
+        Position at which the section begins.
+
+    Raises
+    ------
+    InputError
+        The section is broken, or names no processor.
+    """
+    return _Section(data, name, start).parse()
+
+
+class _Section:
+    """The section; every read is checked against the end of the file."""
+
+    def __init__(self, data: bytes, name: str, start: int) -> None:
+        self.data, self.name, self.at = data, name, start
+
+    def parse(self) -> Parameters:
+        code = self._take(4)[3]
+        if code not in PROCESSORS:
+            expected = "84 (Intel), 85 (DEC) or 86 (MIPS)"
+            raise InputError(f"processor type {code}", file=self.name, expected=expected)
+        self.processor = PROCESSORS[code]
+        # The section's own count of blocks may be wrong; the data lie behind it.
+        data_block = int(np.frombuffer(self.data, self.processor.dtype("u2"), 9)[8])
+        self.end = max(self.at - 4 + 512 * self.data[self.at - 2], 512 * (data_block - 1))
+        groups: dict[int, str] = {}
+        entries: list[tuple[int, str, Entry]] = []
+        for _ in range(_ENTRIES):
+            if self.at + 2 > len(self.data) or not self._entry(groups, entries):
+                break
+        named: dict[str, dict[str, Entry]] = {label: {} for label in groups.values()}
+        for group, label, entry in entries:
+            named.setdefault(groups.get(group, f"GROUP{group}"), {})[label] = entry
+        return Parameters(self.processor, named)
+
+    def _entry(self, groups: dict[int, str], entries: list[tuple[int, str, Entry]]) -> bool:
+        """Read a group or parameter; whether there may be another one."""
+        length, group = np.frombuffer(self._take(2), np.int8).tolist()
+        if length == 0:
+            return False
+        # A negative length locks the entry against editing: of no meaning to a reader.
+        label = _decoded(self._take(abs(length))).upper()
+        step = int(self._numbers("u2", self._peek(2))[0])
+        following = self.at + step
+        self.at += 2
+        if group < 0:
+            groups[-group] = label
+            self._take(self._take(1)[0])
+        else:
+            entries.append((group, label, self._value()))
+        if step and following < self.at:
+            raise self._broken(f"the entry {label} points back into itself")
+        # Some programs leave the last pointer pointing anywhere, with nothing but zeros behind it.
+        stays = following < self.end or any(self.data[self._described() : self.end])
+        self.at = following
+        return bool(step) and stays
+
+    def _described(self) -> int:
+        """The position behind the description of the entry whose content was read."""
+        return self.at + 1 + self.data[self.at] if self.at < len(self.data) else self.at
+
+    def _value(self) -> Entry:
+        code, dimensions = self._take(2)
+        kind = code - 256 if code > 127 else code
+        if kind not in _BYTES:
+            raise self._broken(f"a parameter of unknown type {kind}")
+        if dimensions > _DIMENSIONS:
+            raise self._broken(f"a parameter of {dimensions} dimensions")
+        sizes = tuple(self._take(dimensions))
+        raw = self._take(math.prod(sizes) * _BYTES[kind])
+        if kind == -1:
+            # Without a second dimension there is one text.
+            width = sizes[0] if sizes else 1
+            starts = range(0, len(raw), width) if width else ()
+            texts = tuple(_decoded(raw[i : i + width]) for i in starts)
+            return Entry(sizes[1:], texts, np.zeros(0))
+        if kind == 1:
+            return Entry(sizes, (), np.frombuffer(raw, np.uint8).astype(np.float64))
+        return Entry(sizes, (), self._numbers("i2" if kind == 2 else "f4", raw))
+
+    def _numbers(self, kind: str, raw: bytes) -> FloatArray:
+        words: NDArray[np.generic] = np.frombuffer(raw, self.processor.dtype(kind))  # type: ignore[arg-type]
+        return self.processor.decoded(words)
+
+    def _peek(self, size: int) -> bytes:
+        if self.at + size > len(self.data):
+            raise self._broken("the parameters run past the end of the file")
+        return self.data[self.at : self.at + size]
+
+    def _take(self, size: int) -> bytes:
+        taken = self._peek(size)
+        self.at += size
+        return taken
+
+    def _broken(self, problem: str) -> InputError:
+        return InputError(f"broken parameter section: {problem}", file=self.name)
+
+
+def _decoded(raw: bytes) -> str:
+    """A text of the file on one printable line."""
+    text = raw.decode("utf-8", errors="replace").rstrip("\x00 ").lstrip()
+    return shown(text)
