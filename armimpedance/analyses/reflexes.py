@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, overload
+from typing import Any, overload
 
 import numpy as np
 
@@ -12,16 +12,14 @@ from armimpedance.analyses.hand import ForceBy, Progress, opened
 from armimpedance.analyses.inspection import checked
 from armimpedance.analyses.results.labelled import html_table
 from armimpedance.analyses.results.named import position_of
+from armimpedance.analyses.results.written import WrittenResult
 from armimpedance.analyses.sources import PathLike
 from armimpedance.arrays import FrozenRecord
 from armimpedance.conventions import group_name
-from armimpedance.files import write_table
+from armimpedance.files import Content, table_content
 from armimpedance.impedance import ReflexVerdict, reflex_guard
 from armimpedance.records import Recording
 from armimpedance.report import headline, verdict_rows
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 
 def reflex(
@@ -88,7 +86,7 @@ def reflex(
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class ReflexVerdicts(FrozenRecord, Sequence[ReflexVerdict]):
+class ReflexVerdicts(WrittenResult, FrozenRecord, Sequence[ReflexVerdict]):
     """What the reflex guard says of every group of trials.
 
     Iteration gives `ReflexVerdict`; a number, or the value of a group's column, finds one.
@@ -131,27 +129,17 @@ class ReflexVerdicts(FrozenRecord, Sequence[ReflexVerdict]):
         """The groups in words: the condition alone, or all columns with their values."""
         return tuple(group_name(verdict.keys) for verdict in self)
 
-    def to_frame(self) -> pd.DataFrame:
+    @property
+    def content(self) -> Content:
         """One row a group, with the columns of ``armimpedance reflex --out``."""
-        import pandas as pd
-
-        return pd.DataFrame(self.to_dict())
+        keys = dict.fromkeys(str(name) for verdict in self for name in verdict.keys)
+        return table_content(self.to_dict(), keys=(*keys, "outcome", "n_trials"))
 
     def to_dict(self) -> list[dict[str, Any]]:
         """One mapping a group, with the names of the table's columns."""
         rows = verdict_rows(self.verdicts)
         said = {"warnings": "; ".join(self.warnings)} if self.warnings else {}
         return [row | said for row in rows]
-
-    def write(self, path: PathLike) -> None:
-        """Write the table; the ending decides: .csv, .json or .parquet.
-
-        Raises
-        ------
-        InputError
-            Another ending, or the file cannot be written.
-        """
-        write_table(self.to_dict(), path)
 
     def _table(self) -> list[list[str]]:
         rows = [[name, headline(v)] for name, v in zip(self.names, self, strict=True)]

@@ -20,7 +20,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from armimpedance.cli.parts.outputs import FIGURE, FIT, Output, add_figure, add_out, check_outputs
+from armimpedance.cli.parts.outputs import FIGURE, TABLE, Output, add_figure, add_out, check_outputs
+from armimpedance.cli.parts.written import check_long, write_result
 from armimpedance.errors import InputError
 
 
@@ -29,7 +30,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
     from armimpedance.body import METHODS
 
     parser.add_argument("recording", metavar="RECORDING", type=Path)
-    add_out(parser, "the base parameters and all that is known of them", FIT)
+    add_out(
+        parser,
+        "all that is known of the base parameters (FIT.json), or a row a parameter",
+        TABLE,
+        long=True,
+    )
     add_figure(parser, "the wrench and its prediction")
     parser.add_argument("--method", metavar="NAME", help=METHODS.listed())
     parser.add_argument(
@@ -102,14 +108,15 @@ def run(arguments: argparse.Namespace) -> int:
     from armimpedance.cli.parts.checks import number
     from armimpedance.cli.parts.figure import draw_picture
     from armimpedance.cli.parts.progress import bar
-    from armimpedance.files import write_json
+    from armimpedance.files import fit_content
     from armimpedance.plots import body_figure
     from armimpedance.report import body_text
 
     out, figure, cutoff = arguments.out, arguments.figure, arguments.cutoff_hz
     check_outputs(
-        Output("--out", out, FIT), Output("--figure", figure, FIGURE), reads=[arguments.recording]
+        Output("--out", out, TABLE), Output("--figure", figure, FIGURE), reads=[arguments.recording]
     )
+    check_long(arguments)
     with bar("identifying") as progress:
         fit = body(
             arguments.recording,
@@ -127,8 +134,7 @@ def run(arguments: argparse.Namespace) -> int:
             longest_gap_s=arguments.longest_gap_s,
             progress=progress,
         )
-    if out is not None:
-        write_json(fit.to_dict(), out)
+    write_result(fit_content(fit.to_dict()), arguments)
     print(body_text(fit))
     held = "fitted" if fit.held_out is None else "held-out"
     draw_picture(

@@ -28,6 +28,7 @@ from armimpedance.cli.parts.outputs import (
     add_out,
     check_outputs,
 )
+from armimpedance.cli.parts.written import check_long, write_result
 from armimpedance.ellipses import Which
 from armimpedance.errors import InputError
 from armimpedance.impedance import METHODS
@@ -45,7 +46,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "recording.json) where each has a recording of their own",
     )
     parser.add_argument("--method", metavar="NAME", help=f"estimator: {METHODS.listed()}")
-    add_out(parser, "the differences", TABLE)
+    add_out(parser, "the differences", TABLE, long=True)
     add_figure(parser, "ellipses where the hand was")
     parser.add_argument(
         "--which",
@@ -87,8 +88,7 @@ def run(arguments: argparse.Namespace) -> int:
             progress=progress,
         )
     out = arguments.out
-    if out is not None:
-        found.write(out)
+    write_result(found.content, arguments)
     print(found)
     if out is not None:
         rows = f"{len(found.pairs)} pairs" if found.pairs else f"{len(found.over_subjects)} rows"
@@ -110,6 +110,7 @@ def _check(arguments: argparse.Namespace) -> None:
         Output("--figure", arguments.figure, FIGURE),
         reads=arguments.inputs,
     )
+    check_long(arguments)
     if arguments.which is not None and arguments.figure is None:
         raise InputError(f"--which {arguments.which} without --figure", expected="a figure to draw")
     if arguments.seed is not None and arguments.subjects is not None:

@@ -15,7 +15,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from armimpedance.cli.parts.outputs import FIGURE, FIT, Output, add_figure, add_out, check_outputs
+from armimpedance.cli.parts.outputs import FIGURE, TABLE, Output, add_figure, add_out, check_outputs
 from armimpedance.errors import InputError
 
 
@@ -31,7 +31,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--parameter", default="k", metavar="NAME", help="default: k")
     parser.add_argument("--joint", type=int, metavar="N", help="where a fit has several, from 1")
-    add_out(parser, "how far the groups stand apart, and everybody's value", FIT)
+    add_out(
+        parser, "how far the groups stand apart; in a .json everybody's value too", TABLE, long=True
+    )
     add_figure(parser, "everybody's value, the groups' means and the threshold")
 
 
@@ -39,21 +41,23 @@ def run(arguments: argparse.Namespace) -> int:
     """Read, tell apart, write, print."""
     from armimpedance.analyses import discriminate
     from armimpedance.cli.parts.figure import draw_picture
-    from armimpedance.files import write_json
+    from armimpedance.cli.parts.written import check_long, write_result
+    from armimpedance.files import table_content
     from armimpedance.plots import plot_discrimination
     from armimpedance.report import discrimination_text
 
     out, figure, groups = arguments.out, arguments.figure, arguments.group
     files = [Path(file) for _, *given in groups for file in given]
-    check_outputs(Output("--out", out, FIT), Output("--figure", figure, FIGURE), reads=files)
+    check_outputs(Output("--out", out, TABLE), Output("--figure", figure, FIGURE), reads=files)
+    check_long(arguments)
     _check_names(groups)
     result = discriminate(
         {name: given for name, *given in groups},
         parameter=arguments.parameter,
         joint=arguments.joint,
     )
-    if out is not None:
-        write_json(result.to_dict(), out)
+    rows = result.to_frame().reset_index().to_dict("records")
+    write_result(table_content(rows, keys=("measure",), objects=result.to_dict()), arguments)
     print(discrimination_text(result))
     draw_picture(
         arguments,

@@ -30,13 +30,13 @@ from armimpedance.cli.parts.despite import add_despite
 from armimpedance.cli.parts.elbow_input import FIT as AT_ONE_POINT, LAW
 from armimpedance.cli.parts.outputs import (
     FIGURE,
-    FIT,
     TABLE,
     Output,
     add_figure,
     add_out,
     check_outputs,
 )
+from armimpedance.cli.parts.written import check_long, write_result
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -44,7 +44,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
     from armimpedance.elbow import METHODS
 
     parser.add_argument("recording", metavar="RECORDING", type=Path)
-    add_out(parser, "the fit, a .json; with --time-varying the course", TABLE)
+    add_out(
+        parser,
+        "the fit (FIT.json), or a row a parameter; with --time-varying the course",
+        TABLE,
+        long=True,
+    )
     parser.add_argument("--method", metavar="NAME", help=f"{METHODS.listed()}; arx is the source's")
     parser.add_argument(
         "--cutoff-hz",
@@ -110,8 +115,9 @@ def run(arguments: argparse.Namespace) -> int:
 
     analysis = analysis_of(arguments)
     at_one_point, law = analysis == AT_ONE_POINT, analysis == LAW
+    check_long(arguments)
     check_outputs(
-        Output("--out", arguments.out, FIT if at_one_point or law else TABLE),
+        Output("--out", arguments.out, TABLE),
         Output("--figure", arguments.figure, FIGURE),
         reads=[arguments.recording, arguments.imcj],
     )
@@ -126,14 +132,13 @@ def _at_one_point(options: dict[str, Any], arguments: argparse.Namespace) -> Non
     from armimpedance.cli.parts.figure import draw_picture
     from armimpedance.cli.parts.progress import bar
     from armimpedance.elbow import from_recording
-    from armimpedance.files import write_fit
+    from armimpedance.files import fit_content
     from armimpedance.plots import plot_frequency_response
     from armimpedance.report import elbow_text
 
     with bar("fitting") as progress:
         fit = elbow(arguments.recording, **options, progress=progress)
-    if arguments.out is not None:
-        write_fit(fit.summary, arguments.out, **fit.to_dict())
+    write_result(fit_content({**fit.summary.to_dict(), **fit.to_dict()}), arguments)
     print(elbow_text(fit))
 
     def draw() -> Any:
@@ -155,15 +160,15 @@ def _over_time(options: dict[str, Any], arguments: argparse.Namespace) -> None:
     from armimpedance.analyses import elbow_over_time
     from armimpedance.cli.parts.figure import draw_picture
     from armimpedance.cli.parts.progress import bar
-    from armimpedance.files import write_varying
+    from armimpedance.files import varying_content
     from armimpedance.plots import plot_varying_both
     from armimpedance.report import varying_text
 
     with bar("estimating the course") as progress:
         course = elbow_over_time(arguments.recording, **options, progress=progress)
     written = ""
+    write_result(varying_content(course), arguments)
     if arguments.out is not None:
-        write_varying(course, arguments.out)
         written = f"\n\n{len(course.time_s)} rows written to {arguments.out}"
     print(varying_text(course) + written)
     draw_picture(
@@ -178,14 +183,13 @@ def _law(options: dict[str, Any], arguments: argparse.Namespace) -> None:
     from armimpedance.analyses import emg_law
     from armimpedance.cli.parts.figure import draw_picture
     from armimpedance.cli.parts.progress import bar
-    from armimpedance.files import write_fit
+    from armimpedance.files import fit_content
     from armimpedance.plots import plot_emg_law
     from armimpedance.report import law_text
 
     with bar("fitting trials") as progress:
         law = emg_law(arguments.recording, **options, progress=progress)
-    if arguments.out is not None:
-        write_fit(law.summary, arguments.out, **law.to_dict())
+    write_result(fit_content({**law.summary.to_dict(), **law.to_dict()}), arguments)
     print(law_text(law))
     draw_picture(
         arguments,

@@ -31,12 +31,14 @@ from armimpedance.cli.parts.outputs import (
     add_out,
     check_outputs,
 )
+from armimpedance.cli.parts.written import WITH_CHECKS, check_long, write_result
 from armimpedance.conventions import group_name
 from armimpedance.errors import InputError
 from armimpedance.impedance import METHODS
 
 if TYPE_CHECKING:
     from armimpedance.analyses import ComparedMethods, Estimates
+    from armimpedance.findings import Finding
     from armimpedance.records import Recording
 
 #: What stands for every method, side by side.
@@ -46,7 +48,7 @@ ALL = "all"
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
     parser.add_argument("recordings", nargs="+", metavar="RECORDING", type=Path)
-    add_out(parser, "the results", TABLE)
+    add_out(parser, "the results", TABLE, long=True)
     add_figure(parser, "M, K and B of every group, and beside it motion and force of one trial")
     add_by(parser)
     parser.add_argument(
@@ -106,8 +108,7 @@ def run(arguments: argparse.Namespace) -> int:
     together = arguments.method == ALL
     parts = [_of_recording(path, arguments, together) for path in arguments.recordings]
     made = _joined([part for part, _ in parts], arguments.recordings)
-    if arguments.out is not None:
-        made.write(arguments.out)
+    write_result(made.content, arguments, _checks(arguments))
     if together:
         print("\n\n".join(text for _, text in parts), end="\n\n")
     else:
@@ -167,6 +168,7 @@ def _check(arguments: argparse.Namespace) -> None:
         Output("--figure", motion, FIGURE),
         reads=arguments.recordings,
     )
+    check_long(arguments)
     if wanted is not None and out is None:
         raise InputError(f"--format {wanted} without --out", expected="a file to write")
     if wanted is not None and out.suffix != f".{wanted}":
@@ -174,6 +176,16 @@ def _check(arguments: argparse.Namespace) -> None:
     if arguments.seed is not None and arguments.covariance != "bootstrap":
         problem = f"--seed with --covariance {arguments.covariance}: nothing is drawn"
         raise InputError(problem, expected="--covariance bootstrap")
+
+
+def _checks(arguments: argparse.Namespace) -> tuple[Finding, ...]:
+    """What `inspect` finds, for the formats that have a place for it; of one recording."""
+    out, paths = arguments.out, arguments.recordings
+    if out is None or out.suffix not in WITH_CHECKS or len(paths) > 1:
+        return ()
+    from armimpedance.analyses import inspect
+
+    return inspect(paths[0], force_by=arguments.force_by).checks
 
 
 def _of_recording(

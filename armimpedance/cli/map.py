@@ -45,7 +45,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("results", metavar="RESULTS.csv", type=Path)
     parser.add_argument("--recording", required=True, type=Path, metavar="RECORDING")
     parser.add_argument("--to", choices=("joint", "muscle"), required=True)
-    add_out(parser, "the mapped results", TABLE, required=True)
+    add_out(parser, "the mapped results", TABLE, long=True, required=True)
     add_figure(parser, "K of the joints with and without the force term; ranges of the muscles")
     parser.add_argument(
         "--no-force-term", action="store_true", help="leave Gamma(F) out, as the source does"
@@ -69,6 +69,7 @@ def run(args: argparse.Namespace) -> int:
     from armimpedance.analyses import to_joint, to_muscle
     from armimpedance.cli.parts.figure import draw_picture
     from armimpedance.cli.parts.outputs import FIGURE, TABLE, Output, check_outputs
+    from armimpedance.cli.parts.written import check_long, write_result
     from armimpedance.plots import plot_force_term, plot_muscle_ranges
     from armimpedance.report import muscle_text, summary_table
 
@@ -78,10 +79,11 @@ def run(args: argparse.Namespace) -> int:
         Output("--figure", args.figure, FIGURE),
         reads=[args.results, args.recording],
     )
+    check_long(args)
     force_term = not args.no_force_term
     if args.to == "joint":
         joint = to_joint(args.results, recording=args.recording, force_term=force_term)
-        joint.write(args.out)
+        write_result(joint.content, args)
         print(summary_table(joint))
     else:
         muscles = to_muscle(
@@ -92,7 +94,7 @@ def run(args: argparse.Namespace) -> int:
             curvature=not args.no_curvature,
             share=args.share or "effort",
         )
-        muscles.write(args.out)
+        write_result(muscles.content, args)
         print(muscle_text(muscles))
     print(f"\n{len(joint if args.to == 'joint' else muscles)} rows written to {args.out}")
     if args.to == "muscle":

@@ -25,7 +25,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from armimpedance.cli.parts.despite import add_despite
-from armimpedance.cli.parts.outputs import FIGURE, FIT, Output, add_figure, add_out, check_outputs
+from armimpedance.cli.parts.outputs import FIGURE, TABLE, Output, add_figure, add_out, check_outputs
+from armimpedance.cli.parts.written import check_long, write_result
 
 if TYPE_CHECKING:
     from armimpedance.passive import RestAngle
@@ -36,7 +37,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
     from armimpedance.passive import METHODS
 
     parser.add_argument("recording", metavar="RECORDING", type=Path)
-    add_out(parser, "the parameters and all that is known of them", FIT)
+    add_out(
+        parser,
+        "all that is known of the parameters (FIT.json), or a row a parameter",
+        TABLE,
+        long=True,
+    )
     add_figure(parser, "torque and its prediction")
     add_despite(parser)
     parser.add_argument("--validate", type=Path, metavar="RECORDING", help="predict its torque too")
@@ -108,16 +114,17 @@ def run(arguments: argparse.Namespace) -> int:
     from armimpedance.cli.parts.checks import number
     from armimpedance.cli.parts.figure import draw_picture
     from armimpedance.cli.parts.progress import bar
-    from armimpedance.files import write_json
+    from armimpedance.files import fit_content
     from armimpedance.plots import plot_passive_fits
     from armimpedance.report import passive_text
 
     out, figure, gate = arguments.out, arguments.figure, arguments.emg_gate
     check_outputs(
-        Output("--out", out, FIT),
+        Output("--out", out, TABLE),
         Output("--figure", figure, FIGURE),
         reads=[arguments.recording, arguments.validate],
     )
+    check_long(arguments)
     cutoff = arguments.cutoff_hz
     with bar("passive joints") as progress:
         fits = passive(
@@ -140,8 +147,7 @@ def run(arguments: argparse.Namespace) -> int:
             despite=arguments.despite,
             progress=progress,
         )
-    if out is not None:
-        write_json(fits.to_dict(), out)
+    write_result(fit_content(fits.to_dict()), arguments)
     print(passive_text(fits))
     draw_picture(
         arguments,

@@ -28,6 +28,7 @@ from armimpedance.cli.parts.outputs import (
     add_out,
     check_outputs,
 )
+from armimpedance.cli.parts.written import check_long, write_result
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -37,7 +38,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--delay-ms", type=float, metavar="D", help="delay of the reflex, for example from EMG"
     )
-    add_out(parser, "the verdicts, one row a group", TABLE)
+    add_out(parser, "the verdicts, one row a group", TABLE, long=True)
     add_figure(parser, "K over the window's end, and the delay")
     parser.add_argument(
         "--seed",
@@ -64,6 +65,7 @@ def run(arguments: argparse.Namespace) -> int:
         Output("--figure", figure, FIGURE),
         reads=[arguments.recording],
     )
+    check_long(arguments)
     with bar("looking for reflexes") as progress:
         verdicts = reflex(
             arguments.recording,
@@ -74,8 +76,7 @@ def run(arguments: argparse.Namespace) -> int:
             despite=arguments.despite,
             progress=progress,
         )
-    if out is not None:
-        verdicts.write(out)
+    write_result(verdicts.content, arguments)
     print(verdict_text(verdicts))
     for warning in verdicts.warnings:
         print("\n" + fill(f"warning: {warning}", 100))

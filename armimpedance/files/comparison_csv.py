@@ -11,6 +11,10 @@ from typing import Any, Final
 import numpy as np
 
 from armimpedance.comparison import Pair, SubjectsChange
+from armimpedance.files.tables import table_content
+from armimpedance.files.written.content import About, Content, Quantity
+from armimpedance.files.written.words import meaning_of
+from armimpedance.findings import Finding
 
 Row = dict[str, Any]
 
@@ -53,6 +57,57 @@ def comparison_rows(
         head["notes"] = "; ".join(pair.notes)
         rows += [{**head, **cells} for cells in (*_changes(pair), *_tests(pair))]
     return PAIR_COLUMNS, [_known(row, PAIR_COLUMNS) for row in rows]
+
+
+def comparison_content(
+    pairs: Sequence[Pair],
+    over_subjects: Sequence[SubjectsChange] = (),
+    warnings: Sequence[str] = (),
+    checks: Sequence[Finding] = (),
+) -> Content:
+    """What a file holds of a comparison.
+
+    Parameters
+    ----------
+    pairs, over_subjects
+        As for `comparison_rows`.
+    warnings : sequence of str
+        Each row is marked with them.
+    checks : sequence of Finding
+
+    Returns
+    -------
+    Content
+    """
+    columns, rows = comparison_rows(pairs, over_subjects)
+    if warnings:
+        said = {"warnings": "; ".join(warnings)}
+        columns, rows = (*columns, *said), [row | said for row in rows]
+    about = About(checks=tuple(checks))
+    return table_content(
+        rows, columns, quantities=lambda: [_quantity(row) for row in rows], about=about
+    )
+
+
+def _quantity(row: Row) -> Quantity:
+    """A change or a test as a row of the long table; what else is known of it stands beside it."""
+    means = meaning_of(row["quantity"] or "")
+    own = ("quantity", "change", "ci_low", "ci_high", "sd", "unit")
+    keys = {name: row[name] for name in ("group_1", "group_2", "matrix", "kind")}
+    return Quantity(
+        keys,
+        row["quantity"],
+        f"{row['kind']} of {row['matrix']} {row['quantity']}",
+        row["change"],
+        row["ci_low"],
+        row["ci_high"],
+        row.get("sd"),
+        # the sd of a ratio is that of its logarithm
+        "1" if row["kind"] == "ratio" else row["unit"] or "",
+        means.i,
+        means.j,
+        {name: cell for name, cell in row.items() if name not in own and name not in keys},
+    )
 
 
 def _known(row: Row, columns: Sequence[str]) -> Row:

@@ -7,6 +7,11 @@ from pathlib import Path
 from typing import Any
 
 from armimpedance.errors import InputError
+from armimpedance.files.tables import table_content
+from armimpedance.files.written.content import About, Content, Quantity
+from armimpedance.files.written.long import number
+from armimpedance.files.written.words import meaning_of
+from armimpedance.findings import Finding
 from armimpedance.json_text import json_text, read_json
 from armimpedance.outputs import staged_file
 from armimpedance.regression import FitSummary, NamedParameter
@@ -25,6 +30,63 @@ def write_fit(summary: FitSummary, path: str | Path, **more: Any) -> None:
         Further fields of the file, as plain values.
     """
     write_json({**summary.to_dict(), **more}, path)
+
+
+def fit_content(told: Mapping[str, Any]) -> Content:
+    """What a file holds of a fit: FIT.json as it is, a row a parameter in every other format.
+
+    Parameters
+    ----------
+    told : mapping
+        What FIT.json holds, with its `parameters`.
+
+    Returns
+    -------
+    Content
+    """
+    rows = [_cells(one, str(told.get("method", ""))) for one in told["parameters"]]
+    columns = dict.fromkeys(name for row in rows for name in row)
+    checks = [Finding(c["check"], c["verdict"], c["message"], c["smallest"]) for c in _checks(told)]
+    known = {check.sentence for check in checks}
+    more = (w for w in told.get("warnings", ()) if w not in known)
+    about = About(checks=(*checks, *(Finding("", "warning", sentence) for sentence in more)))
+    return table_content(
+        rows,
+        list(columns),
+        quantities=lambda: [_quantity(row) for row in rows],
+        objects=told,
+        structs=lambda: [told],
+        about=about,
+    )
+
+
+def _checks(told: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    return list(told.get("checks", ()))
+
+
+def _cells(parameter: Mapping[str, Any], method: str) -> dict[str, Any]:
+    """A parameter of FIT.json as a row."""
+    low, high = parameter["ci95"]
+    joint = {"joint": parameter["joint"]} if "joint" in parameter else {}
+    names = ("value", "sd", "sd_robust", "rel_sd_percent", "well_identified", "unit")
+    row = {"parameter": parameter["name"], **joint, **{n: parameter[n] for n in names}}
+    return {**row, "ci_low": low, "ci_high": high, "method": method}
+
+
+def _quantity(row: Mapping[str, Any]) -> Quantity:
+    keys = {name: row[name] for name in ("joint", "method") if name in row}
+    more = {name: row[name] for name in ("rel_sd_percent", "well_identified")}
+    return Quantity(
+        keys,
+        row["parameter"],
+        meaning_of(row["parameter"]).words,
+        number(row["value"]),
+        number(row["ci_low"]),
+        number(row["ci_high"]),
+        number(row["sd_robust"]),
+        row["unit"],
+        more=more,
+    )
 
 
 def write_json(content: Any, path: str | Path) -> None:

@@ -15,7 +15,8 @@ from typing import Any
 
 from armimpedance.errors import InputError
 from armimpedance.files.result_row import group_cells, require_results
-from armimpedance.files.tables import write_table
+from armimpedance.files.tables import table_content, write_content
+from armimpedance.files.written.content import Content
 from armimpedance.levels import Combination, FeasibleRange, MuscleEstimate, MuscleShare
 
 Cells = dict[str, Any]
@@ -28,7 +29,7 @@ def write_muscle_results(estimates: Sequence[MuscleEstimate], path: str | Path) 
     ----------
     estimates : sequence of MuscleEstimate
     path : path
-        Ends in .csv, .json or .parquet.
+        Its ending decides the format, see `write_content`.
 
     Raises
     ------
@@ -36,8 +37,29 @@ def write_muscle_results(estimates: Sequence[MuscleEstimate], path: str | Path) 
         Without estimates, or when a group's column is named like a column of the results.
     """
     require_results(estimates, path)
+    write_content(muscles_content(estimates), path)
+
+
+def muscles_content(estimates: Sequence[MuscleEstimate]) -> Content:
+    """What a file holds of estimates of muscles.
+
+    Parameters
+    ----------
+    estimates : sequence of MuscleEstimate
+
+    Returns
+    -------
+    Content
+
+    Raises
+    ------
+    InputError
+        A group's column is named like a column of the results.
+    """
     columns, rows = muscle_rows(estimates)
-    write_table(rows, path, columns)
+    groups = dict.fromkeys(name for one in estimates for name in group_cells(one.keys))
+    keys = (*groups, "level", "method", "n_trials", "arm")
+    return table_content(rows, columns, keys=keys)
 
 
 def muscle_rows(estimates: Sequence[MuscleEstimate]) -> tuple[list[str], list[Cells]]:

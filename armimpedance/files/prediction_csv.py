@@ -13,7 +13,8 @@ from armimpedance.errors import InputError
 from armimpedance.files.quantities import limits_of
 from armimpedance.files.result_row import Cells, ellipse_cells
 from armimpedance.files.table_row import TableRow, table_rows
-from armimpedance.files.tables import write_table
+from armimpedance.files.tables import table_content
+from armimpedance.files.written.content import Content
 from armimpedance.muscles import HandPrediction, JointPrediction, Predicted
 
 _MATRICES: Final = (("K", "stiffness"), ("B", "viscosity"))
@@ -71,8 +72,8 @@ def _activation(row: TableRow, muscle: int) -> float:
     return alpha
 
 
-def write_predictions(predicted: JointPrediction | HandPrediction, path: str | Path) -> None:
-    """Write one row per posture and activation, whole or not at all.
+def predictions_content(predicted: JointPrediction | HandPrediction) -> Content:
+    """What a file holds of predictions: one row per posture and activation.
 
     Columns: `level`, the posture, `alpha_i` where the model has activations, `K_ij`, `B_ij` with
     `sd_` and 95 % limits `ci_low_`, `ci_high_`, the ellipses' `K_size, K_orientation_deg, K_shape`
@@ -83,8 +84,10 @@ def write_predictions(predicted: JointPrediction | HandPrediction, path: str | P
     Parameters
     ----------
     predicted : JointPrediction or HandPrediction
-    path : path
-        Ends in .csv, .json or .parquet.
+
+    Returns
+    -------
+    Content
     """
     parts = (
         predicted.place,
@@ -95,7 +98,8 @@ def write_predictions(predicted: JointPrediction | HandPrediction, path: str | P
     rows: list[Cells] = []
     for own in zip(*parts, strict=True):
         rows.append({name: cell for part in own for name, cell in part.items()})
-    write_table(rows, path)
+    places = dict.fromkeys(name for place in predicted.place for name in place)
+    return table_content(rows, keys=(*places, "extrapolated"))
 
 
 def _ellipse_rows(predicted: Predicted, symbol: str, field: str) -> list[Cells]:

@@ -6,6 +6,7 @@ import json
 import os
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, get_args
 
@@ -14,13 +15,20 @@ import numpy as np
 from armimpedance.arrays import FloatArray
 from armimpedance.conventions import AXES, Level, parameter_names
 from armimpedance.errors import InputError, RecordError
-from armimpedance.files.result_row import is_result_column, require_results, row_blocks
+from armimpedance.files.result_row import (
+    group_cells,
+    is_result_column,
+    require_results,
+    row_blocks,
+)
 from armimpedance.files.results_json import result_objects
+from armimpedance.files.results_mat import result_structs
 from armimpedance.files.table_row import TableRow, table_rows
-from armimpedance.files.tables import write_table
-from armimpedance.json_text import json_text
-from armimpedance.outputs import staged_file
+from armimpedance.files.tables import write_content
+from armimpedance.files.written.content import Cells, Content, Quantity
+from armimpedance.files.written.long import quantities_of
 from armimpedance.records import ImpedanceEstimate, Quality
+from armimpedance.regression import t_factor
 
 _LINE_BREAKS = re.compile(r"[\r\n\x00]+")
 _NUMBER = re.compile(r"-?(0|[1-9]\d*)(\.\d+)?([eE][+-]?\d+)?")
@@ -35,7 +43,7 @@ def write_results(estimates: Sequence[ImpedanceEstimate], path: str | os.PathLik
         Of one, two and three axes, also mixed.
     path : path
         Its ending decides the format: .csv (RESULTS.csv, see `result_rows`), .json (nested
-        matrices) or .parquet (the columns of RESULTS.csv).
+        matrices), .mat (structs), .parquet (the columns of RESULTS.csv) or .xlsx (a workbook).
 
     Raises
     ------
@@ -44,13 +52,50 @@ def write_results(estimates: Sequence[ImpedanceEstimate], path: str | os.PathLik
         ending that is none of these.
     """
     require_results(estimates, path)
-    if Path(path).suffix == ".json":
-        text = json_text(result_objects(estimates))
-        with staged_file(path) as staged:
-            Path(staged).write_text(text, encoding="utf-8")
-        return
+    write_content(results_content(estimates), path)
+
+
+def results_content(estimates: Sequence[ImpedanceEstimate]) -> Content:
+    """What a file holds of estimates, whatever its format.
+
+    Parameters
+    ----------
+    estimates : sequence of ImpedanceEstimate
+        Of one, two and three axes, also mixed.
+
+    Returns
+    -------
+    Content
+
+    Raises
+    ------
+    InputError
+        A group's column is named like a column of the results.
+    """
     columns, rows = result_rows(estimates)
-    write_table(rows, path, columns)
+    groups = dict.fromkeys(name for one in estimates for name in group_cells(one.keys))
+    keys = (*groups, "level", "method", "n_trials")
+
+    def quantities() -> list[Quantity]:
+        made = zip(estimates, rows, strict=True)
+        return [q for one, row in made for q in _quantities(one, columns, row, keys)]
+
+    return Content(
+        columns, rows, quantities, result_objects(estimates), lambda: result_structs(estimates)
+    )
+
+
+def _quantities(
+    estimate: ImpedanceEstimate, columns: Sequence[str], row: Cells, keys: Sequence[str]
+) -> list[Quantity]:
+    """Those of one row; the antisymmetric parts have their limits, which no column holds."""
+    factor = t_factor(estimate.dof)
+    return [
+        replace(one, lower=one.value - factor * one.sd, upper=one.value + factor * one.sd)
+        if one.quantity.endswith("_antisymmetric") and one.value is not None and one.sd is not None
+        else one
+        for one in quantities_of(columns, [row], keys)
+    ]
 
 
 def result_rows(

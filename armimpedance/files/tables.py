@@ -11,29 +11,27 @@ from typing import Any
 from armimpedance.errors import InputError
 from armimpedance.files.written.content import About, Cells, Content, Quantity
 from armimpedance.files.written.ending import ENDINGS, Ending
-from armimpedance.files.written.long import long_table, quantities_of
+from armimpedance.files.written.long import quantities_of
+from armimpedance.files.written.methods import methods_paragraph, software
 from armimpedance.outputs import staged_file
 
 
-def write_table(
+def table_content(
     rows: Iterable[Mapping[str, Any]],
-    path: str | os.PathLike[str],
     columns: Sequence[str] | None = None,
     *,
     keys: Sequence[str] = (),
     quantities: Callable[[], Sequence[Quantity]] | None = None,
     objects: Any = None,
     structs: Callable[[], Sequence[Cells]] | None = None,
-    long: bool = False,
     about: About | None = None,
-) -> None:
-    """Write rows of cells; a cell that a row does not have stays empty (JSON: null).
+    digits: int | None = None,
+) -> Content:
+    """What a file holds of a table; a cell that a row does not have stays empty (JSON: null).
 
     Parameters
     ----------
     rows : mappings from a column's name to a text, a number, a truth or None
-    path : path
-        Its ending decides the format: .csv, .json, .mat, .parquet, .xlsx.
     columns : sequence of str, optional
         The columns and their order; without it all of them, in the order of their first use.
     keys : sequence of str
@@ -44,8 +42,62 @@ def write_table(
         What a JSON file holds in place of the rows.
     structs : function without arguments, optional
         Makes what a MATLAB file holds in place of the rows.
+    about : About, optional
+        What stands beside the numbers.
+    digits : int, optional
+        Of the numbers in a CSV file; without it all of them.
+
+    Returns
+    -------
+    Content
+    """
+    table = [dict(row) for row in rows]
+    header = list(
+        dict.fromkeys(name for row in table for name in row) if columns is None else columns
+    )
+    named = [name for name in keys if name in header]
+    made = quantities or (lambda: quantities_of(header, table, named))
+    return Content(header, table, made, objects, structs, about or About(), digits)
+
+
+def write_table(
+    rows: Iterable[Mapping[str, Any]],
+    path: str | os.PathLike[str],
+    columns: Sequence[str] | None = None,
+) -> None:
+    """Write rows of cells.
+
+    Parameters
+    ----------
+    rows, columns
+        As for `table_content`.
+    path : path
+        Its ending decides the format.
+
+    Raises
+    ------
+    InputError
+        As for `write_content`.
+    """
+    write_content(table_content(rows, columns), path)
+
+
+def write_content(
+    content: Content,
+    path: str | os.PathLike[str],
+    *,
+    long: bool = False,
+    about: About | None = None,
+) -> None:
+    """Write what is known of a result, whole or not at all.
+
+    Parameters
+    ----------
+    content : Content
+    path : path
+        Its ending decides the format: .csv, .json, .mat, .parquet, .xlsx.
     long : bool
-        One row a quantity in place of one row a group.
+        One row a quantity in place of one row a group: .csv, .json and .parquet.
     about : About, optional
         What stands beside the numbers, where the format has a place for it.
 
@@ -55,42 +107,15 @@ def write_table(
         An ending that is none of these or holds no long table, a cell that the format cannot
         hold, or the file cannot be written.
     """
-    table = [dict(row) for row in rows]
-    header = list(
-        dict.fromkeys(name for row in table for name in row) if columns is None else columns
-    )
-    content = Content(
-        header,
-        table,
-        quantities or (lambda: quantities_of(header, table, keys)),
-        objects,
-        structs,
-        about or About(),
-    )
-    write_content(content, path, long=long)
-
-
-def write_content(content: Content, path: str | os.PathLike[str], *, long: bool = False) -> None:
-    """Write what is known of a result through a temporary name.
-
-    Parameters
-    ----------
-    content : Content
-    path : path
-        Its ending decides the format.
-    long : bool
-        One row a quantity in place of one row a group.
-
-    Raises
-    ------
-    InputError
-        As for `write_table`.
-    """
     ending = ending_of(path)
+    if about is not None:
+        checks = (*content.about.checks, *about.checks)
+        content = replace(content, about=replace(about, checks=tuple(dict.fromkeys(checks))))
+    content = replace(content, about=_told(content))
     if long and not ending.long:
         raise InputError("no long table", file=path, expected="a .csv, .json or .parquet")
     if long:
-        columns, rows = long_table(content.long)
+        columns, rows = content.long_table
         content = replace(content, columns=columns, rows=rows, objects=None)
     with staged_file(path) as staged:
         try:
@@ -107,6 +132,15 @@ def write_content(content: Content, path: str | os.PathLike[str], *, long: bool 
                 column=error.column,
                 expected=error.expected,
             ) from None
+
+
+def _told(content: Content) -> About:
+    """What is said beside the numbers, with the program and a methods paragraph."""
+    about = content.about
+    made = dict((("software", software()), *about.made))
+    return replace(
+        about, methods=about.methods or methods_paragraph(content), made=tuple(made.items())
+    )
 
 
 def ending_of(path: str | os.PathLike[str]) -> Ending:

@@ -1,14 +1,14 @@
-"""RESULT.csv: one row a movement; SAMPLES.csv: one row a sample. Empty where there is no value."""
+"""SAMPLES.csv: one row a sample of every movement. Empty where there is no value."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from pathlib import Path
+from collections.abc import Iterable, Iterator
 from typing import Any, Final
 
-from armimpedance.files.tables import write_table
+from armimpedance.files.tables import table_content
+from armimpedance.files.written.content import Content
 from armimpedance.json_text import finite
-from armimpedance.therapy import Contribution, MovementTorques, SampleContribution
+from armimpedance.therapy import MovementTorques, SampleContribution
 
 SAMPLE_COLUMNS: Final = (
     *("trial", "time_s", "q_rad", "qd_rad_s", "tau_motor_Nm", "tau_robot_Nm", "tau_arm_Nm"),
@@ -16,42 +16,27 @@ SAMPLE_COLUMNS: Final = (
 )
 
 
-def write_contributions(results: Sequence[Contribution], path: str | Path) -> None:
-    """One row per movement, whole or not at all.
-
-    Parameters
-    ----------
-    results : sequence of Contribution
-        Of all movements.
-    path : path
-        Its ending decides the format: .csv, .json or .parquet.
-
-    Raises
-    ------
-    InputError
-        Another ending, or the file cannot be written.
-    """
-    _write([result.to_dict() for result in results], path)
-
-
-def write_samples(
-    movements: Iterable[tuple[MovementTorques, SampleContribution]], path: str | Path
-) -> None:
-    """One row per sample of every movement, whole or not at all.
+def samples_content(
+    movements: Iterable[tuple[MovementTorques, SampleContribution]],
+) -> Content:
+    """What a file holds of the samples of every movement: one row a sample.
 
     Parameters
     ----------
     movements : pairs of MovementTorques and SampleContribution
         A movement and (3) of its samples.
-    path : path
-        Its ending decides the format: .csv, .json or .parquet.
 
-    Raises
-    ------
-    InputError
-        Another ending, or the file cannot be written.
+    Returns
+    -------
+    Content
+        Without a long table: a sample is no estimate.
     """
-    _write((row for pair in movements for row in _samples(*pair)), path)
+    rows = [
+        {name: finite(cell) for name, cell in row.items()}
+        for pair in movements
+        for row in _samples(*pair)
+    ]
+    return table_content(rows, SAMPLE_COLUMNS, quantities=lambda: (), digits=10)
 
 
 def _samples(torques: MovementTorques, samples: SampleContribution) -> Iterator[dict[str, Any]]:
@@ -59,13 +44,3 @@ def _samples(torques: MovementTorques, samples: SampleContribution) -> Iterator[
     columns = (*moved, torques.user, samples.counts, samples.percent, samples.sd, samples.valid)
     for values in zip(*(column.tolist() for column in columns), strict=True):
         yield dict(zip(SAMPLE_COLUMNS, (torques.trial, *values), strict=True))
-
-
-def _write(rows: Iterable[Mapping[str, Any]], path: str | Path) -> None:
-    digits = Path(path).suffix == ".csv"
-    write_table(({name: _cell(v, digits) for name, v in row.items()} for row in rows), path)
-
-
-def _cell(value: Any, ten_digits: bool) -> Any:
-    value = finite(value)
-    return f"{value:.10g}" if ten_digits and isinstance(value, float) else value

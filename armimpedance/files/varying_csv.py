@@ -5,7 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from armimpedance.elbow import VaryingImpedance
-from armimpedance.files.tables import write_table
+from armimpedance.files.tables import table_content, write_content
+from armimpedance.files.written.content import About, Content
 
 
 def write_varying(varying: VaryingImpedance, path: str | Path) -> None:
@@ -15,18 +16,29 @@ def write_varying(varying: VaryingImpedance, path: str | Path) -> None:
     ----------
     varying : VaryingImpedance
     path : path
-        Its ending decides the format: .csv, .json or .parquet.
+        Its ending decides the format, see `write_content`.
 
     Raises
     ------
     InputError
         Another ending, or the file cannot be written.
     """
+    write_content(varying_content(varying), path)
+
+
+def varying_content(varying: VaryingImpedance) -> Content:
+    """What a file holds of a course, its numbers to ten digits.
+
+    Parameters
+    ----------
+    varying : VaryingImpedance
+
+    Returns
+    -------
+    Content
+    """
     table = varying.to_frame()
-    shown = _text if Path(path).suffix == ".csv" else lambda cell: cell
-    rows = ({str(name): shown(c) for name, c in row.items()} for row in table.to_dict("records"))
-    write_table(rows, path, list(table.columns))
-
-
-def _text(cell: object) -> object:
-    return f"{cell:.10g}" if isinstance(cell, float) else cell
+    rows = ({str(name): c for name, c in row.items()} for row in table.to_dict("records"))
+    about = About(checks=tuple(varying.checks))
+    keys = ("trial", "time_s", "method")
+    return table_content(rows, list(table.columns), keys=keys, about=about, digits=10)

@@ -4,22 +4,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from textwrap import fill
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from armimpedance.analyses.results.labelled import html_table
-from armimpedance.analyses.sources import PathLike
+from armimpedance.analyses.results.written import WrittenResult
 from armimpedance.arrays import FrozenRecord
 from armimpedance.comparison import ComparedGroup, Pair, SubjectsChange
-from armimpedance.files import comparison_rows, write_table
+from armimpedance.files import Content, comparison_content
 from armimpedance.findings import Finding
 from armimpedance.report import TABLE_WIDTH, checks_lines, comparison_text, subjects_text
 
-if TYPE_CHECKING:
-    import pandas as pd
-
 
 @dataclass(frozen=True, repr=False, eq=False)
-class Comparison(FrozenRecord):
+class Comparison(WrittenResult, FrozenRecord):
     """What differs between groups of trials, and whether chance could have done it.
 
     Attributes
@@ -42,35 +39,14 @@ class Comparison(FrozenRecord):
     warnings: tuple[str, ...] = ()
     checks: tuple[Finding, ...] = ()
 
-    def to_frame(self) -> pd.DataFrame:
-        """The rows and columns of DIFFERENCES.csv."""
-        import pandas as pd
-
-        columns, rows = self._rows()
-        return pd.DataFrame(rows, columns=columns)
+    @property
+    def content(self) -> Content:
+        """The rows and columns of DIFFERENCES.csv, marked where checks warned."""
+        return comparison_content(self.pairs, self.over_subjects, self.warnings, self.checks)
 
     def to_dict(self) -> list[dict[str, Any]]:
         """One mapping per row of DIFFERENCES.csv."""
-        return self._rows()[1]
-
-    def write(self, path: PathLike) -> None:
-        """Write the differences; the ending decides: .csv, .json or .parquet.
-
-        Raises
-        ------
-        InputError
-            Another ending, or the file cannot be written.
-        """
-        columns, rows = self._rows()
-        write_table(rows, path, columns)
-
-    def _rows(self) -> tuple[list[str], list[dict[str, Any]]]:
-        """Columns and rows of DIFFERENCES.csv, marked where checks warned."""
-        columns, rows = comparison_rows(self.pairs, self.over_subjects)
-        if not self.warnings:
-            return list(columns), rows
-        said = {"warnings": "; ".join(self.warnings)}
-        return [*columns, *said], [row | said for row in rows]
+        return [dict(row) for row in self.content.rows]
 
     def __str__(self) -> str:
         """The tables that ``armimpedance compare`` prints."""

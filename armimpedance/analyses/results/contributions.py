@@ -7,12 +7,13 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, overload
+from typing import Any, Final, overload
 
 from armimpedance.analyses.results.labelled import html_table
+from armimpedance.analyses.results.written import WrittenResult
 from armimpedance.arrays import FrozenRecord
 from armimpedance.errors import InputError
-from armimpedance.files import write_contributions, write_samples
+from armimpedance.files import Content, samples_content, table_content, write_content
 from armimpedance.records import Recording
 from armimpedance.therapy import (
     Contribution,
@@ -25,16 +26,13 @@ from armimpedance.therapy import (
     sample_contribution,
 )
 
-if TYPE_CHECKING:
-    import pandas as pd
-
 #: Movements that a short text shows.
 _MOST_SHOWN: Final = 6
 _METRICS: Final = ("share", "projection", "ratio", "reference")
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class Contributions(FrozenRecord, Sequence[Contribution]):
+class Contributions(WrittenResult, FrozenRecord, Sequence[Contribution]):
     """The contributions of a session, one a movement, and what they were worked out from.
 
     It is a sequence of `Contribution`.
@@ -105,11 +103,11 @@ class Contributions(FrozenRecord, Sequence[Contribution]):
         step = stepper(progress, len(self))
         return replay(self.recording, self.robot, self.arm, unrepeatable=True, step=step)
 
-    def to_frame(self) -> pd.DataFrame:
-        """A table with the columns of RESULT.csv, one row a movement."""
-        import pandas as pd
-
-        return pd.DataFrame(self.to_dict())
+    @property
+    def content(self) -> Content:
+        """One row a movement, with the columns of RESULT.csv."""
+        keys = ("trial", "condition", "movement", "axis", "n_samples")
+        return table_content(self.to_dict(), keys=keys, digits=10)
 
     def to_dict(self) -> list[dict[str, Any]]:
         """One mapping a movement with the columns of RESULT.csv; None where there is no number."""
@@ -132,13 +130,10 @@ class Contributions(FrozenRecord, Sequence[Contribution]):
             raise InputError("not a CSV file's name", file=path, expected="one that ends in .csv")
         self.write(path)
 
-    def write(self, path: str | os.PathLike[str]) -> None:
-        """Write one row a movement; the ending decides the format: .csv, .json or .parquet."""
-        write_contributions(self.results, Path(path))
-
     def write_samples(self, path: str | os.PathLike[str]) -> None:
-        """Write one row a sample; the ending decides the format: .csv, .json or .parquet."""
-        write_samples(zip(self.movements, self.samples(), strict=True), Path(path))
+        """Write one row a sample; the ending decides the format, as for `write`."""
+        pairs = zip(self.movements, self.samples(), strict=True)
+        write_content(samples_content(pairs), path)
 
     @property
     def _remarks(self) -> tuple[str, ...]:

@@ -6,29 +6,27 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, overload
+from typing import Any, Final, overload
 
 import numpy as np
 
 from armimpedance.analyses.results.labelled import LabelledEstimate, html_table
 from armimpedance.analyses.results.named import position_of
+from armimpedance.analyses.results.written import WrittenResult
 from armimpedance.analyses.sources import PathLike
 from armimpedance.arrays import FrozenRecord
 from armimpedance.conventions import UNITS
 from armimpedance.errors import InputError
-from armimpedance.files import condition_of, result_objects, result_rows, write_results
+from armimpedance.files import Content, condition_of, results_content
 from armimpedance.records import ImpedanceEstimate, Subject
 from armimpedance.report import counted
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 #: Estimates that a short text shows.
 _MOST_SHOWN: Final = 10
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class Estimates(FrozenRecord, Sequence[ImpedanceEstimate]):
+class Estimates(WrittenResult, FrozenRecord, Sequence[ImpedanceEstimate]):
     """Inertia, viscosity and stiffness of several groups of trials.
 
     It is a sequence of `ImpedanceEstimate`: iteration, a number and a slice give the plain records
@@ -115,16 +113,21 @@ class Estimates(FrozenRecord, Sequence[ImpedanceEstimate]):
         """The groups in words: the condition alone, or all columns with their values."""
         return tuple(condition_of(estimate) for estimate in self.estimates)
 
-    def to_frame(self) -> pd.DataFrame:
-        """A table with the columns and values of RESULTS.csv, one row a group."""
-        import pandas as pd
+    @property
+    def content(self) -> Content:
+        """What RESULTS.csv holds, one row a group.
 
-        columns, rows = result_rows(self.estimates)
-        return pd.DataFrame(rows, columns=columns)
+        Raises
+        ------
+        InputError
+            No estimates.
+        """
+        return results_content(self.estimates)
 
     def to_dict(self) -> list[dict[str, Any]]:
         """One mapping a group with nested lists of numbers, as the JSON file holds them."""
-        return result_objects(self.estimates)
+        objects: list[dict[str, Any]] = self.content.objects
+        return objects
 
     def to_csv(self, path: PathLike) -> None:
         """Write RESULTS.csv, as the command ``armimpedance estimate --out`` does.
@@ -142,16 +145,6 @@ class Estimates(FrozenRecord, Sequence[ImpedanceEstimate]):
         if Path(path).suffix != ".csv":
             raise InputError("not a CSV file's name", file=path, expected="one that ends in .csv")
         self.write(path)
-
-    def write(self, path: PathLike) -> None:
-        """Write the results; the ending decides: .csv, .json or .parquet.
-
-        Raises
-        ------
-        InputError
-            Another ending, or no estimates.
-        """
-        write_results(self, path)
 
     def _table(self) -> list[list[str]]:
         rows = [

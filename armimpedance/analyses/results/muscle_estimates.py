@@ -5,27 +5,24 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from html import escape
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, overload
+from typing import Any, Final, overload
 
 import numpy as np
 
 from armimpedance.analyses.results.labelled import html_table
 from armimpedance.analyses.results.named import position_of
+from armimpedance.analyses.results.written import WrittenResult
 from armimpedance.arrays import FrozenRecord
 from armimpedance.conventions import group_name
-from armimpedance.files import muscle_rows, write_muscle_results
+from armimpedance.files import Content, muscles_content
 from armimpedance.levels import MuscleEstimate
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 #: Estimates that a short text shows.
 _MOST_SHOWN: Final = 10
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class MuscleEstimates(FrozenRecord, Sequence[MuscleEstimate]):
+class MuscleEstimates(WrittenResult, FrozenRecord, Sequence[MuscleEstimate]):
     """Estimates at the muscle level of several groups of trials.
 
     It is a sequence of `MuscleEstimate`; a group's name finds its estimate, as
@@ -69,26 +66,14 @@ class MuscleEstimates(FrozenRecord, Sequence[MuscleEstimate]):
         """The groups in words: the condition alone, or all columns with their values."""
         return tuple(group_name(estimate.keys) for estimate in self.estimates)
 
-    def to_frame(self) -> pd.DataFrame:
-        """A table with the columns and values of the written file, one row a group."""
-        import pandas as pd
-
-        columns, rows = muscle_rows(self.estimates)
-        return pd.DataFrame(rows, columns=columns)
+    @property
+    def content(self) -> Content:
+        """The columns and values of the written file, one row a group."""
+        return muscles_content(self.estimates)
 
     def to_dict(self) -> list[dict[str, Any]]:
         """One mapping a group, with the columns of the written file."""
-        return muscle_rows(self.estimates)[1]
-
-    def write(self, path: str | Path) -> None:
-        """Write the results; the ending decides: .csv, .json or .parquet.
-
-        Raises
-        ------
-        InputError
-            Another ending, or no estimates.
-        """
-        write_muscle_results(self, path)
+        return [dict(row) for row in self.content.rows]
 
     def _table(self) -> list[list[str]]:
         rows = [

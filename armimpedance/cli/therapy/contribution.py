@@ -41,6 +41,7 @@ from armimpedance.cli.parts.outputs import (
     check_outputs,
     listed,
 )
+from armimpedance.cli.parts.written import check_long, write_result
 
 if TYPE_CHECKING:
     from armimpedance.analyses import Contributions
@@ -63,7 +64,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         metavar="ARM.json",
         help="as `therapy arm` wrote it",
     )
-    add_out(parser, "one row a movement", TABLE)
+    add_out(parser, "one row a movement", TABLE, long=True)
     parser.add_argument(
         "--samples", type=Path, metavar="FILE", help=f"one row a sample: {listed(TABLE)}"
     )
@@ -91,6 +92,7 @@ def run(arguments: argparse.Namespace) -> int:
         Output("--figure", arguments.figure, FIGURE),
         reads=(arguments.recording, arguments.robot, arguments.arm),
     )
+    check_long(arguments)
     with bar("movements") as progress:
         results = contribution(
             arguments.recording,
@@ -124,8 +126,7 @@ def _live(results: Contributions, recording: Path) -> str:
 
 
 def _write(results: Contributions, arguments: argparse.Namespace) -> None:
-    if arguments.out is not None:
-        results.write(arguments.out)
+    write_result(results.content, arguments)
     if arguments.samples is not None:
         results.write_samples(arguments.samples)
 

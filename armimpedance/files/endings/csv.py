@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 from pathlib import Path
+from typing import Any
 
 from armimpedance.files.written.content import Content
 from armimpedance.files.written.ending import Ending
@@ -17,7 +18,15 @@ def write(content: Content, path: Path) -> None:
         writer.writerow([guarded(name) for name in content.columns])
         for row in content.rows:
             cells = (row.get(name) for name in content.columns)
-            writer.writerow(["" if cell is None else guarded(cell) for cell in cells])
+            writer.writerow([_cell(cell, content.digits) for cell in cells])
+
+
+def _cell(cell: Any, digits: int | None) -> Any:
+    if cell is None:
+        return ""
+    if digits is not None and isinstance(cell, float):
+        return f"{cell:.{digits}g}"
+    return guarded(cell)
 
 
 ENDING = Ending("a table that everything reads", write, long=True)

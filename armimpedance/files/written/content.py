@@ -92,6 +92,8 @@ class Content:
         Makes what a MATLAB file holds in place of the rows, one mapping a row.
     about : About
         What stands beside the numbers.
+    digits : int or None
+        Of the numbers in a CSV file; None: all of them.
     """
 
     columns: Sequence[str]
@@ -100,8 +102,18 @@ class Content:
     objects: Any = None
     structs: Callable[[], Sequence[Cells]] | None = None
     about: About = field(default_factory=About)
+    digits: int | None = None
 
     @cached_property
     def long(self) -> tuple[Quantity, ...]:
         """The rows of the long table."""
         return tuple(self.quantities())
+
+    @property
+    def long_table(self) -> tuple[list[str], list[dict[str, Any]]]:
+        """The columns and rows of the long table."""
+        keys = dict.fromkeys(name for one in self.long for name in one.keys)
+        fixed = ("quantity", "name", "i", "j", "value", "lower", "upper", "sd", "unit")
+        more = dict.fromkeys(name for one in self.long for name in one.more)
+        columns = list(dict.fromkeys([*keys, *fixed, *more]))
+        return columns, [one.cells for one in self.long]

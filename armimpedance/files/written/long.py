@@ -135,22 +135,3 @@ def number(value: Any) -> float | None:
     if not _is_number(value) or math.isnan(value):
         return None
     return float(value)
-
-
-def long_table(quantities: Sequence[Quantity]) -> tuple[list[str], list[dict[str, Any]]]:
-    """Columns and rows of the long table.
-
-    Parameters
-    ----------
-    quantities : sequence of Quantity
-
-    Returns
-    -------
-    columns : list of str
-    rows : list of mappings
-    """
-    rows = [one.cells for one in quantities]
-    columns = list(dict.fromkeys(name for one in quantities for name in one.keys))
-    fixed = ("quantity", "name", "i", "j", "value", "lower", "upper", "sd", "unit")
-    more = dict.fromkeys(name for one in quantities for name in one.more)
-    return list(dict.fromkeys([*columns, *fixed, *more])), rows

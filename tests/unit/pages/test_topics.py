@@ -11,7 +11,8 @@ import pytest
 
 import armimpedance as ai
 from armimpedance.__main__ import main
-from armimpedance.files import write_fit, write_model
+from armimpedance.files import write_model
+from armimpedance.files.fit_json import write_fit
 from armimpedance.pages import TOPICS
 from armimpedance.pages.asked import Asked
 from armimpedance.pages.door import report_page

@@ -1,0 +1,56 @@
+"""The methods paragraph that a file carries where nobody wrote another."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from importlib.metadata import version
+from typing import Final
+
+from armimpedance.files.written.content import Content
+from armimpedance.findings import Finding
+
+#: More steps than this stand in the sheet of the provenance only.
+_MOST_STEPS: Final = 6
+
+
+def software() -> str:
+    """The program and its version."""
+    return f"armimpedance {version('armimpedance')}"
+
+
+def methods_paragraph(content: Content) -> str:
+    """What was done, in sentences: program, methods, steps that all rows share, intervals, checks.
+
+    Parameters
+    ----------
+    content : Content
+
+    Returns
+    -------
+    str
+    """
+    methods = ", ".join(dict.fromkeys(str(r["method"]) for r in content.rows if r.get("method")))
+    said = [f"The results were computed with {software()}"]
+    said += [f"Method: {methods}"] if methods else []
+    said += [f"{step[0].upper()}{step[1:]}" for step in _shared_steps(content)]
+    if any(one.lower is not None for one in content.long):
+        said.append("Intervals are 95 % intervals")
+    said += _checked(content.about.checks)
+    return " ".join(s if s.endswith((".", "!", "?")) else f"{s}." for s in said if s)
+
+
+def _shared_steps(content: Content) -> list[str]:
+    """Steps of the provenance that every row has, in their order; none where there are many."""
+    steps = [str(row.get("provenance") or "").split("; ") for row in content.rows]
+    shared = [step for step in (steps[0] if steps else ()) if all(step in own for own in steps)]
+    return [step for step in shared if step][:_MOST_STEPS]
+
+
+def _checked(checks: Sequence[Finding]) -> list[str]:
+    asked = [check for check in checks if check.name and check.verdict != "missing"]
+    if not asked:
+        return []
+    names = ", ".join(dict.fromkeys(check.name for check in asked))
+    failed = ", ".join(dict.fromkeys(check.name for check in asked if check.verdict != "ok"))
+    ending = f"; not met or not decidable: {failed}" if failed else "; all were met"
+    return [f"These assumptions were held against the data: {names}{ending}"]
