@@ -23,6 +23,8 @@ from armimpedance.recordings.motion.opensim_table import OpenSimTable, read_open
 _LEAST_LOAD_N: Final = 20.0
 #: Part of the load (its square) that must point up: a body presses on the ground.
 _ONE_WAY: Final = 0.95
+#: So many of the markers' samples beside their time steady the filter's ends.
+_BESIDE: Final = 10
 #: Rates are told apart by less than one part in this.
 _FINEST_RATIO: Final = 1000
 
@@ -160,22 +162,25 @@ def _at_markers(wrenches: FloatArray, table: OpenSimTable, markers: MarkerRecord
     """The wrenches (N, K, 6) at the markers' times."""
     from scipy.signal import resample_poly
 
-    time, rate = markers.time_s, table.sample_rate_hz
-    ratio = _ratio(rate, markers.sample_rate_hz)
+    time = markers.time_s
+    ratio = _ratio(table.sample_rate_hz, markers.sample_rate_hz)
+    up, down = ratio.numerator, ratio.denominator
+    # the plates' rate, made an exact ratio to the markers' so that nothing drifts
+    rate = markers.sample_rate_hz * down / up
+    before = min(int((time[0] - table.time_s[0]) * rate + 1e-6), _BESIDE * down)
+    before -= before % down
+    after = int(np.ceil((len(time) - 1) * down / up)) + 1 + _BESIDE * down
+    # the first sample that counts is at the time of the markers' first
+    own = time[0] + np.arange(-before, after) / rate
+    own = own[own <= max(table.time_s[-1], time[-1]) + 1e-9]
     flat = wrenches.reshape(len(wrenches), -1)
-    # the plates' own samples, the first at the time of the markers' first
-    before = min(int((time[0] - table.time_s[0]) * rate + 1e-6), 10 * ratio.denominator)
-    before -= before % ratio.denominator
-    count = int(np.ceil((len(time) - 1) / ratio)) + 1
-    own = time[0] + np.arange(-before, count + 10 * ratio.denominator) / rate
-    own = own[own < table.time_s[-1] + 0.5 / rate]
-    even = np.column_stack([np.interp(own, table.time_s, column) for column in flat.T])
+    even: FloatArray = np.array(
+        [np.interp(own, table.time_s, column) for column in flat.T], dtype=float
+    ).T
     if ratio != 1:
-        even = resample_poly(
-            even, ratio.numerator, ratio.denominator, axis=0, padtype="antireflect"
-        )
-    skip = before // ratio.denominator * ratio.numerator
-    return np.asarray(even[skip : skip + len(time)]).reshape(len(time), *wrenches.shape[1:])
+        even = np.asarray(resample_poly(even, up, down, axis=0, padtype="antireflect"), dtype=float)
+    skip = before // down * up
+    return even[skip : skip + len(time)].reshape(len(time), *wrenches.shape[1:])
 
 
 def _ratio(rate_hz: float, wanted_hz: float) -> Fraction:
