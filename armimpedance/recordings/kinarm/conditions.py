@@ -7,11 +7,15 @@ one place are eight rows of the table and one experiment.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import Final
 
 import numpy as np
 
 from armimpedance.recordings.kinarm.directions import ends_of, force_columns, force_of
 from armimpedance.recordings.kinarm.tables import NAMES, Protocol, Value, is_load, plain
+
+#: Columns of a load that its name holds.
+_MOST_COLUMNS: Final = 3
 
 
 def condition_names(protocols: Sequence[Protocol]) -> tuple[list[str], list[str]]:
@@ -109,7 +113,10 @@ def _told(protocol: Protocol) -> Iterator[str]:
         yield from (f"{plain(name)} {_place(protocol, name)}" for name in protocol.targets)
     for name in protocol.loads:
         words = dict(_of_load(protocol, name, at=True))
-        yield words.get(plain(name), f"{plain(name)} {_number(protocol.settings[name])}")
+        # Of a load that is no force, what it is: a viscosity, torques.
+        columns = [w for label, w in words.items() if not w.endswith(" 0")][:_MOST_COLUMNS]
+        plainly = f"{plain(name)} {_number(protocol.settings[name])}"
+        yield words.get(plain(name), ", ".join(columns) or plainly)
 
 
 def _place(protocol: Protocol, name: str) -> str:

@@ -23,7 +23,7 @@ from armimpedance.recordings.kinarm.force_balance import force_balance
 from armimpedance.recordings.kinarm.hand import hand_position
 from armimpedance.recordings.kinarm.robot import SIDES, Side, choose_side, robot_of, with_own_names
 from armimpedance.recordings.kinarm.tables import protocol_of, protocol_row
-from armimpedance.recordings.kinarm.trials import trial_table
+from armimpedance.recordings.kinarm.trials import event_column, trial_table
 
 #: Samples of whole trials that are kept to find whose force the sensor holds: 2 min at 1 kHz.
 KEPT_SAMPLES: Final = 120_000
@@ -70,6 +70,8 @@ class ExamOverview:
     whose_force : str or None
         "limb" or "device" as the robot's dynamics show; None: they do not.
     evidence : str
+    events : tuple of str
+        Columns of the events that the exam defines, also of those that occurred in no trial.
     inputs : tuple of Input
     others : tuple of str
         Labels of the channels that were not looked at.
@@ -86,6 +88,7 @@ class ExamOverview:
     refusal: str
     whose_force: str | None
     evidence: str
+    events: tuple[str, ...]
     inputs: tuple[Input, ...]
     others: tuple[str, ...]
     remarks: tuple[str, ...]
@@ -148,6 +151,7 @@ def overview_of(path: str | os.PathLike[str], side: Side | None = None) -> ExamO
         refusal=refusal,
         whose_force=whose,
         evidence=evidence,
+        events=tuple(map(event_column, _defined_events(exam))),
         inputs=tuple(_inputs(exam)),
         others=tuple(dict.fromkeys(n for t in exam.trials for n in t.file.others)),
         remarks=(*renamed, *remarks),
@@ -274,6 +278,12 @@ def _whose_force(exam: Exam, side: Side) -> tuple[str | None, str]:
     except InputError as error:
         return None, error.problem
     return balance.force_by, balance.evidence
+
+
+def _defined_events(exam: Exam) -> tuple[str, ...]:
+    files = (exam.common, *(trial.file for trial in exam.trials))
+    each = (file.texts("EVENT_DEFINITIONS", "LABELS") for file in files)
+    return tuple(filter(None, next(filter(None, each), ())))
 
 
 def _inputs(exam: Exam) -> list[Input]:

@@ -190,15 +190,21 @@ def _ranges(values: Iterable[object]) -> str:
 def _event_times(rows: Iterable[Row]) -> dict[str, list[float]]:
     times: dict[str, list[float]] = {}
     for row in rows:
-        for name, value in row.items():
-            if name.startswith("event_") and isinstance(value, float):
-                times.setdefault(name.removeprefix("event_").removesuffix("_s"), []).append(value)
+        for column, value in row.items():
+            if column.startswith("event_") and isinstance(value, float):
+                times.setdefault(_event(column), []).append(value)
     return times
+
+
+def _event(column: str) -> str:
+    return column.removeprefix("event_").removesuffix("_s")
 
 
 def _events(seen: ExamOverview) -> Table:
     times = _event_times(seen.trials)
     rows = [[_short(n), str(len(t)), f"{min(t):g}", f"{max(t):g}"] for n, t in times.items()]
+    never = [name for name in map(_event, seen.events) if name not in times]
+    rows += [[_short(name), "0", "-", "-"] for name in dict.fromkeys(never)]
     return "Events", ["event", "trials", "earliest (s)", "latest (s)"], rows
 
 

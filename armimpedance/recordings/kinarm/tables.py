@@ -28,7 +28,10 @@ _NO_COLUMNS: Final = ("USED", "COLUMN_ORDER", "DESCRIPTIONS", "DESCRIPTION", "UN
 NAMES: Final = ("NAME", "TP_NAME", "LABEL", "TITLE")
 
 #: Settings that are rows of the target table; `TARGET_ON_TIME` and the like are not.
-_TARGET: Final = re.compile(r"(.*_)?TARGET(_?\d+|_(ROW|START|END))?")
+_TARGET: Final = re.compile(
+    r"(.*_)?(START|INIT|HOME|ORIGIN|CENTER|CENTRE|END|REACH|GOAL|FINAL|DEST|DESTINATION)?"
+    r"TARGET(_?\d+|_(ROW|START|END))?"
+)
 
 #: Settings that are rows of the load table; `LOAD_DELAY` and the like are not.
 _LOAD: Final = re.compile(r"(.*_)?LOAD(_?\d+|_ROW)?")

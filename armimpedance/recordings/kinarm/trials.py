@@ -111,12 +111,13 @@ def _events(file: ExamFile) -> dict[str, float]:
     first: dict[str, float] = {}
     for label, time_s in list(zip(labels, seconds.tolist(), strict=False))[:count]:
         if label and np.isfinite(time_s):
-            column = _event_column(label)
+            column = event_column(label)
             first[column] = min(time_s, first.get(column, np.inf))
     return first
 
 
-def _event_column(label: str) -> str:
+def event_column(label: str) -> str:
+    """The column of the trial table in which an event's times stand."""
     return "event_" + re.sub(r"\W+", "_", label).strip("_") + "_s"
 
 
@@ -171,7 +172,7 @@ def _refuse_unknown(asked: Sequence[int], there: Sequence[int], path: object) ->
 
 def _has(trials: pd.DataFrame, label: str, path: object) -> pd.Series:
     """Whether each trial has an event."""
-    column = _event_column(label)
+    column = event_column(label)
     if column not in trials:
         there = [c[6:-2] for c in map(str, trials) if c.startswith("event_")]
         raise InputError(
@@ -198,7 +199,7 @@ def with_onsets(
     trials = trials.copy()
     for column, label in (("onset_s", choice.onset_event), ("end_s", choice.end_event)):
         if label is not None:
-            trials[column] = trials[_event_column(label)]
+            trials[column] = trials[event_column(label)]
     left_out = []
     for index, row in trials.iterrows():
         trial = files[int(row["file_index"])]

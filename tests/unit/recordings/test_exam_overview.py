@@ -197,6 +197,19 @@ def test_events_are_proposed_only_where_their_names_say_it(lab, exams, tmp_path,
     assert main([*words[1:3], str(tmp_path / "session"), *words[4:]]) == 0
 
 
+def test_events_that_never_occurred_are_listed(lab, exams, c3d, tmp_path):
+    tables = {"EVENT_DEFINITIONS": {"LABELS": c3d.texts("PERT_ON", "TOO SLOW", "PERT_OFF")}}
+    changes = {2: {"events": (("PERT_ON", 0.125),)}}
+    trials, robot = lab(8, tables=tables, changes=changes)
+    look = look_at_exam(exams.folder(tmp_path, exams.files(trials, robot)))
+    events = {row[0]: row[1:] for row in table(look, "Events")}
+    assert events == {
+        "PERT_ON": ["8", "0.1", "0.125"],
+        "PERT_OFF": ["7", "0.4", "0.4"],
+        "TOO_SLOW": ["0", "-", "-"],
+    }
+
+
 def test_of_a_long_exam_little_is_kept(lab, exams, tmp_path, monkeypatch):
     trials, robot = lab(40)
     exam = exams.folder(tmp_path, exams.files(trials, robot))

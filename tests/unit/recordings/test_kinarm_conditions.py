@@ -151,6 +151,28 @@ def test_targets_from_an_origin_of_the_task_give_the_way(table, conditions):
     assert conditions(tables, [1, 2], side="Left")[1] is None
 
 
+@pytest.mark.parametrize(
+    ("start", "end"),
+    [
+        ("START_TARGET", "END_TARGET"),
+        ("STARTTARGET", "ENDTARGET"),
+        ("INIT_TARGET", "DESTINATION_TARGET"),
+        ("HOME_TARGET", "REACH_TARGET"),
+        ("CENTER_TARGET", "GOALTARGET"),
+        ("TARGET_START", "TARGET_END"),
+    ],
+)
+def test_targets_by_the_names_that_laboratories_give_them(table, conditions, start, end):
+    tables = {
+        "TP_TABLE": table(**{start: [1, 1], end: [2, 3], "TARGET_DELAY": [1, 1]}),
+        "TARGET_TABLE": table(X_GLOBAL=[1.0, 6.0, 1.0], Y_GLOBAL=[40.0, 40.0, 35.0]),
+    }
+    names, directions, trials = conditions(tables, [1, 2])
+    assert directions == [0.0, 270.0]
+    assert set(names) == {"TP_1 to TP_2"}
+    assert "target_delay_x_m" not in trials
+
+
 def test_a_left_arm_is_told_in_the_frame_of_its_recording(table, conditions):
     tables = {
         "TP_TABLE": table(TARGET=[1, 1], LOAD=[1, 2]),
@@ -207,7 +229,10 @@ def test_loads_that_are_torques_keep_their_rows_apart(table, conditions):
     }
     names, directions, trials = conditions(tables, [1, 2, 2])
     assert directions is None
-    assert names[1] == names[2] != names[0]
+    assert names == [
+        "TP_1 load shoulder_torque 1",
+        *["TP_2 load shoulder_torque -1, load elbow_torque 2"] * 2,
+    ]
     assert trials["load_elbow_torque"].tolist() == [0.0, 2.0, 2.0]
 
 
