@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -56,8 +57,7 @@ def write_bdf(stem: Path, task: str, emg: EmgSignals, trial: int) -> tuple[str, 
 
 
 def _signal(edfio: Any, values: Any, rate: float, muscle: str) -> Any:
-    # eight characters for the limits: rounded up to what they can hold
-    largest = float(f"{max(float(np.abs(values).max()), 1e-3) * 1.0001:.4g}")
+    largest = _rounded_up(max(float(np.abs(values).max()), 1e-3))
     return edfio.BdfSignal(
         values,
         rate,
@@ -65,6 +65,12 @@ def _signal(edfio: Any, values: Any, rate: float, muscle: str) -> Any:
         physical_dimension="uV",
         physical_range=(-largest, largest),
     )
+
+
+def _rounded_up(value: float) -> float:
+    """The next number of three digits: a file has eight characters for a limit."""
+    step = 10.0 ** (math.floor(math.log10(value)) - 2)
+    return float(f"{math.ceil(value / step) * step:.3g}")
 
 
 def _write_beside(stem: Path, task: str, emg: EmgSignals, duration_s: float) -> None:
