@@ -145,7 +145,9 @@ def texts_of(parameters: Groups, group: str, name: str) -> tuple[str, ...]:
 def numbers_of(parameters: Groups, group: str, name: str) -> FloatArray | None:
     """A parameter that holds numbers, as a flat array; None where there is none."""
     value = parameters.get(group, {}).get(name)
-    return value.astype(np.float64) if isinstance(value, np.ndarray) else None
+    # A damaged file may hold numbers that are none; whoever needs them says so.
+    with np.errstate(invalid="ignore"):
+        return value.astype(np.float64) if isinstance(value, np.ndarray) else None
 
 
 def first_of(parameters: Groups, group: str, name: str, default: float) -> float:
