@@ -153,8 +153,13 @@ def force_law(records: Sequence[tuple[FloatArray, FloatArray]], step_s: float) -
         Position and force of each trial.
     step_s : float
     """
+    with np.errstate(all="ignore"):
+        return _fitted(records[:_MOST_PIECES], step_s)
+
+
+def _fitted(records: Sequence[tuple[FloatArray, FloatArray]], step_s: float) -> ForceLaw | None:
     moved, pushed = [], []
-    for position, force in records[:_MOST_PIECES]:
+    for position, force in records:
         x, f = _smooth(position[:_LONGEST]), _smooth(force[:_LONGEST])
         if len(x) > _SHORTEST and np.isfinite(x).all() and np.isfinite(f).all():
             v = np.gradient(x, step_s, axis=0)
@@ -166,6 +171,8 @@ def force_law(records: Sequence[tuple[FloatArray, FloatArray]], step_s: float) -
     W, y = np.concatenate(moved), np.concatenate(pushed)
     scale = np.abs(W).max(axis=0)
     if not (scale > 0).all() or not (np.ptp(y, axis=0) > 0).all() or not np.isfinite(scale).all():
+        return None
+    if not np.isfinite(y).all():
         return None
     solution = np.linalg.lstsq(W / scale, y, rcond=None)[0] / scale[:, None]
     d, axes = y.shape[1], np.arange(y.shape[1])

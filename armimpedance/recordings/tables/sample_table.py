@@ -267,8 +267,10 @@ def check_time(table: NumberTable, offsets: IntArray, rate_hz: float) -> None:
 def _rounding(time: FloatArray, dt: float) -> float:
     """By how much printing may have moved a time: the last decimal's unit, 0 if steps are exact."""
     for decimals in range(10):
-        scaled = time * 10.0**decimals
-        if np.abs(scaled - np.round(scaled)).max() < 1e-6:
+        with np.errstate(over="ignore", invalid="ignore"):
+            scaled = time * 10.0**decimals
+            off = np.abs(scaled - np.round(scaled)).max()
+        if off < 1e-6:
             steps = dt * 10.0**decimals
             exact = round(steps) > 0 and abs(steps - round(steps)) < 1e-9 * steps
             return 0.0 if exact else 10.0**-decimals
