@@ -160,8 +160,6 @@ def _wrench(
 
 def _at_markers(wrenches: FloatArray, table: OpenSimTable, markers: MarkerRecording) -> FloatArray:
     """The wrenches (N, K, 6) at the markers' times."""
-    from scipy.signal import resample_poly
-
     time = markers.time_s
     ratio = _ratio(table.sample_rate_hz, markers.sample_rate_hz)
     up, down = ratio.numerator, ratio.denominator
@@ -174,13 +172,19 @@ def _at_markers(wrenches: FloatArray, table: OpenSimTable, markers: MarkerRecord
     own = time[0] + np.arange(-before, after) / rate
     own = own[own <= max(table.time_s[-1], time[-1]) + 1e-9]
     flat = wrenches.reshape(len(wrenches), -1)
-    even: FloatArray = np.array(
-        [np.interp(own, table.time_s, column) for column in flat.T], dtype=float
-    ).T
+    even = np.column_stack([np.interp(own, table.time_s, column) for column in flat.T])
     if ratio != 1:
-        even = np.asarray(resample_poly(even, up, down, axis=0, padtype="antireflect"), dtype=float)
+        even = _resampled(even, up, down)
     skip = before // down * up
     return even[skip : skip + len(time)].reshape(len(time), *wrenches.shape[1:])
+
+
+def _resampled(values: FloatArray, up: int, down: int) -> FloatArray:
+    from scipy.signal import resample_poly
+
+    # beyond half the lower rate nothing is left; below it the filter is flat and has no phase
+    other = resample_poly(values, up, down, axis=0, padtype="antireflect")  # type: ignore[call-overload]
+    return np.asarray(other, dtype=np.float64)
 
 
 def _ratio(rate_hz: float, wanted_hz: float) -> Fraction:
