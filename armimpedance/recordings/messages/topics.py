@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -220,8 +221,9 @@ class Log:
         reasons: dict[str, list[str]] = {}
         for topic in self.topics.values():
             if topic.problem:
+                why = _printable(topic.problem)
                 kind = f" ({_printable(topic.type)})" if topic.type else ""
-                reasons.setdefault(topic.problem, []).append(topic.name + kind)
+                reasons.setdefault(why, []).append(topic.name + kind)
         topics = list(self.topics.values())
         long = sorted(_printable(name) for t in topics if not t.problem for name in t.long)
         rounded = sorted(_printable(n) for t in topics if not t.problem for n in t.rounded)
@@ -266,6 +268,21 @@ def _some(names: Sequence[str]) -> list[str]:
     if len(names) <= _SHOWN:
         return list(names)
     return [*names[:_SHOWN], f"and {len(names) - _SHOWN} more"]
+
+
+@contextmanager
+def readable(path: Path) -> Iterator[None]:
+    """What the system says of a file that cannot be read, as an error of the input.
+
+    Raises
+    ------
+    InputError
+    """
+    try:
+        yield
+    except OSError as error:
+        problem = f"cannot be read: {error.strerror or 'damaged'}"
+        raise InputError(problem, file=path, expected="a log") from None
 
 
 def nanoseconds(value: int, file: Path) -> int:

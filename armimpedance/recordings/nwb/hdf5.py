@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from contextlib import contextmanager
+from mmap import ACCESS_READ, mmap
 from pathlib import Path
+from struct import unpack_from
 from typing import Any, Final
 
 import numpy as np
@@ -22,6 +24,9 @@ _SMALL_BYTES: Final = 4_000_000
 #: Numbers of one dataset; 500 MB of them.
 _MOST_NUMBERS: Final = 62_500_000
 _LONGEST_TEXT: Final = 10_000
+#: How a heap begins, with its version.
+_HEAP: Final = b"GCOL\x01"
+_LARGEST_CHECKED: Final = 4_000_000_000
 
 
 class Hdf5Error(Exception):
@@ -46,6 +51,7 @@ def opened_hdf5(path: Path, extra: str, expected: str) -> Iterator[Any]:
         h5py is not installed, or the file is damaged.
     """
     h5py = needed("h5py", extra, path)
+    check_heaps(path, expected)
     try:
         with h5py.File(path, "r") as file:
             yield file
@@ -57,21 +63,75 @@ def opened_hdf5(path: Path, extra: str, expected: str) -> Iterator[Any]:
         raise InputError(problem, file=path, expected=expected) from None
 
 
+def check_heaps(path: Path, expected: str) -> None:
+    """Whether the heaps in which a file keeps its texts can be walked: HDF5 would walk for ever.
+
+    Parameters
+    ----------
+    path : Path
+    expected : str
+        For the message.
+
+    Raises
+    ------
+    InputError
+        A heap has a part of no length. HDF5 does not look, and no signal ends its loop.
+    """
+    size = path.stat().st_size
+    if not size or size > _LARGEST_CHECKED:
+        return
+    with path.open("rb") as stream, mmap(stream.fileno(), 0, access=ACCESS_READ) as data:
+        place = data.find(_HEAP)
+        while place >= 0:
+            if _has_empty_part(data, place, size):
+                problem = f"is damaged: a heap at byte {place} has a part of no length"
+                raise InputError(problem, file=path, expected=expected)
+            place = data.find(_HEAP, place + len(_HEAP))
+
+
+def _has_empty_part(data: mmap, place: int, size: int) -> bool:
+    """Walk through a heap: parts with a header of 16 bytes, their lengths multiples of 8."""
+    if place + 16 > size:
+        return False
+    (length,) = unpack_from("<Q", data, place + 8)
+    end = min(place + length, size)
+    place += 16
+    while place + 16 <= end:
+        number, _, part = unpack_from("<HHxxxxQ", data, place)
+        step = 16 + (part + 7) // 8 * 8 if number else part
+        if not step:
+            return True
+        place += step
+    return False
+
+
 def inner(group: Any) -> Iterator[tuple[str, Any]]:
     """What lies directly in a group: names and groups or datasets; None for what leads elsewhere.
 
     Links to other files are not followed, nor links to nothing.
     """
-    h5py = needed("h5py", "nwb", group.name)
     for name in group:
-        link = group.get(name, getlink=True)
-        if isinstance(link, h5py.ExternalLink):
-            yield name, None
-            continue
+        yield str(name), member(group, str(name))
+
+
+def member(group: Any, path: str) -> Any:
+    """What lies in a group under a path; None where there is nothing in this file."""
+    h5py = needed("h5py", "nwb", path)
+    home, thing = h5py.h5f.get_name(group.id), group
+    for part in path.split("/"):
+        if is_dataset(thing):
+            return None
+        link = thing.get(part, getlink=True)
+        if link is None or isinstance(link, h5py.ExternalLink):
+            return None
         try:
-            yield name, group[name]
+            thing = thing[part]
         except (KeyError, OSError, RuntimeError):
-            yield name, None
+            return None
+        # A soft link may lead over another link into another file.
+        if h5py.h5f.get_name(thing.id) != home:
+            return None
+    return thing
 
 
 def is_dataset(thing: Any) -> bool:

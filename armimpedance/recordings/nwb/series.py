@@ -17,6 +17,7 @@ from armimpedance.recordings.nwb.hdf5 import (
     check_numbers,
     inner,
     is_dataset,
+    member,
     numbers,
 )
 
@@ -110,7 +111,8 @@ def series_of(file: Any, wanted: Wanted) -> Found:
 
 def _groups(file: Any, found: Found, seen: set[object]) -> Iterator[tuple[str, Any]]:
     """Each group that holds data, once, and where it lies."""
-    ends = [(p, file[p], 0) for p in _PLACES if p in file and not is_dataset(file[p])]
+    places = [(path, member(file, path)) for path in _PLACES]
+    ends = [(p, g, 0) for p, g in places if g is not None and not is_dataset(g)]
     while ends:
         path, group, depth = ends.pop(0)
         if group.id in seen or depth > _DEEPEST or len(seen) > _MOST_GROUPS:
@@ -136,7 +138,7 @@ def _kind(group: Any) -> str:
 
 def _take(found: Found, name: str, group: Any, wanted: Wanted) -> None:
     """Read one series, if any of its columns is wanted."""
-    data = group.get("data")
+    data = member(group, "data")
     if data is None or not is_dataset(data) or not 1 <= len(data.shape) <= 2:
         raise Hdf5Error("no table of numbers")
     width = data.shape[1] if len(data.shape) == 2 else 1
@@ -174,7 +176,7 @@ def _labels(name: str, data: Any, kind: str) -> list[str]:
 def _factors(group: Any, data: Any, width: int) -> FloatArray:
     """What brings stored numbers to the unit, one for each column."""
     factor = np.full(width, attribute_number(data, "conversion", 1.0))
-    own = group.get("channel_conversion")
+    own = member(group, "channel_conversion")
     if own is None or not is_dataset(own):
         return factor
     each = numbers(own)
@@ -184,13 +186,13 @@ def _factors(group: Any, data: Any, width: int) -> FloatArray:
 
 
 def _clock(group: Any, rows: int) -> Clock:
-    times = group.get("timestamps")
+    times = member(group, "timestamps")
     if times is not None and is_dataset(times):
         time_s = numbers(times)
         if time_s.shape != (rows,):
             raise Hdf5Error(f"{time_s.shape[:1]} times for {rows} rows")
         return Clock(time_s)
-    start = group.get("starting_time")
+    start = member(group, "starting_time")
     if start is None or not is_dataset(start) or start.shape not in ((), (1,)):
         raise Hdf5Error("no times")
     rate = attribute_number(start, "rate", 0.0)

@@ -10,7 +10,7 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.recordings.mapped.raw_file import RawColumn, RawTable
-from armimpedance.recordings.nwb.hdf5 import Hdf5Error, inner, is_dataset, numbers, texts
+from armimpedance.recordings.nwb.hdf5 import Hdf5Error, inner, is_dataset, member, numbers, texts
 from armimpedance.recordings.nwb.series import Series
 
 TRIALS: Final = "intervals/trials"
@@ -52,7 +52,7 @@ def trials_of(file: Any, left: dict[str, list[str]]) -> list[Trial]:
     Hdf5Error
         The table has no start and end for each trial.
     """
-    table = file.get(TRIALS)
+    table = member(file, TRIALS)
     if table is None or is_dataset(table):
         return []
     columns: dict[str, Sequence[float | str]] = {}

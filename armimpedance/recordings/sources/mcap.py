@@ -20,7 +20,14 @@ from armimpedance.recordings.messages.compression import LARGEST_PART, decompres
 from armimpedance.recordings.messages.json_rows import decode_json
 from armimpedance.recordings.messages.layout import Encoding
 from armimpedance.recordings.messages.ros_topics import ros_decoder
-from armimpedance.recordings.messages.topics import Decoder, Log, Topic, Unpack, nanoseconds
+from armimpedance.recordings.messages.topics import (
+    Decoder,
+    Log,
+    Topic,
+    Unpack,
+    nanoseconds,
+    readable,
+)
 
 MAGIC: Final = b"\x89MCAP0\r\n"
 _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _ATTACHMENT, _METADATA = 3, 4, 5, 6, 9, 12
@@ -59,7 +66,8 @@ def read(path: Path, wanted: Wanted) -> RawFile:
     InputError
     """
     log = Log(path, wanted)
-    add_mcap(log, path)
+    with readable(path):
+        add_mcap(log, path)
     return log.raw_file()
 
 

@@ -16,6 +16,7 @@ from armimpedance.recordings.nwb.hdf5 import (
     MAGIC,
     Hdf5Error,
     is_dataset,
+    member,
     opened_hdf5,
     plain_text,
 )
@@ -107,12 +108,12 @@ def _outside(found: Found, trials: list[Trial]) -> int:
 
 def _subject(file: Any) -> dict[str, float | str]:
     """What is known of the subject's body."""
-    group = file.get("general/subject")
+    group = member(file, "general/subject")
     if group is None or is_dataset(group):
         return {}
     found: dict[str, float | str] = {}
     for name in _OF_SUBJECT:
-        thing = group.get(name)
+        thing = member(group, name)
         if thing is not None and is_dataset(thing) and thing.shape == ():
             text = plain_text(thing[()])
             if text and text.isprintable() and len(text) <= 64:
@@ -121,7 +122,7 @@ def _subject(file: Any) -> dict[str, float | str]:
 
 
 def _names(file: Any, place: str) -> list[str]:
-    group = file.get(place)
+    group = member(file, place)
     return [] if group is None or is_dataset(group) else [str(name) for name in group]
 
 

@@ -15,7 +15,7 @@ from armimpedance.recordings.mapped.raw_file import RawFile, Source, Wanted
 from armimpedance.recordings.messages.compression import decompressed
 from armimpedance.recordings.messages.ros1_bag import MAGIC as BAG, add_ros1_bag
 from armimpedance.recordings.messages.ros2_database import MAGIC as DATABASE, add_ros2_database
-from armimpedance.recordings.messages.topics import Log, Unpack
+from armimpedance.recordings.messages.topics import Log, Unpack, readable
 from armimpedance.recordings.sources.mcap import add_mcap
 
 METADATA: Final = "metadata.yaml"
@@ -60,12 +60,13 @@ def read(path: Path, wanted: Wanted) -> RawFile:
     InputError
     """
     log = Log(path, wanted)
-    if path.is_dir():
-        _add_folder(log, path)
-    elif path.suffix.lower() == ".db3":
-        add_ros2_database(log, path)
-    else:
-        add_ros1_bag(log, path)
+    with readable(path):
+        if path.is_dir():
+            _add_folder(log, path)
+        elif path.suffix.lower() == ".db3":
+            add_ros2_database(log, path)
+        else:
+            add_ros1_bag(log, path)
     return log.raw_file()
 
 
