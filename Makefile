@@ -5,12 +5,13 @@ VENV := .venv
 BIN := $(VENV)/bin
 OUT ?= out
 
-.PHONY: setup demo test test-browser lint types docs figures benchmarks clean help
+.PHONY: setup demo test test-browser test-office lint types docs figures benchmarks clean help
 
 help:
 	@echo "make demo        set up, then run the whole study on a simulated subject -> $(OUT)/demo"
 	@echo "make test        set up, then run the tests"
 	@echo "make test-browser  the pages in a real browser (Chromium, installed where it is missing)"
+	@echo "make test-office  workbooks in LibreOffice, MATLAB files in Octave (installed where missing)"
 	@echo "make figures     the source's figures from simulated subjects -> $(OUT)/figures"
 	@echo "make lint types docs   what continuous integration checks beside the tests"
 	@echo "make benchmarks  accuracy and speed studies, measured against what is asked (slow)"
@@ -33,6 +34,10 @@ test: setup
 test-browser: setup
 	$(BIN)/python tests/browser/set_up.py
 	$(BIN)/python -m pytest -q tests/browser
+
+test-office: setup
+	$(BIN)/python tests/office/set_up.py
+	$(BIN)/python -m pytest -q tests/office
 
 lint: setup
 	$(BIN)/ruff check .

@@ -69,10 +69,11 @@ def write_table(
 
     Parameters
     ----------
-    rows, columns
-        As for `table_content`.
+    rows : mappings from a column's name to a text, a number, a truth or None
     path : path
         Its ending decides the format.
+    columns : sequence of str, optional
+        As for `table_content`.
 
     Raises
     ------

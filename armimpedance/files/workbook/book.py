@@ -17,6 +17,9 @@ from armimpedance.files.written.formula import runs_as_formula
 #: Earliest time that a ZIP archive knows: it stands for "no time".
 _NO_TIME: Final = (1980, 1, 1, 0, 0, 0)
 _A4: Final = 9
+#: Of a line, and the most that Excel takes, in points.
+_LINE_HEIGHT: Final = 15.5
+_HIGHEST: Final = 409
 _FONT: Final = "Calibri"
 _INK: Final = "1F2A37"
 _SHADE: Final = "DCE6F1"
@@ -113,14 +116,19 @@ def _write_sheet(openpyxl: Any, book: Any, sheet: Sheet) -> None:
         page.auto_filter.ref = f"A1:{letter(len(sheet.columns))}{len(sheet.rows) + 1}"
     looks = _Looks(openpyxl, page)
     page.append([looks.header(column.name, column) for column in sheet.columns])
+    wraps = any(column.wrapped for column in sheet.columns)
     for row in range(len(sheet.rows)):
+        if wraps:
+            told = zip(sheet.columns, sheet.rows[row], strict=True)
+            # no spreadsheet makes room by itself for what it did not write
+            lines = max(column.lines(cell) for column, cell in told)
+            page.row_dimensions[row + 2].height = min(_LINE_HEIGHT * lines, _HIGHEST)
         page.append(_cells(sheet, row, looks))
 
 
 def _cells(sheet: Sheet, row: int, looks: _Looks) -> Iterator[Any]:
-    of_row = bool(sheet.decimals)
     for column, value in zip(sheet.columns, sheet.rows[row], strict=True):
-        decimals = sheet.decimals[row] if of_row else column.decimals
+        decimals = sheet.decimals[row] if column.by_row else column.decimals
         yield looks.cell(plain(value), column, decimals, row + 2)
 
 
@@ -142,7 +150,12 @@ class _Looks:
         cell.font = styles.Font(name=_FONT, bold=True, color=_INK)
         cell.fill = styles.PatternFill("solid", fgColor=_SHADE)
         cell.border = styles.Border(bottom=styles.Side("thin", color=_LINE))
-        cell.alignment = styles.Alignment(vertical="center", wrap_text=column.wrapped)
+        cell.alignment = styles.Alignment(
+            horizontal="right" if column.numbers else "left",
+            indent=1,
+            vertical="center",
+            wrap_text=column.wrapped,
+        )
         return _filled(cell, as_xml_text(name, 1, name))
 
     def cell(self, value: Any, column: Column, decimals: int | None, row: int) -> Any:
@@ -159,7 +172,8 @@ class _Looks:
             return _number(self._like("number", _format(value, decimals)), value)
         look = value if column.name == "verdict" and value in _VERDICTS else ""
         quoted = runs_as_formula(value)
-        cell = self._like("text", look, column.wrapped, quoted)
+        cut = not column.wrapped and len(value) > column.width
+        cell = self._like("text", look, column.wrapped, cut, quoted)
         return _filled(cell, as_xml_text(value, row, column.name))
 
     def _like(self, *look: Any) -> Any:
@@ -170,12 +184,18 @@ class _Looks:
     def _styled(self, kind: str, *look: Any) -> Any:
         cell, styles = self._new(), self._openpyxl.styles
         cell.font = styles.Font(name=_FONT, color=_INK)
-        cell.alignment = styles.Alignment(vertical="top")
+        cell.alignment = styles.Alignment(horizontal="right", indent=1, vertical="top")
         if kind == "number":
             cell.number_format = look[0]
         elif kind == "text":
-            verdict, wrapped, quoted = look
-            cell.alignment = styles.Alignment(vertical="top", wrap_text=wrapped)
+            verdict, wrapped, cut, quoted = look
+            # "fill" ends a long text at the edge of its cell, also where the next one is empty
+            cell.alignment = styles.Alignment(
+                horizontal="fill" if cut else "left",
+                indent=0 if cut else 1,
+                vertical="top",
+                wrap_text=wrapped,
+            )
             cell.quotePrefix = quoted
             if verdict:
                 ink, shade = _VERDICTS[verdict]

@@ -34,12 +34,23 @@ class Column:
         That are shown of its numbers; all of them are stored. None: as they come.
     wrapped : bool
         Whether a long text is broken into lines.
+    numbers : bool
+        Whether its cells are numbers: then its name stands at the right, as they do.
+    by_row : bool
+        Whether the sheet says row by row how many decimals are shown.
     """
 
     name: str
     width: float = 12
     decimals: int | None = None
     wrapped: bool = False
+    numbers: bool = False
+    by_row: bool = False
+
+    def lines(self, cell: Any) -> int:
+        """The lines that a cell takes."""
+        wrapped = self.wrapped and isinstance(cell, str)
+        return max(1, math.ceil(1.15 * len(cell) / self.width)) if wrapped else 1
 
 
 @dataclass(frozen=True)
@@ -53,7 +64,7 @@ class Sheet:
     rows : sequence of sequences
         Cells in the order of the columns.
     decimals : sequence of (int or None)
-        Row by row, for all numbers of a row; empty: column by column.
+        Row by row, for the columns that ask for it.
     frozen : int
         Columns that stay when the sheet is scrolled sideways.
     """
@@ -97,8 +108,10 @@ def _results(content: Content) -> Sheet:
         texts = [v for v in values if isinstance(v, str)]
         widest = max((len(text) for text in texts), default=8)
         limit = 24 if name in _LONG_TEXTS else 40
-        width = max(len(name) + 2, min(widest + 2, limit), 9)
-        columns.append(Column(name, width, _decimals_of_column(numbers)))
+        width = max(len(name) + 3, min(widest + 2, limit), 10)
+        columns.append(
+            Column(name, width, _decimals_of_column(numbers), numbers=not texts and any(values))
+        )
     rows = [[row.get(name) for name in content.columns] for row in content.rows]
     return Sheet("results", tuple(columns), rows, frozen=_leading_texts(content))
 
@@ -111,7 +124,8 @@ def _leading_texts(content: Content) -> int:
 
 def _intervals(content: Content) -> Sheet:
     """One row a quantity that has an interval or a standard error."""
-    told = [one for one in content.long if one.sd is not None or one.lower is not None]
+    told = [one for one in content.long if one.lower is not None]
+    told += [one for one in content.long if one.lower is None and one.sd is not None]
     keys = tuple(dict.fromkeys(name for one in told for name in one.keys))
     more = tuple(dict.fromkeys(name for one in told for name in one.more))
     rows = [
@@ -126,9 +140,9 @@ def _intervals(content: Content) -> Sheet:
         *(_fitted(name, [one.keys.get(name) for one in told]) for name in keys),
         _fitted("what it is", [one.words for one in told], most=60),
         _fitted("symbol", [one.quantity for one in told]),
-        *(Column(name, 12) for name in ("value", "lower 95 %", "upper 95 %")),
+        *(Column(n, 13, numbers=True, by_row=True) for n in ("value", "lower 95 %", "upper 95 %")),
         _fitted("unit", [one.unit for one in told]),
-        Column("standard error", 15),
+        Column("standard error", 16, numbers=True, by_row=True),
         *(_fitted(name, [one.more.get(name) for one in told]) for name in more),
     )
     decimals = [_decimals_of(one) for one in told]
@@ -136,8 +150,10 @@ def _intervals(content: Content) -> Sheet:
 
 
 def _fitted(name: str, cells: Sequence[Any], most: float = 40) -> Column:
-    widest = max((len(cell) for cell in cells if isinstance(cell, str)), default=8)
-    return Column(name, max(len(name) + 2, min(widest + 2, most), 9))
+    texts = [cell for cell in cells if isinstance(cell, str)]
+    widest = max(map(len, texts), default=8)
+    decimals = _decimals_of_column([cell for cell in cells if isinstance(cell, float)])
+    return Column(name, max(len(name) + 3, min(widest + 2, most), 9), decimals, numbers=not texts)
 
 
 def _checks(content: Content) -> Sheet:

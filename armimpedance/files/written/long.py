@@ -84,10 +84,9 @@ def _of_row(
 ) -> Iterator[Quantity]:
     level = row.get("level")
     level = level if level in ("hand", "joint", "muscle") else "hand"
-    named = {
-        **{name: row.get(name) for name in keys},
-        **({"verdict": "warning" if row["warnings"] else "ok"} if "warnings" in row else {}),
-    }
+    named = {name: row.get(name) for name in keys}
+    # what the checks said of the data behind the row
+    verdict = {"verdict": "warning" if row["warnings"] else "ok"} if "warnings" in row else {}
     axes = _axes(row)
     for name in own:
         value = row.get(name)
@@ -107,7 +106,7 @@ def _of_row(
             unit=means.unit,
             i=means.i,
             j=means.j,
-            more=others,
+            more={**others, **verdict},
         )
 
 

@@ -48,6 +48,7 @@ _MOTION: Final = {
     "joint": ("torque", ("angle", "velocity", "acceleration")),
 }
 _JOINTS: Final = ("shoulder", "elbow")
+_PLACES: Final = re.compile(r"(q)_(shoulder|elbow)_rad|(shoulder)_([xyz])_m")
 
 
 @dataclass(frozen=True)
@@ -92,9 +93,12 @@ def meaning_of(column: str, level: str = "hand", axes: int = 2) -> Meaning:
         return _of_ellipse(found[1], found[2], level)
     if (symbol := column.removesuffix("_antisymmetric")) in _SYMBOLS and symbol != column:
         words = f"antisymmetric part of the {_SYMBOLS[symbol]}"
-        return Meaning(words, UNITS[_unit_level(level, symbol)][symbol])
+        return Meaning(words, UNITS[level][symbol])
     if found := _NUMBERED.fullmatch(column):
         return _numbered(column, found[1], int(found[2]), level, axes)
+    if found := _PLACES.fullmatch(column):
+        words = f"angle of {found[2]}" if found[1] else f"place of the shoulder: {found[4]}"
+        return Meaning(words, "rad" if found[1] else "m")
     if column in ("B", "K", "I"):
         return _of_one_joint(column)
     if column == "residual_sd":
@@ -113,11 +117,6 @@ def _element(symbol: str, i: int, j: int, level: str, axes: int) -> Meaning:
     if max(i, j) > len(names):
         return Meaning(f"{words} {i}, {j}", unit, i, j)
     return Meaning(f"{words}: {names[i - 1]} {force} per {names[j - 1]} {motion}", unit, i, j)
-
-
-def _unit_level(level: str, symbol: str) -> str:
-    del symbol
-    return level if level in UNITS else "hand"
 
 
 def axis_names(level: str, axes: int) -> Sequence[str]:
