@@ -22,7 +22,7 @@ from armimpedance.recordings.kinarm.archive_bytes import (
     read_positions,
     read_samples,
 )
-from armimpedance.recordings.kinarm.exam_file import ExamFile, Samples, held
+from armimpedance.recordings.kinarm.exam_file import ExamFile, Samples, Store
 from armimpedance.recordings.kinarm.packing import DEEPEST, Files
 
 _SHARED: Final = re.compile(r"((?:.*/)?)common/(?:parameters|header)\.bin")
@@ -56,12 +56,15 @@ class Archive:
         The folder of `common/` and of the trials, with its slash.
     wanted : callable
         Which channels are read, by their labels.
+    store : Store
+        Where the samples are kept.
     """
 
     path: object
     files: Files
     root: str
     wanted: Callable[[str], bool]
+    store: Store = field(default_factory=Store)
     _labels: dict[str, str] = field(default_factory=dict)
 
     def trials(self) -> Iterator[tuple[str, tuple[int, int, int]]]:
@@ -151,7 +154,7 @@ class Archive:
             elif label not in channels:
                 own, samples = read_samples(*self._member(folder, f"{name}.kinematics"))
                 if self._all_there(folder, own or name, len(samples), header):
-                    channels[own or name] = held(samples)
+                    channels[own or name] = self.store.keep(own or name, samples)
         return channels, tuple(others)
 
     def _hands(self, folder: str, header: Header) -> Mapping[str, Samples]:
@@ -161,7 +164,7 @@ class Archive:
             if side is not None and f"{side}_Hand" not in hands:
                 places = read_positions(*self._member(folder, f"{name}.position"))
                 if self._all_there(folder, name, len(places), header):
-                    hands[f"{side}_Hand"] = held(places)
+                    hands[f"{side}_Hand"] = self.store.keep(name, places)
         return hands
 
     def _all_there(self, folder: str, label: str, count: int, header: Header) -> bool:

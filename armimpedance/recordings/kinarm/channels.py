@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from typing import Final
 
 import numpy as np
 
 from armimpedance.arrays import FloatArray, frozen
 from armimpedance.errors import InputError
-from armimpedance.recordings.kinarm.exam_file import STATUS_WORD, ExamFile, anything, joined
+from armimpedance.recordings.kinarm.exam_file import ExamFile, anything, joined
 from armimpedance.recordings.kinarm.files import ExamTrial, LeftOut
 from armimpedance.recordings.kinarm.robot import Side
 from armimpedance.recordings.tables.metadata import LARGEST_COORDINATE_M
@@ -152,7 +152,7 @@ def channel(file: ExamFile, label: str) -> FloatArray:
 def channels(files: Sequence[ExamFile], *labels: str) -> FloatArray:
     """Analog channels of all trials one after another, (N, len(labels))."""
     parts = (np.column_stack([channel(file, label) for label in labels]) for file in files)
-    return joined(files, parts, len(labels))
+    return joined([file.frames for file in files], parts, len(labels))
 
 
 def check_finite(file: ExamFile, label: str, values: FloatArray) -> None:
@@ -166,29 +166,49 @@ def check_finite(file: ExamFile, label: str, values: FloatArray) -> None:
 
 
 def further_channels(
-    files: Sequence[ExamFile], side: Side, muscles: Mapping[str, str]
+    files: list[ExamFile], side: Side, muscles: Mapping[str, str]
 ) -> tuple[dict[str, FloatArray], list[str]]:
     """Channels kept as recorded, neither mirrored nor turned, and a remark on each that is not.
 
     An input that is zero in all trials is nobody's, and left out without a word.
+
+    Parameters
+    ----------
+    files : list of ExamFile
+        Each channel is let go of, in place, when it is taken: a long exam is not held twice.
+    side : {"right", "left"}
+    muscles : mapping
+        Analog input -> muscle.
     """
     kept, remarks = {}, []
-    for label in dict.fromkeys(label for file in files for label in file.channels):
-        if label in muscles or not (label in _kept(side) or _ANALOG_INPUT.fullmatch(label)):
-            continue
-        parts = [file for file in files if label in file.channels]
-        if not any(anything(file.samples(label)) for file in parts):
-            continue
-        lacking = len(files) - len(parts)
-        broken = sum(not np.isfinite(file.channels[label]).all() for file in parts)
-        if STATUS_WORD.fullmatch(label):
-            broken = 0
-        if lacking or broken:
-            problem = f"not in {lacking} trials" if lacking else f"not finite in {broken} trials"
-            remarks.append(f"Channel {label} left out: {problem}.")
-        else:
-            kept[label] = frozen(joined(files, (file.samples(label) for file in files)))
+    labels = dict.fromkeys(label for file in files for label in file.channels)
+    further = [n for n in labels if n in _kept(side) or _ANALOG_INPUT.fullmatch(n)]
+    further = [n for n in further if n not in muscles]
+    _let_go(files, labels.keys() - set(further))
+    for label in further:
+        holders = [file for file in files if label in file.channels]
+        if any(anything(file.samples(label)) for file in holders):
+            problem = _problem(holders, label, len(files))
+            if problem:
+                remarks.append(f"Channel {label} left out: {problem}.")
+            else:
+                frames = [file.frames for file in files]
+                kept[label] = frozen(joined(frames, (file.samples(label) for file in files)))
+        del holders
+        _let_go(files, {label})
     return kept, remarks
+
+
+def _let_go(files: list[ExamFile], labels: Container[str]) -> None:
+    files[:] = [file.without(labels) for file in files]
+
+
+def _problem(holders: Sequence[ExamFile], label: str, trials: int) -> str:
+    """Why a channel of these files cannot be kept; "" where it can."""
+    if len(holders) < trials:
+        return f"not in {trials - len(holders)} trials"
+    broken = sum(not np.isfinite(file.samples(label)).all() for file in holders)
+    return f"not finite in {broken} trials" if broken else ""
 
 
 def _kept(side: Side) -> set[str]:

@@ -37,7 +37,7 @@ from armimpedance.recordings.kinarm.force_balance import (
     force_findings,
 )
 from armimpedance.recordings.kinarm.hand import hand_position
-from armimpedance.recordings.kinarm.others import channels_not_taken
+from armimpedance.recordings.kinarm.others import channels_not_taken, labels_there
 from armimpedance.recordings.kinarm.robot import (
     Robot,
     Side,
@@ -107,70 +107,34 @@ def read_kinarm(
         whose force it is was not told and cannot be found.
     """
     muscles = muscles_of(emg_channels)
-    exam, renamed = with_own_names(read_exam(path, wanted_channels(muscles)))
-    side = choose_side(exam, side, path)
-    used = _used(exam, side, muscles, choice or Choice(), keep_personal, path)
-    files = used.files
-    hand = hand_position(files, robot_of(exam.common, side))
-    balance = force_balance(files, exam.common, hand.robot)
-    findings = [*_left_out_findings(used.left_out, exam), *force_findings(force_by, balance)]
-    whose = _force_by(force_by, balance, path)
-    further, dropped = further_channels(files, side, muscles)
-    personal = _personal(exam.common) if keep_personal else {}
-    mirror = np.array([-1.0, 1.0]) if side == "left" else np.ones(2)
-    force = channels(files, *force_labels(side))
-    force *= -mirror if whose == "device" else mirror
-    position = hand.position
-    position *= mirror
-    robot, along = hand.robot, hand.robot.kind == "exoskeleton"
-    told = [f"{name}: {text}" for name, text in personal.items()]
-    source = [hand.source, _told_force(whose, "found" if force_by is None else "stated")]
-    return Recording(
-        kind="hand",
-        sample_rate_hz=files[0].rate_hz,
-        trials=used.trials,
-        offsets=np.concatenate([[0], np.cumsum([file.frames for file in files])]),
-        time_s=frozen(joined(files, (np.arange(f.frames) / f.rate_hz for f in files))),
-        position=frozen(position),
-        force=frozen(force),
-        joint_angles=_joint_angles(files, side) if along else None,
-        emg=channels(files, *muscles) if muscles else None,
-        muscles=tuple(muscles.values()),
-        shoulder_m=robot.shoulder_m * mirror if along and robot.shoulder_m is not None else None,
-        subject=_subject(personal),
-        extra=further,
-        provenance=(
-            *_provenance(robot, source, len(files)),
-            *(f"{finding.name.capitalize()}: {finding.message}." for finding in findings),
-            *renamed,
-            *used.remarks,
-            *dropped,
-            *channels_not_taken(files, side, {*muscles, *further}),
-            *not_taken(exam.beside, "beside the trials"),
-            *told,
-        ),
-        findings=tuple(findings),
-    )
+    session = _session(path, side, muscles, choice or Choice(), keep_personal)
+    personal = _personal(session.common) if keep_personal else {}
+    return _recording(session, force_by, muscles, personal, path)
 
 
 @dataclass(frozen=True)
-class _Used:
-    """The trials of a recording, the file of each, and what became of the others."""
+class _Session:
+    """The trials of a recording, the file of each in a list of its own, and what is known of all.
 
+    What is taken of the files is let go of at once, in place: a long exam is hundreds of megabytes.
+    """
+
+    side: Side
+    common: ExamFile
     trials: pd.DataFrame
     files: list[ExamFile]
-    left_out: list[LeftOut]
+    findings: list[Finding]
     remarks: list[str]
+    beside: tuple[str, ...]
 
 
-def _used(
-    exam: Exam,
-    side: Side,
+def _session(
+    path: str | os.PathLike[str],
+    side: Side | None,
     muscles: Mapping[str, str],
     choice: Choice,
     keep_personal: bool,
-    path: object,
-) -> _Used:
+) -> _Session:
     """The trials that are sound and wanted.
 
     Raises
@@ -178,6 +142,8 @@ def _used(
     InputError
         None is.
     """
+    exam, renamed = with_own_names(read_exam(path, wanted_channels(muscles)))
+    side = choose_side(exam, side, path)
     sound, broken = sound_trials(exam.trials, side, muscles)
     left_out = [*exam.left_out, *broken]
     if not sound:
@@ -190,7 +156,61 @@ def _used(
         raise none_left(untimed, path)
     directed, direction = with_direction(timed)
     files = [sound[int(i)].file for i in directed.pop("file_index")]
-    return _Used(directed, files, left_out, [*counted, *chosen, *direction])
+    findings = _left_out_findings(left_out, exam)
+    remarks = [*renamed, *counted, *chosen, *direction]
+    return _Session(side, exam.common, directed, files, findings, remarks, exam.beside)
+
+
+def _recording(
+    session: _Session,
+    force_by: ForceBy | None,
+    muscles: Mapping[str, str],
+    personal: Mapping[str, str],
+    path: object,
+) -> Recording:
+    """The recording of a session, of whose files nothing is left."""
+    side, files = session.side, session.files
+    frames, rate_hz = [file.frames for file in files], files[0].rate_hz
+    there = labels_there(files)
+    hand = hand_position(files, robot_of(session.common, side))
+    robot, along = hand.robot, hand.robot.kind == "exoskeleton"
+    balance = force_balance(files, session.common, robot)
+    whose = _force_by(force_by, balance, path)
+    findings = [*session.findings, *force_findings(force_by, balance)]
+    mirror = np.array([-1.0, 1.0]) if side == "left" else np.ones(2)
+    position, force = hand.position, channels(files, *force_labels(side))
+    position *= mirror
+    force *= -mirror if whose == "device" else mirror
+    joint_angles = _joint_angles(files, side) if along else None
+    emg = channels(files, *muscles) if muscles else None
+    further, dropped = further_channels(files, side, muscles)
+    source = [hand.source, _told_force(whose, "found" if force_by is None else "stated")]
+    provenance = (
+        *_provenance(robot, source, len(frames)),
+        *(f"{finding.name.capitalize()}: {finding.message}." for finding in findings),
+        *session.remarks,
+        *dropped,
+        *channels_not_taken(there, side, {*muscles, *further}),
+        *not_taken(session.beside, "beside the trials"),
+        *(f"{name}: {text}" for name, text in personal.items()),
+    )
+    return Recording(
+        kind="hand",
+        sample_rate_hz=rate_hz,
+        trials=session.trials,
+        offsets=np.concatenate([[0], np.cumsum(frames)]),
+        time_s=frozen(joined(frames, (np.arange(n) / rate_hz for n in frames))),
+        position=frozen(position),
+        force=frozen(force),
+        joint_angles=joint_angles,
+        emg=None if emg is None else frozen(emg),
+        muscles=tuple(muscles.values()),
+        shoulder_m=robot.shoulder_m * mirror if along and robot.shoulder_m is not None else None,
+        subject=_subject(personal),
+        extra=further,
+        provenance=provenance,
+        findings=tuple(findings),
+    )
 
 
 def _left_out_findings(left_out: Sequence[LeftOut], exam: Exam) -> list[Finding]:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import mmap
 import re
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Container, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 import numpy as np
@@ -17,6 +18,9 @@ from armimpedance.recordings.c3d_parameters import Groups, HasParameters
 
 #: Channels of 32 bits that are no number: they stand in the files as if they were one.
 STATUS_WORD: Final = re.compile(r"(Right|Left)_FS_Status")
+
+#: What is mapped for a channel at once: 17 minutes at 1 kHz.
+ROOM_BYTES: Final = 4 * 1024**2
 
 #: Samples as they are held: single precision wherever that is exact, as it is in the files.
 Samples = NDArray[np.floating[Any]]
@@ -70,6 +74,14 @@ class ExamFile(HasParameters):
         """Where a hand was, (F, 2) in m."""
         return _doubled(self.hands[hand])
 
+    def without(self, labels: Container[str]) -> ExamFile:
+        """The same without these channels and hands."""
+        channels, hands = (
+            {name: samples for name, samples in each.items() if name not in labels}
+            for each in (self.channels, self.hands)
+        )
+        return replace(self, channels=channels, hands=hands)
+
     def same_samples(self, other: ExamFile) -> bool:
         """Whether all channels that were read are the same, number by number."""
         same = self.channels.keys() == other.channels.keys()
@@ -78,14 +90,15 @@ class ExamFile(HasParameters):
         )
 
 
-def joined(files: Sequence[ExamFile], parts: Iterable[Samples], width: int = 0) -> FloatArray:
-    """Something of each file, one after another, without a second copy of the whole.
+def joined(frames: Sequence[int], parts: Iterable[Samples], width: int = 0) -> FloatArray:
+    """Something of each trial, one after another, without a second copy of the whole.
 
     Parameters
     ----------
-    files : sequence of ExamFile
+    frames : sequence of int
+        Number of samples F of each trial.
     parts : iterable of (F,) or (F, width)
-        One for each file, made when it is its turn.
+        One of each trial, made when it is its turn.
     width : int
         Columns of the parts; 0: they are (F,).
 
@@ -93,8 +106,7 @@ def joined(files: Sequence[ExamFile], parts: Iterable[Samples], width: int = 0) 
     -------
     (N,) or (N, width)
     """
-    frames = sum(file.frames for file in files)
-    whole = np.empty((frames, width) if width else frames)
+    whole = np.empty((sum(frames), width) if width else sum(frames))
     at = 0
     for part in parts:
         whole[at : at + len(part)] = part
@@ -114,26 +126,50 @@ def _doubled(values: NDArray[Any]) -> FloatArray:
         return values.astype(np.float64)
 
 
-def held(values: Samples) -> Samples:
-    """The same numbers in as little memory as they need.
+class Store:
+    """Room for the samples of an exam, a hundred thousand short arrays: single precision where that
+    is exact, nothing for the zeros of sensors that are not there.
 
-    An exam is hundreds of megabytes of single-precision numbers, and half of its channels are the
-    zeros of sensors that are not there.
+    Each channel has rooms of its own, mapped from the system one by one: a channel that nobody
+    holds any more gives its memory back, which the pieces of a heap would not.
     """
-    bits = values.view(f"u{values.itemsize}") if values.flags.c_contiguous else values
-    if not bits.any():
-        return np.broadcast_to(np.float32(0.0), values.shape)
-    with np.errstate(over="ignore", invalid="ignore"):
-        single = values.astype(np.float32)
-    return single if np.array_equal(single, values, equal_nan=True) else values.copy()
+
+    def __init__(self) -> None:
+        self._rooms: dict[str, NDArray[np.float32]] = {}
+
+    def keep(self, label: str, values: Samples) -> Samples:
+        """The same numbers, (F, ...), where they need little memory.
+
+        Parameters
+        ----------
+        label : str
+            The channel.
+        values : (F, ...)
+        """
+        bits = values.view(f"u{values.itemsize}") if values.flags.c_contiguous else values
+        if not bits.any():
+            return np.broadcast_to(np.float32(0.0), values.shape)
+        with np.errstate(over="ignore", invalid="ignore"):
+            single = values.astype(np.float32, copy=False)
+            if not np.array_equal(single, values, equal_nan=True):
+                return values.copy()
+        room = self._rooms.get(label)
+        if room is None or len(room) < single.size:
+            size = max(ROOM_BYTES, single.nbytes)
+            room = np.frombuffer(mmap.mmap(-1, size), dtype=np.float32)
+        taken, self._rooms[label] = room[: single.size], room[single.size :]
+        taken[:] = single.ravel()
+        return taken.reshape(values.shape)
 
 
-def from_c3d(c3d: C3DFile) -> ExamFile:
+def from_c3d(c3d: C3DFile, store: Store) -> ExamFile:
     """A file of an exam from the C3D file that it is.
 
     Parameters
     ----------
     c3d : C3DFile
+    store : Store
+        Where the samples are kept.
 
     Raises
     ------
@@ -151,8 +187,8 @@ def from_c3d(c3d: C3DFile) -> ExamFile:
         parameters=c3d.parameters,
         rate_hz=c3d.rate_hz,
         frames=c3d.frames,
-        hands={label: held(c3d.points[:, i, :2]) for label, i in points.items()},
-        channels={n: held(_column(c3d, n, i)) for n, i in labels.items()},
+        hands={n: store.keep(n, c3d.points[:, i, :2]) for n, i in points.items()},
+        channels={n: store.keep(n, _column(c3d, n, i)) for n, i in labels.items()},
         others=c3d.other_labels,
     )
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 from typing import Final
 
@@ -16,7 +16,7 @@ from armimpedance.errors import InputError
 from armimpedance.recordings.c3d_file import BLOCK, is_c3d, parse_c3d
 from armimpedance.recordings.c3d_parameters import Groups, read_groups, texts_of
 from armimpedance.recordings.kinarm.archive import Archive, archive_roots
-from armimpedance.recordings.kinarm.exam_file import ExamFile, from_c3d
+from armimpedance.recordings.kinarm.exam_file import ExamFile, Store, from_c3d
 from armimpedance.recordings.kinarm.packing import (
     COMMON_NAME,
     Files,
@@ -200,6 +200,7 @@ class _C3DExam:
     files: Files
     root: str
     wanted: Callable[[str], bool]
+    store: Store = field(default_factory=Store)
 
     def trials(self) -> Iterator[tuple[str, _Numbers]]:
         for name in sorted(self.files):
@@ -212,7 +213,7 @@ class _C3DExam:
 
     def trial(self, name: str) -> ExamFile:
         data = self.files[name](None)
-        return from_c3d(parse_c3d(data, f"{self.path}:{name}", self.wanted))
+        return from_c3d(parse_c3d(data, f"{self.path}:{name}", self.wanted), self.store)
 
     def _numbers_of(self, name: str) -> _Numbers | None:
         """Block, protocol and repetition from a file's name; None where it is no trial."""

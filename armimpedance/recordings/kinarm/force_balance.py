@@ -88,10 +88,9 @@ def force_balance(files: Sequence[ExamFile], common: ExamFile, robot: Robot) -> 
     needed = (*motors, *link_labels(robot.side))
     if any(label not in file.channels for label in needed for file in files):
         return Balance(None, "the motors' torques or the links' angles were not recorded")
-    commanded = [file.columns(motors) for file in files]
-    if not all(np.isfinite(each).all() for each in commanded):
+    if not all(np.isfinite(file.columns(motors)).all() for file in files):
         return Balance(None, "the motors' torques are not finite")
-    if not any(each.any() for each in commanded):
+    if not any(file.columns(motors).any() for file in files):
         return Balance(None, "the motors' torques are zero throughout")
     torques = link_torques(files, motors, inertias, robot)
     moving_s = 0.0 if torques is None else torques.moving_s

@@ -110,11 +110,11 @@ def _checked_hand(files: Sequence[ExamFile], robot: Robot, hand: str) -> Hand:
 
 
 def _recorded(files: Sequence[ExamFile], hand: str) -> FloatArray:
-    return joined(files, (file.place(hand) for file in files), 2)
+    return joined([file.frames for file in files], (file.place(hand) for file in files), 2)
 
 
 def _from_links(files: Sequence[ExamFile], robot: Robot) -> FloatArray:
-    return joined(files, (_placed(file, robot) for file in files), 2)
+    return joined([file.frames for file in files], (_placed(file, robot) for file in files), 2)
 
 
 def _placed(file: ExamFile, robot: Robot) -> FloatArray:

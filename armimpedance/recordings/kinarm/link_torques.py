@@ -21,6 +21,8 @@ SMOOTHED_S: Final = 0.06
 SMOOTHED_PART: Final = 0.3
 #: One sample in so much time is looked at; between them the smoothed torques do not change, s.
 STEP_S: Final = 0.005
+#: Of a long exam fewer samples suffice: so many of the recording, evenly.
+MOST_SAMPLES: Final = 100_000
 #: A link that turns slower than this may stick, rad/s.
 MOVING_RAD_S: Final = 0.03
 
@@ -52,6 +54,8 @@ class LinkTorques(FrozenRecord):
     velocity : (N, 2)
     trial : (N,)
         Number of each sample's trial, from 0.
+    step_s : float
+        Time between two samples.
     """
 
     inertial: Annotated[FloatArray, "N 2"]
@@ -59,11 +63,12 @@ class LinkTorques(FrozenRecord):
     hand: Annotated[FloatArray, "N 2 4"]
     velocity: Annotated[FloatArray, "N 2"]
     trial: Annotated[IntArray, "N"]
+    step_s: float
 
     @property
     def moving_s(self) -> float:
         """For how long the links move."""
-        return len(self.trial) * STEP_S
+        return len(self.trial) * self.step_s
 
     def without_friction(self) -> LinkTorques:
         """The same after what is constant, dry or viscous in each axis is projected out."""
@@ -95,6 +100,7 @@ def link_torques(
     usual_s = float(np.median([file.frames for file in files])) / files[0].rate_hz
     kernels = spline_kernels(min(SMOOTHED_S, SMOOTHED_PART * usual_s), files[0].rate_hz)
     step = max(1, round(STEP_S * files[0].rate_hz))
+    step *= 1 + sum(file.frames for file in files) // (step * MOST_SAMPLES)
     parts: list[tuple[FloatArray, ...]] = []
     trial: list[int] = []
     for number, file in enumerate(files):
@@ -118,7 +124,7 @@ def link_torques(
     if not trial:
         return None
     inertial, pushed, hand, velocity = (np.concatenate(each) for each in zip(*parts, strict=True))
-    return LinkTorques(inertial, pushed, hand, velocity, np.array(trial))
+    return LinkTorques(inertial, pushed, hand, velocity, np.array(trial), step / files[0].rate_hz)
 
 
 def _filtered(signal: FloatArray, weights: FloatArray, step: int) -> FloatArray:

@@ -11,30 +11,31 @@ from armimpedance.recordings.kinarm.exam_file import ExamFile, anything
 from armimpedance.recordings.kinarm.robot import Side
 
 
-def channels_not_taken(
-    files: Sequence[ExamFile], side: Side, taken: Collection[str]
-) -> tuple[str, ...]:
-    """Sentences of the provenance on the channels that are there and not in the recording.
+def labels_there(files: Sequence[ExamFile]) -> set[str]:
+    """Labels of all channels and hands; those that were read and are zero are nobody's."""
+    there = {label for file in files for label in file.others}
+    for file in files:
+        read = {**file.channels, **file.hands}
+        there |= {label for label in read.keys() - there if anything(read[label])}
+    return there
 
-    Channels that were read and are zero in all trials are nobody's.
+
+def channels_not_taken(there: set[str], side: Side, taken: Collection[str]) -> tuple[str, ...]:
+    """Sentences of the provenance on the channels that are there and not in the recording.
 
     Parameters
     ----------
-    files : sequence of ExamFile
+    there : set of str
     side : {"right", "left"}
         The arm of the recording.
     taken : collection of str
         Labels that are in the recording, beside the force and the hand.
     """
-    there = {label for file in files for label in file.others}
-    for file in files:
-        read = {**file.channels, **file.hands}
-        there |= {label for label in read.keys() - there if anything(read[label])}
-    there -= {*taken, *force_labels(side), f"{side.title()}_Hand"}
+    left = there - {*taken, *force_labels(side), f"{side.title()}_Hand"}
     other = "Left_" if side == "right" else "Right_"
-    of_other = {label for label in there if label.startswith(other)}
+    of_other = {label for label in left if label.startswith(other)}
     return (
-        *not_taken(grouped(there - of_other), "the recording has no use for these channels"),
+        *not_taken(grouped(left - of_other), "the recording has no use for these channels"),
         *not_taken(grouped(of_other), "the other arm's"),
     )
 

@@ -425,9 +425,9 @@ def test_open_recording_refuses_what_it_cannot_use(tables, tmp_path):
         open_recording(tables.write(), ReadOptions(force_by="limb"))
     with pytest.raises(InputError, match="no such file"):
         open_recording(tmp_path / "none")
-    (tmp_path / "a.txt").write_text("x")
+    (tmp_path / "a.xyz").write_text("x")
     with pytest.raises(InputError, match=r"recording\.json"):
-        open_recording(tmp_path / "a.txt")
+        open_recording(tmp_path / "a.xyz")
     (tmp_path / "e.kinarm").write_bytes(b"PK")
     with pytest.raises(InputError, match="not a readable zip"):
         open_recording(tmp_path / "e.kinarm")
