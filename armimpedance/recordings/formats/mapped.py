@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from armimpedance.recordings.bids.dataset import is_bids
 from armimpedance.recordings.mapped.apply import mapped_recording
 from armimpedance.recordings.mapped.columns_toml import read_mapping
 from armimpedance.recordings.mapped.door import files_of, is_mapped, mapping_of, read_files
@@ -29,7 +30,8 @@ def _stated(options: ReadOptions) -> Path | None:
 
 FORMAT = Format(
     name="a table of any layout (.csv, .parquet, .mat, ...) with a mapping of its columns",
-    recognises=lambda path: not is_recording_folder(path) and is_mapped(path),
+    # A folder of BIDS reads its points without a mapping, and takes one for all else.
+    recognises=lambda path: not (is_recording_folder(path) or is_bids(path)) and is_mapped(path),
     read=_read,
     options=("mapping",),
     read_subject=_read_subject,

@@ -81,9 +81,9 @@ def test_without_units_the_data_tell_time_and_metres_but_not_the_force(
     assert 'unit = "ms"' in text
     assert 'unit = "m"' in text
     assert 'unit = "?"' in text.partition("[force]")[2]
-    table[["x", "y"]] = (
-        1000.0 * table[["x", "y"]] + 100.0 * np.sin(table[["x"]].index / 900)[:, None]
-    )
+    slow = 100.0 * np.sin(np.arange(len(table)) / 900)
+    for axis in ("x", "y"):
+        table[axis] = 1000.0 * table[axis] + slow
     text = propose_mapping(saved(table, tmp_path / "a.csv")).text
     assert 'unit = "mm"' in text.partition("[position]")[2]
 
@@ -132,7 +132,8 @@ def test_matlab_layouts(truth: Recording, tmp_path: Path) -> None:
     scipy.io.savemat(tmp_path / "a.mat", {"trials": struct_array(trials), "fs": 1000.0})
     write_mat73(tmp_path / "b.mat", {"trials": trials, "fs": 1000.0})
     one, other = (propose_mapping(tmp_path / f"{n}.mat").text for n in "ab")
-    assert one.splitlines()[1:] == other.splitlines()[1:]
+    # HDF5 sorts the fields of a struct.
+    assert sorted(one.splitlines()[1:]) == sorted(other.splitlines()[1:])
     assert '["trials.pos(:,1)", "trials.pos(:,2)"]' in one
     assert 'condition = "trials.cond"' in one
     n = min(len(t["t"]) for t in trials)
