@@ -264,9 +264,8 @@ class _Table:
             return ~held if isinstance(op, ast.NotIn) else held
         first, second = self._values(left), self._values(right)
         self._check_kinds(left, first, right, second)
-        held = np.broadcast_to(_COMPARISONS[type(op)](first, second), len(self.trials)).astype(bool)
-        absent = _missing(first) | _missing(second)
-        return held | absent if isinstance(op, ast.NotEq) else held & ~absent
+        # A missing number is NaN: no comparison holds but "unequal".
+        return np.broadcast_to(_COMPARISONS[type(op)](first, second), len(self.trials)).astype(bool)
 
     def _among(self, left: ast.expr, right: ast.expr) -> BoolArray:
         values = self._values(left)
@@ -308,7 +307,7 @@ class _Table:
         """The column that is meant: letter by letter, else whatever the case of its letters."""
         if name in self.trials:
             return name
-        known = {plain_name(str(c)).casefold(): c for c in reversed(list(self.trials.columns))}
+        known = {plain_name(str(c)).casefold(): c for c in self.trials.columns}
         for other, column in OTHER_NAMES.items():
             if column in self.trials:
                 known.setdefault(other.casefold(), column)
@@ -340,8 +339,3 @@ def _as_values(column: pd.Series) -> np.ndarray:
         return column.to_numpy(dtype=np.float64, na_value=np.nan)
     there = column.astype(object).where(column.notna(), "")
     return np.array([str(value) for value in there] or [], dtype=object)
-
-
-def _missing(values: np.ndarray) -> Any:
-    """Where there is no value: no comparison but "unequal" holds there."""
-    return values == "" if values.dtype == object else np.isnan(values)

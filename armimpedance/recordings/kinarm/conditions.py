@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from armimpedance.recordings.kinarm.directions import ends_of, force_columns, force_of
-from armimpedance.recordings.kinarm.tables import NAMES, Protocol, Value, is_load, plain
+from armimpedance.recordings.kinarm.tables import Protocol, Value, is_load, plain
 
 #: Columns of a load that its name holds.
 _MOST_COLUMNS: Final = 3
@@ -68,7 +68,7 @@ def _features(protocol: Protocol) -> Iterator[tuple[str, str]]:
     direction = protocol.direction
     for name, value in protocol.settings.items():
         label, source = plain(name), direction is not None and name == direction.source
-        if name in NAMES or (source and direction is not None and direction.kind == "stated"):
+        if source and direction is not None and direction.kind == "stated":
             continue
         if name in protocol.loads:
             yield from _of_load(protocol, name, at=not source)

@@ -25,7 +25,7 @@ from armimpedance.recordings.kinarm.robot import Side
 _NO_COLUMNS: Final = ("USED", "COLUMN_ORDER", "DESCRIPTIONS", "DESCRIPTION", "UNITS")
 
 #: Columns of `TP_TABLE` that may name a protocol.
-NAMES: Final = ("NAME", "TP_NAME", "LABEL", "TITLE")
+_NAMES: Final = ("NAME", "TP_NAME", "LABEL", "TITLE")
 
 #: Settings that are rows of the target table; `TARGET_ON_TIME` and the like are not.
 _TARGET: Final = re.compile(
@@ -115,7 +115,7 @@ def protocol_of(trial: ExamTrial, common: ExamFile, side: Side) -> Protocol:
     direction = direction_of(settings, loads, ways, side)
     stated = trial.file.text("TRIAL", "TP") or ""
     if not stated or stated.isdigit():
-        stated = next((str(settings[n]) for n in NAMES if isinstance(settings.get(n), str)), "")
+        stated = next((str(settings[n]) for n in _NAMES if isinstance(settings.get(n), str)), "")
     return Protocol(row, stated, settings, targets, ways, loads, side, direction)
 
 
@@ -190,7 +190,7 @@ def is_load(setting: str) -> bool:
 
 def _counts(value: object) -> bool:
     """Whether a cell is a row of another table: a whole number from 1."""
-    return isinstance(value, float) and 1 <= value < 1e6 and value == int(value)
+    return isinstance(value, float) and value >= 1 and value == int(value)
 
 
 def plain(name: str) -> str:

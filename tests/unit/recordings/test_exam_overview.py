@@ -17,6 +17,7 @@ from armimpedance.__main__ import main
 from armimpedance.analyses import read
 from armimpedance.errors import InputError
 from armimpedance.recordings.kinarm import overview
+from armimpedance.recordings.kinarm.exam_file import ExamFile
 from armimpedance.recordings.kinarm.overview_text import look_at_exam
 
 NOTHING = np.zeros((0, 2))
@@ -229,6 +230,17 @@ def test_of_a_long_exam_little_is_kept(lab, exams, tmp_path, monkeypatch):
     assert len(kept) == 40
     assert max(kept) <= 5000
     assert (few.tables, few.next, few.trials) == (whole.tables, whole.next, whole.trials)
+
+
+def test_trials_that_are_kept_whole_are_spread_evenly(monkeypatch):
+    monkeypatch.setattr(overview, "KEPT_SAMPLES", 1000)
+    spread = overview._Spread()
+    for number in range(95):
+        spread.keep(ExamFile(str(number), {}, 1000.0, 100, {}, {}))
+    kept = [int(file.name) for file in spread.files]
+    assert 5 < len(kept) <= 10
+    assert set(np.diff(kept)) == {kept[1]}
+    assert kept[-1] + kept[1] >= 95
 
 
 def test_nobody_is_named(lab, exams, tmp_path, monkeypatch, capsys):

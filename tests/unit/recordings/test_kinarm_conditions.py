@@ -138,6 +138,18 @@ def test_with_loads_a_protocol_without_one_has_no_direction(table, conditions):
     assert chosen[0] == names[1:]
 
 
+def test_pushes_stay_together_beside_trials_without_one(table, conditions):
+    tables = {
+        "TP_TABLE": table(LOAD=[*range(1, 9), 0, 9], DELAY=[1.0] * 8 + [2.0, 3.0]),
+        "LOAD_TABLE": table(**{name: [*force, 0.0] for name, force in FORCES.items()}),
+    }
+    names = conditions(tables, range(1, 11))[0]
+    assert names == ["TP_1 to TP_8"] * 8 + ["TP_9", "TP_10 load 0 N"]
+    # Under a name of their own, those without a push are no pushes.
+    tables["TP_TABLE"]["NAME"] = table(NAME=["hold"] * 10)["NAME"]
+    assert len(set(conditions(tables, range(1, 11))[0])) == 3
+
+
 def test_targets_from_an_origin_of_the_task_give_the_way(table, conditions):
     tables = {
         "TP_TABLE": table(HOME_TARGET=[1, 1], REACH_TARGET=[2, 3]),

@@ -10,8 +10,9 @@ import pytest
 
 from armimpedance.__main__ import main
 from armimpedance.analyses import read
+from armimpedance.arm import elbow_skeleton
 from armimpedance.errors import InputError
-from armimpedance.motion import EmgSignals, MarkerRecording
+from armimpedance.motion import EmgSignals, MarkerRecording, MotionRecording
 from armimpedance.recordings.where import parse_where, plain_name, with_where
 
 N = 24
@@ -53,6 +54,9 @@ def left(trials, expression):
         ("event_ON_s > -1", lambda c: np.isfinite(c["event_ON_s"])),
         ("reach_angle_deg >= 180", lambda c: c["reach angle (deg)"] >= 180),
         ("note == 'late'", lambda c: c["note"] == "late"),
+        ("note == ''", lambda c: c["note"] == ""),
+        ("note < 'a'", lambda c: c["note"] == ""),
+        ("event_ON_s != 0.5", lambda c: ~(np.nan_to_num(c["event_ON_s"]) == 0.5)),
         ("is_error == True", lambda c: c["is_error"]),
         ("protocol == set", lambda c: c["protocol"] == c["set"]),
         ("\n (TP == 3\n and trial < 9) ", lambda c: (c["protocol"] == 3) & (c["trial"] < 9)),
@@ -119,7 +123,9 @@ def test_an_unknown_name_lists_those_that_there_are(trials):
         parse_where("reach_angel_deg > 3").choose(trials)
 
 
-@pytest.mark.parametrize("column", ["a b", "class", "3rd", "ﬁn", "(deg)", "Ünïcode", "load [N]"])
+@pytest.mark.parametrize(
+    "column", ["a b", "class", "3rd", "ﬁn", "xª", "(deg)", "Ünïcode", "load [N]"]
+)
 def test_every_column_has_a_name_that_can_be_written(column):
     name = plain_name(column)
     assert isinstance(ast.parse(name, mode="eval").body, ast.Name)
@@ -246,6 +252,23 @@ def test_markers_are_chosen_with_their_emg():
     np.testing.assert_array_equal(kept.emg.signals, signals)
     assert kept.emg.offsets.tolist() == [0, 50, 110]
     assert "2 of 3" in kept.provenance[-1]
+
+
+def test_joint_motion_is_chosen_with_its_emg():
+    rng = np.random.default_rng(1)
+    skeleton = elbow_skeleton(70.0, 1.75)
+    recording = MotionRecording(
+        sample_rate_hz=100.0,
+        trials=pd.DataFrame({"trial": [1, 2], "condition": ["a", "b"]}),
+        offsets=np.array([0, 4, 10]),
+        time_s=np.concatenate([np.arange(4), np.arange(6)]) / 100,
+        coordinates=rng.normal(size=(10, len(skeleton.coordinates))),
+        skeleton=skeleton,
+        emg=EmgSignals(1000.0, np.array([0, 40, 100]), rng.normal(size=(100, 1)), ("biceps",)),
+    )
+    kept = with_where(recording, "trial == 2")
+    np.testing.assert_array_equal(kept.coordinates, recording.coordinates[4:])
+    np.testing.assert_array_equal(kept.emg.signals, recording.emg.signals[40:])
 
 
 def test_a_folder_takes_it_and_so_do_the_commands(tables, tmp_path, capsys):
