@@ -24,6 +24,7 @@ from armimpedance.analyses import estimate
 from armimpedance.errors import InputError
 from armimpedance.not_taken import told_not_taken
 from armimpedance.recordings import ReadOptions, open_recording
+from armimpedance.recordings.mapped.columns_toml import read_mapping
 from armimpedance.records import Recording
 from manipulandum_sim.hand import simulate
 
@@ -428,3 +429,12 @@ def test_numbers_of_trials_that_stand_twice_are_kept_beside_new_ones(
     assert isinstance(read, Recording)
     assert read.trials["trial"].tolist() == list(range(1, 17))
     assert read.trials["trial_in_file"].tolist() == 2 * list(range(1, 9))
+
+
+def test_the_mapping_of_the_documentation_is_one(tmp_path: Path) -> None:
+    page = Path(__file__).resolve().parents[3] / "docs/mapping.md"
+    text = page.read_text().partition("```toml\n")[2].partition("```")[0]
+    (tmp_path / "columns.toml").write_text(text)
+    mapping = read_mapping(tmp_path / "columns.toml")
+    assert mapping.position.signs == (1, -1)
+    assert mapping.metadata.muscles == ("biceps_long", "triceps_long")
