@@ -18,6 +18,8 @@ Rows = NDArray[np.intp]
 #: Text beyond this is no label; a column of texts is as wide as its longest.
 LONGEST_TEXT: Final = 64
 
+_MOST_TRIES: Final = 32
+
 #: Where a message bears a header, the time at which it was measured.
 _STAMP: Final = ("header.stamp.sec", "header.stamp.nanosec")
 
@@ -82,7 +84,10 @@ def _alike(
 ) -> Iterator[tuple[Layout, Rows]]:
     """Layouts, and the rows of a table of messages of one length that have them."""
     left = np.arange(len(rows))
-    while len(left):
+    # Where nearly each message has a layout of its own, looking for others that have it is in vain.
+    for _ in range(_MOST_TRIES):
+        if not len(left):
+            return
         first = table[left[0]]
         layout = layout_of(first.tobytes(), name, known, encoding)
         same = np.zeros(len(first), bool)
@@ -91,6 +96,8 @@ def _alike(
         alike = (table[left][:, same] == first[same]).all(axis=1)
         yield layout, left[alike]
         left = left[~alike]
+    for i in range(len(left)):
+        yield layout_of(table[left[i]].tobytes(), name, known, encoding), left[i : i + 1]
 
 
 def _take(

@@ -86,7 +86,8 @@ class _Walk:
         self.bytes, self.known, self.layout = message, known, Layout()
         self.aligned = encoding == "cdr"
         self.start = 4 if self.aligned else 0
-        self.place, self.order, self.texts = self.start, "<", 0
+        self.place, self.order = self.start, "<"
+        self.texts, self.steps = 0, 0
         self.sizes: dict[tuple[str, int], int] = {}
         if self.aligned:
             if len(message) < 4 or message[0] or message[1] > 1:
@@ -96,7 +97,8 @@ class _Walk:
 
     def message(self, path: str, name: str, depth: int, taken: bool = True) -> None:
         """Walk through a message, or one that lies in it."""
-        if depth > _DEEPEST:
+        self.steps += 1
+        if depth > _DEEPEST or self.steps > 1000 + 10 * len(self.bytes):
             raise DefinitionError("messages lie in each other too deeply")
         if name not in self.known:
             raise DefinitionError(f"the message {name} has no definition")

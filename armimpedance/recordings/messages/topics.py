@@ -57,6 +57,8 @@ class Topic:
         None: messages of this kind are not read.
     problem : str
         Why the topic is not taken; "" while it is.
+    numbers : int
+        How many it holds.
     """
 
     name: str
@@ -64,6 +66,7 @@ class Topic:
     decode: Decoder | None
     wanted: Wanted
     problem: str = ""
+    numbers: int = 0
     log_ns: list[int] = field(default_factory=list)
     _wanted_paths: dict[str, bool] = field(default_factory=dict)
     _waiting: list[bytes] = field(default_factory=list)
@@ -91,6 +94,10 @@ class Topic:
             self._blocks.clear()
         else:
             self._blocks.append(block)
+            self.numbers += len(block.numbers) * block.rows
+        if self.numbers > _MOST_NUMBERS:
+            self.problem = f"more than {_MOST_NUMBERS} numbers"
+            self._blocks.clear()
         self._waiting, self._bytes = [], 0
 
     def _wants(self, path: str) -> bool:
@@ -102,11 +109,6 @@ class Topic:
     def unwanted(self) -> list[str]:
         """Names of columns that nobody asked for."""
         return [f"{self.name}.{path}" for path, is_it in self._wanted_paths.items() if not is_it]
-
-    @property
-    def numbers(self) -> int:
-        """How many numbers its blocks hold."""
-        return sum(len(block.numbers) * block.rows for block in self._blocks)
 
     @property
     def rounded(self) -> set[str]:
@@ -127,7 +129,7 @@ class Topic:
         return np.array(self.log_ns, np.int64), "log time"
 
     def columns(self) -> dict[str, RawColumn]:
-        """Path -> column, in the order in which they came."""
+        """Path -> column, in the order in which they came; the topic gives them away."""
         rows = len(self.log_ns)
         starts = np.cumsum([0] + [block.rows for block in self._blocks])
         paths: dict[str, None] = {}
@@ -139,12 +141,12 @@ class Topic:
             numbers = [
                 (at + start, values)
                 for block, start in zip(self._blocks, starts, strict=False)
-                for at, values in block.numbers.get(path, ())
+                for at, values in block.numbers.pop(path, ())
             ]
             texts = [
                 (at + start, values)
                 for block, start in zip(self._blocks, starts, strict=False)
-                for at, values in block.texts.get(path, ())
+                for at, values in block.texts.pop(path, ())
             ]
             values = joined_numbers(numbers, rows) if numbers else joined_texts(texts, rows)
             if numbers and texts:

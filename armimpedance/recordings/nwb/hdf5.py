@@ -22,7 +22,7 @@ MAGIC: Final = b"\x89HDF\r\n\x1a\n"
 _TIGHTEST: Final = 1100
 _SMALL_BYTES: Final = 4_000_000
 #: Numbers of one dataset; 500 MB of them.
-_MOST_NUMBERS: Final = 62_500_000
+MOST_NUMBERS: Final = 62_500_000
 _LONGEST_TEXT: Final = 10_000
 #: How a heap begins, with its version.
 _HEAP: Final = b"GCOL\x01"
@@ -150,7 +150,7 @@ def numbers(dataset: Any) -> FloatArray:
     check_numbers(dataset)
     try:
         # Read as it is stored: HDF5's own conversion of types is not needed.
-        return np.asarray(dataset[()]).astype(np.float64)
+        return np.asarray(dataset[()]).astype(np.float64, copy=False)
     except (OSError, ValueError, TypeError, RuntimeError, MemoryError):
         raise Hdf5Error("it cannot be unpacked") from None
 
@@ -168,13 +168,13 @@ def check_numbers(dataset: Any) -> None:
     if dataset.external or dataset.is_virtual:
         raise Hdf5Error("its data lie in another file")
     count = math.prod(dataset.shape)
-    if count > _MOST_NUMBERS:
-        raise Hdf5Error(f"more than {_MOST_NUMBERS} numbers")
+    if count > MOST_NUMBERS:
+        raise Hdf5Error(f"more than {MOST_NUMBERS} numbers")
     stored = dataset.id.get_storage_size()
     if count * kind.itemsize > _TIGHTEST * stored + (_SMALL_BYTES if stored else 0):
         raise Hdf5Error("it claims more than the file holds")
     chunk = math.prod(dataset.chunks) if dataset.chunks else 0
-    if chunk * kind.itemsize > 2 * _MOST_NUMBERS:
+    if chunk * kind.itemsize > 2 * MOST_NUMBERS:
         raise Hdf5Error("its parts claim more than the file holds")
 
 

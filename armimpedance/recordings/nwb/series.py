@@ -11,6 +11,7 @@ import numpy as np
 from armimpedance.arrays import FloatArray
 from armimpedance.recordings.mapped.raw_file import RawColumn, Wanted
 from armimpedance.recordings.nwb.hdf5 import (
+    MOST_NUMBERS,
     Hdf5Error,
     attribute_number,
     attribute_text,
@@ -72,10 +73,13 @@ class Found:
     series : list of Series
     left : dict
         Why something was not taken -> names.
+    numbers : int
+        How many were read.
     """
 
     series: list[Series] = field(default_factory=list)
     left: dict[str, list[str]] = field(default_factory=dict)
+    numbers: int = 0
 
     def leave(self, name: str, why: str) -> None:
         """Something is not taken."""
@@ -151,6 +155,9 @@ def _take(found: Found, name: str, group: Any, wanted: Wanted) -> None:
     if not any(wanted(label) for label in labels):
         return
     check_numbers(data)
+    found.numbers += data.shape[0] * width
+    if found.numbers > MOST_NUMBERS:
+        raise Hdf5Error(f"more than {MOST_NUMBERS} numbers in all")
     clock = _clock(group, data.shape[0])
     values = numbers(data).reshape(data.shape[0], width)
     factors, offset = _factors(group, data, width), attribute_number(data, "offset", 0.0)
@@ -160,7 +167,7 @@ def _take(found: Found, name: str, group: Any, wanted: Wanted) -> None:
         if wanted(label):
             # A factor of one leaves each bit as it is.
             column = values[:, i] if factors[i] == 1.0 else values[:, i] * factors[i]
-            columns[label] = RawColumn(column + offset if offset else column.copy(), unit)
+            columns[label] = RawColumn(column + offset if offset else column, unit)
     found.add(clock, columns)
 
 

@@ -59,13 +59,18 @@ def messages_of(ros: int):
     return get_typestore(Stores.ROS1_NOETIC if ros == 1 else Stores.ROS2_HUMBLE)
 
 
-def write_ros2_bag(recording: Recording, folder: Path, storage: str = "sqlite3") -> None:
+def write_ros2_bag(
+    recording: Recording, folder: Path, storage: str = "sqlite3", packed: str = ""
+) -> None:
     """A bag of ROS 2 by rosbags: a folder with a database or an MCAP file."""
-    from rosbags.rosbag2 import StoragePlugin, Writer
+    from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 
     store = messages_of(2)
     plugin = {"sqlite3": StoragePlugin.SQLITE3, "mcap": StoragePlugin.MCAP}[storage]
-    with Writer(folder, version=9, storage_plugin=plugin) as writer:
+    writer = Writer(folder, version=9, storage_plugin=plugin)
+    if packed:
+        writer.set_compression(CompressionMode[packed], CompressionFormat.ZSTD)
+    with writer:
         _write_messages(recording, writer, store, store.serialize_cdr)
 
 

@@ -520,29 +520,21 @@ def test_a_bag_without_definitions_is_read_with_those_that_every_ros_has(tmp_pat
 @pytest.mark.parametrize("mode", ["FILE", "MESSAGE"])
 @pytest.mark.parametrize("storage", ["sqlite3", "mcap"])
 def test_a_compressed_bag_is_the_same_bag(tmp_path, mode, storage):
+    bench.write_ros2_bag(bench.short_hand(), tmp_path / "bag", storage)
+    bench.write_ros2_bag(bench.short_hand(), tmp_path / "packed", storage, mode)
+    packed = columns_of(read(tmp_path / "packed"))
+    for name, column in columns_of(read(tmp_path / "bag")).items():
+        np.testing.assert_array_equal(packed[name].values, column.values)
+
+
+def test_a_part_that_unpacks_to_far_more_than_a_bag_does_is_refused(tmp_path):
     import zstandard
 
-    bench.write_ros2_bag(bench.short_hand(), tmp_path / "bag", storage)
-    whole = columns_of(read(tmp_path / "bag"))
-    metadata = tmp_path / "bag" / "metadata.yaml"
-    told = metadata.read_text()
-    name = "bag.db3" if storage == "sqlite3" else "bag.mcap"
-    part = tmp_path / "bag" / name
-    if mode == "FILE":
-        part.with_name(name + ".zstd").write_bytes(zstandard.compress(part.read_bytes()))
-        part.unlink()
-        told = told.replace(name, name + ".zstd")
-    elif storage == "sqlite3":
-        with sqlite3.connect(part) as base:
-            base.create_function("packed", 1, zstandard.compress)
-            base.execute("UPDATE messages SET data = packed(data)")
-    else:
-        pytest.skip("no writer of compressed messages in MCAP")
-    import re
-
-    metadata.write_text(re.sub("compression_mode: .*", f"compression_mode: {mode}", told))
-    for name, column in columns_of(read(tmp_path / "bag")).items():
-        np.testing.assert_array_equal(column.values, whole[name].values)
+    bench.write_ros2_bag(bench.short_hand(), tmp_path / "bag", "sqlite3", "FILE")
+    (part,) = (tmp_path / "bag").glob("*.zstd")
+    part.write_bytes(zstandard.compress(bytes(70_000_000)))
+    with pytest.raises(InputError, match="unpacks to more"):
+        read(tmp_path / "bag")
 
 
 def test_a_bag_of_several_files_is_one_run_and_a_missing_file_is_an_error(tmp_path):
@@ -661,3 +653,45 @@ def test_each_kind_is_recognised_by_one_source_without_any_package(tmp_path):
     assert "armimpedance[ros]" in told["a.mcap"]
     assert "armimpedance[nwb]" in told["a.nwb"]
     assert "armimpedance[tdms]" in told["a.tdms"]
+
+
+def test_empty_messages_in_each_other_by_the_billion_are_not_walked(tmp_path):
+    levels = [f"L{i + 1} " + f"\nL{i + 1} ".join("abcdefgh") for i in range(12)]
+    rule = "\n" + "=" * 80 + "\n"
+    text = rule.join([levels[0], *(f"MSG: x/L{i}\n{t}" for i, t in enumerate(levels[1:], 1))])
+    text += rule + "MSG: x/L12\n"
+    path = mcap(
+        tmp_path / "a.mcap",
+        schema(1, "x/L0", "ros1msg", text),
+        channel(1, 1, "/deep", "ros1"),
+        message(1, 0, b""),
+    )
+    assert any("/deep" in sentence for sentence in read(path).not_taken)
+
+
+def test_texts_of_any_length_in_each_message_stay_with_their_message(tmp_path):
+    words = ["abcdefghij"[: i % 11] + "x" * (i % 7) for i in range(500)]
+    parts = [(w.encode() + b"\x00", f"{w}.".encode() + b"\x00") for w in words]
+    messages = [
+        message(
+            1,
+            i,
+            cdr(
+                "<",
+                (4, struct.pack("<I", len(a)) + a),
+                (4, struct.pack("<I", len(b)) + b),
+                (8, struct.pack("<d", i / 7)),
+            ),
+        )
+        for i, (a, b) in enumerate(parts)
+    ]
+    path = mcap(
+        tmp_path / "a.mcap",
+        schema(1, "x/msg/Two", "ros2msg", "string a\nstring b\nfloat64 c"),
+        channel(1, 1, "/two", "cdr"),
+        *messages,
+    )
+    columns = columns_of(read(path))
+    assert columns["/two.a"].values.tolist() == words
+    assert columns["/two.b"].values.tolist() == [f"{w}." for w in words]
+    np.testing.assert_array_equal(columns["/two.c"].values, np.arange(500) / 7)
