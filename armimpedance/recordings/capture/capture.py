@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -32,6 +33,7 @@ class Capture:
     words : (F, W)
         As stored: of each frame x, y, z, residual of each point, then the analog samples.
     point_labels, analog_labels : tuple of str
+        A label that stands twice is replaced by its description where that tells the two apart.
     """
 
     name: str
@@ -61,7 +63,8 @@ class Capture:
         """Points (F, n, 3) in the file's unit and axes."""
         columns = 4 * np.asarray(index, np.intp)[:, None] + np.arange(3)
         words = self.words[:, columns.ravel()].reshape(len(self.words), len(index), 3)
-        return self._decoded(words) * self.layout.point_scale
+        with np.errstate(over="ignore", invalid="ignore"):
+            return self._decoded(words) * self.layout.point_scale
 
     def residuals(self, index: Sequence[int]) -> FloatArray:
         """The fourth word (F, n) of points; where it is negative, the point was not seen."""
@@ -157,6 +160,12 @@ def parse_capture(data: bytes, name: str) -> Capture:
 
 def _labels(parameters: Parameters, group: str, count: int) -> tuple[str, ...]:
     """Labels of points or channels; those without one get a number."""
-    given = parameters.texts(group, "LABELS")[:count]
+    given = list(parameters.texts(group, "LABELS")[:count])
+    # Some programs write four letters as the label and the marker's name as the description.
+    described = parameters.texts(group, "DESCRIPTIONS")[: len(given)]
+    times, longer = Counter(given), Counter(described)
+    for i, text in enumerate(described):
+        if given[i] and times[given[i]] > 1 and text and longer[text] == 1 and text not in times:
+            given[i] = text
     unnamed = [f"{group}_{i}" for i in range(len(given) + 1, count + 1)]
     return (*given, *unnamed)

@@ -104,12 +104,12 @@ def layout_of(data: bytes, name: str, parameters: Parameters) -> Layout:
         The header contradicts itself, or claims what the file does not hold.
     """
     header = _Header.parse(data, parameters.processor)
-    channels, per_frame, remarks = _analog(name, header, parameters)
-    scale = parameters.first("POINT", "SCALE", header.scale)
+    scale = _scale(header, parameters)
     if not np.isfinite(scale) or scale == 0:
         problem = f"a scale of the points of {scale:g}"
         raise InputError(problem, file=name, expected="negative for reals, else mm a count")
     start = _start(data, name, header, parameters)
+    channels, per_frame, remarks = _analog(data, name, header, parameters, start)
     real = scale < 0
     bytes_per_frame = (4 * header.points + channels * per_frame) * (4 if real else 2)
     if not bytes_per_frame:
@@ -132,19 +132,29 @@ def layout_of(data: bytes, name: str, parameters: Parameters) -> Layout:
     )
 
 
-def _analog(name: str, header: _Header, parameters: Parameters) -> tuple[int, int, tuple[str, ...]]:
+def _analog(
+    data: bytes, name: str, header: _Header, parameters: Parameters, start: int
+) -> tuple[int, int, tuple[str, ...]]:
     """Channels, samples a frame, and a remark where the header has it wrong."""
     per_frame = header.per_frame
     if not header.analog:
         return 0, max(per_frame, 1), ()
-    if per_frame and header.analog % per_frame == 0:
+    whole = per_frame > 0 and header.analog % per_frame == 0
+    # Some programs write the channels there instead of the samples of all channels: so they do
+    # where there are as many and the file is long enough.
+    if per_frame > 1 and parameters.first("ANALOG", "USED", -1.0) == header.analog:
+        words = header.frames * (4 * header.points + header.analog * per_frame)
+        if not whole or len(data) - start >= words * (4 if _scale(header, parameters) < 0 else 2):
+            remark = f"The header has {header.analog} analog values a frame: taken as the channels."
+            return header.analog, per_frame, (remark,)
+    if whole:
         return header.analog // per_frame, per_frame, ()
-    # Some programs write the channels there instead of the samples of all channels.
-    if per_frame and parameters.first("ANALOG", "USED", -1.0) == header.analog:
-        remark = f"The header has {header.analog} analog values a frame: taken as the channels."
-        return header.analog, per_frame, (remark,)
     problem = f"{header.analog} analog values in {per_frame} samples per frame"
     raise InputError(problem, file=name, expected="a multiple")
+
+
+def _scale(header: _Header, parameters: Parameters) -> float:
+    return parameters.first("POINT", "SCALE", header.scale)
 
 
 def _start(data: bytes, name: str, header: _Header, parameters: Parameters) -> int:

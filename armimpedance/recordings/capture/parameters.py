@@ -146,7 +146,8 @@ class _Section:
         else:
             entries.append((group, label, self._value()))
         if step and following < self.at:
-            raise self._broken(f"the entry {label} points back into itself")
+            # A pointer that was not kept up: the entry's own content tells where it ends.
+            following = self._described()
         # Some programs leave the last pointer pointing anywhere, with nothing but zeros behind it.
         stays = following < self.end or any(self.data[self._described() : self.end])
         self.at = following

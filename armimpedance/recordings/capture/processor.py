@@ -38,7 +38,8 @@ class Processor:
     def decoded(self, words: NDArray[np.generic]) -> FloatArray:
         """Stored words of `dtype` as numbers."""
         if not (self.vax and words.dtype.kind == "u" and words.dtype.itemsize == 4):
-            return words.astype(np.float64)
+            with np.errstate(invalid="ignore"):
+                return words.astype(np.float64)
         # The halves of a VAX number stand the other way round.
         stored = words.view(np.uint32)
         bits = (stored << np.uint32(16)) | (stored >> np.uint32(16))

@@ -42,7 +42,8 @@ def local_wrench(capture: Capture, plate: Plate, metres: float, up: FloatArray) 
     InputError
         A value is not finite or no force that a plate bears, or the sensors' distances are missing.
     """
-    values = capture.analog(plate.channels) * _factors(capture, plate, metres)
+    with np.errstate(over="ignore", invalid="ignore"):
+        values = capture.analog(plate.channels) * _factors(capture, plate, metres)
     if not np.isfinite(values).all():
         raise _wrong(capture, plate, "a value that is not finite", "numbers")
     if plate.matrix is not None:

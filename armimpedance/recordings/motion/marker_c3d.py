@@ -156,6 +156,9 @@ def _markers(
     labels, outputs = capture.point_labels, model_outputs(capture)
     named = [i for i, label in enumerate(labels) if label and not label.startswith("*")]
     chosen = [i for i in named if labels[i] not in outputs]
+    if not chosen:
+        problem = f"none of its {len(labels)} points is a marker"
+        raise InputError(problem, file=capture.name, expected="labelled places, no model's outputs")
     names = _without_prefix([labels[i] for i in chosen], prefix)
     kept = [(i, name) for i, name in zip(chosen, names, strict=True) if name is not None]
     if not kept:
@@ -200,10 +203,11 @@ def _positions(
     points = capture.places(index)
     lost = capture.unseen(index) | ~np.isfinite(points).all(axis=2) | ~points.any(axis=2)
     points[lost] = 0.0
-    places = points * metres @ rotation.T
+    with np.errstate(over="ignore", invalid="ignore"):
+        places = points * metres @ rotation.T
     far = np.abs(places).max(initial=0.0)
     places[lost] = np.nan
-    if far > LARGEST_PLACE_M:
+    if not far <= LARGEST_PLACE_M:
         problem = f"a marker {far:.4g} m away in {capture.length_unit}"
         raise InputError(problem, file=capture.name, expected="another unit in the file")
     return places
