@@ -10,8 +10,8 @@ Examples:
   armimpedance convert swing.c3d relaxed --skeleton elbow --mass-kg 70 --height-m 1.75 \\
       --marker RSHO=acromion_right --standing upright.c3d --emg Biceps.EMG4=biceps
 
-Kinarm (Dexterit-E) exams: a folder or zip of BB_TT_RR.c3d and common.c3d, or one trial's file with
-common.c3d beside it. Whose force the sensor's columns hold no file says: it is found from the
+Kinarm (Dexterit-E) exams: a .kinarm archive, a folder or zip of BB_TT_RR.c3d and common.c3d, or one
+trial's file with common.c3d beside it. Whose force the sensor's columns hold no file says: it is found from the
 robot's own inertias and motor torques, with the evidence, or --force-by states it (where both are
 there and contradict each other, a warning says so). The tables of trial protocols, targets and
 loads become columns of the trial table. Personal fields (subject, operator, dates) stay out unless
