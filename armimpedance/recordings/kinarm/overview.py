@@ -17,7 +17,7 @@ import numpy as np
 from armimpedance.errors import InputError
 from armimpedance.recordings.kinarm.channels import force_labels, sound_trials, wanted_channels
 from armimpedance.recordings.kinarm.conditions import in_words
-from armimpedance.recordings.kinarm.exam_file import ExamFile
+from armimpedance.recordings.kinarm.exam_file import ExamFile, Samples
 from armimpedance.recordings.kinarm.files import Exam, ExamTrial, LeftOut, read_exam
 from armimpedance.recordings.kinarm.force_balance import force_balance
 from armimpedance.recordings.kinarm.hand import hand_position
@@ -105,7 +105,7 @@ class _Spread:
     def keep(self, file: ExamFile) -> ExamFile:
         """Remember a trial, or not; what an overview needs of it."""
         if self.seen % self.step == 0:
-            self.files.append(file)
+            self.files.append(_own(file))
         self.seen += 1
         while sum(kept.frames for kept in self.files) > KEPT_SAMPLES and len(self.files) > 1:
             self.files, self.step = self.files[::2], 2 * self.step
@@ -156,6 +156,15 @@ def overview_of(path: str | os.PathLike[str], side: Side | None = None) -> ExamO
         others=tuple(dict.fromkeys(n for t in exam.trials for n in t.file.others)),
         remarks=(*renamed, *remarks),
     )
+
+
+def _own(file: ExamFile) -> ExamFile:
+    """The same file with samples of its own: those of an exam share rooms, which it would hold."""
+
+    def copied(samples: Mapping[str, Samples]) -> dict[str, Samples]:
+        return {n: v.copy() if v.any() else v for n, v in samples.items()}
+
+    return replace(file, channels=copied(file.channels), hands=copied(file.hands))
 
 
 def _ranges(file: ExamFile) -> ExamFile:

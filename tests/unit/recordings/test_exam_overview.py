@@ -223,6 +223,11 @@ def test_of_a_long_exam_little_is_kept(lab, exams, tmp_path, monkeypatch):
         small = held(self, file)
         kept.append(sum(each.frames for each in self.files))
         assert all(len(values) == 2 for values in small.channels.values())
+        # Nothing that is kept holds the room of what is not.
+        held_by = [
+            v.base for each in (small, *self.files) for v in each.channels.values() if v.any()
+        ]
+        assert set(held_by) == {None}
         return small
 
     monkeypatch.setattr(overview._Spread, "keep", keep)
