@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from armimpedance.arm.skeletons import elbow_skeleton
 from armimpedance.errors import InputError
@@ -240,6 +241,43 @@ def test_joint_motion_by_names(tmp_path):
     np.testing.assert_allclose(q[:, 6], -np.deg2rad(SHOULDER_DEG), rtol=1e-14)
     assert not q[:, [0, 1, 2, 3, 4, 5, 7, 8]].any()
     assert "right_shoulder_rotation" in motion.provenance[-1]
+
+
+def test_a_shoulder_turns_as_opensims_does(tmp_path):
+    """Rajagopal 2016 in OpenSim 4.6: the humerus in the torso, in our axes, for two postures."""
+    angles = [
+        [0.191746362, -0.322298601, -0.642637066, 0.67686131],
+        [0.438578335, 0.577857808, 0.149290086, 0.321295185],
+    ]
+    turned = [
+        [[0.74967048, 0.63664722, -0.18076088], [-0.56845005, 0.75929933, 0.31674764],
+         [0.33890812, -0.13470282, 0.93112643]],
+        [[0.86078533, -0.36403755, -0.35570391], [0.12458656, 0.82831762, -0.54623082],
+         [0.49348434, 0.42587155, 0.75835785]],
+    ]  # fmt: skip
+    header = "reach\nnRows=2\nnColumns=5\ninDegrees=no\nendheader\n"
+    names = "time\tarm_flex_r\tarm_add_r\tarm_rot_r\telbow_flex_r\n"
+    rows = [f"{i}\t" + "\t".join(map(repr, row)) for i, row in enumerate(angles)]
+    motion = opensim_motion(
+        write(tmp_path, header + names + "\n".join(rows) + "\n"),
+        SKELETON,
+        {
+            "right_shoulder_flexion": "arm_flex_r",
+            "right_shoulder_abduction": "-arm_add_r",
+            "right_shoulder_rotation": "arm_rot_r",
+            "right_elbow_flexion": "elbow_flex_r",
+        },
+    )
+    segments = {segment.name: segment for segment in SKELETON.segments}
+    hinges = segments["right_upper_arm"].hinges
+    columns = [SKELETON.coordinate(hinge.name) for hinge in hinges]
+    for q, expected in zip(motion.coordinates[:, columns], turned, strict=True):
+        # each hinge about the axis that those before it have turned
+        found = np.eye(3)
+        for hinge, angle in zip(hinges, q, strict=True):
+            found = found @ Rotation.from_rotvec(angle * np.array(hinge.axis)).as_matrix()
+        np.testing.assert_allclose(found, expected, atol=1e-7)
+    np.testing.assert_allclose(motion.coordinates[:, 9], [0.67686131, 0.321295185])
 
 
 def test_what_joint_motion_needs(tmp_path):
