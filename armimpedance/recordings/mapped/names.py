@@ -21,7 +21,7 @@ _WORDS: Final[dict[Role, str]] = {
     "commanded": "cmd command commanded des desired ref reference target goal setpoint soll "
     "sollwert consigne",
     "emg": "emg myo biceps triceps deltoid deltoideus pectoralis brachialis brachioradialis "
-    "infraspinatus trapezius latissimus soleus gastrocnemius tibialis bic tri delt pec brd "
+    "infraspinatus trapezius latissimus soleus gastrocnemius tibialis bic tri pec brd "
     "bizeps trizeps flexor extensor",
     "torque": "tau torque torques trq tq moment moments drehmoment couple mz",
     "force": "f force forces kraft fs load forcex forcey forcez fx fy fz",
@@ -32,7 +32,7 @@ _WORDS: Final[dict[Role, str]] = {
     "trial": "trial trials trialnr trialno trialnum trialnumber trialid versuch essai rep "
     "repetition tr trl",
     "condition": "cond condition conditions bedingung phase type typ",
-    "set": "set block session run serie",
+    "set": "set block session run",
     "direction": "dir direction directions richtung",
     "onset": "onset onsets",
     "trigger": "trigger trig perturb perturbation pert pulse disturbance sync stim stimulus ttl",

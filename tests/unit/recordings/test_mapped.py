@@ -388,7 +388,7 @@ MISTAKES = {
     "no column": ('"fx"', '"fz"', "fz: no such column"),
     "twice": ('["x", "y"]', '["x", "x"]', "stand twice"),
     "axes": ('["fx", "fy"]', '["fx"]', "1 columns of force"),
-    "by": ('by = "column"', 'by = "colum"', "trials.by"),
+    "by": ('by = "column"', 'by = "columnx"', "trials.by"),
     "toml": ("[trials]", "[trials", "broken TOML"),
     "kind": ('kind = "hand"', 'kind = "foot"', "kind"),
     "subject": ("[trials]", "[subject]\nmass_kg = 'x'\n[trials]", "subject.mass_kg"),
