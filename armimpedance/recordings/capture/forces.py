@@ -11,7 +11,7 @@ import numpy as np
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
 from armimpedance.recordings.capture.capture import Capture
-from armimpedance.recordings.capture.plates import Plate, plates_of
+from armimpedance.recordings.capture.plates import Plate
 from armimpedance.recordings.capture.wrench import LEAST_LOAD_N, baseline, local_wrench
 
 #: Part of the load (its square) that must point one way, and a plate's normal along the vertical.
@@ -71,11 +71,12 @@ def check_level(
 
 def plate_forces(
     capture: Capture,
+    plates: Sequence[Plate],
     metres: float,
     rotation: FloatArray,
     force_by: Literal["limb", "device"] | None = None,
 ) -> PlateForces:
-    """The force plates of a file.
+    """What the force plates of a file show.
 
     No file says whether its plates hold the force on the plate (as the C3D manual has it) or on the
     body (as some programs write it). A body can only press on a plate: what its load's vertical
@@ -84,6 +85,8 @@ def plate_forces(
     Parameters
     ----------
     capture : Capture
+    plates : sequence of Plate
+        At least one.
     metres : float
         The file's unit of length, in m.
     rotation : (3, 3)
@@ -94,9 +97,8 @@ def plate_forces(
     Raises
     ------
     InputError
-        A plate cannot be read, or its load says that its description is wrong.
+        A plate's channels cannot be read, or its load says that its description is wrong.
     """
-    plates = plates_of(capture, metres)
     found = [_of_plate(capture, plate, metres, rotation) for plate in plates]
     shown = [
         _direction(capture, p, w, rotation, force_by) for p, w in zip(plates, found, strict=True)

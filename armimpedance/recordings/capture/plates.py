@@ -25,7 +25,8 @@ _OTHERS: Final = {
 #: Edges at a corner may be so far from square, and no plate is shorter, m.
 _SKEW: Final = 0.1
 _SHORTEST_M: Final = 0.05
-_MOST_PLATES: Final = 64
+#: More plates are no laboratory's.
+MOST_PLATES: Final = 64
 
 
 @dataclass(frozen=True)
@@ -83,9 +84,9 @@ def plates_of(capture: Capture, metres: float) -> tuple[Plate, ...]:
         A plate is of a type that is not read, or its description is not complete.
     """
     used = plates_used(capture)
-    if used > _MOST_PLATES:
+    if used > MOST_PLATES:
         problem = f"{used} force plates"
-        raise InputError(problem, file=capture.name, expected=f"at most {_MOST_PLATES}")
+        raise InputError(problem, file=capture.name, expected=f"at most {MOST_PLATES}")
     plates = []
     for i in range(used):
         try:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Final, Literal
 
@@ -25,7 +25,7 @@ from armimpedance.recordings.capture.left_out import (
     sentences,
     unused,
 )
-from armimpedance.recordings.capture.plates import plates_of, plates_used
+from armimpedance.recordings.capture.plates import MOST_PLATES, Plate, plates_of, plates_used
 from armimpedance.recordings.motion.lab_axes import Z_UP, lab_rotation, metres_per
 from armimpedance.recordings.motion.moving_metadata import LARGEST_PLACE_M
 
@@ -127,9 +127,7 @@ def _trial(capture: Capture, asked: _Asked) -> _Trial:
     names, index, left_out = _markers(capture, asked.prefix)
     metres = metres_per(capture.length_unit, capture.name)
     positions = _positions(capture, index, metres, asked.rotation)
-    plates, why = _plates(capture, metres, positions, asked)
-    used = plates_of(capture, metres) if plates is not None else ()
-    of_plates = {capture.analog_labels[c] for plate in used for c in plate.channels}
+    plates = _plates(capture, metres, positions, asked)
     events, foreign = _events(capture, asked.prefix)
     return _Trial(
         names=names,
@@ -137,12 +135,12 @@ def _trial(capture: Capture, asked: _Asked) -> _Trial:
         rate_hz=capture.rate_hz,
         emg=_analog(capture, asked.channels),
         emg_rate_hz=capture.analog_rate_hz,
-        plates=plates,
+        plates=plates.forces,
         events=events,
-        remarks=(*capture.layout.remarks, *(plates.remarks if plates is not None else ())),
+        remarks=(*capture.layout.remarks, *(plates.forces.remarks if plates.forces else ())),
         left_out={
-            **why,
-            **beside(capture, {*asked.channels, *of_plates}),
+            **plates.left_out,
+            **beside(capture, {*asked.channels, *plates.channels}),
             **foreign,
             **left_out,
         },
@@ -213,27 +211,55 @@ def _positions(
     return places
 
 
-def _plates(
-    capture: Capture, metres: float, positions: FloatArray, asked: _Asked
-) -> tuple[PlateForces | None, dict[str, tuple[str, ...]]]:
-    """The force plates, or why they were left out: a plate that is missing would mislead."""
+@dataclass(frozen=True)
+class _Plates:
+    """The force plates, or why there are none; the labels of their channels."""
+
+    forces: PlateForces | None = None
+    channels: frozenset[str] = frozenset()
+    left_out: LeftOut = field(default_factory=dict)
+
+
+def _plates(capture: Capture, metres: float, positions: FloatArray, asked: _Asked) -> _Plates:
+    """The force plates; all or none: without one of them the others would mislead."""
     used = plates_used(capture)
+    names = tuple(f"force plate {i + 1}" for i in range(min(used, MOST_PLATES)))
     if not used:
-        return None, {}
-    names = tuple(f"force plate {i + 1}" for i in range(min(used, 64)))
+        return _Plates()
     try:
         plates = plates_of(capture, metres)
-        if not plates:
-            return None, {"they bear nothing, and their places are not told": names}
-        forces = plate_forces(capture, metres, asked.rotation, asked.force_by)
     except InputError as error:
-        return None, {f"{error.problem}; expected {error.expected}": names}
-    if not asked.axes_stated:
-        seen = positions[np.isfinite(positions[..., 2])]
-        height = float(np.median(seen[:, 2])) if len(seen) else np.inf
-        check_level(plates, asked.rotation, height, capture.name)
+        return _Plates(left_out={_reason(error): names})
+    if not plates:
+        return _Plates(left_out={"they bear nothing, and their places are not told": names})
+    doubt = _axes_doubted(capture, plates, positions, asked)
+    try:
+        forces = plate_forces(capture, plates, metres, asked.rotation, asked.force_by)
+    except InputError as error:
+        return _Plates(left_out={_reason(error): names})
     idle = tuple(n for i, n in enumerate(names) if i + 1 not in {p.number for p in plates})
-    return forces, {"it bears nothing, and its place is not told": idle, **unused(capture, plates)}
+    left = {"it bears nothing, and its place is not told": idle, **unused(capture, plates)}
+    channels = frozenset(capture.analog_labels[c] for plate in plates for c in plate.channels)
+    return _Plates(replace(forces, remarks=(*forces.remarks, *doubt)), channels, left)
+
+
+def _axes_doubted(
+    capture: Capture, plates: Sequence[Plate], positions: FloatArray, asked: _Asked
+) -> tuple[str, ...]:
+    """What plates and markers say against the axes, where these were stated; else it is refused."""
+    seen = positions[np.isfinite(positions[..., 2])]
+    height = float(np.median(seen[:, 2])) if len(seen) else np.inf
+    try:
+        check_level(plates, asked.rotation, height, capture.name)
+    except InputError as error:
+        if not asked.axes_stated:
+            raise
+        return (f"Doubt, against the stated axes: {error.problem}.",)
+    return ()
+
+
+def _reason(error: InputError) -> str:
+    return f"{error.problem}; expected {error.expected}"
 
 
 def _events(

@@ -1,4 +1,4 @@
-"""Motion-capture C3D files written byte by byte, for any processor, with force plates of a truth."""
+"""Motion-capture C3D files written byte by byte, for any processor, with plates of a truth."""
 
 from __future__ import annotations
 
