@@ -81,7 +81,12 @@ def results_content(estimates: Sequence[ImpedanceEstimate]) -> Content:
         return [q for one, row in made for q in _quantities(one, columns, row, keys)]
 
     return Content(
-        columns, rows, quantities, result_objects(estimates), lambda: result_structs(estimates)
+        columns,
+        rows,
+        quantities,
+        result_objects(estimates),
+        lambda: result_structs(estimates),
+        keys=keys,
     )
 
 

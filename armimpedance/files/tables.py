@@ -57,7 +57,7 @@ def table_content(
     )
     named = [name for name in keys if name in header]
     made = quantities or (lambda: quantities_of(header, table, named))
-    return Content(header, table, made, objects, structs, about or About(), digits)
+    return Content(header, table, made, objects, structs, about or About(), digits, named)
 
 
 def write_table(
@@ -112,7 +112,8 @@ def write_content(
     if about is not None:
         checks = (*content.about.checks, *about.checks)
         content = replace(content, about=replace(about, checks=tuple(dict.fromkeys(checks))))
-    content = replace(content, about=_told(content))
+    if ending.about:
+        content = replace(content, about=_told(content))
     if long and not ending.long:
         raise InputError("no long table", file=path, expected="a .csv, .json or .parquet")
     if long:

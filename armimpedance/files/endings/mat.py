@@ -49,7 +49,7 @@ def _struct(columns: Any, row: Cells, units: dict[str, str]) -> dict[str, Any]:
     sentences = ("warnings", "provenance", "notes")
     keys = {n: c for n, c in cells.items() if isinstance(c, str) and n not in sentences}
     lists = {
-        name: [part for part in str(cells[name] or "").split("; ") if part]
+        name: tuple(part for part in str(cells[name] or "").split("; ") if part)
         for name in sentences
         if name in cells
     }
@@ -58,4 +58,4 @@ def _struct(columns: Any, row: Cells, units: dict[str, str]) -> dict[str, Any]:
     return {"keys": keys, **numbers, "units": units, **lists}
 
 
-ENDING = Ending("MATLAB structs with units", write)
+ENDING = Ending("MATLAB structs with units", write, about=True)

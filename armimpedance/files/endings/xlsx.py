@@ -11,7 +11,7 @@ from armimpedance.files.written.ending import Ending
 
 def write(content: Content, path: Path) -> None:
     """Write all sheets."""
-    from armimpedance.files.workbook.book import write_book
+    from armimpedance.files.workbook.book import check_size, write_book
     from armimpedance.files.workbook.sheets import sheets_of
 
     try:
@@ -21,7 +21,8 @@ def write(content: Content, path: Path) -> None:
             "the package openpyxl is not installed",
             expected="it: pip install 'armimpedance[excel]'",
         ) from None
+    check_size("results", len(content.rows), len(content.columns))
     write_book(openpyxl, sheets_of(content), "armimpedance results", path)
 
 
-ENDING = Ending("an Excel workbook", write)
+ENDING = Ending("an Excel workbook", write, about=True)

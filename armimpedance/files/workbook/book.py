@@ -69,7 +69,7 @@ def write_book(openpyxl: Any, sheets: Sequence[Sheet], title: str, path: Path) -
         A sheet with more rows or columns than Excel holds, or a text that no cell holds.
     """
     for sheet in sheets:
-        _check_size(sheet)
+        check_size(sheet.name, len(sheet.rows), len(sheet.columns))
     book = openpyxl.Workbook(write_only=True)
     for sheet in sheets:
         _write_sheet(openpyxl, book, sheet)
@@ -83,18 +83,25 @@ def write_book(openpyxl: Any, sheets: Sequence[Sheet], title: str, path: Path) -
         ExcelWriter(book, archive).write_data()
 
 
-def _check_size(sheet: Sheet) -> None:
-    rows, columns = len(sheet.rows) + 1, len(sheet.columns)
-    if rows > MOST_ROWS:
-        raise InputError(
-            f"{rows} rows in the sheet {sheet.name}",
-            expected=f"at most {MOST_ROWS} in a workbook; a .csv or .parquet holds more",
-        )
-    if columns > MOST_COLUMNS:
-        raise InputError(
-            f"{columns} columns in the sheet {sheet.name}",
-            expected=f"at most {MOST_COLUMNS} in a workbook; a .csv or .parquet holds more",
-        )
+def check_size(name: str, rows: int, columns: int) -> None:
+    """Refuse a sheet of more rows or columns than Excel holds.
+
+    Parameters
+    ----------
+    name : str
+    rows, columns : int
+        The rows without the header.
+
+    Raises
+    ------
+    InputError
+    """
+    for what, number, most in (("rows", rows + 1, MOST_ROWS), ("columns", columns, MOST_COLUMNS)):
+        if number > most:
+            raise InputError(
+                f"{number} {what} in the sheet {name}",
+                expected=f"at most {most} in a workbook; a .csv or .parquet holds more",
+            )
 
 
 def _write_sheet(openpyxl: Any, book: Any, sheet: Sheet) -> None:

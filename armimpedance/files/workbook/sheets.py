@@ -180,18 +180,20 @@ def _check(check: Finding) -> list[Any]:
 def _of_rows(content: Content, column: str) -> dict[str, list[str]]:
     """The sentences of a column, each with the names of the rows that have it."""
     found: dict[str, list[str]] = {}
+    naming = _naming(content)
     for row in content.rows:
         text = row.get(column)
-        for sentence in text.split("; ") if isinstance(text, str) and text else ():
-            found.setdefault(sentence, []).append(_name(content, row))
+        if isinstance(text, str) and text:
+            name = ", ".join(str(row[key]) for key in naming if row.get(key) is not None)
+            for sentence in text.split("; "):
+                found.setdefault(sentence, []).append(name)
     return found
 
 
-def _name(content: Content, row: Any) -> str:
-    """The cells at the left of a row, up to the first that is a number of the result."""
-    named = [content.columns[0]] if content.columns else []
-    named += [name for name in content.columns[1:3] if isinstance(row.get(name), str)]
-    return ", ".join(str(row[name]) for name in named if row.get(name) is not None)
+def _naming(content: Content) -> list[str]:
+    """The columns that tell rows apart: the first that names a row, and those that differ."""
+    different = [key for key in content.keys if len({str(r.get(key)) for r in content.rows}) > 1]
+    return list(dict.fromkeys([*content.keys[:1], *different]))
 
 
 def _some(names: Sequence[str], every: int) -> str:

@@ -94,6 +94,8 @@ class Content:
         What stands beside the numbers.
     digits : int or None
         Of the numbers in a CSV file; None: all of them.
+    keys : sequence of str
+        The columns that name a row.
     """
 
     columns: Sequence[str]
@@ -103,6 +105,7 @@ class Content:
     structs: Callable[[], Sequence[Cells]] | None = None
     about: About = field(default_factory=About)
     digits: int | None = None
+    keys: Sequence[str] = ()
 
     @cached_property
     def long(self) -> tuple[Quantity, ...]:

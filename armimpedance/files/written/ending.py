@@ -27,12 +27,15 @@ class Ending:
         results names it beside the others.
     long : bool
         Whether the long table may stand in place of the wide one.
+    about : bool
+        Whether it has a place for methods, checks and options.
     """
 
     what: str
     write: Callable[[Content, Path], None]
     every_table: bool = True
     long: bool = False
+    about: bool = False
 
 
 #: ``csv`` -> how a .csv is written.

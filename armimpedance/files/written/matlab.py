@@ -75,7 +75,8 @@ def matlab_value(value: Any, names: Names) -> Any:
     -------
     object
         A mapping becomes a struct, a list of mappings a struct array, a list of texts a column of
-        cells, a list of numbers (also nested) a matrix, None an empty matrix.
+        cells, a list of numbers (also nested) a matrix, None an empty matrix, and an empty tuple,
+        which stands for no texts, an empty cell array.
     """
     if value is None:
         return np.zeros((0, 0))
@@ -90,6 +91,8 @@ def matlab_value(value: Any, names: Names) -> Any:
         return np.array([[bool(value)]])
     if isinstance(value, (int, float, np.number)):
         return np.array([[float(value)]])
+    if isinstance(value, tuple) and not value:
+        return np.empty((0, 1), dtype=object)
     return _list(list(value), names)
 
 
