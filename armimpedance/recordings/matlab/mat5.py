@@ -44,13 +44,14 @@ def read_mat5(file: Path) -> dict[str, Node]:
     """
     try:
         data = file.read_bytes()
-        safe = _checked4(data) if _is_version4(data) else _checked5(data, file)
+        objects: dict[str, Node] = {}
+        safe = _checked4(data) if _is_version4(data) else _checked5(data, file, objects)
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror}", file=file) from None
     except (_DamagedError, struct.error, zlib.error) as error:
         problem = f"is a damaged MATLAB file: {error}"
         raise InputError(problem, file=file, expected="a file as MATLAB saves it") from None
-    return _loaded(safe, file)
+    return {**_loaded(safe, file), **objects}
 
 
 def _loaded(data: bytes, file: Path) -> dict[str, Node]:
@@ -117,7 +118,7 @@ def _checked4(data: bytes) -> bytes:
         order = "<" if struct.unpack_from("<i", data, at)[0] in range(5000) else ">"
         kind, rows, columns, imaginary, name = struct.unpack_from(f"{order}5i", data, at)
         places = (kind // 1000, kind // 100 % 10, kind // 10 % 10, kind % 10)
-        if places[0] not in (0, 1) or places[1] or places[2] > 5 or places[3] > 1:
+        if places[0] not in (0, 1) or places[1] or places[2] > 5 or places[3] > 2:
             raise _DamagedError(f"matrix type {kind} at byte {at}")
         if min(rows, columns) < 0 or imaginary not in (0, 1) or not 0 < name <= 256:
             raise _DamagedError(f"a matrix of {rows} x {columns} at byte {at}")
@@ -130,8 +131,8 @@ def _checked4(data: bytes) -> bytes:
     return data
 
 
-def _checked5(data: bytes, file: Path) -> bytes:
-    """The file with its elements unpacked, all of them walked through."""
+def _checked5(data: bytes, file: Path, objects: dict[str, Node]) -> bytes:
+    """The file with its elements unpacked, all of them walked through; objects are put aside."""
     if len(data) < 128:
         raise _DamagedError("it ends within its header")
     marks = {b"IM": "<", b"MI": ">"}
@@ -161,7 +162,13 @@ def _checked5(data: bytes, file: Path) -> bytes:
         else:
             raise _DamagedError(f"element type {kind} at byte {at}")
         room -= len(body)
-        _Walker(body, order).matrix(0, len(body), 0)
+        walker = _Walker(body, order)
+        walker.matrix(0, len(body), 0)
+        if walker.name is None:
+            continue  # where MATLAB keeps what is in the objects
+        if walker.class_name is not None:
+            objects[walker.name] = Refused(f"an object of MATLAB class {walker.class_name}")
+            continue
         body += b"\0" * (-len(body) % 8)
         out.append(struct.pack(f"{order}2I", _MATRIX, len(body)) + body)
     return b"".join(out)
@@ -188,10 +195,16 @@ class _Element:
 
 
 class _Walker:
-    """Goes through a matrix and everything in it; complains of what does not hold."""
+    """Goes through a matrix and everything in it; complains of what does not hold.
+
+    `name` is that of the outermost matrix, None where it has none; `class_name` is there where it
+    is an object.
+    """
 
     def __init__(self, data: bytes, order: str) -> None:
         self.data, self.order = data, order
+        self.name: str | None = None
+        self.class_name: str | None = None
 
     def element(self, at: int, end: int) -> _Element:
         """The sub-element at a byte: its type, and where its data are."""
@@ -232,7 +245,8 @@ class _Walker:
             return
         if not _CELL <= kind <= _FUNCTION:
             raise _DamagedError(f"array class {kind}")
-        dims = self.data_of(flags.after, end, (5,))
+        # Some programs write sizes as unsigned.
+        dims = self.data_of(flags.after, end, (5, 6))
         axes = dims.size // 4
         if not 2 <= axes <= _MOST_AXES:
             raise _DamagedError(f"a matrix of {axes} axes")
@@ -240,6 +254,8 @@ class _Walker:
         if min(shape) < 0:
             raise _DamagedError("a negative size")
         name = self.data_of(dims.after, end, (1, 2, 16))
+        if depth == 0:
+            self.name = self.text(name) or None
         self._content(kind, is_complex, math.prod(shape), name.after, end, depth)
 
     def _content(
@@ -255,7 +271,10 @@ class _Walker:
             self._matrices(1, at, end, depth)
         elif kind == _SPARSE:
             for _ in range(3 + is_complex):
-                at = self.data_of(at, end).after
+                found = self.element(at, end)
+                if found.kind not in _SIZES:
+                    raise _DamagedError(f"data of type {found.kind}")
+                at = found.after
         else:
             for _ in range(1 + is_complex):
                 found = self.data_of(at, end)
@@ -283,9 +302,19 @@ class _Walker:
         self._matrices(count * len(fields), names.after, end, depth)
 
     def _opaque(self, at: int, end: int, depth: int) -> None:
+        texts = []
         for _ in range(3):
-            at = self.data_of(at, end, (1, 2, 16)).after
+            found = self.data_of(at, end, (1, 2, 16))
+            texts.append(self.text(found))
+            at = found.after
+        if depth == 0:
+            self.name, self.class_name = texts[0] or None, texts[2]
         self._matrices(1, at, end, depth)
+
+    def text(self, found: _Element) -> str:
+        """The letters of an element, those that can be printed."""
+        data = self.data[found.start : found.start + found.size]
+        return "".join(c for c in data.decode("ascii", "replace") if c.isprintable())[:100]
 
     def _matrices(self, count: int, at: int, end: int, depth: int) -> None:
         if count > (end - at) // 8:

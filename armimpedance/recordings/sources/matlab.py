@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Final
 
 from armimpedance.errors import InputError
+from armimpedance.not_taken import told_not_taken
 from armimpedance.recordings.mapped.raw_file import RawFile, Source, Wanted
 from armimpedance.recordings.matlab.mat5 import read_mat5
 from armimpedance.recordings.matlab.mat73 import Mat73
@@ -24,9 +25,10 @@ def _read(file: Path, wanted: Wanted) -> RawFile:
     else:
         raw = runs_of_tree(read_mat5(file), wanted)
     if not any(table.columns for run in raw.runs for table in run.tables) and raw.not_taken:
-        objects = [sentence for sentence in raw.not_taken if "MATLAB class" in sentence]
+        objects = [told for told in told_not_taken(raw.not_taken) if "MATLAB class" in told]
         if objects:
-            raise InputError("holds no plain arrays", file=file, expected=objects[0].strip("."))
+            problem = f"holds no plain arrays: {objects[0].strip('.')}"
+            raise InputError(problem, file=file, expected="structs, cells and arrays")
     return raw
 
 
