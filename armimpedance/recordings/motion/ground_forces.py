@@ -21,10 +21,15 @@ from armimpedance.recordings.motion.opensim_table import OpenSimTable, read_open
 
 #: A plate that bears less than this is not stood upon, N.
 _LEAST_LOAD_N: Final = 20.0
+#: No body is under such a force or torque, N or N m.
+_LARGEST: Final = 1e6
 #: Part of the load (its square) that must point up: a body presses on the ground.
 _ONE_WAY: Final = 0.95
 #: So many of the markers' samples beside their time steady the filter's ends.
 _BESIDE: Final = 10
+#: How many times slower and faster than the markers plates may be.
+_SLOWEST: Final = 10
+_FASTEST: Final = 500
 #: Rates are told apart by less than one part in this.
 _FINEST_RATIO: Final = 1000
 
@@ -69,7 +74,7 @@ def with_ground_forces(
     """
     table = read_opensim_table(path)
     plates = _plates(table)
-    _check_span(table, markers.time_s)
+    _check_clock(table, markers)
     rotation = lab_rotation(axes)
     found = [_wrench(table, plate, rotation) for plate in plates]
     wrenches = np.stack([wrench for wrench, _ in found], axis=1)
@@ -117,7 +122,12 @@ def _three(start: str) -> tuple[str, str, str]:
     return start + "x", start + "y", start + "z"
 
 
-def _check_span(table: OpenSimTable, time_s: FloatArray) -> None:
+def _check_clock(table: OpenSimTable, markers: MarkerRecording) -> None:
+    time_s, rate = markers.time_s, markers.sample_rate_hz
+    if not rate / _SLOWEST <= table.sample_rate_hz <= rate * _FASTEST:
+        problem = f"forces at {table.sample_rate_hz:.6g} samples/s"
+        expected = f"{rate / _SLOWEST:g} to {rate * _FASTEST:g}, for markers at {rate:g}"
+        raise InputError(problem, file=table.file, column="time", expected=expected)
     step = 0.5 / table.sample_rate_hz
     if table.time_s[0] > time_s[0] + step or table.time_s[-1] < time_s[-1] - step:
         problem = f"forces from {table.time_s[0]:.6g} to {table.time_s[-1]:.6g} s"
@@ -136,6 +146,10 @@ def _wrench(
         np.column_stack([table.column(name) for name in names]) @ rotation.T
         for names in (plate.force, plate.torque)
     )
+    largest = float(np.abs([force, torque]).max())
+    if largest > _LARGEST:
+        problem = f"{plate.name}: a force or torque of {largest:.4g}"
+        raise InputError(problem, file=table.file, expected="N and N m")
     loaded = np.abs(force[:, 2]) > _LEAST_LOAD_N
     load = force[loaded, 2]
     if len(load) and (load[load > 0] ** 2).sum() < _ONE_WAY * (load**2).sum():

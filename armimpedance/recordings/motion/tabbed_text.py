@@ -149,6 +149,9 @@ def number_rows(
     InputError
         A row of another length, a cell that is no number, or the file was cut within a row.
     """
+    plain = _plain_rows(text, first, columns) if parts == 1 else None
+    if plain is not None:
+        return plain
     buffer, numbers, most = array("d"), array("q"), 0
     for number, line in enumerate(text.lines[first:], start=first + 1):
         if not line.strip(_BLANK):
@@ -171,6 +174,21 @@ def number_rows(
         raise InputError("holds no rows", file=text.file, expected="one row per sample")
     values = np.array(buffer).reshape(-1, columns)
     return NumberRows(values, np.array(numbers, np.int64), most)
+
+
+def _plain_rows(text: TextFile, first: int, columns: int) -> NumberRows | None:
+    """The rows all at once, several times faster; None where a cell is not plainly a number."""
+    numbers = [i for i, line in enumerate(text.lines[first:], first + 1) if line.strip(_BLANK)]
+    if not numbers or "\t" not in text.lines[numbers[0] - 1].strip():
+        return None
+    lines = (text.lines[number - 1] for number in numbers)
+    try:
+        values = np.loadtxt(lines, delimiter="\t", comments=None, ndmin=2)
+    except (ValueError, IndexError, OverflowError):
+        return None
+    if values.shape != (len(numbers), columns) or not np.isfinite(values).all():
+        return None
+    return NumberRows(values, np.array(numbers, np.int64))
 
 
 def _row_cells(line: str, columns: int, parts: int) -> list[str]:

@@ -226,6 +226,19 @@ def test_cells_of_several_numbers(tmp_path):
         read_opensim_table(uneven)
 
 
+def test_plain_rows_and_others_are_read_alike(tmp_path):
+    """A table of plain numbers is read at once, one with an odd cell row by row: the same bits."""
+    values = np.random.default_rng(8).normal(size=(200, 2)) * 10.0 ** np.array([-9.0, 12.0])
+    rows = [f"{i / 50!r}\t{a!r}\t{b!r}" for i, (a, b) in enumerate(values.tolist())]
+    head = "a\nendheader\ntime\ta\tb\n"
+    plain = read_opensim_table(write(tmp_path, head + "\n".join(rows) + "\n"))
+    odd = read_opensim_table(write(tmp_path, head + "\n".join([*rows, "4.0\t1\tnan"]) + "\n"))
+    for i, name in enumerate("ab"):
+        np.testing.assert_array_equal(plain.columns[name], values[:, i])
+        np.testing.assert_array_equal(odd.columns[name][:-1], values[:, i])
+    assert np.isnan(odd.columns["b"][-1])
+
+
 def test_states_are_known_by_their_paths(tmp_path):
     path = "/jointset/elbow/right_elbow_flexion/value"
     text = content().replace("elbow_flexion", path)
