@@ -13,7 +13,7 @@ import numpy as np
 from armimpedance.errors import EstimationError, InputError, NotIdentifiableError
 from armimpedance.files import read_left_out
 from armimpedance.motion import MarkerRecording
-from armimpedance.recordings import AnyRecording, ReadOptions, open_recording
+from armimpedance.recordings import AnyRecording, ReadOptions, open_recording, read_skeleton
 from armimpedance.records import Recording
 
 #: A path, as functions that take a recording or its path accept it.
@@ -37,7 +37,8 @@ def read(
         own inertias and motor torques or refused. Other formats say it themselves.
     **options
         Further fields of `recordings.ReadOptions`, such as `side`, `onset_event`, `end_event`,
-        `protocols`, `events`, `without_errors`, `where`, `emg_channels`, `skeleton`.
+        `protocols`, `events`, `without_errors`, `where`, `emg_channels`, `mapping`, `skeleton`
+        (also the path of a skeleton.json).
 
     Returns
     -------
@@ -59,6 +60,8 @@ def read(
     """
     if not isinstance(source, str | os.PathLike):
         return source
+    if isinstance(options.get("skeleton"), str | os.PathLike):
+        options["skeleton"] = read_skeleton(options["skeleton"])
     return open_recording(source, ReadOptions(force_by=force_by, **options))
 
 

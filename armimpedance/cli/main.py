@@ -19,6 +19,7 @@ from armimpedance.errors import LONGEST_MESSAGE, ArmImpedanceError, shortened, s
 
 #: Command -> its line in the overview; the module armimpedance.cli.<name> holds the rest.
 COMMANDS = {
+    "new": "an example folder for a laboratory like yours: data, script, notebook",
     "demo": "the whole study on a simulated subject: recordings, estimates, models, figures",
     "plan": "before the experiment: trials needed, the best disturbance",
     "simulate": "write a simulated experiment and its truth",

@@ -55,19 +55,20 @@ def check_held(recording: Recording) -> Finding:
 
 def _held(values: FloatArray, offsets: IntArray, length: int) -> tuple[IntArray, IntArray]:
     """First sample and number of samples of every run that is held and ends in a jump."""
-    steps = np.abs(np.diff(values, axis=0))
+    # The way from sample to sample, (S - 1,): where an encoder of one axis steps, kinematics in
+    # single precision move the others by their rounding, which is no step of theirs.
+    steps = np.linalg.norm(np.diff(values, axis=0), axis=1)
     if not steps.any():
         return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
     # no step leads from one trial to the next
     steps[np.asarray(offsets[1:-1]) - 1] = np.nan
-    quantum = np.array([axis[axis > 0].min(initial=np.inf) for axis in steps.T])
-    still = np.concatenate([[False], (steps == 0).all(axis=1), [False]])
+    quantum = steps[steps > 0].min(initial=np.inf)
+    still = np.concatenate([[False], steps == 0, [False]])
     first = np.flatnonzero(np.diff(still.astype(int)) == 1)
     after = np.flatnonzero(np.diff(still.astype(int)) == -1)
     long = (after - first >= length - 1) & (first > 0) & (after < len(steps) - 1)
     first, after = first[long], after[long]
-    # steps (S - 1, d): `after` is the jump that ends a run, its neighbours are usual ones
+    # `after` is the jump that ends a run, its neighbours are usual ones
     usual = np.fmax(steps[first - 1], steps[after + 1])
-    jumps = (steps[after] > JUMP * usual) & (steps[after] > QUANTA * quantum)
-    told = jumps.any(axis=1)
+    told = (steps[after] > JUMP * usual) & (steps[after] > QUANTA * quantum)
     return first[told], (after - first)[told]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterable
+from typing import Literal
 
 import pandas as pd
 
@@ -13,6 +14,10 @@ from manipulandum_sim.lab_files.trial_columns import sample_names
 
 #: What the trial table holds beside the samples.
 _NAMED = ("trial", "condition")
+_BY = {
+    "limb": 'by = "limb"  # the force that the limb exerts on the device',
+    "device": 'by = "device"  # the force that the device exerts on the limb',
+}
 
 
 def mapping_text(
@@ -23,8 +28,10 @@ def mapping_text(
     trials: Iterable[str] = (),
     condition: str | None = "condition",
     facts: Callable[[str], str] | None = str,
+    units: Literal["SI", "small"] = "SI",
+    by: Literal["limb", "device"] = "limb",
 ) -> str:
-    """The text of ``columns.toml`` for files whose columns are in SI units.
+    """The text of ``columns.toml`` for files of a simulated session.
 
     Parameters
     ----------
@@ -42,12 +49,18 @@ def mapping_text(
         Column of the trial table -> its name in the file, "" where it has none of it; None: the
         file has none of them.
 
+    units : {"SI", "small"}
+        m, s and rad, or mm, ms and degrees.
+    by : {"limb", "device"}
+        Whose force on the other the columns hold.
+
     Returns
     -------
     str
     """
     kind, axes = recording.kind, recording.axes
-    place, push = ("m", "N") if kind == "hand" else ("rad", "N m")
+    second, metre, turn = ("ms", "mm", "deg") if units == "small" else ("s", "m", "rad")
+    place, push = (metre, "N") if kind == "hand" else (turn, "N m")
     lines = [
         "# Which column of these files is what; see docs/mapping.md.",
         f'kind = "{kind}"',
@@ -57,18 +70,18 @@ def mapping_text(
         *_optional(recording),
         *head,
         "",
-        *_time(column("time_s")),
+        *_time(column("time_s"), second),
         *_section("position", _columns(position_columns(kind, axes), column), f'unit = "{place}"'),
         *_section(
             "force",
             _columns(force_columns(kind, axes), column),
             f'unit = "{push}"',
-            'by = "limb"  # the force that the limb exerts on the device',
+            _BY[by],
         ),
     ]
     if recording.joint_angles is not None:
         names = ("q_shoulder_rad", "q_elbow_rad")[: recording.joint_angles.shape[1]]
-        lines += _section("joint_angles", _columns(names, column), 'unit = "rad"')
+        lines += _section("joint_angles", _columns(names, column), f'unit = "{turn}"')
     if recording.emg is not None:
         pairs = [f"{muscle} = {_text(column(f'emg_{muscle}'))}" for muscle in recording.muscles]
         unit = "V" if recording.emg_unit == "V" else "normalised"
@@ -119,8 +132,8 @@ def _optional(recording: Recording) -> list[str]:
     return [*lines, f"subject = {{ {inner} }}"]
 
 
-def _time(name: str) -> list[str]:
-    return _section("time", f"column = {_text(name)}", 'unit = "s"') if name else []
+def _time(name: str, unit: str) -> list[str]:
+    return _section("time", f"column = {_text(name)}", f'unit = "{unit}"') if name else []
 
 
 def _section(name: str, *lines: str) -> list[str]:

@@ -24,8 +24,8 @@ def write_matlab_trials(recording: Recording, path: Path) -> None:
         {
             "trial": float(trial.number),
             "condition": trial.condition,
-            **{name: values[:, None] for name, values in trial.columns.items()},
             **trial.facts,
+            **{name: values[:, None] for name, values in trial.columns.items()},
         }
         for trial in trials_of(recording)
     ]

@@ -43,3 +43,19 @@ def test_a_clipped_force_and_a_coarse_one_are_none(sound):
     force = np.round(sound.force / 0.5) * 0.5
     assert check_held(replace(sound, force=force)).verdict == "ok"
     assert check_held(replace(sound, force=np.zeros_like(force))).verdict == "ok"
+
+
+@pytest.mark.parametrize("lengths_m", [(0.30, 0.33), (0.2, 0.5)])
+def test_an_encoder_that_is_read_behind_kinematics_in_single_precision_is_none(sound, lengths_m):
+    first, second = lengths_m
+    around = sound.position - sound.position.mean(axis=0)
+    x, y = (np.round(around / 2e-5) * 2e-5 + [0.2, 0.35]).T
+    inner = np.arccos((first**2 + x**2 + y**2 - second**2) / (2 * first * np.hypot(x, y)))
+    angle1 = np.float32(np.arctan2(y, x) - inner).astype(float)
+    angle2 = np.arctan2(y - first * np.sin(angle1), x - first * np.cos(angle1))
+    angle2 = np.float32(angle2).astype(float)
+    behind = first * np.column_stack([np.cos(angle1), np.sin(angle1)])
+    behind += second * np.column_stack([np.cos(angle2), np.sin(angle2)])
+    assert check_held(replace(sound, position=behind)).verdict == "ok"
+    filled = held(behind, 0.05, 20, seed=2)
+    assert check_held(replace(sound, position=filled)).verdict == "warning"
