@@ -59,8 +59,8 @@ FORCES = {"FORCE_X": 6 * np.cos(AROUND), "FORCE_Y": 6 * np.sin(AROUND)}
 
 
 def test_names_of_protocols_are_the_conditions(table, conditions):
-    tables = {"TP_TABLE": table(NAME=["weich", "hart über", "αβ"], DELAY=[1, 2, 3])}
-    assert conditions(tables, [1, 2, 3, 2])[0] == ["weich", "hart über", "αβ", "hart über"]
+    tables = {"TP_TABLE": table(NAME=["weich", "stark über", "αβ"], DELAY=[1, 2, 3])}
+    assert conditions(tables, [1, 2, 3, 2])[0] == ["weich", "stark über", "αβ", "stark über"]
 
 
 def test_one_name_for_all_does_not_mix_what_differs(table, conditions):
