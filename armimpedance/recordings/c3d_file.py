@@ -118,6 +118,10 @@ def parse_c3d(data: bytes, name: str, wanted: Callable[[str], bool] | None = Non
         data, layout.word, layout.frames * layout.words_per_frame, layout.start
     ).reshape(layout.frames, layout.words_per_frame)
     points = words[:, : 4 * header.points].reshape(layout.frames, header.points, 4)
+    # What is no number, or is beyond all numbers, is told by those who need it.
+    with np.errstate(invalid="ignore", over="ignore"):
+        places = points[:, :, :3] * layout.point_scale
+        residual = points[:, :, 3].astype(np.float64)
     per_frame = header.analog_samples_per_frame
     channels = header.analog_per_frame // per_frame if per_frame else 0
     stored = words[:, 4 * header.points :].reshape(layout.frames * max(per_frame, 1), channels)
@@ -129,8 +133,8 @@ def parse_c3d(data: bytes, name: str, wanted: Callable[[str], bool] | None = Non
         rate_hz=_rate(name, header, parameters, layout.frames),
         samples_per_frame=per_frame,
         point_labels=_labels(parameters, "POINT", header.points),
-        points=points[:, :, :3] * layout.point_scale,
-        residual=points[:, :, 3].astype(np.float64),
+        points=places,
+        residual=residual,
         analog_labels=tuple(labels[i] for i in kept),
         analog=_scaled_analog(name, stored, parameters, kept),
         stored=stored[:, kept],
@@ -269,7 +273,6 @@ def _scaled_analog(
     if channels == 0 or len(raw) == 0:
         return np.zeros((len(raw), len(kept)))
     scale = per_channel("SCALE", 1.0)[kept] * first_of(parameters, "ANALOG", "GEN_SCALE", 1.0)
-    # What is no number, or is beyond all numbers, is told by those who need the channel.
     with np.errstate(invalid="ignore", over="ignore"):
         return (raw[:, kept].astype(np.float64) - per_channel("OFFSET", 0.0)[kept]) * scale
 

@@ -31,6 +31,9 @@ _TRIAL: Final = re.compile(r"(\d+)_(\d+)_(\d+)")
 #: Labels stand at the beginning of a member.
 _LABEL_BYTES: Final = 2048
 
+#: Larger than what any exam says of itself; its samples are in other members.
+_LARGEST_BIN: Final = 2 * 1024**2
+
 
 def archive_roots(files: Files) -> set[str]:
     """The folders that hold a `common/`, with their slashes, those of an analysis aside."""
@@ -119,10 +122,15 @@ class Archive:
     def _member(self, folder: str, name: str, size: int | None = None) -> tuple[bytes, str]:
         """The bytes of a member, and its place for messages."""
         place = f"{self.root}{folder}/{name}"
+        told = f"{self.path}:{place}"
         if place not in self.files:
-            expected = "a whole archive"
-            raise InputError("no such member", file=f"{self.path}:{place}", expected=expected)
-        return self.files[place](size), f"{self.path}:{place}"
+            raise InputError("no such member", file=told, expected="a whole archive")
+        is_bin = name.endswith(".bin")
+        data = self.files[place](_LARGEST_BIN + 1 if is_bin else size)
+        if is_bin and len(data) > _LARGEST_BIN:
+            problem = f"is larger than {_LARGEST_BIN / 1024**2:g} MiB"
+            raise InputError(problem, file=told, expected="a header, parameters or events")
+        return data, told
 
     def _header(self, folder: str) -> Header:
         return read_header(*self._member(folder, "header.bin"))

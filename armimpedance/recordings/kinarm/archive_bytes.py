@@ -7,7 +7,6 @@ an int32 count of UTF-16 units and twice as many bytes. The maker's own loader t
 
 from __future__ import annotations
 
-import struct
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -158,7 +157,7 @@ class _Member:
         return len(self.data) - self.at
 
     def int32(self) -> int:
-        return int(struct.unpack("<i", self._take(4))[0])
+        return int.from_bytes(self._take(4), "little", signed=True)
 
     def count(self, claimed: int, size: int) -> int:
         """A number of things of at least so many bytes each, which must be there."""
@@ -168,6 +167,8 @@ class _Member:
 
     def text(self) -> str:
         units = self.count(self.int32(), 2)
+        if not units:
+            return ""
         return plain_text(self._take(2 * units).decode("utf-16-le", errors="replace"))
 
     def texts(self, claimed: int) -> tuple[str, ...]:

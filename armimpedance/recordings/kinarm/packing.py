@@ -136,19 +136,21 @@ def _opened(path: Path) -> Iterator[zipfile.ZipFile]:
 
 
 def _claimed_members(path: Path) -> int:
-    """How many members the directory of a zip has room for, before it is read."""
+    """How many members the directory of a zip tells, or has room for, before it is read."""
+    whole = path.stat().st_size
     with path.open("rb") as file:
-        file.seek(max(path.stat().st_size - 65_557, 0))
+        file.seek(max(whole - 65_557, 0))
         tail = file.read()
     at = tail.rfind(b"PK\x05\x06")
     if at < 0 or at + 22 > len(tail):
         return 0
-    size: int = struct.unpack_from("<I", tail, at + 12)[0]
+    count, size = struct.unpack_from("<HI", tail, at + 10)
     further = tail.rfind(b"PK\x06\x06", 0, at)
-    if size == 0xFFFFFFFF and 0 <= further <= at - 56:
-        size = struct.unpack_from("<Q", tail, further + 40)[0]
-    # An entry of the directory is at least 46 bytes and a name.
-    return min(size, path.stat().st_size) // 47
+    if 0 <= further <= at - 56:
+        # Of an archive of more than 65,535 members.
+        count, size = struct.unpack_from("<QQ", tail, further + 32)
+    # The library goes by the size, whatever the count is; names are some forty letters.
+    return max(int(count), min(int(size), whole) // 100)
 
 
 def _zip_files(path: Path, archive: zipfile.ZipFile) -> Files:
