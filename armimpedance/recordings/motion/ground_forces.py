@@ -208,4 +208,4 @@ def _ratio(rate_hz: float, wanted_hz: float) -> Fraction:
 def _slowed(rate_hz: float, wanted_hz: float) -> tuple[str, ...]:
     if _ratio(rate_hz, wanted_hz) == 1:
         return ()
-    return (f"Force plates: {rate_hz:g} brought to {wanted_hz:g} samples/s, without delay.",)
+    return (f"Force plates: {rate_hz:.5g} brought to {wanted_hz:g} samples/s, without delay.",)

@@ -88,10 +88,11 @@ class OpenSimTable(FrozenRecord):
         """
         degrees = self.in_degrees if self.in_degrees is not None else in_degrees
         values = [self.column(name) for name in names]
-        if degrees is None:
-            expected = "inDegrees=yes or no in its header, or in_degrees"
-            raise InputError("says no unit of its angles", file=self.file, expected=expected)
         angles = np.column_stack(values)
+        if degrees is None:
+            problem = f"says no unit of its angles, which reach {np.abs(angles).max():.4g}"
+            expected = "inDegrees=yes or no in its header, or in_degrees"
+            raise InputError(problem, file=self.file, expected=expected)
         if degrees:
             return np.deg2rad(angles)
         large = np.flatnonzero(np.abs(angles).max(axis=0) > LARGEST_ANGLE_RAD)
@@ -101,7 +102,7 @@ class OpenSimTable(FrozenRecord):
                 f"{most:g} looks like degrees",
                 file=self.file,
                 column=names[large[0]],
-                expected="radians, as its header says",
+                expected="radians, as told",
             )
         return angles
 
