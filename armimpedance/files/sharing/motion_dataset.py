@@ -25,10 +25,8 @@ from armimpedance.files.sharing.columns import Column, sample_columns, trial_col
 from armimpedance.files.sharing.emg_bdf import write_bdf
 from armimpedance.files.sharing.form import Shared
 from armimpedance.files.sharing.mapping_text import mapping_text
-from armimpedance.json_text import json_text
-from armimpedance.motion import MotionRecording
-from armimpedance.plain import to_plain
 from armimpedance.recordings import AnyRecording
+from armimpedance.recordings.motion.skeleton_json import skeleton_text
 from armimpedance.records import Recording
 
 _SIZES: Final = {"mass_kg": ("weight", "kg", 1.0), "height_m": ("height", "m", 1.0)}
@@ -273,8 +271,8 @@ def _write_code(folder: Path, recording: AnyRecording) -> str:
         text = mapping_text(recording)
         (folder / "columns.toml").write_text(text, encoding="utf-8")
         return "`code/columns.toml` says which channel is what to `armimpedance convert`."
-    if isinstance(recording, MotionRecording) or recording.skeleton is not None:
-        text = json_text(to_plain(recording.skeleton))
+    if recording.skeleton is not None:
+        text = skeleton_text(recording.skeleton)
         (folder / "skeleton.json").write_text(text, encoding="utf-8")
         return "`code/skeleton.json` is the skeleton of the person."
     (folder / "README").write_text("Nothing is needed to read this dataset.\n", encoding="utf-8")

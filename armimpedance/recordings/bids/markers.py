@@ -8,15 +8,15 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-import pandas as pd
 
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
 from armimpedance.json_text import is_number
 from armimpedance.motion import EmgSignals, MarkerRecording
 from armimpedance.not_taken import not_taken
+from armimpedance.recordings.bids.clocked import TRIAL_TIME, Clocked, clock_of, clocked, trial_table
 from armimpedance.recordings.bids.dataset import Person
-from armimpedance.recordings.bids.runs import Run, Stretch, rows_of, times_of
+from armimpedance.recordings.bids.runs import Run, rows_of, times_of
 from armimpedance.recordings.bids.systems import System
 from armimpedance.recordings.mapped.units import known_unit
 from armimpedance.recordings.motion.lab_axes import lab_rotation
@@ -33,22 +33,14 @@ _DIRECTIONS: Final = {
     "S": (0.0, 0.0, 1.0),
     "I": (0.0, 0.0, -1.0),
 }
-#: The channel with each trial's own clock, in files that `armimpedance share` writes.
-TRIAL_TIME: Final = "trial_time"
-#: Steps of time may differ from one another by this part of a step.
-_UNEVEN: Final = 0.5
 
 
 @dataclass(frozen=True)
 class _Trial:
-    """A trial's markers, in the world's frame."""
+    """A trial's markers, in the world's frame, and its EMG."""
 
-    condition: str
-    facts: Mapping[str, float | str]
     names: tuple[str, ...]
-    time_s: FloatArray
-    positions: FloatArray
-    rate_hz: float
+    samples: Clocked
     emg: FloatArray | None
 
 
@@ -97,7 +89,7 @@ def bids_markers(
     if not found:
         expected = "channels POS x, y and z of a point; or --mapping for other channels"
         raise InputError("no points in space", file=person.within, expected=expected)
-    _same_rates({t.rate_hz for t in found}, person.within)
+    _same_rates({t.samples.rate_hz for t in found}, person.within)
     _same_rates(emg_rates, person.within)
     return _recording(person, found, tuple(muscles.values()), emg_rates, tuple(remarks))
 
@@ -121,6 +113,11 @@ def _tracking(run: Run, label: str | None) -> int | None:
     return tracking[0] if tracking else None
 
 
+def has_points(runs: Sequence[Run]) -> bool:
+    """Whether a tracking system tracks points in space."""
+    return any(_points(system) for run in runs for system in run.systems)
+
+
 def _points(system: System) -> dict[str, list[int]]:
     """Tracked point -> its channels x, y, z, for points that have all three."""
     found: dict[str, dict[str, int]] = {}
@@ -137,56 +134,17 @@ def _trials(
     muscles: Mapping[str, str],
     axes: Sequence[str] | None,
 ) -> tuple[list[_Trial], tuple[str, ...]]:
-    system, start = run.systems[chosen], run.starts_s[chosen]
+    system = run.systems[chosen]
     points = _points(system)
     rotation, told = _rotation(system, points, axes)
     flat = [index for channels in points.values() for index in channels]
-    own = [i for i, c in enumerate(system.channels) if (c.name, c.kind) == (TRIAL_TIME, "MISC")]
+    own = clock_of(system)
     values = system.read([*flat, *own])
-    clock = values[:, len(flat)] if own else None
-    time = times_of(system, start, len(values))
     places = _world(values[:, : len(flat)], system, points, rotation)
+    parts = clocked(run, chosen, places, values[:, -1] if own else None)
     emg = None if amplifier is None else _emg_values(run, amplifier, muscles)
-    trials = []
-    for number, stretch in enumerate(run.stretches, start=1):
-        rows = rows_of(stretch, time, system.rate_hz)
-        if rows.stop - rows.start < 1:
-            raise InputError(
-                f"trial {number} of {run.name} has no sample",
-                file=system.file.path,
-                expected="events inside of the record",
-            )
-        begin = time[rows.start]
-        trials.append(
-            _Trial(
-                condition=_condition(run, stretch),
-                facts=stretch.facts,
-                names=tuple(points),
-                time_s=_own_time(time[rows] - begin if clock is None else clock[rows], system),
-                positions=places[rows],
-                rate_hz=system.rate_hz,
-                emg=None if emg is None else _emg_of(run, amplifier, emg, stretch, begin),
-            )
-        )
-    return trials, told
-
-
-def _condition(run: Run, stretch: Stretch) -> str:
-    named = stretch.facts.get("condition")
-    return run.name if named is None else str(named)
-
-
-def _own_time(time: FloatArray, system: System) -> FloatArray:
-    """A trial's clock, whose steps must be those of the rate."""
-    steps = np.diff(time) * system.rate_hz
-    if not np.isfinite(time).all() or (np.abs(steps - 1.0) > _UNEVEN).any():
-        worst = float(np.nanmax(np.abs(steps - 1.0), initial=0.0))
-        raise InputError(
-            f"time does not run in equal steps (off by {100 * worst:.0f} % of one)",
-            file=system.file.path,
-            expected=f"{system.rate_hz:g} samples a second",
-        )
-    return time
+    cut = [None if emg is None else _emg_of(run, amplifier, emg, part) for part in parts]
+    return [_Trial(tuple(points), *pair) for pair in zip(parts, cut, strict=True)], told
 
 
 def _rotation(
@@ -281,16 +239,14 @@ def _emg_values(run: Run, amplifier: int, muscles: Mapping[str, str]) -> FloatAr
     return np.column_stack(columns)
 
 
-def _emg_of(
-    run: Run, amplifier: int | None, emg: FloatArray, stretch: Stretch, begin_s: float
-) -> FloatArray:
+def _emg_of(run: Run, amplifier: int | None, emg: FloatArray, part: Clocked) -> FloatArray:
     """EMG of one trial, from its first frame on."""
     assert amplifier is not None  # noqa: S101 - EMG comes from an amplifier
     system = run.systems[amplifier]
     time = times_of(system, run.starts_s[amplifier], len(emg))
-    rows = rows_of(stretch, time, system.rate_hz)
-    first = max(rows.start, int(np.searchsorted(time, begin_s - 0.5 / system.rate_hz)))
-    if first >= len(time) or time[first] > begin_s + 1.0 / system.rate_hz:
+    rows = rows_of(part.stretch, time, system.rate_hz)
+    first = max(rows.start, int(np.searchsorted(time, part.begin_s - 0.5 / system.rate_hz)))
+    if first >= len(time) or time[first] > part.begin_s + 1.0 / system.rate_hz:
         raise InputError(
             f"EMG of {run.name} does not begin with its trial",
             file=system.file.path,
@@ -333,14 +289,14 @@ def _recording(
     absent = [n for n in names if any(n not in trial.names for trial in trials)]
     if absent:
         remarks += (f"Not in every trial, and lost there: {', '.join(absent)}.",)
-    lengths = [len(trial.time_s) for trial in trials]
+    lengths = [len(trial.samples.time_s) for trial in trials]
     facts = person.facts
     mass, height = facts.get("mass_kg"), facts.get("height_m")
     return MarkerRecording(
-        sample_rate_hz=trials[0].rate_hz,
-        trials=_table(trials),
+        sample_rate_hz=trials[0].samples.rate_hz,
+        trials=trial_table([trial.samples for trial in trials]),
         offsets=np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64),
-        time_s=np.concatenate([trial.time_s for trial in trials]),
+        time_s=np.concatenate([trial.samples.time_s for trial in trials]),
         positions=np.concatenate([_as_named(trial, names) for trial in trials]),
         names=names,
         emg=_signals(trials, muscles, emg_rates) if emg_rates else None,
@@ -356,10 +312,10 @@ def _recording(
 def _as_named(trial: _Trial, names: tuple[str, ...]) -> FloatArray:
     """A trial's places in the order of all markers, NaN for those that it has not."""
     if trial.names == names:
-        return trial.positions
-    places = np.full((len(trial.positions), len(names), 3), np.nan)
+        return trial.samples.values
+    places = np.full((len(trial.samples.values), len(names), 3), np.nan)
     for i, name in enumerate(trial.names):
-        places[:, names.index(name)] = trial.positions[:, i]
+        places[:, names.index(name)] = trial.samples.values[:, i]
     return places
 
 
@@ -367,24 +323,3 @@ def _signals(trials: Sequence[_Trial], muscles: tuple[str, ...], rates: set[floa
     parts = [np.empty((0, len(muscles))) if t.emg is None else t.emg for t in trials]
     offsets = np.concatenate([[0], np.cumsum([len(p) for p in parts])]).astype(np.int64)
     return EmgSignals(rates.pop(), offsets, np.concatenate(parts), muscles, "V")
-
-
-def _table(trials: Sequence[_Trial]) -> pd.DataFrame:
-    """The trial table: number, condition, and what the events say of every trial."""
-    numbers = [t.facts.get("trial") for t in trials]
-    whole = [int(n) for n in numbers if isinstance(n, float) and n.is_integer()]
-    own = len(whole) == len(trials) and len(set(whole)) == len(whole)
-    table = pd.DataFrame(
-        {
-            "trial": whole if own else np.arange(1, len(trials) + 1),
-            "condition": [t.condition for t in trials],
-        }
-    )
-    further = dict.fromkeys(k for t in trials for k in t.facts if k not in table)
-    for name in further:
-        values = [t.facts.get(name) for t in trials]
-        if all(isinstance(v, float) for v in values):
-            table[name] = np.array(values, dtype=np.float64)
-        else:
-            table[name] = ["" if v is None else str(v) for v in values]
-    return table

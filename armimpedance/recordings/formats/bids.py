@@ -1,4 +1,4 @@
-"""Folders of BIDS: tracked points as markers, or anything else by a mapping of its columns."""
+"""Folders of BIDS: points as markers, angles, or anything else by a mapping of its columns."""
 
 from __future__ import annotations
 
@@ -6,12 +6,15 @@ from dataclasses import replace
 from pathlib import Path
 
 from armimpedance.errors import InputError
+from armimpedance.recordings.bids.angles import bids_angles, has_angles
 from armimpedance.recordings.bids.dataset import is_bids, person_at
-from armimpedance.recordings.bids.markers import bids_markers
+from armimpedance.recordings.bids.markers import bids_markers, has_points
 from armimpedance.recordings.bids.runs import runs_of
 from armimpedance.recordings.formats import mapped
 from armimpedance.recordings.mapped.columns_toml import MAPPING_FILE
+from armimpedance.recordings.motion.skeleton_json import read_skeleton
 from armimpedance.recordings.reading import AnyRecording, Format, ReadOptions
+from armimpedance.skeleton import Skeleton
 
 #: Where a mapping can lie in a dataset; validators pass over `code`.
 _PLACES = ("code", ".")
@@ -21,19 +24,30 @@ def _read(path: Path, options: ReadOptions) -> AnyRecording:
     person = person_at(path)
     mapping = options.mapping or _mapping_in(person.root)
     if mapping is not None:
-        for name in ("axes", "skeleton", "prefix", "emg_channels"):
+        for name in ("axes", "skeleton", "prefix", "emg_channels", "angles", "in_degrees"):
             if name in options.given:
                 problem = f"{name} beside a mapping"
                 raise InputError(problem, file=mapping, expected="one or the other")
         return mapped.FORMAT.read(path, ReadOptions(mapping=mapping))
+    skeleton = options.skeleton or _skeleton_in(person.root)
+    runs = runs_of(person, emg=bool(options.emg_channels))
+    if options.angles or (has_angles(runs) and not has_points(runs)):
+        return bids_angles(
+            person,
+            runs,
+            skeleton,
+            options.angles,
+            system=options.prefix,
+            in_degrees=options.in_degrees,
+        )
     markers = bids_markers(
         person,
-        runs_of(person, emg=bool(options.emg_channels)),
+        runs,
         system=options.prefix,
         emg_channels=options.emg_channels,
         axes=options.axes,
     )
-    return replace(markers, skeleton=options.skeleton)
+    return replace(markers, skeleton=skeleton)
 
 
 def _mapping_in(root: Path) -> Path | None:
@@ -41,9 +55,15 @@ def _mapping_in(root: Path) -> Path | None:
     return next((place for place in places if place.is_file()), None)
 
 
+def _skeleton_in(root: Path) -> Skeleton | None:
+    """The skeleton that `armimpedance share` put there."""
+    place = root / "code" / "skeleton.json"
+    return read_skeleton(place) if place.is_file() else None
+
+
 FORMAT = Format(
     name="a folder of BIDS (motion, emg)",
     recognises=is_bids,
     read=_read,
-    options=("prefix", "emg_channels", "axes", "skeleton", "mapping"),
+    options=("prefix", "emg_channels", "axes", "skeleton", "angles", "in_degrees", "mapping"),
 )

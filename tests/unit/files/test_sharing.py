@@ -15,10 +15,11 @@ import armimpedance as ai
 from armimpedance.__main__ import main
 from armimpedance.errors import InputError
 from armimpedance.files.sharing.form import FORMS, Shared, Statement
-from armimpedance.motion import EmgSignals, MarkerRecording
+from armimpedance.motion import EmgSignals, MarkerRecording, MotionRecording
 from armimpedance.recordings import ReadOptions, open_recording, write_recording
 from armimpedance.recordings.bids.names import parsed
 from armimpedance.records import Recording, Subject
+from armimpedance.skeleton import Hinge, MarkerSite, Segment, Skeleton
 from manipulandum_sim.hand import simulate
 
 ARRAYS = ("time_s", "position", "force", "joint_angles", "emg", "offsets")
@@ -119,6 +120,27 @@ def test_markers_come_back_to_the_last_bit_and_emg_in_24(markers, tmp_path):
     step = 2.0 * np.abs(markers.emg.signals).max() / 2**24
     assert np.abs(again.emg.signals - markers.emg.signals).max() < step
     assert not any("acq_time" in sentence for sentence in again.provenance)
+
+
+def test_joint_motion_and_its_skeleton_come_back(tmp_path):
+    hinges = (Hinge("flexion", np.array([0.0, 1.0, 0.0])),)
+    segments = (
+        Segment("trunk", None, np.zeros(3)),
+        Segment("arm", "trunk", np.ones(3) / 7, hinges),
+    )
+    rng = np.random.default_rng(4)
+    motion = MotionRecording(
+        sample_rate_hz=50.0,
+        trials=pd.DataFrame({"trial": [1, 2], "condition": ["a", "b"]}),
+        offsets=np.array([0, 20, 50]),
+        time_s=np.concatenate([np.arange(20), np.arange(30)]) / 50.0,
+        coordinates=rng.normal(size=(50, 7)),
+        skeleton=Skeleton(segments, (MarkerSite("m", "arm", np.ones(3)),)),
+    )
+    again = open_recording(_as_bids(motion, tmp_path / "b"))
+    _same(again, motion, ("time_s", "coordinates", "offsets"))
+    assert again.skeleton.coordinates == motion.skeleton.coordinates
+    np.testing.assert_array_equal(again.skeleton.segments[1].origin_m, np.ones(3) / 7)
 
 
 def test_every_column_is_described_where_bids_looks(hand, markers, tmp_path):

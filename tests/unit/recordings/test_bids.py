@@ -16,6 +16,7 @@ import pytest
 from armimpedance.errors import InputError
 from armimpedance.recordings import ReadOptions, open_recording
 from armimpedance.recordings.sources.bids import SOURCE
+from armimpedance.skeleton import Hinge, Segment, Skeleton
 
 DIRECTIONS = {
     "A": (1, 0, 0), "P": (-1, 0, 0),
@@ -276,3 +277,28 @@ def test_a_file_of_json_that_is_no_object_is_named(dataset):
     file.write_text(json.dumps([1, 2]))
     with pytest.raises(InputError, match=file.name):
         open_recording(dataset)
+
+
+def _elbow() -> Skeleton:
+    trunk = Segment("trunk", None, np.zeros(3))
+    hinge = Hinge("elbow_flexion", np.array([0.0, -1.0, 0.0]))
+    return Skeleton(
+        (trunk, Segment("forearm", "trunk", np.array([0.0, 0, -0.3]), (hinge,))), floating=False
+    )
+
+
+@pytest.mark.parametrize(("unit", "degrees"), [("deg", None), ("rad", None), ("n/a", True)])
+def test_joint_angles_move_a_skeleton(tmp_path, unit, degrees):
+    bench.write_dataset(tmp_path, emg=False, physio=False)
+    stem = _motion(tmp_path)
+    channels = [bench.CHANNELS, ("flex", "n/a", "JNTANG", "n/a", unit, "n/a")]
+    bench.write_tsv(stem.with_name(stem.name + "_channels.tsv"), channels)
+    angle = np.random.default_rng(0).normal(size=60)
+    bench.write_tsv(stem.with_name(stem.name + "_motion.tsv"), [[repr(float(a))] for a in angle])
+    options = ReadOptions(skeleton=_elbow(), angles={"elbow_flexion": "-flex"}, in_degrees=degrees)
+    motion = open_recording(tmp_path, options)
+    expected = angle if unit == "rad" else np.deg2rad(angle)
+    np.testing.assert_allclose(motion.coordinates[:, 0], -expected, rtol=1e-15)
+    for wrong in (ReadOptions(), ReadOptions(skeleton=_elbow())):
+        with pytest.raises(InputError, match=r"skeleton"):
+            open_recording(tmp_path, wrong)

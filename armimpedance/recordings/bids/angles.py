@@ -1,0 +1,169 @@
+"""Joint angles of Motion-BIDS (channels JNTANG) as the motion of a skeleton."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from armimpedance.arrays import FloatArray
+from armimpedance.errors import InputError
+from armimpedance.motion import MotionRecording
+from armimpedance.not_taken import not_taken
+from armimpedance.recordings.bids.clocked import Clocked, clock_of, clocked, trial_table
+from armimpedance.recordings.bids.dataset import Person
+from armimpedance.recordings.bids.runs import Run
+from armimpedance.recordings.bids.systems import Channel, System
+from armimpedance.recordings.mapped.units import known_unit
+from armimpedance.records import Subject
+from armimpedance.skeleton import Skeleton
+
+
+def has_angles(runs: Sequence[Run]) -> bool:
+    """Whether a tracking system has channels of joint angles."""
+    return any(system.of_kind("JNTANG") for run in runs for system in run.systems)
+
+
+def bids_angles(
+    person: Person,
+    runs: Sequence[Run],
+    skeleton: Skeleton | None,
+    names: Mapping[str, str],
+    *,
+    system: str | None = None,
+    in_degrees: bool | None = None,
+) -> MotionRecording:
+    """The joint angles of one person's runs.
+
+    Parameters
+    ----------
+    person : Person
+    runs : sequence of Run
+    skeleton : Skeleton or None
+        Coordinates that no channel has are 0, which the provenance tells.
+    names : mapping
+        Coordinate -> channel, where the names differ; ``-channel`` turns the sign.
+    system : str, optional
+        The tracking system, where several have angles.
+    in_degrees : bool, optional
+        Unit of angles whose channel does not say it.
+
+    Raises
+    ------
+    InputError
+        No skeleton, none of its angles, a channel without unit, or a value that is missing.
+    """
+    if skeleton is None:
+        expected = "a skeleton, --skeleton FILE.json"
+        raise InputError(
+            "joint angles say nothing of the body", file=person.within, expected=expected
+        )
+    for coordinate in names:
+        skeleton.coordinate(coordinate)
+    trials: list[Clocked] = []
+    remarks: dict[str, None] = {"Read from Motion-BIDS, joint angles.": None}
+    for run in runs:
+        index = _chosen(run, system)
+        if index is None:
+            remarks |= dict.fromkeys(not_taken([run.name], "no joint angles in it"))
+            continue
+        found, said = _trials(run, index, skeleton, names, in_degrees)
+        trials += found
+        remarks |= dict.fromkeys((*said, *run.notes))
+    rates = {trial.rate_hz for trial in trials}
+    if len(rates) != 1:
+        raise InputError(f"runs of {len(rates)} rates", file=person.within, expected="one rate")
+    mass, height = (person.facts.get(name) for name in ("mass_kg", "height_m"))
+    return MotionRecording(
+        sample_rate_hz=rates.pop(),
+        trials=trial_table(trials),
+        offsets=np.cumsum([0, *(len(trial.time_s) for trial in trials)]),
+        time_s=np.concatenate([trial.time_s for trial in trials]),
+        coordinates=np.concatenate([trial.values for trial in trials]),
+        skeleton=skeleton,
+        subject=Subject(
+            id=person.label,
+            mass_kg=mass if isinstance(mass, float) else None,
+            height_m=height if isinstance(height, float) else None,
+        ),
+        provenance=tuple(remarks),
+    )
+
+
+def _chosen(run: Run, label: str | None) -> int | None:
+    """Which system of a run has joint angles."""
+    found = [i for i, s in enumerate(run.systems) if s.of_kind("JNTANG")]
+    named = [i for i in found if label in (None, run.systems[i].name)]
+    if len(named) > 1 or (found and not named):
+        names = ", ".join(run.systems[i].name for i in found)
+        file = run.systems[0].file.path.parent
+        problem = f"joint angles of {len(found)} systems in {run.name}"
+        raise InputError(problem, file=file, expected=f"--prefix NAME, one of {names}")
+    return named[0] if named else None
+
+
+def _trials(
+    run: Run, index: int, skeleton: Skeleton, names: Mapping[str, str], in_degrees: bool | None
+) -> tuple[list[Clocked], tuple[str, ...]]:
+    system = run.systems[index]
+    pairs = _pairs(system, skeleton, names)
+    channels = list(dict.fromkeys(at for _, at, _ in pairs))
+    clock = clock_of(system)
+    values = system.read([*channels, *clock])
+    q = np.zeros((len(values), len(skeleton.coordinates)))
+    for coordinate, at, sign in pairs:
+        own = _in_si(
+            values[:, channels.index(at)], system.channels[at], system.file.path, in_degrees
+        )
+        q[:, coordinate] = sign * own
+    taken = {system.channels[at].name for at in (*channels, *clock)}
+    rest = [channel.name for channel in system.channels if channel.name not in taken]
+    others = [s for i, s in enumerate(run.systems) if i != index]
+    said = not_taken(rest, f"{system.name}: no coordinate of the skeleton")
+    for other in others:
+        said += not_taken([channel.name for channel in other.channels], f"of {other.name}")
+    chosen = {coordinate for coordinate, _, _ in pairs}
+    absent = [c for i, c in enumerate(skeleton.coordinates) if i not in chosen]
+    if absent:
+        said += (f"Not in the dataset, set to 0: {', '.join(absent)}.",)
+    return clocked(run, index, q, values[:, -1] if clock else None), said
+
+
+def _pairs(
+    system: System, skeleton: Skeleton, names: Mapping[str, str]
+) -> list[tuple[int, int, float]]:
+    """Coordinate, channel and sign of all that are known."""
+    there = {channel.name: i for i, channel in enumerate(system.channels)}
+    found = []
+    for number, (coordinate, column) in enumerate(
+        zip(skeleton.coordinates, skeleton.columns, strict=True)
+    ):
+        given = names.get(coordinate)
+        wanted = [given.removeprefix("-")] if given is not None else [coordinate, column]
+        at = next((there[name] for name in wanted if name in there), None)
+        if at is not None:
+            found.append((number, at, -1.0 if given and given.startswith("-") else 1.0))
+        elif given is not None:
+            expected = f"one of {', '.join(list(there)[:12])}"
+            raise InputError(f"no channel {given!r:.60}", file=system.file.path, expected=expected)
+    if not found:
+        expected = f"one of {', '.join(skeleton.coordinates[-12:])}, or --angle"
+        raise InputError("none of the skeleton's angles", file=system.file.path, expected=expected)
+    return found
+
+
+def _in_si(values: FloatArray, channel: Channel, file: Path, in_degrees: bool | None) -> FloatArray:
+    """Values of a channel in rad or m, none of them missing."""
+    unit = known_unit(channel.unit or "")
+    if unit is None and channel.unit is None and in_degrees is not None:
+        unit = known_unit("deg" if in_degrees else "rad")
+    if unit is None or unit.dimension not in ("angle", "length"):
+        expected = "deg or rad in its _channels.tsv, or --in-degrees"
+        problem = f"unit {channel.unit!r:.20}"
+        raise InputError(problem, file=file, column=channel.name, expected=expected)
+    lost = np.flatnonzero(np.isnan(values))
+    if len(lost):
+        place = {"file": file, "column": channel.name, "expected": "a number"}
+        raise InputError("is missing", row=int(lost[0]) + 1, **place)  # type: ignore[arg-type]
+    return unit.to_si(values)
