@@ -103,7 +103,8 @@ def with_standing(
     recording : MarkerRecording
     arguments : Namespace
     options : dict
-        How the recording was read; the standing trial is read in the same way, without EMG.
+        How the recording was read; the standing trial is read in the same way, without EMG and
+        forces.
 
     Raises
     ------
@@ -118,7 +119,7 @@ def with_standing(
 
     if arguments.standing is None:
         return recording
-    standing = read(arguments.standing, **{**options, "emg_channels": {}})
+    standing = read(arguments.standing, **{**options, "emg_channels": {}, "forces": None})
     if not isinstance(standing, MarkerRecording) or recording.skeleton is None:
         raise InputError("no markers", file=arguments.standing, expected="a standing trial")
     skeleton = calibrate_sites(recording.skeleton, with_names(standing, arguments))

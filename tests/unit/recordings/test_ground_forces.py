@@ -7,6 +7,7 @@ import pytest
 from opensim_bench import small_trc
 
 from armimpedance.body.contacts import about_world_origin
+from armimpedance.cli.main import run as main
 from armimpedance.errors import InputError
 from armimpedance.recordings.opening import open_recording
 from armimpedance.recordings.reading import ReadOptions
@@ -137,3 +138,16 @@ def test_one_line_for_whatever_is_wrong(change, told, tmp_path):
         read(tmp_path, Table().write(tmp_path, change))
     assert "grf.mot" in str(error.value)
     assert "\n" not in str(error.value)
+
+
+def test_converted_beside_markers_and_read_back(tmp_path):
+    """By the command: the folder holds the same wrenches; a table of angles takes no forces."""
+    table = Table(1000.0)
+    (tmp_path / "walk.trc").write_bytes(small_trc())
+    forces, out = table.write(tmp_path), tmp_path / "session"
+    words = ["convert", str(tmp_path / "walk.trc"), str(out), "--forces", str(forces)]
+    assert main(words) == 0
+    markers = open_recording(out)
+    np.testing.assert_allclose(world(markers), table.wrenches(markers.time_s), atol=1e-3)
+    table_alone = ["convert", str(forces), str(tmp_path / "b"), "--forces", str(forces)]
+    assert main([*table_alone, "--skeleton", "elbow", "--mass-kg", "70", "--height-m", "1.8"]) == 2
