@@ -98,8 +98,15 @@ class Capture:
             offset = np.mod(offset, 65536.0)
         general = self.parameters.first("ANALOG", "GEN_SCALE", 1.0)
         scale = self._per_channel("SCALE", 1.0)[chosen] * general
+        values = self._decoded(words)
+        if layout.real and not unsigned:
+            # Counts beyond a signed word's were unsigned, whatever FORMAT says.
+            beyond = (offset < 0) & (values.max(axis=0, initial=0.0) > 32767)
+            offset = np.where(beyond, offset + 65536.0, offset)
         with np.errstate(invalid="ignore", over="ignore"):
-            return (self._decoded(words) - offset) * scale
+            values -= offset
+            values *= scale
+        return values
 
     def _decoded(self, words: NDArray[np.generic]) -> FloatArray:
         return self.parameters.processor.decoded(words)

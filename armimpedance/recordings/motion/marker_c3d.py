@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Final, Literal
 
@@ -17,15 +17,14 @@ from armimpedance.motion import EmgSignals, MarkerRecording
 from armimpedance.recordings.c3d_file import muscles_of
 from armimpedance.recordings.capture.capture import Capture, read_capture
 from armimpedance.recordings.capture.events import Event, event_columns, events_of
-from armimpedance.recordings.capture.forces import PlateForces, check_level, plate_forces
+from armimpedance.recordings.capture.forces import PlateForces
 from armimpedance.recordings.capture.left_out import (
     LeftOut,
     beside,
     model_outputs,
     sentences,
-    unused,
 )
-from armimpedance.recordings.capture.plates import MOST_PLATES, Plate, plates_of, plates_used
+from armimpedance.recordings.capture.taken_plates import plates_taken
 from armimpedance.recordings.motion.lab_axes import Z_UP, lab_rotation, metres_per
 from armimpedance.recordings.motion.moving_metadata import LARGEST_PLACE_M
 
@@ -127,7 +126,10 @@ def _trial(capture: Capture, asked: _Asked) -> _Trial:
     names, index, left_out = _markers(capture, asked.prefix)
     metres = metres_per(capture.length_unit, capture.name)
     positions = _positions(capture, index, metres, asked.rotation)
-    plates = _plates(capture, metres, positions, asked)
+    plates = plates_taken(
+        capture, metres, positions, rotation=asked.rotation, stated=asked.axes_stated,
+        force_by=asked.force_by,
+    )  # fmt: skip
     events, foreign = _events(capture, asked.prefix)
     return _Trial(
         names=names,
@@ -209,57 +211,6 @@ def _positions(
         problem = f"a marker {far:.4g} m away in {capture.length_unit}"
         raise InputError(problem, file=capture.name, expected="another unit in the file")
     return places
-
-
-@dataclass(frozen=True)
-class _Plates:
-    """The force plates, or why there are none; the labels of their channels."""
-
-    forces: PlateForces | None = None
-    channels: frozenset[str] = frozenset()
-    left_out: LeftOut = field(default_factory=dict)
-
-
-def _plates(capture: Capture, metres: float, positions: FloatArray, asked: _Asked) -> _Plates:
-    """The force plates; all or none: without one of them the others would mislead."""
-    used = plates_used(capture)
-    names = tuple(f"force plate {i + 1}" for i in range(min(used, MOST_PLATES)))
-    if not used:
-        return _Plates()
-    try:
-        plates = plates_of(capture, metres)
-    except InputError as error:
-        return _Plates(left_out={_reason(error): names})
-    if not plates:
-        return _Plates(left_out={"they bear nothing, and their places are not told": names})
-    doubt = _axes_doubted(capture, plates, positions, asked)
-    try:
-        forces = plate_forces(capture, plates, metres, asked.rotation, asked.force_by)
-    except InputError as error:
-        return _Plates(left_out={_reason(error): names})
-    idle = tuple(n for i, n in enumerate(names) if i + 1 not in {p.number for p in plates})
-    left = {"it bears nothing, and its place is not told": idle, **unused(capture, plates)}
-    channels = frozenset(capture.analog_labels[c] for plate in plates for c in plate.channels)
-    return _Plates(replace(forces, remarks=(*forces.remarks, *doubt)), channels, left)
-
-
-def _axes_doubted(
-    capture: Capture, plates: Sequence[Plate], positions: FloatArray, asked: _Asked
-) -> tuple[str, ...]:
-    """What plates and markers say against the axes, where these were stated; else it is refused."""
-    seen = positions[np.isfinite(positions[..., 2])]
-    height = float(np.median(seen[:, 2])) if len(seen) else np.inf
-    try:
-        check_level(plates, asked.rotation, height, capture.name)
-    except InputError as error:
-        if not asked.axes_stated:
-            raise
-        return (f"Doubt, against the stated axes: {error.problem}.",)
-    return ()
-
-
-def _reason(error: InputError) -> str:
-    return f"{error.problem}; expected {error.expected}"
 
 
 def _events(

@@ -125,8 +125,9 @@ def test_four_letters_and_the_whole_name(tmp_path):
         read_marker_c3d(twice)
 
 
-def test_unsigned_offsets(tmp_path):
-    groups = {"ANALOG": {"FORMAT": ["UNSIGNED"], "OFFSET": whole(32784, 32767)}}
+@pytest.mark.parametrize("form", ["UNSIGNED", "SIGNED"])
+def test_unsigned_offsets(form):
+    groups = {"ANALOG": {"FORMAT": [form], "OFFSET": whole(32784, 32767)}}
     counts = {"E1": EMG[:, 0] * 100 + 32784.0, "E2": EMG[:, 1] * 100 + 32767.0}
     read = parse_capture(made(analog=counts, groups=groups).write(), "a.c3d")
     assert np.abs(read.analog([0, 1]) - 100 * EMG).max() < 0.01
