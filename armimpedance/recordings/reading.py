@@ -22,7 +22,8 @@ class ReadOptions:
     Attributes
     ----------
     force_by : {"limb", "device"} or None
-        Whose force on the other a Kinarm's sensor holds; None: found where the robot shows it.
+        Whose force on the other a Kinarm's sensor, or force plates in a C3D, hold; None: found
+        where the robot, or the plates' load, shows it.
     side : {"right", "left"} or None
     onset_event, end_event : str or None
     protocols : sequence of int
