@@ -7,6 +7,7 @@ from typing import Any, Final
 
 from armimpedance.files.tables import table_content
 from armimpedance.files.written.content import Content
+from armimpedance.files.written.course import course_struct
 from armimpedance.json_text import finite
 from armimpedance.therapy import MovementTorques, SampleContribution
 
@@ -36,7 +37,13 @@ def samples_content(
         for pair in movements
         for row in _samples(*pair)
     ]
-    return table_content(rows, SAMPLE_COLUMNS, quantities=lambda: (), digits=10)
+    return table_content(
+        rows,
+        SAMPLE_COLUMNS,
+        quantities=lambda: (),
+        structs=lambda: [course_struct(SAMPLE_COLUMNS, rows)],
+        digits=10,
+    )
 
 
 def _samples(torques: MovementTorques, samples: SampleContribution) -> Iterator[dict[str, Any]]:

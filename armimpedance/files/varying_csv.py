@@ -7,6 +7,7 @@ from pathlib import Path
 from armimpedance.elbow import VaryingImpedance
 from armimpedance.files.tables import table_content, write_content
 from armimpedance.files.written.content import About, Content
+from armimpedance.files.written.course import course_struct
 
 
 def write_varying(varying: VaryingImpedance, path: str | Path) -> None:
@@ -38,7 +39,15 @@ def varying_content(varying: VaryingImpedance) -> Content:
     Content
     """
     table = varying.to_frame()
-    rows = ({str(name): c for name, c in row.items()} for row in table.to_dict("records"))
+    rows = [{str(name): c for name, c in row.items()} for row in table.to_dict("records")]
+    columns = list(table.columns)
     about = About(checks=tuple(varying.checks))
     keys = ("trial", "time_s", "method")
-    return table_content(rows, list(table.columns), keys=keys, about=about, digits=10)
+    return table_content(
+        rows,
+        columns,
+        keys=keys,
+        structs=lambda: [course_struct(columns, rows)],
+        about=about,
+        digits=10,
+    )

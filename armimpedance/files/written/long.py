@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from numbers import Real
 from typing import Any, Final
 
@@ -24,6 +24,7 @@ _BESIDE: Final = {
     "feasible_high_": "feasible_upper",
     "efficiency_": "efficiency",
 }
+_RANGES: Final = ("ci_low_", "ci_high_", "feasible_low_", "feasible_high_")
 _OWN: Final = ("lower", "upper", "sd")
 _COUNTED: Final = re.compile(r"K_(\d)(\d)")
 
@@ -54,8 +55,9 @@ def quantities_of(
     list of Quantity
     """
     beside = _beside(columns)
-    taken = {*keys, *(name for others in beside.values() for name in others.values())}
-    own = [name for name in columns if name not in taken]
+    base = {name: column for column, others in beside.items() for name in others.values()}
+    # limits may stand without the number that they are of: a range, nothing more
+    own = dict.fromkeys(base.get(name, name) for name in columns if name not in keys)
     return [one for row in rows for one in _of_row(row, own, keys, beside, meaning)]
 
 
@@ -69,15 +71,15 @@ def _beside(columns: Sequence[str]) -> dict[str, dict[str, str]]:
             if base == name:
                 continue
             # The sd of a percentage is told without the unit: share_percent, sd_share.
-            for column in (base, f"{base}_percent"):
-                if column in known:
-                    found.setdefault(column, {})[field] = name
+            own = [column for column in (base, f"{base}_percent") if column in known]
+            for column in own or ([base] if beginning in _RANGES else []):
+                found.setdefault(column, {})[field] = name
     return found
 
 
 def _of_row(
     row: Cells,
-    own: Sequence[str],
+    own: Iterable[str],
     keys: Sequence[str],
     beside: dict[str, dict[str, str]],
     meaning: Meaner,

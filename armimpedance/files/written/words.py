@@ -20,11 +20,12 @@ _NAMED: Final = {
     "M_with_handle": ("M", "inertia with the handle"),
     "K_without": ("K", "stiffness without a reflex in the model"),
     "R": ("K", "reflex stiffness"),
-    "K_sum": ("K", "stiffness of all muscles"),
-    "B_sum": ("B", "viscosity of all muscles"),
 }
 _ELEMENT: Final = re.compile(r"(.+)_(\d)(\d)")
 _NUMBERED: Final = re.compile(r"(position|force|torque|q|alpha)_(\d+)(_m|_rad|_N|_Nm)?")
+_OF_MUSCLES: Final = re.compile(r"([BK])_(\D.*)")
+#: Pair of joints in the name of a sum over muscles.
+_PAIRS: Final = {"ss": "shoulder", "se": "shoulder with elbow", "ee": "elbow"}
 _OF_ELLIPSE: Final = re.compile(r"([MBK])_(size|orientation_deg|shape)")
 #: End of a column's name -> unit.
 _SUFFIXES: Final = {
@@ -86,6 +87,8 @@ def meaning_of(column: str, level: str = "hand", axes: int = 2) -> Meaning:
     -------
     Meaning
     """
+    if level == "muscle" and (found := _OF_MUSCLES.fullmatch(column)):
+        return _of_muscles(found[1], found[2])
     element = _ELEMENT.fullmatch(column)
     if element and element[1] in _NAMED:
         return _element(element[1], int(element[2]), int(element[3]), level, axes)
@@ -110,10 +113,10 @@ def meaning_of(column: str, level: str = "hand", axes: int = 2) -> Meaning:
 
 def _element(symbol: str, i: int, j: int, level: str, axes: int) -> Meaning:
     matrix, words = _NAMED[symbol]
-    unit = UNITS["joint" if symbol.endswith("_sum") else level][matrix]
+    unit = UNITS[level][matrix]
     force, motions = _MOTION.get(level, _MOTION["joint"])
     motion = motions[dict(MATRICES.values())[matrix]]
-    names = axis_names("joint" if symbol.endswith("_sum") else level, axes)
+    names = axis_names(level, axes)
     if max(i, j) > len(names):
         return Meaning(f"{words} {i}, {j}", unit, i, j)
     return Meaning(f"{words}: {names[i - 1]} {force} per {names[j - 1]} {motion}", unit, i, j)
@@ -136,6 +139,19 @@ def axis_names(level: str, axes: int) -> Sequence[str]:
     if level == "joint" and axes == len(_JOINTS):
         return _JOINTS
     return [f"axis {number}" for number in range(1, axes + 1)]
+
+
+def _of_muscles(symbol: str, rest: str) -> Meaning:
+    """A sum over muscles, a group's part of it, or a single muscle."""
+    what = _SYMBOLS[symbol]
+    if rest == "outside_se":
+        return Meaning(f"{what} that no muscles can make, in standard errors", "1")
+    group, _, pair = rest.rpartition("_")
+    if pair in _PAIRS:
+        muscles = "all" if group == "sum" else group.replace("_", "-")
+        words = f"{what} of {muscles} muscles: {_PAIRS[pair]}"
+        return Meaning(words, UNITS["joint"][symbol])
+    return Meaning(f"{what} of {rest.replace('_', ' ')}", UNITS["muscle"][symbol])
 
 
 def _of_ellipse(symbol: str, part: str, level: str) -> Meaning:

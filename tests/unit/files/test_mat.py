@@ -14,6 +14,7 @@ from armimpedance.analyses import Estimates
 from armimpedance.conventions import UNITS
 from armimpedance.files.quantities import half_widths
 from armimpedance.files.tables import table_content, write_content
+from armimpedance.files.written.course import course_struct
 from armimpedance.files.written.matlab import Names
 
 VALID = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,62}")
@@ -81,3 +82,15 @@ def test_a_table_without_structs_of_its_own_has_a_field_a_column(tmp_path):
     assert (one.keys.condition, one.x_m, one.units.x_m, one.ok) == ("a", 1.5, "m", 1)
     assert list(one.warnings) == ["one", "two"]
     assert np.isnan(two.x_m)
+
+
+def test_a_course_is_one_struct_of_vectors(tmp_path):
+    rows = [{"time_s": i / 10, "K": None if i == 1 else float(i), "valid": i > 1} for i in range(3)]
+    columns = ["time_s", "K", "valid"]
+    content = table_content(rows, structs=lambda: [course_struct(columns, rows)])
+    write_content(content, tmp_path / "course.mat")
+    course = loaded(tmp_path / "course.mat")["results"]
+    np.testing.assert_array_equal(course.time_s, [0.0, 0.1, 0.2])
+    np.testing.assert_array_equal(course.K, [0.0, np.nan, 2.0])
+    assert course.valid.tolist() == [0, 0, 1]
+    assert (course.units.time_s, course.units.K) == ("s", "N m/rad")
