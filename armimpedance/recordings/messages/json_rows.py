@@ -43,7 +43,7 @@ def decode_json(messages: Sequence[bytes], wanted: Wanted) -> Block:
     for row, message in enumerate(messages):
         content = _object(message)
         block.stamp_ns[row] = _stamp(content)
-        for path, value in _flat(content, block.long):
+        for path, value in _flat(content, block):
             where: Any = texts if isinstance(value, str) else numbers
             if path not in where:
                 if not wanted(path):
@@ -70,19 +70,21 @@ def _object(message: bytes) -> dict[str, Any]:
     return content
 
 
-def _flat(content: dict[str, Any], long: set[str]) -> Iterator[tuple[str, float | str]]:
+def _flat(content: dict[str, Any], block: Block) -> Iterator[tuple[str, float | str]]:
     """Paths and plain values of an object, those of its objects and short lists among them."""
     count = 0
     open_ends: list[tuple[str, Any, int]] = [("", content, 0)]
     while open_ends:
         path, value, depth = open_ends.pop()
-        inner = _inner(path, value, long)
+        inner = _inner(path, value, block.long)
         if inner is None:
             plain = _plain(value)
             if isinstance(plain, str) and len(plain) > LONGEST_TEXT:
-                long.add(path)
-            else:
-                yield path, plain
+                block.long.add(path)
+                continue
+            if type(value) is int and abs(value) > 2**53:
+                block.rounded.add(path)
+            yield path, plain
         elif depth > _DEEPEST:
             raise DefinitionError("its objects lie in each other too deeply")
         else:

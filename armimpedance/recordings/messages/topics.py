@@ -18,6 +18,7 @@ from armimpedance.not_taken import not_taken
 from armimpedance.recordings.mapped.raw_file import RawColumn, RawFile, RawRun, RawTable, Wanted
 from armimpedance.recordings.messages.decoding import Block, joined_numbers, joined_texts
 from armimpedance.recordings.messages.definitions import DefinitionError
+from armimpedance.recordings.shown_names import can_be_shown, shown_name, some_names
 
 #: Decodes messages; the paths of the columns that are wanted.
 Decoder = Callable[[Sequence[bytes], Wanted], Block]
@@ -30,8 +31,6 @@ _BLOCK_ROWS: Final = 2048
 _BLOCK_BYTES: Final = 8_000_000
 #: Numbers of all topics together; 500 MB of them.
 _MOST_NUMBERS: Final = 62_500_000
-_LONGEST_NAME: Final = 120
-_SHOWN: Final = 20
 _LATEST_NS: Final = 2**63 - 1
 
 #: What the standard messages mean (ROS's conventions on units, REP 103), by the end of a path.
@@ -135,6 +134,9 @@ class Topic:
         paths: dict[str, None] = {}
         for block in self._blocks:
             paths |= dict.fromkeys([*block.numbers, *block.texts])
+        # A text that is too long in one message is no column of the others.
+        long = set().union(*(block.long for block in self._blocks))
+        paths = {path: None for path in paths if path not in long}
         stated = self.type.startswith(_OF_UNITS)
         columns = {}
         for path in paths:
@@ -181,9 +183,9 @@ class Log:
         key = (name, kind)
         if key in self.topics:
             return self.topics[key]
-        shown = _printable(name)
+        shown = shown_name(name)
         if any(topic.name == shown for topic in self.topics.values()):
-            shown = _printable(f"{shown} ({kind}) {len(self.topics)}")
+            shown = shown_name(f"{shown} ({kind}) {len(self.topics)}")
         try:
             decoder, problem = decode(), why
         except DefinitionError as error:
@@ -223,18 +225,18 @@ class Log:
         reasons: dict[str, list[str]] = {}
         for topic in self.topics.values():
             if topic.problem:
-                why = _printable(topic.problem)
-                kind = f" ({_printable(topic.type)})" if topic.type else ""
+                why = shown_name(topic.problem)
+                kind = f" ({shown_name(topic.type)})" if topic.type else ""
                 reasons.setdefault(why, []).append(topic.name + kind)
         topics = list(self.topics.values())
-        long = sorted(_printable(name) for t in topics if not t.problem for name in t.long)
-        rounded = sorted(_printable(n) for t in topics if not t.problem for n in t.rounded)
-        unwanted = [_printable(name) for t in topics if not t.problem for name in t.unwanted]
+        long = sorted(shown_name(name) for t in topics if not t.problem for name in t.long)
+        rounded = sorted(shown_name(n) for t in topics if not t.problem for n in t.rounded)
+        unwanted = [shown_name(name) for t in topics if not t.problem for name in t.unwanted]
         reasons["the mapping gives them no meaning"] = unwanted
         reasons["arrays or texts too long for columns"] = long
         reasons["digits of whole numbers beyond 2^53"] = rounded
         reasons["names that cannot be shown"] = odd
-        return tuple(s for why, names in reasons.items() for s in not_taken(_some(names), why))
+        return tuple(s for why, names in reasons.items() for s in not_taken(some_names(names), why))
 
 
 def _table(
@@ -246,8 +248,8 @@ def _table(
     named = {}
     for path, column in columns.items():
         full = f"{name}.{path}"
-        if not full.isprintable() or len(full) > _LONGEST_NAME:
-            odd.append(_printable(full))
+        if not can_be_shown(full):
+            odd.append(shown_name(full))
             continue
         values = column.values if in_order else column.values[order]
         named[full] = RawColumn(values, column.unit)
@@ -259,17 +261,6 @@ def _moment(ns: int) -> str:
     """A time since 1970 as people write it."""
     whole = datetime(1970, 1, 1, tzinfo=UTC) + timedelta(seconds=ns // 1_000_000_000)
     return f"{whole:%Y-%m-%dT%H:%M:%S}.{ns % 1_000_000_000:09d}Z"
-
-
-def _printable(name: str) -> str:
-    shown = "".join(c if c.isprintable() else "�" for c in name[:_LONGEST_NAME])
-    return shown if len(name) <= _LONGEST_NAME else shown[:-1] + "…"
-
-
-def _some(names: Sequence[str]) -> list[str]:
-    if len(names) <= _SHOWN:
-        return list(names)
-    return [*names[:_SHOWN], f"and {len(names) - _SHOWN} more"]
 
 
 @contextmanager

@@ -24,6 +24,7 @@ _SMALL_BYTES: Final = 4_000_000
 #: Numbers of one dataset; 500 MB of them.
 MOST_NUMBERS: Final = 62_500_000
 _LONGEST_TEXT: Final = 10_000
+_LONGEST_NAME: Final = 80
 #: How a heap begins, with its version.
 _HEAP: Final = b"GCOL\x01"
 _LARGEST_CHECKED: Final = 4_000_000_000
@@ -106,12 +107,14 @@ def _has_empty_part(data: mmap, place: int, size: int) -> bool:
 
 
 def inner(group: Any) -> Iterator[tuple[str, Any]]:
-    """What lies directly in a group: names and groups or datasets; None for what leads elsewhere.
+    """What lies directly in a group: names and groups or datasets; None for what cannot be taken.
 
-    Links to other files are not followed, nor links to nothing.
+    Links to other files are not followed, nor links to nothing; a name must be one that a line of
+    text can show.
     """
-    for name in group:
-        yield str(name), member(group, str(name))
+    for name in map(str, group):
+        shown = name.isprintable() and len(name) <= _LONGEST_NAME
+        yield name, member(group, name) if shown else None
 
 
 def member(group: Any, path: str) -> Any:

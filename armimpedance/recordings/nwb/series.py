@@ -131,7 +131,10 @@ def _groups(file: Any, found: Found, seen: set[object]) -> Iterator[tuple[str, A
             continue
         for name, thing in members.items():
             if thing is None:
-                found.leave(f"{path}/{name}", "it lies in another file, or nowhere")
+                found.leave(
+                    f"{path}/{name}",
+                    "it lies in another file, or nowhere, or its name cannot be shown",
+                )
             else:
                 ends.append((f"{path}/{name}", thing, depth + 1))
 

@@ -22,9 +22,9 @@ from armimpedance.recordings.nwb.hdf5 import (
 )
 from armimpedance.recordings.nwb.series import Found, Series, series_of
 from armimpedance.recordings.nwb.trials import Trial, cut, trials_of
+from armimpedance.recordings.shown_names import some_names
 
 _EXPECTED: Final = "an NWB file"
-_SHOWN: Final = 20
 #: What the file says of the subject; who it was is not read.
 _OF_SUBJECT: Final = ("age", "sex", "species", "weight")
 
@@ -70,9 +70,7 @@ def read(path: Path, wanted: Wanted) -> RawFile:
     if trials:
         outside = _outside(found, trials)
         found.left["outside of the trials"] = [f"{outside} samples"] if outside else []
-    told = tuple(
-        s for why, names in found.left.items() for s in not_taken(_some(names), _clean(why))
-    )
+    told = tuple(s for why, names in found.left.items() for s in not_taken(some_names(names), why))
     return RawFile(runs=runs, not_taken=told)
 
 
@@ -124,15 +122,6 @@ def _subject(file: Any) -> dict[str, float | str]:
 def _names(file: Any, place: str) -> list[str]:
     group = member(file, place)
     return [] if group is None or is_dataset(group) else [str(name) for name in group]
-
-
-def _some(names: list[str]) -> list[str]:
-    shown = [_clean(name) for name in names[:_SHOWN]]
-    return shown if len(names) <= _SHOWN else [*shown, f"and {len(names) - _SHOWN} more"]
-
-
-def _clean(text: str) -> str:
-    return "".join(c if c.isprintable() else "�" for c in text[:120])
 
 
 SOURCE = Source("an NWB file (.nwb)", recognises, read)

@@ -23,13 +23,12 @@ from armimpedance.recordings.mapped.raw_file import (
     Source,
     Wanted,
 )
+from armimpedance.recordings.shown_names import can_be_shown, shown_name, some_names
 
 MAGIC: Final = b"TDSm"
 _EXPECTED: Final = "a whole TDMS file"
 _MOST_NUMBERS: Final = 62_500_000
 _LONGEST_TEXT: Final = 64
-_LONGEST_NAME: Final = 120
-_SHOWN: Final = 20
 _SECONDS: Final = ("", "s", "sec", "second", "seconds")
 _UNITS: Final = ("unit_string", "NI_UnitDescription", "Unit", "unit")
 
@@ -71,9 +70,8 @@ def read(path: Path, wanted: Wanted) -> RawFile:
             runs = [_run(path, [group], wanted, left, facts) for group in groups]
         else:
             runs = [_run(path, groups, wanted, left, _facts(file.properties))]
-    different = {why: list(dict.fromkeys(names)) for why, names in left.items()}
-    told = [s for why, names in different.items() for s in not_taken(_some(names), why)]
-    told += [f"npTDMS says: {_clean(warning)}." for warning in dict.fromkeys(warnings[:5])]
+    told = [s for why, names in left.items() for s in not_taken(some_names(names), why)]
+    told += [f"npTDMS says: {shown_name(warning)}." for warning in dict.fromkeys(warnings[:5])]
     return RawFile(tuple(runs), tuple(told))
 
 
@@ -98,7 +96,7 @@ def _opened(path: Path) -> Iterator[tuple[Any, list[str]]]:
         raise
     except Exception as error:
         # npTDMS ends in ValueError, struct.error, KeyError, TypeError, ... where a file is damaged.
-        problem = f"is damaged: {_clean(' '.join(str(error).split()))[:80]}"
+        problem = f"is damaged: {shown_name(' '.join(str(error).split()))[:80]}"
         raise InputError(problem, file=path, expected=_EXPECTED) from None
     finally:
         logger.removeHandler(heard)
@@ -130,7 +128,7 @@ def _channels(group: Any, left: dict[str, list[str]]) -> dict[str, Any]:
     for channel in group.channels():
         name = str(channel.name)
         full = f"{group.name}/{name}"
-        if not full.isprintable() or len(full) > _LONGEST_NAME:
+        if not can_be_shown(full):
             left.setdefault("names that cannot be shown", []).append(full)
         elif len(channel) == 0:
             left.setdefault("no samples", []).append(full)
@@ -267,7 +265,7 @@ def _column(channel: Any) -> RawColumn | None:
         if max(map(len, texts), default=0) > _LONGEST_TEXT:
             return None
         return RawColumn(np.array(texts, np.str_), unit)
-    return RawColumn(values.astype(np.float64), None if unit is None else _clean(unit))
+    return RawColumn(values.astype(np.float64), None if unit is None else shown_name(unit))
 
 
 def _facts(properties: Any, prefix: str = "") -> dict[str, float | str]:
@@ -277,18 +275,9 @@ def _facts(properties: Any, prefix: str = "") -> dict[str, float | str]:
         full = prefix + str(name)
         plain = float(value) if isinstance(value, int | float | np.number) else str(value)
         long = isinstance(plain, str) and (len(plain) > _LONGEST_TEXT or not plain.isprintable())
-        if not long and full.isprintable() and len(full) <= _LONGEST_NAME:
+        if not long and can_be_shown(full):
             found[full] = plain
     return found
-
-
-def _some(names: list[str]) -> list[str]:
-    shown = [_clean(name) for name in names[:_SHOWN]]
-    return shown if len(names) <= _SHOWN else [*shown, f"and {len(names) - _SHOWN} more"]
-
-
-def _clean(text: str) -> str:
-    return "".join(c if c.isprintable() else "�" for c in text[:_LONGEST_NAME])
 
 
 SOURCE = Source("a TDMS file (.tdms)", recognises, read)

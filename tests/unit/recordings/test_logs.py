@@ -322,6 +322,12 @@ def test_whole_numbers_that_float64_does_not_hold_are_told(tmp_path):
     assert any("/f.data" in sentence for sentence in read(path).not_taken)
 
 
+def test_a_text_that_is_long_in_one_message_is_no_column_of_the_others(tmp_path):
+    raw = read(json_log(tmp_path / "a.mcap", '{"x": "a"}', json.dumps({"x": "a" * 1000})))
+    assert "/a.x" not in columns_of(raw)
+    assert any("/a.x" in sentence for sentence in raw.not_taken)
+
+
 @pytest.mark.parametrize("method", ["", "lz4", "zstd"])
 @pytest.mark.parametrize("chunked", [True, False])
 def test_every_way_of_the_packages_writer_is_read_alike(tmp_path, method, chunked):
