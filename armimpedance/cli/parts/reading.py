@@ -21,7 +21,7 @@ def add_reading(parser: argparse.ArgumentParser) -> None:
     kinarm.add_argument(
         "--force-by",
         choices=("limb", "device"),
-        help="whose force on the other the sensor's columns (a C3D's force plates) hold; without it "
+        help="whose force on the other the sensor's columns (a C3D's force plates) hold; else "
         "the robot's own inertias and motor torques (the plates' load) must show it",
     )
     kinarm.add_argument("--side", choices=("right", "left"), help="arm, where both are recorded")
