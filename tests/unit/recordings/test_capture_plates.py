@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import capture_bench as bench
 import numpy as np
@@ -20,6 +21,7 @@ from armimpedance.recordings.motion.lab_axes import lab_rotation
 from armimpedance.recordings.motion.marker_c3d import read_marker_c3d
 from armimpedance.recordings.opening import open_recording
 from armimpedance.recordings.reading import ReadOptions
+from manipulandum_sim.body import simulate_body
 
 Z = np.array([0.0, 0.0, 1.0])
 Y = np.array([0.0, 1.0, 0.0])
@@ -425,3 +427,36 @@ def test_damage_is_one_error_and_nothing_else(tmp_path):
             assert len(read.positions) == len(read.time_s)
     assert 200 < len(messages) < 1200
     assert all(len(message.splitlines()) == 1 for message in messages)
+
+
+@pytest.mark.parametrize(("kind", "processor"), [(2, "dec"), (3, "mips"), (4, "intel")])
+def test_a_simulated_body_through_a_file(kind, processor, squat, tmp_path):
+    edges = (np.array([0.0, 1.0, 0.0]), Z, 0.78, 1.2)
+    truths = []
+    for k, origin in enumerate(squat.plate_origins_m):
+        force, moment = squat.wrenches[:, k, :3], squat.wrenches[:, k, 3:]
+        place = np.column_stack([-moment[:, 1], moment[:, 0], 0 * force[:, 2]]) / force[:, 2:]
+        free = moment[:, 2] - np.cross(place, force)[:, 2]
+        truths.append(PlateTruth(corners(origin, *edges), force, origin + place, free))
+    file = on_plates(truths, kind, processor=processor, matrix=MATRIX if kind == 4 else None)
+    file.points, file.labels = squat.positions * 1000, list(squat.names)
+    unseen = np.isnan(squat.positions[..., 0])
+    file.points[unseen], file.lost = 0, tuple(map(tuple, np.argwhere(unseen).tolist()))
+    read = read_marker_c3d(save(tmp_path, file))
+    np.testing.assert_allclose(read.wrenches, squat.wrenches, atol=1e-3)
+    np.testing.assert_allclose(read.positions, squat.positions, atol=1e-6)
+    assert read.names == squat.names
+    np.testing.assert_allclose(read.plate_origins_m, squat.plate_origins_m, atol=1e-9)
+
+
+@pytest.fixture(scope="module")
+def squat():
+    """A body that squats on two plates, filmed, its first second."""
+    whole_film, _ = simulate_body(["squat"], seed=3, markers=True)
+    at = slice(0, 100)
+    return SimpleNamespace(
+        wrenches=whole_film.wrenches[at],
+        positions=whole_film.positions[at],
+        names=whole_film.names,
+        plate_origins_m=whole_film.plate_origins_m,
+    )
