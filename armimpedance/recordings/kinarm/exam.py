@@ -24,8 +24,7 @@ from armimpedance.recordings.kinarm.channels import (
 )
 from armimpedance.recordings.kinarm.exam_file import ExamFile, joined
 from armimpedance.recordings.kinarm.files import (
-    Exam,
-    LeftOut,
+    left_out_findings,
     none_left,
     read_common,
     read_exam,
@@ -156,7 +155,7 @@ def _session(
         raise none_left(untimed, path)
     directed, direction = with_direction(timed)
     files = [sound[int(i)].file for i in directed.pop("file_index")]
-    findings = _left_out_findings(left_out, exam)
+    findings = left_out_findings(left_out, exam)
     remarks = [*renamed, *counted, *chosen, *direction]
     return _Session(side, exam.common, directed, files, findings, remarks, exam.beside)
 
@@ -176,8 +175,8 @@ def _recording(
     robot, along = hand.robot, hand.robot.kind == "exoskeleton"
     balance = force_balance(files, session.common, robot)
     whose = _force_by(force_by, balance, path)
-    findings = [*session.findings, *force_findings(force_by, balance)]
-    mirror = np.array([-1.0, 1.0]) if side == "left" else np.ones(2)
+    findings = (*session.findings, *force_findings(force_by, balance))
+    mirror = np.array([-1.0 if side == "left" else 1.0, 1.0])
     position, force = hand.position, channels(files, *force_labels(side))
     position *= mirror
     force *= -mirror if whose == "device" else mirror
@@ -185,9 +184,7 @@ def _recording(
     emg = channels(files, *muscles) if muscles else None
     further, dropped = further_channels(files, side, muscles)
     source = [hand.source, _told_force(whose, "found" if force_by is None else "stated")]
-    provenance = (
-        *_provenance(robot, source, len(frames)),
-        *(f"{finding.name.capitalize()}: {finding.message}." for finding in findings),
+    told = (
         *session.remarks,
         *dropped,
         *channels_not_taken(there, side, {*muscles, *further}),
@@ -208,24 +205,9 @@ def _recording(
         shoulder_m=robot.shoulder_m * mirror if along and robot.shoulder_m is not None else None,
         subject=_subject(personal),
         extra=further,
-        provenance=provenance,
-        findings=tuple(findings),
+        provenance=(*_provenance(robot, source, findings, len(frames)), *told),
+        findings=findings,
     )
-
-
-def _left_out_findings(left_out: Sequence[LeftOut], exam: Exam) -> list[Finding]:
-    """How many trials are not in the recording, which, and why."""
-    total = len(exam.trials) + len(exam.left_out)
-    empty = sorted(trial.name for trial in left_out if trial.error is None)
-    broken = [f"{trial.name} ({trial.reason})" for trial in left_out if trial.error is not None]
-    findings = []
-    if empty:
-        text = f"{len(empty)} of {total} hold no samples and are left out: {', '.join(empty)}"
-        findings.append(Finding("empty trials", "warning", text))
-    if broken:
-        text = f"{len(broken)} of {total} are left out: {', '.join(sorted(broken))}"
-        findings.append(Finding("broken trials", "warning", text))
-    return findings
 
 
 def _force_by(told: ForceBy | None, balance: Balance, path: object) -> ForceBy:
@@ -288,7 +270,9 @@ def _told_force(whose: ForceBy, how: str) -> str:
     return f"Force: sensor by the device on the limb, as {how}; its sign was turned."
 
 
-def _provenance(robot: Robot, sources: Sequence[str], n_trials: int) -> list[str]:
+def _provenance(
+    robot: Robot, sources: Sequence[str], findings: Sequence[Finding], n_trials: int
+) -> list[str]:
     # Neither the file's name nor the subject: exams are often named after people.
     of = f"{n_trials} trials, {robot.side} arm, robot {robot.version}"
     sentences = [f"Kinarm exam, {of}.", *sources]
@@ -298,4 +282,4 @@ def _provenance(robot: Robot, sources: Sequence[str], n_trials: int) -> list[str
         sentences.append(
             "No joint angles and no shoulder: the links are the robot's, not along the arm."
         )
-    return sentences
+    return [*sentences, *(f"{each.name.capitalize()}: {each.message}." for each in findings)]

@@ -13,6 +13,7 @@ from pathlib import Path, PurePosixPath
 from typing import Final
 
 from armimpedance.errors import InputError
+from armimpedance.findings import Finding
 from armimpedance.recordings.c3d_file import BLOCK, is_c3d, parse_c3d
 from armimpedance.recordings.c3d_parameters import Groups, read_groups, texts_of
 from armimpedance.recordings.kinarm.archive import Archive, archive_roots
@@ -179,6 +180,21 @@ def none_left(left_out: Sequence[LeftOut], path: object) -> InputError:
     return InputError(
         problem, file=first.file, row=first.row, column=first.column, expected=first.expected
     )
+
+
+def left_out_findings(left_out: Sequence[LeftOut], exam: Exam) -> list[Finding]:
+    """How many trials are not in the recording, which, and why."""
+    total = len(exam.trials) + len(exam.left_out)
+    empty = sorted(trial.name for trial in left_out if trial.error is None)
+    broken = [f"{trial.name} ({trial.reason})" for trial in left_out if trial.error is not None]
+    findings = []
+    if empty:
+        text = f"{len(empty)} of {total} hold no samples and are left out: {', '.join(empty)}"
+        findings.append(Finding("empty trials", "warning", text))
+    if broken:
+        text = f"{len(broken)} of {total} are left out: {', '.join(sorted(broken))}"
+        findings.append(Finding("broken trials", "warning", text))
+    return findings
 
 
 def _beside(files: Files, trials: Sequence[ExamTrial]) -> tuple[str, ...]:

@@ -18,6 +18,7 @@ from armimpedance.analyses import estimate, inspect
 from armimpedance.errors import InputError
 from armimpedance.recordings.kinarm import packing
 from armimpedance.recordings.kinarm.exam import read_kinarm
+from armimpedance.recordings.kinarm.others import grouped
 from armimpedance.recordings.kinarm.trials import Choice
 from armimpedance.recordings.opening import open_recording
 from armimpedance.recordings.reading import ReadOptions
@@ -221,6 +222,12 @@ def test_inspect_lists_what_is_not_taken(exams, session, tmp_path):
     assert "Right_FS_ForceZ" in str(inspect(path))
 
 
+def test_labels_that_differ_at_their_end_stand_together():
+    labels = ["ACH10", "ACH9", "Gaze_X", "Gaze_Y", "Right_FS_TorqueZ", "Right_FS_TorqueX", "Z", "3"]
+    told = ["3", "ACH9/10", "Gaze_X/Y", "Right_FS_TorqueX/Z", "Z"]
+    assert grouped(labels) == told
+
+
 # ---- damage --------------------------------------------------------------------------------------
 
 NEEDED = [
@@ -347,6 +354,14 @@ def test_archives_that_would_unpack_to_too_much(exam, tmp_path, monkeypatch):
     assert "times its size" in refused(exam, bomb).problem
     monkeypatch.setattr(packing, "MOST_MEMBERS", 5)
     assert "more than 5 files" in refused(exam).problem
+
+
+@pytest.mark.parametrize("member", ["header.bin", "parameters.bin", "examevents.bin"])
+def test_what_an_exam_says_of_itself_is_short(exam, exams, member):
+    """Millions of empty records would be read one by one."""
+    place, padding = f"raw/01_02_01/{member}", np.random.default_rng(1).bytes(3_000_000)
+    whole = archives.members(exams)[place]
+    assert "is larger than" in refused(exam, {place: whole + padding}).problem
 
 
 def test_claimed_counts_cost_no_memory(exam, exams):
