@@ -5,7 +5,8 @@ Examples:
   armimpedance estimate session --by condition --by day --out hand_by_day.csv
   armimpedance estimate monday tuesday --method paper --out paper.csv
   armimpedance estimate session --method all --out every_method.csv
-  armimpedance estimate session --out hand.json
+  armimpedance estimate session --out hand.xlsx         a workbook: intervals, checks, methods
+  armimpedance estimate session --out long.csv --long   one row a number, with its unit
 
 Each row holds M, B and K with standard errors and 95 % intervals clustered by trial, and size,
 orientation and shape of their ellipses. M is the limb's own: the mass between force sensor and

@@ -17,8 +17,8 @@ from armimpedance.errors import InputError
 MOST_ROWS: Final = 1_048_576
 MOST_COLUMNS: Final = 16_384
 LONGEST_TEXT: Final = 32_767
-#: Whole numbers beyond this lose digits in a cell, which is a double.
-_LARGEST_WHOLE: Final = 2**53
+#: Whole numbers beyond this lose digits: a spreadsheet shows and edits fifteen.
+_LARGEST_WHOLE: Final = 10**15
 _FORBIDDEN: Final = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ufffe\uffff]|_(?=x[0-9A-Fa-f]{4}_)")
 
 Cell = str | bool | float | int | None
