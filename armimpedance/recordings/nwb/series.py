@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from armimpedance.arrays import FloatArray
 from armimpedance.recordings.mapped.raw_file import RawColumn, Wanted
@@ -44,6 +46,27 @@ class Clock:
 
     time_s: FloatArray
     rate_hz: float | None = None
+
+    @cached_property
+    def step_s(self) -> float:
+        """The usual time between samples; 0 where there is none."""
+        if self.rate_hz is not None:
+            return 1.0 / self.rate_hz
+        return float(np.median(np.diff(self.time_s))) if len(self.time_s) > 1 else 0.0
+
+    @cached_property
+    def runs_forward(self) -> bool:
+        """Whether no time lies before the one above it."""
+        return bool((np.diff(self.time_s) >= 0).all())
+
+    def between(self, first_s: float, last_s: float) -> slice | NDArray[np.intp]:
+        """The rows of these times, both included."""
+        if self.runs_forward:
+            return slice(
+                int(np.searchsorted(self.time_s, first_s, side="left")),
+                int(np.searchsorted(self.time_s, last_s, side="right")),
+            )
+        return np.flatnonzero((self.time_s >= first_s) & (self.time_s <= last_s))
 
     def is_of(self, other: Clock) -> bool:
         """Whether two series have the same times, to the last bit."""

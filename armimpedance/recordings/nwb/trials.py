@@ -105,21 +105,19 @@ def _are_times(starts: Sequence[float | str], stops: Sequence[float | str]) -> b
 
 def cut(series: Series, trial: Trial) -> RawTable:
     """The rows of a trial; their time counts from its start."""
-    time, rate = series.clock.time_s, series.clock.rate_hz
-    step = 1.0 / rate if rate else float(np.median(np.diff(time))) if len(time) > 1 else 0.0
-    slack = _SLACK * abs(step)
+    clock = series.clock
+    slack = _SLACK * abs(clock.step_s)
     end = trial.stop_s - slack if trial.stop_is_next else trial.stop_s + slack
-    rows = np.flatnonzero((time >= trial.start_s - slack) & (time <= end))
+    rows = clock.between(trial.start_s - slack, end)
     columns = {n: RawColumn(c.values[rows], c.unit) for n, c in series.columns.items()}
-    return RawTable(columns, _since(time, rate, rows, trial.start_s, slack), rate)
+    time = _since(clock.time_s[rows], clock.rate_hz, trial.start_s, slack)
+    return RawTable(columns, time, clock.rate_hz)
 
 
-def _since(
-    time: FloatArray, rate: float | None, rows: Any, start: float, slack: float
-) -> FloatArray:
+def _since(time: FloatArray, rate: float | None, start: float, slack: float) -> FloatArray:
     """The time since the start of a trial: counted in steps where they are even."""
-    if not rate or not len(rows):
-        return np.asarray(time[rows] - start, np.float64)
-    before = float(time[rows[0]] - start)
+    if not rate or not len(time):
+        return time - start
+    before = float(time[0] - start)
     first = 0.0 if abs(before) <= slack else before
-    return np.asarray(first + np.arange(len(rows)) / rate, np.float64)
+    return first + np.arange(len(time)) / rate
