@@ -95,10 +95,22 @@ def mapped_recording(files: Sequence[ReadFile], mapping: ColumnMapping, path: Pa
     metadata = replace(
         mapping.metadata, sample_rate_hz=rate, muscles=mapping.metadata.muscles or None
     )
+    recording = _recording(cut, replace(mapping, metadata=metadata), rate, path)
+    said = dict.fromkeys([*_sources(files, mapping), *told, *notes, *_left(files, mapping)])
+    return replace(recording, provenance=(*recording.provenance, *said))
+
+
+def _recording(
+    cut: Sequence[tuple[OneClock, Sequence[Piece]]],
+    mapping: ColumnMapping,
+    rate: float,
+    path: Path,
+) -> Recording:
+    """The recording of trials, with the checks of a recording's folder."""
     parts = [_samples(run, pieces, mapping, rate) for run, pieces in cut]
-    for samples in parts:
-        check_axes(samples, metadata, mapping.file)
-        check_samples(samples, metadata)
+    for part in parts:
+        check_axes(part, mapping.metadata, mapping.file)
+        check_samples(part, mapping.metadata)
     trials = [MappedTrial(run, piece) for run, pieces in cut for piece in pieces]
     table = trial_table(trials, mapping, rate, path)
     samples = _together(parts, path, table.trials["trial"].to_numpy())
@@ -106,9 +118,7 @@ def mapped_recording(files: Sequence[ReadFile], mapping: ColumnMapping, path: Pa
     starts, ends = samples.offsets[:-1], samples.offsets[1:]
     check_onsets(table, time[starts], time[ends - 1], 1.0 / rate)
     order = np.arange(len(trials), dtype=np.int64)
-    recording = recording_of_tables(metadata, table, samples, order)
-    said = dict.fromkeys([*_sources(files, mapping), *told, *notes, *_left(files, mapping)])
-    return replace(recording, provenance=(*recording.provenance, *said))
+    return recording_of_tables(mapping.metadata, table, samples, order)
 
 
 def _runs(file: ReadFile, mapping: ColumnMapping) -> Iterable[OneClock]:

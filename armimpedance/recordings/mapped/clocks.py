@@ -106,12 +106,7 @@ def on_one_clock(run: RawRun, mapping: ColumnMapping, file: Path) -> OneClock:
         A column is not there, has no time, or a clock does not fit the position's.
     """
     homes = {name: table for table in run.tables for name in table.columns}
-    for needed in mapping.quantities.values():
-        for name in needed.columns:
-            if name not in homes:
-                there = f"one of {_some(homes)}" if homes else "columns"
-                where = "" if len(run.name) == 0 or run.name == str(file) else f" in {run.name}"
-                raise InputError("no such column" + where, file=file, column=name, expected=there)
+    _refuse_missing(run, mapping, homes, file)
     base = homes[mapping.position.columns[0]]
     time = _time_of(base, mapping.time, mapping.position, homes, file)
     columns: dict[str, NDArray[Any]] = {n: c.values for n, c in base.columns.items()}
@@ -133,6 +128,17 @@ def on_one_clock(run: RawRun, mapping: ColumnMapping, file: Path) -> OneClock:
         columns[name], inside = values, inside & covered
         notes.append(_told(kind, other, time))
     return _cut_to(inside, run, (base, time, columns, homes), file, tuple(dict.fromkeys(notes)))
+
+
+def _refuse_missing(
+    run: RawRun, mapping: ColumnMapping, homes: Mapping[str, RawTable], file: Path
+) -> None:
+    for needed in mapping.quantities.values():
+        for name in needed.columns:
+            if name not in homes:
+                there = f"one of {_some(homes)}" if homes else "columns"
+                where = f" in {run.name}" if run.name not in ("", str(file)) else ""
+                raise InputError("no such column" + where, file=file, column=name, expected=there)
 
 
 def _cut_to(

@@ -4,146 +4,38 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from armimpedance.recordings.mapped.evidence import (
     Found,
     angle_unit,
     force_law,
     force_told,
-    is_switch,
     length_unit,
     moves,
     roughness,
     time_steps,
     time_unit,
-    trial_numbers,
 )
 from armimpedance.recordings.mapped.names import ReadName, Role, read_name
-from armimpedance.recordings.mapped.raw_file import RawFile, RawRun, RawTable
+from armimpedance.recordings.mapped.proposed import Proposal, ProposedColumns, ReadColumns
+from armimpedance.recordings.mapped.proposed_trials import (
+    constant_in_trials,
+    propose_trials,
+    trial_column,
+)
+from armimpedance.recordings.mapped.raw_file import RawFile, RawRun
 from armimpedance.recordings.mapped.side_by_side import natural
 from armimpedance.recordings.mapped.units import known_unit
-from armimpedance.recordings.tables.trial_table import NUMBER_COLUMNS, OPTIONAL_NUMBER_COLUMNS
 
 #: So many columns that differ in a number only are trials side by side, no joints.
 _SIDE_BY_SIDE: Final = 3
-#: What a column of the trial table is called that holds one value a trial.
-_OF_ROLES: Final[dict[str, str]] = {
-    "condition": "condition",
-    "set": "set",
-    "direction": "direction_deg",
-    "onset": "onset_s",
-}
-#: Columns of a trial table that keep their names.
-_TRIAL_COLUMNS: Final = (*NUMBER_COLUMNS, *OPTIONAL_NUMBER_COLUMNS, "set", "day", "experiment")
 #: So many runs are looked at for the force's sign.
 _MOST_RUNS: Final = 40
 #: A fact that is named like a rate is one, between these.
 _SLOWEST_HZ, _FASTEST_HZ = 1.0, 1e6
-
-
-@dataclass(frozen=True)
-class ProposedColumns:
-    """Columns of one quantity, and their unit with its reason."""
-
-    columns: tuple[str, ...]
-    axes: tuple[str, ...]
-    unit: Found
-
-
-@dataclass(frozen=True)
-class ProposedValue:
-    """A column of the trial table: where it comes from; `unit` "?" where it has to be told."""
-
-    column: str
-    unit: str | None = None
-
-
-@dataclass
-class Proposal:
-    """What was found; None or empty where nothing was.
-
-    Attributes
-    ----------
-    kind : str or None
-    rate_hz, rate_from : float or None, str
-        The rate and the fact that states it, where no column is the time.
-    evidence : tuple of str
-        On the sign of the force.
-    cannot_tell : list of str
-        Questions that only the user can answer.
-    others : tuple of str
-        Columns without a meaning so far.
-    """
-
-    kind: str | None = None
-    time: ProposedColumns | None = None
-    rate_hz: float | None = None
-    rate_from: str = ""
-    position: ProposedColumns | None = None
-    force: ProposedColumns | None = None
-    joint_angles: ProposedColumns | None = None
-    emg: ProposedColumns | None = None
-    trials: dict[str, Any] = field(default_factory=dict)
-    values: dict[str, ProposedValue] = field(default_factory=dict)
-    evidence: tuple[str, ...] = ()
-    cannot_tell: list[str] = field(default_factory=list)
-    others: tuple[str, ...] = ()
-    files: str | None = None
-
-    def lines(self) -> tuple[str, ...]:
-        """What the columns were taken for, one line each."""
-        named = {"time": self.time, "position": self.position, "force": self.force}
-        named |= {"joint angles": self.joint_angles, "EMG": self.emg}
-        told = [
-            f"{name}: {', '.join(s.columns)} in {s.unit.word or '?'} ({s.unit.why})"
-            for name, s in named.items()
-            if s is not None
-        ]
-        told += [f"sample rate: {self.rate_hz:g} Hz ({self.rate_from})"] if self.rate_hz else []
-        told += [f"trials: by {self.trials['by']}"] if self.trials else []
-        told[-1:] = (
-            [f"{told[-1]} {self.trials['column']}"] if "column" in self.trials else told[-1:]
-        )
-        told += [f"{name} of a trial: {value.column}" for name, value in self.values.items()]
-        return (*told, *([f"no meaning found: {', '.join(self.others)}"] if self.others else []))
-
-
-class _Columns:
-    """The columns of the first run with samples, read by name."""
-
-    def __init__(self, run: RawRun, starred: Mapping[str, Sequence[str]]) -> None:
-        self.tables: dict[str, RawTable] = {}
-        self.values: dict[str, NDArray[Any]] = {}
-        self.names: dict[str, ReadName] = {}
-        self.per_trial: tuple[str, ...] = ()
-        hidden = {name for names in starred.values() for name in names}
-        for table in run.tables:
-            for name, column in table.columns.items():
-                if name not in hidden:
-                    self._add(name, table, column.values, column.unit)
-        for pattern, names in starred.items():
-            table = next(t for t in run.tables if names[0] in t.columns)
-            column = table.columns[names[0]]
-            self._add(pattern, table, column.values, column.unit)
-
-    def _add(self, name: str, table: RawTable, values: NDArray[Any], unit: str | None) -> None:
-        self.tables[name], self.values[name] = table, values
-        self.names[name] = read_name(name, unit)
-
-    def of(self, *roles: Role) -> list[ReadName]:
-        """The columns of these roles that hold numbers."""
-        return [
-            n
-            for n in self.names.values()
-            if n.role in roles
-            and self.values[n.name].dtype.kind == "f"
-            and n.name not in self.per_trial
-        ]
 
 
 def proposal_for(raw: RawFile, files: int = 1) -> Proposal:
@@ -166,16 +58,16 @@ def proposal_for(raw: RawFile, files: int = 1) -> Proposal:
         found.cannot_tell.append("no columns with samples were found")
         return found
     starred = side_by_side(runs[0])
-    columns = _Columns(runs[0], starred)
-    numbers = _trial_column(columns)
+    columns = ReadColumns(runs[0], starred)
+    numbers = trial_column(columns)
     if numbers is not None and not starred:
         found.trials = {"by": "column", "column": numbers}
-        columns.per_trial = _constant_in_trials(columns, numbers)
+        columns.per_trial = constant_in_trials(columns, numbers)
     _position_and_force(found, columns)
     _joints(found, columns)
     _muscles(found, columns)
     _time(found, columns, runs)
-    _trials(found, columns, runs, files, bool(starred))
+    propose_trials(found, columns, runs, files, bool(starred))
     _whose_force(found, columns, runs, starred)
     _rest(found, columns, runs)
     return found
@@ -197,7 +89,7 @@ def side_by_side(run: RawRun) -> dict[str, list[str]]:
     return large if both else {}
 
 
-def _position_and_force(found: Proposal, columns: _Columns) -> None:
+def _position_and_force(found: Proposal, columns: ReadColumns) -> None:
     position = _axes(found, columns, "position", "hand")
     force = _axes(found, columns, "force", "force")
     angle = _axes(found, columns, "angle", "joint") if position is None or force is None else None
@@ -248,7 +140,7 @@ def _stated(names: Iterable[ReadName]) -> Found | None:
     return None if known is None else Found(known.symbol, "stated by the file")
 
 
-def _axes(found: Proposal, columns: _Columns, role: Role, what: str) -> list[ReadName] | None:
+def _axes(found: Proposal, columns: ReadColumns, role: Role, what: str) -> list[ReadName] | None:
     """The columns of a role, one an axis; where several sets are there, the one that moves."""
     stems: dict[str, list[ReadName]] = {}
     for name in columns.of(role):
@@ -272,7 +164,7 @@ def _axes(found: Proposal, columns: _Columns, role: Role, what: str) -> list[Rea
     return best
 
 
-def _joints(found: Proposal, columns: _Columns) -> None:
+def _joints(found: Proposal, columns: ReadColumns) -> None:
     if found.kind != "hand":
         return
     angles = [n for n in columns.of("angle") if n.axis and moves(columns.values[n.name])]
@@ -283,7 +175,7 @@ def _joints(found: Proposal, columns: _Columns) -> None:
         found.joint_angles = _proposed(angles, unit)
 
 
-def _muscles(found: Proposal, columns: _Columns) -> None:
+def _muscles(found: Proposal, columns: ReadColumns) -> None:
     names = columns.of("emg")
     if names:
         unit = _stated(names) or Found(None, "V, mV or normalised are possible")
@@ -297,7 +189,7 @@ def _muscle(name: str) -> str:
     return "_".join([*words, *([a] if (a := read_name(name).axis) else [])]) or "muscle"
 
 
-def _time(found: Proposal, columns: _Columns, runs: Sequence[RawRun]) -> None:
+def _time(found: Proposal, columns: ReadColumns, runs: Sequence[RawRun]) -> None:
     """The column with the time, or the rate."""
     home = columns.tables.get(found.position.columns[0]) if found.position else None
     if home is not None and (home.time_s is not None or home.rate_hz is not None):
@@ -322,102 +214,9 @@ def _time(found: Proposal, columns: _Columns, runs: Sequence[RawRun]) -> None:
         found.cannot_tell.append("the sample rate: no column runs as time does")
 
 
-def _trials(
-    found: Proposal, columns: _Columns, runs: Sequence[RawRun], files: int, starred: bool
-) -> None:
-    """Where trials begin, and what the trial table can hold."""
-    home = columns.tables.get(found.position.columns[0]) if found.position else None
-    inside = [n for n in columns.names.values() if home is None or columns.tables[n.name] is home]
-    switches = [
-        (n, s)
-        for n in inside
-        if n.name not in columns.per_trial
-        and n.role in ("trigger", "onset", "unknown")
-        and (s := is_switch(columns.values[n.name])) is not None
-    ]
-    if starred:
-        found.trials = {"by": "columns"}
-    elif found.trials:
-        pass
-    elif len(runs) > 1 or files > 1:
-        found.trials = {"by": "run"}
-    elif found.time is not None and _jumps(columns.values[found.time.columns[0]]):
-        found.trials = {"by": "gap"}
-    elif switches and switches[0][1][1] > 1:
-        name, (middle, rises) = switches[0]
-        found.trials = {"by": "edge", "column": name.name, "threshold": middle}
-        found.trials |= {"before_s": "?", "after_s": "?"}
-        why = f"how much of the record around each of the {rises} rises of {name.name} is a trial"
-        found.cannot_tell.append(why)
-    else:
-        found.trials = {"by": "run"}
-        found.cannot_tell.append("where trials begin: all of it is taken as one trial")
-    if switches and found.trials["by"] != "edge":
-        name, (middle, _) = switches[0]
-        found.trials |= {"disturbance": name.name, "disturbance_threshold": middle}
-    _values(found, columns, runs, inside)
-
-
-def _values(
-    found: Proposal, columns: _Columns, runs: Sequence[RawRun], inside: Sequence[ReadName]
-) -> None:
-    facts = [read_name(name) for name in runs[0].facts]
-    once = [columns.names[n] for n in columns.per_trial]
-    homes = [columns.tables[n.name] for n in inside[:1]]
-    once += [n for n in columns.names.values() if columns.tables[n.name] not in homes]
-    for read in [*once, *facts, *(n for n in inside if n.role == "condition")]:
-        name = _OF_ROLES.get(read.role)
-        known = None if read.unit is None else known_unit(read.unit)
-        if read.name in _TRIAL_COLUMNS:
-            found.values.setdefault(read.name, ProposedValue(read.name))
-        elif read.role in ("onset", "direction") and name is not None:
-            unit = "?" if known is None else known.symbol
-            found.values.setdefault(name, ProposedValue(read.name, unit))
-        elif read.role == "trial" and isinstance(runs[0].facts.get(read.name), float):
-            found.values.setdefault("trial", ProposedValue(read.name))
-        elif name is not None:
-            found.values.setdefault(name, ProposedValue(read.name))
-        elif read.name in columns.per_trial and read.name != found.trials.get("column"):
-            found.values.setdefault(read.name, ProposedValue(read.name))
-    if "condition" not in found.values:
-        found.cannot_tell.append("the condition of each trial: none is named")
-    for name, value in found.values.items():
-        if value.unit == "?":
-            units = "s, ms, or sample: the number of one" if name == "onset_s" else "deg or rad"
-            found.cannot_tell.append(f"the unit of {value.column} ({units})")
-
-
-def _trial_column(columns: _Columns) -> str | None:
-    """The column that numbers the trials."""
-    named = [n.name for n in columns.names.values() if n.role == "trial"]
-    return next((n for n in named if trial_numbers(columns.values[n])), None)
-
-
-def _constant_in_trials(columns: _Columns, numbers: str) -> tuple[str, ...]:
-    """Columns beside that of the trials' numbers which never change within a trial."""
-    marks, home = columns.values[numbers], columns.tables[numbers]
-    same_trial = marks[1:] == marks[:-1]
-    found = []
-    for name, values in columns.values.items():
-        if columns.tables[name] is home and name != numbers:
-            changes = (values[1:] != values[:-1]) & same_trial
-            if values.dtype.kind == "f":
-                changes &= ~(np.isnan(values[1:]) & np.isnan(values[:-1]))
-            if not changes.any():
-                found.append(name)
-    return tuple(found)
-
-
-def _jumps(values: NDArray[Any]) -> bool:
-    step = np.diff(np.asarray(values, dtype=np.float64))
-    forward = step[step > 0]
-    usual = float(np.median(forward)) if len(forward) else 0.0
-    return bool(usual > 0 and ((step < 0) | (step > 10 * usual)).any())
-
-
 def _whose_force(
     found: Proposal,
-    columns: _Columns,
+    columns: ReadColumns,
     runs: Sequence[RawRun],
     starred: Mapping[str, Sequence[str]],
 ) -> None:
@@ -451,7 +250,7 @@ def _whose_force(
     found.evidence = force_told(position.columns, force_law(records, _step_s(found, columns)))
 
 
-def _step_s(found: Proposal, columns: _Columns) -> float:
+def _step_s(found: Proposal, columns: ReadColumns) -> float:
     """The usual step of the time, in s where its unit is known."""
     if found.time is not None and (steps := time_steps(columns.values[found.time.columns[0]])):
         unit = known_unit(found.time.unit.word or "")
@@ -463,7 +262,7 @@ def _step_s(found: Proposal, columns: _Columns) -> float:
     return 1.0 / rate if rate else 1.0
 
 
-def _pieces(found: Proposal, columns: _Columns, rows: int) -> list[slice]:
+def _pieces(found: Proposal, columns: ReadColumns, rows: int) -> list[slice]:
     edges: Sequence[int] = []
     if found.trials.get("by") == "column":
         marks = columns.values[found.trials["column"]]
@@ -475,7 +274,7 @@ def _pieces(found: Proposal, columns: _Columns, rows: int) -> list[slice]:
     return [slice(a, b) for a, b in zip(bounds[:-1], bounds[1:], strict=True)]
 
 
-def _rest(found: Proposal, columns: _Columns, runs: Sequence[RawRun]) -> None:
+def _rest(found: Proposal, columns: ReadColumns, runs: Sequence[RawRun]) -> None:
     """What is left over, and what stands undecided."""
     sections = (found.time, found.position, found.force, found.joint_angles, found.emg)
     used = {c for s in sections if s is not None for c in s.columns}
@@ -491,7 +290,7 @@ def _rest(found: Proposal, columns: _Columns, runs: Sequence[RawRun]) -> None:
             found.cannot_tell.append(f"the unit of {name}: {section.unit.why}")
 
 
-def _no_kind(found: Proposal, columns: _Columns) -> str:
+def _no_kind(found: Proposal, columns: ReadColumns) -> str:
     """Names say neither hand nor joint; the smoothest columns may be positions."""
     missing = "position" if found.position is None else "force"
     unknown = [n.name for n in columns.of("unknown") if moves(columns.values[n.name])]

@@ -6,7 +6,7 @@ import json
 from typing import Any
 
 from armimpedance.recordings.mapped.columns_toml import UNDECIDED
-from armimpedance.recordings.mapped.proposal import Proposal, ProposedColumns, ProposedValue
+from armimpedance.recordings.mapped.proposed import Proposal, ProposedColumns, ProposedValue
 
 
 def mapping_text(found: Proposal, name: str) -> str:
@@ -42,16 +42,21 @@ def mapping_text(found: Proposal, name: str) -> str:
         pairs = zip(found.emg.axes, found.emg.columns, strict=True)
         lines += ["[emg]", _unit(found.emg), "", "[emg.muscles]"]
         lines += [f"{_key(muscle)} = {_text(column)}" for muscle, column in pairs] + [""]
-    lines += ["[trials]", *(f"{key} = {_value(value)}" for key, value in found.trials.items())]
+    lines += _trials(found)
+    if found.others:
+        lines += ["", "# No meaning was found for:", *(f"#   {_plain(n)}" for n in found.others)]
+    return "\n".join(lines) + "\n"
+
+
+def _trials(found: Proposal) -> list[str]:
+    lines = ["[trials]", *(f"{key} = {_value(value)}" for key, value in found.trials.items())]
     lines += ["", "[trials.columns]"]
     lines += [f"{_key(name)} = {_trial_value(value)}" for name, value in found.values.items()]
     if "condition" not in found.values:
         lines.append('# condition = "a column", or { value = "relaxed" } for all trials')
     if "onset_s" not in found.values and "disturbance" not in found.trials:
         lines.append('# onset_s = { column = "a column", unit = "ms" }, where a column tells it')
-    if found.others:
-        lines += ["", "# No meaning was found for:", *(f"#   {_plain(n)}" for n in found.others)]
-    return "\n".join(lines) + "\n"
+    return lines
 
 
 def _columns(section: str, found: ProposedColumns | None) -> list[str]:

@@ -150,7 +150,7 @@ def _flat(tree: dict[str, Node], path: str = "", into: _Found | None = None) -> 
         elif node and all(isinstance(p, Leaf) and p.size == 1 for p in node):
             numbers = np.array([p.read().ravel()[0] for p in node if isinstance(p, Leaf)])
             found.leaves[at] = Leaf(numbers.shape, lambda numbers=numbers: numbers)  # type: ignore[misc]
-        elif node:
+        elif any(not (isinstance(p, Leaf) and p.size == 0) for p in node):
             found.lists[at] = node
     return found
 

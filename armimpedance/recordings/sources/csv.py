@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import re
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final
@@ -28,6 +29,8 @@ from armimpedance.recordings.mapped.text_layout import MISSING, TextLayout, cell
 _ENDINGS: Final = (".csv", ".tsv", ".txt", ".dat", ".asc")
 #: A column of texts takes as much room as its longest cell in each row.
 _LARGEST_TEXTS: Final = 100_000_000
+#: More columns than this are samples that stand in a row.
+_MOST_COLUMNS: Final = 20_000
 #: Arrow reads a file in pieces of this size; no line is longer.
 _BLOCK_BYTES: Final = 4_000_000
 
@@ -36,17 +39,18 @@ def _read(file: Path, wanted: Wanted) -> RawFile:
     layout = text_layout(file)
     names = _names(file, layout)
     chosen = [name for name in names if wanted(name)]
-    skipped = [name for name in names if name not in chosen]
+    skipped = [name for name in names if not wanted(name)]
+    place = {name: i for i, name in enumerate(names)}
     if not chosen:
         return RawFile((RawRun(str(file), (RawTable({}),)),), _skipped(skipped))
     table = _table(file, layout, names, chosen)
     columns, too_long = {}, []
     for name in chosen:
-        unit = layout.units[names.index(name)]
+        unit = layout.units[place[name]]
         values = _values(table.column(name), layout.decimal)
         if values is None:
             too_long.append(name)
-        elif layout.names[names.index(name)] or not _is_empty(values):
+        elif layout.names[place[name]] or not _is_empty(values):
             # Rows that end in a delimiter make an empty column without a name.
             columns[name] = RawColumn(values, unit)
     run = RawRun(str(file), (RawTable(columns, first_row=layout.skip + 1),))
@@ -59,9 +63,13 @@ def _skipped(names: Sequence[str]) -> tuple[str, ...]:
 
 def _names(file: Path, layout: TextLayout) -> list[str]:
     """Different names for all columns."""
+    if len(layout.names) > _MOST_COLUMNS:
+        problem = f"{len(layout.names)} columns"
+        raise InputError(problem, file=file, expected=f"at most {_MOST_COLUMNS}: one row a sample")
     names = [name or f"column {i}" for i, name in enumerate(layout.names, start=1)]
+    counts = Counter(names)
     for name in names:
-        if names.count(name) > 1 or not name.isprintable():
+        if counts[name] > 1 or not name.isprintable():
             problem = "stands twice in the header" if name.isprintable() else "cannot be a name"
             raise InputError(problem, file=file, row=layout.skip, column=ascii(name).strip("'"))
     return names

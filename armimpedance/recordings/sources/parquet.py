@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -33,11 +34,11 @@ def _read(file: Path, wanted: Wanted) -> RawFile:
         check_claim(8 * parquet.metadata.num_rows * max(len(names), 1), file)
     except (pa.ArrowException, OSError, ValueError) as error:
         raise _unreadable(file, error) from None
-    for name in names:
-        if names.count(name) > 1:
+    for name, count in Counter(names).items():
+        if count > 1:
             raise InputError("stands twice", file=file, column=name, expected="different names")
     chosen = [name for name in names if wanted(name)]
-    skipped = not_taken([n for n in names if n not in chosen], "the mapping gives them no meaning")
+    skipped = not_taken([n for n in names if not wanted(n)], "the mapping gives them no meaning")
     try:
         table = parquet.read(columns=chosen)
         table.validate(full=True)
