@@ -21,15 +21,17 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any, Final
 
 from armimpedance.cli.parts.outputs import Output, add_replace, check_outputs
 from armimpedance.cli.parts.reading import add_reading, reading_options
 from armimpedance.errors import InputError
+from armimpedance.method_table import MethodTable
 
-if TYPE_CHECKING:
-    from armimpedance.files.sharing.form import Form, ResultTable, Shared
-
+#: The forms, each with `what`, `endings`, `takes` and `share`.
+_FORMS: Final[MethodTable[Any]] = MethodTable(
+    "armimpedance.files.sharing.forms", "FORM", "form", joint="-"
+)
 _RESULTS = ".csv"
 _MARK = "dataset_description.json"
 _TOP = (_MARK, "README.md", "participants.tsv", "participants.json", "code", ".bidsignore")
@@ -37,10 +39,8 @@ _TOP = (_MARK, "README.md", "participants.tsv", "participants.json", "code", ".b
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
-    from armimpedance.files.sharing.form import FORMS
-
     parser.add_argument("inputs", metavar="RECORDING|RESULTS.csv", type=Path, nargs="+")
-    parser.add_argument("--as", dest="form", required=True, choices=FORMS.names)
+    parser.add_argument("--as", dest="form", required=True, choices=_FORMS.names)
     parser.add_argument("--out", required=True, type=Path, metavar="PLACE", help="folder or file")
     add_replace(parser)
     said = parser.add_argument_group("what only you can say")
@@ -65,19 +65,16 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Read, write, say what was left out."""
-    from armimpedance.files.sharing.form import FORMS
-
-    form = FORMS.named(arguments.form)
+    form = _FORMS.named(arguments.form)
     _check(arguments, form)
-    shared = _shared(arguments, form)
-    told = _written(form, shared, arguments.out)
+    told = _written(form, arguments)
     print(f"{' '.join(map(str, arguments.inputs))} -> {arguments.out} ({form.what})")
     for sentence in told:
         print(f"  {sentence}")
     return 0
 
 
-def _check(arguments: argparse.Namespace, form: Form) -> None:
+def _check(arguments: argparse.Namespace, form: Any) -> None:
     """Refuse an output that cannot be written, before anything is read."""
     from armimpedance.outputs import check_replaceable
 
@@ -101,57 +98,50 @@ def _known(folder: Path) -> tuple[str, ...]:
     return (*_TOP, *people)
 
 
-def _shared(arguments: argparse.Namespace, form: Form) -> Shared:
-    """Read all that is shared."""
-    from armimpedance import __version__
-    from armimpedance.analyses import read
-    from armimpedance.files.sharing.form import Shared, Statement
-    from armimpedance.recordings import read_skeleton
+def _is_table(path: Path) -> bool:
+    return path.suffix == _RESULTS and path.is_file()
 
-    recordings, results = [], []
-    skeleton = None if arguments.skeleton is None else read_skeleton(arguments.skeleton)
+
+def _written(form: Any, arguments: argparse.Namespace) -> tuple[str, ...]:
+    """Read all that is shared, and write it whole or not at all."""
+    from armimpedance import __version__
+    from armimpedance.outputs import staged_file, staged_folder
+
     for path in arguments.inputs:
-        kind = "results" if path.suffix == _RESULTS and path.is_file() else "recording"
+        kind = "results" if _is_table(path) else "recording"
         if kind not in form.takes:
             what = "a recording" if "recording" in form.takes else "a table of results (.csv)"
             raise InputError(f"--as {arguments.form}", file=path, expected=what)
-        if kind == "results":
-            results.append(_table(path))
-        else:
-            options = reading_options(arguments)
-            recordings.append((path, read(path, skeleton=skeleton, **options)))
-    statement = Statement(
-        name=arguments.name,
-        description=arguments.description,
-        creators=tuple(arguments.creator),
-        licence=arguments.licence,
-        identifier=arguments.identifier,
-        url=arguments.url,
-        keywords=tuple(arguments.keyword),
-        funding=tuple(arguments.funding),
-    )
-    person, task = arguments.subject, arguments.task
-    return Shared(recordings, results, statement, person, task, __version__)
+    recordings = _recordings(arguments)
+    tables = [path for path in arguments.inputs if _is_table(path)]
+    out = arguments.out
+    place = staged_file(out) if form.endings else staged_folder(out, _MARK, _known(out))
+    with place as staged:
+        told: tuple[str, ...] = form.share(
+            recordings,
+            tables,
+            Path(staged),
+            said=_said(arguments),
+            person=arguments.subject,
+            task=arguments.task,
+            version=__version__,
+        )
+    return told
 
 
-def _table(path: Path) -> ResultTable:
-    """A table of results, its cells as they are."""
-    from armimpedance.files.sharing.form import ResultTable
-    from armimpedance.files.table_row import table_rows
+def _recordings(arguments: argparse.Namespace) -> list[tuple[Path, Any]]:
+    from armimpedance.analyses import read
+    from armimpedance.recordings import read_skeleton
 
-    rows = table_rows(path)
-    columns = tuple(name for name in rows[0].cells if name) if rows else ()
-    if not columns:
-        raise InputError("holds no rows", file=path, expected="results")
-    return ResultTable(path, columns, tuple(row.cells for row in rows))
+    skeleton = None if arguments.skeleton is None else read_skeleton(arguments.skeleton)
+    options = reading_options(arguments)
+    paths = [path for path in arguments.inputs if not _is_table(path)]
+    return [(path, read(path, skeleton=skeleton, **options)) for path in paths]
 
 
-def _written(form: Form, shared: Shared, out: Path) -> tuple[str, ...]:
-    """Write whole or not at all."""
-    from armimpedance.outputs import staged_file, staged_folder
-
-    if form.endings:
-        with staged_file(out) as staged:
-            return form.write(shared, Path(staged))
-    with staged_folder(out, _MARK, _known(out)) as staged:
-        return form.write(shared, Path(staged))
+def _said(arguments: argparse.Namespace) -> dict[str, Any]:
+    """What the owner of the data says."""
+    plain = ("name", "description", "licence", "identifier", "url")
+    lists = {"creators": "creator", "keywords": "keyword", "funding": "funding"}
+    said: dict[str, Any] = {name: getattr(arguments, name) for name in plain}
+    return said | {field: tuple(getattr(arguments, option)) for field, option in lists.items()}

@@ -11,7 +11,6 @@ import numpy as np
 from armimpedance.errors import InputError
 from armimpedance.files.sharing.bids_text import write_json, write_table
 from armimpedance.motion import EmgSignals
-from armimpedance.recordings.extras import needed
 
 _RECORD_S = (1.0, 2.0, 0.5, 0.1, 4.0, 5.0, 10.0)
 _MICROVOLTS = 1e6
@@ -39,7 +38,7 @@ def write_bdf(stem: Path, task: str, emg: EmgSignals, trial: int) -> tuple[str, 
     values = emg.signals[int(emg.offsets[trial]) : int(emg.offsets[trial + 1])]
     if not len(values):
         return ()
-    edfio = needed("edfio", "bids", stem)
+    edfio = _edfio(stem)
     rate = float(emg.sample_rate_hz)
     record = next((s for s in _RECORD_S if (s * rate).is_integer()), None)
     if record is None:
@@ -54,6 +53,18 @@ def write_bdf(stem: Path, task: str, emg: EmgSignals, trial: int) -> tuple[str, 
         "EMG is written in 24 bits (BDF); zeros fill its last record.",
         "Not known, and written as n/a: EMGReference, PowerLineFrequency, SoftwareFilters of EMG.",
     )
+
+
+def _edfio(stem: Path) -> Any:
+    try:
+        import edfio
+    except ImportError:
+        raise InputError(
+            "the package edfio is not installed",
+            file=stem,
+            expected="it: pip install 'armimpedance[bids]'",
+        ) from None
+    return edfio
 
 
 def _signal(edfio: Any, values: Any, rate: float, muscle: str) -> Any:

@@ -98,6 +98,61 @@ class Form:
     endings: tuple[str, ...] = ()
     takes: tuple[str, ...] = ("recording", "results")
 
+    def share(
+        self,
+        recordings: Sequence[tuple[Path, Any]],
+        tables: Sequence[Path],
+        out: Path,
+        *,
+        said: Mapping[str, Any],
+        person: str | None = None,
+        task: str | None = None,
+        version: str = "",
+    ) -> tuple[str, ...]:
+        """Write recordings and tables of results in this form.
+
+        Parameters
+        ----------
+        recordings : sequence of (Path, recording)
+            With the paths that they were read from.
+        tables : sequence of Path
+            RESULTS.csv.
+        out : Path
+            An empty folder, or a file.
+        said : mapping
+            Fields of `Statement`.
+        person, task, version
+            See `Shared`.
+
+        Returns
+        -------
+        tuple of str
+            What was left out or is not known.
+
+        Raises
+        ------
+        InputError
+            A table cannot be read, or what is given has no place in this form.
+        """
+        results = [result_table(path) for path in tables]
+        return self.write(
+            Shared(recordings, results, Statement(**said), person, task, version), out
+        )
+
+
+def result_table(path: Path) -> ResultTable:
+    """A table of results, its cells as they are.
+
+    Raises
+    ------
+    InputError
+    """
+    from armimpedance.files.table_row import table_rows
+
+    rows = table_rows(path)
+    columns = tuple(name for name in rows[0].cells if name)
+    return ResultTable(path, columns, tuple(row.cells for row in rows))
+
 
 #: One file in the folder is one form.
 FORMS: Final[MethodTable[Form]] = MethodTable(

@@ -25,11 +25,14 @@ from armimpedance.files.sharing.columns import Column, sample_columns, trial_col
 from armimpedance.files.sharing.emg_bdf import write_bdf
 from armimpedance.files.sharing.form import Shared
 from armimpedance.files.sharing.mapping_text import mapping_text
+from armimpedance.json_text import json_text
+from armimpedance.plain import to_plain
 from armimpedance.recordings import AnyRecording
-from armimpedance.recordings.motion.skeleton_json import skeleton_text
 from armimpedance.records import Recording
 
 _SIZES: Final = {"mass_kg": ("weight", "kg", 1.0), "height_m": ("height", "m", 1.0)}
+#: The head of a skeleton's file.
+_SKELETON: Final = {"format": "armimpedance-skeleton", "version": 1}
 _NO_DATE: Final = "1900-01-01T00:00:00"
 _TYPES: Final = ("POS", "JNTANG", "MISC")
 #: Directions of the axes: the hand's frame (x right, y forward), the world's (x forward, y left).
@@ -272,7 +275,7 @@ def _write_code(folder: Path, recording: AnyRecording) -> str:
         (folder / "columns.toml").write_text(text, encoding="utf-8")
         return "`code/columns.toml` says which channel is what to `armimpedance convert`."
     if recording.skeleton is not None:
-        text = skeleton_text(recording.skeleton)
+        text = json_text({**_SKELETON, **to_plain(recording.skeleton)})
         (folder / "skeleton.json").write_text(text, encoding="utf-8")
         return "`code/skeleton.json` is the skeleton of the person."
     (folder / "README").write_text("Nothing is needed to read this dataset.\n", encoding="utf-8")
