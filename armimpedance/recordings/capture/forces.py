@@ -11,8 +11,8 @@ import numpy as np
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
 from armimpedance.recordings.capture.capture import Capture
-from armimpedance.recordings.capture.plates import Plate
-from armimpedance.recordings.capture.wrench import LEAST_LOAD_N, baseline, local_wrench
+from armimpedance.recordings.capture.plates import LEAST_LOAD_N, Plate
+from armimpedance.recordings.capture.wrench import baseline, local_wrench
 
 #: Part of the load (its square) that must point one way, and a plate's normal along the vertical.
 _ONE_WAY: Final = 0.95

@@ -25,6 +25,8 @@ _OTHERS: Final = {
 #: Edges at a corner may be so far from square, and no plate is shorter, m.
 _SKEW: Final = 0.1
 _SHORTEST_M: Final = 0.05
+#: What a plate may show without a load, N.
+LEAST_LOAD_N: Final = 20.0
 #: More plates are no laboratory's.
 MOST_PLATES: Final = 64
 
@@ -70,7 +72,7 @@ def plates_used(capture: Capture) -> int:
 
 
 def plates_of(capture: Capture, metres: float) -> tuple[Plate, ...]:
-    """The force plates of a file, but those that are listed without a place and bear nothing.
+    """The force plates of a file, but those that are listed without a place and bear no load.
 
     Parameters
     ----------
@@ -98,15 +100,19 @@ def plates_of(capture: Capture, metres: float) -> tuple[Plate, ...]:
 
 
 def _idle(capture: Capture, i: int) -> bool:
-    """Whether plate `i` is a form that was never filled in: its channels hold nothing but zeros."""
+    """Whether plate `i` is a form that was never filled in: nothing is ever on it."""
     types = capture.parameters.numbers("FORCE_PLATFORM", "TYPE")
     if i >= len(types) or types[i] not in CHANNELS:
         return False
+    kind = int(types[i])
     try:
-        values = capture.analog(_channels(capture, i, int(types[i])))
+        values = capture.analog(_channels(capture, i, kind))
     except InputError:
         return False
-    return not values.any()
+    if kind == 4:
+        return not values.any()
+    forces = values if kind == 3 else values[:, :3]
+    return bool(np.abs(forces).max(initial=0.0) < LEAST_LOAD_N)
 
 
 def _plate(capture: Capture, i: int, metres: float) -> Plate:

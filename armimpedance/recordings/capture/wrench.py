@@ -13,11 +13,9 @@ import numpy as np
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
 from armimpedance.recordings.capture.capture import Capture
-from armimpedance.recordings.capture.plates import Plate
+from armimpedance.recordings.capture.plates import LEAST_LOAD_N, Plate
 from armimpedance.recordings.capture.units import force_unit, length_unit, moment_unit
 
-#: What a plate may show without a load, N.
-LEAST_LOAD_N: Final = 20.0
 #: An amplifier's offset is at most this, N, and this part of the largest load; it hardly moves, N.
 _LARGEST_ZERO_N: Final = 60.0
 _LARGEST_ZERO: Final = 0.1

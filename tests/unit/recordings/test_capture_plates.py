@@ -351,11 +351,14 @@ def test_values_that_no_plate_shows(tmp_path):
 
 def test_a_form_that_was_never_filled_in(tmp_path):
     one, two = plate(), plate(centre=(-0.5, 0, 0))
-    file = on_plates([one, replace(two, force=0 * two.force, free=0 * two.free)])
+    file = on_plates([one, replace(two, force=0.01 * two.force, free=0 * two.free)])
     file.groups["FORCE_PLATFORM"]["CORNERS"][1] = 0
     read = read_marker_c3d(save(tmp_path, file))
     assert read.wrenches.shape[1] == 1
     assert "force plate 2 (it bears nothing" in left_out(read)
+    file.analog["P2_2"][3] = -25.0
+    read = read_marker_c3d(save(tmp_path, file))
+    assert read.wrenches is None
 
 
 def test_trials_have_the_same_plates(tmp_path):
