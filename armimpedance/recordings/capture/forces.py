@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, Literal
 
 import numpy as np
@@ -99,15 +99,15 @@ def plate_forces(
     InputError
         A plate's channels cannot be read, or its load says that its description is wrong.
     """
-    found = [_of_plate(capture, plate, metres, rotation) for plate in plates]
+    read = [_of_plate(capture, plate, metres, rotation) for plate in plates]
+    found = [wrench for wrench, _ in read]
     shown = [
         _direction(capture, p, w, rotation, force_by) for p, w in zip(plates, found, strict=True)
     ]
     signs = _signs(shown, force_by)
-    n, remarks = capture.layout.samples_per_frame, []
+    n, remarks = capture.layout.samples_per_frame, [remark for _, remark in read]
     wrenches = []
     for plate, wrench, sign in zip(plates, found, signs, strict=True):
-        _check_inside(capture, plate, wrench)
         offset, why = baseline(capture, wrench)
         remarks.append(_taken_off(plate, offset, why))
         world = rotation @ plate.turn
@@ -121,8 +121,30 @@ def plate_forces(
     )
 
 
-def _of_plate(capture: Capture, plate: Plate, metres: float, rotation: FloatArray) -> FloatArray:
-    return local_wrench(capture, plate, metres, plate.turn.T @ rotation[2])
+def _of_plate(
+    capture: Capture, plate: Plate, metres: float, rotation: FloatArray
+) -> tuple[FloatArray, str]:
+    """The wrench (S, 6) in the plate's axes, and a remark where ORIGIN had the other sign.
+
+    Raises
+    ------
+    InputError
+        The load presses beside the plate: its unit, origin or corners are wrong.
+    """
+    up = plate.turn.T @ rotation[2]
+    wrench = local_wrench(capture, plate, metres, up)
+    inside, far = _pressed_inside(plate, wrench)
+    if inside >= _INSIDE:
+        return wrench, ""
+    if plate.kind in (2, 4) and plate.origin_m[2] == 0 and plate.origin_m.any():
+        # Only its depth would tell the sign of ORIGIN: here where the load presses has to.
+        turned = local_wrench(capture, replace(plate, origin_m=-plate.origin_m), metres, up)
+        if _pressed_inside(plate, turned)[0] >= _INSIDE:
+            return turned, f"Force plate {plate.number}: ORIGIN taken with the other sign."
+    beside = f"{100 * (1 - inside):.0f} % of its load presses beside it"
+    problem = f"force plate {plate.number}: {beside}"
+    expected = f"moments, ORIGIN and CORNERS that fit (median {far:.2g} m from its middle)"
+    raise InputError(problem, file=capture.name, expected=expected)
 
 
 def _direction(
@@ -155,22 +177,16 @@ def _signs(shown: list[float], force_by: Literal["limb", "device"] | None) -> li
     return [s or other for s in shown]
 
 
-def _check_inside(capture: Capture, plate: Plate, wrench: FloatArray) -> None:
-    """Refuse a plate whose load presses beside it: its unit, origin or corners are wrong."""
+def _pressed_inside(plate: Plate, wrench: FloatArray) -> tuple[float, float]:
+    """Part of the load that presses on the plate, and how far from its middle (median, m)."""
     normal = wrench[:, 2]
     heavy = np.abs(normal) > max(LEAST_LOAD_N, _HEAVY * float(np.abs(normal).max(initial=0.0)))
     if not heavy.any():
-        return
+        return 1.0, 0.0
     w = wrench[heavy]
-    pressed = np.column_stack([-w[:, 4], w[:, 3]]) / w[:, 2:3]
-    inside = (np.abs(pressed) <= plate.half_m + _MARGIN_M).all(axis=1).mean()
-    if inside < _INSIDE:
-        far = float(np.median(np.abs(pressed).max(axis=1)))
-        problem = (
-            f"force plate {plate.number}: {100 * (1 - inside):.0f} % of its load presses beside it"
-        )
-        expected = f"moments, ORIGIN and CORNERS that fit (median {far:.2g} m from its middle)"
-        raise InputError(problem, file=capture.name, expected=expected)
+    pressed = np.abs(np.column_stack([-w[:, 4], w[:, 3]]) / w[:, 2:3])
+    inside = (pressed <= plate.half_m + _MARGIN_M).all(axis=1).mean()
+    return float(inside), float(np.median(pressed.max(axis=1)))
 
 
 def _at_frames(wrench: FloatArray, samples_per_frame: int) -> FloatArray:

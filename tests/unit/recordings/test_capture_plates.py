@@ -146,6 +146,19 @@ def test_an_origin_with_the_other_sign(kind, tmp_path):
     np.testing.assert_array_equal(*read)
 
 
+def test_an_origin_beside_the_plate_with_the_other_sign(tmp_path):
+    # A treadmill whose two belts share one place of the sensors, level with the surface.
+    truth = replace(plate(), to_surface=np.array([0.236, 0.813, 0.0]))
+    file = on_plates([truth])
+    right = read_marker_c3d(save(tmp_path, file))
+    group = file.groups["FORCE_PLATFORM"]
+    group["ORIGIN"] = -group["ORIGIN"]
+    turned = read_marker_c3d(save(tmp_path, file))
+    np.testing.assert_array_equal(turned.wrenches, right.wrenches)
+    np.testing.assert_allclose(about_lab(turned)[:, 0], lab_truth(truth), atol=1e-3)
+    assert any("ORIGIN taken with the other sign" in s for s in turned.provenance)
+
+
 def test_a_plate_whose_z_points_up(tmp_path):
     # Corners the other way round: the plate's z axis points up, and its sensors lie below it.
     truth = plate()
@@ -420,7 +433,7 @@ def damaged(rng: np.random.Generator, sound: bytes) -> bytes:
 def test_damage_is_one_error_and_nothing_else(tmp_path):
     rng, sound, file = np.random.default_rng(12), bench.valid_file(), tmp_path / "a.c3d"
     messages = []
-    for _ in range(1200):
+    for _ in range(800):
         file.write_bytes(damaged(rng, sound))
         try:
             read = read_marker_c3d(file)
@@ -428,7 +441,7 @@ def test_damage_is_one_error_and_nothing_else(tmp_path):
             messages.append(str(error))
         else:
             assert len(read.positions) == len(read.time_s)
-    assert 200 < len(messages) < 1200
+    assert 150 < len(messages) < 800
     assert all(len(message.splitlines()) == 1 for message in messages)
 
 
