@@ -5,6 +5,7 @@ from __future__ import annotations
 import codecs
 import csv
 import re
+from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -15,6 +16,7 @@ from armimpedance.recordings.mapped.units import known_unit
 #: What is looked at to find the layout.
 HEAD_BYTES: Final = 2_000_000
 _LINES: Final = 300
+_LONGEST_LINE: Final = 500_000
 #: Rows that must look alike for a table to begin.
 _ROWS: Final = 5
 #: What stands where a value is missing.
@@ -85,6 +87,9 @@ def text_layout(file: Path) -> TextLayout:
     if not lines:
         raise InputError("is empty", file=file, expected="a header and rows of numbers")
     lines = lines[:_LINES]
+    if max(map(len, lines)) > _LONGEST_LINE:
+        problem = f"a line of more than {_LONGEST_LINE} characters"
+        raise InputError(problem, file=file, expected="one row a sample")
     told = re.fullmatch(r'"?sep=(.)"?', lines[0].strip("\ufeff ").lower() or "-")
     delimiters = (told.group(1),) if told else (",", ";", "\t", "|", " ")
     tries = [t for d in delimiters for mark in ".," if (t := _try(lines, d, mark)) is not None]
@@ -166,21 +171,32 @@ def _try(lines: list[str], delimiter: str, decimal: str) -> _Try | None:
     if decimal == delimiter:
         return None
     rows = [cells_of(line, delimiter) for line in lines]
+    widths = Counter(len(row) for row in rows if _holds_numbers(row, decimal))
+    if not widths:
+        return None
+    # The first of equal counts is the wider one: a lost cell does not make a table narrower.
+    width = max(widths, key=lambda w: (widths[w], w))
     for first, row in enumerate(rows):
-        block = rows[first : first + _ROWS]
-        if not row or any(len(r) != len(row) for r in block):
+        below = [r for r in rows[first + 1 : first + _ROWS] if len(r) == width]
+        if len(row) != width or not _holds_numbers(row, decimal):
             continue
-        shares = [sum(_is_value(c, decimal) for c in r) / len(r) for r in block]
-        numbers = [sum(bool(c) and _is_number(c, decimal) for c in r) for r in block]
-        if min(shares) < 0.5 or min(numbers) < 1:
+        if any(not any(_is_value(c, decimal) for c in r) for r in below):
+            continue  # a header is still to come
+        if _names_numbers(row, below, decimal):
             continue
-        if first + 1 < len(rows) and _names_numbers(row, block[1:], decimal):
-            continue
+        block = [row, *below]
+        share = sum(_is_value(c, decimal) for r in block for c in r) / (width * len(block))
         above = _above(rows, first)
-        header = bool(above) and len(above[-1][1]) in (len(row), len(row) - 1)
-        score = (round(sum(shares) / len(shares), 2), header, len(row))
-        return _Try(delimiter, decimal, first, score, len(row))
+        header = bool(above) and len(above[-1][1]) in (width, width - 1)
+        return _Try(delimiter, decimal, first, (round(share, 2), header, width), width)
     return None
+
+
+def _holds_numbers(row: list[str], decimal: str) -> bool:
+    """Whether at least half of a row's cells are numbers, or missing beside at least one number."""
+    values = sum(_is_value(cell, decimal) for cell in row)
+    numbers = any(bool(cell) and _is_number(cell, decimal) for cell in row)
+    return numbers and 2 * values >= len(row)
 
 
 def _names_numbers(row: list[str], below: list[list[str]], decimal: str) -> bool:

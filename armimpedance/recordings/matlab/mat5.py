@@ -300,6 +300,8 @@ class _Walker:
         ]
         if len(set(fields)) < len(fields) or b"" in fields:
             raise _DamagedError("a field name is empty or stands twice")
+        if not fields and count > _MOST_PARTS:
+            raise _DamagedError(f"{count} structs without a field")
         self._matrices(count * len(fields), names.after, end, depth)
 
     def _opaque(self, at: int, end: int, depth: int) -> None:
