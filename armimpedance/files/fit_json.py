@@ -55,7 +55,7 @@ def fit_content(told: Mapping[str, Any]) -> Content:
         list(columns),
         quantities=lambda: [_quantity(row) for row in rows],
         objects=told,
-        structs=lambda: [told],
+        structs=lambda: [{**told, "warnings": tuple(told.get("warnings", ()))}],
         about=about,
     )
 

@@ -40,7 +40,9 @@ def write(content: Content, path: Path) -> None:
 
 def _structs(content: Content) -> list[dict[str, Any]]:
     """Row by row: its texts as `keys`, its numbers by their columns' names, their units."""
-    units = {one.quantity: one.unit for one in content.long}
+    # of columns: where each row has a unit of its own, it stands among the row's keys
+    known = {one.quantity: one.unit for one in content.long}
+    units = {name: known[name] for name in content.columns if name in known}
     return [_struct(content.columns, row, units) for row in content.rows]
 
 
@@ -55,7 +57,7 @@ def _struct(columns: Any, row: Cells, units: dict[str, str]) -> dict[str, Any]:
     }
     numbers = {n: float("nan") if c is None else c for n, c in cells.items() if n not in keys}
     numbers = {n: c for n, c in numbers.items() if n not in lists}
-    return {"keys": keys, **numbers, "units": units, **lists}
+    return {"keys": keys, **numbers, **({"units": units} if units else {}), **lists}
 
 
 ENDING = Ending("MATLAB structs with units", write, about=True)
