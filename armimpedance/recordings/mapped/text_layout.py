@@ -66,7 +66,7 @@ class _Try:
     delimiter: str
     decimal: str
     first: int
-    score: tuple[float, bool, int]
+    score: tuple[bool, int, float, int]
     width: int
 
 
@@ -176,27 +176,35 @@ def _try(lines: list[str], delimiter: str, decimal: str) -> _Try | None:
         return None
     # The first of equal counts is the wider one: a lost cell does not make a table narrower.
     width = max(widths, key=lambda w: (widths[w], w))
+    filled = [_numbers(r, decimal) for r in rows if len(r) == width and _holds_numbers(r, decimal)]
+    usual = sorted(filled)[len(filled) // 2]
     for first, row in enumerate(rows):
         below = [r for r in rows[first + 1 : first + _ROWS] if len(r) == width]
         if len(row) != width or not _holds_numbers(row, decimal):
             continue
+        if 2 * _numbers(row, decimal) < usual:
+            continue  # a line above the header, filled up with empty cells
         if any(not any(_is_value(c, decimal) for c in r) for r in below):
             continue  # a header is still to come
-        if _names_numbers(row, below, decimal):
+        above = _above(rows, first)
+        named = any(len(r) == width and not _holds_numbers(r, decimal) for _, r in above)
+        if not named and _names_numbers(row, below, decimal):
             continue
         block = [row, *below]
         share = sum(_is_value(c, decimal) for r in block for c in r) / (width * len(block))
-        above = _above(rows, first)
         header = bool(above) and len(above[-1][1]) in (width, width - 1)
-        return _Try(delimiter, decimal, first, (round(share, 2), header, width), width)
+        return _Try(delimiter, decimal, first, (header, usual, round(share, 2), width), width)
     return None
 
 
 def _holds_numbers(row: list[str], decimal: str) -> bool:
     """Whether at least half of a row's cells are numbers, or missing beside at least one number."""
     values = sum(_is_value(cell, decimal) for cell in row)
-    numbers = any(bool(cell) and _is_number(cell, decimal) for cell in row)
-    return numbers and 2 * values >= len(row)
+    return _numbers(row, decimal) > 0 and 2 * values >= len(row)
+
+
+def _numbers(row: list[str], decimal: str) -> int:
+    return sum(bool(cell) and _is_number(cell, decimal) for cell in row)
 
 
 def _names_numbers(row: list[str], below: list[list[str]], decimal: str) -> bool:

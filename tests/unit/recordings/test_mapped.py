@@ -25,6 +25,7 @@ from armimpedance.errors import InputError
 from armimpedance.not_taken import told_not_taken
 from armimpedance.recordings import ReadOptions, open_recording
 from armimpedance.recordings.mapped.columns_toml import read_mapping
+from armimpedance.recordings.sources.csv import SOURCE
 from armimpedance.records import Recording
 from manipulandum_sim.hand import simulate
 
@@ -438,3 +439,31 @@ def test_the_mapping_of_the_documentation_is_one(tmp_path: Path) -> None:
     mapping = read_mapping(tmp_path / "columns.toml")
     assert mapping.position.signs == (1, -1)
     assert mapping.metadata.muscles == ("biceps_long", "triceps_long")
+
+
+@pytest.mark.parametrize(
+    ("text", "names", "rows"),
+    [
+        # A row with a word under a header is a row, not a second header.
+        ("t,x\nmean,3\n1,2\n3,4\n", ["t", "x"], 3),
+        # Names may be numbers where the first of them is a word.
+        ("t,1,2\n0.1,5,6\n0.2,7,8\n", ["t", "1", "2"], 2),
+        # A line that fits the table by chance stands above the header.
+        ("rate,1000\nt,x\n1,2\n3,4\n", ["t", "x"], 2),
+        # Empty cells fill the lines above, as a spreadsheet saves them.
+        (
+            "Devices,,,\n2000,,,\nFrame,a,b,c\n,V,V,V\n1,2,3,4\n2,3,4,5\n",
+            ["Frame", "a", "b", "c"],
+            2,
+        ),
+        # Rows that end in a delimiter.
+        ("t,x\n1,2,\n3,4,\n", ["t", "x"], 2),
+        ("% t x\n  1   2\n  3  4\n", ["t", "x"], 2),
+        ("1;2,5\n3;4,5\n", ["column 1", "column 2"], 2),
+    ],
+)
+def test_where_a_table_begins(text: str, names: list[str], rows: int, tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text(text)
+    table = SOURCE.read(tmp_path / "a.csv", lambda _name: True).runs[0].tables[0]
+    assert list(table.columns) == names
+    assert table.rows == rows
