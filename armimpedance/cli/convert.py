@@ -11,10 +11,10 @@ Examples:
       --marker RSHO=acromion_right --standing upright.c3d --emg Biceps.EMG4=biceps
 
 Kinarm (Dexterit-E) exams: a .kinarm archive, a folder or zip of BB_TT_RR.c3d and common.c3d, or one
-trial's file with common.c3d beside it. Whose force the sensor's columns hold no file says: it is found from the
-robot's own inertias and motor torques, with the evidence, or --force-by states it (where both are
-there and contradict each other, a warning says so). The tables of trial protocols, targets and
-loads become columns of the trial table. Personal fields (subject, operator, dates) stay out unless
+trial's file with common.c3d beside it. Whose force the sensor's columns hold no file says: it is
+found from the robot's own inertias and motor torques, with the evidence, or --force-by states it
+(where both are there and contradict each other, a warning says so). The tables of trial protocols,
+targets and loads become columns of the trial table. Personal fields (subject, operator, dates) stay out unless
 --keep-personal. What no file says can be given: the mass between sensor and hand, where the
 shoulder was (endpoint robots), the subject's size.
 

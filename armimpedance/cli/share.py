@@ -21,17 +21,13 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 from armimpedance.cli.parts.outputs import Output, add_replace, check_outputs
 from armimpedance.cli.parts.reading import add_reading, reading_options
+from armimpedance.cli.parts.sharing import SHARED_FORMS
 from armimpedance.errors import InputError
-from armimpedance.method_table import MethodTable
 
-#: The forms, each with `what`, `endings`, `takes` and `share`.
-_FORMS: Final[MethodTable[Any]] = MethodTable(
-    "armimpedance.files.sharing.forms", "FORM", "form", joint="-"
-)
 _RESULTS = ".csv"
 _MARK = "dataset_description.json"
 _TOP = (_MARK, "README.md", "participants.tsv", "participants.json", "code", ".bidsignore")
@@ -40,7 +36,7 @@ _TOP = (_MARK, "README.md", "participants.tsv", "participants.json", "code", ".b
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
     parser.add_argument("inputs", metavar="RECORDING|RESULTS.csv", type=Path, nargs="+")
-    parser.add_argument("--as", dest="form", required=True, choices=_FORMS.names)
+    parser.add_argument("--as", dest="form", required=True, choices=SHARED_FORMS.names)
     parser.add_argument("--out", required=True, type=Path, metavar="PLACE", help="folder or file")
     add_replace(parser)
     said = parser.add_argument_group("what only you can say")
@@ -65,7 +61,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Read, write, say what was left out."""
-    form = _FORMS.named(arguments.form)
+    form = SHARED_FORMS.named(arguments.form)
     _check(arguments, form)
     told = _written(form, arguments)
     print(f"{' '.join(map(str, arguments.inputs))} -> {arguments.out} ({form.what})")

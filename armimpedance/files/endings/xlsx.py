@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from armimpedance.errors import InputError
+from armimpedance.extras import needed
 from armimpedance.files.written.content import Content
 from armimpedance.files.written.ending import Ending
 
@@ -14,13 +14,7 @@ def write(content: Content, path: Path) -> None:
     from armimpedance.files.workbook.book import check_size, write_book
     from armimpedance.files.workbook.sheets import sheets_of
 
-    try:
-        import openpyxl
-    except ImportError:
-        raise InputError(
-            "the package openpyxl is not installed",
-            expected="it: pip install 'armimpedance[excel]'",
-        ) from None
+    openpyxl = needed("openpyxl", "excel", "an Excel workbook (.xlsx)")
     check_size("results", len(content.rows), len(content.columns))
     write_book(openpyxl, sheets_of(content), "armimpedance results", path)
 

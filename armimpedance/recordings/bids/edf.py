@@ -12,7 +12,7 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
-from armimpedance.recordings.extras import needed
+from armimpedance.extras import needed
 
 _FIXED_BYTES: Final = 256
 _MOST_SIGNALS: Final = 8192

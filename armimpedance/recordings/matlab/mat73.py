@@ -9,13 +9,15 @@ from typing import Any, Final
 import numpy as np
 
 from armimpedance.errors import InputError
-from armimpedance.recordings.extras import needed
+from armimpedance.extras import needed
+from armimpedance.recordings.hdf5 import check_heaps
 from armimpedance.recordings.mapped.claims import check_claim
 from armimpedance.recordings.matlab.tree import Leaf, Node, Refused
 
 _DEEPEST: Final = 30
 #: Parts of a file that are followed; a session of 10,000 trials with 20 fields has fewer.
 _MOST_PARTS: Final = 300_000
+_MOST_LETTERS: Final = 1_000_000
 #: Groups in which MATLAB keeps what others refer to.
 _HIDDEN: Final = ("#refs#", "#subsystem#")
 #: Whatever the library raises on a damaged file.
@@ -38,6 +40,7 @@ class Mat73:
         self.file = file
         self.h5py = needed("h5py", "matlab", file)
         self.parts = 0
+        check_heaps(file, "a file as MATLAB saves it")
         try:
             self.root = self.h5py.File(file, "r")
         except _ERRORS as error:
@@ -126,6 +129,8 @@ class Mat73:
         if data.is_virtual or data.external:
             return Refused("data in another file")
         self._check(data, name)
+        if kind == "char" and data.size > _MOST_LETTERS:
+            return Refused(f"a text of {data.size} letters")
         if kind == "char":
             return _letters(np.asarray(data[()]).T)
         if self.h5py.check_string_dtype(data.dtype) is not None or data.dtype.kind not in "fiub":

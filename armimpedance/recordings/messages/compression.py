@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from armimpedance.errors import InputError
-from armimpedance.recordings.extras import needed
+from armimpedance.extras import needed
 
 #: A part of a log that is larger is no part of a log.
 LARGEST_PART: Final = 256_000_000

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from armimpedance.errors import InputError
-from armimpedance.recordings.extras import needed
+from armimpedance.extras import needed
 from armimpedance.recordings.mapped.raw_file import Wanted
 from armimpedance.recordings.messages.decoding import Block, decode
 from armimpedance.recordings.messages.definitions import (

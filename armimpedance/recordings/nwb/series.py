@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armimpedance.arrays import FloatArray
-from armimpedance.recordings.mapped.raw_file import RawColumn, Wanted
-from armimpedance.recordings.nwb.hdf5 import (
+from armimpedance.recordings.hdf5 import (
     MOST_NUMBERS,
     Hdf5Error,
     attribute_number,
@@ -23,6 +22,7 @@ from armimpedance.recordings.nwb.hdf5 import (
     member,
     numbers,
 )
+from armimpedance.recordings.mapped.raw_file import RawColumn, Wanted
 
 #: Where signals lie; what cells did and the devices' descriptions lie elsewhere.
 _PLACES: Final = ("acquisition", "processing", "stimulus/presentation", "analysis")

@@ -11,8 +11,7 @@ from typing import Any, Final
 
 from armimpedance.errors import InputError
 from armimpedance.not_taken import not_taken
-from armimpedance.recordings.mapped.raw_file import RawFile, RawRun, RawTable, Source, Wanted
-from armimpedance.recordings.nwb.hdf5 import (
+from armimpedance.recordings.hdf5 import (
     MAGIC,
     Hdf5Error,
     is_dataset,
@@ -20,6 +19,7 @@ from armimpedance.recordings.nwb.hdf5 import (
     opened_hdf5,
     plain_text,
 )
+from armimpedance.recordings.mapped.raw_file import RawFile, RawRun, RawTable, Source, Wanted
 from armimpedance.recordings.nwb.series import Found, Series, series_of
 from armimpedance.recordings.nwb.trials import Trial, cut, trials_of
 from armimpedance.recordings.shown_names import some_names

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armimpedance.errors import InputError
+from armimpedance.extras import needed
 from armimpedance.not_taken import not_taken
-from armimpedance.recordings.extras import needed
 from armimpedance.recordings.mapped.raw_file import (
     RawColumn,
     RawFile,

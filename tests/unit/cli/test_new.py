@@ -81,7 +81,7 @@ def expected(session):
     return ai.estimate(session[0])
 
 
-DOUBLES = ("csv", "parquet", "matlab", "mcap")
+DOUBLES = ("csv", "parquet", "matlab", "mcap", "bids")
 
 
 @pytest.mark.parametrize("name", DOUBLES)

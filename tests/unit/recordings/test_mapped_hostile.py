@@ -167,3 +167,18 @@ def test_a_long_text_in_one_cell_costs_only_its_column(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text("t,x,note\n" + rows)
     proposed = propose_mapping(tmp_path / "a.csv")
     assert "note" not in proposed.text
+
+
+def test_a_heap_without_end_in_a_file_of_matlab_is_refused(tmp_path: Path) -> None:
+    path = write_mat73(tmp_path / "a.mat", {"x": np.arange(3.0)})
+    with h5py.File(path, "r+") as file:
+        file["x"].attrs["note"] = "a text in a heap"
+    data = bytearray(path.read_bytes())
+    heap = data.index(b"GCOL")
+    (length,) = struct.unpack_from("<Q", data, heap + 24)
+    following = heap + 32 + (length + 7) // 8 * 8
+    # A part of a number and no length: HDF5 would look at it for ever.
+    data[following : following + 16] = bytes(16)
+    path.write_bytes(bytes(data))
+    with pytest.raises(InputError, match="heap"):
+        propose_mapping(path)

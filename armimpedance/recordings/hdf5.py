@@ -14,7 +14,7 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
-from armimpedance.recordings.extras import needed
+from armimpedance.extras import needed
 
 MAGIC: Final = b"\x89HDF\r\n\x1a\n"
 

@@ -1,13 +1,13 @@
 """Damaged files at every door: is each read, or refused in one line that names it?
 
-For each format a small valid file is written and damaged `--count` times (`hostile/mutations.py`);
+For each format a small valid file is written and damaged `--count` times (`mutations.py`);
 each damaged file is opened in a process of its own kind, whose time and memory are measured. Asked:
 typed errors only, one line of at most 400 characters with the file's name, no library's warning, at
 most 2 s a file and 1 GB in all. A process that dies or hangs counts as a miss, and the next goes on
 behind it. Exit status 0 if nothing missed, else 1.
 
-    python benchmarks/hostile_files.py --count 10000
-    python benchmarks/hostile_files.py --door "MATLAB v5" --count 200
+    python benchmarks/doors/hostile_files.py --count 10000
+    python benchmarks/doors/hostile_files.py --door "MATLAB 5" --count 200
 """
 
 # The number of threads must be set before numpy is imported.
@@ -36,8 +36,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from hostile.doors import DOORS
-from hostile.mutations import damage
+from mutations import damage
+from small_files import DOORS
 
 from armimpedance.errors import ArmImpedanceError
 
@@ -149,6 +149,8 @@ def original(name: str) -> Path:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             DOORS[name].build(Path(_ORIGINALS[name].name))
+            # What is refused as it is would be refused damaged, and show nothing.
+            DOORS[name].read(DOORS[name].place(Path(_ORIGINALS[name].name)))
     return Path(_ORIGINALS[name].name)
 
 
