@@ -19,6 +19,7 @@ _LINES: Final = 300
 _LONGEST_LINE: Final = 500_000
 #: Rows that must look alike for a table to begin.
 _ROWS: Final = 5
+_DELIMITERS: Final = (",", ";", "\t", "|", " ")
 #: What stands where a value is missing.
 MISSING: Final = ("", "nan", "NaN", "NAN", "-nan", "NA", "N/A", "#N/A", "null", "NULL", "None", "-")
 _COMMENT: Final = re.compile(r"^\s*(?:#+|%+|//+)\s?")
@@ -91,8 +92,11 @@ def text_layout(file: Path) -> TextLayout:
         problem = f"a line of more than {_LONGEST_LINE} characters"
         raise InputError(problem, file=file, expected="one row a sample")
     told = re.fullmatch(r'"?sep=(.)"?', lines[0].strip("\ufeff ").lower() or "-")
-    delimiters = (told.group(1),) if told else (",", ";", "\t", "|", " ")
-    tries = [t for d in delimiters for mark in ".," if (t := _try(lines, d, mark)) is not None]
+    # A mark that stands nowhere separates nothing.
+    there = [d for d in _DELIMITERS if any(d in line for line in lines)] or [","]
+    delimiters = [told.group(1)] if told else there
+    marks = ".," if "," in there else "."
+    tries = [t for d in delimiters for mark in marks if (t := _try(lines, d, mark)) is not None]
     if not tries:
         expected = "a table with at least half of its cells numbers, below its header"
         raise InputError("no rows of numbers in its beginning", file=file, expected=expected)
@@ -171,23 +175,27 @@ def _try(lines: list[str], delimiter: str, decimal: str) -> _Try | None:
     if decimal == delimiter:
         return None
     rows = [cells_of(line, delimiter) for line in lines]
-    widths = Counter(len(row) for row in rows if _holds_numbers(row, decimal))
+    numbers = [_numbers(row, decimal) for row in rows]
+    holds = [_holds_numbers(row, count) for row, count in zip(rows, numbers, strict=True)]
+    widths = Counter(len(row) for row, fits in zip(rows, holds, strict=True) if fits)
     if not widths:
         return None
     # The first of equal counts is the wider one: a lost cell does not make a table narrower.
     width = max(widths, key=lambda w: (widths[w], w))
-    filled = [_numbers(r, decimal) for r in rows if len(r) == width and _holds_numbers(r, decimal)]
-    usual = sorted(filled)[len(filled) // 2]
+    filled = sorted(
+        n for r, n, h in zip(rows, numbers, holds, strict=True) if h and len(r) == width
+    )
+    usual = filled[len(filled) // 2]
     for first, row in enumerate(rows):
         below = [r for r in rows[first + 1 : first + _ROWS] if len(r) == width]
-        if len(row) != width or not _holds_numbers(row, decimal):
+        if len(row) != width or not holds[first]:
             continue
-        if 2 * _numbers(row, decimal) < usual:
+        if 2 * numbers[first] < usual:
             continue  # a line above the header, filled up with empty cells
         if any(not any(_is_value(c, decimal) for c in r) for r in below):
             continue  # a header is still to come
         above = _above(rows, first)
-        named = any(len(r) == width and not _holds_numbers(r, decimal) for _, r in above)
+        named = any(len(r) == width and not holds[i] for i, r in above)
         if not named and _names_numbers(row, below, decimal):
             continue
         block = [row, *below]
@@ -197,10 +205,9 @@ def _try(lines: list[str], delimiter: str, decimal: str) -> _Try | None:
     return None
 
 
-def _holds_numbers(row: list[str], decimal: str) -> bool:
+def _holds_numbers(row: list[str], numbers: int) -> bool:
     """Whether at least half of a row's cells are numbers, or missing beside at least one number."""
-    values = sum(_is_value(cell, decimal) for cell in row)
-    return _numbers(row, decimal) > 0 and 2 * values >= len(row)
+    return numbers > 0 and 2 * (numbers + sum(cell in MISSING for cell in row)) >= len(row)
 
 
 def _numbers(row: list[str], decimal: str) -> int:
