@@ -14,9 +14,9 @@ Kinarm (Dexterit-E) exams: a .kinarm archive, a folder or zip of BB_TT_RR.c3d an
 trial's file with common.c3d beside it. Whose force the sensor's columns hold no file says: it is
 found from the robot's own inertias and motor torques, with the evidence, or --force-by states it
 (where both are there and contradict each other, a warning says so). The tables of trial protocols,
-targets and loads become columns of the trial table. Personal fields (subject, operator, dates) stay out unless
---keep-personal. What no file says can be given: the mass between sensor and hand, where the
-shoulder was (endpoint robots), the subject's size.
+targets and loads become columns of the trial table. Personal fields (subject, operator, dates) stay
+out unless --keep-personal. What no file says can be given: the mass between sensor and hand, where
+the shoulder was (endpoint robots), the subject's size.
 
 Trials without samples, and trials that are broken or not as the others (not finite, another rate,
 a channel that is missing, a dead sensor), are left out; how many, which and why stands in the
