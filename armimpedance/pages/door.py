@@ -11,17 +11,12 @@ from typing import Final
 from armimpedance.analyses import Inspection, inspect, naming, without_trials
 from armimpedance.errors import ArmImpedanceError, InputError
 from armimpedance.json_text import read_json
-from armimpedance.pages.asked import Asked, made_from
-from armimpedance.pages.methods_text import (
-    checked_sentence,
-    paragraph,
-    software,
-    software_reference,
-)
-from armimpedance.pages.page import Block, Checks, Methods, Page, Printed, Section
+from armimpedance.pages.asked import Asked
+from armimpedance.pages.build import page_from, reviewed
+from armimpedance.pages.methods_text import methods_of, software
+from armimpedance.pages.page import Block, Page, Printed, Section
 from armimpedance.pages.pictures import picture
 from armimpedance.pages.topic import TOPICS
-from armimpedance.pages.verdict import verdict_of
 from armimpedance.plots import plot_quality
 from armimpedance.recordings import AnyRecording
 from armimpedance.records import Recording
@@ -119,17 +114,16 @@ def _stopped(asked: Asked, inspection: Inspection) -> Page:
     """The page of a recording that cannot be analysed: what was seen, and why."""
     checks = inspection.checks
     contents = Section("What the recording holds", (Printed(inspection.contents),))
-    return Page(
-        title=f"Not analysed: {asked.source.stem}",
+    return page_from(
+        asked,
+        checks,
+        title="Not analysed",
         lead="A check says STOP: an analysis would give numbers without a meaning.",
-        verdict=verdict_of(checks, "", "nothing was estimated"),
-        reader=(Section("Checks", (Checks(checks),)), *_quality(asked.recording)),
-        reviewer=(contents,),
-        methods=Methods(
-            paragraph(f"The recording was checked with {software()}", checked_sentence(checks)),
-            (software_reference(),),
-        ),
-        made=made_from(asked),
+        count="nothing was estimated",
+        next_step="",
+        reader=(*reviewed(checks), *_quality(asked.recording)),
+        reviewer=[contents],
+        methods=methods_of([f"The recording was checked with {software()}"], findings=checks),
     )
 
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from importlib.metadata import version
 from typing import Final
 
 from armimpedance.findings import Finding
+from armimpedance.pages.page import Methods
 
 #: Kind of covariance -> how a paper says it.
 COVARIANCES: Final = {
@@ -23,32 +24,34 @@ def software() -> str:
     return f"armimpedance {version('armimpedance')}"
 
 
-def software_reference() -> str:
-    """The entry in the list of references."""
-    return CITED.format(version("armimpedance"))
-
-
-def checked_sentence(findings: Iterable[Finding]) -> str:
-    """Which assumptions were held against the data, and which of them failed.
+def methods_of(
+    sentences: Sequence[str], references: Sequence[str] = (), findings: Sequence[Finding] = ()
+) -> Methods:
+    """Whole sentences as one paragraph, what was checked at its end; the program is cited last.
 
     Parameters
     ----------
-    findings : iterable of Finding
+    sentences : sequence of str
+        Without a full stop where they are to get one; empty ones are left out.
+    references : sequence of str
+        Each is listed once.
+    findings : sequence of Finding
 
     Returns
     -------
-    str
-        One sentence or two; empty where nothing was checked.
+    Methods
     """
+    said = [s if s.endswith((".", "!", "?")) else f"{s}." for s in sentences if s]
+    cited = dict.fromkeys((*references, CITED.format(version("armimpedance"))))
+    return Methods(" ".join([*said, *_checked_sentences(findings)]), tuple(cited))
+
+
+def _checked_sentences(findings: Sequence[Finding]) -> list[str]:
+    """Which assumptions were held against the data, and which of them failed."""
     asked = [f for f in findings if f.verdict != "missing" and f.name]
     if not asked:
-        return ""
+        return []
     names = ", ".join(dict.fromkeys(f.name for f in asked))
     failed = ", ".join(dict.fromkeys(f.name for f in asked if f.verdict != "ok"))
     ending = f"; not met or not decidable: {failed}" if failed else "; all were met"
-    return f"These assumptions were held against the data: {names}{ending}."
-
-
-def paragraph(*sentences: str) -> str:
-    """Whole sentences as one paragraph; empty ones are left out."""
-    return " ".join(s if s.endswith((".", "!", "?")) else f"{s}." for s in sentences if s)
+    return [f"These assumptions were held against the data: {names}{ending}."]

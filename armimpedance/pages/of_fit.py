@@ -8,10 +8,10 @@ from typing import Any
 import pandas as pd
 
 from armimpedance.findings import Finding
-from armimpedance.pages.asked import Asked, made_from
-from armimpedance.pages.methods_text import checked_sentence, paragraph, software_reference
-from armimpedance.pages.page import Block, Checks, Methods, Page, Printed, Section, Table
-from armimpedance.pages.verdict import verdict_of
+from armimpedance.pages.asked import Asked
+from armimpedance.pages.build import page_from, reviewed
+from armimpedance.pages.methods_text import methods_of
+from armimpedance.pages.page import Block, Page, Section, Table
 from armimpedance.regression import FitSummary, NamedParameter
 from armimpedance.report import with_half_width
 
@@ -133,24 +133,20 @@ def fit_page(
     )
     told = told_by(summary.warnings, (*summary.checks, *of_recording))
     determined = [Section("What the data determine", (_conditions(summary),))]
-    checks = [Section("Checks", (Checks(told),))] if told else []
-    text = [Section("As the command prints it", (Printed(printed),))] if printed else []
     shown = [Section("Pictures", tuple(pictures))] if pictures else []
-    cited = dict.fromkeys((*references, software_reference()))
-    return Page(
+    return page_from(
+        asked,
+        told,
         title=title,
         lead=lead,
-        verdict=verdict_of(told, next_step(summary.parameters), _count(summary)),
+        count=f"{len(summary.parameters)} parameters from {summary.n} rows",
+        next_step=next_step(summary.parameters),
         reader=(*shown, Section("Parameters", (parameter_table(summary.parameters),))),
-        reviewer=(*sections, *determined, *checks, *text),
-        methods=Methods(paragraph(*methods, checked_sentence(told)), tuple(cited)),
-        made=made_from(asked, [("method", summary.method), *options]),
+        reviewer=(*sections, *determined, *reviewed(told, printed)),
+        methods=methods_of(methods, references, told),
+        options=[("method", summary.method), *options],
         data={"parameters": summary.to_frame().reset_index(), **(frames or {})},
     )
-
-
-def _count(summary: FitSummary) -> str:
-    return f"{len(summary.parameters)} parameters from {summary.n} rows"
 
 
 def _conditions(summary: FitSummary) -> Table:

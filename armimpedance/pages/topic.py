@@ -20,7 +20,8 @@ class Topic:
     what : str
         What it reports, for help texts.
     page_of : function
-        From what was asked to the page.
+        From what was asked to the page; an `InputError` says what cannot be read, or which check
+        stops the analysis.
     """
 
     what: str

@@ -18,21 +18,7 @@ from armimpedance.report import body_text
 
 
 def page_of(asked: Asked) -> Page:
-    """The page of a body's motion and contact forces.
-
-    Parameters
-    ----------
-    asked : Asked
-
-    Returns
-    -------
-    Page
-
-    Raises
-    ------
-    InputError
-        The recording cannot be read or identified.
-    """
+    """The page of a body's motion and contact forces."""
     recording = asked.recording
     if isinstance(recording, Recording):
         raise InputError(
@@ -44,7 +30,7 @@ def page_of(asked: Asked) -> Page:
     return fit_page(
         asked,
         fit.summary,
-        title=f"Dynamics of a body: {asked.source.stem}",
+        title="Dynamics of a body",
         lead=f"{fit.base.rank} base parameters from the motions {motions}.",
         pictures=[
             picture(

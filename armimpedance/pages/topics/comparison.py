@@ -7,14 +7,13 @@ from typing import Final
 
 from armimpedance.analyses import Comparison, compare, read_recording
 from armimpedance.comparison import Pair
-from armimpedance.findings import Finding
-from armimpedance.pages.asked import Asked, made_from
-from armimpedance.pages.methods_text import paragraph, software, software_reference
+from armimpedance.pages.asked import Asked
+from armimpedance.pages.build import page_from, reviewed
+from armimpedance.pages.methods_text import methods_of, software
 from armimpedance.pages.of_fit import told_by
-from armimpedance.pages.page import Checks, Methods, Page, Printed, Section, Table, Verdict
+from armimpedance.pages.page import Page, Section, Table
 from armimpedance.pages.pictures import picture
 from armimpedance.pages.topic import Topic
-from armimpedance.pages.verdict import verdict_of
 from armimpedance.plots import plot_comparison
 from armimpedance.report import counted
 
@@ -27,21 +26,7 @@ _BASIS: Final = {
 
 
 def page_of(asked: Asked) -> Page:
-    """The page of a comparison: of a session's groups, of sessions, or of results.
-
-    Parameters
-    ----------
-    asked : Asked
-
-    Returns
-    -------
-    Page
-
-    Raises
-    ------
-    InputError
-        A source cannot be read, or there are no two groups.
-    """
+    """The page of a comparison: of a session's groups, of sessions, or of results."""
     opened = None if asked.opened is None else read_recording(asked.opened)
     found = compare(
         list(asked.sources) if opened is None else opened,
@@ -54,11 +39,14 @@ def page_of(asked: Asked) -> Page:
     )
     told = told_by(found.warnings, (*asked.checks, *found.checks))
     drawn = plot_comparison(found.groups, found.pairs, "stiffness")
-    names = ", ".join(path.stem for path in asked.sources)
-    return Page(
-        title=f"Comparison: {names}",
+    count, step = _judged(found)
+    return page_from(
+        asked,
+        told,
+        title="Comparison",
         lead=f"{counted(len(found.groups), 'group')}, {counted(len(found.pairs), 'pair')}.",
-        verdict=_verdict(found, told),
+        count=count,
+        next_step=step,
         reader=(
             Section(
                 "Ellipses",
@@ -66,20 +54,19 @@ def page_of(asked: Asked) -> Page:
             ),
             Section("Tests", (_tests(found.pairs),)),
         ),
-        reviewer=(
-            *([Section("Checks", (Checks(told),))] if told else []),
-            Section("As the command prints it", (Printed(str(found)),)),
-        ),
-        methods=_methods(asked, found),
-        made=made_from(
-            asked,
-            [("groups by", ", ".join(asked.by)), ("method", asked.method), ("seed", asked.seed)],
-        ),
+        reviewer=reviewed(told, str(found)),
+        methods=methods_of(_sentences(asked, found)),
+        options=[
+            ("groups by", ", ".join(asked.by)),
+            ("method", asked.method),
+            ("seed", asked.seed),
+        ],
         data={"differences": found.to_frame()},
     )
 
 
-def _verdict(found: Comparison, told: Sequence[Finding]) -> Verdict:
+def _judged(found: Comparison) -> tuple[str, str]:
+    """How many pairs differ, and what to do next."""
     differ = [f"{p.first} and {p.second}" for p in found.pairs if _p(p) < LEVEL]
     count = f"{len(differ)} of {counted(len(found.pairs), 'pair')} differ"
     example = f" ({', '.join(differ[:3])})" if differ else ""
@@ -88,7 +75,7 @@ def _verdict(found: Comparison, told: Sequence[Finding]) -> Verdict:
         if differ
         else "That no difference was found is no proof of none: read the intervals of the changes."
     )
-    return verdict_of(told, step, count + example)
+    return count + example, step
 
 
 def _p(pair: Pair) -> float:
@@ -106,17 +93,14 @@ def _tests(pairs: Sequence[Pair]) -> Table:
     return Table(caption, ("pair", *heads), rows, "differences")
 
 
-def _methods(asked: Asked, found: Comparison) -> Methods:
+def _sentences(asked: Asked, found: Comparison) -> list[str]:
     bases = dict.fromkeys(pair.basis for pair in found.pairs)
-    return Methods(
-        paragraph(
-            f"Groups of trials were compared with {software()}, each with its own errors, by "
-            "Hotelling's T2 of the elements of M, B and K",
-            *(f"p values come from {_BASIS[basis]}, seed {asked.seed}" for basis in bases),
-            f"They were adjusted after Holm over {counted(len(found.pairs), 'pair')}",
-        ),
-        (software_reference(),),
-    )
+    return [
+        f"Groups of trials were compared with {software()}, each with its own errors, by "
+        "Hotelling's T2 of the elements of M, B and K",
+        *(f"p values come from {_BASIS[basis]}, seed {asked.seed}" for basis in bases),
+        f"They were adjusted after Holm over {counted(len(found.pairs), 'pair')}",
+    ]
 
 
 TOPIC = Topic("what differs between groups of trials", page_of)

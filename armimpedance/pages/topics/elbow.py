@@ -17,21 +17,7 @@ from armimpedance.report import elbow_text, with_half_width
 
 
 def page_of(asked: Asked) -> Page:
-    """The page of a joint's record.
-
-    Parameters
-    ----------
-    asked : Asked
-
-    Returns
-    -------
-    Page
-
-    Raises
-    ------
-    InputError
-        The recording cannot be read, or a check stops the analysis.
-    """
+    """The page of a joint's record."""
     recording = read_recording(asked.recording)
     fit = elbow(recording, method=asked.method, despite=asked.despite, progress=asked.progress)
     drawn = plot_frequency_response(from_recording(recording, fit.joint), fit)
@@ -44,7 +30,7 @@ def page_of(asked: Asked) -> Page:
     return fit_page(
         asked,
         fit.summary,
-        title=f"Impedance of a joint: {asked.source.stem}",
+        title="Impedance of a joint",
         lead=f"{recording.n_trials} trials at {recording.sample_rate_hz:g} Hz, random "
         f"perturbation; subject {recording.subject.id}.",
         pictures=[

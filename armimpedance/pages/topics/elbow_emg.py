@@ -15,27 +15,13 @@ from armimpedance.report import law_text
 
 
 def page_of(asked: Asked) -> Page:
-    """The page of a law over EMG amplitudes.
-
-    Parameters
-    ----------
-    asked : Asked
-
-    Returns
-    -------
-    Page
-
-    Raises
-    ------
-    InputError
-        The recording cannot be read, holds no EMG, or a check stops the analysis.
-    """
+    """The page of a law over EMG amplitudes."""
     recording = read_recording(asked.recording)
     law = emg_law(recording, method=asked.method, despite=asked.despite, progress=asked.progress)
     return fit_page(
         asked,
         law.summary,
-        title=f"Impedance of a joint over EMG: {asked.source.stem}",
+        title="Impedance of a joint over EMG",
         lead=f"{recording.n_trials} trials at {recording.sample_rate_hz:g} Hz; subject "
         f"{recording.subject.id}.",
         pictures=[

@@ -4,39 +4,20 @@ from __future__ import annotations
 
 from armimpedance.analyses import elbow_over_time, read_recording
 from armimpedance.elbow import VARYING_METHODS, VaryingImpedance
-from armimpedance.pages.asked import Asked, made_from
-from armimpedance.pages.methods_text import (
-    checked_sentence,
-    paragraph,
-    software,
-    software_reference,
-)
+from armimpedance.pages.asked import Asked
+from armimpedance.pages.build import page_from, reviewed
+from armimpedance.pages.methods_text import methods_of, software
 from armimpedance.pages.of_fit import parameter_table, told_by
-from armimpedance.pages.page import Checks, Methods, Page, Printed, Section
+from armimpedance.pages.page import Page, Section
 from armimpedance.pages.pictures import picture
 from armimpedance.pages.references import RUIZ
 from armimpedance.pages.topic import Topic
-from armimpedance.pages.verdict import verdict_of
 from armimpedance.plots import plot_varying_both
 from armimpedance.report import counted, varying_text
 
 
 def page_of(asked: Asked) -> Page:
-    """The page of a course over time.
-
-    Parameters
-    ----------
-    asked : Asked
-
-    Returns
-    -------
-    Page
-
-    Raises
-    ------
-    InputError
-        The recording cannot be read, or a check stops the analysis.
-    """
+    """The page of a course over time."""
     recording = read_recording(asked.recording)
     method = asked.method or VARYING_METHODS.default
     course = elbow_over_time(
@@ -51,31 +32,31 @@ def page_of(asked: Asked) -> Page:
         )
         for row, name in enumerate(course.trials[:4])
     )
-    return Page(
-        title=f"Impedance of a joint over time: {asked.source.stem}",
+    return page_from(
+        asked,
+        told,
+        title="Impedance of a joint over time",
         lead=f"{counted(len(course.trials), 'trial')} at {recording.sample_rate_hz:g} Hz; subject "
         f"{recording.subject.id}.",
-        verdict=verdict_of(told, _next(course), f"{len(course.time_s)} points in time"),
+        count=f"{len(course.time_s)} points in time",
+        next_step=_next(course),
         reader=(
             Section("Course of B and K", pictures),
             Section("Constant", (parameter_table(tuple(course.parameters)),)),
         ),
-        reviewer=(
-            Section("Checks", (Checks(told),)),
-            Section("As the command prints it", (Printed(varying_text(course)),)),
-        ),
-        methods=Methods(
-            paragraph(
+        reviewer=reviewed(told, varying_text(course)),
+        methods=methods_of(
+            [
                 "Viscosity B and stiffness K of the joint were estimated over time, its inertia "
                 f"constant, with {software()}, method {course.method}",
                 *course.preparation,
                 *course.notes,
                 "Bands are pointwise 95 % intervals of the t distribution",
-                checked_sentence(told),
-            ),
-            (RUIZ, software_reference()),
+            ],
+            [RUIZ],
+            told,
         ),
-        made=made_from(asked, [("method", course.method), ("despite", ", ".join(asked.despite))]),
+        options=[("method", course.method), ("despite", ", ".join(asked.despite))],
         data={
             "course": course.to_frame().drop(columns=["method", "warnings"]),
             "parameters": course.parameters.to_frame().reset_index(),

@@ -11,36 +11,17 @@ import pandas as pd
 from armimpedance.errors import InputError
 from armimpedance.findings import Finding
 from armimpedance.json_text import read_json
-from armimpedance.pages.asked import Asked, made_from
-from armimpedance.pages.methods_text import (
-    checked_sentence,
-    paragraph,
-    software,
-    software_reference,
-)
+from armimpedance.pages.asked import Asked
+from armimpedance.pages.build import page_from, reviewed
+from armimpedance.pages.methods_text import methods_of, software
 from armimpedance.pages.of_fit import told_by
-from armimpedance.pages.page import Checks, Methods, Page, Section, Table
+from armimpedance.pages.page import Page, Section, Table
 from armimpedance.pages.topic import Topic
-from armimpedance.pages.verdict import verdict_of
 from armimpedance.report import counted, with_half_width
 
 
 def page_of(asked: Asked) -> Page:
-    """The page of a FIT.json.
-
-    Parameters
-    ----------
-    asked : Asked
-
-    Returns
-    -------
-    Page
-
-    Raises
-    ------
-    InputError
-        Not such a file.
-    """
+    """The page of a FIT.json."""
     content = read_json(asked.source, "a FIT.json")
     try:
         rows = [_row(one) for one in content["parameters"]]
@@ -56,21 +37,17 @@ def page_of(asked: Asked) -> Page:
     told = told_by(warnings, checks)
     heads = ("parameter", "value", "95 %", "unit", "well identified")
     table = Table("Fitted parameters, ± half the 95 % interval", heads, tuple(rows), "parameters")
-    return Page(
-        title=f"Fit: {asked.source.stem}",
+    return page_from(
+        asked,
+        told,
+        title="Fit",
         lead=f"Method {method}; the file holds no samples, so that nothing is drawn.",
-        verdict=verdict_of(
-            told,
-            "Give the recording instead of this file to see pictures and residuals.",
-            counted(len(rows), "parameter"),
-        ),
-        reader=(Section("Parameters", (table,)),),
-        reviewer=(Section("Checks", (Checks(told),)),) if told else (),
-        methods=Methods(
-            paragraph(f"Fitted with {software()}, method {method}", checked_sentence(told)),
-            (software_reference(),),
-        ),
-        made=made_from(asked, [("method", method)]),
+        count=counted(len(rows), "parameter"),
+        next_step="Give the recording instead of this file to see pictures and residuals.",
+        reader=[Section("Parameters", (table,))],
+        reviewer=reviewed(told),
+        methods=methods_of([f"Fitted with {software()}, method {method}"], findings=told),
+        options=[("method", method)],
         data={"parameters": pd.DataFrame(rows, columns=list(heads))},
     )
 

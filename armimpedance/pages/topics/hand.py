@@ -18,45 +18,26 @@ from armimpedance.ellipses import FIELDS
 from armimpedance.files import condition_of, half_widths, read_left_out, read_results
 from armimpedance.findings import Finding
 from armimpedance.impedance import METHODS
-from armimpedance.pages.asked import Asked, made_from
+from armimpedance.pages.asked import Asked
+from armimpedance.pages.build import page_from, reviewed
 from armimpedance.pages.linked import ellipse_numbers, ellipse_outlines, linked_ellipses
 from armimpedance.pages.linked_trials import linked_trials, trial_data
-from armimpedance.pages.methods_text import (
-    COVARIANCES,
-    checked_sentence,
-    paragraph,
-    software,
-    software_reference,
-)
-from armimpedance.pages.page import Block, Checks, Methods, Page, Printed, Section, Table
+from armimpedance.pages.methods_text import COVARIANCES, methods_of, software
+from armimpedance.pages.page import Block, Methods, Page, Printed, Section, Table
 from armimpedance.pages.pictures import picture
 from armimpedance.pages.references import TSUJI
 from armimpedance.pages.topic import Topic
-from armimpedance.pages.verdict import verdict_of
 from armimpedance.plots import plot_fit, plot_quality, plot_residuals
 from armimpedance.records import ImpedanceEstimate, Recording
 from armimpedance.report import counted, with_half_width
 
 #: Columns of a file of results that no reader of a page wants.
 _LEFT_OUT: Final = ("covariance", "provenance")
+_CHECKED: Final = "Each check says the smallest violation that it would have seen."
 
 
 def page_of(asked: Asked) -> Page:
-    """The page of a session with disturbances, or of a RESULTS file.
-
-    Parameters
-    ----------
-    asked : Asked
-
-    Returns
-    -------
-    Page
-
-    Raises
-    ------
-    InputError
-        The source cannot be read or estimated.
-    """
+    """The page of a session with disturbances, or of a RESULTS file."""
     if asked.source.is_file() and asked.source.suffix == ".csv":
         return of_estimates(asked, Estimates(tuple(read_results(asked.source))), None)
     recording = read_recording(asked.recording)
@@ -95,7 +76,6 @@ def of_estimates(
     Page
     """
     told = (*asked.checks, *_of_estimates(estimates, asked.checks))
-    count = f"{counted(len(estimates), 'group')}, {_trials(estimates)} trials"
     level = estimates[0].level
     data: dict[str, pd.DataFrame] = {
         "results": estimates.to_frame().drop(columns=list(_LEFT_OUT), errors="ignore"),
@@ -107,17 +87,23 @@ def of_estimates(
             recording, {condition_of(one): one.keys for one in estimates}
         )
     used = dict.fromkeys(e.method for e in estimates)
-    return Page(
-        title=f"Impedance of the {'hand' if level == 'hand' else 'joints'}: {asked.source.stem}",
+    return page_from(
+        asked,
+        told,
+        title=f"Impedance of the {'hand' if level == 'hand' else 'joints'}",
         lead=_lead(recording, estimates),
-        verdict=verdict_of(told, _next_step(estimates), count),
+        count=f"{counted(len(estimates), 'group')}, {_trials(estimates)} trials",
+        next_step=_next_step(estimates),
         reader=(
             Section("Ellipses", (linked_ellipses(estimates, "outlines", "ellipses"),)),
             Section("Estimates", tuple(_tables(estimates))),
         ),
-        reviewer=(*_reviewed(asked, estimates, recording, data.get("trials")), *_checked(told)),
+        reviewer=(
+            *_reviewed(asked, estimates, recording, data.get("trials")),
+            *reviewed(told, caption=_CHECKED),
+        ),
         methods=_methods(asked, estimates, recording, told),
-        made=made_from(asked, _options(asked, tuple(used))),
+        options=_options(asked, tuple(used)),
         data=data,
     )
 
@@ -286,11 +272,6 @@ def _quality_table(estimates: Sequence[ImpedanceEstimate]) -> Table:
     return Table(caption, ("group", *heads), tuple(rows))
 
 
-def _checked(findings: Sequence[Finding]) -> tuple[Section, ...]:
-    caption = "Each check says the smallest violation that it would have seen."
-    return (Section("Checks", (Checks(tuple(findings), caption),)),) if findings else ()
-
-
 def _methods(
     asked: Asked,
     estimates: Sequence[ImpedanceEstimate],
@@ -301,7 +282,7 @@ def _methods(
     known = [METHODS[name] for name in names if name in METHODS]
     groups = counted(len(estimates), "group")
     dof = ", ".join(sorted({f"{e.dof:.0f}" for e in estimates}, key=float)[:3])
-    text = paragraph(
+    sentences = [
         f"Inertia M, viscosity B and stiffness K were estimated from {_trials(estimates)} "
         f"disturbances in {groups} with {software()}, as M x'' + B x' + K x = -f, where x is the "
         "displacement from rest and f the change of the force that the limb exerts on the device",
@@ -312,10 +293,8 @@ def _methods(
         if recording is not None
         else "Intervals are 95 % intervals of the t distribution, as the file holds them",
         _left_out_sentence(asked),
-        checked_sentence(findings),
-    )
-    references = (TSUJI, *(m.reference for m in known), software_reference())
-    return Methods(text, tuple(dict.fromkeys(references)))
+    ]
+    return methods_of(sentences, [TSUJI, *(m.reference for m in known)], findings)
 
 
 def _left_out_sentence(asked: Asked) -> str:

@@ -12,21 +12,7 @@ from armimpedance.pages.topics.hand import of_estimates
 
 
 def page_of(asked: Asked) -> Page:
-    """The page of a session of the hand, mapped to the joints of its subject.
-
-    Parameters
-    ----------
-    asked : Asked
-
-    Returns
-    -------
-    Page
-
-    Raises
-    ------
-    InputError
-        The source cannot be read or estimated, or lengths of the arm are missing.
-    """
+    """The page of a session of the hand, mapped to the joints of its subject."""
     recording = read_recording(asked.recording)
     hand = estimate(
         recording,

@@ -22,27 +22,13 @@ PLACES: Final = 3
 
 
 def page_of(asked: Asked) -> Page:
-    """The page of a MODEL.json that `fit` wrote.
-
-    Parameters
-    ----------
-    asked : Asked
-
-    Returns
-    -------
-    Page
-
-    Raises
-    ------
-    InputError
-        Not such a file.
-    """
+    """The page of a MODEL.json that `fit` wrote."""
     model = read_model(asked.source)
     method = model.summary.method
     return fit_page(
         asked,
         model.summary,
-        title=f"Model of the muscles: {asked.source.stem}",
+        title="Model of the muscles",
         lead=f"{method.replace('_', ' ')}, fitted to {model.summary.n} numbers.",
         pictures=[_drawn(model)],
         sections=[Section("Elements", (_quality(model),))],

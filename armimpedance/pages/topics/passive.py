@@ -16,21 +16,7 @@ from armimpedance.report import counted, passive_text
 
 
 def page_of(asked: Asked) -> Page:
-    """The page of relaxed joints, whose rest angles are fitted.
-
-    Parameters
-    ----------
-    asked : Asked
-
-    Returns
-    -------
-    Page
-
-    Raises
-    ------
-    InputError
-        The recording cannot be read, or a check stops the analysis.
-    """
+    """The page of relaxed joints, whose rest angles are fitted."""
     fits = passive(
         asked.recording, method=asked.method, despite=asked.despite, progress=asked.progress
     )
@@ -41,7 +27,7 @@ def page_of(asked: Asked) -> Page:
     return fit_page(
         asked,
         fits.summary,
-        title=f"Passive joints: {asked.source.stem}",
+        title="Passive joints",
         lead=f"{counted(len(fits), 'relaxed joint')}: {joints}.",
         pictures=[
             picture(

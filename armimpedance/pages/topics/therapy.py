@@ -4,35 +4,20 @@ from __future__ import annotations
 
 from armimpedance.analyses import Contributions, contribution, read_recording
 from armimpedance.errors import InputError
-from armimpedance.pages.asked import Asked, made_from
-from armimpedance.pages.methods_text import paragraph, software, software_reference
+from armimpedance.pages.asked import Asked
+from armimpedance.pages.build import page_from, reviewed
+from armimpedance.pages.methods_text import methods_of, software
 from armimpedance.pages.of_fit import told_by
-from armimpedance.pages.page import Checks, Methods, Page, Printed, Section, Table
+from armimpedance.pages.page import Page, Section, Table
 from armimpedance.pages.pictures import picture
 from armimpedance.pages.references import GUIDALI
 from armimpedance.pages.topic import Topic
-from armimpedance.pages.verdict import verdict_of
 from armimpedance.plots import plot_feedback
 from armimpedance.report import contribution_text, counted, with_half_width
 
 
 def page_of(asked: Asked) -> Page:
-    """The page of a session with an identified robot and a measured arm.
-
-    Parameters
-    ----------
-    asked : Asked
-        With `robot` and `arm`.
-
-    Returns
-    -------
-    Page
-
-    Raises
-    ------
-    InputError
-        A file is missing or cannot be read, or a check stops the analysis.
-    """
+    """The page of a session with an identified robot and a measured arm."""
     if asked.robot is None or asked.arm is None:
         raise InputError(
             "a therapy session without --robot and --arm",
@@ -48,10 +33,13 @@ def page_of(asked: Asked) -> Page:
     )
     told = told_by((*found.notes, *found.left_out.values()), asked.checks)
     drawn = plot_feedback(found.movements, found.robot, found.arm)
-    return Page(
-        title=f"Contribution: {asked.source.stem}",
+    return page_from(
+        asked,
+        told,
+        title="Contribution",
         lead=f"{counted(len(found), 'movement')} with the robot {found.robot.name}.",
-        verdict=verdict_of(told, _next(found), counted(len(found), "movement")),
+        count=counted(len(found), "movement"),
+        next_step=_next(found),
         reader=(
             Section("Contribution per movement", (_table(found),)),
             Section(
@@ -59,21 +47,18 @@ def page_of(asked: Asked) -> Page:
                 (picture(drawn, "contribution", "Torques of the arm and of the person."),),
             ),
         ),
-        reviewer=(
-            *([Section("Checks", (Checks(told),))] if told else []),
-            Section("As the command prints it", (Printed(contribution_text(found)),)),
-        ),
-        methods=Methods(
-            paragraph(
+        reviewer=reviewed(told, contribution_text(found)),
+        methods=methods_of(
+            [
                 f"The contribution was computed with {software()} as the share c of "
                 "tau_user = c tau_h + d (inertia torque of the robot) by least squares over the "
                 "samples in which the axis moves",
                 "0 % is a passive arm, 100 % an arm that needs no support",
                 "Intervals are 95 % intervals that count robot, arm and noise",
-            ),
-            (GUIDALI, software_reference()),
+            ],
+            [GUIDALI],
         ),
-        made=made_from(asked, [("despite", ", ".join(asked.despite))]),
+        options=[("despite", ", ".join(asked.despite))],
         data={"contributions": found.to_frame()},
     )
 
