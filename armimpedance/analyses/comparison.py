@@ -26,6 +26,7 @@ from armimpedance.errors import InputError
 from armimpedance.files import read_results
 from armimpedance.findings import warnings_of
 from armimpedance.impedance import METHODS, Options
+from armimpedance.paths import distinct_names
 from armimpedance.records import ImpedanceEstimate, Recording
 
 #: What is compared: trials, or estimates without their trials.
@@ -146,18 +147,21 @@ def _named(inputs: Source | Sequence[Source] | Mapping[str, Source]) -> list[tup
     sources: Sequence[Any] = (inputs,) if _is_one(inputs) else inputs  # type: ignore[assignment]
     if not sources:
         raise InputError("nothing to compare", expected="recordings or results")
-    named = []
-    for number, source in enumerate(sources, start=1):
-        if not isinstance(source, str | os.PathLike):
-            named.append((f"recording {number}", source))
-            continue
-        path = Path(source)
+    paths = [Path(source) for source in sources if isinstance(source, str | os.PathLike)]
+    for path in paths:
         if not path.exists():
             raise InputError(
                 "no such file or folder", file=path, expected="a recording or a RESULTS.csv"
             )
-        named.append((path.stem if _is_results(source) else path.name, source))
-    return named
+    whole = distinct_names(paths)
+    short = [
+        n.rsplit(".", 1)[0] if _is_results(p) else n for n, p in zip(whole, paths, strict=True)
+    ]
+    named = iter(short if len(set(short)) == len(short) else whole)
+    return [
+        (next(named) if isinstance(source, str | os.PathLike) else f"recording {number}", source)
+        for number, source in enumerate(sources, start=1)
+    ]
 
 
 def _is_one(inputs: object) -> bool:

@@ -36,6 +36,7 @@ from armimpedance.cli.parts.written import WITH_CHECKS, check_long, write_result
 from armimpedance.conventions import group_name
 from armimpedance.errors import InputError
 from armimpedance.impedance import METHODS
+from armimpedance.paths import distinct_names
 
 if TYPE_CHECKING:
     from armimpedance.analyses import ComparedMethods, Estimates
@@ -170,6 +171,7 @@ def _check(arguments: argparse.Namespace) -> None:
         reads=arguments.recordings,
     )
     check_long(arguments)
+    distinct_names(arguments.recordings)
     if wanted is not None and out is None:
         raise InputError(f"--format {wanted} without --out", expected="a file to write")
     if wanted is not None and out.suffix != f".{wanted}":
@@ -227,8 +229,8 @@ def _joined(parts: list[Estimates], paths: list[Path]) -> Estimates:
     if len(parts) == 1:
         return parts[0]
     named = [
-        replace(e, keys={"recording": path.name, **e.keys})
-        for part, path in zip(parts, paths, strict=True)
+        replace(e, keys={"recording": name, **e.keys})
+        for part, name in zip(parts, distinct_names(paths), strict=True)
         for e in part
     ]
     return Estimates(tuple(named))

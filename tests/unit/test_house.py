@@ -40,7 +40,7 @@ RANKS = [
     {"outputs"},
     {"temporaries"},
     {"method_table"},
-    {"extras", "findings", "not_taken"},
+    {"extras", "findings", "not_taken", "paths"},
     {"conventions", "errors"},
 ]
 RANK = {room: rank for rank, rooms in enumerate(RANKS) for room in rooms}
