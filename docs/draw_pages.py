@@ -6,7 +6,6 @@ python docs/draw_pages.py
 
 from __future__ import annotations
 
-import shutil
 import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -17,8 +16,11 @@ import armimpedance as ai
 from armimpedance.pages import write_choice, write_explore
 from manipulandum_sim.hand import simulate
 
-GALLERY = Path(__file__).resolve().parent / "gallery"
-CHROMIUM = ("chromium", "chromium-browser", "google-chrome")
+DOCS = Path(__file__).resolve().parent
+sys.path.append(str(DOCS.parent / "tests" / "browser"))
+from set_up import chromium_file  # noqa: E402
+
+GALLERY = DOCS / "gallery"
 #: Size of the window, CSS pixels: what a reader sees first.
 WINDOW = {"width": 1120, "height": 900}
 
@@ -33,8 +35,7 @@ def main() -> int:
         explored = Path(folder) / "explore_page.html"
         write_explore([model, hand], explored, recording=recording.subject)
         write_choice(recording, Path(folder) / "trials_page.html", "postures")
-        found = next(filter(None, map(shutil.which, CHROMIUM)))
-        browser = playwright.chromium.launch(executable_path=found, args=["--no-sandbox"])
+        browser = playwright.chromium.launch(executable_path=chromium_file(), args=["--no-sandbox"])
         for page in sorted(Path(folder).glob("*.html")):
             photograph(browser, page, GALLERY / f"{page.stem}.png")
             print(GALLERY / f"{page.stem}.png")

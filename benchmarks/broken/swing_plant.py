@@ -7,31 +7,19 @@ Somebody who does not quite let go helps or hinders for half a second in every s
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 from broken.cell import Made, seeds_of
 
 from armimpedance.motion import MotionRecording
-from armimpedance.skeleton import GRAVITY_M_S2, Hinge, Segment, Skeleton
+from armimpedance.skeleton import GRAVITY_M_S2
 
-ELBOW = "right_elbow_flexion"
-_MASS, _CENTRE, _INERTIA = 1.5, 0.18, 0.016
-_SKELETON = Skeleton(
-    (
-        Segment("trunk", None, np.zeros(3)),
-        Segment(
-            "right_forearm",
-            "trunk",
-            np.zeros(3),
-            (Hinge(ELBOW, np.array([0.0, -1.0, 0.0])),),
-            _MASS,
-            np.array([0.0, 0.0, -_CENTRE]),
-            np.diag([_INERTIA, _INERTIA, 0.001]),
-        ),
-    )
-)
+sys.path.append(str(Path(__file__).resolve().parents[2] / "tests"))
+from swinging_forearm import CENTRE, INERTIA, MASS, SKELETON
 
 
 @dataclass(frozen=True)
@@ -63,13 +51,13 @@ class Forearm:
         v = np.zeros(trials)
         begins = rng.uniform(0.2, 2.0, trials)
         size = self.own_Nm * rng.choice([-1.0, 1.0], trials)
-        J = _INERTIA + _MASS * _CENTRE**2
+        J = INERTIA + MASS * CENTRE**2
 
         def faster(t: float, q: np.ndarray, v: np.ndarray) -> np.ndarray:
             inside = np.clip((t - begins) / self.own_s, 0, 1)
             own = size * np.sin(np.pi * inside) ** 2
             passive = self.k * (q - self.q_r) + self.h * v + self.f * np.tanh(v / 0.005)
-            return (own - passive - _MASS * GRAVITY_M_S2 * _CENTRE * np.sin(q)) / J
+            return (own - passive - MASS * GRAVITY_M_S2 * CENTRE * np.sin(q)) / J
 
         rows = [q]
         for i in range(fine * (frames - 1)):
@@ -92,6 +80,6 @@ class Forearm:
             offsets=frames * np.arange(trials + 1),
             time_s=np.tile(np.arange(frames) / rate, trials),
             coordinates=coordinates,
-            skeleton=_SKELETON,
+            skeleton=SKELETON,
         )
         return Made(record, {name: getattr(self, name) for name in ("k", "h", "f", "q_r")})

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import shutil
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from playwright.sync_api import Page, sync_playwright
-from set_up import CHROMIUM
+from set_up import chromium_file
 
 from armimpedance.pages.asked import Asked
 from armimpedance.pages.door import report_page
@@ -35,9 +34,8 @@ class Seen:
 
 @pytest.fixture(scope="session")
 def chromium():
-    found = next(filter(None, map(shutil.which, CHROMIUM)))
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=found, args=["--no-sandbox"])
+        browser = playwright.chromium.launch(executable_path=chromium_file(), args=["--no-sandbox"])
         yield browser
         browser.close()
 

@@ -17,7 +17,6 @@ HERE = Path(__file__).resolve().parent
 AXE = "axe-core@4.14.1"
 #: Where the tests find it.
 AXE_FILE = Path(sys.prefix) / "axe.min.js"
-CHROMIUM = ("chromium", "chromium-browser", "google-chrome")
 
 
 def main() -> None:
@@ -26,9 +25,15 @@ def main() -> None:
     _run(*pip, "-r", str(HERE / "requirements.txt"))
     if not AXE_FILE.exists():
         _axe()
-    if not any(map(shutil.which, CHROMIUM)):
+    if chromium_file() is None:
         _run("apt-get", "update", "-qq")
         _run("apt-get", "install", "-y", "-qq", "--no-install-recommends", "chromium")
+
+
+def chromium_file() -> str | None:
+    """The system's Chromium."""
+    names = ("chromium", "chromium-browser", "google-chrome")
+    return next(filter(None, map(shutil.which, names)), None)
 
 
 def _axe() -> None:

@@ -55,12 +55,14 @@ def plot_fit(recording: Recording, estimate: ImpedanceEstimate) -> Figure:
     Examples
     --------
     >>> import armimpedance as ai
-    >>> from armimpedance.plots import plot_fit
+    >>> from armimpedance.plots import plot_fit, plot_residuals
     >>> from manipulandum_sim.hand import simulate
     >>> recording, _ = simulate("cocontraction", seed=1, sets=1, conditions=["cocontraction_10"])
-    >>> figure = plot_fit(recording, ai.estimate(recording)[0])
-    >>> len(figure.axes)
+    >>> estimate = ai.estimate(recording)[0]
+    >>> len(plot_fit(recording, estimate).axes)
     4
+    >>> plot_residuals(recording, estimate).axes[-1].get_xlabel()
+    'frequency (Hz)'
     """
     shown = fitted_force(recording, estimate)
     explained = shown.explained
@@ -125,15 +127,9 @@ def plot_residuals(recording: Recording, estimate: ImpedanceEstimate) -> Figure:
     InputError
         No trial of the recording is of the estimate's group.
 
-    Examples
+    See Also
     --------
-    >>> import armimpedance as ai
-    >>> from armimpedance.plots import plot_residuals
-    >>> from manipulandum_sim.hand import simulate
-    >>> recording, _ = simulate("cocontraction", seed=1, sets=1, conditions=["cocontraction_10"])
-    >>> figure = plot_residuals(recording, ai.estimate(recording)[0])
-    >>> figure.axes[-1].get_xlabel()
-    'frequency (Hz)'
+    plot_fit : With an example of both.
     """
     shown = fitted_force(recording, estimate)
     d = shown.measured.shape[2]

@@ -7,26 +7,11 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
+from swinging_forearm import CENTRE, ELBOW, INERTIA, MASS, SKELETON
 
 from armimpedance.motion import MotionRecording
-from armimpedance.skeleton import GRAVITY_M_S2, Hinge, Segment, Skeleton
+from armimpedance.skeleton import GRAVITY_M_S2
 
-ELBOW = "right_elbow_flexion"
-MASS, CENTRE, INERTIA = 1.5, 0.18, 0.016
-SKELETON = Skeleton(
-    (
-        Segment("trunk", None, np.zeros(3)),
-        Segment(
-            "right_forearm",
-            "trunk",
-            np.zeros(3),
-            (Hinge(ELBOW, np.array([0.0, -1.0, 0.0])),),
-            MASS,
-            np.array([0.0, 0.0, -CENTRE]),
-            np.diag([INERTIA, INERTIA, 0.001]),
-        ),
-    )
-)
 TRUTH = SimpleNamespace(k=2.95, h=0.031, f=0.015, q_r=1.0)
 
 
