@@ -166,7 +166,9 @@ def _acquired(person: Person, data: BidsName) -> datetime | None:
         if (file.suffix, file.ending) != ("scans", ".tsv") or not file.describes(data):
             continue
         for number, row in enumerate(headed_rows(file.path, ["filename"]), start=2):
-            same = (file.path.parent / row["filename"]).resolve() == data.path.resolve()
+            # A damaged name may hold what no path can.
+            named = row["filename"].isprintable() and file.path.parent / row["filename"]
+            same = named and named.resolve() == data.path.resolve()
             text = row.get("acq_time", "n/a")
             if same and not is_missing(text):
                 return _stamp(text, file, number)

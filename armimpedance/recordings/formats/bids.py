@@ -62,7 +62,7 @@ def _skeleton_in(root: Path) -> Skeleton | None:
 
 
 FORMAT = Format(
-    name="a folder of BIDS (motion, emg)",
+    name="a folder of BIDS",
     recognises=is_bids,
     read=_read,
     options=("prefix", "emg_channels", "axes", "skeleton", "angles", "in_degrees", "mapping"),

@@ -36,7 +36,7 @@ def _read_subject(path: Path, options: ReadOptions) -> RecordedSubject:
 
 
 FORMAT = Format(
-    name="a Kinarm exam (.kinarm, folder or zip of C3D files, or a trial beside common.c3d)",
+    name="a Kinarm exam (.kinarm, folder or zip of C3D)",
     recognises=is_exam,
     read=_read,
     options=(

@@ -29,7 +29,7 @@ def _stated(options: ReadOptions) -> Path | None:
 
 
 FORMAT = Format(
-    name="a table of any layout (.csv, .parquet, .mat, ...) with a mapping of its columns",
+    name="a table with a mapping of its columns (.csv, .mat, ...)",
     # A folder of BIDS reads its points without a mapping, and takes one for all else.
     recognises=lambda path: not (is_recording_folder(path) or is_bids(path)) and is_mapped(path),
     read=_read,

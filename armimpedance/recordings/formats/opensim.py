@@ -19,7 +19,7 @@ def _read(path: Path, options: ReadOptions) -> MotionRecording:
 
 
 FORMAT = Format(
-    name="joint angles in a .mot or .sto file",
+    name="angles in a .mot or .sto file",
     recognises=lambda path: path.suffix.lower() in (".mot", ".sto") and path.is_file(),
     read=_read,
     options=("skeleton", "angles", "in_degrees"),

@@ -53,7 +53,8 @@ def mapping_of(path: Path, stated: Path | None) -> Path:
     raise InputError(
         "nothing says what its columns mean",
         file=path,
-        expected=f"--mapping FILE or {found}; `armimpedance map-columns {path}` proposes one",
+        expected=f"--mapping FILE, or {found.name} beside it: `armimpedance map-columns "
+        f"{path.name}` proposes one",
     )
 
 

@@ -266,4 +266,4 @@ def test_other_kinds_are_one_line(limb, refusal, relaxed, tmp_path):
     assert "without force plates" in line
     line = refusal("body", shutil.move(relaxed / "samples.csv", tmp_path / "samples.csv"))
     assert "samples.csv" in line
-    assert "known format" in line
+    assert "armimpedance map-columns" in line

@@ -302,3 +302,10 @@ def test_joint_angles_move_a_skeleton(tmp_path, unit, degrees):
     for wrong in (ReadOptions(), ReadOptions(skeleton=_elbow())):
         with pytest.raises(InputError, match=r"skeleton"):
             open_recording(tmp_path, wrong)
+
+
+def test_a_name_that_no_path_can_have_is_nobody_s(dataset):
+    scans = dataset / "sub-01" / "sub-01_scans.tsv"
+    scans.write_bytes(scans.read_bytes().replace(b"motion/sub-01", b"motion/sub\x0001"))
+    with contextlib.suppress(InputError):
+        open_recording(dataset)

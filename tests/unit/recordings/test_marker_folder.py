@@ -238,9 +238,9 @@ def test_one_door(tmp_path):
         open_recording(tmp_path / "r", ReadOptions(prefix="A"))
     with pytest.raises(InputError, match="no such file"):
         open_recording(tmp_path / "none.c3d")
-    (tmp_path / "a.txt").write_text("a")
+    (tmp_path / "a.xyz").write_text("a")
     with pytest.raises(InputError, match="no recording of a known format"):
-        open_recording(tmp_path / "a.txt")
+        open_recording(tmp_path / "a.xyz")
 
 
 def test_names_that_cannot_stand_in_a_table(tmp_path):

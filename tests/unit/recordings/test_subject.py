@@ -40,7 +40,7 @@ def test_an_exam_needs_no_sign_of_the_force_here(exams, tmp_path):
 
 def test_the_formats_stand_in_files_of_their_own(tmp_path):
     assert FORMATS.names[0] == "folder"
-    (tmp_path / "a.txt").write_text("a")
+    (tmp_path / "a.xyz").write_text("a")
     with pytest.raises(InputError) as refused:
-        read_subject(tmp_path / "a.txt")
+        read_subject(tmp_path / "a.xyz")
     assert all(each.name in str(refused.value) for each in FORMATS.values())
