@@ -164,7 +164,9 @@ def opened(name: str, place: Path) -> str:
             return "long message"
         if not text.isprintable():
             return "control character or line break in the message"
-        return "refused" if place.name in text else "message without the file"
+        # A mapping is wrong of a file, and both may be named.
+        near = {place.name, *(file.name for file in place.parent.iterdir())}
+        return "refused" if any(name in text for name in near) else "message without the file"
     except Warning as warning:
         return f"warning {type(warning).__name__}: {str(warning)[:80]}"
     except BaseException as error:  # whatever is not typed is what we look for
