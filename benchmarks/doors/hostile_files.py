@@ -165,7 +165,7 @@ def opened(name: str, place: Path) -> str:
         if not text.isprintable():
             return "control character or line break in the message"
         # A mapping is wrong of a file, and both may be named.
-        near = {place.name, *(file.name for file in place.parent.iterdir())}
+        near = {place.name, place.parent.name, *(file.name for file in place.parent.iterdir())}
         return "refused" if any(name in text for name in near) else "message without the file"
     except Warning as warning:
         return f"warning {type(warning).__name__}: {str(warning)[:80]}"

@@ -6,7 +6,7 @@ imports alone need. Ratios in one run, ours over theirs. A Kinarm exam has no ot
 memory is compared with the recording's own arrays and with the exam.
 
     python benchmarks/doors/reading_speed.py
-    python benchmarks/doors/reading_speed.py --exam-trials 725
+    python benchmarks/doors/reading_speed.py --exam-trials 2000
 """
 
 # The number of threads must be set before numpy is imported.
@@ -113,7 +113,7 @@ def exam(file: Path, form: str, repeats: int) -> None:
 
 
 def large(trials: int) -> None:
-    """An exam of so many trials, as an archive; 725 trials make 1 GB unpacked."""
+    """An exam of so many trials, as an archive."""
     from dataclasses import replace
 
     import numpy as np
