@@ -50,8 +50,10 @@ Inertia, viscosity and stiffness of the human arm from small disturbances.
 
 A first session:
   armimpedance demo --quick                       see everything work, in seconds
+  armimpedance new --for kinarm try_it            an example folder for a lab like yours
   armimpedance plan --k-percent 5                 how many trials, which disturbance?
-  armimpedance convert exam.zip session           a Kinarm exam, a C3D, ...
+  armimpedance exam exam.kinarm                   what a Kinarm exam holds
+  armimpedance convert exam.kinarm session        a Kinarm exam, a C3D, a CSV, ...
   armimpedance inspect session                    can it be used?
   armimpedance estimate session --out hand.csv    one row per condition
   armimpedance report session --out report.html   a page to show
