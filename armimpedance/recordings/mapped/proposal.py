@@ -195,14 +195,17 @@ def _time(found: Proposal, columns: ReadColumns, runs: Sequence[RawRun]) -> None
     if home is not None and (home.time_s is not None or home.rate_hz is not None):
         return
     named = [n for n in columns.of("time") if home is None or columns.tables[n.name] is home]
-    others = [n for n in columns.of("unknown") if home is None or columns.tables[n.name] is home]
+    # LabVIEW calls its time X_Value: a name that says a position may stand over the time too.
+    unsure = [*columns.of("unknown"), *columns.of("position")]
+    others = [n for n in unsure if home is None or columns.tables[n.name] is home]
     taken = set(found.position.columns if found.position else ())
     for name in [*named, *others]:
         steps = None if name.name in taken else time_steps(columns.values[name.name])
-        if steps is None or (name.role == "unknown" and steps[1] < 0.9):
+        sure = name.role == "time"
+        if steps is None or (not sure and steps[1] < 0.9):
             continue
         unit = _stated([name]) or time_unit(steps[0])
-        if steps[0] == 1.0 and unit.why != "stated by the file" and name.role == "unknown":
+        if steps[0] == 1.0 and unit.why != "stated by the file" and not sure:
             unit = Found(None, "a step of 1: ms, or a count of samples")
         found.time = ProposedColumns((name.name,), ("",), unit)
         return

@@ -246,9 +246,12 @@ def _header(lines: list[str], table: _Try) -> tuple[tuple[str, ...], tuple[str |
 
 
 def _fitted(cells: list[str], width: int) -> list[str] | None:
-    """The cells of a header's line; rows may end in a delimiter that it has not."""
+    """The cells of a header's line; rows may end in a delimiter it has not, or lack a remark."""
     if len(cells) == width:
         return cells
+    # LabVIEW's last column holds a remark in the first row at most.
+    if len(cells) == width + 1 and cells[-1].lower() in ("", "comment"):
+        return cells[:width]
     return [*cells, ""] if len(cells) == width - 1 and width > 1 else None
 
 

@@ -26,7 +26,7 @@ from armimpedance.recordings.mapped.raw_file import (
 )
 from armimpedance.recordings.mapped.text_layout import MISSING, TextLayout, cells_of, text_layout
 
-_ENDINGS: Final = (".csv", ".tsv", ".txt", ".dat", ".asc")
+_ENDINGS: Final = (".csv", ".tsv", ".txt", ".dat", ".asc", ".lvm")
 #: A column of texts takes as much room as its longest cell in each row.
 _LARGEST_TEXTS: Final = 100_000_000
 #: More columns than this are samples that stand in a row.
@@ -158,7 +158,7 @@ def _unreadable(file: Path, error: Exception) -> InputError:
 
 
 SOURCE = Source(
-    name="a table of text (.csv, .tsv, .txt, .dat, .asc)",
+    name="a table of text (.csv, .tsv, .txt, .dat, .asc, .lvm)",
     recognises=lambda path: path.suffix.lower() in _ENDINGS and path.is_file(),
     read=_read,
 )

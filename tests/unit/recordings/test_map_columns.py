@@ -184,3 +184,17 @@ def test_columns_without_a_meaning_stay_open(tmp_path: Path) -> None:
 )
 def test_names(name: str, role: str) -> None:
     assert read_name(name).role == role
+
+
+def test_a_file_of_labview_has_its_names_and_its_time(tmp_path: Path) -> None:
+    rng = np.random.default_rng(2)
+    head = "LabVIEW Measurement\t\nSeparator\tTab\n***End_of_Header***\t\n\n"
+    names = "X_Value\tPos_X\tPos_Y\tForce_X\tForce_Y\tComment\n"
+    place = np.cumsum(np.cumsum(rng.normal(size=(400, 2)), axis=0), axis=0) * 1e-7
+    rows = np.column_stack([np.arange(400) / 1000, place, rng.normal(size=(400, 2))])
+    body = "".join("\t".join(f"{v:.9f}" for v in row) + "\n" for row in rows)
+    (tmp_path / "a.lvm").write_text(head + names + body)
+    text = propose_mapping(tmp_path / "a.lvm").text
+    assert 'column = "X_Value"' in text
+    assert '["Pos_X", "Pos_Y"]' in text
+    assert '["Force_X", "Force_Y"]' in text
