@@ -52,7 +52,8 @@ A first session:
   armimpedance demo --quick                       see everything work, in seconds
   armimpedance new --for kinarm try_it            an example folder for a lab like yours
   armimpedance plan --k-percent 5                 how many trials, which disturbance?
-  armimpedance exam exam.kinarm                   what a Kinarm exam holds
+  armimpedance exam exam.kinarm                   what a Kinarm exam holds, or:
+  armimpedance map-columns mine.csv               which column of your own files is what
   armimpedance convert exam.kinarm session        a Kinarm exam, a C3D, a CSV, ...
   armimpedance inspect session                    can it be used?
   armimpedance estimate session --out hand.csv    one row per condition
