@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
+from hashlib import sha256
 from pathlib import Path
 from typing import Any, Final
 
 from armimpedance.errors import InputError
 from armimpedance.files.fit_json import write_json
-from armimpedance.json_text import read_json
+from armimpedance.json_text import finite, read_json
 from armimpedance.muscles import MODEL_KINDS, FittedModel, kind_of
 
 FORMAT: Final = "armimpedance-model"
 VERSION: Final = 1
+CHECKSUM: Final = "model_sha256"
 
 
 def write_model(model: FittedModel, path: str | Path) -> None:
@@ -25,12 +28,14 @@ def write_model(model: FittedModel, path: str | Path) -> None:
     path : path
         MODEL.json.
     """
+    plain = finite(model.as_plain())
     content = {
         "format": FORMAT,
         "version": VERSION,
         "kind": kind_of(model).name,
         **model.to_dict(),
-        "model": model.as_plain(),
+        "model": plain,
+        CHECKSUM: checksum(plain),
     }
     write_json(content, path)
 
@@ -75,12 +80,33 @@ def read_model(path: str | Path) -> FittedModel:
     plain = content.get("model")
     if not isinstance(plain, Mapping):
         raise InputError("no model", file=path, column="model", expected="an object")
+    # Files of earlier versions have none.
+    if content.get(CHECKSUM, checksum(plain)) != checksum(plain):
+        problem = "the model's numbers are not those that were fitted"
+        expected = "the file as `armimpedance fit` wrote it"
+        raise InputError(problem, file=path, column=CHECKSUM, expected=expected)
     try:
         return MODEL_KINDS[str(kind)].type.from_plain(plain)
     except InputError as error:
         raise InputError(
             error.problem, file=path, column=error.column, expected=error.expected
         ) from error
+
+
+def checksum(plain: Any) -> str:
+    """A checksum of a model's numbers, whatever the white space of its file.
+
+    Parameters
+    ----------
+    plain : numbers, texts, lists and mappings, as JSON has them
+
+    Returns
+    -------
+    str
+        SHA-256, in hexadecimal digits.
+    """
+    text = json.dumps(plain, sort_keys=True, separators=(",", ":"))
+    return sha256(text.encode()).hexdigest()
 
 
 def _content(path: Path) -> Mapping[str, Any]:

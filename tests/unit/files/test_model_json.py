@@ -7,7 +7,7 @@ import pytest
 
 from armimpedance.errors import InputError
 from armimpedance.files.fit_json import write_fit
-from armimpedance.files.model_json import read_model, write_model
+from armimpedance.files.model_json import CHECKSUM, read_model, write_model
 from armimpedance.muscles.model_kinds import kind_of
 from armimpedance.muscles.posture.fit import fit_posture_model
 from armimpedance.muscles.rows import JointRows
@@ -61,7 +61,10 @@ def test_the_file_holds_what_every_fit_says_of_itself(model, path):
     ],
 )
 def test_another_file_is_refused(path, change, words):
-    path.write_text(json.dumps(json.loads(path.read_text()) | change))
+    content = json.loads(path.read_text())
+    # Without its checksum, as files of earlier versions are.
+    del content[CHECKSUM]
+    path.write_text(json.dumps(content | change))
     with pytest.raises(InputError) as refused:
         read_model(path)
     assert words in str(refused.value)
@@ -79,6 +82,7 @@ def _broken(value):
 
 def test_a_damaged_model_is_refused_or_read_but_never_breaks(path):
     content = json.loads(path.read_text())
+    del content[CHECKSUM]
     refused: list[str] = []
     for damaged in _broken(content["model"]):
         path.write_text(json.dumps(content | {"model": damaged}))
@@ -88,6 +92,40 @@ def test_a_damaged_model_is_refused_or_read_but_never_breaks(path):
             refused.append(str(error))
     assert len(refused) >= 4 * len(content["model"])
     assert not any("\n" in message for message in refused)
+
+
+def _numbers(value, at=()):
+    """The places of all numbers in a model's plain form."""
+    if isinstance(value, bool) or not isinstance(value, int | float | list | dict):
+        return
+    if isinstance(value, int | float):
+        yield at
+        return
+    for name, inner in value.items() if isinstance(value, dict) else enumerate(value):
+        yield from _numbers(inner, (*at, name))
+
+
+def test_a_number_that_was_changed_is_refused_wherever_it_stands(path):
+    content = json.loads(path.read_text())
+    places = list(_numbers(content["model"]))
+    assert len(places) > 20
+    for *way, last in places[:: max(1, len(places) // 40)]:
+        changed = json.loads(path.read_text())
+        home = changed["model"]
+        for name in way:
+            home = home[name]
+        home[last] = home[last] * 1.0001 + 1e-9
+        other = path.with_name("changed.json")
+        other.write_text(json.dumps(changed))
+        with pytest.raises(InputError, match="not those that were fitted"):
+            read_model(other)
+
+
+def test_another_layout_of_the_same_numbers_is_the_same_model(model, path):
+    path.write_text(json.dumps(json.loads(path.read_text()), sort_keys=True, indent=7))
+    postures = np.array([[0.8, 1.2]])
+    again = read_model(path).predict(postures).stiffness
+    assert again.tobytes() == model.predict(postures).stiffness.tobytes()
 
 
 @pytest.mark.parametrize("text", ["", "{", "[1]", '"format"', "\x00", "[" * 100_000])
