@@ -61,6 +61,25 @@ class Starter:
         return (README, SCRIPT, NOTEBOOK, *(name for name, _ in self.data))
 
 
+#: How every analysis goes on once the recording is read.
+LOOK: Final = Cell(
+    "Look at it before anything is estimated: every check says what it would have seen.",
+    "print(ai.inspect(recording))",
+)
+#: Pushes of the hand, from the recording to what is shown.
+HAND_CELLS: Final = (
+    LOOK,
+    Cell(
+        "Inertia, viscosity and stiffness of the hand, one row a condition.",
+        'hand = ai.estimate(recording)\nhand.to_csv("hand.csv")\nprint(hand)',
+    ),
+    Cell(
+        "The ellipses, and a page to show.",
+        'axes = ai.plot_ellipses(hand)\nai.save(axes.figure, "ellipses")\n'
+        'ai.write_report(recording, "report.html")',
+    ),
+)
+
 #: Each starter is a file in the folder, with the record STARTER.
 STARTERS: Final = MethodTable[Starter]("armimpedance.cli.starters", "STARTER", "lab", joint="-")
 

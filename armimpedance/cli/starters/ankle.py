@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from armimpedance.cli.parts.starter import Cell, Starter
+from armimpedance.cli.parts.starter import LOOK, Cell, Starter
 
 
 def _write(folder: Path) -> None:
@@ -40,10 +40,7 @@ STARTER = Starter(
             "Read the file. The mapping lies beside it, so that nothing has to be told.",
             'import armimpedance as ai\n\nrecording = ai.read("session.mat")\nprint(recording)',
         ),
-        Cell(
-            "Look at it before anything is estimated: every check says what it would have seen.",
-            "print(ai.inspect(recording))",
-        ),
+        LOOK,
         Cell(
             "Inertia, viscosity and stiffness about the operating point.",
             "fit = ai.elbow(recording)\nprint(fit.summary)",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from armimpedance.cli.parts.starter import Cell, Starter
+from armimpedance.cli.parts.starter import HAND_CELLS, Cell, Starter
 
 
 def _write(folder: Path) -> None:
@@ -41,19 +41,7 @@ STARTER = Starter(
             "Read all trials. Units and signs are turned once, here, as the mapping says.",
             'import armimpedance as ai\n\nrecording = ai.read("trials")\nprint(recording)',
         ),
-        Cell(
-            "Look at it before anything is estimated: every check says what it would have seen.",
-            "print(ai.inspect(recording))",
-        ),
-        Cell(
-            "Inertia, viscosity and stiffness of the hand, one row a condition.",
-            'hand = ai.estimate(recording)\nhand.to_csv("hand.csv")\nprint(hand)',
-        ),
-        Cell(
-            "The ellipses, and a page to show.",
-            'axes = ai.plot_ellipses(hand)\nai.save(axes.figure, "ellipses")\n'
-            'ai.write_report(recording, "report.html")',
-        ),
+        *HAND_CELLS,
     ),
     own=(
         "Put your files into a folder and run `armimpedance map-columns FOLDER --out "

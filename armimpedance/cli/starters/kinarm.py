@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Final
 
-from armimpedance.cli.parts.starter import Cell, Starter
+from armimpedance.cli.parts.starter import HAND_CELLS, Cell, Starter
 
 _EVENTS: Final = 'onset_event="PERTURB_ON", end_event="PERTURB_OFF"'
 
@@ -50,19 +50,7 @@ STARTER = Starter(
             f'import armimpedance as ai\n\nrecording = ai.read("exam.kinarm", {_EVENTS})\n'
             "print(recording)",
         ),
-        Cell(
-            "Look at it before anything is estimated: every check says what it would have seen.",
-            "print(ai.inspect(recording))",
-        ),
-        Cell(
-            "Inertia, viscosity and stiffness of the hand, one row a condition.",
-            'hand = ai.estimate(recording)\nhand.to_csv("hand.csv")\nprint(hand)',
-        ),
-        Cell(
-            "The ellipses, and a page to show.",
-            'axes = ai.plot_ellipses(hand)\nai.save(axes.figure, "ellipses")\n'
-            'ai.write_report(recording, "report.html")',
-        ),
+        *HAND_CELLS,
     ),
     own=(
         "Put your exam in the place of `exam.kinarm`. `armimpedance exam` lists its protocols and "

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from armimpedance.cli.parts.starter import Cell, Starter
+from armimpedance.cli.parts.starter import LOOK, Cell, Starter
 
 
 def _write(folder: Path) -> None:
@@ -44,10 +44,7 @@ STARTER = Starter(
             'import armimpedance as ai\n\nrecording = ai.read("markers/p5_001.trc", '
             'skeleton="skeleton.json")\nprint(recording)',
         ),
-        Cell(
-            "Look at it before anything is estimated: every check says what it would have seen.",
-            "print(ai.inspect(recording))",
-        ),
+        LOOK,
         Cell(
             "Stiffness, viscosity and friction of the relaxed elbow. Its rest angle is known here; "
             'rest_angle="free" fits it.',

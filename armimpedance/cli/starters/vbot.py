@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from armimpedance.cli.parts.starter import Cell, Starter
+from armimpedance.cli.parts.starter import HAND_CELLS, Cell, Starter
 
 
 def _write(folder: Path) -> None:
@@ -44,19 +44,7 @@ STARTER = Starter(
             "Read the file. The mapping lies beside it, so that nothing has to be told.",
             'import armimpedance as ai\n\nrecording = ai.read("session.mat")\nprint(recording)',
         ),
-        Cell(
-            "Look at it before anything is estimated: every check says what it would have seen.",
-            "print(ai.inspect(recording))",
-        ),
-        Cell(
-            "Inertia, viscosity and stiffness of the hand, one row a condition.",
-            'hand = ai.estimate(recording)\nhand.to_csv("hand.csv")\nprint(hand)',
-        ),
-        Cell(
-            "The ellipses, and a page to show.",
-            'axes = ai.plot_ellipses(hand)\nai.save(axes.figure, "ellipses")\n'
-            'ai.write_report(recording, "report.html")',
-        ),
+        *HAND_CELLS,
     ),
     own=(
         "Run `armimpedance map-columns yours.mat --out columns.toml`: it proposes a mapping from "
