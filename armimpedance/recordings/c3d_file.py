@@ -81,6 +81,26 @@ def is_c3d(data: bytes) -> bool:
     return len(data) >= BLOCK and data[1] == _KEY and data[0] >= 2
 
 
+def check_c3d(data: bytes, name: str) -> None:
+    """Refuse bytes that do not begin as a C3D file does.
+
+    Parameters
+    ----------
+    data : bytes
+    name : str
+        The file's name, for messages.
+
+    Raises
+    ------
+    InputError
+    """
+    if len(data) < BLOCK:
+        problem = "is empty" if not data else f"is cut off after {len(data)} bytes"
+        raise InputError(problem, file=name, expected="a C3D file with a header of 512 bytes")
+    if not is_c3d(data):
+        raise InputError("is not a C3D file", file=name, expected="80 as the second byte")
+
+
 def read_c3d(path: str | os.PathLike[str]) -> C3DFile:
     """Read a C3D file from the disk; see `parse_c3d`."""
     try:
@@ -106,11 +126,7 @@ def parse_c3d(data: bytes, name: str, wanted: Callable[[str], bool] | None = Non
     InputError
         It is no C3D file, is cut off, or its header claims what it does not hold.
     """
-    if len(data) < BLOCK:
-        problem = "is empty" if not data else f"is cut off after {len(data)} bytes"
-        raise InputError(problem, file=name, expected="a C3D file with a header of 512 bytes")
-    if not is_c3d(data):
-        raise InputError("is not a C3D file", file=name, expected="80 as the second byte")
+    check_c3d(data, name)
     header = _Header.parse(data)
     parameters = read_groups(data, name, (data[0] - 1) * BLOCK)
     layout = _Layout.of(data, name, header, parameters)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from armimpedance.arrays import BoolArray, FloatArray
 from armimpedance.errors import InputError
-from armimpedance.recordings.c3d_file import is_c3d
+from armimpedance.recordings.c3d_file import check_c3d
 from armimpedance.recordings.capture.layout import BLOCK, Layout, layout_of
 from armimpedance.recordings.capture.parameters import Parameters, read_parameters
 
@@ -144,11 +144,7 @@ def parse_capture(data: bytes, name: str) -> Capture:
     InputError
         It is no C3D file, is cut off, or its header claims what it does not hold.
     """
-    if len(data) < BLOCK:
-        problem = "is empty" if not data else f"is cut off after {len(data)} bytes"
-        raise InputError(problem, file=name, expected="a C3D file with a header of 512 bytes")
-    if not is_c3d(data):
-        raise InputError("is not a C3D file", file=name, expected="80 as the second byte")
+    check_c3d(data, name)
     parameters = read_parameters(data, name, (data[0] - 1) * BLOCK)
     layout = layout_of(data, name, parameters)
     word = parameters.processor.dtype("f4" if layout.real else "i2")
