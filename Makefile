@@ -4,8 +4,9 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 OUT ?= out
+BILL := .venv-bill
 
-.PHONY: setup demo test test-browser test-office lint types docs figures benchmarks clean help
+.PHONY: setup demo test test-browser test-office lint types docs bill figures benchmarks clean help
 
 help:
 	@echo "make demo        set up, then run the whole study on a simulated subject -> $(OUT)/demo"
@@ -14,6 +15,7 @@ help:
 	@echo "make test-office  workbooks in LibreOffice, MATLAB files in Octave (installed where missing)"
 	@echo "make figures     the source's figures from simulated subjects -> $(OUT)/figures"
 	@echo "make lint types docs   what continuous integration checks beside the tests"
+	@echo "make bill        licences and versions of everything installed -> $(OUT)/armimpedance.cdx.json"
 	@echo "make benchmarks  accuracy and speed studies, measured against what is asked (slow)"
 
 setup: $(VENV)/.ready
@@ -21,7 +23,7 @@ setup: $(VENV)/.ready
 $(VENV)/.ready: requirements.lock pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(0 if sys.version_info >= (3, 11) else "armimpedance needs Python 3.11 or newer; try: make PYTHON=python3.12 ...")'
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r requirements.lock
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
 	@touch $@
 
@@ -49,7 +51,19 @@ types: setup
 docs: setup
 	$(BIN)/python docs/check.py
 	$(BIN)/python docs/check_faces.py
+	$(BIN)/python docs/licences.py --check
 	$(BIN)/codespell
+
+bill: setup $(BILL)/.ready
+	@mkdir -p $(OUT)
+	$(BILL)/bin/cyclonedx-py environment $(BIN)/python --pyproject pyproject.toml --output-reproducible -o $(OUT)/armimpedance.cdx.json
+	$(BIN)/python docs/licences.py --bill $(OUT)/armimpedance.cdx.json
+
+# The tool that lists an environment stands outside it.
+$(BILL)/.ready: docs/bill_requirements.lock
+	$(PYTHON) -m venv $(BILL)
+	$(BILL)/bin/python -m pip install --quiet --disable-pip-version-check --require-hashes -r docs/bill_requirements.lock
+	@touch $@
 
 figures: setup
 	$(BIN)/python -m armimpedance figures --out $(OUT)/figures
@@ -58,4 +72,4 @@ benchmarks: setup
 	for script in benchmarks/[a-z]*.py; do $(BIN)/python $$script || exit 1; done
 
 clean:
-	rm -rf $(VENV) $(OUT) build *.egg-info
+	rm -rf $(VENV) $(BILL) $(OUT) build *.egg-info

@@ -6,6 +6,7 @@ package of that name. Both go into the virtual environment.
 
 from __future__ import annotations
 
+import hashlib
 import shutil
 import subprocess
 import sys
@@ -15,6 +16,8 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 AXE = "axe-core@4.14.1"
+#: SHA-256 of its package.
+AXE_SUM = "e6b0ce02b84d892e2e33e403485e7f3d6c29e2be6df65daf44d89ba564139745"
 #: Where the tests find it.
 AXE_FILE = Path(sys.prefix) / "axe.min.js"
 
@@ -22,7 +25,7 @@ AXE_FILE = Path(sys.prefix) / "axe.min.js"
 def main() -> None:
     """Install what is missing; whatever fails ends with its own message."""
     pip = [sys.executable, "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
-    _run(*pip, "-r", str(HERE / "requirements.txt"))
+    _run(*pip, "--require-hashes", "-r", str(HERE / "requirements.txt"))
     if not AXE_FILE.exists():
         _axe()
     if chromium_file() is None:
@@ -40,6 +43,8 @@ def _axe() -> None:
     with tempfile.TemporaryDirectory() as folder:
         _run("npm", "pack", "--silent", AXE, cwd=folder)
         [package] = Path(folder).glob("*.tgz")
+        if hashlib.sha256(package.read_bytes()).hexdigest() != AXE_SUM:
+            raise SystemExit(f"{AXE} is not the file that was tested")
         with tarfile.open(package) as archive:
             source = archive.extractfile("package/axe.min.js")
             if source is None:
