@@ -2,20 +2,22 @@
 
 Everything is written under a temporary name beside the final one, flushed to the disk and renamed:
 a process that is killed at any moment leaves the old output or the new one under the final name,
-and what it leaves beside it is swept by the next run that writes there.
+and what it leaves beside it is swept by the next run that writes there. Two that write the same
+output at once leave one of the two, whole.
 """
 
 from __future__ import annotations
 
+import errno
 import os
-import shutil
+import stat
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Final
 
 from armimpedance.errors import InputError
-from armimpedance.temporaries import exchange, sweep, temporary_name
+from armimpedance.temporaries import exchange, remove, sweep, temporary_name
 
 #: What a recording's folder may hold; such a folder may be replaced by a new one.
 RECORDING_FILES: Final = ("recording.json", "trials.csv", "samples.parquet", "samples.csv")
@@ -28,7 +30,8 @@ def staged_file(path: str | os.PathLike[str]) -> Iterator[Path]:
     Parameters
     ----------
     path : path
-        The final name. An existing file is replaced in one step.
+        The final name. An existing file is replaced in one step; the new one is as open to others
+        as the old one was.
 
     Yields
     ------
@@ -38,19 +41,20 @@ def staged_file(path: str | os.PathLike[str]) -> Iterator[Path]:
     Raises
     ------
     InputError
-        The folder does not exist or cannot be written to, or `path` is no regular file.
+        The folder does not exist or cannot be written to, or `path` is no regular file or
+        write-protected.
     """
     final = _final_path(path)
-    if final.exists() and not final.is_file():
-        raise InputError("is not a regular file", file=path, expected="the name of a file")
+    check_file_replaceable(final)
     temporary = temporary_name(final, f".partial{final.suffix}")
     try:
         yield temporary
         _flush(temporary)
+        _like_the_old(temporary, final)
         os.replace(temporary, final)
-        _flush(final.parent)
+        _flush_names(final.parent)
     finally:
-        temporary.unlink(missing_ok=True)
+        remove(temporary)
 
 
 @contextmanager
@@ -91,13 +95,15 @@ def staged_folder(
     try:
         yield temporary
         for written in sorted(temporary.rglob("*")):
-            _flush(written)
-        _flush(temporary)
+            _flush_names(written) if written.is_dir() else _flush(written)
+        _flush_names(temporary)
         check_replaceable(final, mark, known)
-        exchange(temporary, final)
-        _flush(final.parent)
+        _like_the_old(temporary, final)
+        if exchange(temporary, final):
+            _keep_what_came_meanwhile(temporary, final, mark, known)
+        _flush_names(final.parent)
     finally:
-        shutil.rmtree(temporary, ignore_errors=True)
+        remove(temporary)
 
 
 def check_replaceable(
@@ -116,14 +122,16 @@ def check_replaceable(
     Raises
     ------
     InputError
-        It is a file, or holds what no earlier output holds.
+        It is a file or write-protected, or holds what no earlier output holds.
     """
     final = Path(path)
     if not final.exists():
         return
     if not final.is_dir():
         raise InputError("is a file", file=final, expected="the name of a new folder")
-    held = sorted(entry.name for entry in final.iterdir())
+    if not final.stat().st_mode & 0o222:
+        raise InputError("is write-protected", file=final, expected="another name")
+    held = _held(final)
     foreign = [name for name in held if name not in known and name != mark]
     if held and (foreign or mark not in held):
         example = (foreign or held)[0]
@@ -134,9 +142,43 @@ def check_replaceable(
         )
 
 
+def _held(folder: Path) -> list[str]:
+    """The names in a folder; looked at again where another writer replaced it meanwhile."""
+    while True:
+        before = folder.stat().st_ino
+        held = sorted(entry.name for entry in folder.iterdir())
+        if folder.stat().st_ino == before:
+            return held
+
+
+def check_file_replaceable(path: str | os.PathLike[str]) -> None:
+    """Refuse a name that stands for something that a file must not replace.
+
+    Parameters
+    ----------
+    path : path
+
+    Raises
+    ------
+    InputError
+        It is a folder, a device or a pipe, or a file that nobody may write to.
+    """
+    try:
+        mode = os.stat(path).st_mode
+    except FileNotFoundError:
+        return
+    if not stat.S_ISREG(mode):
+        raise InputError("is not a regular file", file=path, expected="the name of a file")
+    # A rename would not ask; and for an administrator, the system would not either.
+    if not mode & 0o222 or not os.access(path, os.W_OK):
+        raise InputError("is write-protected", file=path, expected="another name")
+
+
 def _final_path(path: str | os.PathLike[str]) -> Path:
     # A link is written through, not replaced.
     final = Path(os.path.realpath(path))
+    if final.is_symlink():
+        raise InputError("is a link to itself", file=path, expected="the name of a file or folder")
     if not final.parent.is_dir():
         raise InputError("no such folder", file=final.parent, expected="an existing folder")
     if not os.access(final.parent, os.W_OK):
@@ -145,12 +187,42 @@ def _final_path(path: str | os.PathLike[str]) -> Path:
     return final
 
 
-def _flush(path: Path) -> None:
-    """Have the system put a file or folder on the disk before it is renamed."""
-    if os.name == "nt" and path.is_dir():
+def _like_the_old(temporary: Path, final: Path) -> None:
+    """Give a finished output the permissions of the one that it replaces."""
+    try:
+        mode = stat.S_IMODE(final.stat().st_mode)
+    except FileNotFoundError:
         return
+    if mode != stat.S_IMODE(temporary.stat().st_mode):
+        temporary.chmod(mode)
+
+
+def _keep_what_came_meanwhile(
+    replaced: Path, final: Path, mark: str, known: Collection[str]
+) -> None:
+    """Undo the exchange where the old folder has got a file that is not ours."""
+    try:
+        check_replaceable(replaced, mark, known)
+    except InputError:
+        exchange(replaced, final)
+        check_replaceable(final, mark, known)
+
+
+def _flush(path: Path) -> None:
+    """Have the system put a file on the disk before it is renamed."""
     handle = os.open(path, os.O_RDONLY if os.name != "nt" else os.O_RDWR)
     try:
         os.fsync(handle)
     finally:
         os.close(handle)
+
+
+def _flush_names(folder: Path) -> None:
+    """The same of the names in a folder, where the system lets a folder be opened and flushed."""
+    if os.name == "nt":
+        return
+    try:
+        _flush(folder)
+    except OSError as error:
+        if error.errno not in (errno.EINVAL, errno.ENOTSUP, errno.EACCES):
+            raise

@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from contextlib import contextmanager
-from mmap import ACCESS_READ, mmap
 from pathlib import Path
-from struct import unpack_from
-from typing import Any, Final
+from struct import unpack
+from typing import Any, BinaryIO, Final
 
 import numpy as np
 
@@ -28,6 +27,8 @@ _LONGEST_NAME: Final = 80
 #: How a heap begins, with its version.
 _HEAP: Final = b"GCOL\x01"
 _LARGEST_CHECKED: Final = 4_000_000_000
+#: Bytes that are looked through at once.
+_BLOCK: Final = 8_000_000
 
 
 class Hdf5Error(Exception):
@@ -81,24 +82,39 @@ def check_heaps(path: Path, expected: str) -> None:
     size = path.stat().st_size
     if not size or size > _LARGEST_CHECKED:
         return
-    with path.open("rb") as stream, mmap(stream.fileno(), 0, access=ACCESS_READ) as data:
-        place = data.find(_HEAP)
-        while place >= 0:
-            if _has_empty_part(data, place, size):
+    # Not mapped into memory: a file that is cut short meanwhile would end the process.
+    with path.open("rb") as stream, path.open("rb") as walked:
+        for place in _heaps(stream):
+            if _has_empty_part(walked, place, size):
                 problem = f"is damaged: a heap at byte {place} has a part of no length"
                 raise InputError(problem, file=path, expected=expected)
+
+
+def _heaps(stream: BinaryIO) -> Iterator[int]:
+    """Where the heaps of a file begin, in bytes."""
+    start, kept = 0, b""
+    while block := stream.read(_BLOCK):
+        data = kept + block
+        place = data.find(_HEAP)
+        while place >= 0:
+            yield start + place
             place = data.find(_HEAP, place + len(_HEAP))
+        # The next block may hold the rest of a heap's beginning.
+        kept = data[len(data) - len(_HEAP) + 1 :]
+        start += len(data) - len(kept)
 
 
-def _has_empty_part(data: mmap, place: int, size: int) -> bool:
+def _has_empty_part(stream: BinaryIO, place: int, size: int) -> bool:
     """Walk through a heap: parts with a header of 16 bytes, their lengths multiples of 8."""
     if place + 16 > size:
         return False
-    (length,) = unpack_from("<Q", data, place + 8)
+    stream.seek(place + 8)
+    (length,) = unpack("<Q", stream.read(8).ljust(8, b"\0"))
     end = min(place + length, size)
     place += 16
     while place + 16 <= end:
-        number, _, part = unpack_from("<HHxxxxQ", data, place)
+        stream.seek(place)
+        number, _, part = unpack("<HHxxxxQ", stream.read(16).ljust(16, b"\xff"))
         step = 16 + (part + 7) // 8 * 8 if number else part
         if not step:
             return True

@@ -1,6 +1,7 @@
 """Outputs appear whole or not at all."""
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -161,10 +162,10 @@ def gone() -> int:
         return process.pid
 
 
-def left_by(process: int, folder: Path, ending: str) -> Path:
-    """What this process would leave in a folder."""
+def left_by(process: int, folder: Path, ending: str, start: int = 0) -> Path:
+    """What this process, started then (0: not known), would leave in a folder."""
     mine = temporaries.temporary_name(folder / "x", ending).name
-    return folder / mine.replace(f"-{os.getpid()}-", f"-{process}-")
+    return folder / re.sub(rf"-{os.getpid()}-\d+-", f"-{process}-{start}-", mine)
 
 
 def test_only_what_a_process_that_is_gone_left_is_swept(tmp_path):

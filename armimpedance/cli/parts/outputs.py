@@ -10,7 +10,7 @@ from typing import Any, Final
 
 from armimpedance.errors import InputError
 from armimpedance.method_table import MethodTable
-from armimpedance.outputs import check_replaceable
+from armimpedance.outputs import check_file_replaceable, check_replaceable
 
 #: Formats of result files, each a file of that folder.
 _ENDINGS: Final[MethodTable[Any]] = MethodTable(
@@ -175,3 +175,4 @@ def _check_place(path: Path, endings: tuple[str, ...]) -> None:
         raise InputError("no such folder", file=path.parent, expected="an existing folder")
     if path.is_dir():
         raise InputError("is a folder", file=path, expected="the name of a file")
+    check_file_replaceable(path)
