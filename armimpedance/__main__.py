@@ -8,6 +8,7 @@ import sys
 
 def main(argv: list[str] | None = None) -> int:
     """Run the command line and return its exit status: 0, 1, 2, or 130 where interrupted."""
+    _fill_standard_streams()
     # Matrices here are small: threads would get into each other's way and change the last bits.
     for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ[variable] = "1"
@@ -18,8 +19,22 @@ def main(argv: list[str] | None = None) -> int:
 
         return run(sys.argv[1:] if argv is None else argv)
     except KeyboardInterrupt:  # while modules are loaded
-        sys.stderr.write("armimpedance: interrupted\n")
+        if sys.stderr is not None:
+            sys.stderr.write("armimpedance: interrupted\n")
         return 130
+
+
+def _fill_standard_streams() -> None:
+    """Put nothing where a standard stream is closed.
+
+    The next file that is opened would have its number, and what a library writes to standard error
+    would stand in that file.
+    """
+    for number in (0, 1, 2):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # takes the lowest number that is free: this one
 
 
 if __name__ == "__main__":

@@ -116,3 +116,7 @@ class NotIdentifiableError(ArmImpedanceError):
 
 class EstimationError(ArmImpedanceError):
     """A numerical method ended without an answer that can be trusted."""
+
+
+class WorkerError(EstimationError):
+    """A process that did a part of the work ended before it was done."""

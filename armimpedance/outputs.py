@@ -53,6 +53,9 @@ def staged_file(path: str | os.PathLike[str]) -> Iterator[Path]:
         _like_the_old(temporary, final)
         os.replace(temporary, final)
         _flush_names(final.parent)
+    except OSError as error:
+        _name_the_output(error, temporary, path)
+        raise
     finally:
         remove(temporary)
 
@@ -91,8 +94,8 @@ def staged_folder(
     final = _final_path(path)
     check_replaceable(final, mark, known)
     temporary = temporary_name(final, ".partial")
-    temporary.mkdir()
     try:
+        temporary.mkdir()
         yield temporary
         for written in sorted(temporary.rglob("*")):
             _flush_names(written) if written.is_dir() else _flush(written)
@@ -102,6 +105,9 @@ def staged_folder(
         if exchange(temporary, final):
             _keep_what_came_meanwhile(temporary, final, mark, known)
         _flush_names(final.parent)
+    except OSError as error:
+        _name_the_output(error, temporary, path)
+        raise
     finally:
         remove(temporary)
 
@@ -185,6 +191,13 @@ def _final_path(path: str | os.PathLike[str]) -> Path:
         raise InputError("no permission to write there", file=final.parent)
     sweep(final.parent)
     return final
+
+
+def _name_the_output(error: OSError, temporary: Path, path: str | os.PathLike[str]) -> None:
+    """Have an error of the system name what was to be written: a full disk, say, names nothing."""
+    named = "" if error.filename is None else os.fsdecode(error.filename)
+    if not named or named.startswith(str(temporary)):
+        error.filename, error.filename2 = os.fspath(path), None
 
 
 def _like_the_old(temporary: Path, final: Path) -> None:

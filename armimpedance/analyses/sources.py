@@ -198,7 +198,7 @@ def naming(source: object) -> Iterator[None]:
     except EstimationError as error:
         if path is None:
             raise
-        raise EstimationError(f"{path}: {error}") from error
+        raise type(error)(f"{path}: {error}") from error
     except InputError as error:
         if path is None or error.file is not None:
             raise

@@ -23,7 +23,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from armimpedance.cli.parts.despite import add_despite
-from armimpedance.cli.parts.leave_out import add_leave_out
 from armimpedance.cli.parts.outputs import (
     FIGURE,
     TABLE,
@@ -32,6 +31,7 @@ from armimpedance.cli.parts.outputs import (
     add_out,
     check_outputs,
 )
+from armimpedance.cli.parts.reading import add_leave_out
 from armimpedance.cli.parts.written import WITH_CHECKS, check_long, write_result
 from armimpedance.conventions import group_name
 from armimpedance.errors import InputError

@@ -15,6 +15,7 @@ from typing import NoReturn
 
 from armimpedance.cli.parts.failures import TRACEBACK, WRONG_INPUT, library_warnings, told
 from armimpedance.cli.parts.screen import safe_screen
+from armimpedance.cli.parts.stopping import Asked, stopped_in_order
 from armimpedance.errors import LONGEST_MESSAGE, ArmImpedanceError, shortened, shown
 
 #: Command -> its line in the overview; the module armimpedance.cli.<name> holds the rest.
@@ -42,6 +43,7 @@ COMMANDS = {
     "convert": "turn a lab's files into a recording",
     "map-columns": "propose what the columns of a table of any layout mean",
     "share": "recordings and results as BIDS, JSON-LD or a datasheet, for a data repository",
+    "study": "a folder of people to one table and one report; repeats only what changed",
     "figures": "draw the sources' figures from simulated subjects",
 }
 
@@ -148,26 +150,32 @@ def add_parsers(
 def run(argv: list[str]) -> int:
     """Run one call, and turn whatever goes wrong into one line.
 
-    Exit status: 0 done, 2 the input or the call is wrong, 130 interrupted, 1 anything else. A
-    command may add its own, documented in its help: `convert` has 3.
+    Exit status: 0 done, 2 the input or the call is wrong, 130 interrupted, 143 ended by SIGTERM,
+    129 by SIGHUP, 1 anything else. A command may add its own, documented in its help: `convert`
+    has 3.
     """
+    try:
+        with stopped_in_order() as asked:
+            return _run_call(argv, asked)
+    except KeyboardInterrupt as error:  # before or after the command itself
+        return _fail("armimpedance", error)
+
+
+def _run_call(argv: list[str], asked: Asked) -> int:
     with safe_screen() as screen:
-        try:
-            parser = make_parser(argv)
-            arguments, unknown = parser.parse_known_args(argv)
-        except KeyboardInterrupt as error:
-            return _fail("armimpedance", error)
+        parser = make_parser(argv)
+        arguments, unknown = parser.parse_known_args(argv)
         if unknown:
             words = shortened(shown(" ".join(unknown)), 200)
             _tell(arguments.prog, f"no such option here: {words} (see {arguments.prog} --help)")
             return WRONG_INPUT
-        status = _run(arguments)
+        status = _run(arguments, asked)
     if status == 0 and screen is not None and screen.failed is not None:
         return _fail(arguments.prog, screen.failed)
     return status
 
 
-def _run(arguments: argparse.Namespace) -> int:
+def _run(arguments: argparse.Namespace, asked: Asked) -> int:
     """Run a command; its exit status."""
     with library_warnings(lambda line: _tell(arguments.prog, line)):
         try:
@@ -175,7 +183,7 @@ def _run(arguments: argparse.Namespace) -> int:
         except Exception as error:
             if os.environ.get(TRACEBACK) and not isinstance(error, ArmImpedanceError):
                 raise
-            return _fail(arguments.prog, error)
+            return _fail(arguments.prog, asked.why or error)
         except KeyboardInterrupt as error:
             return _fail(arguments.prog, error)
 
@@ -188,5 +196,7 @@ def _fail(prog: str, error: BaseException) -> int:
 
 def _tell(prog: str, line: str) -> None:
     # Where standard error is closed too, only the exit status is left to tell it.
+    if sys.stderr is None:  # print would take standard output in its place
+        return
     with suppress(OSError, ValueError):
         print(f"{prog}: {line}", file=sys.stderr, flush=True)

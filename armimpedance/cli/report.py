@@ -25,8 +25,8 @@ from typing import Final
 
 from armimpedance.cli.estimate import add_by, add_force_by
 from armimpedance.cli.parts.despite import add_despite
-from armimpedance.cli.parts.leave_out import add_leave_out
 from armimpedance.cli.parts.outputs import Output, add_out, check_outputs
+from armimpedance.cli.parts.reading import add_leave_out
 
 PAGE: Final = (".html",)
 

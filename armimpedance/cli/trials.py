@@ -16,8 +16,8 @@ import argparse
 from pathlib import Path
 
 from armimpedance.cli.estimate import add_force_by
-from armimpedance.cli.parts.leave_out import add_leave_out
 from armimpedance.cli.parts.outputs import Output, add_out, check_outputs
+from armimpedance.cli.parts.reading import add_leave_out
 from armimpedance.cli.report import PAGE
 
 

@@ -85,6 +85,15 @@ def add_reading(parser: argparse.ArgumentParser) -> None:
     capture.add_argument("--in-degrees", choices=("yes", "no"), help="where a table does not say")
 
 
+def add_leave_out(
+    parser: argparse._ActionsContainer, what: str = "leave out the trials of this list"
+) -> None:
+    """The option ``--leave-out FILE``: a CSV with the columns trial and why."""
+    parser.add_argument(
+        "--leave-out", type=Path, metavar="FILE.csv", help=f"{what}, as `trials` saves it"
+    )
+
+
 def reading_options(arguments: argparse.Namespace) -> dict[str, Any]:
     """The options as fields of `recordings.ReadOptions`, the skeleton aside.
 

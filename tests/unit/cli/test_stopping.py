@@ -1,0 +1,196 @@
+"""What a scheduler, a terminal that goes away and closed streams do to a command."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import pytest
+
+from armimpedance.cli.parts.failures import told
+from armimpedance.cli.parts.stopping import Stopped, stopped_in_order
+from armimpedance.errors import WorkerError
+
+#: A command that says when it is at work, has a file open, and would take for ever.
+AT_WORK = """
+import sys, time
+from armimpedance.__main__ import main
+import armimpedance.cli.explore as command
+from armimpedance.outputs import staged_file
+
+def run(arguments):
+    with staged_file(sys.argv[1]) as path:
+        path.write_text("half")
+        print("at work", flush=True)
+        {work}
+
+command.run = run
+command.configure = lambda parser: None
+sys.exit(main(["explore"]))
+"""
+
+
+def at_work(out: Path, work: str = "time.sleep(60)", **options) -> subprocess.Popen:
+    """A process that is writing a file."""
+    call = [sys.executable, "-c", AT_WORK.format(work=work), str(out)]
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    process = subprocess.Popen(call, **pipes, **options)
+    assert process.stdout is not None
+    assert process.stdout.readline() == "at work\n"
+    return process
+
+
+@pytest.mark.parametrize(("name", "status"), [("SIGTERM", 143), ("SIGHUP", 129), ("SIGINT", 130)])
+@pytest.mark.parametrize("work", ["time.sleep(60)", "import_that_breaks()"])
+def test_a_signal_to_end_is_one_line_and_leaves_nothing_half_written(tmp_path, name, status, work):
+    # A library that is interrupted while it is loaded may raise an error of its own.
+    broken = (
+        "try:\n            time.sleep(60)\n"
+        "        except BaseException:\n            raise ImportError('failed') from None"
+    )
+    (tmp_path / "r.csv").write_text("old")
+    process = at_work(tmp_path / "r.csv", broken if work != "time.sleep(60)" else work)
+    process.send_signal(getattr(signal, name))
+    _, said = process.communicate(timeout=20)
+    assert process.returncode == status
+    assert len(said.splitlines()) == 1
+    assert os.listdir(tmp_path) == ["r.csv"]
+    assert (tmp_path / "r.csv").read_text() == "old"
+
+
+def test_a_signal_that_is_ignored_stays_ignored(tmp_path):
+    # As after nohup.
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        process = at_work(tmp_path / "r.csv", "time.sleep(0.5)")
+    finally:
+        signal.signal(signal.SIGHUP, before)
+    process.send_signal(signal.SIGHUP)
+    process.communicate(timeout=20)
+    assert process.returncode == 0
+    assert (tmp_path / "r.csv").read_text() == "half"
+
+
+def test_a_second_signal_does_not_disturb_the_tidying_up_and_a_later_one_is_heeded(monkeypatch):
+    clock = [0.0]
+    monkeypatch.setattr("armimpedance.cli.parts.stopping.monotonic", lambda: clock[0])
+    with stopped_in_order() as asked:
+        with pytest.raises(Stopped):
+            signal.raise_signal(signal.SIGTERM)
+        signal.raise_signal(signal.SIGTERM)
+        clock[0] = 10.0
+        with pytest.raises(Stopped):
+            signal.raise_signal(signal.SIGTERM)
+    assert asked.why is not None
+    assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
+
+
+def test_in_a_thread_no_signal_is_touched():
+    seen = []
+
+    def look() -> None:
+        with stopped_in_order():
+            seen.append(signal.getsignal(signal.SIGTERM))
+
+    thread = threading.Thread(target=look)
+    thread.start()
+    thread.join()
+    assert seen == [signal.SIG_DFL]
+
+
+@pytest.mark.parametrize("closed", [(0,), (1,), (2,), (0, 1, 2)], ids=str)
+def test_a_closed_standard_stream_costs_no_file_and_nothing_else_gets_into_one(tmp_path, closed):
+    out = tmp_path / "r.csv"
+    code = AT_WORK.format(work="import os; os.write(2, b'library')")
+
+    def close() -> None:
+        for number in closed:
+            os.close(number)
+
+    call = [sys.executable, "-c", code, str(out)]
+    pipes = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    done = subprocess.run(call, preexec_fn=close, **pipes)
+    assert done.returncode == 0
+    assert out.read_text() == "half"
+
+
+def test_an_error_is_not_printed_among_the_results_where_standard_error_is_closed(tmp_path):
+    call = [sys.executable, "-m", "armimpedance", "inspect", str(tmp_path / "nowhere")]
+    done = subprocess.run(call, stdout=subprocess.PIPE, preexec_fn=lambda: os.close(2))
+    assert done.returncode == 2
+    assert done.stdout == b""
+
+
+def test_what_a_library_logs_is_told_in_a_line_and_where_its_cache_lies_is_not(tmp_path):
+    code = (
+        "import logging\n"
+        "import matplotlib.colors\n"
+        "logging.getLogger('odd.library').warning('two\\nlines')"
+    )
+    work = code.replace("\n", "\n        ")
+    environment = {**os.environ, "MPLCONFIGDIR": "/proc/nowhere", "HOME": "/proc"}
+    process = at_work(tmp_path / "r.csv", work, env=environment)
+    _, said = process.communicate(timeout=20)
+    assert process.returncode == 0
+    assert len(said.splitlines()) == 1
+    assert "odd.library: two lines" in said
+
+
+def test_a_working_folder_that_is_gone_is_said(tmp_path):
+    gone = tmp_path / "gone"
+    gone.mkdir()
+    call = [sys.executable, "-P", "-m", "armimpedance", "estimate", "x", "--out", "r.csv"]
+    done = subprocess.run(call, capture_output=True, text=True, cwd=gone, preexec_fn=gone.rmdir)
+    assert done.returncode == 2
+    assert len(done.stderr.splitlines()) == 1
+    assert "working folder" in done.stderr
+
+
+def test_a_worker_that_was_killed_is_no_fault_of_the_input():
+    assert told(WorkerError("a worker ended"))[1] == 1
+
+
+#: A command whose workers take for ever.
+WITH_WORKERS = """
+import sys, time
+from armimpedance.impedance import in_order
+if __name__ == "__main__":
+    list(in_order(time.sleep, [(600,)] * 2, workers=2))
+"""
+
+
+@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="asks /proc for children")
+def test_workers_do_not_outlive_a_process_that_is_killed(tmp_path):
+    script = tmp_path / "work.py"
+    script.write_text(WITH_WORKERS)
+    process = subprocess.Popen([sys.executable, str(script)])
+    children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
+    until = time.monotonic() + 20
+    workers: list[str] = []
+    while len(workers) < 2 and time.monotonic() < until:
+        time.sleep(0.1)
+        workers = [pid for pid in children.read_text().split() if _is_ready(pid)]
+    process.kill()
+    process.wait()
+    while any(map(_runs, workers)) and time.monotonic() < until:
+        time.sleep(0.1)
+    assert len(workers) == 2
+    assert not any(map(_runs, workers))
+
+
+def _is_ready(pid: str) -> bool:
+    """A worker whose watch over its parent has begun: it has a second thread."""
+    spawned = b"spawn_main" in Path(f"/proc/{pid}/cmdline").read_bytes()
+    return spawned and len(os.listdir(f"/proc/{pid}/task")) > 1
+
+
+def _runs(pid: str) -> bool:
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] not in "ZX"
+    except OSError:
+        return False
