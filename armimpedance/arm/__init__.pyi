@@ -1,6 +1,6 @@
 from .anthropometry import WINTER as WINTER, SegmentRatios as SegmentRatios, arm_of as arm_of
 from .muscle_paths import MuscularArm as MuscularArm
-from .muscular_arms import arm_named as arm_named, with_muscles as with_muscles
+from .muscular_arms import arm_named as arm_named
 from .operational import (
     SINGULAR_CONDITION as SINGULAR_CONDITION,
     hand_inertia as hand_inertia,

@@ -30,7 +30,6 @@ from .results_csv import (
 from .tables import (
     table_content as table_content,
     write_content as write_content,
-    write_table as write_table,
 )
 from .therapy_csv import samples_content as samples_content
 from .therapy_json import (

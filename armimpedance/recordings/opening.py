@@ -11,6 +11,7 @@ from typing import Final
 
 from armimpedance.errors import InputError
 from armimpedance.method_table import MethodTable
+from armimpedance.recordings.mapped.columns_toml import MAPPING_FILE
 from armimpedance.recordings.reading import AnyRecording, Format, ReadOptions
 from armimpedance.recordings.where import parse_where, with_where
 
@@ -79,6 +80,18 @@ def format_of(path: str | os.PathLike[str], options: ReadOptions) -> Format:
             problem = f"{_option(name)} with {known.name}"
             raise InputError(problem, file=path, expected=allowed)
     return known
+
+
+def is_recording(path: str | os.PathLike[str]) -> bool:
+    """Whether what is at a path can be opened without being told more.
+
+    A table of any layout counts where a mapping stands beside it or in it.
+    """
+    place = Path(path)
+    known = next((each for each in FORMATS.values() if each.recognises(place)), None)
+    if known is not FORMATS["mapped"]:
+        return known is not None
+    return ((place if place.is_dir() else place.parent) / MAPPING_FILE).is_file()
 
 
 def _option(name: str) -> str:

@@ -18,6 +18,7 @@ ROOT = Path(__file__).resolve().parents[2]
 RANKS = [
     {"__main__"},
     {"cli"},
+    {"study"},
     {"pages"},
     {"analyses"},
     {"plots", "report"},
@@ -212,8 +213,8 @@ def test_every_name_on_a_face_is_there_and_no_module_hides_it():
 
 def test_the_faces_of_the_analysis_stay_small():
     # Twenty more than before there was a report page: what it draws of a session and of each
-    # result, and its own room.
-    assert sum(len(names) for room, names in FACES.items() if "armimpedance" in room) <= 450
+    # result, and its own room. Ten more since there are studies: their room.
+    assert sum(len(names) for room, names in FACES.items() if "armimpedance" in room) <= 460
 
 
 def _graph() -> dict[str, set[str]]:

@@ -1,0 +1,179 @@
+"""A folder of people to one table and one report; a second run repeats only what changed.
+
+Examples:
+  armimpedance study data out participant
+  armimpedance study data out group
+  armimpedance study data out participant --dry-run
+  armimpedance study data out participant --participant-label 01 02 --workers 4
+  armimpedance study data out participant --design other.toml
+
+DATA holds a folder a person (sub-01/ses-1/... as in BIDS, or any names), with recordings that
+`inspect` takes. For each recording the commands of DATA/study.toml run in a folder of OUT:
+
+  steps = ["inspect {recording}",
+           "estimate {recording} --by condition --out hand.csv",
+           "map hand.csv --recording {recording} --to joint --out joint.csv",
+           "report {recording} --out report.html"]
+
+A name without a folder lies in the session's folder; {study}/arm.csv lies beside study.toml.
+{participant} and {session} are their names. Without study.toml: inspect, estimate, report.
+
+What fails is a row with its reason (exit status 3), the others are unharmed. A step runs again
+only if its words, the bytes that it reads, or the program changed.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from armimpedance.study import Design, Session
+
+LEVELS = ("participant", "group")
+#: Done, but not for every session.
+SOME_FAILED = 3
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the command."""
+    parser.add_argument("data", metavar="DATA", type=Path)
+    parser.add_argument("out", metavar="OUT", type=Path)
+    parser.add_argument("level", choices=LEVELS, help="each session, or all of them together")
+    parser.add_argument("--design", type=Path, metavar="FILE.toml", help="default: DATA/study.toml")
+    parser.add_argument(
+        "--participant-label",
+        nargs="+",
+        metavar="LABEL",
+        help="only these people (with or without sub-)",
+    )
+    parser.add_argument(
+        "--workers", type=int, metavar="N", help="processes (default: as many as cores)"
+    )
+    parser.add_argument(
+        "--dry-run", action="store_true", help="say what would be done, and do nothing"
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Do one level of the study, print what became of it."""
+    check_folders(arguments.data, arguments.out)
+    design, sessions = _found(arguments)
+    if arguments.level == "group":
+        return _group(arguments, design, sessions)
+    if arguments.dry_run:
+        return _dry_run(arguments, design, sessions)
+    return _participants(arguments, design, sessions)
+
+
+def check_folders(data: Path, out: Path) -> None:
+    """Refuse an output that lies within the data, or around them.
+
+    Raises
+    ------
+    InputError
+    """
+    from armimpedance.errors import InputError
+
+    inner, outer = data.resolve(), out.resolve()
+    if inner == outer or inner in outer.parents or outer in inner.parents:
+        raise InputError("lies in the data's folder, or around it", file=out, expected="another")
+    if out.exists() and not out.is_dir():
+        raise InputError("is a file", file=out, expected="a folder for the results")
+
+
+def _participants(arguments: argparse.Namespace, design: Design, sessions: list[Session]) -> int:
+    from armimpedance.cli.parts.progress import bar
+    from armimpedance.study import Processes, run_participants
+
+    arguments.out.mkdir(parents=True, exist_ok=True)
+    failed: dict[str, str] = {}
+    ran = steps = 0
+    with bar("sessions") as progress:
+        engine = Processes(arguments.workers)
+        for one in run_participants(sessions, design, arguments.out.resolve(), command, engine):
+            progress(one.done, one.all)
+            ran += one.outcome.recomputed
+            steps += len(one.outcome.done)
+            if one.outcome.reason:
+                failed[str(one.session)] = one.outcome.reason
+    print(f"{len(sessions)} sessions: {len(sessions) - len(failed)} done, {len(failed)} failed")
+    print(f"{steps} steps: {ran} run, {steps - ran} known from before")
+    return _told(failed)
+
+
+def _group(arguments: argparse.Namespace, design: Design, sessions: list[Session]) -> int:
+    from armimpedance.study import run_group
+
+    made = run_group(sessions, design, arguments.data, arguments.out.resolve(), command)
+    for name, rows in made.rows:
+        print(f"{rows} rows in {arguments.out / 'group' / name}")
+    for one in made.outcome.done:
+        print(f"\n$ armimpedance {one.step}\n{one.result.printed}".rstrip())
+    if made.unusable:
+        count = f"{made.unusable} of {len(sessions)} sessions"
+        print(f"\n{count} are not in these tables: see {arguments.out / 'group/sessions.csv'}")
+    return _told({"group": made.outcome.reason} if made.outcome.reason else {}) or (
+        SOME_FAILED if made.unusable else 0
+    )
+
+
+def _told(failed: dict[str, str]) -> int:
+    """Print who failed and why; the exit status."""
+    for name, reason in sorted(failed.items()):
+        print(f"  {name}: {reason}")
+    return SOME_FAILED if failed else 0
+
+
+def _dry_run(arguments: argparse.Namespace, design: Design, sessions: list[Session]) -> int:
+    """Print which sessions have work to do."""
+    from armimpedance.study import unknown_sessions
+
+    waiting = unknown_sessions(sessions, design, arguments.out.resolve())
+    print(f"{len(sessions)} sessions, {len(waiting)} to be worked on:")
+    for session in waiting:
+        print(f"  {session}: {session.recording}")
+    print("each with these steps, where their inputs changed:")
+    for step in design.steps:
+        print(f"  armimpedance {step}")
+    return 0
+
+
+def _found(arguments: argparse.Namespace) -> tuple[Design, list[Session]]:
+    from armimpedance.recordings import is_recording
+    from armimpedance.study import check_steps, chosen, find_sessions, read_design
+
+    design = read_design(arguments.design, arguments.data)
+    check_steps((*design.steps, *design.group_steps), parse)
+    sessions = find_sessions(arguments.data, design.recordings, is_recording)
+    return design, chosen(sessions, arguments.participant_label)
+
+
+def parse(words: list[str]) -> None:
+    """Parse a command's words and do nothing.
+
+    Raises
+    ------
+    InputError
+        They are no call of a command.
+    """
+    import io
+    from contextlib import redirect_stderr, redirect_stdout
+
+    from armimpedance.cli.main import make_parser
+    from armimpedance.errors import InputError
+
+    told = io.StringIO()
+    try:
+        with redirect_stderr(told), redirect_stdout(io.StringIO()):
+            make_parser(words).parse_args(words)
+    except SystemExit:
+        raise InputError(told.getvalue().strip() or "no command") from None
+
+
+def command(words: list[str]) -> int:
+    """Run one command, as if it had been typed."""
+    from armimpedance.cli.main import run as run_words
+
+    return run_words(words)

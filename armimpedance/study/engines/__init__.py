@@ -1,0 +1,1 @@
+"""Where the sessions of a study are worked on: one file an engine."""

@@ -1,0 +1,93 @@
+"""Processes of this machine; one that is killed costs one session's time, not the study."""
+
+from __future__ import annotations
+
+import os
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, ProcessPoolExecutor, wait
+from dataclasses import dataclass
+from multiprocessing import get_context
+from typing import Final
+
+from armimpedance.errors import InputError
+from armimpedance.study.chain import Outcome, Task
+
+Work = Callable[[Task], Outcome]
+
+#: How often a task is tried whose process ends before it does.
+_TRIES: Final = 2
+
+
+@dataclass(frozen=True)
+class Processes:
+    """An engine.
+
+    Attributes
+    ----------
+    workers : int, optional
+        Processes; None: as many as this process may use cores.
+
+    Raises
+    ------
+    InputError
+        Fewer than one worker.
+    """
+
+    workers: int | None = None
+
+    def __post_init__(self) -> None:
+        if self.workers is not None and self.workers < 1:
+            raise InputError(f"{self.workers} workers", expected="1 or more")
+
+    def __call__(self, work: Work, tasks: Iterable[Task]) -> Iterator[Outcome]:
+        """Outcomes as they come, in any order."""
+        waiting = deque((task, 1) for task in tasks)
+        alone: deque[Task] = deque()
+        while waiting:
+            yield from self._until_broken(work, waiting, alone)
+        for task in alone:
+            yield _by_itself(work, task)
+
+    def _until_broken(
+        self, work: Work, waiting: deque[tuple[Task, int]], alone: deque[Task]
+    ) -> Iterator[Outcome]:
+        """Work until all is done or a process was killed; what was under way then waits again."""
+        count = min(self.workers or _cores(), len(waiting))
+        running: dict[Future[Outcome], tuple[Task, int]] = {}
+        with ProcessPoolExecutor(count, mp_context=get_context("spawn")) as pool:
+            try:
+                while waiting or running:
+                    while waiting and len(running) < 2 * count:
+                        task, tries = waiting.popleft()
+                        running[pool.submit(work, task)] = (task, tries)
+                    ready, _ = wait(running, return_when=FIRST_COMPLETED)
+                    for future in ready:
+                        outcome = future.result()
+                        del running[future]
+                        yield outcome
+            except BrokenExecutor:
+                for task, tries in running.values():
+                    if tries < _TRIES:
+                        waiting.append((task, tries + 1))
+                    else:
+                        alone.append(task)
+            finally:
+                pool.shutdown(cancel_futures=True)
+
+
+def _by_itself(work: Work, task: Task) -> Outcome:
+    """One task in one process, so that its end is nobody else's."""
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+        try:
+            return pool.submit(work, task).result()
+        except BrokenExecutor:
+            problem = "its process ended before its work was done (killed, or out of memory)"
+            return Outcome(task.name, (), problem=problem)
+
+
+def _cores() -> int:
+    """Cores that this process may use; a scheduler may have given it fewer than there are."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
