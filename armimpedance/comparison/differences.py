@@ -9,30 +9,38 @@ their change combine those (G. Y. Zou and A. Donner 2008, Construction of confid
 effect measures, Stat Med 27:1693-1702),
 ``low = d - sqrt((x2 - low2)^2 + (high1 - x1)^2)``. Where a circle cannot be ruled out, so that one
 of the two has no orientation, the change may be anything: -90 to 90 degrees.
+
+What belongs to one group alone (`sides`) is computed once, whatever the number of its pairs, and
+many pairs are one call (`change_numbers`).
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Final, Literal, Self
+from typing import Any, Final, Literal, NamedTuple, Self
 
 import numpy as np
 from scipy.special import stdtrit
 
-from armimpedance.comparison.distance import upper_elements
+from armimpedance.arrays import FloatArray, IntArray
+from armimpedance.comparison.sides import LEVEL, EllipseSide, Side, side_of
 from armimpedance.conventions import MATRICES, UNITS
-from armimpedance.ellipses import FIELDS, Ellipse, Which, ellipse_of
+from armimpedance.ellipses import FIELDS, Which
 from armimpedance.errors import InputError
 from armimpedance.records import ImpedanceEstimate
 
 Kind = Literal["difference", "ratio"]
 
-LEVEL: Final = 0.95
 #: Fields of a change that are angles where its quantity is one.
 _ANGLES: Final = (
     *("first", "second", "value", "low", "high", "sd"),
     *("between_sd", "between_low", "between_high"),
 )
+#: Sizes and shapes beyond e^300 of one another are no measurement.
+_LARGEST_EXPONENT: Final = 300.0
+#: The square of a larger number is no float.
+_LARGEST_ROOT: Final = 1e154
 
 
 class InUnits:
@@ -88,6 +96,15 @@ class Change(InUnits):
     dof: float
 
 
+class Label(NamedTuple):
+    """What a change is of: the fields of the same names of `Change`."""
+
+    matrix: Which
+    quantity: str
+    unit: str
+    kind: Kind
+
+
 def changes(first: ImpedanceEstimate, second: ImpedanceEstimate) -> tuple[Change, ...]:
     """All changes from the first to the second estimate.
 
@@ -107,105 +124,144 @@ def changes(first: ImpedanceEstimate, second: ImpedanceEstimate) -> tuple[Change
     InputError
         Estimates of different levels or numbers of axes.
     """
+    check_alike(first, second)
+    pair = side_of((first, second))
+    numbers = change_numbers(pair, np.array([0]), np.array([1]))[0]
+    labels = labels_of(first)
+    return tuple(Change(*label, *row) for label, row in zip(labels, numbers.tolist(), strict=True))
+
+
+def check_alike(first: ImpedanceEstimate, second: ImpedanceEstimate) -> None:
+    """Refuse two estimates that cannot be held against each other.
+
+    Raises
+    ------
+    InputError
+        Different levels or numbers of axes.
+    """
     if (first.level, first.k) != (second.level, second.k):
         raise InputError(
             f"a {first.level} estimate of {first.k} axes and a {second.level} estimate of "
             f"{second.k}",
             expected="the same level and axes",
         )
-    found: list[Change] = []
+
+
+def labels_of(estimate: ImpedanceEstimate) -> tuple[Label, ...]:
+    """What the changes of such estimates are of, in their order."""
+    found: list[Label] = []
     for field in FIELDS:
-        found += _elements(first, second, field)
-        if first.k == 2:
-            found += _ellipse(first, second, field)
+        symbol = MATRICES[field][0]
+        unit = UNITS[estimate.level][symbol]
+        names = [f"{symbol}_{i + 1}{j + 1}" for i, j in zip(*np.triu_indices(estimate.k))]  # noqa: B905
+        found += [Label(field, name, unit, "difference") for name in names]
+        if estimate.k == 2:
+            found.append(Label(field, "size", f"({unit})^2", "ratio"))
+            found.append(Label(field, "shape", "", "ratio"))
+            found.append(Label(field, "orientation", "rad", "difference"))
     return tuple(found)
 
 
-def welch_dof(variances: tuple[float, float], dof: tuple[float, float]) -> float:
-    """Degrees of freedom of the sum of two variances."""
-    rate = sum(v**2 / f for v, f in zip(variances, dof, strict=True))
-    return float(sum(variances) ** 2 / rate) if rate > 0 else float("inf")
+def change_numbers(sides: Sequence[Side], first: IntArray, second: IntArray) -> FloatArray:
+    """The numbers of all changes of R pairs.
+
+    Parameters
+    ----------
+    sides : sequence of Side
+        One for each matrix (`side_of`), of all groups.
+    first, second : (R,)
+        Numbers of the groups of each pair.
+
+    Returns
+    -------
+    (R, n, 7)
+        Of the n changes of `labels_of`: first, second, value, low, high, sd, dof.
+    """
+    columns: list[FloatArray] = []
+    # what has no ellipse is nan all through
+    with np.errstate(all="ignore"):
+        for side in sides:
+            one, two = side.taken(first), side.taken(second)
+            columns += [_element(one, two, j) for j in range(one.values.shape[1])]
+            if one.ellipse is not None and two.ellipse is not None:
+                dof = one.dof, two.dof
+                columns.append(_size(one.ellipse, two.ellipse, dof))
+                columns.append(_shape(one.ellipse, two.ellipse, dof))
+                columns.append(_turn(one.ellipse, two.ellipse, dof))
+    return np.stack(columns, axis=1)
 
 
-def wrap_half_turn(angle: float) -> float:
-    """The same axis in (-pi/2, pi/2]."""
-    return float(np.pi / 2 - np.mod(np.pi / 2 - angle, np.pi))
+def welch_dof(variances: tuple[Any, Any], dof: tuple[Any, Any]) -> FloatArray:
+    """Degrees of freedom of the sum of two variances, numbers or (R,)."""
+    (v1, v2), (f1, f2) = variances, dof
+    rate = _squared(v1) / f1 + _squared(v2) / f2
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(rate > 0, _squared(np.add(v1, v2)) / rate, np.inf)
 
 
-def _elements(first: ImpedanceEstimate, second: ImpedanceEstimate, field: Which) -> list[Change]:
-    k, i, symbol = first.k, FIELDS.index(field), MATRICES[field][0]
-    C, block = upper_elements(k), slice(i * k * k, (i + 1) * k * k)
-    one, two = (C @ getattr(e, field).ravel() for e in (first, second))
-    v1, v2 = (np.diag(C @ e.covariance[block, block] @ C.T) for e in (first, second))
-    rows, columns = np.triu_indices(k)
-    found = []
-    for j in range(len(C)):
-        dof = welch_dof((v1[j], v2[j]), (first.dof, second.dof))
-        sd = float(np.sqrt(max(v1[j] + v2[j], 0)))
-        d, reach = float(two[j] - one[j]), float(stdtrit(dof, 0.5 + LEVEL / 2)) * sd
-        name = f"{symbol}_{rows[j] + 1}{columns[j] + 1}"
-        ends = (float(one[j]), float(two[j]), d, d - reach, d + reach)
-        unit = UNITS[first.level][symbol]
-        found.append(Change(field, name, unit, "difference", *ends, sd, dof))
-    return found
+def wrap_half_turn(angle: Any) -> Any:
+    """The same axis in (-pi/2, pi/2], for a number or (R,)."""
+    return np.pi / 2 - np.mod(np.pi / 2 - angle, np.pi)
 
 
-def _ellipse(first: ImpedanceEstimate, second: ImpedanceEstimate, field: Which) -> list[Change]:
-    one, two = ellipse_of(first, field), ellipse_of(second, field)
-    unit = f"({UNITS[first.level][MATRICES[field][0]]})^2"
-    if one is None or two is None:
-        nan = (float("nan"),) * 7
-        return [
-            Change(field, "size", unit, "ratio", *nan),
-            Change(field, "shape", "", "ratio", *nan),
-            Change(field, "orientation", "rad", "difference", *nan),
-        ]
-    return [_size(one, two, field, unit), _shape(one, two, field), _turn(one, two, field)]
+def _squared(values: Any) -> FloatArray:
+    """Squares by the C library's ``pow``: those of many are those of one to the last bit."""
+    flat = np.ravel(values).tolist()
+    squares = [np.inf if abs(value) >= _LARGEST_ROOT else value**2 for value in flat]
+    return np.array(squares).reshape(np.shape(values))
 
 
-def _size(one: Ellipse, two: Ellipse, field: Which, unit: str) -> Change:
-    v1, v2 = (_variance(e, 0) / e.size**2 for e in (one, two))
-    dof, sd = welch_dof((v1, v2), (one.dof, two.dof)), float(np.sqrt(v1 + v2))
-    # sizes beyond e^300 of one another are no measurement
-    reach = min(float(stdtrit(dof, 0.5 + LEVEL / 2)) * sd, 300.0)
-    ratio, factor = two.size / one.size, float(np.exp(reach))
-    ends = (one.size, two.size, ratio, ratio / factor, ratio * factor)
-    return Change(field, "size", unit, "ratio", *ends, sd, dof)
+def _reach(dof: FloatArray, sd: FloatArray) -> FloatArray:
+    """Half-width of the 95 % interval."""
+    return np.asarray(stdtrit(dof, 0.5 + LEVEL / 2) * sd)
 
 
-def _shape(one: Ellipse, two: Ellipse, field: Which) -> Change:
-    logs = [np.log([e.shape, *e.interval(LEVEL)[2]]) for e in (one, two)]
-    d = logs[1][0] - logs[0][0]
-    low, high = _combined(d, logs[0], logs[1])
-    v1, v2 = (_variance(e, 2) / e.shape**2 for e in (one, two))
-    value, low, high = (float(np.exp(np.clip(x, -300, 300))) for x in (d, low, high))
-    dof = welch_dof((v1, v2), (one.dof, two.dof)) if np.isfinite(v1 + v2) else float("nan")
-    sd = float(np.sqrt(v1 + v2))
-    return Change(field, "shape", "", "ratio", one.shape, two.shape, value, low, high, sd, dof)
+def _element(one: Side, two: Side, j: int) -> FloatArray:
+    x1, x2, v1, v2 = one.values[:, j], two.values[:, j], one.variances[:, j], two.variances[:, j]
+    dof, sd = welch_dof((v1, v2), (one.dof, two.dof)), np.sqrt(np.maximum(v1 + v2, 0))
+    d, reach = x2 - x1, _reach(dof, sd)
+    return np.stack([x1, x2, d, d - reach, d + reach, sd, dof], axis=1)
 
 
-def _turn(one: Ellipse, two: Ellipse, field: Which) -> Change:
-    angles = [np.array([e.orientation_rad, *e.interval(LEVEL)[1]]) for e in (one, two)]
-    d = wrap_half_turn(angles[1][0] - angles[0][0])
-    low, high = _combined(d, angles[0], angles[1])
-    unknown = one.may_be_circular(LEVEL) or two.may_be_circular(LEVEL) or high - low >= np.pi
-    if unknown:
-        low, high = -np.pi / 2, np.pi / 2
-    v1, v2 = _variance(one, 1), _variance(two, 1)
-    sd = float("nan") if unknown else float(np.sqrt(v1 + v2))
-    dof = welch_dof((v1, v2), (one.dof, two.dof)) if np.isfinite(v1 + v2) else float("nan")
-    ends = (float(angles[0][0]), float(angles[1][0]), d, float(low), float(high))
-    return Change(field, "orientation", "rad", "difference", *ends, sd, dof)
+def _size(one: EllipseSide, two: EllipseSide, dof: tuple[FloatArray, FloatArray]) -> FloatArray:
+    v1, v2 = one.size_variance, two.size_variance
+    joint, sd = welch_dof((v1, v2), dof), np.sqrt(v1 + v2)
+    ratio, factor = two.size / one.size, np.exp(np.minimum(_reach(joint, sd), _LARGEST_EXPONENT))
+    missing = np.isnan(ratio)
+    ends = (one.size, two.size, ratio, ratio / factor, ratio * factor, sd, joint)
+    return _absent(np.stack(ends, axis=1), missing)
 
 
-def _combined(d: float, one: np.ndarray, two: np.ndarray) -> tuple[float, float]:
-    """Limits of a difference d from (value, low, high) of both."""
-    low = d - np.hypot(two[0] - two[1], one[2] - one[0])
-    high = d + np.hypot(two[2] - two[0], one[0] - one[1])
-    return float(low), float(high)
+def _shape(one: EllipseSide, two: EllipseSide, dof: tuple[FloatArray, FloatArray]) -> FloatArray:
+    d = two.log_shape[:, 0] - one.log_shape[:, 0]
+    low, high = _combined(d, one.log_shape, two.log_shape)
+    limit = _LARGEST_EXPONENT
+    ends = [np.exp(np.clip(x, -limit, limit)) for x in (d, low, high)]
+    v1, v2 = one.shape_variance, two.shape_variance
+    joint = np.where(np.isfinite(v1 + v2), welch_dof((v1, v2), dof), np.nan)
+    row = np.stack([one.shape, two.shape, *ends, np.sqrt(v1 + v2), joint], axis=1)
+    return _absent(row, np.isnan(d))
 
 
-def _variance(of: Ellipse, row: int) -> float:
-    """Variance of size (0), orientation (1) or shape (2), to first order; nan of a circle."""
-    covariance = of.covariance
-    return float("nan") if covariance is None else float(max(covariance[row, row], 0.0))
+def _turn(one: EllipseSide, two: EllipseSide, dof: tuple[FloatArray, FloatArray]) -> FloatArray:
+    d = wrap_half_turn(two.angle[:, 0] - one.angle[:, 0])
+    low, high = _combined(d, one.angle, two.angle)
+    unknown = one.circular | two.circular | (high - low >= np.pi)
+    low, high = np.where(unknown, -np.pi / 2, low), np.where(unknown, np.pi / 2, high)
+    v1, v2 = one.angle_variance, two.angle_variance
+    sd = np.where(unknown, np.nan, np.sqrt(v1 + v2))
+    joint = np.where(np.isfinite(v1 + v2), welch_dof((v1, v2), dof), np.nan)
+    row = np.stack([one.angle[:, 0], two.angle[:, 0], d, low, high, sd, joint], axis=1)
+    return _absent(row, np.isnan(d))
+
+
+def _combined(d: FloatArray, one: FloatArray, two: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Limits of differences d (R,) from (value, low, high) of both, (R, 3)."""
+    low = d - np.hypot(two[:, 0] - two[:, 1], one[:, 2] - one[:, 0])
+    high = d + np.hypot(two[:, 2] - two[:, 0], one[:, 0] - one[:, 1])
+    return low, high
+
+
+def _absent(rows: FloatArray, missing: FloatArray) -> FloatArray:
+    """The same rows, all nan where an ellipse is missing."""
+    return np.where(missing[:, None], np.nan, rows)

@@ -92,13 +92,29 @@ def statistics_between(
         if np.min(dof[0] + np.asarray(dof[1])) >= part.stop - part.start:
             block = (covariances[0][:, part, part], covariances[1][:, part, part])
             t2[:, i], chance[:, i] = hotelling(difference[:, part], block, dof)
-    distance = affine_invariant_distance(*matrices)
-    total = covariances[0] + covariances[1]
-    ratio = np.full_like(t2, np.nan)
-    for i in range(3):
-        ratio[:, i] = _over_chance(matrices, total[:, parts[i], parts[i]], distance, i)
-    ratio[:, 3] = ratio[:, :3].sum(axis=1)
+    ratio, distance = distance_ratios(matrices, covariances[0] + covariances[1])
     return Statistics(t2, chance, ratio, distance)
+
+
+def distance_ratios(
+    matrices: tuple[FloatArray, FloatArray], total: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """`Statistics.ratio` (R, 4) and `Statistics.distance` (R, 3).
+
+    Parameters
+    ----------
+    matrices : two of (R, 3, k, k)
+    total : (R, 3 c, 3 c)
+        Covariance of the difference of the symmetric elements.
+    """
+    distance = affine_invariant_distance(*matrices)
+    c = total.shape[-1] // 3
+    ratio = np.full((len(distance), 4), np.nan)
+    for i in range(3):
+        part = slice(c * i, c * i + c)
+        ratio[:, i] = _over_chance(matrices, total[:, part, part], distance, i)
+    ratio[:, 3] = ratio[:, :3].sum(axis=1)
+    return ratio, distance
 
 
 def _over_chance(

@@ -9,9 +9,11 @@ from armimpedance.comparison.distance import upper_elements
 from armimpedance.comparison.matrix_test import (
     MATRIX_NAMES,
     MatrixTest,
+    distance_ratios,
     exceedance,
     statistics_between,
 )
+from armimpedance.comparison.planar import planar_ratios
 from armimpedance.errors import InputError
 from armimpedance.records import ImpedanceEstimate
 
@@ -49,36 +51,59 @@ def parametric_test(
     if first.k != second.k:
         raise InputError("groups with different numbers of axes", expected="the same number")
     pair, k = (first, second), first.k
-    C = np.kron(np.eye(3), upper_elements(k))
-    x1, x2 = (C @ e.parameters for e in pair)
-    V1, V2 = (C @ e.covariance @ C.T for e in pair)
-    if not (np.diagonal(V1 + V2) > 0).all():
-        raise InputError(
-            "an estimate without an error: its covariance is zero",
-            expected="results of `armimpedance estimate` on two trials or more",
-        )
+    (x1, V1), (x2, V2) = (symmetric_elements(e) for e in pair)
+    check_errors(V1 + V2)
     # The value (c,) from which both are least far: x0 = x1 + V1 (V1 + V2)^-1 (x2 - x1)
     common = x1 + V1 @ np.linalg.lstsq(V1 + V2, x2 - x1, rcond=None)[0]
-    rng = np.random.default_rng(seed)
-    drawn = [_draw(common, V, e.dof, draws, rng) for V, e in zip((V1, V2), pair, strict=True)]
-    one, two = (np.vstack([x, d]) for x, d in zip((x1, x2), drawn, strict=True))
-    shape = (len(one), *V1.shape)
     found = statistics_between(
-        (_matrices(one, k), _matrices(two, k)),
-        two - one,
-        (np.broadcast_to(V1, shape), np.broadcast_to(V2, shape)),
+        (matrices_of(x1[None], k), matrices_of(x2[None], k)),
+        (x2 - x1)[None],
+        (V1[None], V2[None]),
         (first.dof, second.dof),
     )
+    rng = np.random.default_rng(seed)
+    drawn = [_draw(common, V, e.dof, draws, rng) for V, e in zip((V1, V2), pair, strict=True)]
+    ratio = np.vstack([found.ratio, _ratios(drawn[0], drawn[1], V1 + V2, k)])
     return tuple(
         MatrixTest(
             matrix=name,
             distance=float(found.distance[0, i]) if i < 3 else float("nan"),
-            p_distance=exceedance(found.ratio[:, i]),
+            p_distance=exceedance(ratio[:, i]),
             t2=float(found.t2[0, i]),
             p_t2=float(found.chance[0, i]),
         )
         for i, name in enumerate(MATRIX_NAMES)
     )
+
+
+def symmetric_elements(estimate: ImpedanceEstimate) -> tuple[FloatArray, FloatArray]:
+    """Symmetric elements of M, B, K of an estimate, (3 c,), and their covariance, (3 c, 3 c)."""
+    C = np.kron(np.eye(3), upper_elements(estimate.k))
+    return C @ estimate.parameters, C @ estimate.covariance @ C.T
+
+
+def check_errors(total: FloatArray) -> None:
+    """Refuse differences (..., 3 c, 3 c) of which one element has no error.
+
+    Raises
+    ------
+    InputError
+    """
+    if not (np.diagonal(total, axis1=-2, axis2=-1) > 0).all():
+        raise InputError(
+            "an estimate without an error: its covariance is zero",
+            expected="results of `armimpedance estimate` on two trials or more",
+        )
+
+
+def _ratios(one: FloatArray, two: FloatArray, total: FloatArray, k: int) -> FloatArray:
+    """`Statistics.ratio` of pairs drawn, elements (R, 3 c) of both and their covariance."""
+    if k != 2:
+        stack = np.broadcast_to(total, (len(one), *total.shape))
+        return distance_ratios((matrices_of(one, k), matrices_of(two, k)), stack)[0]
+    parts = [slice(3 * i, 3 * i + 3) for i in range(3)]
+    ratios = [planar_ratios(one[:, part], two[:, part], total[part, part]) for part in parts]
+    return np.column_stack([*ratios, np.sum(ratios, axis=0)])
 
 
 def _draw(
@@ -92,7 +117,7 @@ def _draw(
     return centre + normal / wide[:, None]
 
 
-def _matrices(elements: FloatArray, k: int) -> FloatArray:
+def matrices_of(elements: FloatArray, k: int) -> FloatArray:
     """Symmetric matrices (R, 3, k, k) of their elements i <= j (R, 3 c)."""
     rows, columns = np.triu_indices(k)
     parts = elements.reshape(len(elements), 3, len(rows))
