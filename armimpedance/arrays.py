@@ -17,6 +17,9 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.int64]
 
+#: No quantity of any unit comes near; squares and products of smaller numbers stay finite.
+LARGEST: Final = 1e100
+
 
 def frozen_array(
     values: ArrayLike,
@@ -39,16 +42,16 @@ def frozen_array(
     if not fits:
         wanted = "(" + ", ".join("any" if s is None else str(s) for s in shape) + ")"
         raise RecordError(f"{name} has shape {array.shape}", expected=f"shape {wanted}")
-    if finite and np.issubdtype(array.dtype, np.floating) and not _all_finite(array):
-        raise RecordError(f"{name} holds a value that is not finite", expected="finite numbers")
+    if finite and np.issubdtype(array.dtype, np.floating) and not _all_numbers(array):
+        what = "too large to be measured" if np.isfinite(array).all() else "not finite"
+        raise RecordError(f"{name} holds a value that is {what}", expected="finite numbers")
     array.flags.writeable = False
     return array
 
 
-def _all_finite(array: np.ndarray) -> bool:
-    """Whether no value is NaN or infinite; the sum tells in one pass unless it overflows."""
-    with np.errstate(over="ignore", invalid="ignore"):
-        return bool(np.isfinite(array.sum()) or np.isfinite(array).all())
+def _all_numbers(array: np.ndarray) -> bool:
+    """Whether no value is NaN, infinite, or so large that its powers overflow."""
+    return array.size == 0 or bool(array.min() > -LARGEST and array.max() < LARGEST)
 
 
 def frozen(array: FloatArray) -> FloatArray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from html import escape
 from typing import Annotated, Any, Final
@@ -10,11 +11,13 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from armimpedance.arrays import FloatArray, FrozenRecord, IntArray
+from armimpedance.arrays import LARGEST, FloatArray, FrozenRecord, IntArray
 from armimpedance.errors import RecordError
 
 #: Conditions that a short text names.
 MOST_SHOWN: Final = 12
+#: Columns of the trial table that hold numbers, or nothing, whoever wrote it.
+_NUMBERS: Final = re.compile(r"(mvc|rest)_.+_V|onset_s|end_s|direction_deg")
 
 
 def trial_slices(offsets: IntArray) -> list[slice]:
@@ -60,6 +63,7 @@ class InTrials(FrozenRecord):
         if trials["trial"].duplicated().any():
             twice = trials["trial"][trials["trial"].duplicated()].iloc[0]
             raise RecordError(f"trial {twice} stands twice in the trial table")
+        _check_numbers(trials)
         expect_shape("offsets", self.offsets, (len(trials) + 1,))
         if self.offsets[0] != 0 or (np.diff(self.offsets) <= 0).any():
             raise RecordError("a trial has no samples", expected="rising offsets from 0")
@@ -98,6 +102,25 @@ class InTrials(FrozenRecord):
         offsets = np.concatenate([[0], np.cumsum(np.diff(self.offsets)[chosen])])
         trials = self.trials.iloc[chosen]
         return index, {"trials": trials, "offsets": offsets, "time_s": self.time_s[index]}
+
+
+def _check_numbers(trials: pd.DataFrame) -> None:
+    """Refuse a text, an infinity or an absurd number where commands compute with a column.
+
+    Raises
+    ------
+    RecordError
+    """
+    for column in trials.columns:
+        if not _NUMBERS.fullmatch(str(column)):
+            continue
+        numbers = pd.to_numeric(trials[column], errors="coerce").to_numpy(dtype=float)
+        wrong = (np.isnan(numbers) & trials[column].notna()) | (np.abs(numbers) >= LARGEST)
+        if wrong.any():
+            row = int(np.flatnonzero(wrong)[0])
+            trial, value = trials["trial"].iloc[row], trials[column].iloc[row]
+            what = f"trial {trial}: {str(value)!r}"
+            raise RecordError(what, column=str(column), expected="a number, or nothing")
 
 
 def check_rate(rate_hz: float) -> None:

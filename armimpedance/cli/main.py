@@ -13,7 +13,7 @@ from contextlib import suppress
 from importlib import import_module
 from typing import NoReturn
 
-from armimpedance.cli.parts.failures import TRACEBACK, WRONG_INPUT, library_warnings, told
+from armimpedance.cli.parts.failures import TRACEBACK, WRONG_INPUT, library_warnings, naming, told
 from armimpedance.cli.parts.screen import safe_screen
 from armimpedance.cli.parts.stopping import Asked, stopped_in_order
 from armimpedance.errors import LONGEST_MESSAGE, ArmImpedanceError, shortened, shown
@@ -177,19 +177,30 @@ def _run_call(argv: list[str], asked: Asked) -> int:
 
 def _run(arguments: argparse.Namespace, asked: Asked) -> int:
     """Run a command; its exit status."""
-    with library_warnings(lambda line: _tell(arguments.prog, line)):
-        try:
-            return int(arguments.run(arguments) or 0)
-        except Exception as error:
-            if os.environ.get(TRACEBACK) and not isinstance(error, ArmImpedanceError):
-                raise
-            return _fail(arguments.prog, asked.why or error)
-        except KeyboardInterrupt as error:
-            return _fail(arguments.prog, error)
+    warned: list[str] = []
+    with library_warnings(warned.append):
+        status = _status(arguments, asked)
+    # Where the input is refused, the refusal says it all.
+    for line in warned if status != WRONG_INPUT else ():
+        _tell(arguments.prog, line)
+    return status
 
 
-def _fail(prog: str, error: BaseException) -> int:
+def _status(arguments: argparse.Namespace, asked: Asked) -> int:
+    try:
+        return int(arguments.run(arguments) or 0)
+    except Exception as error:
+        if os.environ.get(TRACEBACK) and not isinstance(error, ArmImpedanceError):
+            raise
+        return _fail(arguments.prog, asked.why or error, arguments)
+    except KeyboardInterrupt as error:
+        return _fail(arguments.prog, error)
+
+
+def _fail(prog: str, error: BaseException, arguments: argparse.Namespace | None = None) -> int:
     line, status = told(error)
+    if arguments is not None and isinstance(error, ArmImpedanceError):
+        line = naming(line, vars(arguments))
     _tell(prog, line)
     return status
 

@@ -245,7 +245,8 @@ def averaged(measured: FrequencyResponse, parameters: FloatArray) -> AveragedRes
         # Hann windows make neighbours alike: some two thirds of the frequencies count.
         n = _INDEPENDENT * measured.segments * max(1.0, len(own) / 1.5)
         phase = np.degrees(np.angle(mean) + np.angle(at_middle))
-        error = np.sqrt((1 - c) / (2 * c * n))
+        # A coherence of 1 may round to more.
+        error = np.sqrt(max(0.0, 1 - c) / (2 * c * n))
         rows.append((middle, abs(mean * at_middle), phase, c, error))
     return AveragedResponse(*np.array(rows, dtype=float).reshape(-1, 5).T)
 

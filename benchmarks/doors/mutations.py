@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
+from meanings import other_meaning
 
 Rng = np.random.Generator
 Mutation = Callable[[bytes, Rng], bytes]
@@ -21,12 +22,16 @@ Mutation = Callable[[bytes, Rng], bytes]
 #: Where most formats keep their counts and offsets.
 HEADER: Final = 2048
 
+#: How often a file stays well-formed, where its format is known.
+MEANINGS: Final = 0.5
+
 EXTREMES: Final = (0, 1, -1, 2**7, 2**15 - 1, 2**16 - 1, 2**24, 2**31 - 1, -(2**31), 2**32 - 1)
 FLOATS: Final = (np.nan, np.inf, -np.inf, 0.0, -1.0, 1e38, 1e-38, 5e-324, 1e300)
 WORDS: Final = (
     b"nan", b"inf", b"-inf", b"1e999", b"-1", b"0", b"", b"9" * 20, b"1e-400", b"=1+1",
     b"\x1b[31m", b"\x00", b"\xff\xfe", b'"', b"[[[[[[[[", b"{", b"true", b"null", b"\xed\xa0\x80",
     b"1,5", b"\t\t\t", b"\r", b"1_000", b"0x10", b"\xf0\x9f\x92\xa5", b"../../x", b"A" * 300,
+    b"9" * 401, b"[" * 100_000, b'{"a":' * 5000, b"alpha_99999999", b'"\\ud800"', b"$x_{", b"a ",
 )  # fmt: skip
 
 
@@ -138,6 +143,10 @@ TEXT: Final[tuple[Mutation, ...]] = (
 
 def mutated(data: bytes, rng: Rng) -> bytes:
     """The bytes of a file after one to three kinds of damage."""
+    if rng.random() < MEANINGS:
+        other = other_meaning(data, rng)
+        if other is not None:
+            return other
     if data[:4] == b"PK\x03\x04" and rng.random() < 0.8:
         return _in_member(data, rng)
     kinds = TEXT if _is_text(data) else BINARY
@@ -155,7 +164,10 @@ def damage(place: Path, rng: Rng) -> None:
     if len(files) > 1 and rng.random() < 0.03:
         file.unlink()
         return
-    file.write_bytes(mutated(file.read_bytes(), rng))
+    data = mutated(file.read_bytes(), rng)
+    # Another name of the same file must keep what it holds.
+    file.unlink()
+    file.write_bytes(data)
 
 
 def _in_member(data: bytes, rng: Rng) -> bytes:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import errno
 import os
+import re
 import signal
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any, Final
 
 from armimpedance.cli.parts.stopping import Stopped
@@ -22,6 +24,9 @@ _BY_SIGNAL: Final = 128
 
 #: Set in the environment, an unexpected error shows where in the program it happened.
 TRACEBACK: Final = "ARMIMPEDANCE_TRACEBACK"
+
+#: Options whose files a command writes.
+_WRITTEN: Final = {"out", "figure", "samples", "out_profile", "output", "folder", "out_folder"}
 
 #: Errors of the system that are the machine's; the others are the call's, such as a wrong path.
 _OF_THE_MACHINE: Final = {
@@ -62,6 +67,53 @@ def told(error: BaseException) -> tuple[str, int]:
     what = _line(f"{type(error).__name__}: {error}")
     asked = f"set {TRACEBACK}=1 to see where, and report it, please"
     return shortened(f"an error that was not foreseen: {what}", 280) + f" ({asked})", FAILED
+
+
+def naming(line: str, options: Mapping[str, object]) -> str:
+    """A line with the inputs of the call before it, where it names none of them.
+
+    Parameters
+    ----------
+    line : str
+        As `told` gives it.
+    options : mapping
+        Every option of the call with its value; files and folders that are there and are not to be
+        written are its inputs.
+
+    Returns
+    -------
+    str
+        The line as it is, also where it is about the value of an option.
+    """
+    values = [value for name, value in options.items() if name not in _WRITTEN]
+    places = [str(place) for place in _on_the_disk(values)]
+    about_an_option = line.startswith("--") or any(
+        isinstance(value, str) and repr(value) in line for value in values
+    )
+    if not places or about_an_option or any(_stands_in(line, place) for place in places):
+        return line
+    names = ", ".join(shortened(shown(place), 80) for place in places[:2])
+    return _line(f"{names}{', …' if len(places) > 2 else ''}: {line}")
+
+
+def _on_the_disk(values: Iterable[object]) -> Iterator[Path]:
+    for value in values:
+        if isinstance(value, list | tuple):
+            yield from _on_the_disk(value)
+        elif isinstance(value, str | Path) and str(value) and _is_there(Path(value)):
+            yield Path(value)
+
+
+def _is_there(path: Path) -> bool:
+    try:
+        return path.exists()
+    except (OSError, ValueError):
+        return False
+
+
+def _stands_in(line: str, place: str) -> bool:
+    name = re.escape(shown(Path(place).name))
+    return bool(re.search(rf"(?<!\w){name}(?!\w)", line)) or shortened(shown(place), 80) in line
 
 
 def _has_working_folder() -> bool:
