@@ -9,7 +9,7 @@ from typing import Any, Final, Literal
 
 import numpy as np
 
-from armimpedance.analyses.results.inspected import Inspection
+from armimpedance.analyses.results.inspected import Fact, Inspection
 from armimpedance.analyses.sources import PathLike, read
 from armimpedance.arrays import BoolArray, IntArray
 from armimpedance.body import check_body
@@ -93,7 +93,27 @@ def inspect(
     """
     opened = read(recording, force_by=force_by, **options)
     title = os.fspath(recording) if isinstance(recording, str | os.PathLike) else "A recording"
-    return Inspection(describe(opened, title), tuple(_findings(opened)))
+    return Inspection(describe(opened, title), tuple(_findings(opened)), tuple(_facts(opened)))
+
+
+def _facts(recording: AnyRecording) -> list[Fact]:
+    """How much a recording holds."""
+    rate = float(recording.sample_rate_hz)
+    facts = [
+        Fact("subject", str(recording.subject.id)),
+        Fact("trials", int(recording.n_trials)),
+        Fact("conditions", int(recording.trials["condition"].nunique())),
+        Fact("duration", len(recording.time_s) / rate, "s"),
+        Fact("sample rate", rate, "Hz"),
+    ]
+    if not isinstance(recording, Recording):
+        return facts
+    limb = [Fact("limb", recording.kind), Fact("perturbation", recording.perturbation)]
+    return [*limb, *facts, Fact("axes", int(recording.axes)), Fact("muscles", _muscles(recording))]
+
+
+def _muscles(recording: Recording) -> int:
+    return 0 if recording.emg is None else len(recording.muscles)
 
 
 def _findings(recording: AnyRecording) -> list[Finding]:

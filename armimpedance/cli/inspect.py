@@ -3,11 +3,14 @@
 Examples:
   armimpedance inspect session
   armimpedance inspect session --figure quality.png
+  armimpedance inspect session --out checks.csv
   armimpedance inspect exam.zip --without-errors
   armimpedance inspect swing.c3d --emg Biceps.EMG4=biceps
 
 Any format that `convert` takes can be inspected. Exit status 0 also where a check warns; 2 where
-the recording cannot be used.
+the recording cannot be used. --out is written in both cases, before anything is printed: one row
+for the verdict, one a fact (trials, duration, ...), one a check; a recording that cannot be read at
+all leaves no such file.
 """
 
 from __future__ import annotations
@@ -15,7 +18,14 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from armimpedance.cli.parts.outputs import FIGURE, Output, add_figure, check_outputs
+from armimpedance.cli.parts.outputs import (
+    FIGURE,
+    TABLE,
+    Output,
+    add_figure,
+    add_out,
+    check_outputs,
+)
 from armimpedance.cli.parts.reading import add_reading, reading_options
 
 CAPTION = (
@@ -33,6 +43,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("recording", metavar="RECORDING", type=Path)
     add_reading(parser)
     parser.add_argument("--skeleton", type=Path, metavar="FILE.json", help="of markers or angles")
+    add_out(parser, "the verdict, the facts and the checks", TABLE)
     add_figure(parser, "trials aligned, return, noise, force against motion")
 
 
@@ -41,12 +52,17 @@ def run(arguments: argparse.Namespace) -> int:
     from armimpedance.analyses import inspect, read
     from armimpedance.cli.parts.figure import draw_picture
     from armimpedance.errors import InputError
+    from armimpedance.files import write_content
     from armimpedance.plots import plot_quality
     from armimpedance.recordings import read_skeleton
     from armimpedance.records import Recording
 
     path = arguments.skeleton
-    check_outputs(Output("--figure", arguments.figure, FIGURE), reads=[arguments.recording, path])
+    check_outputs(
+        Output("--out", arguments.out, TABLE),
+        Output("--figure", arguments.figure, FIGURE),
+        reads=[arguments.recording, path],
+    )
     skeleton = None if path is None else read_skeleton(path)
     options = reading_options(arguments)
     opened = read(arguments.recording, skeleton=skeleton, **options)
@@ -55,6 +71,8 @@ def run(arguments: argparse.Namespace) -> int:
             "--figure: a recording of markers", expected="one of the hand or of joints"
         )
     inspected = inspect(arguments.recording, skeleton=skeleton, **options)
+    if arguments.out is not None:
+        write_content(inspected.content, arguments.out)
     print(inspected)
     if isinstance(opened, Recording):
         draw_picture(arguments, lambda: plot_quality(opened), CAPTION)

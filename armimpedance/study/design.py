@@ -20,7 +20,7 @@ PLACES: Final = ("recording", "study", "participant", "session")
 
 #: What is done where no file says otherwise.
 DEFAULT_STEPS: Final = (
-    "inspect {recording}",
+    "inspect {recording} --out checks.csv",
     "estimate {recording} --out hand.csv",
     "report {recording} --out report.html",
 )

@@ -4,14 +4,35 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from html import escape
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from armimpedance.arrays import FrozenRecord
+from armimpedance.files import Content, table_content
 from armimpedance.findings import Finding
 from armimpedance.report import counted
 
 if TYPE_CHECKING:
     import pandas as pd
+
+#: Columns of what is written; the tables of many recordings stand below one another.
+COLUMNS: Final = ("kind", "name", "state", "value", "unit", "would_have_seen", "message")
+
+
+@dataclass(frozen=True)
+class Fact:
+    """One thing that a recording holds.
+
+    Attributes
+    ----------
+    name : str
+    value : float, int or str
+    unit : str
+        "" of a count or a text.
+    """
+
+    name: str
+    value: float | int | str
+    unit: str = ""
 
 
 @dataclass(frozen=True, repr=False)
@@ -24,10 +45,13 @@ class Inspection(FrozenRecord):
         What the recording holds, in lines.
     checks : tuple of Finding
         In a fixed order, those that are missing among them.
+    facts : tuple of Fact
+        How much it holds: what tables of many recordings set side by side.
     """
 
     contents: str
     checks: tuple[Finding, ...]
+    facts: tuple[Fact, ...] = ()
 
     def of_verdict(self, verdict: str) -> tuple[Finding, ...]:
         """The findings of one verdict, such as "missing"."""
@@ -47,6 +71,33 @@ class Inspection(FrozenRecord):
         warnings = len(self.of_verdict("warning"))
         return "Usable" + (f", with {counted(warnings, 'warning')}" if warnings else "")
 
+    @property
+    def state(self) -> str:
+        """The verdict in one word: "ok", "warning" or "unusable"."""
+        return next((one for one in ("unusable", "warning") if self.of_verdict(one)), "ok")
+
+    @property
+    def content(self) -> Content:
+        """What ``--out`` writes: the verdict, the facts and one row a check.
+
+        No path stands in it: equal recordings have equal files.
+        """
+        verdict = {"kind": "verdict", "state": self.state, "message": self.verdict}
+        checks = [
+            {
+                "kind": "check",
+                "name": check.name,
+                "state": check.verdict,
+                "would_have_seen": check.smallest,
+                "message": check.message,
+            }
+            for check in self.checks
+        ]
+        rows = [verdict, *map(_fact_row, self.facts), *checks]
+        objects = {"state": self.state, **self.to_dict()}
+        del objects["contents"]
+        return table_content(rows, COLUMNS, keys=("kind", "name"), objects=objects)
+
     def to_frame(self) -> pd.DataFrame:
         """A table of the findings: check, verdict, message."""
         import pandas as pd
@@ -57,7 +108,14 @@ class Inspection(FrozenRecord):
     def to_dict(self) -> dict[str, Any]:
         """Contents, verdict and findings, as texts."""
         checks = [check.to_dict() for check in self.checks]
-        return {"contents": self.contents, "usable": self.usable, "checks": checks}
+        facts = {fact.name: fact.value for fact in self.facts}
+        return {
+            "contents": self.contents,
+            "usable": self.usable,
+            "verdict": self.verdict,
+            "facts": facts,
+            "checks": checks,
+        }
 
     def __str__(self) -> str:
         lines = [self.contents, "\nChecks", *(f"  {check}" for check in self.checks)]
@@ -76,3 +134,9 @@ class Inspection(FrozenRecord):
         )
         contents = f"<pre>{escape(self.contents)}</pre>"
         return f"{contents}<table>{rows}</table><p>{escape(self.verdict)}</p>"
+
+
+def _fact_row(fact: Fact) -> dict[str, Any]:
+    """A number is a value with its unit, a text a message."""
+    told = "message" if isinstance(fact.value, str) else "value"
+    return {"kind": "fact", "name": fact.name, told: fact.value, "unit": fact.unit}
