@@ -21,7 +21,8 @@ from armimpedance.recordings.tables.folder import (
     write_csv,
 )
 from armimpedance.recordings.tables.number_table import NumberTable, column_names, read_numbers
-from armimpedance.recordings.tables.sample_table import EMG_PREFIX, check_time, trial_runs
+from armimpedance.recordings.tables.sample_clock import check_time
+from armimpedance.recordings.tables.sample_table import EMG_PREFIX, trial_runs
 from armimpedance.recordings.tables.trial_table import TrialTable
 
 EMG_FILES: Final = ("emg.parquet", "emg.csv")

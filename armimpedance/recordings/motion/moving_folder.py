@@ -39,7 +39,8 @@ from armimpedance.recordings.tables.folder import (
     table_file,
 )
 from armimpedance.recordings.tables.number_table import NumberTable, column_names, read_numbers
-from armimpedance.recordings.tables.sample_table import check_time, trial_runs
+from armimpedance.recordings.tables.sample_clock import check_time
+from armimpedance.recordings.tables.sample_table import trial_runs
 from armimpedance.recordings.tables.trial_table import (
     TrialTable,
     check_onsets,

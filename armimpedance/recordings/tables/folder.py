@@ -11,7 +11,7 @@ import pyarrow as pa
 import pyarrow.csv
 import pyarrow.parquet as pq
 
-from armimpedance.arrays import FloatArray, IntArray
+from armimpedance.arrays import FloatArray, IntArray, frozen
 from armimpedance.conventions import force_columns, position_columns
 from armimpedance.errors import InputError
 from armimpedance.outputs import staged_folder
@@ -174,25 +174,27 @@ def recording_of_tables(
     in_order = np.array_equal(order, np.arange(len(order)))
     # Sample numbers in the order of the trial table; the file's own order needs no copy.
     index = (
-        slice(None)
+        None
         if in_order
         else np.repeat(samples.offsets[order] - offsets[:-1], lengths) + np.arange(offsets[-1])
     )
 
-    def stack(names: tuple[str, ...]) -> FloatArray | None:
-        return samples.stack(names)[index] if names else None
+    def in_its_order(values: FloatArray) -> FloatArray:
+        return values if index is None else frozen(values[index])
 
-    force = samples.stack(columns.force)[index]
+    def stack(names: tuple[str, ...], sign: float = 1.0) -> FloatArray | None:
+        return samples.stack(names, index, sign) if names else None
+
     known = set(columns.named)
-    extra = {k: v[index] for k, v in samples.table.columns.items() if k not in known}
+    extra = {k: in_its_order(v) for k, v in samples.table.columns.items() if k not in known}
     return Recording(
         kind=metadata.kind,
         sample_rate_hz=metadata.sample_rate_hz,
         trials=table.trials,
         offsets=offsets,
-        time_s=samples.table.columns["time_s"][index],
-        position=samples.stack(columns.position)[index],
-        force=-force if metadata.force_by == "device" else force,
+        time_s=in_its_order(samples.table.columns["time_s"]),
+        position=samples.stack(columns.position, index),
+        force=samples.stack(columns.force, index, -1.0 if metadata.force_by == "device" else 1.0),
         joint_angles=stack(columns.joint_angles),
         emg=stack(columns.emg),
         muscles=columns.muscles if columns.emg else metadata.muscles or (),

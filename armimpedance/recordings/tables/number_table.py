@@ -4,18 +4,22 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.csv
 import pyarrow.parquet as pq
 
-from armimpedance.arrays import FloatArray
+from armimpedance.arrays import FloatArray, frozen
 from armimpedance.errors import InputError
+
+#: Rows of a Parquet file that are unpacked together.
+STRETCH: Final = 1 << 18
 
 
 @dataclass(frozen=True)
@@ -104,22 +108,74 @@ def read_numbers(
             "no such column", file=file, column=missing[0], expected=f"it beside {there}"
         )
     is_parquet = file.suffix == ".parquet"
-    table = _read_parquet(file) if is_parquet else _read_csv(file, names, required, gaps)
-    if table.num_rows == 0:
-        raise InputError("holds no samples", file=file, expected="one row per sample")
+    read = _parquet_columns(file) if is_parquet else _csv_columns(file, names, required, gaps)
     columns: dict[str, FloatArray] = {}
     dropped = []
-    for name in names:
-        values = _as_floats(table.column(name), from_text=not is_parquet)
+    for name, values in read:
+        if values is not None and len(values) == 0:
+            raise InputError("holds no samples", file=file, expected="one row per sample")
         if values is not None and _is_whole(values, name in gaps):
-            columns[name] = values
+            columns[name] = frozen(values)
         elif name not in required:
             dropped.append(name)
         elif is_parquet:
-            raise _bad_parquet_cell(file, name, table.column(name), name in gaps)
+            raise _bad_parquet_cell(file, name, name in gaps)
         else:
             raise _bad_csv_cell(file, names, required, gaps)
     return NumberTable(file, columns, tuple(dropped))
+
+
+def _csv_columns(
+    file: Path, names: tuple[str, ...], required: Collection[str], gaps: Collection[str]
+) -> Iterator[tuple[str, FloatArray | None]]:
+    """The columns one after the other, None where one is no number; what was taken is let go."""
+    table = _read_csv(file, names, required, gaps)
+    for name in names:
+        column = table.column(0)
+        table = table.remove_column(0)
+        if pa.types.is_string(column.type) and len(column):
+            try:
+                column = column.cast(pa.float64())
+            except pa.ArrowInvalid:
+                yield name, None
+                continue
+        yield name, _joined(column.chunks)
+
+
+def _parquet_columns(file: Path) -> Iterator[tuple[str, FloatArray | None]]:
+    """The columns one after the other, a stretch at a time: no second table is in memory."""
+    try:
+        with pq.ParquetFile(file) as opened:
+            for field in opened.schema_arrow:
+                if not _is_number(field.type) and opened.metadata.num_rows:
+                    yield field.name, None
+                    continue
+                batches = opened.iter_batches(STRETCH, columns=[field.name])
+                yield field.name, _joined(batch.column(0) for batch in batches)
+    except (pa.ArrowException, OSError, ValueError) as error:
+        raise _unreadable_parquet(file, error) from None
+    finally:
+        # Arrow keeps what it has read through for the next file; nobody may come.
+        pa.default_memory_pool().release_unused()
+
+
+def _is_number(kind: pa.DataType) -> bool:
+    return bool(
+        pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_decimal(kind)
+    )
+
+
+def _joined(chunks: Iterable[pa.Array]) -> FloatArray:
+    """The chunks of a column as one array of float64, with NaN for what is missing."""
+    parts = [np.empty(0)]
+    for chunk in chunks:
+        if chunk.type != pa.float64():
+            chunk = (
+                chunk.cast(pa.float64(), safe=False) if len(chunk) else pa.array([], pa.float64())
+            )
+        # an array of Arrow would keep more than itself
+        parts.append(np.array(chunk.to_numpy(zero_copy_only=False)))
+    return np.concatenate(parts)
 
 
 def _is_whole(values: FloatArray, may_be_lost: bool) -> bool:
@@ -127,28 +183,6 @@ def _is_whole(values: FloatArray, may_be_lost: bool) -> bool:
     return bool(
         (np.isfinite(values) | np.isnan(values) if may_be_lost else np.isfinite(values)).all()
     )
-
-
-def _as_floats(column: pa.ChunkedArray, from_text: bool) -> FloatArray | None:
-    """The column as float64 with NaN for what is missing; None if it does not hold numbers."""
-    kind = column.type
-    if from_text and pa.types.is_string(kind):
-        try:
-            return np.asarray(column.cast(pa.float64()).to_numpy())
-        except pa.ArrowInvalid:
-            return None
-    if not (pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_decimal(kind)):
-        return None
-    if kind != pa.float64():
-        column = column.cast(pa.float64(), safe=False)
-    return np.asarray(column.to_numpy())
-
-
-def _read_parquet(file: Path) -> pa.Table:
-    try:
-        return pq.read_table(file)
-    except (pa.ArrowException, OSError, ValueError) as error:
-        raise _unreadable_parquet(file, error) from None
 
 
 def _parquet_names(file: Path) -> tuple[str, ...]:
@@ -163,9 +197,9 @@ def _unreadable_parquet(file: Path, error: Exception) -> InputError:
     return InputError(f"not a readable Parquet file: {first_line}", file=file)
 
 
-def _bad_parquet_cell(
-    file: Path, name: str, column: pa.ChunkedArray, may_be_lost: bool
-) -> InputError:
+def _bad_parquet_cell(file: Path, name: str, may_be_lost: bool) -> InputError:
+    with pq.ParquetFile(file) as opened:
+        column = opened.read(columns=[name]).column(0)
     for row, value in enumerate(column.to_pylist(), start=1):
         problem = _cell_problem("" if value is None else str(value), may_be_lost)
         if problem:

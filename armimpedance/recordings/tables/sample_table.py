@@ -10,11 +10,12 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, IntArray
+from armimpedance.arrays import FloatArray, IntArray, frozen
 from armimpedance.conventions import AXES, Kind, force_columns, position_columns
 from armimpedance.errors import InputError
 from armimpedance.recordings.tables.metadata import LARGEST_COORDINATE_M, Metadata
 from armimpedance.recordings.tables.number_table import NumberTable, column_names, read_numbers
+from armimpedance.recordings.tables.sample_clock import check_time
 
 ARM_ANGLE_COLUMNS: Final[tuple[str, ...]] = ("q_shoulder_rad", "q_elbow_rad")
 EMG_PREFIX: Final = "emg_"
@@ -28,12 +29,6 @@ LARGEST_REACH_M: Final = 3.0
 
 #: No joint turns further than once around from any zero that makes sense.
 LARGEST_ANGLE_RAD: Final = 2.0 * math.pi
-
-#: A step between two samples may differ from 1 / rate by this part of it (jitter of the clock)...
-STEP_TOLERANCE: Final = 0.1
-#: ... and the time since the trial's start by half a sample and the inaccuracy of a quartz clock.
-DRIFT_TOLERANCE_SAMPLES: Final = 0.5
-CLOCK_TOLERANCE: Final = 1e-4
 
 
 @dataclass(frozen=True)
@@ -70,9 +65,18 @@ class Samples:
     trials: IntArray
     offsets: IntArray
 
-    def stack(self, names: tuple[str, ...]) -> FloatArray:
-        """These columns side by side, (N, len(names))."""
-        return np.column_stack([self.table.columns[name] for name in names])
+    def stack(
+        self, names: tuple[str, ...], order: IntArray | None = None, sign: float = 1.0
+    ) -> FloatArray:
+        """These columns side by side, (N, len(names)), times `sign`; nobody can write to them.
+
+        `order` (N,), where it is given, are the samples in the order that is wanted.
+        """
+        stacked = np.empty((len(self.table.columns["time_s"]), len(names)))
+        for number, name in enumerate(names):
+            values = self.table.columns[name]
+            np.multiply(values if order is None else values[order], sign, out=stacked[:, number])
+        return frozen(stacked)
 
 
 def read_samples(file: Path, metadata: Metadata) -> Samples:
@@ -218,63 +222,6 @@ def trial_runs(table: NumberTable) -> tuple[IntArray, IntArray]:
             expected="each trial's samples in one piece",
         )
     return numbers, np.append(starts, len(trial)).astype(np.int64)
-
-
-def check_time(table: NumberTable, offsets: IntArray, rate_hz: float) -> None:
-    """Time must run forward in steps of 1 / rate.
-
-    Times are printed with so many decimals: where the step is no multiple of the last decimal,
-    rounding may shift each time by one unit of it, and the tolerances grow by that much. Where
-    that unit is longer than a step, several samples may print the same time.
-
-    Raises
-    ------
-    InputError
-    """
-    time = table.columns["time_s"]
-    dt = 1.0 / rate_hz
-    rounding = _rounding(time[:2000], dt)
-    lengths = np.diff(offsets)
-    index = np.arange(len(time)) - np.repeat(offsets[:-1], lengths)
-    step = np.diff(time, prepend=time[0] - dt)
-    step[offsets[:-1]] = dt
-    elapsed = time - np.repeat(time[offsets[:-1]], lengths)
-
-    def refuse(wrong: np.ndarray, problem: str) -> None:
-        at = np.flatnonzero(wrong)
-        if len(at):
-            i = int(at[0])
-            raise InputError(
-                problem.format(step=step[i], elapsed=elapsed[i]),
-                file=table.file,
-                row=table.row(i),
-                column="time_s",
-                expected=f"steps of {dt:.6g} s at {rate_hz:g} Hz",
-            )
-
-    refuse((step < 0) | ((step == 0) & (rounding < dt)), "time does not run forward")
-    refuse(
-        np.abs(step - dt) > STEP_TOLERANCE * dt + rounding,
-        "a step of {step:.6g} s: a gap, or another rate",
-    )
-    slack = DRIFT_TOLERANCE_SAMPLES * dt + rounding + CLOCK_TOLERANCE * elapsed
-    refuse(
-        np.abs(elapsed - index * dt) > slack,
-        "{elapsed:.6g} s after the trial's start, which disagrees with the rate",
-    )
-
-
-def _rounding(time: FloatArray, dt: float) -> float:
-    """By how much printing may have moved a time: the last decimal's unit, 0 if steps are exact."""
-    for decimals in range(10):
-        with np.errstate(over="ignore", invalid="ignore"):
-            scaled = time * 10.0**decimals
-            off = np.abs(scaled - np.round(scaled)).max()
-        if off < 1e-6:
-            steps = dt * 10.0**decimals
-            exact = round(steps) > 0 and abs(steps - round(steps)) < 1e-9 * steps
-            return 0.0 if exact else 10.0**-decimals
-    return 0.0
 
 
 def _check_metres(samples: Samples, metadata: Metadata) -> None:
