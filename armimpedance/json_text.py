@@ -10,7 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from armimpedance.arrays import LARGEST
 from armimpedance.errors import InputError
+from armimpedance.unchanged import unchanged
 
 
 def json_text(content: Any) -> str:
@@ -39,7 +41,8 @@ def read_json(file: Path, expected: str = "a JSON object") -> dict[str, Any]:
     InputError
     """
     try:
-        text = file.read_text(encoding="utf-8-sig")
+        with unchanged(file):
+            text = file.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError:
         raise InputError("is not UTF-8 text", file=file, expected=expected) from None
     except OSError as error:
@@ -72,7 +75,18 @@ def read_json(file: Path, expected: str = "a JSON object") -> dict[str, Any]:
         raise InputError(f"broken JSON: {error}", file=file, expected=expected) from None
     if not isinstance(content, dict):
         raise InputError("holds no object", file=file, expected=expected)
+    if "\\ud" in text.lower() and not _is_writable(content):
+        raise InputError("holds half of a character", file=file, expected="whole Unicode text")
     return content
+
+
+def _is_writable(content: dict[str, Any]) -> bool:
+    """Whether every text can be written again: half of a surrogate pair cannot."""
+    try:
+        json.dumps(content, ensure_ascii=False).encode("utf-8")
+    except UnicodeEncodeError:
+        return False
+    return True
 
 
 class Fields:
@@ -117,10 +131,10 @@ class Fields:
 
 
 def is_number(value: object) -> bool:
-    """Whether a JSON value is a finite number."""
+    """Whether a JSON value is a finite number, and no larger than what is measured."""
     if isinstance(value, bool) or not isinstance(value, int | float):
         return False
     try:
-        return math.isfinite(float(value))
+        return abs(float(value)) < LARGEST
     except OverflowError:
         return False

@@ -86,8 +86,9 @@ class OneLineParser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Print one line on stderr and exit 2."""
-        line = shortened(shown(message), LONGEST_MESSAGE)
-        self.exit(WRONG_INPUT, f"{self.prog}: {line} (see {self.prog} --help)\n")
+        hint = f" (see {self.prog} --help)"
+        line = shortened(shown(message), LONGEST_MESSAGE - len(hint))
+        self.exit(WRONG_INPUT, f"{self.prog}: {line}{hint}\n")
 
 
 def make_parser(argv: Sequence[str]) -> argparse.ArgumentParser:

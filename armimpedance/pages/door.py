@@ -21,6 +21,8 @@ from armimpedance.plots import plot_quality
 from armimpedance.recordings import AnyRecording
 from armimpedance.records import Recording
 
+#: More than the names of any table of results take, bytes.
+_LONGEST_HEAD: Final = 100_000
 #: Endings of files of results; everything else is a recording.
 _RESULTS: Final = (".csv", ".json")
 
@@ -91,8 +93,9 @@ def _of_results(path: Path) -> str:
     """The topic of a file that a command wrote."""
     if path.suffix == ".json":
         return "muscle" if "model" in read_json(path, "a result") else "fit"
-    with path.open(encoding="utf-8", newline="") as stream:
-        columns = next(csv.reader(stream), [])
+    with path.open("rb") as stream:
+        head = stream.readline(_LONGEST_HEAD).decode("utf-8-sig", "replace")
+    columns = next(csv.reader([head]), [])
     if "level" in columns and "K_11" in columns:
         return "hand"
     raise InputError(

@@ -140,7 +140,7 @@ def _hands(shop: Path) -> None:
     few = ["cocontraction_00", "cocontraction_30"]
     recording, _ = simulate("cocontraction", seed=1, sets=1, conditions=few, noise="sensor")
     write_recording(_short(recording), shop / "hand")
-    write_recording(_short(recording), shop / "hand_csv", "csv")
+    write_recording(_short(recording.select(range(8))), shop / "hand_csv", "csv")
     write_recording(
         _short(simulate("cocontraction", seed=1, sets=2, conditions=few[:1])[0]), shop / "twice"
     )

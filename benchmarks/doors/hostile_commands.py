@@ -23,6 +23,7 @@ for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
     os.environ[variable] = "1"
 
 import argparse
+import gc
 import json
 import resource
 import shutil
@@ -33,8 +34,10 @@ import time
 import warnings
 import zlib
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from command_cases import CASES
@@ -50,8 +53,20 @@ LONGEST_S, LARGEST_MB = 5.0, 1024.0
 HANGS_S = 60
 #: Address space that a run may take beyond what is loaded before it.
 ROOM = 1 << 30
+#: Damaged inputs that one process tries; it does not outlive a miss of memory.
+MOST_OF_A_CHILD = 25
 #: How often the call is damaged and not a file.
 OF_CALLS = 0.08
+
+
+@dataclass(frozen=True)
+class Case:
+    """A call, where its sound inputs are, where it runs, and where its misses are kept."""
+
+    call: str
+    shop: Path
+    folder: Path
+    keep: Path | None
 
 
 @dataclass(frozen=True)
@@ -101,15 +116,12 @@ def try_case(case: str, numbers: range, shop: Path, folder: Path, keep: Path | N
     told: Counter[str] = Counter()
     first: dict[str, int] = {}
     slowest = peak = 0.0
-    for number in numbers:
-        tried = attempt(case, number, shop, folder / "run")
-        slowest, peak = max(slowest, tried.seconds), max(peak, tried.mb)
-        told["done" if tried.run.status == 0 else "refused"] += 1
-        found = misses(tried.run) + over_the_limits(tried)
-        for miss in found:
+    for line in children(Case(case, shop, folder, keep), numbers):
+        slowest, peak = max(slowest, line["seconds"]), max(peak, line["mb"])
+        told["done" if line["status"] == 0 else "refused"] += 1
+        for miss in line["misses"]:
             told[f"! {miss}"] += 1
-            if keep and first.setdefault(miss, number) == number:
-                kept(keep / f"{zlib.crc32(case.encode()):08x}-{number}", case, number, miss, tried)
+            first.setdefault(miss, line["number"])
     bad = {kind: n for kind, n in told.items() if kind.startswith("!")}
     print(
         f"{len(numbers):6d} {told['done']:6d} {told['refused']:7d} {slowest:7.2f}s {peak:5.0f}MB "
@@ -117,8 +129,51 @@ def try_case(case: str, numbers: range, shop: Path, folder: Path, keep: Path | N
         flush=True,
     )
     for kind, n in bad.items():
-        print(f"       {kind} ({n}, first --first {first.get(kind[2:], '?')})", flush=True)
+        print(f"       {kind} ({n}, --first {first[kind[2:]]})", flush=True)
     return sum(bad.values())
+
+
+def children(case: Case, numbers: range) -> Iterator[dict[str, Any]]:
+    """What came of each damaged input; a child tries several, and another goes on behind it."""
+    report = case.folder / "report.jsonl"
+    at = numbers.start
+    while at < numbers.stop:
+        some = range(at, min(numbers.stop, at + MOST_OF_A_CHILD))
+        report.write_text("")
+        child = os.fork()
+        if child == 0:
+            work(case, some, report)
+            os._exit(0)
+        status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+        for text in report.read_text().splitlines():
+            line = json.loads(text)
+            at = line["number"] + 1
+            yield line
+        if at < some.stop and status != 0:
+            how = f"ended by signal {-status}" if status < 0 else f"ended with status {status}"
+            yield {"number": at, "status": status, "misses": [how], "seconds": 0.0, "mb": 0.0}
+            at += 1
+
+
+def work(case: Case, numbers: range, report: Path) -> None:
+    """The child: damage, run, look, and say of each input what came of it."""
+    os.setsid()
+    taken = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+    resource.setrlimit(resource.RLIMIT_AS, (taken + ROOM, taken + ROOM))
+    with report.open("a") as stream:
+        for number in numbers:
+            signal.alarm(HANGS_S)
+            tried = attempt(case.call, number, case.shop, case.folder / "run")
+            found = misses(tried.run) + over_the_limits(tried)
+            line = {"number": number, "status": tried.run.status, "misses": found}
+            line |= {"seconds": tried.seconds, "mb": tried.mb}
+            if case.keep and found:
+                name = f"{zlib.crc32(case.call.encode()):08x}-{number}"
+                kept(case.keep / name, case.call, number, found, tried)
+            print(json.dumps(line), file=stream, flush=True)
+            # A peak is a process's own: what comes after it starts anew.
+            if tried.mb > LARGEST_MB:
+                return
 
 
 def warm_up(case: str, shop: Path, folder: Path) -> str:
@@ -126,6 +181,7 @@ def warm_up(case: str, shop: Path, folder: Path) -> str:
     home = folder / "warm"
     lay_out(case, shop, home)
     status = run_here(case.split(), home, home.with_suffix(".said"))
+    gc.freeze()
     return "" if status == 0 else (home.with_suffix(".said") / "err").read_text().strip()
 
 
@@ -158,7 +214,12 @@ def attempt(case: str, number: int, shop: Path, home: Path) -> Tried:
         damage(places[int(rng.integers(len(places)))], rng)
     before = state_of(home)
     said = home.with_suffix(".said")
-    seconds, mb, status = run_apart(words, home, said)
+    # What this process was warned of once must be told again.
+    warnings.filterwarnings("ignore", category=ResourceWarning)
+    began = time.process_time()
+    status = run_here(words, home, said)
+    seconds = time.process_time() - began
+    mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     out, err = ((said / name).read_bytes() for name in ("out", "err"))
     run = Run(words, of_call, home, status, out, err, before, state_of(home))
     return Tried(words, run, seconds, mb)
@@ -189,22 +250,6 @@ def state_of(home: Path) -> dict[str, tuple[int, int, int]]:
     return found
 
 
-def run_apart(words: list[str], home: Path, said: Path) -> tuple[float, float, int]:
-    """Run a call in a child; its seconds of processor, its peak memory, its status."""
-    child = os.fork()
-    if child == 0:
-        os.setsid()
-        signal.alarm(HANGS_S)
-        taken = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
-        resource.setrlimit(resource.RLIMIT_AS, (taken + ROOM, taken + ROOM))
-        # What the parent was warned of once must be told again.
-        warnings.filterwarnings("ignore", category=ResourceWarning)
-        os._exit(run_here(words, home, said))
-    _, waited, used = os.wait4(child, 0)
-    status = os.waitstatus_to_exitcode(waited)
-    return used.ru_utime + used.ru_stime, used.ru_maxrss / 1024, status
-
-
 def run_here(words: list[str], home: Path, said: Path) -> int:
     """Run a call in its folder with both streams in files; the status."""
     said.mkdir(exist_ok=True)
@@ -229,14 +274,14 @@ def over_the_limits(tried: Tried) -> list[str]:
     return slow + (["took more than 1 GB"] if tried.mb > LARGEST_MB else [])
 
 
-def kept(folder: Path, case: str, number: int, miss: str, tried: Tried) -> None:
+def kept(folder: Path, case: str, number: int, found: list[str], tried: Tried) -> None:
     """Keep the inputs of a run, and how to run it again."""
     shutil.rmtree(folder, ignore_errors=True)
     shutil.copytree(tried.run.home, folder / "run")
     told = {
         "case": case,
         "number": number,
-        "miss": miss,
+        "misses": found,
         "words": tried.words,
         "status": tried.run.status,
         "seconds": round(tried.seconds, 2),

@@ -12,8 +12,8 @@ from typing import NoReturn
 
 LONGEST_LINE = 400
 NO_NUMBER = re.compile(r"^[+-]?(nan|inf|infinity)$", re.IGNORECASE)
-#: Commands that tell on standard error how far they are before they refuse.
-MAY_WRITE_REFUSED = ("report",)
+#: Commands that show why a recording cannot be used: in a page, in a figure.
+MAY_WRITE_REFUSED = ("report", "inspect")
 
 
 @dataclass(frozen=True)

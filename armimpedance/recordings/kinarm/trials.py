@@ -154,8 +154,9 @@ def chosen_trials(
         remarks.append(sentence)
         usable[~met] = False
     both = pd.Series(True, index=trials.index)
-    for label in filter(None, (choice.onset_event, choice.end_event)):
-        both &= _has(trials, label, path)
+    for label in (choice.onset_event, choice.end_event):
+        if label is not None:
+            both &= _has(trials, label, path)
     leave_out(both, "without the event of the onset or end")
     if not usable.any():
         problem = "no trial is left of those asked for: " + " ".join(remarks)

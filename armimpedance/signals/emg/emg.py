@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
+from armimpedance.arrays import LARGEST, FloatArray
 from armimpedance.errors import InputError
 from armimpedance.signals.causal import causal_lowpass
 from armimpedance.signals.filters import lowpass
@@ -77,7 +77,7 @@ def activation(envelope_V: FloatArray, mvc_V: FloatArray) -> FloatArray:
         Values in 1..1.2 are clipped to 1, as trial-to-trial scatter of the MVC allows.
     """
     mvc_V = np.asarray(mvc_V, dtype=float)
-    if not (np.isfinite(mvc_V).all() and (mvc_V > 0).all()):
+    if not (np.isfinite(mvc_V).all() and (mvc_V > 1 / LARGEST).all()):
         raise InputError(f"MVC values {mvc_V.tolist()} V", expected="positive numbers")
     alpha = envelope_V / mvc_V
     if alpha.size and alpha.max() > 1.2:
