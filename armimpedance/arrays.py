@@ -60,6 +60,20 @@ def frozen(array: FloatArray) -> FloatArray:
     return array
 
 
+def lengths(vectors: FloatArray) -> FloatArray:
+    """Length (...,) of vectors (..., d): `numpy.linalg.norm` to the last bit, axis by axis.
+
+    Of many short vectors this takes a fraction of its time and no room for their squares.
+    """
+    if not 0 < vectors.shape[-1] < 8:
+        # NumPy adds eight and more in another order
+        return np.asarray(np.linalg.norm(vectors, axis=-1))
+    total = np.square(vectors[..., 0])
+    for axis in range(1, vectors.shape[-1]):
+        total += np.square(vectors[..., axis])
+    return np.asarray(np.sqrt(total, out=total))
+
+
 def _is_frozen(array: np.ndarray) -> bool:
     """Whether neither this array nor any that it is a view of can be written to."""
     seen: Any = array

@@ -46,7 +46,7 @@ OF_THE_FIT: Final = (
 #: Motion that explains less of the force than this gives no M, B and K; trials that are asked.
 LEAST_COHERENCE: Final = 0.3
 MOST_COHERENT: Final = 5
-#: More trials than this are not checked before a fit.
+#: More trials than this are not checked before a fit, nor fitted by the checks.
 MOST_CHECKED: Final = 4000
 #: An axis of a robot that travels further than this moves, rad.
 MOVES_RAD: Final = 0.05
@@ -159,10 +159,7 @@ def checked(
         A check says STOP and is not named in `despite`; or `despite` names no check.
     """
     if isinstance(recording, Recording):
-        recording = _in_groups(recording, by)
-    if isinstance(recording, Recording) and recording.n_trials > MOST_CHECKED:
-        every = np.linspace(0, recording.n_trials - 1, MOST_CHECKED).astype(int)
-        recording = recording.select(every)
+        recording = _spread(_in_groups(recording, by))
     if disturbed and isinstance(recording, Recording):
         found = [*recording.findings, *_disturbed_checks(recording), *_driven_checks(recording)]
         # Groups need not be conditions: a fit says itself which of its own lacks a direction.
@@ -176,6 +173,13 @@ def checked(
         *(f"despite {one.sentence}" for one in overruled),
         *(one.sentence for one in contradicted),
     )
+
+
+def _spread(recording: Recording) -> Recording:
+    """At most 4000 of the trials, spread over all."""
+    if recording.n_trials <= MOST_CHECKED:
+        return recording
+    return recording.select(np.linspace(0, recording.n_trials - 1, MOST_CHECKED).astype(int))
 
 
 def _in_groups(recording: Recording, by: Sequence[str]) -> Recording:
@@ -254,7 +258,7 @@ def _response(recording: Recording) -> tuple[Finding, ...]:
     """Copies of trials, and what the limb's response says."""
     try:
         window = cut_windows(recording) if recording.perturbation == "returning" else None
-        return (check_copies(recording, window), *check_response(recording))
+        return (check_copies(recording, window), *check_response(_spread(recording)))
     except ArmImpedanceError as error:
         return (Finding("response", "warning", f"cannot be judged: {error}"),)
 

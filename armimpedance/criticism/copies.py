@@ -58,7 +58,8 @@ def check_copies(recording: Recording, window: Window | None = None) -> Finding:
     signals, numbers = _aligned(recording, window)
     step = max(1, round(AVERAGED_S * recording.sample_rate_hz))
     least = [
-        LEAST_NOISE * np.ptp(each, axis=0).max() for each in (recording.force, recording.position)
+        LEAST_NOISE * max(float(np.ptp(axis)) for axis in each.T)
+        for each in (recording.force, recording.position)
     ]
     rate = recording.sample_rate_hz
     found = [_noise(each, step, rate, size) for each, size in zip(signals, least, strict=True)]

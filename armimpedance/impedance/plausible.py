@@ -15,7 +15,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
+from armimpedance.arrays import FloatArray, lengths
 from armimpedance.conventions import AXES, FORCE_UNIT, POSITION_UNIT, UNITS, group_name
 from armimpedance.criticism import check_joint_size
 from armimpedance.errors import ArmImpedanceError
@@ -137,7 +137,7 @@ def _inertia(window: Window, recording: Recording, keys: Mapping[str, Any]) -> _
     solved = fit(factors, covariance="cr3", parameter_names=names, parameter_units=units)
     ordered = to_matrix_order(solved.parameters, solved.covariance, d)
     place = window.position[window.usable]
-    moved = np.linalg.norm(place - place[:, :1], axis=2)
+    moved = lengths(place - place[:, :1])
     way = float(np.median(moved.max(axis=1)))
     size = d * d
     matrix, covariance = ordered[0, :size].reshape(d, d), ordered[1 : 1 + size, :size]
@@ -181,7 +181,7 @@ def _reach(recording: Recording) -> Finding:
     upper, fore = recording.subject.upper_arm_m, recording.subject.forearm_hand_m
     known = upper is not None and fore is not None
     longest = upper + fore if known else LONGEST_ARM_M  # type: ignore[operator]
-    far = float(np.median(np.linalg.norm(recording.position - recording.shoulder_m, axis=1)))
+    far = float(np.median(lengths(recording.position - recording.shoulder_m)))
     text = f"the hand is {far:.3g} m from the shoulder, the arm {longest:.3g} m long"
     if far > FAR * longest:
         return Finding("reach", "unusable", f"{text}: check the unit of position and shoulder_m")

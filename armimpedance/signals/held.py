@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, IntArray
+from armimpedance.arrays import FloatArray, IntArray, lengths
 from armimpedance.findings import Finding
 from armimpedance.records import Recording
 
@@ -16,6 +16,8 @@ FEWEST_SAMPLES: Final = 4
 #: What went on meanwhile shows as a jump: of so many steps before and after, and of the encoder.
 JUMP: Final = 3.0
 QUANTA: Final = 5.0
+#: Samples that are looked at together.
+TOGETHER: Final = 1 << 18
 #: One run may be chance.
 FEWEST_RUNS: Final = 2
 
@@ -55,20 +57,31 @@ def check_held(recording: Recording) -> Finding:
 
 def _held(values: FloatArray, offsets: IntArray, length: int) -> tuple[IntArray, IntArray]:
     """First sample and number of samples of every run that is held and ends in a jump."""
-    # The way from sample to sample, (S - 1,): where an encoder of one axis steps, kinematics in
-    # single precision move the others by their rounding, which is no step of theirs.
-    steps = np.linalg.norm(np.diff(values, axis=0), axis=1)
+    steps = _ways(values)
     if not steps.any():
         return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
     # no step leads from one trial to the next
     steps[np.asarray(offsets[1:-1]) - 1] = np.nan
-    quantum = steps[steps > 0].min(initial=np.inf)
+    quantum = steps.min(where=steps > 0, initial=np.inf)
     still = np.concatenate([[False], steps == 0, [False]])
-    first = np.flatnonzero(np.diff(still.astype(int)) == 1)
-    after = np.flatnonzero(np.diff(still.astype(int)) == -1)
+    first = np.flatnonzero(still[1:] & ~still[:-1])
+    after = np.flatnonzero(still[:-1] & ~still[1:])
     long = (after - first >= length - 1) & (first > 0) & (after < len(steps) - 1)
     first, after = first[long], after[long]
     # `after` is the jump that ends a run, its neighbours are usual ones
     usual = np.fmax(steps[first - 1], steps[after + 1])
     told = (steps[after] > JUMP * usual) & (steps[after] > QUANTA * quantum)
     return first[told], (after - first)[told]
+
+
+def _ways(values: FloatArray) -> FloatArray:
+    """The way from sample to sample, (N - 1,).
+
+    Where an encoder of one axis steps, kinematics in single precision move the others by their
+    rounding, which is no step of theirs.
+    """
+    ways = np.empty(max(len(values) - 1, 0))
+    for first in range(0, len(ways), TOGETHER):
+        piece = values[first : first + TOGETHER + 1]
+        ways[first : first + TOGETHER] = lengths(np.diff(piece, axis=0))
+    return ways

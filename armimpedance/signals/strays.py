@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from armimpedance.arrays import BoolArray, FloatArray, IntArray
+from armimpedance.arrays import BoolArray, FloatArray, IntArray, lengths
 
 #: With fewer trials nobody can say which one is unlike the others.
 FEWEST: int = 5
@@ -49,7 +49,7 @@ def gone_astray(cut: FloatArray, onset: int, end: IntArray, usable: BoolArray) -
     usable : (T,) bool
         Trials that are judged.
     """
-    moved = np.linalg.norm(cut - cut[:, onset : onset + 1], axis=2)
+    moved = lengths(cut - cut[:, onset : onset + 1])
     peak = moved.max(axis=1)
     left = moved[np.arange(len(cut)), np.clip(end, 0, cut.shape[1] - 1)]
     away = (left > AWAY * peak) & beyond_the_others(left, peak[usable])

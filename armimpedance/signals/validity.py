@@ -7,17 +7,17 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import BoolArray, FloatArray, IntArray
+from armimpedance.arrays import BoolArray, FloatArray, IntArray, lengths
 from armimpedance.conventions import FORCE_UNIT, POSITION_UNIT
 from armimpedance.errors import InputError
 from armimpedance.findings import Finding, Verdict
 from armimpedance.records import Recording, Window
-from armimpedance.signals.differentiate import derivatives
-from armimpedance.signals.drift import end_operator
 from armimpedance.signals.held import check_held
 from armimpedance.signals.windows import Timing, cut_windows, disturbance_times, flawed
 
 LOWEST_RATE_HZ = 200.0
+#: Samples that are looked at together.
+SAMPLES_TOGETHER: Final = 1 << 18
 #: Residual displacement at the end, as a part of the peak, above which the source's one-sided
 #: drift correction goes wrong by more than its own standard error.
 RETURN_FRACTION = 0.02
@@ -80,12 +80,11 @@ def _disturbance_checks(recording: Recording) -> Iterator[Finding]:
     text = f"{used}, median peak {_milli(float(np.median(size)), unit)}; {source}"
     yield Finding("disturbance", verdict, text)
     yield _returns(window, size, unit)
-    every = np.arange(recording.n_trials)
     groups = recording.trials.groupby("condition", sort=False).indices.items()
     uneven = [
         check
         for name, rows in groups
-        for check in _coverage(str(name), peak, window.usable & np.isin(every, rows))
+        for check in _coverage(str(name), peak[np.sort(rows)][window.usable[np.sort(rows)]])
     ]
     yield from uneven or [Finding("directions", "ok", "every condition covers its axes")]
     yield _rest_noise(window, FORCE_UNIT[recording.kind])
@@ -122,11 +121,20 @@ def _milli(value: float, unit: str) -> str:
 
 
 def _peak_displacement(window: Window) -> FloatArray:
-    """Displacement from the onset where it is largest, (T, d)."""
-    moved = window.position - window.position_at_onset[:, None]
-    moved = np.where(window.usable[:, None, None], moved, 0.0)
-    farthest = np.linalg.norm(moved, axis=2).argmax(axis=1)
-    return np.asarray(moved[np.arange(len(moved)), farthest])
+    """Displacement from the onset where it is largest, (T, d); zeros where a trial is not used."""
+    peaks = np.zeros_like(window.position_at_onset)
+    for rows in _together(np.flatnonzero(window.usable), len(window.lag_s)):
+        moved = window.position[rows] - window.position_at_onset[rows][:, None]
+        farthest = lengths(moved).argmax(axis=1)
+        peaks[rows] = moved[np.arange(len(rows)), farthest]
+    return peaks
+
+
+def _together(rows: IntArray, samples: int) -> Iterator[IntArray]:
+    """Rows of trials in pieces: few enough that what is made of them needs little room."""
+    count = max(1, SAMPLES_TOGETHER // samples)
+    for first in range(0, len(rows), count):
+        yield rows[first : first + count]
 
 
 def _rate(recording: Recording) -> Finding:
@@ -219,9 +227,8 @@ def _returns(window: Window, size: FloatArray, unit: str) -> Finding:
     return Finding("returns to start", "warning", f"{text}; do not use method 'paper' here")
 
 
-def _coverage(condition: str, peaks: FloatArray, chosen: BoolArray) -> Iterator[Finding]:
-    """Are the directions of one condition spread enough to tell the axes apart?"""
-    peak = peaks[chosen]
+def _coverage(condition: str, peak: FloatArray) -> Iterator[Finding]:
+    """Are the directions of one condition (T, d) spread enough to tell the axes apart?"""
     if not len(peak) or not np.abs(peak).max() > NO_WAY:
         yield Finding("directions", "unusable", f"condition {condition}: no movement")
         return
@@ -260,12 +267,8 @@ def _dissipation(window: Window) -> Finding:
     end = int(np.searchsorted(window.lag_s, window.duration_s[window.usable].max()))
     start = int(np.searchsorted(window.lag_s, 0.0))
     end = min(end, len(window.lag_s) - 1)
-    operator = end_operator(window.lag_s, start, end)
-    used = window.usable
-    velocity = derivatives(np.matmul(operator, window.position[used]), window.sample_rate_hz)[0]
-    force = np.matmul(operator, window.force[used])
-    inside = slice(start, end + 1)
-    work = (velocity[:, inside] * force[:, inside]).sum(axis=(1, 2)) / window.sample_rate_hz
+    pieces = _together(np.flatnonzero(window.usable), len(window.lag_s))
+    work = np.concatenate([_work(window, rows, start, end) for rows in pieces])
     mean = float(work.mean())
     error = float(work.std(ddof=1) / np.sqrt(len(work))) if len(work) > 1 else abs(mean)
     text = f"work by the limb {mean * 1e3:.3g} mJ per disturbance"
@@ -275,3 +278,20 @@ def _dissipation(window: Window) -> Finding:
     if mean > -2 * error:
         return Finding("force sign", "warning", text + ": too small to tell the sign")
     return Finding("force sign", "ok", text)
+
+
+def _work(window: Window, rows: IntArray, start: int, end: int) -> FloatArray:
+    """Work (T,) of the force from sample `start` to `end`, each side less its ramp between them."""
+    r = (window.lag_s - window.lag_s[start]) / (window.lag_s[end] - window.lag_s[start])
+
+    def ended(signal: FloatArray, part: slice) -> FloatArray:
+        # P s = s - s(t0) - r (s(tf) - s(t0)), see `signals.drift`
+        first, last = signal[:, start, None], signal[:, end, None]
+        return np.asarray(signal[:, part] - first - r[part, None] * (last - first))
+
+    # one sample more on either side, where there is one, for the velocity
+    wider = slice(max(start - 1, 0), end + 2)
+    velocity = np.gradient(ended(window.position[rows], wider), 1.0 / window.sample_rate_hz, axis=1)
+    power = ended(window.force[rows], slice(start, end + 1))
+    power *= velocity[:, start - wider.start :][:, : power.shape[1]]
+    return np.asarray(power.sum(axis=(1, 2)) / window.sample_rate_hz)

@@ -19,7 +19,7 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
+from armimpedance.arrays import FloatArray, IntArray
 from armimpedance.impedance.doubts.columns import COLUMNS, family
 from armimpedance.impedance.doubts.model import Model, pooled
 from armimpedance.impedance.doubts.symmetry import LARGEST_GAIN, gain_of, rows_of
@@ -64,16 +64,41 @@ def allowing(
     """
     if recording.perturbation != "returning":
         return list(estimates)
-    models = models_of(recording, [rows for _, rows in groups_of(recording, by)])
-    known = [model for model in models if model is not None]
-    if not known:
+    groups = [rows for _, rows in groups_of(recording, by)]
+    longest = _longest(recording, groups)
+    if not longest:
         return list(estimates)
-    known.sort(key=lambda model: -model.equation.trials)
-    likely, uneven = _likely(known[:MOST_CONDITIONS]), _uneven(known[:MOST_CONDITIONS])
-    return [
-        one if model is None else _wider(one, model, likely, uneven)
-        for one, model in zip(estimates, models, strict=True)
-    ]
+    known = [longest[group] for group in sorted(longest, key=lambda g: _rank(g, longest[g]))]
+    likely, uneven = _likely(known), _uneven(known)
+    # A model is as large as its trials' windows: of the others one at a time is kept.
+    wider = []
+    for group, (one, rows) in enumerate(zip(estimates, groups, strict=True)):
+        model = longest[group] if group in longest else next(models_of(recording, [rows]))
+        wider.append(one if model is None else _wider(one, model, likely, uneven))
+    return wider
+
+
+def _rank(group: int, model: Model) -> tuple[int, int]:
+    """Groups with more usable trials come first, then those that stand first."""
+    return -model.equation.trials, group
+
+
+def _longest(recording: Recording, groups: Sequence[IntArray]) -> dict[int, Model]:
+    """The models of the four groups with most usable trials, by their number in `groups`."""
+    found: dict[int, Model] = {}
+    order = sorted(range(len(groups)), key=lambda group: (-len(groups[group]), group))
+    models = models_of(recording, [groups[group] for group in order])
+    for group, model in zip(order, models, strict=True):
+        if model is not None:
+            found[group] = model
+        if len(found) > MOST_CONDITIONS:
+            del found[max(found, key=lambda g: _rank(g, found[g]))]
+        # no group has more usable trials than trials
+        if len(found) == MOST_CONDITIONS and (-len(groups[group]), group) >= max(
+            _rank(g, found[g]) for g in found
+        ):
+            break
+    return found
 
 
 def _likely(models: Sequence[Model]) -> dict[str, tuple[float, float]]:

@@ -6,7 +6,7 @@ only where it is needed too.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Final
 
 import numpy as np
@@ -152,15 +152,14 @@ def _models(recording: Recording) -> list[Model]:
     return []
 
 
-def models_of(recording: Recording, groups: Sequence[IntArray]) -> list[Model | None]:
-    """The fit of each group of trials; None where they are too few or cannot be fitted."""
+def models_of(recording: Recording, groups: Sequence[IntArray]) -> Iterator[Model | None]:
+    """The fit of each group of trials, made as it is asked for; None where it cannot be made."""
     timing = disturbance_times(recording)
-    found: list[Model | None] = []
     for rows in groups:
         try:
             window = cut_windows(recording, rows, timing)
             enough = window.usable.sum() >= FEWEST_TRIALS
-            found.append(Model.of(window, recording.kind) if enough else None)
+            model = Model.of(window, recording.kind) if enough else None
         except ArmImpedanceError:
-            found.append(None)
-    return found
+            model = None
+        yield model
