@@ -121,9 +121,7 @@ def compare(
         found[""], against=against, permutations=permutations, seed=seed, progress=progress
     )
     checks = check_inertia(everybody, pairs)
-    return Comparison(
-        everybody, tuple(pairs), warnings=(*warnings, *warnings_of(checks)), checks=checks
-    )
+    return Comparison(everybody, pairs, warnings=(*warnings, *warnings_of(checks)), checks=checks)
 
 
 def _check(permutations: int | None, seed: int, method: str | None, subjects: str | None) -> None:

@@ -1,4 +1,4 @@
-from .compare import Pair as Pair, compare as compare
+from .compare import compare as compare
 from .differences import changes as changes
 from .discrimination import (
     Discrimination as Discrimination,
@@ -12,6 +12,7 @@ from .groups import (
     name_of as name_of,
 )
 from .inertia import check_inertia as check_inertia
+from .pairs import Pair as Pair
 from .parametric import parametric_test as parametric_test
 from .permutation import permutation_test as permutation_test
 from .subjects import (

@@ -2,56 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
 from itertools import combinations
-from typing import Final, Literal
+from typing import Final
 
 import numpy as np
 
 from armimpedance.arrays import IntArray
-from armimpedance.comparison.differences import Change, changes
+from armimpedance.comparison.differences import changes, check_alike, labels_of
+from armimpedance.comparison.first_order import Elements, first_order_tests
 from armimpedance.comparison.groups import ComparedGroup, Progress
-from armimpedance.comparison.matrix_test import MatrixTest, adjusted
-from armimpedance.comparison.parametric import parametric_test
+from armimpedance.comparison.matrix_test import adjusted, holm
+from armimpedance.comparison.pairs import Basis, ManyPairs, Pair, notes_of
+from armimpedance.comparison.parametric import check_errors, parametric_test
 from armimpedance.comparison.permutation import arrangements, permutation_test
+from armimpedance.comparison.sides import side_of
 from armimpedance.errors import ArmImpedanceError, InputError
-
-Basis = Literal["permutation", "covariance"]
 
 #: Permutations of one pair; with many pairs more, so that Holm's smallest p stays near .01.
 FEWEST_PERMUTATIONS: Final = 1999
 PERMUTATIONS_PER_PAIR: Final = 100
+#: With more pairs nothing is drawn: as many draws of each pair as Holm's p asks for never end.
+MOST_DRAWN_PAIRS: Final = 200
 #: With fewer different exchanges within directions, trials are exchanged across them.
 _FEW_ARRANGEMENTS: Final = 200
-
-
-@dataclass(frozen=True, repr=False)
-class Pair:
-    """Two groups compared.
-
-    Attributes
-    ----------
-    first, second : str
-        Names of the groups; changes are from the first to the second.
-    changes : tuple of Change
-    tests : tuple of MatrixTest
-        Inertia, viscosity, stiffness, all three; p values adjusted over all pairs.
-    basis : {"permutation", "covariance"}
-        Whether trials were exchanged, or the tests rest on the estimates' covariances.
-    notes : tuple of str
-    """
-
-    first: str
-    second: str
-    changes: tuple[Change, ...]
-    tests: tuple[MatrixTest, ...]
-    basis: Basis
-    notes: tuple[str, ...] = ()
-
-    def __repr__(self) -> str:
-        tested = (f"{test.matrix} p = {test.p_t2_adjusted:.2g}" for test in self.tests)
-        return f"{self.first} | {self.second}: {', '.join(tested)} (T2, adjusted)"
 
 
 def compare(
@@ -61,8 +37,11 @@ def compare(
     permutations: int | None = None,
     seed: int = 0,
     progress: Progress | None = None,
-) -> list[Pair]:
+) -> Sequence[Pair]:
     """Compare all pairs of groups, or all with one.
+
+    Up to 200 pairs trials are exchanged, or estimates drawn. Beyond, where `permutations` does not
+    ask for that, the tests rest on the estimates' covariances (`first_order`).
 
     Parameters
     ----------
@@ -78,7 +57,7 @@ def compare(
 
     Returns
     -------
-    list of Pair
+    sequence of Pair
         Each holds the differences of a pair's ellipses and elements and the tests of its matrices.
 
     Raises
@@ -87,18 +66,18 @@ def compare(
         Fewer than two groups, or no group of the name `against`.
     """
     pairs = paired(groups, against)
+    if permutations is None and len(pairs) > MOST_DRAWN_PAIRS:
+        return _compare_many(groups, pairs, progress)
     count = permutations or max(FEWEST_PERMUTATIONS, PERMUTATIONS_PER_PAIR * len(pairs) - 1)
     found = []
     for number, (first, second) in enumerate(pairs):
         stream = np.random.SeedSequence(seed, spawn_key=(number,))
-        try:
+        with _naming(first, second):
             found.append(_compare_pair(first, second, count, stream))
-        except ArmImpedanceError as error:
-            raise InputError(f"{first.name} and {second.name}: {error}") from error
         if progress is not None:
             progress(number + 1, len(pairs))
     tests = adjusted([pair.tests for pair in found])
-    return [replace(pair, tests=own) for pair, own in zip(found, tests, strict=True)]
+    return tuple(replace(pair, tests=own) for pair, own in zip(found, tests, strict=True))
 
 
 def paired(
@@ -139,12 +118,52 @@ def _compare_pair(
             first.equations, second.equations, strata=strata, permutations=count, seed=stream
         )
         basis = "permutation"
-    missing = [test.matrix for test in tests[:3] if np.isnan(test.distance)]
-    if missing:
-        notes += (f"no distance: {', '.join(missing)} of a group is not positive definite",)
-    if any(np.isnan(test.p_t2) for test in tests):
-        notes += ("too few trials for T2 of all three matrices together",)
-    return Pair(first.name, second.name, differing, tests, basis, notes)
+    return Pair(first.name, second.name, differing, tests, basis, notes + notes_of(tests))
+
+
+@contextmanager
+def _naming(first: ComparedGroup, second: ComparedGroup) -> Iterator[None]:
+    """Errors that name both groups."""
+    try:
+        yield
+    except ArmImpedanceError as error:
+        raise InputError(f"{first.name} and {second.name}: {error}") from error
+
+
+def _compare_many(
+    groups: Sequence[ComparedGroup],
+    pairs: Sequence[tuple[ComparedGroup, ComparedGroup]],
+    progress: Progress | None,
+) -> ManyPairs:
+    estimates = [group.estimate for group in groups]
+    for group in groups[1:]:
+        with _naming(groups[0], group):
+            check_alike(estimates[0], group.estimate)
+    number = {id(group): i for i, group in enumerate(groups)}
+    first, second = np.array([[number[id(group)] for group in pair] for pair in pairs]).T
+    elements, found = Elements.of(estimates), np.empty((len(pairs), 4, 4))
+    _check_errors(groups, elements, first, second)
+    for start in range(0, len(pairs), elements.block):
+        rows = slice(start, start + elements.block)
+        found[rows] = first_order_tests(elements, first[rows], second[rows])
+        if progress is not None:
+            progress(min(rows.stop, len(pairs)), len(pairs))
+    p = [holm(found[:, i, j]) for i in range(4) for j in (1, 3)]
+    tests = np.concatenate([found, np.stack(p, axis=1).reshape(len(pairs), 4, 2)], axis=2)
+    names = tuple(group.name for group in groups)
+    return ManyPairs(names, first, second, side_of(estimates), labels_of(estimates[0]), tests)
+
+
+def _check_errors(
+    groups: Sequence[ComparedGroup], of: Elements, first: IntArray, second: IntArray
+) -> None:
+    """Refuse a pair of which one element has no error in either group, and name it."""
+    sure = ~(np.diagonal(of.covariances, axis1=1, axis2=2) > 0)
+    both = np.flatnonzero((sure[first] & sure[second]).any(axis=1))
+    if len(both):
+        one, two = int(first[both[0]]), int(second[both[0]])
+        with _naming(groups[one], groups[two]):
+            check_errors(of.covariances[one] + of.covariances[two])
 
 
 def common_strata(

@@ -56,12 +56,19 @@ def expected_square(middle: ArrayLike, covariance: ArrayLike) -> FloatArray:
     -------
     (...,)
     """
-    P = symmetric(np.asarray(middle, dtype=np.float64))
+    metric = metric_at(np.asarray(middle, dtype=np.float64))
+    return np.asarray(np.einsum("...ef,...fe->...", metric, np.asarray(covariance)))
+
+
+def metric_at(middle: FloatArray) -> FloatArray:
+    """``g_ef = tr(P^-1 E_e P^-1 E_f)`` (..., c, c): the squared distance near P (..., k, k).
+
+    E_e is the symmetric matrix of which the element e of `upper_elements` is one.
+    """
+    P = symmetric(middle)
     basis = _symmetric_basis(P.shape[-1])
     moved = np.linalg.inv(P)[..., None, :, :] @ basis
-    # metric (..., c, c): g_ef = tr(P^-1 E_e P^-1 E_f)
-    metric = np.einsum("...eij,...fji->...ef", moved, moved)
-    return np.asarray(np.einsum("...ef,...fe->...", metric, np.asarray(covariance)))
+    return np.asarray(np.einsum("...eij,...fji->...ef", moved, moved))
 
 
 def symmetric(matrices: FloatArray) -> FloatArray:

@@ -7,8 +7,8 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.comparison.compare import Pair
 from armimpedance.comparison.groups import ComparedGroup
+from armimpedance.comparison.pairs import Pair
 from armimpedance.findings import Finding
 from armimpedance.records import ImpedanceEstimate
 from armimpedance.regression import t_factor

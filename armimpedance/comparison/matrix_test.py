@@ -89,9 +89,15 @@ def statistics_between(
     parts = [slice(c * i, c * i + c) for i in range(3)] + [slice(0, 3 * c)]
     t2, chance = np.full((2, len(difference), 4), np.nan)
     for i, part in enumerate(parts):
-        if np.min(dof[0] + np.asarray(dof[1])) >= part.stop - part.start:
+        enough = np.broadcast_to(dof[0] + np.asarray(dof[1]) >= part.stop - part.start, len(t2))
+        if enough.all():
             block = (covariances[0][:, part, part], covariances[1][:, part, part])
             t2[:, i], chance[:, i] = hotelling(difference[:, part], block, dof)
+        elif enough.any():
+            rows = np.flatnonzero(enough)
+            each = (np.broadcast_to(dof[0], len(t2))[rows], np.broadcast_to(dof[1], len(t2))[rows])
+            block = (covariances[0][rows, part, part], covariances[1][rows, part, part])
+            t2[rows, i], chance[rows, i] = hotelling(difference[rows, part], block, each)
     ratio, distance = distance_ratios(matrices, covariances[0] + covariances[1])
     return Statistics(t2, chance, ratio, distance)
 

@@ -5,18 +5,20 @@ Angles in degrees, sd of a ratio as that of its logarithm; what does not exist s
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any, Final
-
-import numpy as np
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from math import isnan
+from typing import Any, Final, overload
 
 from armimpedance.comparison import Pair, SubjectsChange
-from armimpedance.files.tables import table_content
 from armimpedance.files.written.content import About, Content, Quantity
 from armimpedance.files.written.words import meaning_of
 from armimpedance.findings import Finding
 
 Row = dict[str, Any]
+
+#: More rows than these are never held all at once.
+_MOST_HELD: Final = 20_000
 
 PAIR_COLUMNS: Final = (
     *("group_1", "group_2", "matrix", "quantity", "unit", "kind", "value_1", "value_2"),
@@ -30,7 +32,7 @@ SUBJECTS_COLUMNS: Final = (
 
 def comparison_rows(
     pairs: Sequence[Pair], over_subjects: Sequence[SubjectsChange] = ()
-) -> tuple[tuple[str, ...], list[Row]]:
+) -> tuple[tuple[str, ...], Sequence[Row]]:
     """The columns and rows of DIFFERENCES.csv; None where a number does not exist.
 
     Tests are rows of kind "test": quantity "distance" (`change` is the affine-invariant distance)
@@ -46,17 +48,59 @@ def comparison_rows(
     Returns
     -------
     columns : tuple of str
-    rows : list of mappings
+    rows : sequence of mappings
+        Those of many pairs are made one after another as they are asked for.
     """
     if over_subjects:
         found = [_subjects_cells(change.in_degrees()) for change in over_subjects]
         return SUBJECTS_COLUMNS, [_known(row, SUBJECTS_COLUMNS) for row in found]
-    rows: list[Row] = []
-    for pair in pairs:
-        head = {"group_1": pair.first, "group_2": pair.second, "basis": pair.basis}
-        head["notes"] = "; ".join(pair.notes)
-        rows += [{**head, **cells} for cells in (*_changes(pair), *_tests(pair))]
-    return PAIR_COLUMNS, [_known(row, PAIR_COLUMNS) for row in rows]
+    later = _Rows(pairs)
+    return PAIR_COLUMNS, later if len(later) > _MOST_HELD else list(later)
+
+
+@dataclass(frozen=True, eq=False)
+class _Rows(Sequence[Row]):
+    """The rows of pairs, of which only those of one pair exist at a time."""
+
+    pairs: Sequence[Pair]
+    more: Row = field(default_factory=dict)
+
+    @property
+    def _each(self) -> int:
+        """Rows of a pair: its changes, and two for each test."""
+        return len(self.pairs[0].changes) + 2 * len(self.pairs[0].tests) if self.pairs else 0
+
+    def __len__(self) -> int:
+        return len(self.pairs) * self._each
+
+    def __iter__(self) -> Iterator[Row]:
+        for pair in self.pairs:
+            yield from self._of(pair)
+
+    @overload
+    def __getitem__(self, index: int) -> Row: ...
+    @overload
+    def __getitem__(self, index: slice) -> list[Row]: ...
+    def __getitem__(self, index: int | slice) -> Row | list[Row]:
+        if isinstance(index, slice):
+            return [self[row] for row in range(*index.indices(len(self)))]
+        pair, row = divmod(range(len(self))[index], self._each)
+        return self._of(self.pairs[pair])[row]
+
+    def _of(self, pair: Pair) -> list[Row]:
+        notes = "; ".join(pair.notes)
+        rows = [*map(_change_cells, pair.changes), *_test_cells(pair)]
+        return [
+            _row((pair.first, pair.second, *cells, pair.basis, notes)) | self.more for cells in rows
+        ]
+
+
+def _row(cells: Iterable[Any]) -> Row:
+    """A row of `PAIR_COLUMNS`; None instead of a number that does not exist."""
+    # what is not equal to itself is no number
+    return {
+        name: cell if cell == cell else None for name, cell in zip(PAIR_COLUMNS, cells, strict=True)
+    }
 
 
 def comparison_content(
@@ -82,11 +126,10 @@ def comparison_content(
     columns, rows = comparison_rows(pairs, over_subjects)
     if warnings:
         said = {"warnings": "; ".join(warnings)}
-        columns, rows = (*columns, *said), [row | said for row in rows]
+        columns = (*columns, *said)
+        rows = replace(rows, more=said) if isinstance(rows, _Rows) else [row | said for row in rows]
     about = About(checks=tuple(checks))
-    return table_content(
-        rows, columns, quantities=lambda: [_quantity(row) for row in rows], about=about
-    )
+    return Content(columns, rows, lambda: [_quantity(row) for row in rows], about=about)
 
 
 def _quantity(row: Row) -> Quantity:
@@ -113,38 +156,25 @@ def _quantity(row: Row) -> Quantity:
 def _known(row: Row, columns: Sequence[str]) -> Row:
     """The cells of a row in their order, None instead of a number that does not exist."""
     cells = {column: row.get(column) for column in columns}
-    return {k: None if isinstance(v, float) and np.isnan(v) else v for k, v in cells.items()}
+    return {k: None if isinstance(v, float) and isnan(v) else v for k, v in cells.items()}
 
 
-def _changes(pair: Pair) -> list[Row]:
-    """The rows of a pair's changes."""
-    shown = [change.in_degrees() for change in pair.changes]
-    names = ("matrix", "quantity", "unit", "kind", "sd", "dof")
-    return [
-        {
-            **{name: getattr(change, name) for name in names},
-            "value_1": change.first,
-            "value_2": change.second,
-            "change": change.value,
-            "ci_low": change.low,
-            "ci_high": change.high,
-        }
-        for change in shown
-    ]
+def _change_cells(change: Any) -> tuple[Any, ...]:
+    """The cells of a change from `matrix` to `p_adjusted`."""
+    c = change.in_degrees()
+    ends = (c.first, c.second, c.value, c.low, c.high)
+    return c.matrix, c.quantity, c.unit, c.kind, *ends, c.sd, c.dof, None, None
 
 
-def _tests(pair: Pair) -> list[Row]:
-    """The rows of a pair's tests: the distance and T2 of each matrix."""
-    rows: list[Row] = []
-    for test in pair.tests:
-        head = {"matrix": test.matrix, "kind": "test"}
-        apart = {"change": test.distance, "p": test.p_distance}
-        rows.append(
-            {**head, "quantity": "distance", **apart, "p_adjusted": test.p_distance_adjusted}
-        )
-        t2 = {"quantity": "t2", "change": test.t2, "p": test.p_t2}
-        rows.append({**head, **t2, "p_adjusted": test.p_t2_adjusted})
-    return rows
+def _test_cells(pair: Pair) -> Iterator[tuple[Any, ...]]:
+    """The cells of a pair's tests, the distance and T2 of each matrix."""
+    for t in pair.tests:
+        for quantity, found, p, adjusted in (
+            ("distance", t.distance, t.p_distance, t.p_distance_adjusted),
+            ("t2", t.t2, t.p_t2, t.p_t2_adjusted),
+        ):
+            head = (t.matrix, quantity, None, "test", None, None)
+            yield *head, found, None, None, None, None, p, adjusted
 
 
 def _subjects_cells(change: SubjectsChange) -> Row:

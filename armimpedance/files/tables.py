@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from armimpedance.errors import InputError
 from armimpedance.files.written.content import About, Cells, Content, Quantity
@@ -14,6 +14,9 @@ from armimpedance.files.written.ending import ENDINGS, Ending
 from armimpedance.files.written.long import quantities_of
 from armimpedance.files.written.methods import methods_paragraph, software
 from armimpedance.outputs import staged_file
+
+#: Rows that the long table holds in memory at once.
+_MOST_LONG: Final = 400_000
 
 
 def table_content(
@@ -116,6 +119,11 @@ def write_content(
         content = replace(content, about=_told(content))
     if long and not ending.long:
         raise InputError("no long table", file=path, expected="a .csv, .json or .parquet")
+    most = min(ending.most_rows, _MOST_LONG) if long else ending.most_rows
+    if len(content.rows) > most:
+        raise InputError(
+            f"{len(content.rows)} rows", file=path, expected=f"at most {most}, or a .csv not long"
+        )
     if long:
         columns, rows = content.long_table
         content = replace(content, columns=columns, rows=rows, objects=None)

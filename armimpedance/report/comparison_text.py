@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
+from heapq import nsmallest
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,10 @@ _WIDTH = 100
 _NAME = 30
 #: With more pairs than this one line each has to do.
 _MOST_IN_FULL = 10
+#: With more pairs than this only the first so many of those that differ most are shown.
+_MOST_SHOWN = 200
+_SHOWN_OF_MANY = 20
+_LEVEL = 0.05
 _QUANTITIES = ("size", "shape", "orientation")
 _LEGEND = (
     "Size and shape of the ellipse as ratios second/first, its orientation as a turn, elements of "
@@ -26,6 +31,8 @@ _BASIS = {
     "permutation": "p: trials exchanged between the groups within each direction",
     "covariance": "p: no trials at hand, from the estimates' covariances (T2 against F, the "
     "distance by simulation)",
+    "first order": "p: so many pairs allow no exchanges or draws, from the estimates' covariances "
+    "(T2 against F, the distance against its law to first order)",
 }
 _TESTS = (
     ", for the same M, B, K and for all three at once. T2 (Hotelling's, each group with its own "
@@ -52,6 +59,13 @@ def comparison_text(pairs: Sequence[Pair]) -> str:
     str
         A block of text per pair, and explanations at the end.
     """
+    if len(pairs) > _MOST_SHOWN:
+        shown = _most_different(pairs)
+        return f"{_counted(pairs, len(shown))}\n\n{_text_of(shown)}"
+    return _text_of(pairs)
+
+
+def _text_of(pairs: Sequence[Pair]) -> str:
     many = len(pairs) > _MOST_IN_FULL
     blocks = [
         f"{field.capitalize()} {symbol}\n{_changes_table(pairs, field, many)}"
@@ -66,6 +80,33 @@ def comparison_text(pairs: Sequence[Pair]) -> str:
     return "\n\n".join(
         [*blocks, textwrap.fill(legend, _WIDTH), textwrap.fill(tests, _WIDTH), *filled]
     )
+
+
+def _most_different(pairs: Sequence[Pair]) -> list[Pair]:
+    """The pairs of least p of T2 of all three matrices; of equal p, those of largest T2."""
+
+    def chance(pair: Pair) -> tuple[float, float]:
+        test = pair.tests[-1]
+        return (test.p_t2, -test.t2) if np.isfinite(test.p_t2) else (2.0, 0.0)
+
+    return nsmallest(_SHOWN_OF_MANY, pairs, key=chance)
+
+
+def _counted(pairs: Sequence[Pair], shown: int) -> str:
+    """How many pairs differ, and where the others are."""
+    differ, noted = [0] * 4, 0
+    for pair in pairs:
+        noted += bool(pair.notes)
+        for i, test in enumerate(pair.tests):
+            differ[i] += test.p_t2_adjusted <= _LEVEL
+    each = ", ".join(f"{s} in {n}" for s, n in zip("MBK", differ, strict=False))
+    text = (
+        f"{differ[-1]} of {len(pairs)} pairs differ in M, B and K taken together (adjusted p of T2 "
+        f"at most {_LEVEL:g}); {each}. The {shown} of least p stand here; all {len(pairs)} stand "
+        "in --out; --against compares with one group only."
+    )
+    text += f" {noted} pairs have notes, which stand in --out too." if noted else ""
+    return textwrap.fill(text, _WIDTH)
 
 
 def subjects_text(found: Sequence[SubjectsChange]) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from textwrap import fill
 from typing import Any
@@ -23,7 +24,7 @@ class Comparison(WrittenResult, FrozenRecord):
     ----------
     groups : tuple of ComparedGroup
         All groups, of all subjects.
-    pairs : tuple of Pair
+    pairs : sequence of Pair
         Pairs of groups with their changes and tests; empty where subjects were told apart.
     over_subjects : tuple of SubjectsChange
         Mean changes over subjects and the spread between them; empty otherwise.
@@ -34,7 +35,7 @@ class Comparison(WrittenResult, FrozenRecord):
     """
 
     groups: tuple[ComparedGroup, ...]
-    pairs: tuple[Pair, ...] = ()
+    pairs: Sequence[Pair] = ()
     over_subjects: tuple[SubjectsChange, ...] = ()
     warnings: tuple[str, ...] = ()
     checks: tuple[Finding, ...] = ()
@@ -59,14 +60,15 @@ class Comparison(WrittenResult, FrozenRecord):
     def _table(self) -> list[list[str]]:
         rows = [
             [f"{pair.first} | {pair.second}", *(f"{t.p_t2_adjusted:.3g}" for t in pair.tests)]
-            for pair in self.pairs
+            for pair in self.pairs[:9]
         ]
         rows += [
             [f"{c.first} | {c.second}", f"{c.p_adjusted:.3g}"]
             for c in self.over_subjects
             if (c.matrix, c.quantity) == ("stiffness", "size")
         ]
-        left = [["...", f"{len(rows) - 9} more"]] if len(rows) > 9 else []
+        count = len(self.pairs) or len(rows)
+        left = [["...", f"{count - 9} more"]] if count > 9 else []
         heads = ["M", "B", "K", "all"] if self.pairs else ["size of K"]
         return [["adjusted p", *heads], *rows[:9], *left]
 

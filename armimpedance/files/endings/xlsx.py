@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import inf
 from pathlib import Path
 
 from armimpedance.extras import needed
@@ -19,4 +20,4 @@ def write(content: Content, path: Path) -> None:
     write_book(openpyxl, sheets_of(content), "armimpedance results", path)
 
 
-ENDING = Ending("an Excel workbook", write, about=True)
+ENDING = Ending("an Excel workbook", write, about=True, most_rows=inf)

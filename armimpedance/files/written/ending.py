@@ -29,6 +29,9 @@ class Ending:
         Whether the long table may stand in place of the wide one.
     about : bool
         Whether it has a place for methods, checks and options.
+    most_rows : float
+        Rows beyond which a table is refused: all of them are held in memory at once. inf where
+        they are written one after another, or where the format says its own limit.
     """
 
     what: str
@@ -36,6 +39,7 @@ class Ending:
     every_table: bool = True
     long: bool = False
     about: bool = False
+    most_rows: float = 400_000
 
 
 #: ``csv`` -> how a .csv is written.
