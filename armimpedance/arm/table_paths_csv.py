@@ -21,6 +21,7 @@ from armimpedance.arm.muscle_paths import STIFFNESS_PER_TENSION, MuscularArm
 from armimpedance.arm.table_paths import TablePaths
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
+from armimpedance.unchanged import unchanged
 
 ANGLES: Final = ("q_shoulder_rad", "q_elbow_rad")
 ARMS: Final = ("G_shoulder_m", "G_elbow_m")
@@ -91,7 +92,10 @@ def read_moment_arm_table(path: str | Path) -> MuscularArm:
 def _read(file: Path) -> _Table:
     if not file.is_file():
         raise InputError("no such file", file=file, expected="a table of moment arms")
-    with file.open(encoding="utf-8-sig", errors="replace", newline="") as stream:
+    with (
+        unchanged(file),
+        file.open(encoding="utf-8-sig", errors="replace", newline="") as stream,
+    ):
         lines = _lines(file, stream)
         first = next(lines, None)
         if first is None:

@@ -37,6 +37,7 @@ from armimpedance.conventions import group_name
 from armimpedance.errors import InputError
 from armimpedance.impedance import METHODS
 from armimpedance.paths import distinct_names
+from armimpedance.unchanged import Inputs, inputs_now
 
 if TYPE_CHECKING:
     from armimpedance.analyses import ComparedMethods, Estimates
@@ -107,6 +108,7 @@ def add_force_by(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Estimate, write the results, print a table."""
     _check(arguments)
+    before = inputs_now(*arguments.recordings)
     together = arguments.method == ALL
     parts = [_of_recording(path, arguments, together) for path in arguments.recordings]
     made = _joined([part for part, _ in parts], arguments.recordings)
@@ -119,11 +121,11 @@ def run(arguments: argparse.Namespace) -> int:
         print(summary_table(made))
     if arguments.out is not None:
         print(f"{'' if together else chr(10)}{len(made)} rows written to {arguments.out}")
-    _draw(made, arguments)
+    _draw(made, arguments, before)
     return 0
 
 
-def _draw(made: Estimates, arguments: argparse.Namespace) -> None:
+def _draw(made: Estimates, arguments: argparse.Namespace, before: Inputs) -> None:
     """Figs 6 and 7 of Tsuji (1997) of these results; the former as a picture of its own."""
     if arguments.figure is None:
         return
@@ -134,6 +136,7 @@ def _draw(made: Estimates, arguments: argparse.Namespace) -> None:
     method = made[0].method
     path, first = arguments.recordings[0], made[0]
     recording = read_recording(path, force_by=arguments.force_by)
+    before.check()  # pictures and numbers are of one recording
     draw_picture(
         arguments,
         lambda: plot_estimates(made, upper_arm_m=recording.subject.upper_arm_m),

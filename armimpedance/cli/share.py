@@ -27,6 +27,7 @@ from armimpedance.cli.parts.outputs import Output, add_replace, check_outputs
 from armimpedance.cli.parts.reading import add_reading, reading_options
 from armimpedance.cli.parts.sharing import SHARED_FORMS
 from armimpedance.errors import InputError
+from armimpedance.unchanged import inputs_now
 
 _RESULTS = ".csv"
 _MARK = "dataset_description.json"
@@ -108,6 +109,7 @@ def _written(form: Any, arguments: argparse.Namespace) -> tuple[str, ...]:
         if kind not in form.takes:
             what = "a recording" if "recording" in form.takes else "a table of results (.csv)"
             raise InputError(f"--as {arguments.form}", file=path, expected=what)
+    before = inputs_now(*arguments.inputs)
     recordings = _recordings(arguments)
     tables = [path for path in arguments.inputs if _is_table(path)]
     out = arguments.out
@@ -122,6 +124,7 @@ def _written(form: Any, arguments: argparse.Namespace) -> tuple[str, ...]:
             task=arguments.task,
             version=__version__,
         )
+        before.check()  # the sums that are written are of what was read
     return told
 
 

@@ -14,6 +14,7 @@ from armimpedance.arrays import FloatArray
 from armimpedance.conventions import element_names
 from armimpedance.errors import InputError
 from armimpedance.files.written.formula import unguarded
+from armimpedance.unchanged import unchanged
 
 
 @dataclass(frozen=True)
@@ -90,14 +91,15 @@ def table_rows(path: Path, what: str = "a RESULTS.csv") -> list[TableRow]:
         is no row.
     """
     try:
-        table = pd.read_csv(
-            path,
-            header=None,
-            dtype=str,
-            na_filter=False,
-            skip_blank_lines=False,
-            encoding="utf-8-sig",
-        )
+        with unchanged(path):
+            table = pd.read_csv(
+                path,
+                header=None,
+                dtype=str,
+                na_filter=False,
+                skip_blank_lines=False,
+                encoding="utf-8-sig",
+            )
     except (OSError, UnicodeDecodeError, pd.errors.EmptyDataError, pd.errors.ParserError) as error:
         raise InputError(
             f"cannot be read: {str(error).splitlines()[-1]}", file=path, expected=what

@@ -13,6 +13,7 @@ from armimpedance.pages.door import report_page
 from armimpedance.pages.page import Page
 from armimpedance.pages.rendering import write_page
 from armimpedance.recordings import AnyRecording
+from armimpedance.unchanged import unchanged
 
 PathLike = str | os.PathLike[str]
 
@@ -87,24 +88,25 @@ def write_report(
     if Path(path).suffix != ".html":
         raise InputError(f"no ending {Path(path).suffix!r} here", file=path, expected=".html")
     opened, sources = _given(source)
-    page = report_page(
-        Asked(
-            sources=sources,
-            topic=topic,
-            by=(by,) if isinstance(by, str) else tuple(by),
-            method=method,
-            covariance=covariance,
-            seed=seed,
-            force_by=force_by,
-            despite=(despite,) if isinstance(despite, str) else tuple(despite),
-            leave_out=None if leave_out is None else Path(leave_out),
-            robot=None if robot is None else Path(robot),
-            arm=None if arm is None else Path(arm),
-            command=command,
-            opened=opened,
-            progress=progress,
-        )
+    asked = Asked(
+        sources=sources,
+        topic=topic,
+        by=(by,) if isinstance(by, str) else tuple(by),
+        method=method,
+        covariance=covariance,
+        seed=seed,
+        force_by=force_by,
+        despite=(despite,) if isinstance(despite, str) else tuple(despite),
+        leave_out=None if leave_out is None else Path(leave_out),
+        robot=None if robot is None else Path(robot),
+        arm=None if arm is None else Path(arm),
+        command=command,
+        opened=opened,
+        progress=progress,
     )
+    # The sums that stand on the page are of what was analysed.
+    with unchanged(*(sources if opened is None else ()), leave_out, robot, arm):
+        page = report_page(asked)
     write_page(page, Path(path))
     return page
 

@@ -12,6 +12,7 @@ from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
 from armimpedance.outputs import staged_file
 from armimpedance.planning.profile import Profile
+from armimpedance.unchanged import unchanged
 
 #: Columns, after two lines of comment.
 COLUMNS: Final = ("time_s", "displacement_m", "velocity_m_s", "acceleration_m_s2")
@@ -57,7 +58,8 @@ def write_profile(profile: Profile, path: str | Path, rate_hz: float = 1000.0) -
 def read_profile(path: str | Path) -> FloatArray:
     """The samples (S, 4) of a file that `write_profile` made."""
     try:
-        return np.loadtxt(path, delimiter=",", skiprows=3, ndmin=2)
+        with unchanged(path):
+            return np.loadtxt(path, delimiter=",", skiprows=3, ndmin=2)
     except (OSError, ValueError) as error:
         raise InputError(f"cannot be read: {error}", file=path, expected="a profile.csv") from error
 

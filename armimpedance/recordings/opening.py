@@ -14,6 +14,7 @@ from armimpedance.method_table import MethodTable
 from armimpedance.recordings.mapped.columns_toml import MAPPING_FILE
 from armimpedance.recordings.reading import AnyRecording, Format, ReadOptions
 from armimpedance.recordings.where import parse_where, with_where
+from armimpedance.unchanged import unchanged
 
 #: The default comes first: looking at a recording's own folder imports no other reader.
 FORMATS: Final = MethodTable[Format](
@@ -47,11 +48,12 @@ def open_recording(
     ------
     InputError
         There is nothing at `path`, its format is not known, an option is missing that the format
-        needs or was given that it cannot use, or what is there is wrong.
+        needs or was given that it cannot use, what is there is wrong, or it changed meanwhile.
     """
     wanted = options or ReadOptions()
     known = format_of(path, wanted)
-    recording = known.read(Path(path), wanted)
+    with unchanged(path, wanted.mapping, wanted.forces):
+        recording = known.read(Path(path), wanted)
     if wanted.where is None or "where" in known.options:
         return recording
     return with_where(recording, wanted.where, path)

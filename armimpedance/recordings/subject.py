@@ -8,6 +8,7 @@ from pathlib import Path
 from armimpedance.recordings.opening import format_of
 from armimpedance.recordings.reading import ReadOptions, RecordedSubject
 from armimpedance.records import Recording
+from armimpedance.unchanged import unchanged
 
 
 def read_subject(
@@ -35,7 +36,8 @@ def read_subject(
     known = format_of(path, wanted)
     if known.read_subject is not None:
         return known.read_subject(Path(path), wanted)
-    recording = known.read(Path(path), wanted)
+    with unchanged(path, wanted.mapping, wanted.forces):
+        recording = known.read(Path(path), wanted)
     if isinstance(recording, Recording):
         muscles = recording.muscles or None
         return RecordedSubject(recording.subject, muscles, recording.gravity_m_s2)

@@ -1,11 +1,11 @@
-"""The inputs of the cases, and a process that has loaded what the commands load."""
+"""The inputs of the cases, and commands that stop where their first output begins."""
 
 from __future__ import annotations
 
-import importlib
 import os
-import sys
+import shutil
 from collections.abc import Callable, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 from cases import INPUTS, Case
@@ -14,61 +14,61 @@ from cases import INPUTS, Case
 PRINTED, SAID = "printed.txt", "said.txt"
 
 
+class Enough(BaseException):
+    """Ends a command that stopped at its first output."""
+
+
 def inputs() -> None:
     """Write what the cases read into the working folder."""
     for line in INPUTS:
-        if in_a_child(command(line.split())):
+        if in_a_child(lambda line=line: command(line.split())):
             raise RuntimeError(f"{line}: {Path(SAID).read_text()}")
 
 
-def load_modules(cases: Sequence[Case]) -> None:
-    """Import here what each case imports, so that a child has it without reading a file.
+def command(words: Sequence[str]) -> int:
+    """A call of the command line, in a child: what it prints goes to files."""
+    for number, name in ((1, PRINTED), (2, SAID)):
+        handle = os.open(name, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
+        os.dup2(handle, number)
+        os.close(handle)
+    from armimpedance.__main__ import main
 
-    Imported, not run: threads that a library starts in its work would be lost in a child.
+    try:
+        return main(list(words))
+    except SystemExit as end:
+        return int(end.code or 0)
+
+
+def at_first_output(case: Case, faults: Callable[[], None]) -> None:
+    """Run a command up to where it begins to write; there, `faults` goes on in children.
+
+    All that was read and computed is there, so that a fault costs the writing alone. A child of
+    `faults` that returns from it goes on with the command.
+
+    Parameters
+    ----------
+    case : Case
+    faults : function
+        In a child it returns; at its end it raises `Enough`.
     """
-    for case in cases:
-        listing = Path("modules.txt")
+    from armimpedance import outputs
 
-        def loaded(case: Case = case, listing: Path = listing) -> int:
-            os.mkdir("out")
-            status = command(case.words)()
-            listing.write_text("\n".join(sys.modules))
-            return status
+    real, met = outputs._final_path, []
 
-        if in_a_child(loaded):
-            raise RuntimeError(f"{case.name}: {Path(SAID).read_text()}")
-        os.system("rm -rf out")  # noqa: S605, S607
-        for name in listing.read_text().split("\n"):
-            if name.split(".")[0] in _LIBRARIES and name not in sys.modules:
-                try:
-                    importlib.import_module(name)
-                except Exception as error:  # a name that a library put there by hand
-                    print(f"not loaded: {name}: {error}", file=sys.stderr)
+    def first(path: str | os.PathLike[str]) -> Path:
+        if not met:
+            met.append(path)
+            faults()
+        return real(path)
 
-
-_LIBRARIES = {
-    *("armimpedance", "armimpedance_figures", "manipulandum_sim", "numpy", "scipy", "pandas"),
-    *("pyarrow", "matplotlib", "PIL", "cvxpy", "jinja2", "altair", "vl_convert", "openpyxl"),
-    *("h5py", "pinocchio", "tqdm", "sqlite3", "xml", "zipfile", "html", "concurrent"),
-}
-
-
-def command(words: Sequence[str]) -> Callable[[], int]:
-    """A call of the command line, for a child: what it prints goes to files."""
-
-    def work() -> int:
-        for number, name in ((1, PRINTED), (2, SAID)):
-            handle = os.open(name, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
-            os.dup2(handle, number)
-            os.close(handle)
-        from armimpedance.__main__ import main
-
-        try:
-            return main(list(words))
-        except SystemExit as end:
-            return int(end.code or 0)
-
-    return work
+    outputs._final_path = first
+    try:
+        # A child of `faults` ends here.
+        os._exit(command(case.words))
+    except Enough:
+        return
+    finally:
+        outputs._final_path = real
 
 
 def in_a_child(work: Callable[[], int]) -> int:
@@ -81,3 +81,37 @@ def in_a_child(work: Callable[[], int]) -> int:
         finally:
             os._exit(status)
     return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+
+
+def gone_on() -> int | None:
+    """None in a child, which goes on with the command; its exit status in the parent."""
+    child = os.fork()
+    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) if child else None
+
+
+def fresh(case: Case, old: bool) -> None:
+    """The folder of the outputs as it is before the run."""
+    shutil.rmtree("out", ignore_errors=True)
+    os.mkdir("out")
+    if old:
+        case.put_old(Path("out"))
+
+
+def contents() -> dict[str, bytes]:
+    """Every file below the folder of the outputs."""
+    out = Path("out")
+    files = (path for path in out.rglob("*") if path.is_file())
+    return {path.relative_to(out).as_posix(): path.read_bytes() for path in files}
+
+
+@contextmanager
+def working_in(folder: Path):
+    """Work in a new folder that is removed at the end."""
+    import tempfile
+
+    with tempfile.TemporaryDirectory(dir=folder) as place:
+        os.chdir(place)
+        try:
+            yield
+        finally:
+            os.chdir("/")

@@ -1,11 +1,11 @@
 """Commands killed at every system call that changes a file: is the old output there, or the new?
 
-Each command of `cases.py` runs in a child of a process that has loaded its modules, over nothing
-and over an earlier output, and is killed before the first call, the second, ... (`traced.py`; of
-the writes of one file a sample). Then every output is looked at: absent where none was, the old
-one or the new one, byte by byte. Then something is written into the same folders, or, after every
-tenth kill, the command runs again: no temporary is left. Exit status 0 if nothing was missed, else
-1.
+Each command of `cases.py` runs, over nothing and over an earlier output, up to where it begins to
+write. From there a child goes on, and is killed before its first call, the next one before its
+second, ... (`traced.py`; of the writes of a file a sample). Then every output is looked at: absent
+where none was, the old one or the new one, byte by byte. Then another child goes on to the end, as
+the next run: the outputs are the new ones, and no temporary is left. Exit status 0 if nothing was
+missed, else 1.
 
     python benchmarks/faults/kills.py --kills 1000
     python benchmarks/faults/kills.py --case recording --kills 100
@@ -22,24 +22,32 @@ for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ[variable] = "1"
 
 import argparse
-import shutil
+import json
 import sys
-import tempfile
 import time
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 
 from cases import CASES, Case
-from inputs import command, in_a_child, inputs, load_modules
+from inputs import (
+    Enough,
+    at_first_output,
+    command,
+    contents,
+    fresh,
+    gone_on,
+    in_a_child,
+    inputs,
+    working_in,
+)
 from traced import BULK, run
 
 TEMPORARY = ".armimpedance-"
-#: After one kill of so many the whole command runs again; after the others something small.
-AGAIN = 10
 #: Kills of a command that takes long.
-FEW = 12
+FEW = 10
 ABSENT, OLD, NEW = "absent", "old", "new"
+FOUND = "found.json"
 
 
 def main() -> int:
@@ -53,39 +61,64 @@ def main() -> int:
     each = -(-asked.kills // max(2 * sum(not case.is_long for case in chosen), 1))
     misses, started = [], time.time()
     seen: Counter[str] = Counter()
-    with tempfile.TemporaryDirectory(dir=asked.folder) as place:
-        os.chdir(place)
+    with working_in(asked.folder):
         inputs()
-        load_modules(chosen)
         for case in chosen:
-            for old in (False, True):
-                found = list(killed(case, old, min(each, FEW) if case.is_long else each))
-                seen.update(state for state, _ in found)
-                misses += [line for _, line in found if line]
-                took = time.time() - started
-                print(
-                    f"{case.name:20} over {'an old one' if old else 'nothing':10} "
-                    f"{len(found):4} kills, {took:5.0f} s so far",
-                    flush=True,
-                )
+            count = FEW if case.is_long else each
+            in_a_child(lambda case=case, count=count: _campaign(case, count))
+            found = json.loads(Path(FOUND).read_text())
+            Path(FOUND).unlink()
+            seen.update(state for state, _ in found)
+            misses += [line for _, line in found if line]
+            print(
+                f"{case.name:20} {len(found):4} kills, {time.time() - started:5.0f} s", flush=True
+            )
     for line in misses:
         print(f"MISSED {line}")
     print(f"{sum(seen.values())} kills: {dict(seen)}; missed: {len(misses)}")
     return 1 if misses else 0
 
 
-def killed(case: Case, old: bool, count: int) -> Iterator[tuple[str, str]]:
-    """Kill a command `count` times; the state found, and a line for what was missed."""
+def _campaign(case: Case, count: int) -> int:
+    """All kills of a command, over nothing and over an earlier output."""
+    found: list[tuple[str, str]] = []
+    fresh(case, old=False)
+    status = command(case.words)  # loads all modules
+    if status:
+        found.append(("failed", f"{case.name}: status {status} without a kill"))
+    for old in (False, True) if not status else ():
+        fresh(case, old)
+        at_first_output(case, lambda old=old: _kill_all(case, old, count, found))
+    Path(FOUND).write_text(json.dumps(found))
+    return 0
+
+
+def _kill_all(case: Case, old: bool, count: int, found: list[tuple[str, str]]) -> None:
+    for one in killed(case, old, count):
+        if one is None:
+            return  # a child, which goes on
+        found.append(one)
+    raise Enough
+
+
+def killed(case: Case, old: bool, count: int) -> Iterator[tuple[str, str] | None]:
+    """Kill a command `count` times; the state found, and a line for what was missed.
+
+    None in a child.
+    """
     fresh(case, old)
-    whole = run(command(case.words))
-    if whole.status:
-        yield "failed", f"{case.name}: status {whole.status} without a kill"
+    whole = run()
+    if whole is None:
+        yield None
         return
     new = contents()
-    for number, at in enumerate(points(whole.calls, count)):
+    for at in points(whole.calls, count):
         fresh(case, old)
         before = contents()
-        ended = run(command(case.words), at)
+        ended = run(at)
+        if ended is None:
+            yield None
+            return
         where = f"{case.name}{' over an old one' if old else ''}, call {at} ({ended.calls[-1]})"
         if ended.status != -9:
             yield "not killed", f"{where}: ended with {ended.status}"
@@ -94,32 +127,14 @@ def killed(case: Case, old: bool, count: int) -> Iterator[tuple[str, str]]:
         if wrong:
             yield state, f"{where}: {wrong}"
             continue
-        wrong = after_the_next_run(case, new, whole=number % AGAIN == 0)
+        status = gone_on()
+        if status is None:
+            yield None
+            return
+        after = contents()
+        odd = sorted(set(after) ^ set(new)) or [n for n in new if after[n] != new[n]]
+        wrong = f"after the next run (status {status}): {odd[:3]}" if status or odd else ""
         yield state, f"{where}: {wrong}" if wrong else ""
-
-
-def after_the_next_run(case: Case, new: dict[str, bytes], *, whole: bool) -> str:
-    """What is wrong after the same command ran again, or any that writes into those folders."""
-    if not whole:
-        folders = {path.parent for path in Path("out").rglob(f"{TEMPORARY}*")} | {Path("out")}
-        in_a_child(lambda: write_into(sorted(folders)))
-        left = [path.name for path in Path("out").rglob(f"{TEMPORARY}*")]
-        return f"after the next run: {left[0]} is left" if left else ""
-    status = in_a_child(command(case.words))
-    after = contents()
-    odd = sorted(set(after) ^ set(new)) or [n for n in new if after[n] != new[n]]
-    return f"after the next run (status {status}): {odd[:3]}" if status or odd else ""
-
-
-def write_into(folders: Sequence[Path]) -> int:
-    """Write a file into each folder that is still there, as any command does."""
-    from armimpedance.outputs import staged_file
-
-    for folder in folders:
-        if folder.is_dir() and TEMPORARY not in str(folder):
-            with staged_file(folder / "next.csv") as path:
-                path.write_text("next")
-    return 0
 
 
 def judged(
@@ -160,21 +175,6 @@ def _spread(numbers: list[int], count: int) -> list[int]:
     if len(numbers) <= count:
         return numbers
     return [numbers[i * len(numbers) // count] for i in range(count)]
-
-
-def fresh(case: Case, old: bool) -> None:
-    """The folder of the outputs as it is before the run."""
-    shutil.rmtree("out", ignore_errors=True)
-    os.mkdir("out")
-    if old:
-        case.put_old(Path("out"))
-
-
-def contents() -> dict[str, bytes]:
-    """Every file below the folder of the outputs."""
-    out = Path("out")
-    files = (path for path in out.rglob("*") if path.is_file())
-    return {path.relative_to(out).as_posix(): path.read_bytes() for path in files}
 
 
 if __name__ == "__main__":

@@ -11,7 +11,6 @@ import ctypes
 import os
 import signal
 import struct
-from collections.abc import Callable
 from dataclasses import dataclass
 
 #: The calls by their numbers on x86-64.
@@ -53,30 +52,27 @@ class Ended:
     status: int
 
 
-def run(
-    work: Callable[[], int], at: int | None = None, error: int = 0, onward: bool = False
-) -> Ended:
-    """Run `work` in a child.
+def run(at: int | None = None, error: int = 0, onward: bool = False) -> Ended | None:
+    """Fork a child that is traced.
 
     Parameters
     ----------
-    work : function
-        Gives the exit status.
     at : int, optional
         The call at which something happens, counted from 0.
     error : int
         The call is answered with this error; 0: the child is killed before it.
     onward : bool
         All later calls that write or make something are answered with it too, as by a full disk.
+
+    Returns
+    -------
+    Ended or None
+        None in the child, which goes on with its work.
     """
     child = os.fork()
     if child == 0:
         _be_traced()
-        status = 99
-        try:
-            status = work()
-        finally:
-            os._exit(status)
+        return None
     os.waitpid(child, 0)
     _ptrace(_SETOPTIONS, child, _OPTIONS)
     _ptrace(_CONT, child, 0)

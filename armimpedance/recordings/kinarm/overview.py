@@ -24,6 +24,7 @@ from armimpedance.recordings.kinarm.hand import hand_position
 from armimpedance.recordings.kinarm.robot import SIDES, Side, choose_side, robot_of, with_own_names
 from armimpedance.recordings.kinarm.tables import protocol_of, protocol_row
 from armimpedance.recordings.kinarm.trials import event_column, trial_table
+from armimpedance.unchanged import unchanged
 
 #: Samples of whole trials that are kept to find whose force the sensor holds: 2 min at 1 kHz.
 KEPT_SAMPLES: Final = 120_000
@@ -132,7 +133,8 @@ def overview_of(path: str | os.PathLike[str], side: Side | None = None) -> ExamO
         There is no exam at `path`, or no trial of it can be read.
     """
     known, spread = wanted_channels({}), _Spread()
-    whole = read_exam(path, lambda n: known(n) or _INPUT.fullmatch(n) is not None, spread.keep)
+    with unchanged(path):
+        whole = read_exam(path, lambda n: known(n) or _INPUT.fullmatch(n) is not None, spread.keep)
     exam, renamed = with_own_names(whole)
     chosen, refusal = _chosen_side(exam, side, path)
     shown = chosen or side or _first_side(exam)

@@ -28,6 +28,7 @@ from armimpedance.recordings.mapped.units import (
 )
 from armimpedance.recordings.tables.metadata import metadata_of
 from armimpedance.recordings.tables.trial_table import NUMBER_COLUMNS
+from armimpedance.unchanged import unchanged
 
 MAPPING_FILE: Final = "columns.toml"
 #: What stands for a word that somebody still has to decide.
@@ -86,7 +87,8 @@ def _text_of(file: Path) -> str:
     try:
         if file.stat().st_size > _LARGEST_BYTES:
             raise InputError("is too large for a mapping", file=file, expected="below 1 MB")
-        return file.read_text(encoding="utf-8-sig")
+        with unchanged(file):
+            return file.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError:
         raise InputError("is not UTF-8 text", file=file, expected="TOML") from None
     except OSError as error:

@@ -11,6 +11,7 @@ from armimpedance.recordings.mapped.apply import ReadFile
 from armimpedance.recordings.mapped.columns_toml import MAPPING_FILE
 from armimpedance.recordings.mapped.raw_file import Source, Wanted
 from armimpedance.recordings.mapped.side_by_side import natural
+from armimpedance.unchanged import unchanged
 
 #: One file in the folder is one kind.
 SOURCES: Final = MethodTable[Source]("armimpedance.recordings.sources", "SOURCE", "kind of file")
@@ -100,5 +101,6 @@ def read_files(files: tuple[Path, ...], wanted: Wanted) -> tuple[ReadFile, ...]:
         source = source_of(file)
         if source is None:
             raise InputError("is of no known kind", file=file)
-        found.append(ReadFile(file, source.read(file, wanted)))
+        with unchanged(file):
+            found.append(ReadFile(file, source.read(file, wanted)))
     return tuple(found)
