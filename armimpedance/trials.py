@@ -130,8 +130,8 @@ def check_rate(rate_hz: float) -> None:
     ------
     RecordError
     """
-    if not (np.isfinite(rate_hz) and rate_hz > 0):
-        raise RecordError(f"sample rate {rate_hz} Hz", expected="a positive number")
+    if not 1e-6 <= rate_hz <= 1e9:
+        raise RecordError(f"sample rate {rate_hz:g} Hz", expected="0.000001 to 1e9 Hz")
 
 
 def expect_shape(name: str, array: np.ndarray, shape: tuple[int, ...]) -> None:

@@ -102,10 +102,16 @@ def _label(row: TableRow) -> str:
 
 def _muscles(rows: Sequence[TableRow]) -> int:
     """The highest numbered `alpha_i` of all rows."""
-    names = {name for row in rows for name, text in row.cells.items() if text}
-    return max(
-        (int(found[1]) for name in names if (found := _ACTIVATION.fullmatch(name))), default=0
-    )
+    muscles = 0
+    for row in rows:
+        for name, text in row.cells.items():
+            found = _ACTIVATION.fullmatch(name)
+            if not found or not text:
+                continue
+            if len(found[1]) > 2:
+                raise row.error("so many muscles", name, "alpha_1 to alpha_99, without a gap")
+            muscles = max(muscles, int(found[1]))
+    return muscles
 
 
 def _where_all(

@@ -37,7 +37,7 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 from command_cases import CASES
@@ -142,8 +142,7 @@ def children(case: Case, numbers: range) -> Iterator[dict[str, Any]]:
         report.write_text("")
         child = os.fork()
         if child == 0:
-            work(case, some, report)
-            os._exit(0)
+            leave(case, some, report)
         status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
         for text in report.read_text().splitlines():
             line = json.loads(text)
@@ -153,6 +152,18 @@ def children(case: Case, numbers: range) -> Iterator[dict[str, Any]]:
             how = f"ended by signal {-status}" if status < 0 else f"ended with status {status}"
             yield {"number": at, "status": status, "misses": [how], "seconds": 0.0, "mb": 0.0}
             at += 1
+
+
+def leave(case: Case, numbers: range, report: Path) -> NoReturn:
+    """Work, and end without what the parent has to do at its end."""
+    status = 70
+    try:
+        work(case, numbers, report)
+        status = 0
+    except BaseException as error:  # ours: it must be seen, and not taken for the command's
+        print(f"{case.call}: {type(error).__name__}: {error}", file=sys.stderr, flush=True)
+    finally:
+        os._exit(status)
 
 
 def work(case: Case, numbers: range, report: Path) -> None:

@@ -90,7 +90,9 @@ def naming(line: str, options: Mapping[str, object]) -> str:
     about_an_option = line.startswith("--") or any(
         isinstance(value, str) and repr(value) in line for value in values
     )
-    if not places or about_an_option or any(_stands_in(line, place) for place in places):
+    written = [str(options[name]) for name in _WRITTEN if options.get(name)]
+    named = any(_stands_in(line, place) for place in places + written)
+    if not places or about_an_option or named:
         return line
     names = ", ".join(shortened(shown(place), 80) for place in places[:2])
     return _line(f"{names}{', …' if len(places) > 2 else ''}: {line}")

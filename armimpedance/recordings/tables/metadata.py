@@ -91,8 +91,8 @@ def metadata_of(given: Fields) -> Metadata:
     """
     kind = given.choice("kind", ("hand", "joint"), required=True)
     rate = given.number("sample_rate_hz", required=True)
-    if rate is None or rate <= 0:
-        raise given.wrong("sample_rate_hz", "a positive number")
+    if rate is None or not 1e-6 <= rate <= 1e9:
+        raise given.wrong("sample_rate_hz", "0.000001 to 1e9")
     handle_mass = given.number("handle_mass_kg") or 0.0
     if handle_mass < 0:
         raise given.wrong("handle_mass_kg", "0 or a positive number")
