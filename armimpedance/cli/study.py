@@ -6,11 +6,13 @@ Examples:
   armimpedance study data out participant --dry-run
   armimpedance study data out participant --participant-label 01 02 --workers 4
   armimpedance study data out participant --design other.toml
+  armimpedance study data out participant --scheduler tcp://host:8786
+  armimpedance study data out slurm-script --tasks 100 > study.sh
 
 DATA holds a folder a person (sub-01/ses-1/... as in BIDS, or any names), with recordings that
 `inspect` takes. For each recording the commands of DATA/study.toml run in a folder of OUT:
 
-  steps = ["inspect {recording}",
+  steps = ["inspect {recording} --out checks.csv",
            "estimate {recording} --by condition --out hand.csv",
            "map hand.csv --recording {recording} --to joint --out joint.csv",
            "report {recording} --out report.html"]
@@ -25,13 +27,14 @@ only if its words, the bytes that it reads, or the program changed.
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from armimpedance.study import Design, Session
+    from armimpedance.study import Design, Engine, Session
 
-LEVELS = ("participant", "group")
+LEVELS = ("participant", "group", "slurm-script")
 #: Done, but not for every session.
 SOME_FAILED = 3
 
@@ -40,7 +43,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
     parser.add_argument("data", metavar="DATA", type=Path)
     parser.add_argument("out", metavar="OUT", type=Path)
-    parser.add_argument("level", choices=LEVELS, help="each session, or all of them together")
+    parser.add_argument(
+        "level", choices=LEVELS, help="each session; all of them; a script for SLURM"
+    )
     parser.add_argument("--design", type=Path, metavar="FILE.toml", help="default: DATA/study.toml")
     parser.add_argument(
         "--participant-label",
@@ -54,12 +59,26 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--dry-run", action="store_true", help="say what would be done, and do nothing"
     )
+    parser.add_argument(
+        "--resume", action="store_true", help="go on with a study: OUT has to hold one"
+    )
+    parser.add_argument("--scheduler", metavar="ADDRESS", help="of Dask: workers on many machines")
+    parser.add_argument(
+        "--cluster", choices=("slurm",), help="workers of Dask as jobs, --workers of them"
+    )
+    parser.add_argument("--task-index", type=int, metavar="I", help="of a job array, from 0")
+    parser.add_argument("--tasks", type=int, metavar="N", help="jobs of the array")
+    parser.add_argument("--time", default="04:00:00", help="of each job (default: 04:00:00)")
+    parser.add_argument("--memory", default="4G", help="of each job (default: 4G)")
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Do one level of the study, print what became of it."""
-    check_folders(arguments.data, arguments.out)
+    check_folders(arguments.data, arguments.out, arguments.resume)
+    _check(arguments)
     design, sessions = _found(arguments)
+    if arguments.level == "slurm-script":
+        return _script(arguments)
     if arguments.level == "group":
         return _group(arguments, design, sessions)
     if arguments.dry_run:
@@ -67,7 +86,27 @@ def run(arguments: argparse.Namespace) -> int:
     return _participants(arguments, design, sessions)
 
 
-def check_folders(data: Path, out: Path) -> None:
+def _check(arguments: argparse.Namespace) -> None:
+    """Refuse options that have no effect."""
+    from armimpedance.errors import InputError
+
+    array = arguments.level == "slurm-script"
+    if (arguments.task_index is None) == (arguments.tasks is not None and not array):
+        raise InputError("--task-index and --tasks belong together", expected="both")
+    if array and (arguments.tasks is None or arguments.tasks < 1):
+        raise InputError("slurm-script", expected="--tasks N, the number of jobs")
+    if arguments.level != "participant":
+        for name in ("dry_run", "resume", "scheduler", "cluster", "workers", "task_index"):
+            if getattr(arguments, name):
+                option = f"--{name.replace('_', '-')}"
+                raise InputError(f"{option} with {arguments.level}", expected="participant")
+    if arguments.scheduler and (arguments.cluster or arguments.workers):
+        raise InputError("--scheduler", expected="no --cluster or --workers beside it")
+    if arguments.cluster and not arguments.workers:
+        raise InputError(f"--cluster {arguments.cluster}", expected="--workers N, the jobs")
+
+
+def check_folders(data: Path, out: Path, resume: bool = False) -> None:
     """Refuse an output that lies within the data, or around them.
 
     Raises
@@ -75,24 +114,37 @@ def check_folders(data: Path, out: Path) -> None:
     InputError
     """
     from armimpedance.errors import InputError
+    from armimpedance.study import STORE
 
     inner, outer = data.resolve(), out.resolve()
     if inner == outer or inner in outer.parents or outer in inner.parents:
         raise InputError("lies in the data's folder, or around it", file=out, expected="another")
     if out.exists() and not out.is_dir():
         raise InputError("is a file", file=out, expected="a folder for the results")
+    held = [entry.name for entry in out.iterdir()] if out.is_dir() else []
+    if held and STORE not in held:
+        problem = f"holds {sorted(held)[0]}, and no earlier study"
+        raise InputError(problem, file=out, expected="a new or empty folder, or a study's")
+    if resume and STORE not in held:
+        raise InputError("--resume: no study there", file=out, expected="the folder of a study")
 
 
 def _participants(arguments: argparse.Namespace, design: Design, sessions: list[Session]) -> int:
     from armimpedance.cli.parts.progress import bar
-    from armimpedance.study import Processes, run_participants
+    from armimpedance.study import StudyLog, run_participants, share_of
 
-    arguments.out.mkdir(parents=True, exist_ok=True)
+    if arguments.task_index is not None:
+        sessions = share_of(sessions, arguments.task_index, arguments.tasks)
+    out = arguments.out.resolve()
+    engine = _engine(arguments)
+    out.mkdir(parents=True, exist_ok=True)
+    log = StudyLog(out)
+    log.begun(f"{len(sessions)} sessions of {arguments.data}")
     failed: dict[str, str] = {}
     ran = steps = 0
     with bar("sessions") as progress:
-        engine = Processes(arguments.workers)
-        for one in run_participants(sessions, design, arguments.out.resolve(), command, engine):
+        for one in run_participants(sessions, design, out, command, engine):
+            log.ended(one)
             progress(one.done, one.all)
             ran += one.outcome.recomputed
             steps += len(one.outcome.done)
@@ -101,6 +153,32 @@ def _participants(arguments: argparse.Namespace, design: Design, sessions: list[
     print(f"{len(sessions)} sessions: {len(sessions) - len(failed)} done, {len(failed)} failed")
     print(f"{steps} steps: {ran} run, {steps - ran} known from before")
     return _told(failed)
+
+
+def _engine(arguments: argparse.Namespace) -> Engine:
+    """What does the work: processes here, workers of Dask, or jobs of SLURM."""
+    from armimpedance.study import Dask, Processes, SlurmJobs
+
+    if arguments.scheduler:
+        return Dask(arguments.scheduler)
+    if arguments.cluster:
+        return SlurmJobs(arguments.workers, f"{arguments.memory}B".replace("BB", "B"))
+    return Processes(arguments.workers)
+
+
+def _script(arguments: argparse.Namespace) -> int:
+    """Print a job array's script."""
+    from armimpedance.study import array_script
+
+    program = [sys.executable, "-m", "armimpedance"]
+    words = [*program, "study", str(arguments.data.resolve()), str(arguments.out.resolve())]
+    options: list[str] = []
+    if arguments.design is not None:
+        options += ["--design", str(arguments.design.resolve())]
+    if arguments.participant_label:
+        options += ["--participant-label", *arguments.participant_label]
+    print(array_script(words, options, arguments.tasks, arguments.time, arguments.memory), end="")
+    return 0
 
 
 def _group(arguments: argparse.Namespace, design: Design, sessions: list[Session]) -> int:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -110,6 +110,28 @@ def chosen(sessions: Iterable[Session], labels: Iterable[str] | None) -> list[Se
             some = ", ".join(sorted(known)[:8]) + (", ..." if len(known) > 8 else "")
             raise InputError(f"no participant {label!r}", expected=f"one of {some}")
     return [one for one in held if one.participant in wanted]
+
+
+def share_of(sessions: Sequence[Session], index: int, count: int) -> list[Session]:
+    """What one of several jobs does: every `count`-th session from `index` on.
+
+    Parameters
+    ----------
+    sessions : sequence of Session
+    index, count : int
+
+    Returns
+    -------
+    list of Session
+
+    Raises
+    ------
+    InputError
+        The index is not one of 0 to `count` - 1.
+    """
+    if not 0 <= index < count:
+        raise InputError(f"task {index} of {count}", expected="a number from 0 to one less")
+    return list(sessions[index::count])
 
 
 def _recordings(top: Path, is_recording: Callable[[Path], bool]) -> Iterator[Path]:
