@@ -11,6 +11,7 @@ from typing import Final
 
 from armimpedance.errors import InputError
 from armimpedance.method_table import MethodTable
+from armimpedance.recordings.alike_names import with_one_name_each
 from armimpedance.recordings.mapped.columns_toml import MAPPING_FILE
 from armimpedance.recordings.reading import AnyRecording, Format, ReadOptions
 from armimpedance.recordings.where import parse_where, with_where
@@ -53,7 +54,7 @@ def open_recording(
     wanted = options or ReadOptions()
     known = format_of(path, wanted)
     with unchanged(path, wanted.mapping, wanted.forces):
-        recording = known.read(Path(path), wanted)
+        recording = with_one_name_each(known.read(Path(path), wanted))
     if wanted.where is None or "where" in known.options:
         return recording
     return with_where(recording, wanted.where, path)
