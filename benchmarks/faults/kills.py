@@ -69,12 +69,10 @@ def main() -> int:
             found = json.loads(Path(FOUND).read_text())
             Path(FOUND).unlink()
             seen.update(state for state, _ in found)
-            misses += [line for _, line in found if line]
-            print(
-                f"{case.name:20} {len(found):4} kills, {time.time() - started:5.0f} s", flush=True
-            )
-    for line in misses:
-        print(f"MISSED {line}")
+            missed = [line for _, line in found if line]
+            misses += missed
+            took = f"{time.time() - started:5.0f} s"
+            print(f"{case.name:20} {len(found):4} kills, {took}", *missed, sep="\n  ", flush=True)
     print(f"{sum(seen.values())} kills: {dict(seen)}; missed: {len(misses)}")
     return 1 if misses else 0
 

@@ -234,3 +234,129 @@ def test_the_longest_name_that_a_disk_takes_is_written(tmp_path):
 def test_import_is_light():
     code = "import sys, armimpedance.outputs; assert 'numpy' not in sys.modules"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+@pytest.mark.parametrize("mode", [0o600, 0o640, 0o666])
+def test_a_new_output_is_as_open_to_others_as_the_old_one(tmp_path, mode):
+    (tmp_path / "a.csv").write_text("old")
+    (tmp_path / "a.csv").chmod(mode)
+    with staged_file(tmp_path / "a.csv") as path:
+        path.write_text("new")
+    replaced(tmp_path / "out", "old")
+    (tmp_path / "out").chmod(mode | 0o100)
+    replaced(tmp_path / "out", "new")
+    assert (tmp_path / "a.csv").stat().st_mode & 0o777 == mode
+    assert (tmp_path / "out").stat().st_mode & 0o777 == mode | 0o100
+
+
+@pytest.mark.parametrize("mask", [0o077, 0o000, 0o022])
+def test_a_first_output_is_as_open_as_the_mask_says(tmp_path, mask):
+    before = os.umask(mask)
+    try:
+        with staged_file(tmp_path / "a.csv") as path:
+            path.write_text("new")
+        replaced(tmp_path / "out", "new")
+    finally:
+        os.umask(before)
+    assert (tmp_path / "a.csv").stat().st_mode & 0o777 == 0o666 & ~mask
+    assert (tmp_path / "out").stat().st_mode & 0o777 == 0o777 & ~mask
+
+
+def test_a_write_protected_output_is_not_replaced(tmp_path):
+    (tmp_path / "a.csv").write_text("mine")
+    (tmp_path / "a.csv").chmod(0o444)
+    replaced(tmp_path / "out", "mine")
+    (tmp_path / "out").chmod(0o555)
+    with pytest.raises(InputError, match="protected"), staged_file(tmp_path / "a.csv"):
+        pass
+    with pytest.raises(InputError, match="protected"), staged_folder(tmp_path / "out"):
+        pass
+    (tmp_path / "out").chmod(0o755)
+    assert (tmp_path / "a.csv").read_text() == "mine"
+    assert (tmp_path / "out" / "recording.json").read_text() == "mine"
+
+
+def test_a_pipe_a_device_and_a_link_to_itself_are_no_outputs(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "loop").symlink_to("loop")
+    for name in (tmp_path / "pipe", tmp_path / "loop", os.devnull):
+        with pytest.raises(InputError), staged_file(name):
+            pass
+
+
+def test_a_process_is_told_from_a_later_one_of_its_number(tmp_path):
+    mine = temporaries.temporary_name(tmp_path / "x", ".partial")
+    other = left_by(os.getpid(), tmp_path, ".partial", start=1)
+    for path in (mine, other):
+        path.write_text("")
+    temporaries.sweep(tmp_path)
+    knows = Path("/proc/self/stat").exists()
+    assert sorted(tmp_path.iterdir()) == sorted([mine] if knows else [mine, other])
+
+
+def test_a_process_that_was_killed_and_not_asked_after_is_gone(tmp_path):
+    process = subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE)
+    start = temporaries._start(process.pid) or 0
+    left = left_by(process.pid, tmp_path, ".partial", start)
+    left.write_text("")
+    temporaries.sweep(tmp_path)
+    assert left.exists()
+    process.kill()
+    os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOWAIT)
+    temporaries.sweep(tmp_path)
+    assert not left.exists() or not start
+    process.communicate()
+
+
+def test_another_container_is_another_machine(tmp_path, monkeypatch):
+    monkeypatch.setattr(temporaries, "_host", lambda: "0123abcd")
+    left = left_by(gone(), tmp_path, ".partial")
+    left.write_text("")
+    monkeypatch.undo()
+    temporaries.sweep(tmp_path)
+    assert left.exists()
+
+
+def test_a_folder_that_cannot_be_listed_or_flushed_can_be_written_into(tmp_path, monkeypatch):
+    listing, opening = os.scandir, os.open
+
+    def refuse(path, *words, **options):
+        if Path(path) == tmp_path:
+            raise PermissionError(13, "Permission denied", str(path))
+        return (listing if not words else opening)(path, *words, **options)
+
+    monkeypatch.setattr(os, "scandir", refuse)
+    monkeypatch.setattr(os, "open", refuse)
+    with staged_file(tmp_path / "a") as path:
+        path.write_text("whole")
+    monkeypatch.undo()
+    assert (tmp_path / "a").read_text() == "whole"
+
+
+def test_a_file_that_somebody_puts_into_the_old_folder_meanwhile_is_kept(tmp_path, monkeypatch):
+    replaced(tmp_path / "out", "old")
+    real = temporaries._exchanged
+
+    def late(temporary, final):
+        if not (final / "notes.txt").exists() and not (temporary / "notes.txt").exists():
+            (final / "notes.txt").write_text("mine")
+        return real(temporary, final)
+
+    monkeypatch.setattr(temporaries, "_exchanged", late)
+    with pytest.raises(InputError, match="not an earlier output"):
+        replaced(tmp_path / "out", "new")
+    assert (tmp_path / "out" / "notes.txt").read_text() == "mine"
+    assert os.listdir(tmp_path) == ["out"]
+
+
+def test_a_full_disk_names_the_output_and_not_its_temporary(tmp_path):
+    import errno
+
+    def full(name: str | None) -> None:
+        with staged_file(tmp_path / "a.csv") as path:
+            raise OSError(errno.ENOSPC, "No space left", str(path) if name else None)
+
+    for name in ("temporary", None):
+        with pytest.raises(OSError, match="No space") as told:
+            full(name)
+        assert told.value.filename == str(tmp_path / "a.csv")
