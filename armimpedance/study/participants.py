@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -13,6 +13,7 @@ from armimpedance.json_text import json_text
 from armimpedance.outputs import staged_file
 from armimpedance.study.chain import Command, Outcome, Task, carry_out, known_outcome
 from armimpedance.study.design import Design
+from armimpedance.study.engines.engine import Engine
 from armimpedance.study.fingerprints import Fingerprints
 from armimpedance.study.sessions import Session
 from armimpedance.study.store import Store
@@ -43,10 +44,6 @@ class Progressed:
     all: int
 
 
-#: Does the tasks, in any order, on whatever machines there are: (work, tasks) -> outcomes.
-Engine = Callable[[Callable[[Task], Outcome], Iterable[Task]], Iterator[Outcome]]
-
-
 def task_of(session: Session, design: Design) -> Task:
     """The chain of one session.
 
@@ -69,7 +66,7 @@ def task_of(session: Session, design: Design) -> Task:
 
 
 @dataclass(frozen=True)
-class Work:
+class SessionWork:
     """What a worker does with a task; it can be sent to another process or machine.
 
     Attributes
@@ -90,8 +87,12 @@ class Work:
             outcome = carry_out(task, store, prints, self.command)
             lay_out(outcome, store, self.out)
         except (ArmImpedanceError, OSError) as error:
-            return Outcome(task.name, (), problem=str(error))
+            return self.failed(task, str(error))
         return outcome
+
+    def failed(self, task: Task, problem: str) -> Outcome:
+        """The outcome of a chain that could not be ended."""
+        return Outcome(task.name, (), problem=problem)
 
 
 def run_participants(
@@ -129,7 +130,7 @@ def run_participants(
         done += 1
         yield Progressed(session, outcome, done, len(sessions))
     prints.save()
-    for outcome in engine(Work(out, command), waiting):
+    for outcome in engine(SessionWork(out, command), waiting):
         done += 1
         yield Progressed(by_name[outcome.name], outcome, done, len(sessions))
 

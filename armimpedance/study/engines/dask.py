@@ -9,19 +9,17 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 from armimpedance.errors import ArmImpedanceError, EstimationError, InputError
 from armimpedance.extras import needed
-from armimpedance.study.chain import Outcome, Task
+from armimpedance.study.engines.engine import Asked, Given, Work
 from armimpedance.study.fingerprints import of_program
 
 if TYPE_CHECKING:
     from distributed import Client
-
-Work = Callable[[Task], Outcome]
 
 #: How long a scheduler may be away, or workers may need to come, in seconds.
 PATIENCE_S: Final = 300.0
@@ -43,17 +41,17 @@ class Dask:
     scheduler: str
     patience_s: float = PATIENCE_S
 
-    def __call__(self, work: Work, tasks: Iterable[Task]) -> Iterator[Outcome]:
+    def __call__(self, work: Work[Asked, Given], tasks: Iterable[Asked]) -> Iterator[Given]:
         """Outcomes as they come, in any order."""
         needed("distributed", _EXTRA, "a scheduler")
         waiting = {task.name: task for task in tasks}
         lost = 0.0
         while waiting:
             try:
-                for outcome in self._until_lost(work, list(waiting.values())):
-                    del waiting[outcome.name]
+                for given in self._until_lost(work, list(waiting.values())):
+                    del waiting[given.name]
                     lost = 0.0
-                    yield outcome
+                    yield given
             except OSError as error:
                 # The scheduler went away. What was done is in the store; the rest is sent again.
                 lost = lost or time.monotonic()
@@ -62,7 +60,7 @@ class Dask:
                     raise EstimationError(f"{problem}; what was done is kept") from None
                 time.sleep(min(1.0, self.patience_s / 10))
 
-    def _until_lost(self, work: Work, tasks: list[Task]) -> Iterator[Outcome]:
+    def _until_lost(self, work: Work[Asked, Given], tasks: list[Asked]) -> Iterator[Given]:
         """Work until all is done.
 
         Raises
@@ -81,26 +79,25 @@ class Dask:
             to.wait_for_workers(1, timeout=self.patience_s)
             check_workers(to)
             futures = to.map(work, tasks, pure=False, retries=0)
-            names = {future.key: task.name for future, task in zip(futures, tasks, strict=True)}
+            asked = {future.key: task for future, task in zip(futures, tasks, strict=True)}
             try:
                 for future in as_completed(futures):
-                    yield _outcome(future, names[future.key])
+                    yield _given(future, work, asked[future.key])
             except (CancelledError, CommClosedError) as error:
                 raise OSError(f"connection lost ({error})") from None
 
 
-def _outcome(future: Any, name: str) -> Outcome:
-    """What a future came to; a worker that was killed again and again is its session's problem."""
+def _given(future: Any, work: Work[Asked, Given], task: Asked) -> Given:
+    """What a future came to; a worker that was killed again and again is its task's problem."""
     if future.status in ("cancelled", "lost"):
         raise OSError("connection lost")
     error = future.exception()
     if error is None:
-        outcome: Outcome = future.result()
-        return outcome
+        given: Given = future.result()
+        return given
     if isinstance(error, ArmImpedanceError):
-        return Outcome(name, (), problem=str(error))
-    problem = f"its worker could not end it: {type(error).__name__}"
-    return Outcome(name, (), problem=problem)
+        return work.failed(task, str(error))
+    return work.failed(task, f"its worker could not end it: {type(error).__name__}")
 
 
 def check_workers(client: Client) -> None:

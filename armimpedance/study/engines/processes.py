@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import os
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, ProcessPoolExecutor, wait
 from dataclasses import dataclass
 from multiprocessing import get_context
 from typing import Final
 
 from armimpedance.errors import InputError
-from armimpedance.study.chain import Outcome, Task
-
-Work = Callable[[Task], Outcome]
+from armimpedance.study.engines.engine import Asked, Given, Work
 
 #: How often a task is tried whose process ends before it does.
 _TRIES: Final = 2
@@ -40,21 +38,21 @@ class Processes:
         if self.workers is not None and self.workers < 1:
             raise InputError(f"{self.workers} workers", expected="1 or more")
 
-    def __call__(self, work: Work, tasks: Iterable[Task]) -> Iterator[Outcome]:
+    def __call__(self, work: Work[Asked, Given], tasks: Iterable[Asked]) -> Iterator[Given]:
         """Outcomes as they come, in any order."""
         waiting = deque((task, 1) for task in tasks)
-        alone: deque[Task] = deque()
+        alone: deque[Asked] = deque()
         while waiting:
             yield from self._until_broken(work, waiting, alone)
         for task in alone:
             yield _by_itself(work, task)
 
     def _until_broken(
-        self, work: Work, waiting: deque[tuple[Task, int]], alone: deque[Task]
-    ) -> Iterator[Outcome]:
+        self, work: Work[Asked, Given], waiting: deque[tuple[Asked, int]], alone: deque[Asked]
+    ) -> Iterator[Given]:
         """Work until all is done or a process was killed; what was under way then waits again."""
         count = min(self.workers or _cores(), len(waiting))
-        running: dict[Future[Outcome], tuple[Task, int]] = {}
+        running: dict[Future[Given], tuple[Asked, int]] = {}
         with ProcessPoolExecutor(count, mp_context=get_context("spawn")) as pool:
             try:
                 while waiting or running:
@@ -76,14 +74,14 @@ class Processes:
                 pool.shutdown(cancel_futures=True)
 
 
-def _by_itself(work: Work, task: Task) -> Outcome:
+def _by_itself(work: Work[Asked, Given], task: Asked) -> Given:
     """One task in one process, so that its end is nobody else's."""
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
         try:
             return pool.submit(work, task).result()
         except BrokenExecutor:
             problem = "its process ended before its work was done (killed, or out of memory)"
-            return Outcome(task.name, (), problem=problem)
+            return work.failed(task, problem)
 
 
 def _cores() -> int:

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from armimpedance.extras import needed
-from armimpedance.study.chain import Outcome, Task
 from armimpedance.study.engines.dask import Dask
-
-Work = Callable[[Task], Outcome]
+from armimpedance.study.engines.engine import Asked, Given, Work
 
 
 @dataclass(frozen=True)
@@ -30,7 +28,7 @@ class SlurmJobs:
     jobs: int
     memory: str = "4GB"
 
-    def __call__(self, work: Work, tasks: Iterable[Task]) -> Iterator[Outcome]:
+    def __call__(self, work: Work[Asked, Given], tasks: Iterable[Asked]) -> Iterator[Given]:
         """Outcomes as they come, in any order."""
         needed("dask_jobqueue", "cluster", "jobs of SLURM")
         from dask_jobqueue import SLURMCluster
