@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from heapq import nsmallest
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -49,6 +50,9 @@ _COLUMN_PT = 130
 _LONGEST = 22
 #: Of longer names one stands in a row of the legend.
 _SHORT_NAME = 9
+#: Of more names than these, those of the pairs that differ most are drawn.
+_MOST_NAMED = 78
+_FIRST_NAMED = 26
 #: Places closer than this fraction of the spread of all are one place.
 _SAME_PLACE = 0.02
 
@@ -65,7 +69,8 @@ def plot_comparison(
     Up to ten groups are told apart by line and colour, more by a number beside each. The legend
     says how many pairs differ (adjusted p of T2 at most .05); where they are few, grey lines join
     them. Up to ten groups that all stand in one place are drawn over one another, without the
-    shoulder; more of them side by side. Groups of one name are of several subjects: drawn over one
+    shoulder; more of them side by side. Of more than 78 groups the 26 of the pairs that differ most
+    are drawn, and the legend says so. Groups of one name are of several subjects: drawn over one
     another at their mean place, without bands.
 
     Parameters
@@ -102,6 +107,7 @@ def plot_comparison(
     >>> ax.get_xlabel()
     'x (m)'
     """
+    everybody, groups = groups, _drawn(groups, pairs, which)
     matrices = [matrix_of(group.estimate, which) for group in groups]
     places = _places(groups)
     one_place = len(np.unique(places, axis=0)) == 1
@@ -119,6 +125,9 @@ def plot_comparison(
             _draw_group(ax, shown, group, hand)
         if shown.once:
             ax.fill([], [], color="0.5", alpha=BAND_ALPHA, lw=0, label="95 % band")
+        if len(groups) < len(everybody):
+            label = f"{len(groups)} of {len(everybody)} groups: where differences are clearest"
+            ax.plot([], [], linestyle="", label=label)
         if not one_place:
             draw_shoulders(ax, [group.estimate for group in groups])
         draw_scale_bar(ax, matrices, scale, UNITS["hand"][MATRICES[which][0]])
@@ -131,6 +140,26 @@ def plot_comparison(
         if not shown.styled:
             _list_names(ax, shown.names)
     return ax
+
+
+def _drawn(
+    groups: Sequence[ComparedGroup], pairs: Sequence[Pair], which: Which
+) -> Sequence[ComparedGroup]:
+    """The groups that are drawn: all, or of many those of the pairs with the least p of T2."""
+    names = dict.fromkeys(group.name for group in groups)
+    if len(names) <= _MOST_NAMED:
+        return groups
+    row = list(MATRICES).index(which)
+
+    def chance(pair: Pair) -> tuple[float, float]:
+        test = pair.tests[row]
+        return (test.p_t2, -test.t2) if np.isfinite(test.p_t2) else (2.0, 0.0)
+
+    # so many pairs hold as many groups at least
+    first = nsmallest(_FIRST_NAMED**2 // 2, pairs, key=chance)
+    found = dict.fromkeys(name for pair in first for name in (pair.first, pair.second))
+    chosen = set(list(found or names)[:_FIRST_NAMED])
+    return [group for group in groups if group.name in chosen]
 
 
 def _new_axes(shown: _Shown) -> Axes:
@@ -232,15 +261,16 @@ def _join(ax: Axes, shown: _Shown, pairs: Sequence[Pair]) -> None:
     """Join groups that differ, where they stand apart and are few enough to read."""
     where = {group.name: place for group, place in zip(shown.groups, shown.places, strict=True)}
     row = list(MATRICES).index(shown.which)
-    differing = [pair for pair in pairs if pair.tests[row].p_t2_adjusted <= LEVEL]
-    apart = [pair for pair in differing if (where[pair.first] != where[pair.second]).any()]
+    names = [(pair.first, pair.second) for pair in pairs if pair.tests[row].p_t2_adjusted <= LEVEL]
+    drawn = [(one, two) for one, two in names if one in where and two in where]
+    apart = [(one, two) for one, two in drawn if (where[one] != where[two]).any()]
     symbol = MATRICES[shown.which][0]
-    label = f"{symbol} differs in {len(differing)} of {len(pairs)} pairs"
+    label = f"{symbol} differs in {len(names)} of {len(pairs)} pairs"
     joined = apart if len(apart) <= _MOST_JOINED else []
     if pairs and not joined:
         ax.plot([], [], linestyle="", label=label)
-    for pair in joined:
-        x, y = np.array([where[pair.first], where[pair.second]]).T
+    for one, two in joined:
+        x, y = np.array([where[one], where[two]]).T
         ax.plot(x, y, color="0.6", linewidth=0.8, linestyle="--", zorder=0, label=label)
 
 

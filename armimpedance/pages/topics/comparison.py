@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
+from heapq import nsmallest
+from math import isnan
 from typing import Final
 
 from armimpedance.analyses import Comparison, compare, read_recording
@@ -19,9 +22,13 @@ from armimpedance.report import counted
 
 #: Below this a difference is told from chance.
 LEVEL: Final = 0.05
+#: Rows of the table of tests, and pairs whose differences stand on the page; of more, the first.
+_MOST_ROWS: Final = 200
 _BASIS: Final = {
     "permutation": "exchanging trials between two groups within each direction of disturbance",
     "covariance": "the covariances of the estimates, since the sources hold no trials",
+    "first order": "the covariances of the estimates, without exchanges or draws, since there are "
+    "so many pairs",
 }
 
 
@@ -61,7 +68,7 @@ def page_of(asked: Asked) -> Page:
             ("method", asked.method),
             ("seed", asked.seed),
         ],
-        data={"differences": found.to_frame()},
+        data={"differences": _first(found).to_frame()},
     )
 
 
@@ -78,18 +85,34 @@ def _judged(found: Comparison) -> tuple[str, str]:
     return count + example, step
 
 
+def _first(found: Comparison) -> Comparison:
+    """The comparison with as many pairs as a page can hold."""
+    if len(found.pairs) <= _MOST_ROWS:
+        return found
+    return replace(found, pairs=tuple(nsmallest(_MOST_ROWS, found.pairs, key=_rank)))
+
+
 def _p(pair: Pair) -> float:
     """Of all three matrices at once; the least of several would find differences by chance."""
     return next(test.p_t2_adjusted for test in pair.tests if test.matrix == "all")
 
 
+def _rank(pair: Pair) -> float:
+    """Smaller where more differs; a pair without p comes last."""
+    p = _p(pair)
+    return 2.0 if isnan(p) else p
+
+
 def _tests(pairs: Sequence[Pair]) -> Table:
+    shown = nsmallest(_MOST_ROWS, pairs, key=_rank) if len(pairs) > _MOST_ROWS else pairs
     rows = tuple(
         (f"{pair.first} | {pair.second}", *(f"{t.p_t2_adjusted:.2g}" for t in pair.tests))
-        for pair in pairs
+        for pair in shown
     )
     heads = tuple(test.matrix for test in pairs[0].tests) if pairs else ()
     caption = "Adjusted p (Holm) that the matrices are the same, by Hotelling's T²"
+    if len(pairs) > len(rows):
+        caption += f"; of {len(pairs)} pairs the {len(rows)} of least p of all three matrices"
     return Table(caption, ("pair", *heads), rows, "differences")
 
 
