@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -11,6 +13,7 @@ from armimpedance.errors import InputError
 from armimpedance.impedance.regressors import impedance_factors
 from armimpedance.impedance.result import ClusteredKind, Group, to_estimate
 from armimpedance.records import ImpedanceEstimate, Recording, Response
+from armimpedance.regression import TrialFactors
 from armimpedance.signals import bandpass, multiple_coherence, spline_kernels
 
 #: Above voluntary drift, below where encoder noise outweighs acceleration.
@@ -22,14 +25,10 @@ LOW_COHERENCE = 0.8
 #: Support of the differentiating kernel, in periods of the band's upper edge.
 KERNEL_PERIODS = 0.6
 METHOD = "band-limited"
-
-
-@dataclass(frozen=True)
-class _Blocks:
-    """Equal blocks of all trials: what the regression takes for trials."""
-
-    response: Response
-    coherence: float
+#: A trial of more samples than this is filtered in stretches of as many ...
+LONG = 1 << 19
+#: ... with so many periods of the band's width, or of its lower edge, on either side.
+RINGING = 20
 
 
 def estimate_stochastic(
@@ -57,16 +56,18 @@ def estimate_stochastic(
     NotIdentifiableError
         If the motion does not determine all parameters.
     """
-    blocks = _blocks(recording, band_hz)
-    factors = impedance_factors(blocks.response, group.kind, nuisance_per_trial=0)
-    made = to_estimate(
-        factors, group, method=METHOD, covariance=covariance, coherence=blocks.coherence
-    )
+    # only the factors of a stretch are kept: a record may last for hours
+    parts = [
+        impedance_factors(response, group.kind, nuisance_per_trial=0)
+        for response in _responses(recording, band_hz)
+    ]
+    factors, coherence = _joined(parts), _coherence(recording, band_hz)
+    made = to_estimate(factors, group, method=METHOD, covariance=covariance, coherence=coherence)
     low, high = band_hz
     warnings = list(made.warnings)
-    if blocks.coherence < LOW_COHERENCE:
+    if coherence < LOW_COHERENCE:
         warnings.append(
-            f"low coherence: {blocks.coherence:.2f} on average between {low:g} and {high:g} Hz; "
+            f"low coherence: {coherence:.2f} on average between {low:g} and {high:g} Hz; "
             "noise, a non-linear limb or one that changed during the record"
         )
     return replace(
@@ -77,7 +78,7 @@ def estimate_stochastic(
         warnings=tuple(warnings),
         provenance=(
             *made.provenance,
-            f"band {low:g}-{high:g} Hz, {len(blocks.response.trial)} blocks of {BLOCK_S:g} s",
+            f"band {low:g}-{high:g} Hz, {factors.n_clusters} blocks of {BLOCK_S:g} s",
         ),
     )
 
@@ -104,40 +105,82 @@ def stochastic_response(
     InputError
         If the band does not fit the sample rate or a trial is too short.
     """
-    return _blocks(recording, band_hz).response
+    parts = list(_responses(recording, band_hz))
+    names = ("displacement", "velocity", "acceleration", "force", "trial", "usable")
+    joined: dict[str, Any] = {
+        name: np.concatenate([getattr(part, name) for part in parts]) for name in names
+    }
+    return replace(parts[0], **{**joined, "trial": np.arange(len(joined["trial"]))})
 
 
-def _blocks(recording: Recording, band_hz: tuple[float, float]) -> _Blocks:
+def _responses(recording: Recording, band_hz: tuple[float, float]) -> Iterator[Response]:
+    """Equal blocks of all trials, what the regression takes for trials, a stretch at a time."""
     if not 0 < band_hz[0] < band_hz[1]:
         raise InputError(f"band {band_hz[0]:g} to {band_hz[1]:g} Hz", expected="0 < low < high")
+    rate = recording.sample_rate_hz
     # Four blocks, and what is cut off at both ends where the filter rings.
     needed_s = 4 * BLOCK_S + 2 / band_hz[0]
-    parts, coherence = [], []
     for row in range(recording.n_trials):
         samples = recording.samples_of(row)
         motion, force = recording.position[samples], recording.force[samples]
-        trial = recording.trials["trial"].iloc[row]
-        if len(motion) < needed_s * recording.sample_rate_hz:
+        if len(motion) < needed_s * rate:
             raise InputError(
-                f"trial {trial} lasts {len(motion) / recording.sample_rate_hz:.2f} s",
+                f"trial {recording.trials['trial'].iloc[row]} lasts {len(motion) / rate:.2f} s",
                 expected=f"at least {needed_s:.1f} s from {band_hz[0]:g} Hz on",
             )
-        parts.append(_band_limited(motion, force, recording.sample_rate_hz, band_hz))
-        found = multiple_coherence(motion, force, recording.sample_rate_hz)
-        coherence.append(found.mean(*band_hz))
-    blocks = np.concatenate([_cut(part, recording.sample_rate_hz) for part in parts])
-    d = recording.axes
-    response = Response(
-        sample_rate_hz=recording.sample_rate_hz,
-        lag_s=np.arange(blocks.shape[1]) / recording.sample_rate_hz,
-        displacement=blocks[..., :d],
-        velocity=blocks[..., d : 2 * d],
-        acceleration=blocks[..., 2 * d : 3 * d],
-        force=blocks[..., 3 * d :],
-        trial=np.arange(len(blocks)),
-        usable=np.ones(len(blocks), dtype=bool),
+        means = motion.mean(axis=0), force.mean(axis=0)
+        for near, kept in _stretches(len(motion), rate, band_hz):
+            channels = motion[near] - means[0], force[near] - means[1]
+            part = _band_limited(*channels, rate, band_hz)[kept]
+            yield _in_blocks(part, rate, recording.axes)
+
+
+def _stretches(
+    samples: int, sample_rate_hz: float, band_hz: tuple[float, float]
+) -> Iterator[tuple[slice, slice]]:
+    """Samples that are filtered together, and those of the filtered ones that fill whole blocks.
+
+    A trial of usual length is one stretch. In a longer one each stretch is filtered from so far
+    before it to so far behind it that what rings there is below rounding.
+    """
+    kernel = 2 * spline_kernels(KERNEL_PERIODS / band_hz[1], sample_rate_hz).half
+    # The band-pass rings for some periods of its lower edge at both ends.
+    filtered, edge = samples - kernel, round(sample_rate_hz / band_hz[0])
+    length = round(BLOCK_S * sample_rate_hz)
+    count = (filtered - 2 * edge) // length
+    together = count if samples <= LONG else max(LONG // length, 2)
+    rings = RINGING / min(band_hz[0], band_hz[1] - band_hz[0])
+    margin = filtered if together == count else round(rings * sample_rate_hz)
+    firsts = list(range(0, count - 1, together))
+    for first, last in zip(firsts, [*firsts[1:], count], strict=True):
+        begin, end = edge + first * length, edge + last * length
+        low, high = max(begin - margin, 0), min(end + margin, filtered)
+        yield slice(low, high + kernel), slice(begin - low, end - low)
+
+
+def _coherence(recording: Recording, band_hz: tuple[float, float]) -> float:
+    """Mean coherence of motion and force in the band, over all trials."""
+    found = []
+    for row in range(recording.n_trials):
+        at = recording.samples_of(row)
+        one = multiple_coherence(
+            recording.position[at], recording.force[at], recording.sample_rate_hz
+        )
+        found.append(one.mean(*band_hz))
+    return float(np.mean(found))
+
+
+def _joined(parts: Sequence[TrialFactors]) -> TrialFactors:
+    """The factors of all stretches."""
+    if len(parts) == 1:
+        return parts[0]
+    constant = {part.intercept for part in parts}
+    return replace(
+        parts[0],
+        r=np.concatenate([part.r for part in parts]),
+        rows=np.concatenate([part.rows for part in parts]),
+        intercept=parts[0].intercept if len(constant) == 1 else None,
     )
-    return _Blocks(response, float(np.mean(coherence)))
 
 
 def _band_limited(
@@ -145,7 +188,6 @@ def _band_limited(
 ) -> FloatArray:
     """Displacement, velocity, acceleration and force, (S, 4 d), all through one filter."""
     kernels = spline_kernels(KERNEL_PERIODS / band_hz[1], sample_rate_hz)
-    motion = motion - motion.mean(axis=0)
 
     def convolve(signal: FloatArray, weights: FloatArray) -> FloatArray:
         # Correlation with the kernel = convolution with it reversed.
@@ -157,16 +199,23 @@ def _band_limited(
             convolve(motion, kernels.smooth),
             convolve(motion, kernels.first),
             convolve(motion, kernels.second),
-            convolve(force - force.mean(axis=0), kernels.smooth),
+            convolve(force, kernels.smooth),
         ]
     )
-    filtered = bandpass(stacked, *band_hz, sample_rate_hz, axis=0)
-    # The band-pass rings for some periods of its lower edge at both ends.
-    edge = round(sample_rate_hz / band_hz[0])
-    return filtered[edge:-edge]
+    return bandpass(stacked, *band_hz, sample_rate_hz, axis=0)
 
 
-def _cut(part: FloatArray, sample_rate_hz: float) -> FloatArray:
+def _in_blocks(part: FloatArray, sample_rate_hz: float, d: int) -> Response:
+    """Samples (S, 4 d) of whole blocks, cut into them."""
     length = round(BLOCK_S * sample_rate_hz)
-    count = len(part) // length
-    return part[: count * length].reshape(count, length, part.shape[1])
+    blocks = part.reshape(-1, length, part.shape[1])
+    return Response(
+        sample_rate_hz=sample_rate_hz,
+        lag_s=np.arange(length) / sample_rate_hz,
+        displacement=blocks[..., :d],
+        velocity=blocks[..., d : 2 * d],
+        acceleration=blocks[..., 2 * d : 3 * d],
+        force=blocks[..., 3 * d :],
+        trial=np.arange(len(blocks)),
+        usable=np.ones(len(blocks), dtype=bool),
+    )

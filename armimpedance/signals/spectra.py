@@ -11,6 +11,8 @@ from armimpedance.errors import InputError
 
 #: Length of the segments that spectra are averaged over (s).
 SEGMENT_S = 1.0
+#: Segments that are transformed together.
+TOGETHER = 512
 
 
 @dataclass(frozen=True)
@@ -69,6 +71,23 @@ def multiple_coherence(
             expected=f"at least {2.5 * segment_s:.1f} s for a coherence",
         )
     starts = np.arange(0, len(motion) - length + 1, length // 2)
+    s_xx, s_xf, s_ff = _spectra(motion, force, starts[:TOGETHER], length)
+    for first in range(TOGETHER, len(starts), TOGETHER):
+        more = _spectra(motion, force, starts[first : first + TOGETHER], length)
+        s_xx, s_xf, s_ff = s_xx + more[0], s_xf + more[1], s_ff + more[2]
+    # (f, d, d) (f, d, d): S_xx H = S_xf, the best linear system at each frequency
+    response = np.linalg.solve(s_xx + _tiny(s_xx), s_xf)
+    explained = np.einsum("fij,fij->fj", s_xf.conj(), response).real
+    with np.errstate(invalid="ignore", divide="ignore"):
+        gamma = np.where(s_ff > 0, explained / s_ff, 0.0)
+    frequency = np.arange(len(gamma), dtype=np.float64) * (sample_rate_hz / length)
+    return Coherence(frequency, np.asarray(np.clip(gamma, 0.0, 1.0), float), len(starts))
+
+
+def _spectra(
+    motion: FloatArray, force: FloatArray, starts: np.ndarray, length: int
+) -> tuple[np.ndarray, np.ndarray, FloatArray]:
+    """Sums over segments of S_xx, S_xf (f, d, d) and S_ff (f, d)."""
     index = starts[:, None] + np.arange(length)
     window = np.hanning(length)[:, None]
 
@@ -77,16 +96,11 @@ def multiple_coherence(
         return np.fft.rfft((segments - segments.mean(axis=1, keepdims=True)) * window, axis=1)
 
     x, f = transform(motion), transform(force)
-    s_xx = np.einsum("nfi,nfj->fij", x.conj(), x)
-    s_xf = np.einsum("nfi,nfj->fij", x.conj(), f)
-    s_ff = np.einsum("nfj,nfj->fj", f.conj(), f).real
-    # (f, d, d) (f, d, d): S_xx H = S_xf, the best linear system at each frequency
-    response = np.linalg.solve(s_xx + _tiny(s_xx), s_xf)
-    explained = np.einsum("fij,fij->fj", s_xf.conj(), response).real
-    with np.errstate(invalid="ignore", divide="ignore"):
-        gamma = np.where(s_ff > 0, explained / s_ff, 0.0)
-    frequency = np.arange(len(gamma), dtype=np.float64) * (sample_rate_hz / length)
-    return Coherence(frequency, np.asarray(np.clip(gamma, 0.0, 1.0), float), len(starts))
+    return (
+        np.einsum("nfi,nfj->fij", x.conj(), x),
+        np.einsum("nfi,nfj->fij", x.conj(), f),
+        np.einsum("nfj,nfj->fj", f.conj(), f).real,
+    )
 
 
 def _tiny(s_xx: np.ndarray) -> np.ndarray:
