@@ -180,7 +180,7 @@ def _in_member(data: bytes, rng: Rng) -> bytes:
     if how < 0.05:
         del members[chosen]
     elif how < 0.1:
-        members[chosen] = (name + str(_word(rng), "latin-1"), content)
+        members[chosen] = (name + str(_word(rng)[:1000], "latin-1"), content)
     else:
         members[chosen] = (name, mutated(content, rng))
     stream = io.BytesIO()

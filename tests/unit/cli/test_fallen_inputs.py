@@ -83,9 +83,6 @@ FALLEN = {
         "report hand.csv --out out.html",
         lambda: append("hand.csv", b"\xff"),
     ),
-        "report hand.csv --out out.html",
-        lambda: append("hand.csv", b"\xff"),
-    ),
     "a hundred million muscles": (
         "fit activation joint.csv --out out.json",
         lambda: column("joint.csv", "alpha_99999999", "0.1"),
