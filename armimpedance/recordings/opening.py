@@ -9,7 +9,7 @@ import os
 from pathlib import Path
 from typing import Final
 
-from armimpedance.errors import InputError
+from armimpedance.errors import InputError, RecordError
 from armimpedance.method_table import MethodTable
 from armimpedance.recordings.alike_names import with_one_name_each
 from armimpedance.recordings.mapped.columns_toml import MAPPING_FILE
@@ -54,10 +54,22 @@ def open_recording(
     wanted = options or ReadOptions()
     known = format_of(path, wanted)
     with unchanged(path, wanted.mapping, wanted.forces):
-        recording = with_one_name_each(known.read(Path(path), wanted))
+        recording = _read(known, Path(path), wanted)
     if wanted.where is None or "where" in known.options:
         return recording
     return with_where(recording, wanted.where, path)
+
+
+def _read(known: Format, path: Path, wanted: ReadOptions) -> AnyRecording:
+    """What is at a path; what a record refuses names the path too."""
+    try:
+        return with_one_name_each(known.read(path, wanted))
+    except RecordError as error:
+        if error.file is not None:
+            raise
+        raise InputError(
+            error.problem, file=path, column=error.column, expected=error.expected
+        ) from None
 
 
 def format_of(path: str | os.PathLike[str], options: ReadOptions) -> Format:

@@ -82,7 +82,7 @@ def _of_files(run: Run) -> Iterator[str]:
             yield f"left behind: {re.sub('[0-9a-f]{6,}', '#', path)}"
     if run.status not in (0, 3) and new and run.words[0] not in MAY_WRITE_REFUSED:
         yield "an output although it was refused"
-    wanted = [word for word in run.words if word.startswith("out")]
+    wanted = [word for word in run.words if word == "out" or word.startswith("out.")]
     if run.status == 0 and any(not (run.home / word).exists() for word in wanted):
         yield "status 0 without its output"
 
