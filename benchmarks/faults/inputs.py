@@ -28,7 +28,7 @@ def inputs() -> None:
 def command(words: Sequence[str]) -> int:
     """A call of the command line, in a child: what it prints goes to files."""
     for number, name in ((1, PRINTED), (2, SAID)):
-        handle = os.open(name, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
+        handle = os.open(name, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_APPEND)
         os.dup2(handle, number)
         os.close(handle)
     from armimpedance.__main__ import main
