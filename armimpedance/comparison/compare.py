@@ -14,18 +14,21 @@ from armimpedance.arrays import IntArray
 from armimpedance.comparison.differences import changes, check_alike, labels_of
 from armimpedance.comparison.first_order import Elements, first_order_tests
 from armimpedance.comparison.groups import ComparedGroup, Progress
-from armimpedance.comparison.matrix_test import adjusted, holm
+from armimpedance.comparison.matrix_test import MatrixTest, adjusted, holm
 from armimpedance.comparison.pairs import Basis, ManyPairs, Pair, notes_of
 from armimpedance.comparison.parametric import check_errors, parametric_test
 from armimpedance.comparison.permutation import arrangements, permutation_test
 from armimpedance.comparison.sides import side_of
 from armimpedance.errors import ArmImpedanceError, InputError
+from armimpedance.regression import TrialEquations
 
 #: Permutations of one pair; with many pairs more, so that Holm's smallest p stays near .01.
 FEWEST_PERMUTATIONS: Final = 1999
 PERMUTATIONS_PER_PAIR: Final = 100
 #: With more pairs nothing is drawn: as many draws of each pair as Holm's p asks for never end.
 MOST_DRAWN_PAIRS: Final = 200
+#: p of 20 among the fewest permutations: with a larger one more of them are a waste.
+_CLEARLY_LARGE: Final = 20 / (FEWEST_PERMUTATIONS + 1)
 #: With fewer different exchanges within directions, trials are exchanged across them.
 _FEW_ARRANGEMENTS: Final = 200
 
@@ -73,7 +76,7 @@ def compare(
     for number, (first, second) in enumerate(pairs):
         stream = np.random.SeedSequence(seed, spawn_key=(number,))
         with _naming(first, second):
-            found.append(_compare_pair(first, second, count, stream))
+            found.append(_compare_pair(first, second, count, stream, permutations is None))
         if progress is not None:
             progress(number + 1, len(pairs))
     tests = adjusted([pair.tests for pair in found])
@@ -105,8 +108,13 @@ def paired(
 
 
 def _compare_pair(
-    first: ComparedGroup, second: ComparedGroup, count: int, stream: np.random.SeedSequence
+    first: ComparedGroup,
+    second: ComparedGroup,
+    count: int,
+    stream: np.random.SeedSequence,
+    stops: bool,
 ) -> Pair:
+    """A pair, its p values not yet adjusted; `stops`: fewer than `count` exchanges may do."""
     differing = changes(first.estimate, second.estimate)
     if first.equations is None or second.equations is None:
         tests = parametric_test(first.estimate, second.estimate, draws=count, seed=stream)
@@ -114,11 +122,43 @@ def _compare_pair(
         notes: tuple[str, ...] = ()
     else:
         strata, notes = common_strata(first, second)
-        tests = permutation_test(
+        test = _staged if stops and count >= 2 * FEWEST_PERMUTATIONS else permutation_test
+        tests = test(
             first.equations, second.equations, strata=strata, permutations=count, seed=stream
         )
         basis = "permutation"
     return Pair(first.name, second.name, differing, tests, basis, notes + notes_of(tests))
+
+
+def _staged(
+    first: TrialEquations,
+    second: TrialEquations,
+    *,
+    strata: tuple[IntArray, IntArray] | None,
+    permutations: int,
+    seed: np.random.SeedSequence,
+) -> tuple[MatrixTest, ...]:
+    """Permutation tests, of few where these leave no doubt that p is not small.
+
+    A p that 20 of the first 1999 exceed is told from these, the others from all of `count`, which
+    are drawn anew: neither way is p at most a level more often than that level.
+    """
+    early = np.random.SeedSequence(seed.entropy, spawn_key=(*seed.spawn_key, 1))
+    few = permutation_test(
+        first, second, strata=strata, permutations=FEWEST_PERMUTATIONS, seed=early
+    )
+    known = [p for test in few for p in (test.p_distance, test.p_t2) if not np.isnan(p)]
+    if min(known, default=1.0) > _CLEARLY_LARGE:
+        return few
+    every = permutation_test(first, second, strata=strata, permutations=permutations, seed=seed)
+    return tuple(
+        replace(
+            test,
+            p_distance=one.p_distance if one.p_distance > _CLEARLY_LARGE else test.p_distance,
+            p_t2=one.p_t2 if one.p_t2 > _CLEARLY_LARGE else test.p_t2,
+        )
+        for one, test in zip(few, every, strict=True)
+    )
 
 
 @contextmanager

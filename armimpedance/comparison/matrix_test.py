@@ -85,6 +85,17 @@ def statistics_between(
         Covariances of the symmetric elements of each group.
     dof : two of (R,)
     """
+    t2, chance = t2_chances(difference, covariances, dof)
+    ratio, distance = distance_ratios(matrices, covariances[0] + covariances[1])
+    return Statistics(t2, chance, ratio, distance)
+
+
+def t2_chances(
+    difference: FloatArray,
+    covariances: tuple[FloatArray, FloatArray],
+    dof: tuple[FloatArray | float, FloatArray | float],
+) -> tuple[FloatArray, FloatArray]:
+    """`Statistics.t2` and `Statistics.chance`, (R, 4), of what `statistics_between` takes."""
     c = difference.shape[1] // 3
     parts = [slice(c * i, c * i + c) for i in range(3)] + [slice(0, 3 * c)]
     t2, chance = np.full((2, len(difference), 4), np.nan)
@@ -98,8 +109,7 @@ def statistics_between(
             each = (np.broadcast_to(dof[0], len(t2))[rows], np.broadcast_to(dof[1], len(t2))[rows])
             block = (covariances[0][rows, part, part], covariances[1][rows, part, part])
             t2[rows, i], chance[rows, i] = hotelling(difference[rows, part], block, each)
-    ratio, distance = distance_ratios(matrices, covariances[0] + covariances[1])
-    return Statistics(t2, chance, ratio, distance)
+    return t2, chance
 
 
 def distance_ratios(

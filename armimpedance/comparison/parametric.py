@@ -13,7 +13,7 @@ from armimpedance.comparison.matrix_test import (
     exceedance,
     statistics_between,
 )
-from armimpedance.comparison.planar import planar_ratios
+from armimpedance.comparison.planar import planar_statistics
 from armimpedance.errors import InputError
 from armimpedance.records import ImpedanceEstimate
 
@@ -101,9 +101,7 @@ def _ratios(one: FloatArray, two: FloatArray, total: FloatArray, k: int) -> Floa
     if k != 2:
         stack = np.broadcast_to(total, (len(one), *total.shape))
         return distance_ratios((matrices_of(one, k), matrices_of(two, k)), stack)[0]
-    parts = [slice(3 * i, 3 * i + 3) for i in range(3)]
-    ratios = [planar_ratios(one[:, part], two[:, part], total[part, part]) for part in parts]
-    return np.column_stack([*ratios, np.sum(ratios, axis=0)])
+    return planar_statistics(one.reshape(-1, 3, 3), two.reshape(-1, 3, 3), total)
 
 
 def _draw(

@@ -27,14 +27,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from armimpedance.arrays import BoolArray, FloatArray, IntArray
-from armimpedance.comparison.distance import upper_elements
+from armimpedance.comparison.distance import symmetric, upper_elements
 from armimpedance.comparison.matrix_test import (
     MATRIX_NAMES,
     MatrixTest,
     Statistics,
+    distance_ratios,
     exceedance,
-    statistics_between,
+    t2_chances,
 )
+from armimpedance.comparison.planar import planar_statistics
 from armimpedance.errors import InputError, NotIdentifiableError
 from armimpedance.regression import WORST_CONDITION, TrialEquations
 
@@ -124,7 +126,10 @@ def arrangements(member: BoolArray, strata: IntArray | None) -> int:
 
 
 def statistics_of(A: FloatArray, b: FloatArray, members: BoolArray) -> Statistics:
-    """Statistics of assignments `members` (R, T) of trials with equations A (T, n, n), b (T, n)."""
+    """Statistics of assignments `members` (R, T) of trials with equations A (T, n, n), b (T, n).
+
+    With two axes `distance` is that of the first assignment, the data's; of others it may be nan.
+    """
     diagonal = np.abs(np.diagonal(A.sum(axis=0)))
     scale = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
     scaled_A, scaled_b = A * scale[:, None] * scale, b * scale
@@ -149,7 +154,18 @@ def _batch(A: FloatArray, b: FloatArray, scale: FloatArray, members: BoolArray) 
     two, V2 = _solve_group(A, b, C, ~members)
     matrices = tuple((theta * scale).reshape(-1, 3, k, k) for theta in (one, two))
     dof = members.sum(axis=1) - 1, (~members).sum(axis=1) - 1
-    return statistics_between(matrices, (two - one) @ C.T, (V1, V2), dof)  # type: ignore[arg-type]
+    difference = (two - one) @ C.T
+    t2, chance = t2_chances(difference, (V1, V2), dof)
+    # the first row may be the data, whose distance is reported; of others the ratio is enough
+    exact = 1 if k == 2 else len(members)
+    head = tuple(m[:exact] for m in matrices)
+    ratio, distance = distance_ratios(head, (V1 + V2)[:exact])  # type: ignore[arg-type]
+    if exact < len(members):
+        elements = [m[exact:, :, [0, 0, 1], [0, 1, 1]] for m in map(symmetric, matrices)]
+        rest = planar_statistics(elements[0], elements[1], (V1 + V2)[exact:])
+        ratio = np.vstack([ratio, rest])
+        distance = np.vstack([distance, np.full((len(rest), 3), np.nan)])
+    return Statistics(t2, chance, ratio, distance)
 
 
 def _solve_group(

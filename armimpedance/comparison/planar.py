@@ -11,6 +11,29 @@ import numpy as np
 from armimpedance.arrays import FloatArray
 
 
+def planar_statistics(first: FloatArray, second: FloatArray, covariance: FloatArray) -> FloatArray:
+    """The ratios of M, B and K, and their sum, of R pairs of groups.
+
+    Parameters
+    ----------
+    first, second : (R, 3, 3)
+        Elements 11, 12, 22 of each of the three matrices.
+    covariance : (R, 9, 9) or (9, 9)
+        Of the difference of all of them.
+
+    Returns
+    -------
+    (R, 4)
+        nan where a matrix is not positive definite.
+    """
+    parts = [slice(3 * i, 3 * i + 3) for i in range(3)]
+    ratios = [
+        planar_ratios(first[:, i], second[:, i], covariance[..., part, part])
+        for i, part in enumerate(parts)
+    ]
+    return np.column_stack([*ratios, np.sum(ratios, axis=0)])
+
+
 def planar_ratios(first: FloatArray, second: FloatArray, covariance: FloatArray) -> FloatArray:
     """Squared affine-invariant distance over its expectation by chance, of R pairs of matrices.
 

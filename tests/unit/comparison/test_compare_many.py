@@ -14,6 +14,7 @@ from armimpedance.comparison.groups import ComparedGroup
 from armimpedance.comparison.matrix_test import holm
 from armimpedance.comparison.mixture import mixture_tail
 from armimpedance.comparison.parametric import parametric_test
+from armimpedance.comparison.permutation import permutation_test
 from armimpedance.comparison.planar import planar_ratios
 from armimpedance.errors import InputError
 from armimpedance.files.comparison_csv import comparison_content
@@ -126,6 +127,39 @@ def test_many_pairs_are_those_of_few(estimated):
     # of 110 pairs that differ Holm finds most: their p is not bounded below by a number of draws
     found = [t.tests[3].p_distance_adjusted <= 0.05 for t in many]
     assert sum(found) > 90
+
+
+def test_few_exchanges_decide_where_p_is_large(equations, estimated, truth):
+    """Where p is small it is that of all exchanges to the last bit, elsewhere that of 1999."""
+    stiffer = truth.copy()
+    stiffer[8:] *= 2
+    groups = [
+        ComparedGroup(f"g{i}", estimated(), equations(i, 16, truth=stiffer if i == 9 else truth))
+        for i in range(10)
+    ]
+    pairs = compare(groups)
+    assert len(pairs) == 45
+    count = 100 * 45 - 1
+    early = 0
+    for number, pair in list(enumerate(pairs))[::15]:
+        one, two = (groups[int(name[1:])].equations for name in (pair.first, pair.second))
+        seed = np.random.SeedSequence(0, spawn_key=(number,))
+        every = permutation_test(one, two, permutations=count, seed=seed)
+        for few, all_of_them in zip(pair.tests, every, strict=True):
+            p, exact = few.p_t2, all_of_them.p_t2
+            assert p == pytest.approx(exact, abs=5 * np.sqrt(exact * (1 - exact) / 1999) + 1e-3)
+            assert p == exact or p > 0.01
+            early += p != exact
+    assert early > 2
+    assert pairs[8].tests[2].p_t2 == pytest.approx(1 / (count + 1))
+    asked = compare(groups[:2], permutations=5999)
+    again = permutation_test(
+        groups[0].equations,
+        groups[1].equations,
+        permutations=5999,
+        seed=np.random.SeedSequence(0, spawn_key=(0,)),
+    )
+    assert [t.p_t2 for t in asked[0].tests] == [t.p_t2 for t in again]
 
 
 def test_memory_does_not_grow_with_the_pairs(estimated):
