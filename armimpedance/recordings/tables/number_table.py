@@ -18,8 +18,8 @@ import pyarrow.parquet as pq
 from armimpedance.arrays import FloatArray, frozen
 from armimpedance.errors import InputError
 
-#: Rows of a Parquet file that are unpacked together.
-STRETCH: Final = 1 << 18
+#: Rows of a Parquet file that are unpacked together: 32 MiB, which go back to the system at once.
+STRETCH: Final = 1 << 22
 
 
 @dataclass(frozen=True)
@@ -151,12 +151,12 @@ def _parquet_columns(file: Path) -> Iterator[tuple[str, FloatArray | None]]:
                     yield field.name, None
                     continue
                 batches = opened.iter_batches(STRETCH, columns=[field.name])
-                yield field.name, _joined(batch.column(0) for batch in batches)
+                values = _joined(batch.column(0) for batch in batches)
+                # Arrow keeps what it has read through for the next column; that may be all.
+                pa.default_memory_pool().release_unused()
+                yield field.name, values
     except (pa.ArrowException, OSError, ValueError) as error:
         raise _unreadable_parquet(file, error) from None
-    finally:
-        # Arrow keeps what it has read through for the next file; nobody may come.
-        pa.default_memory_pool().release_unused()
 
 
 def _is_number(kind: pa.DataType) -> bool:
