@@ -25,6 +25,9 @@ _BY_SIGNAL: Final = 128
 #: Set in the environment, an unexpected error shows where in the program it happened.
 TRACEBACK: Final = "ARMIMPEDANCE_TRACEBACK"
 
+#: What Matplotlib says of each letter that it cannot draw.
+_NO_GLYPH: Final = re.compile(r"Glyph (\d+) .*missing from", re.DOTALL)
+
 #: Options whose files a command writes.
 _WRITTEN: Final = {"out", "figure", "samples", "out_profile", "output", "folder", "out_folder"}
 
@@ -145,12 +148,17 @@ def library_warnings(tell: Callable[[str], object]) -> Iterator[None]:
     import warnings
 
     seen: dict[str, int] = {}
+    letters: dict[str, None] = {}
 
     def count(text: str) -> None:
         seen[text] = seen.get(text, 0) + 1
 
     def collect(message: Warning | str, category: type[Warning], *_: Any, **__: Any) -> None:
-        count(_line(f"{category.__name__}: {message}"))
+        glyph = _NO_GLYPH.match(str(message))
+        if glyph:
+            letters[chr(int(glyph[1]))] = None
+        else:
+            count(_line(f"{category.__name__}: {message}"))
 
     class Collector(logging.Handler):
         def emit(self, record: logging.LogRecord) -> None:
@@ -166,6 +174,9 @@ def library_warnings(tell: Callable[[str], object]) -> Iterator[None]:
     finally:
         warnings.showwarning = before
         logging.getLogger().removeHandler(collector)
+        if letters:
+            those = shortened(shown("".join(letters)), 40)
+            tell(f"boxes stand in the picture for letters that its font lacks: {those}")
         for text, times in seen.items():
             often = f" ({times} times)" if times > 1 else ""
             tell(f"a library warned{often}: {text}")

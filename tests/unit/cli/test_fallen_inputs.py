@@ -126,3 +126,13 @@ def test_an_mvc_of_nothing_costs_the_activation_only(shop, capsys):
     said = capsys.readouterr()
     assert said.err == ""
     assert "activation left out" in said.out
+
+
+@pytest.mark.filterwarnings("default")
+def test_letters_that_a_picture_cannot_show_are_one_line(shop, capsys):
+    column("hand/trials.csv", "condition", "安静 $x_{")
+    assert main(["inspect", "hand", "--figure", "out.svg"]) in (0, 2)
+    assert main(["estimate", "hand", "--out", "out.csv", "--figure", "out.png"]) == 0
+    told = capsys.readouterr().err.splitlines()
+    assert len(told) <= 2
+    assert all("its font lacks" in line for line in told)
