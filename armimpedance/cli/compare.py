@@ -9,8 +9,9 @@ Examples:
 
 From recordings, p values come from exchanging trials between the two groups, within each direction
 of disturbance; from RESULTS.csv, which holds no trials, from the estimates' covariances. p is
-reported for each matrix and for all three, and adjusted for the number of pairs (Holm). With
---subjects the result is the mean change over subjects and the spread between them.
+reported for each matrix and for all three, and adjusted for the number of pairs (Holm). More than
+200 pairs are tested from the covariances, without draws; the screen shows the clearest, --out holds
+all. With --subjects the result is the mean change over subjects and the spread between them.
 """
 
 from __future__ import annotations
@@ -60,7 +61,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--permutations",
         type=int,
         metavar="N",
-        help="of each pair (default: 1999, more where there are many pairs)",
+        help="of each pair (default: 1999, more with many pairs, none with more than 200)",
     )
     add_force_by(parser)
     add_despite(parser)
