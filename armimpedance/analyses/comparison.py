@@ -69,7 +69,8 @@ def compare(
     method : str, optional
         Estimator for disturbances that return; default: that of `estimate`.
     permutations : int, optional
-        Exchanges of trials for each pair; default: 1999, more where there are many pairs.
+        Exchanges of trials for each pair; default: 1999, more with many pairs, none with more
+        than 200, which are tested from the covariances.
     seed : int
         Seed of the exchanges.
     force_by : {"limb", "device"}, optional
