@@ -148,12 +148,12 @@ def measure(scale: float, place: Path) -> int:
     imports = child("imports", small, small)[1]
     print(f"imports and a first small run: {imports / 1e6:.0f} MB")
 
-    def over(name: str, folder: Path, own: float) -> None:
-        for what in ("read", "exact", "default"):
+    def over(name: str, folder: Path, own: float, *doing: str) -> None:
+        for what in ("read", *doing, "default"):
             peak = child(what, folder, small)[1] - imports
             table.row(f"{name}: {what}, peak / the recording's own arrays", peak / own, 3.0)
 
-    over("trials", *made("trials", lambda: returning(int(343 * scale), 40, 801, 1000.0)))
+    over("trials", *made("trials", lambda: returning(int(343 * scale), 40, 801, 1000.0)), "exact")
     over("one trial", *made("one trial", lambda: random(int(10e6 * scale))))
     # as many samples in both: what grows is what is kept of each condition
     few, _ = made("100 conditions", lambda: returning(100, int(40 * scale) or 8, 801, 1000.0))
