@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 
 from armimpedance.errors import InputError
 from armimpedance.findings import Finding
+from armimpedance.pages.many import Folds, Heat
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -162,7 +163,7 @@ class Printed:
     kind: str = field(default="printed", init=False)
 
 
-Block = Prose | Printed | Picture | Table | Checks | Linked
+Block = Prose | Printed | Picture | Table | Checks | Linked | Heat | Folds
 
 
 @dataclass(frozen=True)

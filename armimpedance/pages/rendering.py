@@ -19,6 +19,7 @@ from markupsafe import Markup
 
 from armimpedance.findings import MARKS
 from armimpedance.outputs import staged_file
+from armimpedance.pages.many import Folds, Heat
 from armimpedance.pages.page import STATES, Linked, Page, Picture
 
 if TYPE_CHECKING:
@@ -64,10 +65,13 @@ def html_of(page: Page) -> str:
     pictures = [block for block in page.blocks if isinstance(block, Picture)]
     drawn = {block.name: block.drawn for block in pictures if block.drawn is not None}
     word, mark = STATES[page.verdict.state]
+    many = any(isinstance(block, Heat | Folds) for block in page.blocks)
+    heat = any(isinstance(block, Heat) for block in page.blocks)
     return _rendered(
         "page.html.jinja",
-        ("shared.js", "page.js"),
+        ("shared.js", "page.js", *(["many.js"] if heat else [])),
         {**page.data, **drawn},
+        more_style=Markup(_asset("many.css") if many else ""),  # noqa: S704 - our own file
         page=page,
         word=word,
         mark=mark,

@@ -1,17 +1,20 @@
-"""All sessions together: one table of each kind, and the group's own steps."""
+"""All sessions together: one table of each kind, the group's own steps, and the page of all."""
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
 from armimpedance.errors import InputError
 from armimpedance.study.chain import Command, Outcome, Task, carry_out
-from armimpedance.study.design import PLACES, Design
+from armimpedance.study.cohort import PAGE_FILE, cohort_of, write_group_page
+from armimpedance.study.design import PLACES, Design, Step
 from armimpedance.study.fingerprints import Fingerprints
 from armimpedance.study.gathering import (
+    KEYS,
     ended_sessions,
     gather,
     people,
@@ -25,6 +28,13 @@ from armimpedance.study.store import Store
 #: Folder of the group below that of the study, and its list of sessions.
 GROUP: Final = "group"
 SESSIONS_FILE: Final = "sessions.csv"
+#: What is done with all sessions where the design names no steps of the group.
+COMPARED: Final = "hand.csv"
+DEFAULT_GROUP_STEP: Final = (
+    *("compare", COMPARED, "--by", "condition", "--subjects", "participant"),
+    *("--out", "conditions.csv"),
+)
+FEWEST_PEOPLE: Final = 3
 
 
 @dataclass(frozen=True)
@@ -40,12 +50,15 @@ class Gathered:
         Sessions that failed or were not worked on.
     outcome : Outcome
         Of the group's own steps.
+    page : Path
+        Quality of all sessions, outliers, who failed and why.
     """
 
     folder: Path
     rows: tuple[tuple[str, int], ...]
     unusable: int
     outcome: Outcome
+    page: Path
 
 
 def run_group(
@@ -83,6 +96,7 @@ def run_group(
     folder.mkdir(parents=True, exist_ok=True)
     unusable = sessions_table(ended, missing, data, folder / SESSIONS_FILE)
     rows = tuple((name, gather(name, ended, known, folder / name)) for name in names)
+    design = replace(design, group_steps=design.group_steps or _default_steps(folder, names))
     places = {"recording": "", "study": str(design.folder), "participant": "", "session": ""}
     given = (folder / SESSIONS_FILE, *(folder / name for name in names))
     prints = Fingerprints()
@@ -90,4 +104,21 @@ def run_group(
     task = Task(GROUP, design.group_steps, places, given)
     outcome = carry_out(task, store, prints, command)
     lay_out(outcome, store, out)
-    return Gathered(folder, rows, unusable, outcome)
+    cohort = cohort_of(ended, missing, {name: folder / name for name in names}, known)
+    wrote = [name for one in outcome.done for name in one.result.files]
+    write_group_page(cohort, folder, design, wrote, data.resolve().name)
+    return Gathered(folder, rows, unusable, outcome, folder / PAGE_FILE)
+
+
+def _default_steps(folder: Path, names: Sequence[str]) -> tuple[Step, ...]:
+    """Conditions compared over people, where enough people have two of them."""
+    if COMPARED not in names:
+        return ()
+    people: dict[str, set[str]] = {}
+    with open(folder / COMPARED, newline="", encoding="utf-8") as stream:
+        for row in csv.DictReader(stream):
+            people.setdefault(row.get("condition") or "", set()).add(row[KEYS[0]])
+    held = [people[name] for name in people if name]
+    both = (one & other for i, one in enumerate(held) for other in held[i + 1 :])
+    enough = any(len(shared) >= FEWEST_PEOPLE for shared in both)
+    return (Step(DEFAULT_GROUP_STEP),) if enough else ()

@@ -214,7 +214,8 @@ def test_every_name_on_a_face_is_there_and_no_module_hides_it():
 def test_the_faces_of_the_analysis_stay_small():
     # Twenty more than before there was a report page: what it draws of a session and of each
     # result, and its own room. Ten more since there are studies: their room.
-    assert sum(len(names) for room, names in FACES.items() if "armimpedance" in room) <= 460
+    # One more for the page of all their sessions.
+    assert sum(len(names) for room, names in FACES.items() if "armimpedance" in room) <= 461
 
 
 def _graph() -> dict[str, set[str]]:
