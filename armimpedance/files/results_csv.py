@@ -254,13 +254,13 @@ def _quality(row: TableRow) -> Quality:
     return Quality(
         n_trials=row.count("n_trials", low=0),
         n_rows=row.count("n_rows") if row.cells.get("n_rows") else 0,
-        multiple_correlation=row.optional("multiple_correlation"),
+        multiple_correlation=row.optional("multiple_correlation", finite=True),
         vaf=row.optional("vaf"),
         cond_raw=row.optional("cond_raw"),
         cond_scaled=row.optional("cond_scaled"),
         rank=row.count("rank") if row.cells.get("rank") else 0,
-        residual_sd=row.optional("residual_sd"),
-        coherence=row.optional("coherence", missing=None),
+        residual_sd=row.optional("residual_sd", finite=True),
+        coherence=row.optional("coherence", missing=None, finite=True),
     )
 
 

@@ -56,9 +56,9 @@ class TableRow:
             raise self.error(f"{value}", column, expected)
         return number
 
-    def optional(self, column: str, missing: Any = float("nan")) -> Any:
+    def optional(self, column: str, missing: Any = float("nan"), *, finite: bool = False) -> Any:
         """A number, or `missing` where the cell is empty or the column is not there."""
-        return self.number(column, finite=False) if self.cells.get(column) else missing
+        return self.number(column, finite) if self.cells.get(column) else missing
 
     def count(self, column: str, low: int = 1) -> int:
         """A whole number of at least `low`."""

@@ -44,6 +44,8 @@ def _of_status(run: Run) -> Iterator[str]:
         yield f"status {run.status}: {_last(err)}"
     if run.status == 2:
         lines = err.splitlines()
+        if not lines and run.words[0] in MAY_WRITE_REFUSED:
+            return  # the page or the text that was asked for says why
         if len(lines) != 1:
             yield f"refused in {len(lines)} lines: {_last(err)}"
         # The line begins with the command's own name.
