@@ -154,9 +154,9 @@ def chosen_trials(
         remarks.append(sentence)
         usable[~met] = False
     both = pd.Series(True, index=trials.index)
-    for label in (choice.onset_event, choice.end_event):
-        if label is not None:
-            both &= _has(trials, label, path)
+    for event in (choice.onset_event, choice.end_event):
+        if event is not None:
+            both &= _has(trials, event, path)
     leave_out(both, "without the event of the onset or end")
     if not usable.any():
         problem = "no trial is left of those asked for: " + " ".join(remarks)
