@@ -274,7 +274,7 @@ def _covariance(row: TableRow, k: int) -> tuple[FloatArray, tuple[str, ...]]:
     count = p * (p + 1) // 2
     try:
         values = np.array(json.loads(row.cells["covariance"]), dtype=float)
-    except (ValueError, TypeError):
+    except (ValueError, TypeError, OverflowError, RecursionError):
         values = np.array([])
     if values.shape != (count,) or not np.isfinite(values).all():
         expected = f"a JSON list of {count} finite numbers (lower triangle)"

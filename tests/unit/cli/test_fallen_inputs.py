@@ -99,6 +99,10 @@ FALLEN = {
         "report FIT.json --out out.html",
         lambda: Path("FIT.json").write_bytes(b"[" * 100_000),
     ),
+    "brackets in a cell": (
+        "compare hand.csv --out out.csv",
+        lambda: column("hand.csv", "covariance", "[" * 100_000),
+    ),
     "a fit of one posture": ("fit moment-arms joint.csv --out out.json", lambda: None),
 }
 
