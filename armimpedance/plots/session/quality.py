@@ -156,8 +156,10 @@ def _draw_return(ax: Axes, aligned: Aligned, marked: BoolArray) -> None:
 
 def _draw_noise(ax: Axes, aligned: Aligned, marked: BoolArray, unit: str) -> None:
     """Standard deviation of the force before the onset."""
-    noise = aligned.pushed[:, aligned.rest].std(axis=1).max(axis=1)
-    _dots(ax, aligned, marked, noise)
+    # Where a trial begins at its onset there is no rest, and the panel stays empty.
+    if aligned.rest.any():
+        noise = aligned.pushed[:, aligned.rest].std(axis=1).max(axis=1)
+        _dots(ax, aligned, marked, noise)
     ax.set_ylabel(f"noise at rest ({unit})")
 
 
