@@ -40,6 +40,8 @@ class Ended:
 def ended_sessions(sessions: Sequence[Session], out: Path) -> tuple[list[Ended], list[Session]]:
     """The sessions whose results are there, and those that were never worked on.
 
+    Where somebody took a result away, the session has to be worked on again.
+
     Parameters
     ----------
     sessions : sequence of Session
@@ -54,10 +56,11 @@ def ended_sessions(sessions: Sequence[Session], out: Path) -> tuple[list[Ended],
     ended, missing = [], []
     for session in sessions:
         record = read_record(out / session.folder)
-        if record is None:
+        folder = out / session.folder
+        if record is None or not all((folder / name).is_file() for name in record["files"]):
             missing.append(session)
         else:
-            ended.append(Ended(session, out / session.folder, record))
+            ended.append(Ended(session, folder, record))
     return ended, missing
 
 
@@ -179,7 +182,7 @@ def sessions_table(
     rows = [
         (one.session, one.record.get("state", ""), one.record.get("reason", "")) for one in ended
     ]
-    rows += [(one, "missing", "not worked on yet") for one in missing]
+    rows += [(one, "missing", "no results yet") for one in missing]
     rows.sort(key=lambda row: (row[0].participant, row[0].session))
     with staged_file(file) as temporary, open(temporary, "w", newline="", encoding="utf-8") as to:
         writer = csv.writer(to, lineterminator="\n")

@@ -86,7 +86,7 @@ def judged_sessions(ended: Sequence[Ended], missing: Sequence[Session]) -> list[
     """
     twice = _copies(ended)
     found = [_judged(one, twice.get(one.session.folder, "")) for one in ended]
-    why = "not worked on yet"
+    why = "no results yet"
     found += [Judged(one, "missing", why, why, (), "", "") for one in missing]
     return sorted(found, key=lambda one: (one.session.participant, one.session.session))
 

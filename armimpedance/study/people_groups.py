@@ -57,7 +57,7 @@ class GroupsChange:
     between_first, between_second : float
         Sd between people of one group; of ratios of their logarithms.
     p, p_adjusted : float
-        After Holm over all quantities and conditions of the column.
+        After Holm over the conditions of the quantity.
     """
 
     column: str
@@ -185,10 +185,14 @@ def _change(
 
 
 def _adjusted(found: Sequence[GroupsChange]) -> list[GroupsChange]:
-    """With p after Holm over all of them."""
-    order = sorted(range(len(found)), key=lambda i: found[i].p)
-    made, least = list(found), 0.0
-    for rank, i in enumerate(order):
-        least = max(least, min(1.0, (len(found) - rank) * found[i].p))
-        made[i] = replace(found[i], p_adjusted=least)
+    """With p after Holm over the conditions of each quantity."""
+    families: dict[tuple[str, str], list[int]] = {}
+    for i, one in enumerate(found):
+        families.setdefault((one.table, one.quantity), []).append(i)
+    made = list(found)
+    for family in families.values():
+        least = 0.0
+        for rank, i in enumerate(sorted(family, key=lambda i: found[i].p)):
+            least = max(least, min(1.0, (len(family) - rank) * found[i].p))
+            made[i] = replace(found[i], p_adjusted=least)
     return made

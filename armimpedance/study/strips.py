@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Final
@@ -88,6 +88,8 @@ def strips_of(
 ) -> list[Strip]:
     """Every quantity with a 95 % interval in the gathered tables.
 
+    A value without finite limits is left out.
+
     Parameters
     ----------
     tables : mapping
@@ -112,64 +114,97 @@ def _of_table(
     with open(file, newline="", encoding="utf-8") as stream:
         reader = csv.reader(stream)
         header = next(reader, [])
-        at = {column: i for i, column in enumerate(header)}
-        named = [c for c in header if _LOW + c in at and _HIGH + c in at]
-        if not named:
+        read = _reader(header, [*KEYS, *known])
+        if read is None:
             return
-        conditions = [at[column] for column in _conditions(header, known)]
-        level = at.get("level", -1)
-        cells = [_Cells(at, column) for column in named]
         for row in reader:
-            session = numbers.get((row[at[KEYS[0]]], row[at[KEYS[1]]]))
+            session = numbers.get((row[header.index(KEYS[0])], row[header.index(KEYS[1])]))
             if session is None:
                 continue
-            condition = ", ".join(row[i] for i in conditions)
-            of = row[level] if level >= 0 else ""
-            for one in cells:
-                if (read := one.read(row)) is not None:
-                    found.setdefault((one.name, condition, of), []).append((session, *read))
-    order = {column: i for i, column in enumerate(named)}
+            for quantity, condition, unit, told in read(row):
+                if all(map(math.isfinite, told[:3])):
+                    found.setdefault((quantity, condition, unit), []).append((session, *told))
+    order = {quantity: i for i, quantity in enumerate(dict.fromkeys(key[0] for key in found))}
     for key in sorted(found, key=lambda key: order[key[0]]):
-        quantity, condition, of = key
-        columns = np.array(found[key]).T
-        yield Strip(
-            table=name,
-            condition=condition,
-            quantity=quantity,
-            unit=_unit(quantity, of),
-            kind=_kind(quantity, columns[1], columns[2]),
-            sessions=columns[0].astype(int),
-            values=columns[1],
-            low=columns[2],
-            high=columns[3],
-            errors=_errors(_kind(quantity, columns[1], columns[2]), columns),
-        )
+        yield _strip(name, *key, np.array(found[key]).T)
 
 
-class _Cells:
-    """Where a quantity stands in a row."""
-
-    def __init__(self, at: Mapping[str, int], name: str) -> None:
-        self.name = name
-        self._columns = (at[name], at[_LOW + name], at[_HIGH + name])
-        self._sd = at.get(f"sd_{name}")
-
-    def read(self, row: Sequence[str]) -> tuple[float, ...] | None:
-        """Value, limits and standard error, which is NaN where there is none; None: no number."""
-        try:
-            value, low, high = (float(row[i]) for i in self._columns)
-            sd = float(row[self._sd]) if self._sd is not None and row[self._sd] else math.nan
-        except ValueError:
-            return None
-        return (value, low, high, sd) if math.isfinite(value) else None
+def _strip(table: str, quantity: str, condition: str, unit: str, columns: FloatArray) -> Strip:
+    kind = _kind(quantity, columns[1], columns[2])
+    return Strip(
+        table=table,
+        condition=condition,
+        quantity=quantity,
+        unit=unit,
+        kind=kind,
+        sessions=columns[0].astype(int),
+        values=columns[1],
+        low=columns[2],
+        high=columns[3],
+        errors=_errors(kind, columns),
+    )
 
 
-def _conditions(header: Sequence[str], known: Sequence[str]) -> list[str]:
+#: Of a row: quantity, condition, unit, and value, limits, standard error (NaN: not known).
+_Read = Callable[[Sequence[str]], Iterator[tuple[str, str, str, tuple[float, ...]]]]
+
+
+def _reader(header: Sequence[str], apart: Sequence[str]) -> _Read | None:
+    """How a table is read: a row a condition, a row a number, or None where it has no intervals."""
+    at = {column: i for i, column in enumerate(header)}
+    own = [column for column in header if column not in apart]
+    if any(_LOW + c in at and _HIGH + c in at for c in own):
+        return _wide(at, own)
+    for limits in (("ci_low", "ci_high"), ("lower", "upper")):
+        name = next((c for c in ("parameter", "quantity") if c in at), None)
+        if name is not None and {"value", *limits} <= set(own):
+            return _long(at, own, name, limits)
+    return None
+
+
+def _wide(at: Mapping[str, int], own: Sequence[str]) -> _Read:
+    """A row a group, its numbers beside each other: RESULTS.csv and its sisters."""
+    quantities = [c for c in own if _LOW + c in at and _HIGH + c in at]
+    heads = [at[column] for column in _conditions(own)]
+    level = at.get("level")
+    cells = [(c, [at.get(n) for n in (c, _LOW + c, _HIGH + c, f"sd_{c}")]) for c in quantities]
+
+    def read(row: Sequence[str]) -> Iterator[tuple[str, str, str, tuple[float, ...]]]:
+        condition = ", ".join(row[i] for i in heads)
+        of = row[level] if level is not None else ""
+        for quantity, places in cells:
+            told = tuple(_number(row, place) for place in places)
+            yield quantity, condition, _unit(quantity, of), told
+
+    return read
+
+
+def _long(at: Mapping[str, int], own: Sequence[str], name: str, limits: tuple[str, str]) -> _Read:
+    """A row a number: fits as tables, and what ``--long`` writes."""
+    named = [c for c in ("condition", "group", "joint", "trial") if c in own]
+    places = [at.get(n) for n in ("value", *limits, "sd")]
+    unit = at.get("unit")
+
+    def read(row: Sequence[str]) -> Iterator[tuple[str, str, str, tuple[float, ...]]]:
+        condition = ", ".join(row[at[c]] for c in named)
+        of = row[unit] if unit is not None else ""
+        yield row[at[name]], condition, of, tuple(_number(row, place) for place in places)
+
+    return read
+
+
+def _number(row: Sequence[str], place: int | None) -> float:
+    try:
+        return math.nan if place is None else float(row[place])
+    except ValueError:
+        return math.nan
+
+
+def _conditions(own: Sequence[str]) -> Sequence[str]:
     """Columns that name a row of one session: those before the first number."""
-    own = [c for c in header if c not in KEYS and c not in known]
     if _FIRST_NUMBER in own:
         return own[: own.index(_FIRST_NUMBER)]
-    return [column for column in own if column in ("condition", "group", "parameter", "quantity")]
+    return [column for column in own if column in ("condition", "group", "joint")]
 
 
 def _kind(quantity: str, values: FloatArray, low: FloatArray) -> str:
@@ -196,5 +231,4 @@ def _unit(quantity: str, level: str) -> str:
     if rest == "shape":
         return ""
     # The size of an ellipse is its area.
-    squared = f"({unit})²" if " " in unit or "/" in unit else f"{unit}²"
-    return squared if rest == "size" and unit else unit
+    return f"({unit})^2" if rest == "size" and unit else unit

@@ -12,9 +12,22 @@ from armimpedance.pages.page import Block, Prose, Section, Table
 #: Rows of outliers on the page; the file beside it holds all.
 MOST_ROWS: Final = 200
 #: Columns by which a table of `compare --subjects` is known.
-_OVER_SUBJECTS: Final = {"group_1", "group_2", "quantity", "change", "n_subjects", "p_adjusted"}
+_OVER_SUBJECTS: Final = {
+    "group_1",
+    "group_2",
+    "matrix",
+    "quantity",
+    "change",
+    "n_subjects",
+    "p_adjusted",
+}
 #: What a reader of the page sees of each pair of conditions; the file holds all quantities.
-_SHOWN: Final = ("K size", "B size", "M size", "K orientation")
+_SHOWN: Final = (
+    ("stiffness", "size"),
+    ("viscosity", "size"),
+    ("inertia", "size"),
+    ("stiffness", "orientation"),
+)
 
 Cells = Mapping[str, Any]
 
@@ -59,15 +72,16 @@ def conditions_table(file: Path) -> Table | None:
         if not set(reader.fieldnames or ()) >= _OVER_SUBJECTS:
             return None
         rows = list(reader)
-    known = dict.fromkeys(row["quantity"] for row in rows)
-    shown = [name for name in _SHOWN if name in known] or list(known)[:4]
-    pairs: dict[tuple[str, str], dict[str, str]] = {}
+    known = dict.fromkeys((row["matrix"], row["quantity"]) for row in rows)
+    shown = [name for name in _SHOWN if name in known] or list(known)[: len(_SHOWN)]
+    pairs: dict[tuple[str, str], dict[tuple[str, str], str]] = {}
     people: dict[tuple[str, str], str] = {}
     for row in rows:
         pair = (row["group_1"], row["group_2"])
         people[pair] = row["n_subjects"]
-        if row["quantity"] in shown:
-            pairs.setdefault(pair, {})[row["quantity"]] = _change(row)
+        name = (row["matrix"], row["quantity"])
+        if name in shown:
+            pairs.setdefault(pair, {})[name] = _change(row)
     cells = tuple(
         (" | ".join(pair), people[pair], *(own.get(name, "") for name in shown))
         for pair, own in pairs.items()
@@ -76,7 +90,13 @@ def conditions_table(file: Path) -> Table | None:
         "Mean change over people from the first condition to the second, with its 95 % interval "
         f"and the adjusted p; ratios of sizes. All quantities: {file.name}"
     )
-    return Table(caption, ("conditions", "people", *shown), cells)
+    return Table(caption, ("conditions", "people", *map(_words, shown)), cells)
+
+
+def _words(name: tuple[str, str]) -> str:
+    """Matrix and quantity, which names its matrix where it is an element."""
+    matrix, quantity = name
+    return quantity.replace("_", " ", 1) if "_" in quantity else f"{quantity} of {matrix}"
 
 
 def _change(row: Cells) -> str:
@@ -87,7 +107,8 @@ def _change(row: Cells) -> str:
     except (ValueError, KeyError):
         return ""
     sign = "x " if row.get("kind") == "ratio" else ""
-    return f"{sign}{value:.3g} ({low:.3g} to {high:.3g}), p {p:.2g}"
+    unit = f" {row['unit']}" if row.get("unit") and not sign else ""
+    return f"{sign}{value:.3g} ({low:.3g} to {high:.3g}){unit}, p {p:.2g}"
 
 
 def groups_sections(rows: Sequence[Cells]) -> list[Section]:
@@ -101,10 +122,11 @@ def groups_sections(rows: Sequence[Cells]) -> list[Section]:
 
 def _groups_blocks(column: str, rows: Sequence[Cells]) -> tuple[Block, ...]:
     first, second = rows[0]["first"], rows[0]["second"]
-    told = sum(row["p_adjusted"] < 0.05 for row in rows)
+    quantities = list(dict.fromkeys((row["table"], row["quantity"]) for row in rows))
+    differ = {(row["table"], row["quantity"]) for row in rows if row["p_adjusted"] < 0.05}
     text = (
-        f"{first} and {second} ({column}) differ in {told} of {len(rows)} quantities and "
-        "conditions after adjustment (Holm)."
+        f"{first} and {second} ({column}) differ in {len(differ)} of {len(quantities)} quantities, "
+        "p adjusted over the conditions of each (Holm). By chance one in twenty would."
     )
     step = (
         "People are the sample: each counts once, with the error of its own estimate. That no "

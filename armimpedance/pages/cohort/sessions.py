@@ -43,7 +43,7 @@ def counts_table(sessions: Sequence[SessionRow]) -> Table:
         "warning": "a check warns: read it before the numbers",
         "unusable": "a check says that no number would mean anything",
         "failed": "a step ended with an error",
-        "missing": "not worked on yet",
+        "missing": "no results yet",
     }
     count = {state: sum(s["state"] == state for s in sessions) for state in meant}
     rows = tuple(

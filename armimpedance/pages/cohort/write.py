@@ -181,7 +181,7 @@ def _methods(sessions: Rows, strips: Rows, groups: Rows, group_steps: Sequence[s
         sentences.append(
             "Groups of people were compared by the means of random-effects models, one value a "
             "person with its own error, with degrees of freedom after Welch and Satterthwaite; p "
-            "values were adjusted after Holm"
+            "values were adjusted after Holm over the conditions of each quantity"
         )
     kept = _REFERENCES[: 3 if groups or group_steps else 1] if strips else ()
     return methods_of(sentences, kept)

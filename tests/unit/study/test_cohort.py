@@ -15,7 +15,7 @@ from scipy.stats import ttest_ind
 from armimpedance.study import Design, Session, run_group
 from armimpedance.study.outliers import far_from_others, robust_scores
 from armimpedance.study.people_groups import compare_people, two_groups
-from armimpedance.study.strips import Strip
+from armimpedance.study.strips import Strip, strips_of
 
 HOSTILE = '<img src=x onerror="alert(1)">&$\\frac$'
 
@@ -313,6 +313,38 @@ def test_a_study_in_which_all_failed_has_a_page_that_says_so(study):
     words = Seen(study.group().page).words
     assert "0 of 2 sessions can be used" in words
     assert "Cannot be used" in words
+
+
+def test_fits_and_long_tables_are_set_side_by_side_too(study, tmp_path):
+    head = ["participant", "session", "parameter", "joint", "value", "sd", "unit"]
+    rows = [["a", "1", "K", "elbow", 30, 2, "N m/rad"], ["b", "1", "K", "elbow", 40, 3, "N m/rad"]]
+    write(tmp_path / "fit.csv", [[*head, "ci_low", "ci_high"], *([*r, 20, 50] for r in rows)])
+    head = ["participant", "session", "hand", "condition", "quantity", "value", "lower", "upper"]
+    rows = [["a", "1", "left", "calm", "K_size", 30, 20, 45], ["b", "1", "", "calm", "K_size", 5]]
+    write(tmp_path / "long.csv", [head, rows[0], [*rows[1], "", ""]])
+    tables = {name: tmp_path / name for name in ("fit.csv", "long.csv")}
+    fit, long = strips_of(tables, {("a", "1"): 0, ("b", "1"): 1}, ["hand"])
+    assert (fit.quantity, fit.condition, fit.unit, fit.kind) == (
+        "K",
+        "elbow",
+        "N m/rad",
+        "difference",
+    )
+    np.testing.assert_array_equal(fit.values, [30, 40])
+    np.testing.assert_array_equal(fit.errors, [2, 3])
+    # No limits: nothing is known of the second one's error.
+    assert (long.condition, long.kind, list(long.sessions)) == ("calm", "ratio", [0])
+    assert long.errors[0] == pytest.approx(np.log(45 / 20) / (2 * 1.96), rel=1e-4)
+
+
+def test_a_result_that_was_taken_away_makes_the_session_missing(study):
+    for i in range(3):
+        session = study.add(f"p{i}", 100.0 + i)
+    (study.out / session.folder / "hand.csv").unlink()
+    made = study.group()
+    assert made.unusable == 1
+    assert dict(made.rows) == {"hand.csv": 4}
+    assert "2 of 3 sessions can be used" in Seen(made.page).words
 
 
 def test_the_same_sessions_give_the_same_page(study):
