@@ -11,7 +11,8 @@ import os
 import time
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from queue import Empty, Queue
+from typing import TYPE_CHECKING, Any, Final, Generic
 
 from armimpedance.errors import ArmImpedanceError, EstimationError, InputError
 from armimpedance.extras import needed
@@ -24,6 +25,8 @@ if TYPE_CHECKING:
 #: How long a scheduler may be away, or workers may need to come, in seconds.
 PATIENCE_S: Final = 300.0
 _EXTRA: Final = "cluster"
+#: How long what a future came to may take to arrive, in seconds.
+_ANSWER_S: Final = 60.0
 
 
 @dataclass(frozen=True)
@@ -44,6 +47,8 @@ class Dask:
     def __call__(self, work: Work[Asked, Given], tasks: Iterable[Asked]) -> Iterator[Given]:
         """Outcomes as they come, in any order."""
         needed("distributed", _EXTRA, "a scheduler")
+        from concurrent.futures import CancelledError
+
         waiting = {task.name: task for task in tasks}
         lost = 0.0
         while waiting:
@@ -52,7 +57,7 @@ class Dask:
                     del waiting[given.name]
                     lost = 0.0
                     yield given
-            except OSError as error:
+            except (OSError, CancelledError) as error:
                 # The scheduler went away. What was done is in the store; the rest is sent again.
                 lost = lost or time.monotonic()
                 if time.monotonic() - lost > self.patience_s:
@@ -68,63 +73,76 @@ class Dask:
         OSError
             The scheduler cannot be reached.
         InputError
-            The workers cannot do it as this process would.
+            A worker would not give the same bits.
+        EstimationError
+            There are no workers any more.
         """
-        from concurrent.futures import CancelledError
-
-        from distributed import Client, as_completed
-        from distributed.comm import CommClosedError
+        from distributed import Client
 
         with Client(self.scheduler, timeout=min(10.0, self.patience_s)) as to:
             to.wait_for_workers(1, timeout=self.patience_s)
-            check_workers(to)
-            futures = to.map(work, tasks, pure=False, retries=0)
+            futures = to.map(_AsHere(work, of_program()), tasks, pure=False)
             asked = {future.key: task for future, task in zip(futures, tasks, strict=True)}
+            done: Queue[Any] = Queue()
+            for future in futures:
+                future.add_done_callback(done.put)
+            for _ in futures:
+                future = self._next(done, to)
+                yield _given(future, work, asked[future.key])
+
+    def _next(self, done: Queue[Any], client: Client) -> Any:
+        """The next future that has ended; while there are workers, it may take its time."""
+        while True:
             try:
-                for future in as_completed(futures):
-                    yield _given(future, work, asked[future.key])
-            except (CancelledError, CommClosedError) as error:
-                raise OSError(f"connection lost ({error})") from None
+                return done.get(timeout=self.patience_s)
+            except Empty:
+                if not client.scheduler_info(n_workers=-1)["workers"]:
+                    problem = f"no workers at {self.scheduler}; what was done is kept"
+                    raise EstimationError(problem) from None
+
+
+@dataclass(frozen=True)
+class _AsHere(Generic[Asked, Given]):
+    """Work that a worker refuses which would not do it as the process that sends it."""
+
+    work: Work[Asked, Given]
+    program: str
+
+    def __call__(self, task: Asked) -> Given:
+        from distributed import get_worker
+
+        if get_worker().state.nthreads != 1:
+            raise WrongWorkerError(
+                f"a worker with {get_worker().state.nthreads} threads",
+                expected="dask worker --nthreads 1 (--nworkers for more)",
+            )
+        if of_program() != self.program:
+            raise WrongWorkerError(
+                "a worker has another version of the program or its packages",
+                expected="the same environment on all machines",
+            )
+        if os.environ.get("OMP_NUM_THREADS") != "1":
+            raise WrongWorkerError(
+                "on a worker matrix products may have several threads",
+                expected="OMP_NUM_THREADS=1 in its environment",
+            )
+        return self.work(task)
+
+
+class WrongWorkerError(InputError):
+    """A worker would not give the same bits."""
 
 
 def _given(future: Any, work: Work[Asked, Given], task: Asked) -> Given:
     """What a future came to; a worker that was killed again and again is its task's problem."""
     if future.status in ("cancelled", "lost"):
         raise OSError("connection lost")
-    error = future.exception()
+    error = future.exception(timeout=_ANSWER_S)
     if error is None:
         given: Given = future.result()
         return given
+    if isinstance(error, WrongWorkerError):
+        raise error
     if isinstance(error, ArmImpedanceError):
         return work.failed(task, str(error))
     return work.failed(task, f"its worker could not end it: {type(error).__name__}")
-
-
-def check_workers(client: Client) -> None:
-    """Refuse workers that would not give the same bits.
-
-    Parameters
-    ----------
-    client : Client
-
-    Raises
-    ------
-    InputError
-    """
-    for address, worker in client.scheduler_info(n_workers=-1)["workers"].items():
-        if worker["nthreads"] != 1:
-            problem = f"the worker {address} has {worker['nthreads']} threads"
-            raise InputError(problem, expected="dask worker --nthreads 1 (--nworkers for more)")
-    own = worker_state()
-    for address, state in client.run(worker_state).items():
-        if state[0] != own[0]:
-            problem = f"the worker {address} has another version of the program or its packages"
-            raise InputError(problem, expected="the same environment on all machines")
-        if state[1] != "1":
-            problem = f"on the worker {address} matrix products may have several threads"
-            raise InputError(problem, expected="OMP_NUM_THREADS=1 in its environment")
-
-
-def worker_state() -> tuple[str, str]:
-    """What decides the last bits of a process: the program, and the threads of its products."""
-    return of_program(), os.environ.get("OMP_NUM_THREADS", "")
