@@ -32,9 +32,10 @@ FEWEST: Final = 8
 _RULE: Final = (
     "How far a session is from the others is counted in spreads: its distance from the median, "
     "over the spread between people (from the median absolute deviation, the sessions' own errors "
-    "taken off) and its own standard error together. Those are named whom chance does not explain "
-    "among all the values that were looked at (5 %, Benjamini and Hochberg): in a cohort of people "
-    "who are alike nobody is named in 19 of 20 studies. Who is named may be rightly measured.",
+    "taken off) and its own standard error together. Those sessions are named that chance does not "
+    "explain when all their values and all sessions are looked at (5 %, Benjamini and Hochberg): "
+    "among people who are alike nobody is named in about 19 of 20 studies. Who is named may be "
+    "rightly measured: look at the report.",
 )
 _REFERENCES: Final = (
     "Y. Benjamini and Y. Hochberg, Controlling the false discovery rate, J R Stat Soc B 57 (1995) "
@@ -89,7 +90,7 @@ def write_cohort(
             *_failed(sessions),
             *_twice(sessions),
             *_far(sessions, strips, outliers),
-            *_conditions(path.parent, files),
+            *_conditions(path.parent, files, sessions),
             *groups_sections(groups),
         ),
         reviewer=(),
@@ -154,9 +155,13 @@ def _far(sessions: Rows, strips: Rows, outliers: Rows) -> list[Section]:
     return [Section("People side by side", (*blocks, *pictures))]
 
 
-def _conditions(folder: Path, files: Sequence[str]) -> list[Section]:
+def _conditions(folder: Path, files: Sequence[str], sessions: Rows) -> list[Section]:
     tables = [conditions_table(folder / name) for name in files if name.endswith(".csv")]
-    found = tuple(table for table in tables if table is not None)
+    found: tuple[Block, ...] = tuple(table for table in tables if table is not None)
+    copies = sum(1 for one in sessions if one["copy_of"])
+    if found and copies:
+        text = f"The gathered tables hold {counted(copies, 'session')} twice, and so does this one."
+        found = (Prose((text,)), *found)
     return [Section("Conditions over people", found)] if found else []
 
 
@@ -170,7 +175,8 @@ def _methods(sessions: Rows, strips: Rows, groups: Rows, group_steps: Sequence[s
         sentences.append(
             "Sessions far from the others were found by their distance from the median in robust "
             "spreads (median absolute deviation less the sessions' own errors), held against "
-            "Student's t with (n - 1)/3 degrees of freedom, at a false discovery rate of 5 %"
+            "Student's t with (n - 1)/3 degrees of freedom, with Bonferroni's correction within a "
+            "session and a false discovery rate of 5 % over sessions"
         )
     if any(step.startswith("compare") for step in group_steps):
         sentences.append(
