@@ -116,9 +116,11 @@ def check_folders(data: Path, out: Path, resume: bool = False) -> None:
     from armimpedance.errors import InputError
     from armimpedance.study import STORE
 
-    inner, outer = data.resolve(), out.resolve()
-    if inner == outer or inner in outer.parents or outer in inner.parents:
-        raise InputError("lies in the data's folder, or around it", file=out, expected="another")
+    top, place = data.resolve(), out.resolve()
+    own = place.is_relative_to(top / "derivatives") and place != top / "derivatives"
+    if not own and (place.is_relative_to(top) or top.is_relative_to(place)):
+        expected = "another, or one in its folder derivatives"
+        raise InputError("lies in the data's folder, or around it", file=out, expected=expected)
     if out.exists() and not out.is_dir():
         raise InputError("is a file", file=out, expected="a folder for the results")
     held = [entry.name for entry in out.iterdir()] if out.is_dir() else []

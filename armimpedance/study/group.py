@@ -90,6 +90,10 @@ def run_group(
         if any(step.names(place) for place in PLACES if place != "study"):
             raise InputError(f"the group's step {str(step)!r}", expected="names of tables; {study}")
     ended, missing = ended_sessions(sessions, out)
+    if not ended:
+        raise InputError(
+            "no session was worked on", file=out, expected="the level participant first"
+        )
     known = people(data)
     names = table_names(ended, design.tables)
     folder = out / GROUP

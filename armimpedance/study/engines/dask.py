@@ -77,9 +77,7 @@ class Dask:
         EstimationError
             There are no workers any more.
         """
-        from distributed import Client
-
-        with Client(self.scheduler, timeout=min(10.0, self.patience_s)) as to:
+        with self._client() as to:
             to.wait_for_workers(1, timeout=self.patience_s)
             futures = to.map(_AsHere(work, of_program()), tasks, pure=False)
             asked = {future.key: task for future, task in zip(futures, tasks, strict=True)}
@@ -89,6 +87,15 @@ class Dask:
             for _ in futures:
                 future = self._next(done, to)
                 yield _given(future, work, asked[future.key])
+
+    def _client(self) -> Client:
+        from distributed import Client
+
+        try:
+            return Client(self.scheduler, timeout=min(10.0, self.patience_s))
+        except ValueError as error:
+            problem = f"{self.scheduler!r} is no address: {error}"
+            raise InputError(problem, expected="such as tcp://host:8786") from None
 
     def _next(self, done: Queue[Any], client: Client) -> Any:
         """The next future that has ended; while there are workers, it may take its time."""

@@ -60,7 +60,7 @@ def cluster():
     """Two workers of Dask, each a process of one thread."""
     from distributed import LocalCluster
 
-    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as local:
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as local:
         yield local
 
 
@@ -95,7 +95,7 @@ def test_workers_that_would_give_other_bits_are_refused(tmp_path):
 
     data = made(tmp_path, [1])
     with (
-        LocalCluster(1, threads_per_worker=2, processes=False, dashboard_address=None) as local,
+        LocalCluster(1, threads_per_worker=2, processes=False, dashboard_address=":0") as local,
         pytest.raises(InputError, match="threads"),
     ):
         run(data, tmp_path / "out", Dask(local.scheduler_address, patience_s=30))
