@@ -101,6 +101,14 @@ def is_recording(path: str | os.PathLike[str]) -> bool:
     """Whether what is at a path can be opened without being told more.
 
     A table of any layout counts where a mapping stands beside it or in it.
+
+    Parameters
+    ----------
+    path : path
+
+    Returns
+    -------
+    bool
     """
     place = Path(path)
     known = next((each for each in FORMATS.values() if each.recognises(place)), None)
