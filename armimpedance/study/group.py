@@ -28,13 +28,13 @@ from armimpedance.study.store import Store
 #: Folder of the group below that of the study, and its list of sessions.
 GROUP: Final = "group"
 SESSIONS_FILE: Final = "sessions.csv"
-#: What is done with all sessions where the design names no steps of the group.
+#: The table whose conditions are compared where the design names no steps of the group.
 COMPARED: Final = "hand.csv"
-DEFAULT_GROUP_STEP: Final = (
-    *("compare", COMPARED, "--by", "condition", "--subjects", "participant"),
-    *("--out", "conditions.csv"),
-)
 FEWEST_PEOPLE: Final = 3
+#: What tells its rows apart.
+_NAMED: Final = (KEYS[0], "condition", "session")
+#: More groups than this have more pairs than anybody reads.
+MOST_GROUPS: Final = 20
 
 
 @dataclass(frozen=True)
@@ -115,14 +115,32 @@ def run_group(
 
 
 def _default_steps(folder: Path, names: Sequence[str]) -> tuple[Step, ...]:
-    """Conditions compared over people, where enough people have two of them."""
+    """Conditions compared over people: of each session where people came several times."""
     if COMPARED not in names:
         return ()
-    people: dict[str, set[str]] = {}
     with open(folder / COMPARED, newline="", encoding="utf-8") as stream:
-        for row in csv.DictReader(stream):
-            people.setdefault(row.get("condition") or "", set()).add(row[KEYS[0]])
-    held = [people[name] for name in people if name]
+        rows = [tuple(row.get(n) or "" for n in _NAMED) for row in csv.DictReader(stream)]
+    for by in (("condition",), ("condition", "session")):
+        groups = [(row[0], *(row[_NAMED.index(name)] for name in by)) for row in rows]
+        if len(set(groups)) == len(groups):
+            return (_comparison(by),) if _enough(groups) else ()
+    # Several results of one condition and session: nobody said which belong together.
+    return ()
+
+
+def _comparison(by: Sequence[str]) -> Step:
+    columns = [word for name in by for word in ("--by", name)]
+    return Step(
+        ("compare", COMPARED, *columns, "--subjects", KEYS[0], "--out", "conditions.csv"),
+    )
+
+
+def _enough(groups: Sequence[tuple[str, ...]]) -> bool:
+    """Whether enough people share two groups, and the groups are not too many."""
+    people: dict[tuple[str, ...], set[str]] = {}
+    for person, *group in groups:
+        if group[0]:
+            people.setdefault(tuple(group), set()).add(person)
+    held = list(people.values())
     both = (one & other for i, one in enumerate(held) for other in held[i + 1 :])
-    enough = any(len(shared) >= FEWEST_PEOPLE for shared in both)
-    return (Step(DEFAULT_GROUP_STEP),) if enough else ()
+    return len(held) <= MOST_GROUPS and any(len(shared) >= FEWEST_PEOPLE for shared in both)

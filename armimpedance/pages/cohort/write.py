@@ -90,7 +90,7 @@ def write_cohort(
             *_failed(sessions),
             *_twice(sessions),
             *_far(sessions, strips, outliers),
-            *_conditions(path.parent, files, sessions),
+            *_conditions(path.parent, files, sessions, strips),
             *groups_sections(groups),
         ),
         reviewer=(),
@@ -155,13 +155,16 @@ def _far(sessions: Rows, strips: Rows, outliers: Rows) -> list[Section]:
     return [Section("People side by side", (*blocks, *pictures))]
 
 
-def _conditions(folder: Path, files: Sequence[str], sessions: Rows) -> list[Section]:
+def _conditions(folder: Path, files: Sequence[str], sessions: Rows, strips: Rows) -> list[Section]:
     tables = [conditions_table(folder / name) for name in files if name.endswith(".csv")]
     found: tuple[Block, ...] = tuple(table for table in tables if table is not None)
     copies = sum(1 for one in sessions if one["copy_of"])
     if found and copies:
         text = f"The gathered tables hold {counted(copies, 'session')} twice, and so does this one."
         found = (Prose((text,)), *found)
+    if not found and len({strip["condition"] for strip in strips}) > 1:
+        # Too few people share two conditions, or nobody said which results belong together.
+        found = (Prose(("Not compared: name the comparison in group_steps of study.toml.",)),)
     return [Section("Conditions over people", found)] if found else []
 
 

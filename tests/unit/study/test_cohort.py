@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import shutil
 from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import unquote
@@ -12,7 +13,9 @@ import numpy as np
 import pytest
 from scipy.stats import ttest_ind
 
+from armimpedance.cli.study import parse
 from armimpedance.study import Design, Session, run_group
+from armimpedance.study.design import Step
 from armimpedance.study.outliers import far_from_others, robust_scores
 from armimpedance.study.people_groups import compare_people, two_groups
 from armimpedance.study.strips import Strip, strips_of
@@ -139,8 +142,18 @@ class Study:
         self.data.mkdir()
         self.sessions: list[Session] = []
 
-    def add(self, person, stiffness=100.0, *, key=None, state="done", checks=(), missing=False):
-        session = Session(person, "1", self.data / f"{len(self.sessions)}")
+    def add(
+        self,
+        person,
+        stiffness=100.0,
+        *,
+        key=None,
+        state="done",
+        checks=(),
+        session="1",
+        missing=False,
+    ):
+        session = Session(person, session, self.data / f"{len(self.sessions)}")
         self.sessions.append(session)
         if missing:
             return session
@@ -299,20 +312,47 @@ def test_a_copy_and_a_session_that_cannot_be_used_have_no_say(study):
     ]
 
 
-def test_conditions_are_compared_over_people_unless_the_design_says_otherwise(study):
-    calls = []
+@pytest.fixture
+def calls():
+    made = []
 
     def command(words):
-        calls.append(words[0])
+        made.append(words)
         return 0
 
+    command.made = made
+    return command
+
+
+def test_conditions_are_compared_over_people_unless_the_design_says_otherwise(study, calls):
     study.add("a", 100.0)
     study.add("b", 101.0)
-    study.group(command)
-    assert calls == []
+    study.group(calls)
+    assert calls.made == []
     study.add("c", 102.0)
-    study.group(command)
-    assert calls == ["compare"]
+    study.group(calls)
+    assert [words[0] for words in calls.made] == ["compare"]
+    assert "session" not in calls.made[0]
+    parse(calls.made[0])
+    study.group(calls, (Step(("other",)),))
+    assert calls.made[1] == ["other"]
+
+
+def test_who_came_twice_is_compared_session_by_session(study, calls):
+    for name in "abc":
+        for number in "12":
+            study.add(name, 100.0 + ord(name) + int(number) / 8, session=number)
+    study.group(calls)
+    assert calls.made[0][2:6] == ["--by", "condition", "--by", "session"]
+    # Days of their own: no two groups that people share.
+    calls.made.clear()
+    for session in list(study.sessions):
+        shutil.rmtree(study.out / session.folder)
+    study.sessions.clear()
+    for i, name in enumerate("aabbcc"):
+        study.add(name, 200.0 + i, session=f"day {i}")
+    study.group(calls)
+    assert calls.made == []
 
 
 def test_a_study_in_which_all_failed_has_a_page_that_says_so(study):
