@@ -44,6 +44,7 @@ COMMANDS = {
     "map-columns": "propose what the columns of a table of any layout mean",
     "share": "recordings and results as BIDS, JSON-LD or a datasheet, for a data repository",
     "study": "a folder of people to one table and one report; repeats only what changed",
+    "simulate-study": "many simulated sessions: coverage, power, methods against each other",
     "figures": "draw the sources' figures from simulated subjects",
 }
 

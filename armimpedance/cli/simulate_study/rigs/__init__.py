@@ -1,0 +1,1 @@
+"""The rigs of `armimpedance simulate-study`: one file a rig, with the record RIG."""

@@ -1,0 +1,265 @@
+"""The tables of a study: cells.csv, changes.csv, sessions.parquet, and a short one to print."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from armimpedance.arrays import FloatArray
+from armimpedance.cli.simulate_study.blocks import Blocks
+from armimpedance.cli.simulate_study.cells import Cell
+from armimpedance.cli.simulate_study.change import ChangeSums
+from armimpedance.cli.simulate_study.config import Config
+from armimpedance.cli.simulate_study.results import Result, sessions_of
+from armimpedance.cli.simulate_study.rig import COLUMNS
+from armimpedance.cli.simulate_study.summary import Sums, Z, wilson
+from armimpedance.outputs import staged_file
+
+FULL: Final = "simulated"
+DRAWN: Final = "drawn"
+_SUMMARY: Final = (
+    *("n", "failed", "truth", "bias", "bias_se", "rmse", "rmse_se", "mean_sd"),
+    *("coverage", "coverage_low", "coverage_high", "efficiency"),
+)
+_CHANGE: Final = (
+    *("n", "failed", "true_change", "mean_change"),
+    *("power", "power_low", "power_high", "coverage", "coverage_low", "coverage_high"),
+)
+#: Lines of the printed table.
+_MOST_LINES: Final = 40
+
+Columns = Mapping[str, FloatArray]
+
+
+def write_tables(results: Sequence[Result], config: Config, blocks: Blocks) -> None:
+    """Write all tables of a study into its folder.
+
+    Parameters
+    ----------
+    results : sequence of Result
+    config : Config
+    blocks : Blocks
+    """
+    settings = list(dict.fromkeys(name for cell in config.cells for name in cell.shown))
+    head = ["cell", *settings]
+    tail = ["quantity", "unit", "source"]
+    columns = [*head, "condition", *tail, *_SUMMARY]
+    _write_csv(blocks.out / "cells.csv", columns, _cell_rows(results, settings))
+    if config.power:
+        columns = [*head, "first", "second", *tail, "kind", *_CHANGE]
+        _write_csv(blocks.out / "changes.csv", columns, _change_rows(results, settings))
+    _write_sessions(config, blocks)
+
+
+def _cell_rows(results: Sequence[Result], settings: list[str]) -> Iterator[list[object]]:
+    for number, result in enumerate(results, 1):
+        shown = [number, *(result.cell.shown.get(name, "") for name in settings)]
+        for condition in result.cell.conditions:
+            for source, columns in _summaries(result, condition):
+                for q, quantity in enumerate(result.cell.rig.quantities):
+                    numbers = [columns[name][q] for name in _SUMMARY]
+                    yield [*shown, condition, quantity.name, quantity.unit, source, *numbers]
+
+
+def _summaries(result: Result, condition: str) -> Iterator[tuple[str, Columns]]:
+    if condition in result.sums:
+        yield FULL, summary(result.sums[condition])
+    if result.drawn is not None:
+        yield DRAWN, summary(result.drawn.sums[condition], result.drawn.errors[condition])
+
+
+def summary(sums: Sums, errors: Columns | None = None) -> Columns:
+    """Columns of cells.csv, each (Q,).
+
+    Parameters
+    ----------
+    sums : Sums
+    errors : mapping, optional
+        Standard errors of drawn sessions' bias, rmse and coverage, which the number of sessions
+        does not tell.
+    """
+    with np.errstate(all="ignore"):
+        low, high = wilson(sums.held, sums.n)
+        if errors is not None:
+            low, high = _limits(sums.coverage, errors["coverage"])
+        return {
+            "n": sums.n,
+            "failed": sums.failed,
+            "truth": sums.truth / sums.n,
+            "bias": sums.bias,
+            "bias_se": sums.bias_se if errors is None else errors["bias"],
+            "rmse": sums.rmse,
+            "rmse_se": sums.rmse_se if errors is None else errors["rmse"],
+            "mean_sd": sums.sd / sums.n,
+            "coverage": sums.coverage,
+            "coverage_low": low,
+            "coverage_high": high,
+            "efficiency": sums.efficiency,
+        }
+
+
+def _limits(share: FloatArray, error: FloatArray) -> tuple[FloatArray, FloatArray]:
+    return np.maximum(share - Z * error, 0), np.minimum(share + Z * error, 1)
+
+
+def _change_rows(results: Sequence[Result], settings: list[str]) -> Iterator[list[object]]:
+    for number, result in enumerate(results, 1):
+        shown = [number, *(result.cell.shown.get(name, "") for name in settings)]
+        made = [(FULL, pair, change_summary(sums)) for pair, sums in result.changes.items()]
+        if result.drawn is not None:
+            for pair, sums in result.drawn.changes.items():
+                made.append((DRAWN, pair, change_summary(sums, result.drawn.change_errors[pair])))
+        for source, pair, columns in made:
+            for q, quantity in enumerate(result.cell.rig.quantities):
+                kind = "log ratio" if quantity.kind in ("ratio", "share") else "difference"
+                unit = "1" if kind == "log ratio" else quantity.unit
+                numbers = [columns[name][q] for name in _CHANGE]
+                yield [*shown, *pair, quantity.name, unit, source, kind, *numbers]
+
+
+def change_summary(sums: ChangeSums, errors: Columns | None = None) -> Columns:
+    """Columns of changes.csv, each (Q,); `errors` as for `summary`."""
+    with np.errstate(all="ignore"):
+        power, coverage = wilson(sums.found, sums.n), wilson(sums.held, sums.n)
+        if errors is not None:
+            power = _limits(sums.power, errors["power"])
+            coverage = _limits(sums.coverage, errors["coverage"])
+        return {
+            "n": sums.n,
+            "failed": sums.failed,
+            "true_change": sums.truth / sums.n,
+            "mean_change": sums.change / sums.n,
+            "power": sums.power,
+            "power_low": power[0],
+            "power_high": power[1],
+            "coverage": sums.coverage,
+            "coverage_low": coverage[0],
+            "coverage_high": coverage[1],
+        }
+
+
+def _write_csv(path: Path, columns: list[str], rows: Iterator[list[object]]) -> None:
+    with staged_file(path) as staged, open(staged, "w", newline="", encoding="utf-8") as stream:
+        writer = csv.writer(stream, lineterminator="\n")
+        writer.writerow(columns)
+        for row in rows:
+            writer.writerow([_cell_text(value) for value in row])
+
+
+def _cell_text(value: object) -> str:
+    """A number in as few digits as give it back; nothing for what is not known."""
+    if not isinstance(value, float):
+        return str(value)
+    if not np.isfinite(value):
+        return ""
+    return str(int(value)) if value == int(value) and abs(value) < 1e15 else repr(float(value))
+
+
+def _write_sessions(config: Config, blocks: Blocks) -> None:
+    """Every estimate, one row each; a cell after the other, so that memory stays small."""
+    import pyarrow as pa
+    from pyarrow import parquet
+
+    text = pa.dictionary(pa.int32(), pa.string())
+    schema = pa.schema(
+        [
+            ("cell", pa.int32()),
+            ("session", pa.int64()),
+            *((name, text) for name in ("condition", "quantity", "unit")),
+            *((name, pa.float64()) for name in COLUMNS),
+        ]
+    )
+    path = blocks.out / "sessions.parquet"
+    with staged_file(path) as staged, parquet.ParquetWriter(staged, schema) as writer:
+        for number, cell in enumerate(config.cells, 1):
+            names = {"quantity": 0, "unit": 1}
+            kinds = {n: [q[at] for q in cell.rig.quantities] for n, at in names.items()}
+            for start, found in sessions_of(cell, config, blocks):
+                conditions, sessions, quantities = found.values.shape[:3]
+                rows = sessions * conditions * quantities
+                # a session's conditions stand together
+                values = found.values.transpose(1, 0, 2, 3).reshape(rows, -1)
+                session = np.repeat(start + np.arange(sessions), conditions * quantities)
+                arrays = [
+                    pa.array(np.full(rows, number, dtype=np.int32)),
+                    pa.array(session),
+                    _words(
+                        np.tile(np.repeat(np.arange(conditions), quantities), sessions),
+                        cell.conditions,
+                    ),
+                    *(
+                        _words(np.tile(np.arange(quantities), sessions * conditions), words)
+                        for words in kinds.values()
+                    ),
+                    *(pa.array(column) for column in values.T),
+                ]
+                writer.write_table(pa.Table.from_arrays(arrays, schema=schema))
+
+
+def _words(index: np.ndarray, words: Sequence[str]) -> object:
+    """A column of words, each kept once."""
+    import pyarrow as pa
+
+    return pa.DictionaryArray.from_arrays(pa.array(index.astype(np.int32)), pa.array(list(words)))
+
+
+def differing(cells: Sequence[Cell]) -> list[str]:
+    """What tells each cell from the others, such as ``noise=sensor method=exact``."""
+    names = list(dict.fromkeys(name for cell in cells for name in cell.shown))
+    shown = [{name: cell.shown.get(name, "") for name in names} for cell in cells]
+    apart = [name for name in names if len({one[name] for one in shown}) > 1]
+    return [" ".join(f"{name}={one[name]}" for name in apart if one[name]) for one in shown]
+
+
+def printed(results: Sequence[Result], config: Config) -> Iterator[str]:
+    """Lines of a short table: coverage and efficiency of every cell and condition.
+
+    Parameters
+    ----------
+    results : sequence of Result
+    config : Config
+
+    Yields
+    ------
+    str
+    """
+    lines = list(_lines(results, config))
+    yield "95 % intervals: lowest and highest coverage of all quantities; median efficiency"
+    yield from lines[:_MOST_LINES]
+    if len(lines) > _MOST_LINES:
+        yield f"... and {len(lines) - _MOST_LINES} more lines: see cells.csv"
+    reasons: dict[str, int] = {}
+    for result in results:
+        for reason, times in result.problems.items():
+            reasons[reason] = reasons.get(reason, 0) + times
+    for reason, times in sorted(reasons.items(), key=lambda one: -one[1])[:5]:
+        yield f"  {times} without an estimate: {reason}"
+
+
+def _lines(results: Sequence[Result], config: Config) -> Iterator[str]:
+    for result, settings in zip(results, differing(config.cells), strict=True):
+        names = [quantity.name for quantity in result.cell.rig.quantities]
+        for condition in result.cell.conditions:
+            for source, columns in _summaries(result, condition):
+                title = " ".join(filter(None, (settings, condition)))
+                yield f"{title}: {_line(names, columns)}" + (" (drawn)" * (source == DRAWN))
+        if result.undrawn:
+            yield f"{settings or result.cell.rig_name}: nothing drawn: {result.undrawn}"
+
+
+def _line(names: list[str], columns: Columns) -> str:
+    count = f"{columns['n'].max():.0f} sessions"
+    if columns["failed"].any():
+        count += f", up to {columns['failed'].max():.0f} failed"
+    coverage = columns["coverage"]
+    if not np.isfinite(coverage).any():
+        return f"{count}, no estimate"
+    least, most = int(np.nanargmin(coverage)), int(np.nanargmax(coverage))
+    told = [f"{100 * coverage[at]:.1f} % {names[at]}" for at in dict.fromkeys((least, most))]
+    words = f"{count}, {' to '.join(told)}"
+    known = columns["efficiency"][np.isfinite(columns["efficiency"])]
+    return words + (f", efficiency {np.median(known):.2f}" if len(known) else "")
