@@ -194,6 +194,7 @@ def _group(arguments: argparse.Namespace, design: Design, sessions: list[Session
     if made.unusable:
         count = f"{made.unusable} of {len(sessions)} sessions"
         print(f"\n{count} are not in these tables: see {arguments.out / 'group/sessions.csv'}")
+    print(f"\npage of all sessions: {arguments.out / 'group' / made.page.name}")
     return _told({"group": made.outcome.reason} if made.outcome.reason else {}) or (
         SOME_FAILED if made.unusable else 0
     )
