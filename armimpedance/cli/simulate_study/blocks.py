@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
@@ -38,10 +38,14 @@ class Blocks:
     out : Path
         The study's folder.
     seed : int
+    program : str
+        What analysis and simulator were when the study began: a file that changes while it runs
+        shall not part it from its own blocks.
     """
 
     out: Path
     seed: int
+    program: str = field(default_factory=of_program)
 
     def prepare(self) -> None:
         """Make the folders, so that they can be told from another's."""
@@ -84,7 +88,7 @@ class Blocks:
             staged.write_bytes(hashlib.sha256(body).digest() + body)
 
     def _path(self, cell: Cell, block: int) -> Path:
-        made_of = [_FORMAT, of_program(), self.seed, cell.rig_name, cell.chosen, cell.conditions]
+        made_of = [_FORMAT, self.program, self.seed, cell.rig_name, cell.chosen, cell.conditions]
         key = of_words(*made_of, block)
         return self.out / STORE / key[:2] / f"{key}.block"
 

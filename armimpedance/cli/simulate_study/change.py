@@ -53,7 +53,9 @@ def change_sums(
     -------
     ChangeSums
     """
-    change, low, high, truth = changes(first, second, quantities)
+    # what has no ellipse is nan all through, and a shape next to nothing has no logarithm
+    with np.errstate(all="ignore"):
+        change, low, high, truth = changes(first, second, quantities)
     there = np.isfinite(change)
     found, held = (low > 0) | (high < 0), (low <= truth) & (truth <= high)
     for q, quantity in enumerate(quantities):
@@ -104,7 +106,7 @@ def changes(
 
 def _on_scale(values: FloatArray, logs: BoolArray) -> FloatArray:
     """Logarithms of what is compared by a ratio, its standard error too."""
-    scaled = values.copy()
+    scaled = values.copy(order="K")
     scaled[:, logs, SD] = values[:, logs, SD] / values[:, logs, ESTIMATE]
     for at in (ESTIMATE, LOW, HIGH, TRUTH):
         scaled[:, logs, at] = np.log(values[:, logs, at])

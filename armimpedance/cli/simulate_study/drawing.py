@@ -30,10 +30,10 @@ from armimpedance.cli.simulate_study.summary import Sums, sums_of
 from armimpedance.errors import EstimationError
 
 #: Sessions that are drawn at once.
-CHUNK: Final = 8192
+CHUNK: Final = 4096
 #: Groups of the jackknife, and the sessions that are drawn without each.
 GROUPS: Final = 20
-DRAWN_WITHOUT: Final = 20_000
+DRAWN_WITHOUT: Final = 12_288
 #: More sessions without an estimate than this share: the others do not stand for all.
 MOST_FAILED: Final = 0.01
 #: First number of the keys of what is drawn; what is simulated has keys of its own.

@@ -142,4 +142,5 @@ def wilson(held: FloatArray, n: FloatArray) -> tuple[FloatArray, FloatArray]:
     share = held / n
     middle = (share + Z**2 / (2 * n)) / (1 + Z**2 / n)
     reach = Z / (1 + Z**2 / n) * np.sqrt(share * (1 - share) / n + Z**2 / (4 * n**2))
-    return np.maximum(middle - reach, 0), np.minimum(middle + reach, 1)
+    # rounding must not leave the share itself outside
+    return np.clip(middle - reach, 0, share), np.clip(middle + reach, share, 1)

@@ -174,7 +174,9 @@ def _write_sessions(config: Config, blocks: Blocks) -> None:
         ]
     )
     path = blocks.out / "sessions.parquet"
-    with staged_file(path) as staged, parquet.ParquetWriter(staged, schema) as writer:
+    # the writer's dictionaries end in bytes that nobody set; without them the same is the same
+    options = {"use_dictionary": False, "compression": "zstd"}
+    with staged_file(path) as staged, parquet.ParquetWriter(staged, schema, **options) as writer:
         for number, cell in enumerate(config.cells, 1):
             names = {"quantity": 0, "unit": 1}
             kinds = {n: [q[at] for q in cell.rig.quantities] for n, at in names.items()}
