@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from armimpedance.arrays import FloatArray
+from armimpedance.cli.simulate_study.rigs.linear import LIMB, linear_window as window_of
 from armimpedance.impedance import bound, modal_equation, through_impedance
-from armimpedance.planning import SHAPES, Profile
 from armimpedance.records import Window
 from armimpedance.signals import cut_windows, position_noise
 from manipulandum_sim.hand import simulate_condition
@@ -17,13 +17,7 @@ from manipulandum_sim.hand import simulate_condition
 RATE = 1000.0
 HANDLE_KG = 0.164
 #: A relaxed arm of a 70 kg man in the nominal posture, perfectly linear.
-LINEAR = np.array(
-    [
-        [[1.731, -0.655], [-0.655, 1.001]],
-        [[8.63, -6.40], [-6.40, 13.86]],
-        [[104.8, -74.4], [-74.4, 179.3]],
-    ]
-)
+LINEAR = LIMB
 #: Variance of the tremor (N^2): the linear limb's is 0.08 N rms, the subject's 0.08 N high.
 TREMOR = {"linear": 0.08**2, "subject": 0.08**2 / 2}
 
@@ -36,50 +30,9 @@ def linear_window(
     rest: float = 0.16,
     shape: str = "minimum_jerk",
 ) -> Window:
-    """One experiment on the linear limb, with the same kinds of noise as the simulator."""
+    """One experiment on the linear limb, by its number."""
     rng = np.random.default_rng(np.random.SeedSequence(7, spawn_key=(seed,)))
-    t = np.arange(-rest, duration + rest + 1e-9, 1 / RATE)
-    moved = Profile(SHAPES.named(shape), 0.005, duration).at(t)
-    angle = np.arange(trials) * np.pi / 4
-    u = np.column_stack([np.cos(angle), np.sin(angle)])[:, None, :]
-    force = -sum(x[None, :, None] * u @ m.T for x, m in zip(moved[::-1], LINEAR, strict=True))
-    force = np.asarray(force)
-    position = moved[0][None, :, None] * u
-    if noise != "none":
-        force = force + rng.normal(0, 0.03, (trials, len(t), 2))
-        position = position + rng.uniform(0, 2e-5, (trials, 1, 2))
-    if noise == "nominal":
-        force = force + _unsteadiness(rng, t, trials)
-    if noise != "none":
-        force = np.round(force / 0.05) * 0.05
-        position = np.round(position / 2e-5) * 2e-5
-    position = position + [-0.14, 0.43]
-    before = t <= 0
-    return Window(
-        sample_rate_hz=RATE,
-        lag_s=t,
-        position=position,
-        force=force,
-        duration_s=np.full(trials, duration),
-        trial=np.arange(trials),
-        usable=np.ones(trials, dtype=bool),
-        position_at_onset=position[:, before].mean(axis=1),
-        force_at_onset=force[:, before].mean(axis=1),
-        disturbance=np.arange(trials) % 8,
-    )
-
-
-def _unsteadiness(rng: np.random.Generator, t: np.ndarray, trials: int) -> np.ndarray:
-    """Tremor (0.08 N rms at 9 Hz), slow voluntary force, drift of the virtual position."""
-    phase = rng.uniform(0, 2 * np.pi, (trials, 1, 2))
-    force = 0.08 * np.sqrt(2) * np.sin(2 * np.pi * 9.0 * t[None, :, None] + phase)
-    keep = np.exp(-1 / (RATE * 0.4))
-    slow = rng.normal(0, 0.25, (trials, 2))
-    for n in range(len(t)):
-        force[:, n] += slow
-        slow = keep * slow + np.sqrt(1 - keep**2) * rng.normal(0, 0.25, (trials, 2))
-    drift = rng.normal(0, 0.003, (trials, 1, 2)) * t[None, :, None]
-    return force + drift @ LINEAR[2].T
+    return window_of(noise, rng, trials=trials, duration_s=duration, rest_s=rest, shape=shape)
 
 
 @dataclass(frozen=True)

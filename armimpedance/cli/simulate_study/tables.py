@@ -211,10 +211,15 @@ def _words(index: np.ndarray, words: Sequence[str]) -> object:
 
 def differing(cells: Sequence[Cell]) -> list[str]:
     """What tells each cell from the others, such as ``noise=sensor method=exact``."""
-    names = list(dict.fromkeys(name for cell in cells for name in cell.shown))
-    shown = [{name: cell.shown.get(name, "") for name in names} for cell in cells]
-    apart = [name for name in names if len({one[name] for one in shown}) > 1]
-    return [" ".join(f"{name}={one[name]}" for name in apart if one[name]) for one in shown]
+    shown = [cell.shown for cell in cells]
+    rigs = {one["rig"] for one in shown}
+    told = []
+    for one in shown:
+        alike = [other for other in shown if other["rig"] == one["rig"]]
+        apart = [name for name in one if len({other[name] for other in alike}) > 1]
+        words = [*(["rig"] if len(rigs) > 1 else []), *apart]
+        told.append(" ".join(f"{name}={one[name]}" for name in words))
+    return told
 
 
 def printed(results: Sequence[Result], config: Config) -> Iterator[str]:
