@@ -388,3 +388,37 @@ def test_where_nothing_can_be_drawn_it_is_said(drawn, capsys):
     assert carry_out(config, out, Broken()) == 3
     assert "nothing drawn: 175 of 200" in capsys.readouterr().out
     assert by_source(out.out, "drawn") == []
+
+
+@pytest.mark.parametrize("name", RIGS.names)
+def test_every_rig_has_what_a_study_needs(name):
+    """Its defaults pass its own checks, and what it draws has the shape of what it estimates."""
+    rig = RIGS[name]
+    settings = {field.name: field.default for field in rig.fields}
+    for field in rig.fields:
+        if field.default is not None:
+            assert field.check(field.default) == field.default
+    assert rig.conditions(settings)
+    assert rig.shortcut is not None
+    n = len(rig.quantities)
+    extras = np.random.default_rng(0).normal(size=(7, rig.extras))
+    assert rig.shortcut().values(extras, np.zeros(n), np.zeros(n)).shape == (7, n, 7)
+
+
+def test_an_elbow_holds_its_truth(tmp_path):
+    text = 'sessions = 1\n[grid]\nrig = "elbow"\nsets = 2\nduration_s = 4\nnoise = "sensor"'
+    found = {row["quantity"]: row for row in rows(study(tmp_path, text))}
+    for name in ("I", "B"):
+        assert abs(float(found[name]["bias"])) < 0.05 * float(found[name]["truth"])
+
+
+def test_plain_numbers_are_drawn_as_they_are():
+    from armimpedance.cli.simulate_study.plain_numbers import SHORTCUT, Fitted, numbers_of
+
+    rng = np.random.default_rng(1)
+    truth = np.array([1.0, 2.0])
+    fits = [Fitted(truth + 0.1 * rng.normal(size=2), rng.uniform(0.05, 0.2, 2), 9.0, truth)]
+    fits += [Fitted(truth, np.array([0.1, 0.3]), 9.0 + n, truth) for n in range(5)]
+    found = numbers_of([lambda one=one: one for one in fits], len(fits), 2)
+    again = SHORTCUT.values(found.extras[0], truth, np.full(2, np.nan))
+    assert np.allclose(again, found.values[0], equal_nan=True)
