@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from warnings import catch_warnings, simplefilter
 
 from armimpedance.cli.simulate_study.blocks import Blocks
 from armimpedance.cli.simulate_study.cells import Cell
@@ -55,16 +56,21 @@ class BlockWork:
     def __call__(self, task: Task) -> Ended:
         """Simulate once, estimate for each cell, keep the numbers."""
         try:
-            first = task.cells[0]
-            start = task.block * BLOCK
-            sessions = range(start, start + task.sessions)
-            seeds = first.seeds(self.blocks.seed)
-            made = first.rig.simulate(first.settings, seeds, sessions)
-            for cell in task.cells:
-                self.blocks.put(cell, task.block, cell.rig.estimate(cell.settings, made))
+            # a million sessions would say a million times what the study is about
+            with catch_warnings():
+                simplefilter("ignore")
+                self._done(task)
         except (ArmImpedanceError, OSError) as error:
             return self.failed(task, str(error))
         return Ended(task.name)
+
+    def _done(self, task: Task) -> None:
+        first = task.cells[0]
+        start = task.block * BLOCK
+        sessions = range(start, start + task.sessions)
+        made = first.rig.simulate(first.settings, first.seeds(self.blocks.seed), sessions)
+        for cell in task.cells:
+            self.blocks.put(cell, task.block, cell.rig.estimate(cell.settings, made))
 
     def failed(self, task: Task, problem: str) -> Ended:
         """What stands for a block that could not be done."""

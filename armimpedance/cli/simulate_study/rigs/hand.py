@@ -70,7 +70,8 @@ def _conditions(settings: Settings) -> tuple[str, ...]:
                 f"conditions: unknown {name!r} of experiment {settings['experiment']}",
                 expected=f"among {', '.join(known)}",
             )
-    Manipulandum(**_manipulandum(settings))
+    # the workers are silent: whatever speaks against a disturbance is said here
+    Manipulandum(**_manipulandum(settings)).shape.warn()
     return asked if isinstance(asked, tuple) else tuple(known)
 
 
