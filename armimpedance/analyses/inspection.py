@@ -21,7 +21,7 @@ from armimpedance.impedance import Options, check_response
 from armimpedance.motion import MarkerRecording, MotionRecording
 from armimpedance.passive import emg_gate
 from armimpedance.recordings import AnyRecording
-from armimpedance.records import Recording, trial_slices
+from armimpedance.records import Recording, Window, trial_slices
 from armimpedance.report import describe, moves_a_robot
 from armimpedance.signals import check_emg, check_recording, cut_windows, multiple_coherence
 
@@ -48,6 +48,10 @@ LEAST_COHERENCE: Final = 0.3
 MOST_COHERENT: Final = 5
 #: More trials than this are not checked before a fit, nor fitted by the checks.
 MOST_CHECKED: Final = 4000
+#: Of more than ten conditions the four largest keep as many, the others at least so many or none.
+LARGEST: Final = 4
+OF_THE_LARGEST: Final = 400
+LEAST_OF_OTHERS: Final = 16
 #: An axis of a robot that travels further than this moves, rad.
 MOVES_RAD: Final = 0.05
 
@@ -176,10 +180,30 @@ def checked(
 
 
 def _spread(recording: Recording) -> Recording:
-    """At most 4000 of the trials, spread over all."""
+    """At most 4000 of the trials, spread over all.
+
+    Of many conditions each would be left with too few trials for a fit of its own: the largest,
+    by which departures from the model are judged, keep 400, and some of the others enough.
+    """
     if recording.n_trials <= MOST_CHECKED:
         return recording
-    return recording.select(np.linspace(0, recording.n_trials - 1, MOST_CHECKED).astype(int))
+    conditions = recording.trials.groupby("condition", sort=False).indices.values()
+    if len(conditions) <= max(LARGEST, MOST_CHECKED // OF_THE_LARGEST):
+        return recording.select(_thinned(np.arange(recording.n_trials), MOST_CHECKED))
+    by_size = sorted(map(np.sort, conditions), key=len, reverse=True)
+    kept = [_thinned(rows, OF_THE_LARGEST) for rows in by_size[:LARGEST]]
+    others, left = by_size[LARGEST:], MOST_CHECKED - sum(map(len, kept))
+    each = min(max(LEAST_OF_OTHERS, left // len(others)), len(others[0]))
+    chosen = _thinned(np.arange(len(others)), left // each)
+    kept += [_thinned(others[i], each) for i in chosen]
+    return recording.select(np.sort(np.concatenate(kept)))
+
+
+def _thinned(rows: IntArray, most: int) -> IntArray:
+    """At most so many of the rows, from the first to the last at equal distances."""
+    if len(rows) <= most:
+        return rows
+    return np.asarray(rows[np.linspace(0, len(rows) - 1, most).astype(int)])
 
 
 def _in_groups(recording: Recording, by: Sequence[str]) -> Recording:
@@ -209,10 +233,11 @@ def _checks(recording: Recording) -> list[Finding]:
 
 def _disturbed_checks(recording: Recording) -> list[Finding]:
     """Checks of a limb that something disturbed; a wrong sign is told once."""
-    first = check_recording(recording)
+    window = _window(recording)
+    first = check_recording(recording, window)
     response: tuple[Finding, ...] = ()
     if not any(one.name == "disturbance" and one.verdict == "unusable" for one in first):
-        response = _response(recording)
+        response = _response(recording, window)
     # Axes that are exchanged may turn the work's sign too; the inertia tells the two apart.
     wrong = {one.name for one in response if one.verdict == "unusable"} & {"force sign", "axes"}
     kept = [one for one in first if not (wrong and one.name == "force sign")]
@@ -254,13 +279,34 @@ def _driven_checks(recording: Recording) -> list[Finding]:
     return [*found, Finding("coherence", "unusable", f"{text}: {hint}")]
 
 
-def _response(recording: Recording) -> tuple[Finding, ...]:
+def _window(recording: Recording) -> Window | None:
+    """All trials around their onsets; None where they cannot be cut, which a check will say."""
+    if recording.perturbation != "returning":
+        return None
+    try:
+        return cut_windows(recording)
+    except ArmImpedanceError:
+        return None
+
+
+def _response(recording: Recording, window: Window | None) -> tuple[Finding, ...]:
     """Copies of trials, and what the limb's response says."""
     try:
-        window = cut_windows(recording) if recording.perturbation == "returning" else None
-        return (check_copies(recording, window), *check_response(_spread(recording)))
+        fitted = _spread(recording)
+        found = (check_copies(recording, window), *check_response(fitted))
     except ArmImpedanceError as error:
         return (Finding("response", "warning", f"cannot be judged: {error}"),)
+    return found if fitted is recording else (*found, _part(recording, fitted))
+
+
+def _part(recording: Recording, fitted: Recording) -> Finding:
+    """How much of a large recording the checks have fitted."""
+    of, whole = (one.trials["condition"].nunique() for one in (fitted, recording))
+    text = (
+        f"{fitted.n_trials} of {recording.n_trials} trials, of {of} of {whole} conditions, are "
+        "fitted to judge units, axes and departures from the model"
+    )
+    return Finding("part", "ok", text)
 
 
 def _emg_checks(recording: Recording) -> list[Finding]:

@@ -41,12 +41,14 @@ FEW_TRIALS = 0.1
 NOISE_FRACTION = 0.5
 
 
-def check_recording(recording: Recording) -> tuple[Finding, ...]:
+def check_recording(recording: Recording, window: Window | None = None) -> tuple[Finding, ...]:
     """All checks that apply to a recording; never raises for what a check can say.
 
     Parameters
     ----------
     recording : Recording
+    window : Window, optional
+        Its trials around their onsets, where the caller has cut them already.
 
     Returns
     -------
@@ -57,18 +59,18 @@ def check_recording(recording: Recording) -> tuple[Finding, ...]:
     checks += [_step("force", recording.force, FORCE_UNIT[recording.kind])]
     checks += [_step("position", recording.position, POSITION_UNIT[recording.kind])]
     if recording.perturbation == "returning":
-        checks += _disturbance_checks(recording)
+        checks += _disturbance_checks(recording, window)
     return tuple(checks)
 
 
-def _disturbance_checks(recording: Recording) -> Iterator[Finding]:
+def _disturbance_checks(recording: Recording, window: Window | None) -> Iterator[Finding]:
     unit = POSITION_UNIT[recording.kind]
     try:
         timing = disturbance_times(recording)
         if reaches := _reaches(recording, timing, unit):
             yield Finding("disturbance", "unusable", reaches)
             return
-        window = cut_windows(recording, timing=timing)
+        window = window or cut_windows(recording, timing=timing)
     except InputError as error:
         yield Finding("disturbance", "unusable", str(error))
         return
@@ -155,9 +157,10 @@ def _gaps(recording: Recording) -> Finding:
 
 
 def _runs(equal: BoolArray) -> IntArray:
-    """Lengths of the runs of True."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], equal, [False]]).astype(np.int8)))
-    return np.asarray(edges[1::2] - edges[::2])
+    """Lengths of the runs of True, of which there is one at least."""
+    at = np.flatnonzero(equal)
+    last = np.flatnonzero(np.diff(at, append=at[-1] + 2) > 1)
+    return np.diff(last, prepend=-1)
 
 
 def _clipping(recording: Recording) -> Finding:
@@ -247,16 +250,26 @@ def _rest_noise(window: Window, unit: str) -> Finding:
     rest = window.lag_s <= 0
     if rest.sum() < 10:
         return Finding("noise at rest", "warning", "no rest recorded before the onset")
-    force = window.force[window.usable]
-    before = force[:, rest]
-    noise = float((before - before.mean(axis=1, keepdims=True)).std())
     during = (window.lag_s > 0) & (window.lag_s <= window.duration_s[window.usable].max())
-    swing = force[:, during] - before.mean(axis=1, keepdims=True)
-    response = float(np.sqrt((swing**2).mean()))
+    noise, response = _rms_of(window, rest, during)
     part = noise / response if response > 0 else np.inf
     verdict: Verdict = "ok" if part < NOISE_FRACTION else "warning"
     text = f"force sd {noise:.3g} {unit}, {100 * part:.0f} % of the response's rms"
     return Finding("noise at rest", verdict, text)
+
+
+def _rms_of(window: Window, rest: BoolArray, during: BoolArray) -> tuple[float, float]:
+    """Rms of the used trials' force less its mean at rest: over the rest, and `during`."""
+    used = np.flatnonzero(window.usable)
+    squares = np.zeros(2)
+    for rows in _together(used, len(window.lag_s)):
+        force = window.force[rows]
+        force -= force[:, rest].mean(axis=1, keepdims=True)
+        np.square(force, out=force)
+        squares += force[:, rest].sum(), force[:, during].sum()
+    counts = len(used) * window.axes * np.array([rest.sum(), during.sum()])
+    noise, response = np.sqrt(squares / counts)
+    return float(noise), float(response)
 
 
 def _dissipation(window: Window) -> Finding:

@@ -117,10 +117,9 @@ def cut_windows(
     duration = (timing.end_s - timing.onset_s)[rows]
     before, after, usable, notes = _extent(recording, rows, first, duration)
     lag = np.arange(-before, after + 1)
-    index = (recording.offsets[rows] + np.where(usable, first, before))[:, None] + lag
-    index[~usable] = 0
+    start = np.where(usable, recording.offsets[rows] + first - before, 0)
 
-    place = recording.position.take(index, axis=0)
+    place = _stretches(recording.position, start, len(lag))
     end = before + np.round(duration * rate).astype(np.int64)
     astray = gone_astray(place, before, end, usable)
     if astray.any():
@@ -128,7 +127,7 @@ def cut_windows(
         usable = usable & ~astray
 
     def gather(samples: FloatArray) -> FloatArray:
-        return cleared(samples.take(index, axis=0))
+        return cleared(_stretches(samples, start, len(lag)))
 
     def cleared(cut: FloatArray) -> FloatArray:
         if not usable.all():
@@ -138,6 +137,7 @@ def cut_windows(
     position, force = cleared(place), gather(recording.force)
     commanded = _commanded(recording)
     rest = slice(max(0, before + 1 - round(REST_BEFORE_ONSET_S * rate)), before + 1)
+    at_rest = start[:, None] + np.arange(rest.start, rest.stop)
     return Window(
         sample_rate_hz=rate,
         lag_s=lag / rate,
@@ -148,11 +148,18 @@ def cut_windows(
         usable=usable,
         position_at_onset=position[:, rest].mean(axis=1),
         force_at_onset=force[:, rest].mean(axis=1),
-        joint_angles_at_onset=_joint_angles(recording, rows, index[:, rest]),
+        joint_angles_at_onset=_joint_angles(recording, rows, at_rest),
         disturbance=_disturbance(recording, rows),
         notes=timing.notes + notes,
         commanded=None if commanded is None else gather(commanded),
     )
+
+
+def _stretches(samples: FloatArray, start: IntArray, length: int) -> FloatArray:
+    """So many samples from each start on, (T, length, d): a copy."""
+    # a window over rows is one piece of memory: no index for each sample is needed
+    windows = np.lib.stride_tricks.sliding_window_view(samples, length, axis=0)
+    return np.ascontiguousarray(windows.transpose(0, 2, 1)[start])
 
 
 def _extent(

@@ -15,7 +15,7 @@ import pyarrow as pa
 import pytest
 from scipy.signal import cont2discrete, lfilter
 
-from armimpedance.analyses import estimate, inspect, read
+from armimpedance.analyses import estimate, inspect, inspection, read
 from armimpedance.arrays import lengths
 from armimpedance.impedance import stochastic
 from armimpedance.impedance.doubts.model import Model
@@ -170,6 +170,47 @@ def test_coherence_does_not_depend_on_the_segments_taken_together(monkeypatch):
 def test_inspect_takes_a_few_times_the_recordings_own_arrays():
     recording = _returning(4, 100)
     assert _peak(lambda: inspect(recording)) < 6 * OWN * len(recording.time_s)
+
+
+def test_the_peak_of_an_estimate_is_that_of_the_reading(tmp_path, monkeypatch):
+    """Of a large recording: the checks before the fit take a part of it, the fit one condition."""
+    # a part as small as 4000 trials are of 27000
+    monkeypatch.setattr(inspection, "MOST_CHECKED", 40)
+    monkeypatch.setattr(inspection, "OF_THE_LARGEST", 8)
+    write_recording(_returning(17, 16), tmp_path / "session")
+    reading = _peak(lambda: read(tmp_path / "session"))
+    assert _peak(lambda: estimate(tmp_path / "session")) < 1.05 * reading
+
+
+@pytest.mark.parametrize(("conditions", "trials"), [(1, 4400), (40, 110), (550, 8)])
+def test_inspect_of_many_trials_fits_4000_of_them_and_says_so(conditions, trials, monkeypatch):
+    fitted, judge = [], inspection.check_response
+
+    def judged(part):
+        fitted.append(part)
+        return judge(part)
+
+    monkeypatch.setattr(inspection, "check_response", judged)
+    found = inspect(_returning(conditions, trials, samples=160, rate=200.0)).checks
+    (part,) = fitted
+    each = part.trials.groupby("condition").size()
+    assert 3000 < part.n_trials <= 4000
+    assert each.min() >= min(trials, 8)
+    # from the first to the last: what changes in the course of a session is among them
+    numbers = part.trials["trial"].to_numpy()
+    assert numbers[0] < 100
+    assert numbers[-1] > conditions * trials - 100
+    assert np.diff(numbers).min() > 0
+    (told,) = (one.message for one in found if one.name == "part")
+    assert told.startswith(f"{part.n_trials} of {conditions * trials} trials, of {len(each)} of")
+
+
+def test_inspect_of_4000_trials_fits_all(monkeypatch):
+    recording = _returning(4, 1000, samples=160, rate=200.0)
+    fitted = []
+    monkeypatch.setattr(inspection, "check_response", lambda part: fitted.append(part) or ())
+    assert "part" not in [one.name for one in inspect(recording).checks]
+    assert fitted == [recording]
 
 
 @pytest.mark.parametrize("d", range(1, 10))
