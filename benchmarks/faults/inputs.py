@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -89,10 +89,18 @@ def gone_on() -> int | None:
     return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) if child else None
 
 
-def fresh(case: Case, old: bool) -> None:
-    """The folder of the outputs as it is before the run."""
+def folders_made() -> list[Path]:
+    """Folders below that of the outputs; a command may make them before it writes."""
+    return sorted(path for path in Path("out").rglob("*") if path.is_dir())
+
+
+def fresh(case: Case, old: bool, folders: Iterable[Path] = ()) -> None:
+    """The folder of the outputs as it is before the first output."""
     shutil.rmtree("out", ignore_errors=True)
     os.mkdir("out")
+    for folder in folders:
+        if not old or folder.name not in case.outputs:
+            folder.mkdir(exist_ok=True)
     if old:
         case.put_old(Path("out"))
 

@@ -35,6 +35,7 @@ from inputs import (
     at_first_output,
     command,
     contents,
+    folders_made,
     fresh,
     gone_on,
     in_a_child,
@@ -104,14 +105,15 @@ def killed(case: Case, old: bool, count: int) -> Iterator[tuple[str, str] | None
 
     None in a child.
     """
-    fresh(case, old)
+    folders = folders_made()
+    fresh(case, old, folders)
     whole = run()
     if whole is None:
         yield None
         return
     new = contents()
     for at in points(whole.calls, count):
-        fresh(case, old)
+        fresh(case, old, folders)
         before = contents()
         ended = run(at)
         if ended is None:
@@ -129,6 +131,9 @@ def killed(case: Case, old: bool, count: int) -> Iterator[tuple[str, str] | None
         if status is None:
             yield None
             return
+        if status and state == NEW:
+            # What goes on had looked before there was an output; a run that begins now sees it.
+            status = in_a_child(lambda: command(case.words))
         after = contents()
         odd = sorted(set(after) ^ set(new)) or [n for n in new if after[n] != new[n]]
         wrong = f"after the next run (status {status}): {odd[:3]}" if status or odd else ""

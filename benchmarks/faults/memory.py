@@ -155,12 +155,18 @@ def measure(scale: float, place: Path) -> int:
 
     over("trials", *made("trials", lambda: returning(int(343 * scale), 40, 801, 1000.0)), "exact")
     over("one trial", *made("one trial", lambda: random(int(10e6 * scale))))
-    # as many samples in both: what grows is what is kept of each condition
-    few, _ = made("100 conditions", lambda: returning(100, int(40 * scale) or 8, 801, 1000.0))
+    # as many samples in both, then as many trials of each: what grows is what is kept of each
+    few, own = made("100 conditions", lambda: returning(100, int(40 * scale) or 8, 801, 1000.0))
     many, _ = made("500 conditions", lambda: returning(500, int(8 * scale) or 2, 801, 1000.0))
-    for what in ("exact", "default"):
-        grown = child(what, many, small)[1] - child(what, few, small)[1]
+    larger, more = made(
+        "500 conditions alike", lambda: returning(500, int(40 * scale) or 8, 801, 1000.0)
+    )
+    for what in ("read", "exact", "default"):
+        first = child(what, few, small)[1]
+        grown = child(what, many, small)[1] - first
         table.row(f"100 to 500 conditions, {what}: MB more", grown / 1e6, 100.0)
+        grown = child(what, larger, small)[1] - first - (more - own)
+        table.row(f"the same of alike ones, {what}: MB beyond their own", grown / 1e6, 100.0)
     trials = int(100_000 * scale)
     folder, _ = made("short trials", lambda: returning(trials // 100, 100, 160, 200.0))
     ratio = child("inspect", folder, small)[0] / child("read", folder, small)[0]
