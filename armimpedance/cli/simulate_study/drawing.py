@@ -2,9 +2,8 @@
 
 Where the design is fixed, the sessions of a cell differ by chance alone: their estimates are draws
 from one distribution. It is fitted to the simulated sessions, on scales on which it is close to
-normal (`Shortcut.fitted`), by its mean and covariance; as many sessions as wanted are drawn from
-it, and go through the same sums as the simulated ones. Conditions are drawn independently, as they
-are simulated.
+normal, by its mean and covariance; as many sessions as wanted are drawn from it, and go through
+the same sums as the simulated ones. Conditions are drawn independently, as they are simulated.
 
 A million draws tell no more than the sessions that the distribution was fitted to. So the standard
 errors of what is drawn come from a jackknife over groups of those: each group left out in turn, the
@@ -13,7 +12,7 @@ distribution fitted again, the same random numbers turned into sessions again.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -38,19 +37,6 @@ DRAWN_WITHOUT: Final = 12_288
 MOST_FAILED: Final = 0.01
 #: First number of the keys of what is drawn; what is simulated has keys of its own.
 _KEY: Final = 1_000_000
-
-
-@dataclass(frozen=True)
-class Shortcut:
-    """How estimates of a rig are drawn.
-
-    Attributes
-    ----------
-    values : callable
-        Extras (n, E), truth (Q,), bound's sd (Q,) -> numbers (n, Q, 7) as the rig has them.
-    """
-
-    values: Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
 
 
 @dataclass(frozen=True)
@@ -126,34 +112,40 @@ def drawn_sessions(cell: Cell, config: Config, blocks: Blocks) -> Drawn:
     """
     known = _known(cell, config, blocks)
     pairs = pairs_of(cell, config)
-    fits = {name: _Normal.of(one.extras) for name, one in known.items()}
-    sums, changes = _summed(cell, config, known, fits, pairs, config.drawn)
-    left_out = []
-    for group in range(GROUPS):
-        fits = {
-            name: _Normal.of(np.delete(one.extras, np.s_[group::GROUPS], axis=0))
-            for name, one in known.items()
-        }
-        count = min(config.drawn, DRAWN_WITHOUT)
-        left_out.append(_summed(cell, config, known, fits, pairs, count))
-    errors = {
-        name: {
-            "bias": _jackknifed([one.bias for one in of]),
-            "rmse": _jackknifed([one.rmse for one in of]),
-            "coverage": _with_chance([one.coverage for one in of], sums[name].n),
-        }
-        for name in known
-        for of in [[part[0][name] for part in left_out]]
-    }
+    sums, changes = _summed(cell, config, known, _fits(known), pairs, config.drawn)
+    count = min(config.drawn, DRAWN_WITHOUT)
+    left_out = [
+        _summed(cell, config, known, _fits(known, without=group), pairs, count)
+        for group in range(GROUPS)
+    ]
+    errors = {name: _errors([part[0][name] for part in left_out], sums[name]) for name in known}
     change_errors = {
-        pair: {
-            "power": _with_chance([one.power for one in of], changes[pair].n),
-            "coverage": _with_chance([one.coverage for one in of], changes[pair].n),
-        }
-        for pair in pairs
-        for of in [[part[1][pair] for part in left_out]]
+        pair: _change_errors([part[1][pair] for part in left_out], changes[pair]) for pair in pairs
     }
     return Drawn(sums, errors, changes, change_errors)
+
+
+def _fits(known: Mapping[str, _Condition], without: int | None = None) -> dict[str, _Normal]:
+    """The distribution of each condition, of all sessions or without a group of them."""
+    rows = {name: one.extras for name, one in known.items()}
+    if without is not None:
+        rows = {name: np.delete(of, np.s_[without::GROUPS], axis=0) for name, of in rows.items()}
+    return {name: _Normal.of(of) for name, of in rows.items()}
+
+
+def _errors(left_out: list[Sums], drawn: Sums) -> dict[str, FloatArray]:
+    return {
+        "bias": _jackknifed([one.bias for one in left_out]),
+        "rmse": _jackknifed([one.rmse for one in left_out]),
+        "coverage": _with_chance([one.coverage for one in left_out], drawn.n),
+    }
+
+
+def _change_errors(left_out: list[ChangeSums], drawn: ChangeSums) -> dict[str, FloatArray]:
+    return {
+        "power": _with_chance([one.power for one in left_out], drawn.n),
+        "coverage": _with_chance([one.coverage for one in left_out], drawn.n),
+    }
 
 
 def _known(cell: Cell, config: Config, blocks: Blocks) -> dict[str, _Condition]:

@@ -15,9 +15,8 @@ import numpy as np
 from scipy.special import stdtrit
 
 from armimpedance.arrays import FloatArray
-from armimpedance.cli.simulate_study.drawing import Shortcut
 from armimpedance.cli.simulate_study.hand_numbers import QUANTITIES
-from armimpedance.cli.simulate_study.rig import COLUMNS
+from armimpedance.cli.simulate_study.rig import COLUMNS, Shortcut
 from armimpedance.cli.simulate_study.summary import half_turn
 
 _LARGEST_EXPONENT: Final = 300.0

@@ -4,20 +4,17 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.cli.simulate_study.fields import Field, Settings, one_of
 from armimpedance.cli.simulate_study.hand_numbers import EXTRAS, QUANTITIES, numbers_of
-from armimpedance.cli.simulate_study.rig import COLUMNS, Numbers
+from armimpedance.cli.simulate_study.rig import COLUMNS, Numbers, Shortcut
 from armimpedance.errors import ArmImpedanceError
 from armimpedance.impedance import METHODS, Group, Options, estimate_window
 from armimpedance.records import Window
-
-if TYPE_CHECKING:
-    from armimpedance.cli.simulate_study.drawing import Shortcut
 
 _COVARIANCES: Final = ("cr3", "replicates", "cr1", "bootstrap")
 #: The settings that only estimate.

@@ -9,8 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from armimpedance.arrays import FloatArray
-from armimpedance.cli.simulate_study.drawing import Shortcut
-from armimpedance.cli.simulate_study.rig import COLUMNS, Numbers
+from armimpedance.cli.simulate_study.rig import COLUMNS, Numbers, Shortcut
 from armimpedance.errors import ArmImpedanceError
 from armimpedance.regression import t_factor, t_interval
 

@@ -7,16 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Final, Literal, NamedTuple
+from typing import Any, Final, Literal, NamedTuple
 
 import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.cli.simulate_study.fields import Field, Settings
 from armimpedance.method_table import MethodTable
-
-if TYPE_CHECKING:
-    from armimpedance.cli.simulate_study.drawing import Shortcut
 
 #: Sessions of one task and one file of the store. It is part of how sessions are seeded.
 BLOCK: Final = 25
@@ -83,6 +80,19 @@ class Numbers:
     values: FloatArray
     extras: FloatArray
     problems: Mapping[str, int] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Shortcut:
+    """How estimates of a rig are drawn.
+
+    Attributes
+    ----------
+    values : callable
+        Extras (n, E), truth (Q,), bound's sd (Q,) -> numbers (n, Q, 7) as the rig has them.
+    """
+
+    values: Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
 
 
 @dataclass(frozen=True)

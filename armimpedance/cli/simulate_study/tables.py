@@ -15,7 +15,7 @@ from armimpedance.cli.simulate_study.cells import Cell
 from armimpedance.cli.simulate_study.change import ChangeSums
 from armimpedance.cli.simulate_study.config import Config
 from armimpedance.cli.simulate_study.results import Result, sessions_of
-from armimpedance.cli.simulate_study.rig import COLUMNS
+from armimpedance.cli.simulate_study.rig import COLUMNS, Numbers
 from armimpedance.cli.simulate_study.summary import Sums, Z, wilson
 from armimpedance.outputs import staged_file
 
@@ -160,46 +160,41 @@ def _cell_text(value: object) -> str:
 
 
 def _write_sessions(config: Config, blocks: Blocks) -> None:
-    """Every estimate, one row each; a cell after the other, so that memory stays small."""
+    """Every estimate, one row each; a block after the other, so that memory stays small."""
     import pyarrow as pa
     from pyarrow import parquet
 
     text = pa.dictionary(pa.int32(), pa.string())
-    schema = pa.schema(
-        [
-            ("cell", pa.int32()),
-            ("session", pa.int64()),
-            *((name, text) for name in ("condition", "quantity", "unit")),
-            *((name, pa.float64()) for name in COLUMNS),
-        ]
-    )
+    words = ((name, text) for name in ("condition", "quantity", "unit"))
+    numbers = ((name, pa.float64()) for name in COLUMNS)
+    schema = pa.schema([("cell", pa.int32()), ("session", pa.int64()), *words, *numbers])
     path = blocks.out / "sessions.parquet"
     # the writer's dictionaries end in bytes that nobody set; without them the same is the same
     options = {"use_dictionary": False, "compression": "zstd"}
     with staged_file(path) as staged, parquet.ParquetWriter(staged, schema, **options) as writer:
         for number, cell in enumerate(config.cells, 1):
-            names = {"quantity": 0, "unit": 1}
-            kinds = {n: [q[at] for q in cell.rig.quantities] for n, at in names.items()}
             for start, found in sessions_of(cell, config, blocks):
-                conditions, sessions, quantities = found.values.shape[:3]
-                rows = sessions * conditions * quantities
-                # a session's conditions stand together
-                values = found.values.transpose(1, 0, 2, 3).reshape(rows, -1)
-                session = np.repeat(start + np.arange(sessions), conditions * quantities)
-                arrays = [
-                    pa.array(np.full(rows, number, dtype=np.int32)),
-                    pa.array(session),
-                    _words(
-                        np.tile(np.repeat(np.arange(conditions), quantities), sessions),
-                        cell.conditions,
-                    ),
-                    *(
-                        _words(np.tile(np.arange(quantities), sessions * conditions), words)
-                        for words in kinds.values()
-                    ),
-                    *(pa.array(column) for column in values.T),
-                ]
+                arrays = _session_columns(number, cell, start, found)
                 writer.write_table(pa.Table.from_arrays(arrays, schema=schema))
+
+
+def _session_columns(number: int, cell: Cell, start: int, found: Numbers) -> list[object]:
+    """The columns of a block: a session's conditions stand together."""
+    import pyarrow as pa
+
+    conditions, sessions, quantities = found.values.shape[:3]
+    rows = sessions * conditions * quantities
+    values = found.values.transpose(1, 0, 2, 3).reshape(rows, -1)
+    condition = np.tile(np.repeat(np.arange(conditions), quantities), sessions)
+    quantity = np.tile(np.arange(quantities), sessions * conditions)
+    return [
+        pa.array(np.full(rows, number, dtype=np.int32)),
+        pa.array(np.repeat(start + np.arange(sessions), conditions * quantities)),
+        _words(condition, cell.conditions),
+        _words(quantity, [one.name for one in cell.rig.quantities]),
+        _words(quantity, [one.unit for one in cell.rig.quantities]),
+        *(pa.array(column) for column in values.T),
+    ]
 
 
 def _words(index: np.ndarray, words: Sequence[str]) -> object:
