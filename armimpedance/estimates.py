@@ -12,7 +12,6 @@ from types import MappingProxyType
 from typing import Annotated, Any, Final
 
 import numpy as np
-from scipy.special import ndtri, stdtrit
 
 from armimpedance.arrays import FloatArray, FrozenRecord
 from armimpedance.conventions import MATRICES, UNITS, Level, group_name, parameter_names
@@ -163,6 +162,9 @@ class ImpedanceEstimate(FrozenRecord):
     def interval(self) -> FloatArray:
         """95 % limits of M, B, K: the lower ones, then the upper ones, (2, 3, k, k)."""
         values = np.stack([self.inertia, self.viscosity, self.stiffness])
+        # where it is used: to read a recording takes none of SciPy
+        from scipy.special import ndtri, stdtrit
+
         half = (ndtri(0.975) if np.isinf(self.dof) else stdtrit(self.dof, 0.975)) * self.sd
         return np.stack([values - half, values + half])
 

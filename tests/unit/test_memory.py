@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 import tracemalloc
 import weakref
 from collections.abc import Callable
@@ -237,3 +239,16 @@ def test_a_clock_is_judged_alike_in_pieces_of_any_length(tmp_path, monkeypatch):
         said.append(str(caught.value))
     assert len(set(said)) == 1
     assert "row 778" in said[0]
+
+
+def test_reading_a_folder_takes_none_of_scipy(tmp_path):
+    """Its import alone took as long as reading a session of 2400 trials."""
+    write_recording(_returning(1, 8), tmp_path / "session")
+    code = "import sys, armimpedance as ai; ai.read(sys.argv[1]); print('scipy' in sys.modules)"
+    told = subprocess.run(
+        [sys.executable, "-c", code, str(tmp_path / "session")],
+        check=True,
+        capture_output=True,
+        text=True,
+    )
+    assert told.stdout.strip() == "False"
