@@ -14,7 +14,7 @@ from armimpedance.cli.simulate_study.blocks import Blocks
 from armimpedance.cli.simulate_study.cells import Cell
 from armimpedance.cli.simulate_study.change import ChangeSums
 from armimpedance.cli.simulate_study.config import Config
-from armimpedance.cli.simulate_study.results import Result, sessions_of
+from armimpedance.cli.simulate_study.results import Pair, Result, sessions_of
 from armimpedance.cli.simulate_study.rig import COLUMNS, Numbers
 from armimpedance.cli.simulate_study.summary import Sums, Z, wilson
 from armimpedance.outputs import staged_file
@@ -109,16 +109,20 @@ def _limits(share: FloatArray, error: FloatArray) -> tuple[FloatArray, FloatArra
 def _change_rows(results: Sequence[Result], settings: list[str]) -> Iterator[list[object]]:
     for number, result in enumerate(results, 1):
         shown = [number, *(result.cell.shown.get(name, "") for name in settings)]
-        made = [(FULL, pair, change_summary(sums)) for pair, sums in result.changes.items()]
-        if result.drawn is not None:
-            for pair, sums in result.drawn.changes.items():
-                made.append((DRAWN, pair, change_summary(sums, result.drawn.change_errors[pair])))
-        for source, pair, columns in made:
+        for source, pair, columns in _change_summaries(result):
             for q, quantity in enumerate(result.cell.rig.quantities):
                 kind = "log ratio" if quantity.kind in ("ratio", "share") else "difference"
                 unit = "1" if kind == "log ratio" else quantity.unit
                 numbers = [columns[name][q] for name in _CHANGE]
                 yield [*shown, *pair, quantity.name, unit, source, kind, *numbers]
+
+
+def _change_summaries(result: Result) -> Iterator[tuple[str, Pair, Columns]]:
+    for pair, sums in result.changes.items():
+        yield FULL, pair, change_summary(sums)
+    if result.drawn is not None:
+        for pair, sums in result.drawn.changes.items():
+            yield DRAWN, pair, change_summary(sums, result.drawn.change_errors[pair])
 
 
 def change_summary(sums: ChangeSums, errors: Columns | None = None) -> Columns:
@@ -230,7 +234,7 @@ def printed(results: Sequence[Result], config: Config) -> Iterator[str]:
     str
     """
     lines = list(_lines(results, config))
-    yield "95 % intervals: lowest and highest coverage of all quantities; median efficiency"
+    yield "lowest and highest coverage (95 % intervals) and power of all; median efficiency"
     yield from lines[:_MOST_LINES]
     if len(lines) > _MOST_LINES:
         yield f"... and {len(lines) - _MOST_LINES} more lines: see cells.csv"
@@ -249,6 +253,10 @@ def _lines(results: Sequence[Result], config: Config) -> Iterator[str]:
             for source, columns in _summaries(result, condition):
                 title = " ".join(filter(None, (settings, condition)))
                 yield f"{title}: {_line(names, columns)}" + (" (drawn)" * (source == DRAWN))
+        for source, pair, columns in _change_summaries(result):
+            title = " ".join(filter(None, (settings, " to ".join(pair))))
+            words = f"{title}: power {_range(names, columns['power'])}"
+            yield words + (" (drawn)" * (source == DRAWN))
         if result.undrawn:
             yield f"{settings or result.cell.rig_name}: nothing drawn: {result.undrawn}"
 
@@ -257,11 +265,16 @@ def _line(names: list[str], columns: Columns) -> str:
     count = f"{columns['n'].max():.0f} sessions"
     if columns["failed"].any():
         count += f", up to {columns['failed'].max():.0f} failed"
-    coverage = columns["coverage"]
-    if not np.isfinite(coverage).any():
+    if not np.isfinite(columns["coverage"]).any():
         return f"{count}, no estimate"
-    least, most = int(np.nanargmin(coverage)), int(np.nanargmax(coverage))
-    told = [f"{100 * coverage[at]:.1f} % {names[at]}" for at in dict.fromkeys((least, most))]
-    words = f"{count}, {' to '.join(told)}"
+    words = f"{count}, coverage {_range(names, columns['coverage'])}"
     known = columns["efficiency"][np.isfinite(columns["efficiency"])]
     return words + (f", efficiency {np.median(known):.2f}" if len(known) else "")
+
+
+def _range(names: list[str], shares: FloatArray) -> str:
+    """The least and the largest share, and of what."""
+    if not np.isfinite(shares).any():
+        return "not known"
+    ends = dict.fromkeys((int(np.nanargmin(shares)), int(np.nanargmax(shares))))
+    return " to ".join(f"{100 * shares[at]:.1f} % {names[at]}" for at in ends)
