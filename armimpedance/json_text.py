@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from armimpedance.arrays import LARGEST
-from armimpedance.errors import InputError
+from armimpedance.errors import InputError, shortened
 from armimpedance.unchanged import unchanged
 
 
@@ -63,7 +63,15 @@ def read_json(file: Path, expected: str = "a JSON object") -> dict[str, Any]:
         return found
 
     try:
-        content = json.loads(text, parse_constant=no_constant, object_pairs_hook=no_repeats)
+        content = json.loads(
+            text,
+            parse_constant=no_constant,
+            parse_int=_whole,
+            parse_float=_decimal,
+            object_pairs_hook=no_repeats,
+        )
+    except OverflowError as error:
+        raise InputError(str(error), file=file, expected="numbers of at most 1.8e308") from None
     except json.JSONDecodeError as error:
         raise InputError(
             f"broken JSON at character {error.colno} of the line: {error.msg}",
@@ -78,6 +86,22 @@ def read_json(file: Path, expected: str = "a JSON object") -> dict[str, Any]:
     if "\\ud" in text.lower() and not _is_writable(content):
         raise InputError("holds half of a character", file=file, expected="whole Unicode text")
     return content
+
+
+def _whole(digits: str) -> int:
+    """A whole number; one that no float holds would fall wherever it is computed with."""
+    # Python takes no text of more than some thousand digits, and says so in its own words.
+    if len(digits) <= 300 or (len(digits) <= 310 and math.isfinite(float(digits))):
+        return int(digits)
+    raise OverflowError(f"holds a number of {len(digits.lstrip('-'))} digits")
+
+
+def _decimal(digits: str) -> float:
+    """A number with a point or an exponent, which must not be infinite."""
+    number = float(digits)
+    if math.isinf(number):
+        raise OverflowError(f"holds {shortened(digits, 40)}")
+    return number
 
 
 def _is_writable(content: dict[str, Any]) -> bool:

@@ -7,6 +7,7 @@ for which JSON has no sign.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
 from types import NoneType, UnionType
@@ -14,7 +15,7 @@ from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, IntArray
+from armimpedance.arrays import LARGEST, FloatArray, IntArray
 from armimpedance.errors import InputError
 
 Record = TypeVar("Record")
@@ -122,6 +123,7 @@ def _array(hint: Any, value: Any, where: str) -> np.ndarray:
 def _single(hint: Any, value: Any, where: str) -> Any:
     truth = isinstance(value, bool)
     number = isinstance(value, int | float) and not truth
+    number = number and not LARGEST <= abs(value) < math.inf
     if hint is float and (number or value in _NOT_FINITE):
         return float(value)
     if hint is int and number and float(value).is_integer():

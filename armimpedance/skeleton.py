@@ -73,6 +73,10 @@ class Segment(FrozenRecord):
             raise RecordError(f"mass of {self.name} is {self.mass_kg} kg", expected="0 or more")
         if not np.allclose(self.inertia_kgm2, self.inertia_kgm2.T, atol=1e-12):
             raise RecordError(f"inertia of {self.name} is not symmetric")
+        least, _, largest = np.linalg.eigvalsh(self.inertia_kgm2)
+        if least < -1e-12 * abs(largest):
+            problem = f"inertia of {self.name} is {least:.3g} kg m^2 about one axis"
+            raise RecordError(problem, expected="0 or more about each")
 
 
 @dataclass(frozen=True)

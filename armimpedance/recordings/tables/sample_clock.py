@@ -33,6 +33,7 @@ def check_time(table: NumberTable, offsets: IntArray, rate_hz: float) -> None:
     InputError
     """
     time, dt = table.columns["time_s"], 1.0 / rate_hz
+    _check_finite(table, time)
     rounding = _rounding(time[:2000], dt)
     # of each thing that may be wrong the first sample, in the order in which they are told
     wrong: dict[int, tuple[int, str]] = {}
@@ -47,6 +48,15 @@ def check_time(table: NumberTable, offsets: IntArray, rate_hz: float) -> None:
         expected = f"steps of {dt:.6g} s at {rate_hz:g} Hz"
         row = table.row(sample)
         raise InputError(told, file=table.file, row=row, column="time_s", expected=expected)
+
+
+def _check_finite(table: NumberTable, time: FloatArray) -> None:
+    """Differences of infinite times are no numbers, and would pass every rule."""
+    if time.size == 0 or np.isfinite([time.min(), time.max()]).all():
+        return
+    sample = int(np.argmin(np.isfinite(time)))
+    problem, row = f"{time[sample]:g} is no time", table.row(sample)
+    raise InputError(problem, file=table.file, row=row, column="time_s", expected="seconds")
 
 
 @dataclass(frozen=True)

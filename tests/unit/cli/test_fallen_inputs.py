@@ -10,6 +10,7 @@ import json
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from armimpedance.__main__ import main
@@ -62,6 +63,13 @@ def append(file: str, data: bytes) -> None:
     Path(file).write_bytes(head + data + b"\n" + rest)
 
 
+def impossible() -> list[float]:
+    """A lower triangle of ones (12, 12) with one correlation that is of the other sign."""
+    triangle = np.ones((12, 12))
+    triangle[1, 0] = -1.0
+    return triangle[np.tril_indices(12)].tolist()
+
+
 FALLEN = {
     "text as MVC": (
         "estimate hand --out out.csv",
@@ -102,6 +110,14 @@ FALLEN = {
     "brackets in a cell": (
         "compare hand.csv --out out.csv",
         lambda: column("hand.csv", "covariance", "[" * 100_000),
+    ),
+    "a number that no float holds": (
+        "report FIT.json --out out.html",
+        lambda: Path("FIT.json").write_text('{"cond_raw": ' + "9" * 401 + "}"),
+    ),
+    "correlations that cannot be together": (
+        "report hand.csv --out out.html",
+        lambda: column("hand.csv", "covariance", json.dumps(impossible())),
     ),
     "a fit of one posture": ("fit moment-arms joint.csv --out out.json", lambda: None),
 }
