@@ -20,6 +20,9 @@ IntArray = NDArray[np.int64]
 #: No quantity of any unit comes near; squares and products of smaller numbers stay finite.
 LARGEST: Final = 1e100
 
+#: Degrees of freedom that no fit falls below: of fewer, the factor of t overflows.
+LEAST_DOF: Final = 0.1
+
 
 def frozen_array(
     values: ArrayLike,

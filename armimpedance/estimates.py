@@ -13,7 +13,7 @@ from typing import Annotated, Any, Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, FrozenRecord
+from armimpedance.arrays import LEAST_DOF, FloatArray, FrozenRecord
 from armimpedance.conventions import MATRICES, UNITS, Level, group_name, parameter_names
 from armimpedance.errors import RecordError
 
@@ -109,8 +109,8 @@ class ImpedanceEstimate(FrozenRecord):
         if len(self.covariance) != 3 * self.k**2:
             shape = f"shape ({3 * self.k**2}, {3 * self.k**2})"
             raise RecordError(f"covariance has shape {self.covariance.shape}", expected=shape)
-        if not self.dof > 0:
-            raise RecordError(f"{self.dof} degrees of freedom", expected="more than 0")
+        if not self.dof >= LEAST_DOF:
+            raise RecordError(f"{self.dof:g} degrees of freedom", expected=f"{LEAST_DOF:g} or more")
 
     def __getstate__(self) -> dict[str, Any]:
         # a read-only view of a mapping cannot go to another process

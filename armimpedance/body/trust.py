@@ -18,6 +18,7 @@ from scipy.optimize import minimize_scalar
 from armimpedance.arrays import FloatArray
 from armimpedance.body.base_parameters import BaseParameters
 from armimpedance.body.parameters import pseudo_inertia_basis, pseudo_inertias
+from armimpedance.errors import InputError
 from armimpedance.findings import Finding
 
 #: Twice the log-likelihood beyond which the told sd is contradicted: by chance once in a thousand.
@@ -121,9 +122,19 @@ def unit_covariance(prior: FloatArray) -> FloatArray:
 
     The inverse curvature of the divergence, of which a mass that is e times too large takes
     ``e^2 / 2``, with the weight ``1 / 4`` that `consistent.fit_consistent` gives it.
+
+    Raises
+    ------
+    InputError
+        A prior that is no rigid body's.
     """
     P = pseudo_inertias(prior)
-    inverse = np.linalg.inv(np.linalg.cholesky(P))
+    try:
+        inverse = np.linalg.inv(np.linalg.cholesky(P))
+    except np.linalg.LinAlgError:
+        problem = "a segment of the skeleton has an inertia that no rigid body has"
+        expected = "each principal inertia positive, and less than the two others together"
+        raise InputError(problem, expected=expected) from None
     # d(C^-1 P C^-T) for each of the ten parameters of segment s, (s, 10, 4, 4)
     moved = inverse[:, None] @ pseudo_inertia_basis() @ np.swapaxes(inverse, 1, 2)[:, None]
     # H_s (10, 10) = tr(P^-1 D_i P^-1 D_j)

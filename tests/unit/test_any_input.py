@@ -103,7 +103,7 @@ def test_results_of_any_name_are_read_as_they_were_written(condition):
     assert (again.stiffness == named.stiffness).all()
 
 
-@settings(max_examples=100)
+@settings(max_examples=40)
 @given(
     content=st.dictionaries(
         names, st.one_of(st.floats(allow_nan=False, allow_infinity=False), names, st.none())
@@ -116,7 +116,7 @@ def test_json_is_read_as_it_was_written(content):
         assert read_json(file) == content
 
 
-@settings(max_examples=50)
+@settings(max_examples=25)
 @given(words=st.lists(st.text(max_size=500), min_size=1, max_size=4))
 @example(["estimate", "9" * 5000, "--method", "x" * 2000])
 @example(["estimate", "a\x00b", "--covariance", "9" * 5000])

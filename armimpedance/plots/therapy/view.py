@@ -256,7 +256,8 @@ def _course(
     half = whole.half * so_far.sd / whole.sd
     ax.fill_between(time, told - half, told + half, color=color, alpha=0.18, lw=0)
     ax.plot(time, told, color=color, lw=1.3, ls="-" if whole.metric == "share" else (0, (4, 2)))
-    if not so_far.valid.any():
+    # without a spread there is no band, and nothing to fit the axis to
+    if not np.isfinite(told - half).any():
         return np.array([np.nan, np.nan])
     return np.array([np.nanmin(told - half), np.nanmax(told + half)])
 

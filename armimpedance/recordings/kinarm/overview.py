@@ -166,7 +166,9 @@ def _own(file: ExamFile) -> ExamFile:
     def copied(samples: Mapping[str, Samples]) -> dict[str, Samples]:
         return {n: v.copy() if v.any() else v for n, v in samples.items()}
 
-    return replace(file, channels=copied(file.channels), hands=copied(file.hands))
+    # a damaged sample may be a signalling NaN
+    with np.errstate(invalid="ignore"):
+        return replace(file, channels=copied(file.channels), hands=copied(file.hands))
 
 
 def _ranges(file: ExamFile) -> ExamFile:

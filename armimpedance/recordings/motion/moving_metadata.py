@@ -108,8 +108,8 @@ def moving_metadata_text(recording: MarkerRecording | MotionRecording) -> str:
 
 def _rate(given: Fields, key: str, required: bool = False) -> float | None:
     rate = given.number(key, required)
-    if rate is not None and rate <= 0:
-        raise given.wrong(key, "a positive number")
+    if rate is not None and not 1e-6 <= rate <= 1e9:
+        raise given.wrong(key, "0.000001 to 1e9")
     return rate
 
 

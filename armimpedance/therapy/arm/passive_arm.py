@@ -13,7 +13,7 @@ from typing import Annotated, Final
 import numpy as np
 
 from armimpedance.arm import WINTER, SegmentRatios
-from armimpedance.arrays import FloatArray, FrozenRecord
+from armimpedance.arrays import LEAST_DOF, FloatArray, FrozenRecord
 from armimpedance.errors import InputError, RecordError
 from armimpedance.therapy.robot.therapy_robot import FOREARM, UPPER_ARM
 
@@ -114,8 +114,11 @@ class Elastic(FrozenRecord):
         super().__post_init__()
         if not (np.isfinite(self.noise_density) and self.noise_density >= 0):
             raise RecordError(f"{self.axis}: noise_density {self.noise_density}", expected=">= 0")
-        if not (np.isfinite([self.stiffness, self.offset]).all() and self.dof > 0):
+        if not np.isfinite([self.stiffness, self.offset]).all():
             raise RecordError(f"{self.axis}: no finite stiffness", expected="finite numbers")
+        if not self.dof >= LEAST_DOF:
+            problem = f"{self.axis}: {self.dof:g} degrees of freedom"
+            raise RecordError(problem, expected=f"{LEAST_DOF:g} or more")
 
     @property
     def rest_rad(self) -> float:

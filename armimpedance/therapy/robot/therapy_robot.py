@@ -15,7 +15,7 @@ from typing import Annotated, Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, FrozenRecord
+from armimpedance.arrays import LEAST_DOF, FloatArray, FrozenRecord
 from armimpedance.errors import InputError, RecordError
 from armimpedance.skeleton import Skeleton
 
@@ -60,8 +60,10 @@ class Loads(FrozenRecord):
         p = parameter_count(len(self.rise_rad_s))
         if len(self.theta) != p:
             raise RecordError(f"{len(self.theta)} theta", expected=f"{p}")
-        if not (self.rise_rad_s > 0).all() or not self.dof > 0:
-            raise RecordError("rise_rad_s or dof is not positive", expected="more than 0")
+        if not (self.rise_rad_s > 0).all():
+            raise RecordError("rise_rad_s is not positive", expected="more than 0")
+        if not self.dof >= LEAST_DOF:
+            raise RecordError(f"{self.dof:g} degrees of freedom", expected=f"{LEAST_DOF:g} or more")
 
     def term(self, name: str) -> FloatArray:
         """One of `AXIS_TERMS` of all axes, (n,)."""

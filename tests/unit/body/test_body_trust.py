@@ -16,6 +16,7 @@ from armimpedance.body.identify import identify_body
 from armimpedance.body.parameters import inertial_parameters, pseudo_inertias
 from armimpedance.body.rows import RowChoice
 from armimpedance.body.trust import trust_in_prior, unit_covariance
+from armimpedance.errors import InputError
 
 
 @pytest.fixture(scope="module")
@@ -115,3 +116,10 @@ def test_noise_of_the_angles_is_named_where_it_is_large_or_cannot_be_seen(small,
 def angle_noise(fit):
     (found,) = [one for one in fit.checks if one.name == "angle noise"]
     return found
+
+
+def test_a_prior_that_is_no_rigid_body_is_refused(small):
+    prior = inertial_parameters(small)
+    prior[4] += 1e3 * prior[0]
+    with pytest.raises(InputError, match="no rigid body"):
+        unit_covariance(prior)

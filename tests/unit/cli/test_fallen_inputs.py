@@ -103,6 +103,10 @@ FALLEN = {
         "compare hand.csv joint.csv --out out.csv",
         lambda: column("hand.csv", "covariance", json.dumps([1e300] * 78)),
     ),
+    "hardly a degree of freedom": (
+        "report hand.csv --out out.html",
+        lambda: column("hand.csv", "dof", "3e-323"),
+    ),
     "a hundred thousand brackets": (
         "report FIT.json --out out.html",
         lambda: Path("FIT.json").write_bytes(b"[" * 100_000),
