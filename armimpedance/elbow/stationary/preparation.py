@@ -187,7 +187,9 @@ def _cutoff(
     samples: JointSamples, asked: Cutoff, decimation: Decimation, band: float, why: str
 ) -> tuple[float | None, list[str]]:
     if asked == "auto":
-        if decimation != "auto" and band > ANTI_ALIAS * samples.sample_rate_hz / max(decimation, 1):
+        # a whole number may be longer than any float
+        keep = 1 if decimation == "auto" else min(max(decimation, 1), 10**9)
+        if decimation != "auto" and band > ANTI_ALIAS * samples.sample_rate_hz / keep:
             return None, []
         return band, [f"zero-phase low-pass {band:.3g} Hz on all channels: {why}"]
     if asked is None:
@@ -211,8 +213,9 @@ def _decimation(
             f"every {keep}. sample kept, {samples.sample_rate_hz / keep:g} Hz: "
             f"{SAMPLES_PER_PERIOD} or more per period of the cut-off"
         )
-    if not isinstance(asked, int | np.integer) or asked < 1:
-        raise InputError(f"a decimation of {asked!r}", expected="a whole number from 1, or 'auto'")
+    if not isinstance(asked, int | np.integer) or not 1 <= asked <= 10**9:
+        expected = "a whole number from 1 to 1e9, or 'auto'"
+        raise InputError(f"a decimation of {asked!r:.40}", expected=expected)
     return int(asked), f"every {asked}. sample kept, as asked" if asked > 1 else "no decimation"
 
 
