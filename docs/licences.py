@@ -36,7 +36,7 @@ integration compares the page and the bill with the lock.
 #: Title of a part of the page -> what stands below it.
 PARTS: Final = {
     "To use it": "`pip install armimpedance` brings these.",
-    "Extras": "Only some files, or studies on many machines, need them: `pip install armimpedance[all]`.",
+    "Extras": "For some files and for many machines: `pip install armimpedance[all]`.",
     "To develop it": "Tests, types and documentation. No user needs them.",
 }
 
