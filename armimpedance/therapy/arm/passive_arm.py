@@ -147,6 +147,12 @@ class Reference(FrozenRecord):
     from_rad: float
     to_rad: float
 
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not len(self.support_Nm):
+            problem = f"{self.movement}: a reference without a repetition"
+            raise RecordError(problem, expected="one or more")
+
 
 @dataclass(frozen=True)
 class PassiveArm(FrozenRecord):

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from armimpedance.errors import ArmImpedanceError, InputError
+from armimpedance.errors import ArmImpedanceError, InputError, RecordError
 from armimpedance.files.therapy_json import read_arm, read_robot, write_arm, write_robot
 from armimpedance.records import Recording
 from armimpedance.skeleton import GRAVITY_M_S2, Hinge, Segment, Skeleton
@@ -311,3 +311,8 @@ def test_too_short_or_too_coarse_for_the_kernel():
         smooth_trials(recording(q, q))
     with pytest.raises(InputError, match="Hz or more"):
         smooth_trials(recording(q, q, rate=50.0))
+
+
+def test_a_reference_without_a_repetition_is_refused():
+    with pytest.raises(RecordError, match="repetition"):
+        Reference("elevation", "elevation", np.array([]), 0.8, 1.9)
