@@ -71,7 +71,10 @@ def read_json(file: Path, expected: str = "a JSON object") -> dict[str, Any]:
             object_pairs_hook=no_repeats,
         )
     except OverflowError as error:
-        raise InputError(str(error), file=file, expected="numbers of at most 1.8e308") from None
+        written = str(error)
+        row = text[: text.index(written)].count("\n") + 1
+        problem = f"holds {shortened(written, 40)}"
+        raise InputError(problem, file=file, row=row, expected="at most 1.8e308") from None
     except json.JSONDecodeError as error:
         raise InputError(
             f"broken JSON at character {error.colno} of the line: {error.msg}",
@@ -93,14 +96,14 @@ def _whole(digits: str) -> int:
     # Python takes no text of more than some thousand digits, and says so in its own words.
     if len(digits) <= 300 or (len(digits) <= 310 and math.isfinite(float(digits))):
         return int(digits)
-    raise OverflowError(f"holds a number of {len(digits.lstrip('-'))} digits")
+    raise OverflowError(digits)
 
 
 def _decimal(digits: str) -> float:
     """A number with a point or an exponent, which must not be infinite."""
     number = float(digits)
     if math.isinf(number):
-        raise OverflowError(f"holds {shortened(digits, 40)}")
+        raise OverflowError(digits)
     return number
 
 

@@ -40,7 +40,7 @@ class Outer:
 
 def outer():
     parts = (Inner("a", 0.1 + 0.2, 1), Inner("b", float("inf")))
-    matrix = np.array([[1 / 3, -1e-300], [1e300, 0.0]])
+    matrix = np.array([[1 / 3, -1e-300], [1e99, 0.0]])
     return Outer(matrix, np.array([3, 4]), float("inf"), 2, True, parts, (1, "x"))
 
 
