@@ -43,3 +43,14 @@ def test_known_covariances_give_chi_square_and_units_do_not_matter():
     S = np.diag([1e-4, 1e3])
     again = hotelling(S @ d, (S @ V @ S, S @ V @ S), (np.inf, np.inf))
     assert again[0] == pytest.approx(T2)
+
+
+@pytest.mark.parametrize("deviations", [(1.0, 2.0, 3.0), (1.0, 0.0, 2.0)])
+def test_a_direction_without_spread_has_no_test_and_others_keep_theirs(deviations):
+    # the third element is the sum of the first two, or the second has no variance
+    spread = np.array([[1.0, 0, 0], [0, 1, 0], [1, 1, 0]]) @ np.diag(deviations)
+    singular = spread @ spread.T
+    V = np.stack([np.eye(3), singular])
+    T2, p = hotelling(np.ones((2, 3)), (V, V), (9.0, 9.0))
+    assert T2[0] == pytest.approx(1.5) and 0 < p[0] < 1
+    assert np.isnan(T2[1]) and np.isnan(p[1])
