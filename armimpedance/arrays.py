@@ -20,6 +20,9 @@ IntArray = NDArray[np.int64]
 #: No quantity of any unit comes near; squares and products of smaller numbers stay finite.
 LARGEST: Final = 1e100
 
+#: Of a correlation, whose covariance may have been written with three digits.
+ROUNDED: Final = 1e-2
+
 #: Degrees of freedom that no fit falls below: of fewer, the factor of t overflows.
 LEAST_DOF: Final = 0.1
 
@@ -77,6 +80,30 @@ def lengths(vectors: FloatArray) -> FloatArray:
     return np.asarray(np.sqrt(total, out=total))
 
 
+def require_covariance(covariance: FloatArray, name: str) -> None:
+    """Refuse a matrix (..., p, p) that no errors have, beyond what rounding makes.
+
+    Raises
+    ------
+    RecordError
+        It is not symmetric, or a combination of the elements has a negative variance.
+    """
+    variance = np.diagonal(covariance, axis1=-2, axis2=-1)
+    # an element without an error is known, and goes with no other
+    scale = np.sqrt(np.where(variance > 0, variance, 1.0))
+    correlation = covariance / scale[..., :, None] / scale[..., None, :]
+    turned = np.swapaxes(correlation, -1, -2)
+    if (variance < 0).any():
+        raise RecordError(f"{name} holds a negative variance", expected="variances of at least 0")
+    if (np.abs(correlation - turned) > ROUNDED).any():
+        raise RecordError(f"{name} is not symmetric", expected="a covariance")
+    every = np.eye(variance.shape[-1], dtype=bool)
+    correlation = np.where(every, variance[..., None] > 0, (correlation + turned) / 2)
+    if correlation.size and np.linalg.eigvalsh(correlation).min() < -ROUNDED:
+        problem = f"{name} gives a combination of the elements a negative variance"
+        raise RecordError(problem, expected="correlations that can be together")
+
+
 def _is_frozen(array: np.ndarray) -> bool:
     """Whether neither this array nor any that it is a view of can be written to."""
     seen: Any = array
@@ -92,9 +119,10 @@ class FrozenRecord:
 
     An array field says its shape in its annotation: ``Annotated[FloatArray, "m n"]``. A letter
     stands for one size throughout the record, a number for itself, ``m+1`` for one more than m,
-    ``_`` for any size, and ``nan`` at the end lets numbers that are not finite pass. An annotated
-    tuple takes part: ``Annotated[tuple[str, ...], "m"]`` has m entries. A list that stands where
-    a tuple is declared becomes one, and a mapping becomes read-only. None passes everywhere.
+    ``_`` for any size. ``nan`` at the end lets numbers that are not finite pass; ``covariance``
+    there asks of the last two axes what `require_covariance` asks. An annotated tuple takes part:
+    ``Annotated[tuple[str, ...], "m"]`` has m entries. A list that stands where a tuple is declared
+    becomes one, and a mapping becomes read-only. None passes everywhere.
 
     A record that has to hold more than this extends ``__post_init__`` and calls it first.
 
@@ -153,12 +181,15 @@ def _frozen_mapping(value: Any, _name: str, _sizes: dict[str, int]) -> Any:
 def _frozen_shape(
     value: Any, name: str, sizes: dict[str, int], *, dims: list[str], dtype: Any
 ) -> Any:
-    axes = [dim for dim in dims if dim != "nan"]
+    axes = [dim for dim in dims if dim not in ("nan", "covariance")]
     have = np.shape(value)
     if len(have) != len(axes):
         raise RecordError(f"{name} has shape {have}", expected=f"{len(axes)} axes")
     wanted = tuple(_size(dim, sizes, n) for dim, n in zip(axes, have, strict=True))
-    return frozen_array(value, name, wanted, dtype, finite="nan" not in dims)
+    array = frozen_array(value, name, wanted, dtype, finite="nan" not in dims)
+    if "covariance" in dims:
+        require_covariance(array, name)
+    return array
 
 
 def _size(dim: str, sizes: dict[str, int], have: int) -> int | None:

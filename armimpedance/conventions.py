@@ -15,6 +15,7 @@ Muscle length is positive in lengthening, tension positive in pulling, ``tau = -
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import pi
 from typing import Any, Final, Literal, get_args
 
 Level = Literal["hand", "joint", "muscle"]
@@ -26,6 +27,9 @@ IMPOSED: Final[tuple[Imposed, ...]] = get_args(Imposed)
 
 #: Nominal posture of Tsuji (1997), section 3.2: shoulder, elbow (rad).
 NOMINAL_POSTURE_RAD: Final = (1.04, 1.57)
+
+#: No joint of a person turns further than a turn from its zero; degrees given as radians do.
+LARGEST_ANGLE_RAD: Final = 2.0 * pi
 
 #: Mass of the cast between force sensor and hand in Tsuji (1997), section 3.2 (kg).
 CAST_MASS_KG: Final = 0.164

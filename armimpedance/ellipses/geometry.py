@@ -160,19 +160,18 @@ class Ellipse:
         return _DEVIATOR @ self.element_covariance @ _DEVIATOR.T
 
     def _size_interval(self, t: float) -> tuple[float, float]:
-        variance = self.gradient[0] @ np.asarray(self.element_covariance) @ self.gradient[0]
-        factor = np.exp(min(t * np.sqrt(variance) / self.size, _LARGEST_EXPONENT))
+        sd = _sd_along(self.gradient[0], np.asarray(self.element_covariance))
+        factor = np.exp(min(t * sd / self.size, _LARGEST_EXPONENT))
         return self.size / factor, self.size * factor
 
     def _shape_interval(self, t: float, circular: bool) -> tuple[float, float]:
         x, covariance = self.deviator, np.asarray(self.element_covariance)
         if np.hypot(*x) <= 1e-12 * self.semi_major:
             # along the direction in which the deviator is least known
-            largest = np.linalg.eigvalsh(self._deviator_covariance())[1]
+            largest = max(np.linalg.eigvalsh(self._deviator_covariance())[1], 0.0)
             reach = 2 * t * np.sqrt(largest) / self.semi_major
         else:
-            slope = self.gradient[2] / self.shape
-            reach = t * np.sqrt(slope @ covariance @ slope)
+            reach = t * _sd_along(self.gradient[2] / self.shape, covariance)
         high = 1.0 if circular else self.shape * np.exp(min(reach, -np.log(self.shape)))
         return self.shape * np.exp(-reach), high
 
@@ -186,6 +185,11 @@ class Ellipse:
         shift = _half_circle(middle - self.axis_angle_rad)
         middle = self.orientation_rad + shift
         return middle - half_width, middle + half_width
+
+
+def _sd_along(direction: FloatArray, covariance: FloatArray) -> float:
+    """Standard deviation along a direction; a variance that rounding made negative is none."""
+    return float(np.sqrt(max(float(direction @ covariance @ direction), 0.0)))
 
 
 def ellipse(

@@ -64,7 +64,7 @@ def read_joint_rows(paths: Sequence[str | Path]) -> JointRows:
     angles = ("q_shoulder_rad", "q_elbow_rad")
     torque = ("torque_1_Nm", "torque_2_Nm")
     return JointRows(
-        joint_angles=np.array([[row.number(name) for name in angles] for row in rows]),
+        joint_angles=np.array([[row.angle(name) for name in angles] for row in rows]),
         stiffness=np.array([row.matrix("K", 2) for row in rows]),
         viscosity=np.array([row.matrix("B", 2) for row in rows]),
         stiffness_sd=_where_all(rows, "sd_K_11", lambda row: _sd(row, "sd_K")),

@@ -39,7 +39,7 @@ def read_postures(path: str | Path) -> FloatArray:
     """
     rows = table_rows(Path(path), "a table with q_shoulder_rad and q_elbow_rad")
     names = ("q_shoulder_rad", "q_elbow_rad")
-    return np.array([[row.number(name) for name in names] for row in rows])
+    return np.array([[row.angle(name) for name in names] for row in rows])
 
 
 def read_activations(path: str | Path, muscles: int) -> FloatArray:

@@ -8,11 +8,11 @@ import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Final, get_args
+from typing import Any, get_args
 
 import numpy as np
 
-from armimpedance.arrays import LARGEST, FloatArray
+from armimpedance.arrays import LARGEST, FloatArray, require_covariance
 from armimpedance.conventions import AXES, Level, parameter_names
 from armimpedance.errors import InputError, RecordError
 from armimpedance.files.result_row import (
@@ -30,8 +30,6 @@ from armimpedance.files.written.long import quantities_of
 from armimpedance.records import ImpedanceEstimate, Quality
 from armimpedance.regression import t_factor
 
-#: Of a correlation, whose covariance may have been written with three digits.
-ROUNDED: Final = 1e-2
 _LINE_BREAKS = re.compile(r"[\r\n\x00]+")
 _NUMBER = re.compile(r"-?(0|[1-9]\d*)(\.\d+)?([eE][+-]?\d+)?")
 
@@ -248,8 +246,8 @@ def _places(row: TableRow, k: int) -> dict[str, FloatArray | None]:
 
 
 def _joint_angles(row: TableRow) -> FloatArray | None:
-    named = row.vector("q_{}_rad", ("shoulder", "elbow"))
-    return row.vector("q_{}_rad", range(1, 10)) if named is None else named
+    named = row.vector("q_{}_rad", ("shoulder", "elbow"), row.angle)
+    return row.vector("q_{}_rad", range(1, 10), row.angle) if named is None else named
 
 
 def _quality(row: TableRow) -> Quality:
@@ -289,19 +287,14 @@ def _covariance(row: TableRow, k: int) -> tuple[FloatArray, tuple[str, ...]]:
 
 
 def _check_variances(row: TableRow, covariance: FloatArray) -> None:
-    """No combination of elements may have a negative variance, beyond what rounding makes."""
-    sd = np.sqrt(np.diag(covariance).clip(0.0))
-    if (np.diag(covariance) < 0).any():
-        raise row.error("a variance is negative", "covariance", "variances of at least 0")
     if (np.abs(covariance) >= LARGEST).any():
         raise row.error("a variance too large to be measured", "covariance", "variances in SI")
-    # an element without an error is known, and goes with no other
-    scale = np.where(sd > 0, sd, 1.0)
-    correlation = covariance / scale / scale[:, None]
-    np.fill_diagonal(correlation, 1.0)
-    if np.abs(correlation).max() > 1 + ROUNDED or np.linalg.eigvalsh(correlation)[0] < -ROUNDED:
-        problem = "no covariance: a combination of the elements has a negative variance"
-        raise row.error(problem, "covariance", "correlations that can be together")
+    try:
+        require_covariance(covariance, "it")
+    except RecordError as error:
+        raise row.error(
+            f"no covariance: {error.problem}", "covariance", str(error.expected)
+        ) from None
 
 
 def _sentences(row: TableRow, column: str) -> tuple[str, ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from armimpedance.arrays import FloatArray
-from armimpedance.conventions import element_names
+from armimpedance.conventions import LARGEST_ANGLE_RAD, element_names
 from armimpedance.errors import InputError
 from armimpedance.files.written.formula import unguarded
 from armimpedance.unchanged import unchanged
@@ -56,6 +56,13 @@ class TableRow:
             raise self.error(f"{value}", column, expected)
         return number
 
+    def angle(self, column: str) -> float:
+        """A joint's angle, rad."""
+        angle = self.number(column)
+        if abs(angle) > LARGEST_ANGLE_RAD:
+            raise self.error(f"{angle:g} looks like degrees", column, "radians")
+        return angle
+
     def optional(self, column: str, missing: Any = float("nan"), *, finite: bool = False) -> Any:
         """A number, or `missing` where the cell is empty or the column is not there."""
         return self.number(column, finite) if self.cells.get(column) else missing
@@ -67,13 +74,15 @@ class TableRow:
             raise self.error(f"{number}", column, "a whole number")
         return int(number)
 
-    def vector(self, template: str, names: Sequence[Any]) -> FloatArray | None:
+    def vector(
+        self, template: str, names: Sequence[Any], read: Callable[[str], float] | None = None
+    ) -> FloatArray | None:
         """The columns of a template up to the last that is filled; None: none is."""
         columns = [template.format(name) for name in names]
         filled = [i for i, column in enumerate(columns) if self.cells.get(column)]
         if not filled:
             return None
-        return np.array([self.number(column) for column in columns[: filled[-1] + 1]])
+        return np.array([(read or self.number)(column) for column in columns[: filled[-1] + 1]])
 
     def matrix(self, symbol: str, k: int) -> FloatArray:
         """The elements ``symbol_11 … symbol_kk``, all of them numbers, (k, k)."""

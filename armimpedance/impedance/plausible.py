@@ -16,7 +16,14 @@ from typing import Any, Final
 import numpy as np
 
 from armimpedance.arrays import FloatArray, lengths
-from armimpedance.conventions import AXES, FORCE_UNIT, POSITION_UNIT, UNITS, group_name
+from armimpedance.conventions import (
+    AXES,
+    FORCE_UNIT,
+    LARGEST_ANGLE_RAD,
+    POSITION_UNIT,
+    UNITS,
+    group_name,
+)
 from armimpedance.criticism import check_joint_size
 from armimpedance.errors import ArmImpedanceError
 from armimpedance.findings import Finding
@@ -34,8 +41,6 @@ PER_BODY_MASS: Final = (0.006, 0.1)
 HAND_INERTIA: Final = (0.22, 10.0)
 #: A disturbance moves the limb by less than this (m, rad).
 WAY: Final = {"hand": 0.3, "joint": 1.0}
-#: No joint of a person turns further than a turn from its zero; degrees given as radians do.
-LARGEST_ANGLE_RAD: Final = 2 * np.pi
 #: Without lengths: no hand is further from its shoulder (m).
 LONGEST_ARM_M: Final = 1.2
 #: Times the arm's length at which a hand's distance from the shoulder is told, and refused.

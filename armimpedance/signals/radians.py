@@ -5,10 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from armimpedance.arrays import FloatArray
+from armimpedance.conventions import LARGEST_ANGLE_RAD
 from armimpedance.errors import InputError
-
-#: No human joint turns further than this from its zero; degrees given as radians do.
-LARGEST_ANGLE_RAD = 2 * np.pi
 
 
 def refuse_degrees(q: FloatArray, joints: tuple[str, ...]) -> None:

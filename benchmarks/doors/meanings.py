@@ -181,13 +181,21 @@ def _change_value(home: Any, key: Any, rng: Rng) -> None:
     elif how < 0.3 and isinstance(value, list) and value:
         home[key] = value[: int(rng.integers(len(value) + 1))] * int(rng.integers(1, 3))
     elif how < 0.55 and isinstance(value, int | float):
-        home[key] = value * NUMBERS[int(rng.integers(len(NUMBERS)))]
+        home[key] = _times(value, NUMBERS[int(rng.integers(len(NUMBERS)))])
     elif how < 0.8 and isinstance(value, str):
         home[key] = _text(rng)
     elif how < 0.9:
         home[key] = NUMBERS[int(rng.integers(len(NUMBERS)))]
     else:
         home[key] = VALUES[int(rng.integers(len(VALUES)))]
+
+
+def _times(value: int | float, factor: int | float) -> int | float:
+    """The product; of a whole number that no float holds, the number itself."""
+    try:
+        return value * factor
+    except OverflowError:
+        return value
 
 
 def _parquet(data: bytes, rng: Rng) -> bytes:

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import numpy as np
 import pytest
 
-from armimpedance.arrays import BoolArray, FloatArray, FrozenRecord, IntArray
+from armimpedance.arrays import BoolArray, FloatArray, FrozenRecord, IntArray, require_covariance
 from armimpedance.errors import RecordError
 
 
@@ -79,3 +79,28 @@ def test_what_disagrees_is_refused(changes):
 def test_sizes_with_an_offset_agree():
     assert sample(used=[True, False]).used.tolist() == [True, False]
     assert sample(offsets=[0], used=[]).offsets.tolist() == [0]
+
+
+@pytest.mark.parametrize(
+    "covariance",
+    [
+        [[-1.0, 0.0], [0.0, 1.0]],
+        [[1.0, 0.2], [0.5, 1.0]],
+        [[4.0, 3.0], [3.0, 1.0]],
+        [[0.0, 0.3], [0.3, 1.0]],
+    ],
+)
+def test_a_matrix_that_no_errors_have_is_no_covariance(covariance):
+    stack = np.stack([np.eye(2), np.asarray(covariance)])
+    with pytest.raises(RecordError, match="covariance"):
+        require_covariance(stack, "covariance")
+
+
+def test_covariances_of_any_units_and_rank_stand():
+    rng = np.random.default_rng(1)
+    factor = rng.normal(size=(9, 4)) * 10.0 ** np.arange(-4, 5)[:, None]
+    covariance = factor @ factor.T
+    require_covariance(covariance, "covariance")
+    require_covariance(np.zeros((3, 3)), "covariance")
+    # written with three digits
+    require_covariance(np.vectorize(lambda x: float(f"{x:.3g}"))(covariance), "covariance")

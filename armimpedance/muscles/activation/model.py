@@ -70,9 +70,9 @@ class ActivationModel(FittedModel):
     stiffness_per_tension: float
     stiffness: Annotated[FloatArray, "p"]
     viscosity: Annotated[FloatArray, "p"]
-    stiffness_covariance: Annotated[FloatArray, "p p"]
-    viscosity_covariance: Annotated[FloatArray, "p p"]
-    muscle_covariance: Annotated[FloatArray, "a a"]
+    stiffness_covariance: Annotated[FloatArray, "p p covariance"]
+    viscosity_covariance: Annotated[FloatArray, "p p covariance"]
+    muscle_covariance: Annotated[FloatArray, "a a covariance"]
     dof: float
     activation_range: Annotated[FloatArray, "m 2"]
     leverage: Annotated[FloatArray, "p p"]

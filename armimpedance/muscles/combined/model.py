@@ -76,7 +76,7 @@ class MuscleModel(FittedModel):
     box: Annotated[FloatArray, "2 2"]
     highest: Annotated[FloatArray, "m"]
     values: Annotated[FloatArray, "n"]
-    covariance: Annotated[FloatArray, "n n"]
+    covariance: Annotated[FloatArray, "n n covariance"]
     dof: float
     measured: Annotated[FloatArray, "v 2"]
     quality: tuple[ElementQuality, ...]

@@ -40,7 +40,7 @@ class PosturePolynomial(FrozenRecord):
     """
 
     coefficients: Annotated[FloatArray, "t 3"]
-    covariance: Annotated[FloatArray, "c c"]
+    covariance: Annotated[FloatArray, "c c covariance"]
     structure: str
     penalty: float
     certificate: Certificate

@@ -10,12 +10,12 @@ from typing import Final
 import numpy as np
 
 from armimpedance.arrays import FloatArray, frozen
+from armimpedance.conventions import LARGEST_ANGLE_RAD
 from armimpedance.errors import InputError
 from armimpedance.recordings.kinarm.exam_file import ExamFile, anything, joined
 from armimpedance.recordings.kinarm.files import ExamTrial, LeftOut
 from armimpedance.recordings.kinarm.robot import Side
 from armimpedance.recordings.tables.metadata import LARGEST_COORDINATE_M
-from armimpedance.recordings.tables.sample_table import LARGEST_ANGLE_RAD
 
 #: Channels that are kept as they were recorded, beside `ACHn`: the side's robot as it moved.
 KEPT_CHANNELS: Final = tuple(

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from armimpedance.arrays import FloatArray
+from armimpedance.conventions import LARGEST_ANGLE_RAD
 from armimpedance.errors import InputError
 from armimpedance.motion import MotionRecording
 from armimpedance.recordings.motion.moving_folder import (
@@ -20,7 +21,6 @@ from armimpedance.recordings.motion.moving_folder import (
 from armimpedance.recordings.motion.moving_metadata import LARGEST_PLACE_M
 from armimpedance.recordings.motion.skeleton_json import SKELETON_FILE, read_skeleton
 from armimpedance.recordings.tables.number_table import NumberTable, column_names
-from armimpedance.recordings.tables.sample_table import LARGEST_ANGLE_RAD
 from armimpedance.skeleton import ROOT_TRANSLATIONS, Skeleton
 
 #: Somebody who walks in circles turns further than any joint does.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from armimpedance.arrays import FloatArray, IntArray, frozen
-from armimpedance.conventions import AXES, Kind, force_columns, position_columns
+from armimpedance.conventions import AXES, LARGEST_ANGLE_RAD, Kind, force_columns, position_columns
 from armimpedance.errors import InputError
 from armimpedance.recordings.tables.metadata import LARGEST_COORDINATE_M, Metadata
 from armimpedance.recordings.tables.number_table import NumberTable, column_names, read_numbers
@@ -26,9 +25,6 @@ LARGEST_SPAN_M: Final = 2.5
 
 #: From shoulder to hand, with the arm's length of 0.9 m and room for a seat that is off.
 LARGEST_REACH_M: Final = 3.0
-
-#: No joint turns further than once around from any zero that makes sense.
-LARGEST_ANGLE_RAD: Final = 2.0 * math.pi
 
 
 @dataclass(frozen=True)

@@ -14,9 +14,9 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
+from armimpedance.conventions import LARGEST_ANGLE_RAD
 from armimpedance.errors import InputError
 from armimpedance.recordings.tables.number_table import check_header
-from armimpedance.recordings.tables.sample_table import LARGEST_ANGLE_RAD
 
 #: Columns that hold a number in every row, where they are there at all.
 NUMBER_COLUMNS: Final = ("direction_deg", "onset_s", "end_s", "q_shoulder_rad", "q_elbow_rad")

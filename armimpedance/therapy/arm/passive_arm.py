@@ -97,7 +97,7 @@ class Elastic(FrozenRecord):
     axis: str
     stiffness: float
     offset: float
-    covariance: Annotated[FloatArray, "2 2"]
+    covariance: Annotated[FloatArray, "2 2 covariance"]
     dof: float
     range_rad: Annotated[FloatArray, "2"]
     between: Annotated[FloatArray, "2 2"]

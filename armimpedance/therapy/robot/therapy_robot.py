@@ -51,7 +51,7 @@ class Loads(FrozenRecord):
     """
 
     theta: Annotated[FloatArray, "p"]
-    covariance: Annotated[FloatArray, "p p"]
+    covariance: Annotated[FloatArray, "p p covariance"]
     rise_rad_s: Annotated[FloatArray, "n"]
     dof: float = float("inf")
 

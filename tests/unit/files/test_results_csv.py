@@ -41,6 +41,7 @@ def table(path):
 
 
 # Derived columns (areas, ratios) must not overflow, so neither do the numbers come near to it.
+ANGLES = st.floats(-6.0, 6.0)
 NUMBERS = st.floats(-1e12, 1e12).map(lambda v: v if abs(v) > 1e-12 else 0.0)
 WORDS = st.text(st.characters(exclude_categories=["Cs", "Cc", "Nd", "Zl", "Zp"]), min_size=1)
 SENTENCES = WORDS.filter(lambda text: "; " not in text and not text.endswith(";"))
@@ -80,7 +81,7 @@ def estimates(draw):
         keys=keys,
         position=draw(vector),
         force=draw(vector),
-        joint_angles=draw(st.none() | arrays(np.float64, st.integers(1, 4), elements=NUMBERS)),
+        joint_angles=draw(st.none() | arrays(np.float64, st.integers(1, 4), elements=ANGLES)),
         torque=draw(st.none() | arrays(np.float64, st.integers(1, 4), elements=NUMBERS)),
         activation=draw(st.none() | arrays(np.float64, st.integers(1, 12), elements=NUMBERS)),
         activation_sd=draw(st.none() | arrays(np.float64, st.integers(1, 12), elements=NUMBERS)),
