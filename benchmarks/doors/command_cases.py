@@ -187,4 +187,14 @@ _FORMATS: Final = (
     "convert body_mot/motion/squat_001.mot out --skeleton body/skeleton.json",
 )
 
-CASES: Final = tuple(dict.fromkeys((*_HAND, *_RESULTS, *_JOINTS, *_FORMATS)))
+_STUDIES: Final = (
+    "study people out participant --workers 1",
+    "study people out participant --workers 1 --dry-run",
+    "study people out_done participant --workers 1",
+    "study people out_done group",
+    "study people out_done slurm-script --tasks 3",
+    "simulate-study sessions.toml --workers 1 --out out",
+    "simulate-study sessions.toml --workers 1 --dry-run --out out",
+)
+
+CASES: Final = tuple(dict.fromkeys((*_HAND, *_RESULTS, *_JOINTS, *_FORMATS, *_STUDIES)))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import io
 import os
+import shutil
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -89,6 +90,28 @@ compare hand --out differences.csv
 therapy robot empty --drawings drawings.json --out robot.json
 therapy arm patient --robot robot.json --out relaxed.json
 therapy contribution patient --robot robot.json --arm relaxed.json --out share.csv
+study people out_done participant --workers 1
+study people out_done group
+"""
+
+#: A design of a study over relaxed joints.
+DESIGN: Final = """
+steps = [
+  "inspect {recording} --out checks.csv",
+  "passive {recording} --rest-angle 1.5 --out swing.csv",
+]
+group_steps = []
+tables = ["swing.csv"]
+"""
+
+#: Simulated sessions of a relaxed joint.
+SESSIONS: Final = """
+sessions = 2
+seed = 3
+
+[grid]
+rig = "passive"
+marker_noise_m = [0.0003, 0.001]
 """
 
 
@@ -107,6 +130,7 @@ def build(shop: Path) -> None:
     moving = therapy_bench.recorded(moving, therapy_bench.Subject("empty"))
     therapy_bench.write_folder(moving, shop / "validation")
     _tables(shop)
+    _people(shop)
     before = Path.cwd()
     os.chdir(shop)
     try:
@@ -173,6 +197,16 @@ def _bodies(shop: Path) -> None:
         (shop / f"body_{form}").mkdir()
         recording = swing if form == "trc" else body
         FORMS[form].write(recording, shop / f"body_{form}")
+
+
+def _people(shop: Path) -> None:
+    """Three people's relaxed joints, and what is to be done with them."""
+    for number in range(1, 4):
+        shutil.copytree(shop / "swing", shop / "people" / f"sub-{number}" / "swing")
+    (shop / "people" / "study.toml").write_text(DESIGN)
+    people = "participant_id,age,group\nsub-1,30,patient\nsub-2,41,control\nsub-3,39,control\n"
+    (shop / "people" / "participants.tsv").write_text(people.replace(",", "\t"))
+    (shop / "sessions.toml").write_text(SESSIONS)
 
 
 def _tables(shop: Path) -> None:

@@ -203,7 +203,7 @@ def lay_out(case: str, shop: Path, home: Path) -> list[Path]:
     places = []
     for word in dict.fromkeys(case.split()):
         top = word.split("/")[0]
-        if word.startswith("out") or not (shop / top).exists():
+        if not (shop / top).exists():
             continue
         if (shop / top).is_dir() and not (home / top).exists():
             shutil.copytree(shop / top, home / top, copy_function=os.link)
