@@ -16,7 +16,8 @@ from importlib import metadata
 from pathlib import Path
 from typing import Final
 
-from armimpedance.json_text import json_text
+from armimpedance.errors import InputError
+from armimpedance.json_text import json_text, read_json
 from armimpedance.outputs import staged_file
 
 _BLOCK: Final = 1 << 20
@@ -112,10 +113,8 @@ def _sum_of(file: Path) -> str:
 def _remembered(memory: Path) -> dict[str, list[int | str]]:
     """What the last run remembered; nothing where the file is damaged: all is read again."""
     try:
-        content = json.loads(memory.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return {}
-    if not isinstance(content, dict):
+        content = read_json(memory)
+    except InputError:
         return {}
     return {
         name: value

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from armimpedance.errors import ArmImpedanceError
-from armimpedance.json_text import json_text
+from armimpedance.errors import ArmImpedanceError, InputError
+from armimpedance.json_text import json_text, read_json
 from armimpedance.outputs import staged_file
 from armimpedance.study.chain import Command, Outcome, Task, carry_out, known_outcome
 from armimpedance.study.design import Design
 from armimpedance.study.engines.engine import Engine
 from armimpedance.study.fingerprints import Fingerprints
 from armimpedance.study.sessions import Session
-from armimpedance.study.store import Store
+from armimpedance.study.store import Store, are_files_below
 
 #: Within the study's folder.
 STORE: Final = ".store"
@@ -200,10 +199,12 @@ def read_record(folder: Path) -> dict[str, Any] | None:
     dict or None
     """
     try:
-        content = json.loads((folder / SESSION_FILE).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+        content = read_json(folder / SESSION_FILE)
+    except InputError:
         return None
-    return content if isinstance(content, dict) and "files" in content else None
+    steps = content.get("steps")
+    sound = isinstance(steps, list) and all(isinstance(step, dict) for step in steps)
+    return content if sound and are_files_below(content.get("files")) else None
 
 
 def _record(outcome: Outcome) -> dict[str, Any]:

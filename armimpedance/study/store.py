@@ -6,7 +6,6 @@ it, and whenever, it is the same; two machines may write into one store.
 
 from __future__ import annotations
 
-import json
 import os
 import secrets
 import shutil
@@ -14,9 +13,10 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
-from armimpedance.json_text import json_text
+from armimpedance.errors import InputError
+from armimpedance.json_text import json_text, read_json
 from armimpedance.study.fingerprints import Fingerprints
 from armimpedance.temporaries import temporary_name
 
@@ -77,9 +77,10 @@ class Store:
         """
         place = self._place(key)
         try:
-            content = json.loads((place / _RESULT).read_text(encoding="utf-8"))
-            result = Result(**content)
-        except (OSError, ValueError, TypeError):
+            result = Result(**read_json(place / _RESULT))
+        except (InputError, TypeError):
+            return None
+        if not are_files_below(result.files):
             return None
         return result if self.holds(place / _FILES, result.files) else None
 
@@ -160,6 +161,24 @@ class Store:
 
     def _place(self, key: str) -> Path:
         return self._folder / key[:2] / key
+
+
+def are_files_below(files: Any) -> bool:
+    """Whether this names files with their checksums, all of them below the folder they are in.
+
+    Parameters
+    ----------
+    files : object
+        Name -> SHA-256.
+
+    Returns
+    -------
+    bool
+    """
+    return isinstance(files, Mapping) and all(
+        isinstance(of, str) and name and not Path(name).anchor and ".." not in Path(name).parts
+        for name, of in files.items()
+    )
 
 
 def states(work: Path) -> dict[str, tuple[int, int, int]]:

@@ -202,6 +202,23 @@ def test_a_damaged_store_costs_work_and_no_result(data, tmp_path):
     assert content(out) == before
 
 
+OTHERS = '{"state": "done", "steps": [], "files": {"../../../mine.txt": "0"}}'
+
+
+@pytest.mark.parametrize("damage", ["[" * 100_000, OTHERS, "{}"])
+def test_a_damaged_record_costs_work_and_no_file_of_others(data, tmp_path, damage):
+    command, out = Fake(), tmp_path / "out"
+    run(data, out, command)
+    before = content(out)
+    mine = tmp_path / "mine.txt"
+    mine.write_text("mine")
+    for path in [*out.rglob("session.json"), *out.rglob("step.json"), out / ".store/seen.json"]:
+        path.write_text(damage)
+    assert [one.outcome.state for one in run(data, out, command)] == ["done"] * 3
+    assert content(out) == before
+    assert mine.read_text() == "mine"
+
+
 def test_a_dry_run_tells_who_has_work_and_writes_nothing(data, tmp_path):
     command, out = Fake(), tmp_path / "out"
     design = read_design(None, data)
