@@ -66,6 +66,11 @@ def frozen(array: FloatArray) -> FloatArray:
     return array
 
 
+def by_axis(signal: FloatArray) -> FloatArray:
+    """Signals (T, S, d) as rows over time, (d T, S), all trials of the first axis first: a copy."""
+    return np.array(signal.transpose(2, 0, 1), order="C").reshape(-1, signal.shape[1])
+
+
 def lengths(vectors: FloatArray) -> FloatArray:
     """Length (...,) of vectors (..., d): `numpy.linalg.norm` to the last bit, axis by axis.
 

@@ -58,7 +58,7 @@ def run(arguments: argparse.Namespace) -> int:
     )
     table = result.to_frame().reset_index().to_dict("records")
     rows = [{str(name): cell for name, cell in row.items()} for row in table]
-    write_result(table_content(rows, keys=("measure",), objects=result.to_dict()), arguments)
+    write_result(table_content(rows, keys=("measure",), objects=result.to_dict), arguments)
     print(discrimination_text(result))
     draw_picture(
         arguments,

@@ -18,13 +18,14 @@ from .3 to .97): 94.5-96.4 / 94.7-96.8 / 93.8-97.0 %.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import stdtrit
 
-from armimpedance.arrays import FloatArray, frozen_array
+from armimpedance.arrays import FloatArray, frozen, frozen_array
 from armimpedance.errors import EstimationError, InputError
 
 Which = Literal["inertia", "viscosity", "stiffness"]
@@ -86,14 +87,14 @@ class Ellipse:
         """Major axis, counter-clockwise from the reference line, in (-pi/2, pi/2]."""
         return _half_circle(self.axis_angle_rad - self.reference_angle_rad)
 
-    @property
+    @cached_property
     def deviator(self) -> FloatArray:
         """``((A11 - A22)/2, A12)``, (2,): its length is half the difference of the axes."""
         radius = (self.semi_major - self.semi_minor) / 2
         angle = 2 * self.axis_angle_rad
-        return radius * np.array([np.cos(angle), np.sin(angle)])
+        return frozen(radius * np.array([np.cos(angle), np.sin(angle)]))
 
-    @property
+    @cached_property
     def gradient(self) -> FloatArray:
         """Derivatives of (size, orientation, shape) by (A11, A12, A22), (3, 3).
 
@@ -112,7 +113,7 @@ class Ellipse:
         # size = pi (A11 A22 - A12^2), shape = (m - r)/(m + r)
         dsize = np.pi * np.array([mean - x[0], -2 * x[1], mean + x[0]])
         dshape = 2 * (radius * dm - mean * dr) / self.semi_major**2
-        return np.stack([dsize, dphi, dshape])
+        return frozen(np.stack([dsize, dphi, dshape]))
 
     @property
     def covariance(self) -> FloatArray | None:

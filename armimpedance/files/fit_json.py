@@ -54,7 +54,7 @@ def fit_content(told: Mapping[str, Any]) -> Content:
         rows,
         list(columns),
         quantities=lambda: [_quantity(row) for row in rows],
-        objects=told,
+        objects=lambda: told,
         structs=lambda: [{**told, "warnings": tuple(told.get("warnings", ()))}],
         about=about,
     )

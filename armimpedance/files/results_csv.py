@@ -84,7 +84,7 @@ def results_content(estimates: Sequence[ImpedanceEstimate]) -> Content:
         columns,
         rows,
         quantities,
-        result_objects(estimates),
+        lambda: result_objects(estimates),
         lambda: result_structs(estimates),
         keys=keys,
     )

@@ -25,7 +25,7 @@ def table_content(
     *,
     keys: Sequence[str] = (),
     quantities: Callable[[], Sequence[Quantity]] | None = None,
-    objects: Any = None,
+    objects: Callable[[], Any] | None = None,
     structs: Callable[[], Sequence[Cells]] | None = None,
     about: About | None = None,
     digits: int | None = None,
@@ -41,8 +41,8 @@ def table_content(
         Columns that name a row, in the long table.
     quantities : function without arguments, optional
         Makes the rows of the long table; without it they follow from the names of the columns.
-    objects : plain values, optional
-        What a JSON file holds in place of the rows.
+    objects : function without arguments, optional
+        Makes the plain values that a JSON file holds in place of the rows.
     structs : function without arguments, optional
         Makes what a MATLAB file holds in place of the rows.
     about : About, optional

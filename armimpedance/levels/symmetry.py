@@ -7,12 +7,13 @@ field that rotates, which no passive spring can make) is reported with its stand
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Annotated
 
 import numpy as np
 from scipy.special import stdtr
 
-from armimpedance.arrays import FloatArray, FrozenRecord
+from armimpedance.arrays import FloatArray, FrozenRecord, frozen
 from armimpedance.conventions import MATRICES
 from armimpedance.records import ImpedanceEstimate
 from armimpedance.regression import t_interval
@@ -100,17 +101,22 @@ def antisymmetric_part(estimate: ImpedanceEstimate) -> AntisymmetricPart:
     -------
     AntisymmetricPart
     """
-    k = estimate.k
-    rows, columns = np.triu_indices(k, 1)
-    # coefficients (c,) = (A_ij - A_ji)/2 = D (c, k^2) vec(A) (k^2,)
-    difference = (np.eye(k * k) - transposition(k))[rows * k + columns] / 2
-    every = np.kron(np.eye(3), difference)
+    pairs, every = _differences(estimate.k)
     variance = np.diag(every @ estimate.covariance @ every.T)
     symbols = [symbol for symbol, _ in MATRICES.values()]
-    pairs = list(zip(rows + 1, columns + 1, strict=True))
     return AntisymmetricPart(
         names=tuple(tuple(f"{symbol}_{i}{j}" for i, j in pairs) for symbol in symbols),
         value=(every @ estimate.parameters).reshape(3, -1),
         sd=np.sqrt(np.maximum(variance, 0)).reshape(3, -1),
         dof=estimate.dof,
     )
+
+
+@cache
+def _differences(k: int) -> tuple[tuple[tuple[int, int], ...], FloatArray]:
+    """Rows and columns from 1 above the diagonal, and ``(A_ij - A_ji)/2`` of M, B, K as a map."""
+    rows, columns = np.triu_indices(k, 1)
+    # coefficients (c,) = (A_ij - A_ji)/2 = D (c, k^2) vec(A) (k^2,)
+    difference = (np.eye(k * k) - transposition(k))[rows * k + columns] / 2
+    pairs = tuple((int(i) + 1, int(j) + 1) for i, j in zip(rows, columns, strict=True))
+    return pairs, frozen(np.kron(np.eye(3), difference))

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
+from armimpedance.arrays import FloatArray, by_axis
 from armimpedance.errors import InputError
 from armimpedance.records import Response, Window
 from armimpedance.signals.differentiate import Kernels, operator, spline_kernels
@@ -116,21 +116,21 @@ def respond(window: Window, span: Span | None = None, *, keep_drift: bool = Fals
         stacked = np.concatenate(
             [operator(each, span.centres, len(window.lag_s)) for each in weights]
         )
-        # One product for all kernels, trials and axes: (w C, S) (S, T d)
-        flat = signal.transpose(1, 0, 2).reshape(len(window.lag_s), -1)
-        smoothed = (stacked @ flat).reshape(len(weights), len(lag), -1)
-        if keep_drift:
-            return [each.reshape(len(lag), -1, d).transpose(1, 0, 2) for each in smoothed]
-        # P s = s - Q (Q^T s): (C, T d) = (C, 2) (2, T d)
-        free = smoothed - basis @ (basis.T @ smoothed)
-        return [each.reshape(len(lag), -1, d).transpose(1, 0, 2) for each in free]
+        # One product for all axes, trials and kernels: (d T, S) (S, w C)
+        smoothed = (signal @ stacked.T).reshape(d, -1, len(weights), len(lag))
+        if not keep_drift:
+            # P s = s - Q (Q^T s): (d, T, w, C) = (d, T, w, 2) (2, C)
+            smoothed -= (smoothed @ basis) @ basis.T
+        return [smoothed[:, :, i].transpose(1, 2, 0) for i in range(len(weights))]
 
     kernels = span.kernels
+    moved = by_axis(window.position)
     # Positions are referenced first: the sums lose no digits to the distance from the shoulder.
+    moved -= moved[:, :1].copy()
     displacement, velocity, acceleration = apply(
-        (kernels.smooth, kernels.first, kernels.second), window.position - window.position[:, :1]
+        (kernels.smooth, kernels.first, kernels.second), moved
     )
-    (force,) = apply((kernels.smooth,), window.force)
+    (force,) = apply((kernels.smooth,), by_axis(window.force))
     return Response(
         sample_rate_hz=window.sample_rate_hz / span.stride,
         lag_s=lag,

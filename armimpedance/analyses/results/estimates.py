@@ -126,8 +126,8 @@ class Estimates(WrittenResult, FrozenRecord, Sequence[ImpedanceEstimate]):
 
     def to_dict(self) -> list[dict[str, Any]]:
         """One mapping a group with nested lists of numbers, as the JSON file holds them."""
-        objects: list[dict[str, Any]] = self.content.objects
-        return objects
+        make = self.content.objects
+        return [] if make is None else list(make())
 
     def to_csv(self, path: PathLike) -> None:
         """Write RESULTS.csv, as the command ``armimpedance estimate --out`` does.

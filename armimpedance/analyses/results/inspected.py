@@ -96,7 +96,7 @@ class Inspection(FrozenRecord):
         rows = [verdict, *map(_fact_row, self.facts), *checks]
         objects = {"state": self.state, **self.to_dict()}
         del objects["contents"]
-        return table_content(rows, COLUMNS, keys=("kind", "name"), objects=objects)
+        return table_content(rows, COLUMNS, keys=("kind", "name"), objects=lambda: objects)
 
     def to_frame(self) -> pd.DataFrame:
         """A table of the findings: check, verdict, message."""

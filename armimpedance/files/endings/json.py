@@ -13,7 +13,7 @@ def write(content: Content, path: Path) -> None:
     from armimpedance.json_text import json_text
 
     rows = [{name: row.get(name) for name in content.columns} for row in content.rows]
-    path.write_text(json_text(rows if content.objects is None else content.objects), "utf-8")
+    path.write_text(json_text(rows if content.objects is None else content.objects()), "utf-8")
 
 
 ENDING = Ending("nested matrices, for scripts", write, long=True)

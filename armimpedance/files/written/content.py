@@ -86,8 +86,8 @@ class Content:
         Its rows; a cell that a row does not have is empty.
     quantities : function without arguments
         Makes the rows of the long table.
-    objects : plain values or None
-        What a JSON file holds in place of the rows.
+    objects : function without arguments, or None
+        Makes the plain values that a JSON file holds in place of the rows.
     structs : function without arguments, or None
         Makes what a MATLAB file holds in place of the rows, one mapping a row.
     about : About
@@ -101,7 +101,7 @@ class Content:
     columns: Sequence[str]
     rows: Sequence[Cells]
     quantities: Callable[[], Sequence[Quantity]]
-    objects: Any = None
+    objects: Callable[[], Any] | None = None
     structs: Callable[[], Sequence[Cells]] | None = None
     about: About = field(default_factory=About)
     digits: int | None = None

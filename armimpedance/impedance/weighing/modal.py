@@ -13,7 +13,7 @@ from typing import Annotated
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, FrozenRecord, IntArray
+from armimpedance.arrays import FloatArray, FrozenRecord, IntArray, by_axis
 from armimpedance.conventions import UNITS, Kind, element_names, parameter_names
 from armimpedance.errors import RecordError
 from armimpedance.records import Window
@@ -103,21 +103,21 @@ def modal_equation(
     """
     modes = modes or spline_modes(len(window.lag_s), window.sample_rate_hz)
     used, d, n = window.usable, window.axes, modes.count
-    position = window.position[used] - window.position_at_onset[used][:, None]
-    force = window.force[used] - window.force_at_onset[used].mean(axis=0)
-    samples, trials = position.shape[1], len(position)
-    # all trials and axes at once: (3 n, S) (S, T d)
-    flat = position.transpose(1, 0, 2).reshape(samples, -1)
+    moved = by_axis(window.position[used])
+    moved -= by_axis(window.position_at_onset[used][:, None])
+    pushed = by_axis(window.force[used])
+    pushed -= np.repeat(window.force_at_onset[used].mean(axis=0), len(pushed) // d)[:, None]
     delays = () if delay_s is None else np.atleast_1d(delay_s)
-    rate = window.sample_rate_hz
-    late = [modes.smooth @ delayed(flat.T, delay * rate).T for delay in delays]
-    moved = np.concatenate([modes.stacked @ flat, *late])
-    pushed = modes.smooth @ force.transpose(1, 0, 2).reshape(samples, -1)
+    late = [delayed(moved, delay * window.sample_rate_hz) @ modes.smooth.T for delay in delays]
+    # all trials and axes at once: (d T, S) (S, 3 n)
+    motion = np.concatenate([moved @ modes.stacked.T, *late], axis=1)
+    motion = motion.reshape(d, -1, motion.shape[1] // n, n).transpose(1, 2, 0, 3)
+    force = pushed @ modes.smooth.T
     return ModalEquation(
         modes=modes,
         lag_s=window.lag_s,
-        motion=moved.reshape(-1, n, trials, d).transpose(2, 0, 3, 1),
-        force=-pushed.reshape(n, trials, d).transpose(1, 2, 0),
+        motion=np.array(motion, order="C"),
+        force=-force.reshape(d, -1, n).transpose(1, 0, 2),
         disturbance=None if window.disturbance is None else window.disturbance[used],
     )
 
