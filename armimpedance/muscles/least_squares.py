@@ -29,6 +29,7 @@ def least_squares_in(
     """
     if cone is None:
         length = np.linalg.norm(X, axis=0)
+        length[length == 0] = 1.0
         return np.asarray((np.linalg.lstsq(X / length, y, rcond=None)[0].T / length).T)
     k = X.shape[1] - n_free
     Q = np.linalg.qr(X[:, k:])[0]

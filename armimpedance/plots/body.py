@@ -8,6 +8,7 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.body import BodyFit, RowChoice, each_trial
+from armimpedance.errors import shortened
 from armimpedance.plots.style import (
     OKABE_ITO,
     TWO_COLUMNS_IN,
@@ -24,6 +25,8 @@ if TYPE_CHECKING:
 
 _ROW_IN = 1.25
 _MOST_ROWS = 7
+#: A longer name of a motion takes the panels' room.
+_MOST_LETTERS = 40
 _PRINTED = {
     "fx": "F_x",
     "fy": "F_y",
@@ -106,7 +109,8 @@ def body_figure(fit: BodyFit) -> Figure:
         plot_row(trial.w[:, row], predicted, name, recording.sample_rate_hz, ax)
         if row + 1 < len(names):
             ax.set_xlabel("")
-    axes[0].set_title(motion.replace("_", " "), loc="left")
+    title = shortened(motion.replace("_", " "), _MOST_LETTERS)
+    axes[0].set_title(title, loc="left", parse_math=False)
     with print_style():
         axes[0].legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, borderaxespad=0.2)
     return axes[0].figure  # type: ignore[return-value]

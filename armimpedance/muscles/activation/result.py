@@ -75,7 +75,7 @@ def _inverse_gram(X: FloatArray) -> FloatArray:
 
 def _doubt(c: FloatArray, covariance: FloatArray) -> float:
     """Relative standard error of a muscle's coefficients, the median."""
-    return float(np.median(np.sqrt(np.diag(covariance)) / np.maximum(np.abs(c), 1e-300)))
+    return float(np.median(np.sqrt(np.diag(covariance)) / np.maximum(np.abs(c), 1e-100)))
 
 
 def _dof(equations: ActivationEquations, solved: SolvedEquations) -> float:

@@ -39,6 +39,8 @@ _PASSIVE_TORQUE = 10.0
 _LEAST, _LEAST_TORQUE = 1e-3, 0.02
 #: A muscle that was never more active than this does not count as measured.
 _NO_ACTIVATION = 1e-6
+#: A muscle that is nowhere further from a joint's axis does nothing there.
+_LEAST_ARM_M = 1e-6
 
 
 def fit_muscle_model(
@@ -177,7 +179,11 @@ def _prior(
     n = layout.e.stop if torque else layout.n
     sd, low = np.ones(n), np.full(n, -np.inf)
     G = arm.paths.moment_arms(arm.angle_range.mean(axis=1))
-    rest = 1 / (G**2).max(axis=1)
+    farthest = np.abs(G).max(axis=1)
+    if (farthest < _LEAST_ARM_M).any():
+        name = arm.paths.muscles[int(farthest.argmin())]
+        raise InputError(f"{name} has no moment arm at a joint", expected="1 um or more")
+    rest = 1 / farthest**2
     active = arm.max_tension * equations.highest * equations.stiffness_per_tension
     shape = (layout.muscles, layout.order + 1)
     for at, at_rest, full in (

@@ -31,7 +31,7 @@ def page_of(asked: Asked) -> Page:
         )
         warnings = [str(warning) for warning in content.get("warnings", ())]
         method = str(content["method"])
-    except (KeyError, TypeError, ValueError) as error:
+    except (AttributeError, KeyError, TypeError, ValueError) as error:
         expected = "what a command wrote to --out"
         raise InputError("not a FIT.json", file=asked.source, expected=expected) from error
     told = told_by(warnings, checks)

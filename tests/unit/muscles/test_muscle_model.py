@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from armimpedance.arm.muscular_arms import arm_named
+from armimpedance.arm.polynomial_paths import constant_paths
 from armimpedance.errors import InputError, NotIdentifiableError
 from armimpedance.muscles.combined.equations import MuscleEquations
 from armimpedance.muscles.combined.fit import fit_muscle_model
@@ -269,6 +270,11 @@ def test_rows_that_cannot_do_are_refused():
         fit_muscle_model(replace(rows, activation=None), ARM)
     with pytest.raises(InputError, match="torque asked for"):
         fit_muscle_model(replace(rows, torque=None), ARM, torque=True)
+    arms = ARM.paths.moment_arms([1.0, 1.5])
+    arms[3] = 1e-300
+    slack = replace(ARM, paths=constant_paths(ARM.paths.muscles, arms))
+    with pytest.raises(InputError, match=f"{ARM.paths.muscles[3]} has no moment arm"):
+        fit_muscle_model(rows, slack)
 
 
 def test_same_rows_same_bits():

@@ -79,7 +79,13 @@ def test_a_fit_file_is_reported_with_its_checks(tmp_path, capsys):
 
 
 def test_a_file_of_nothing_is_refused_in_one_line(tmp_path, capsys):
-    for name, content in {"a.json": "{}", "b.csv": "x,y\n1,2\n", "c.json": "[1"}.items():
+    listed = '{"method": "m", "parameters": [1.0]}'
+    for name, content in {
+        "a.json": "{}",
+        "d.json": listed,
+        "b.csv": "x,y\n1,2\n",
+        "c.json": "[1",
+    }.items():
         (tmp_path / name).write_text(content)
         out = tmp_path / "page.html"
         assert main(["report", str(tmp_path / name), "--out", str(out)]) == 2
