@@ -37,6 +37,8 @@ if TYPE_CHECKING:
 LEVELS = ("participant", "group", "slurm-script")
 #: Done, but not for every session.
 SOME_FAILED = 3
+#: A group step that prints more is told by its last lines.
+MOST_LINES = 24
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -190,7 +192,7 @@ def _group(arguments: argparse.Namespace, design: Design, sessions: list[Session
     for name, rows in made.rows:
         print(f"{rows} rows in {arguments.out / 'group' / name}")
     for one in made.outcome.done:
-        print(f"\n$ armimpedance {one.step}\n{one.result.printed}".rstrip())
+        print(f"\n$ armimpedance {one.step}\n{_shortly(one.result.printed)}".rstrip())
     if made.unusable:
         count = f"{made.unusable} of {len(sessions)} sessions"
         print(f"\n{count} are not in these tables: see {arguments.out / 'group/sessions.csv'}")
@@ -198,6 +200,14 @@ def _group(arguments: argparse.Namespace, design: Design, sessions: list[Session
     return _told({"group": made.outcome.reason} if made.outcome.reason else {}) or (
         SOME_FAILED if made.unusable else 0
     )
+
+
+def _shortly(printed: str) -> str:
+    """What a step printed; of much, its last lines, the rest is in its log."""
+    lines = printed.strip().splitlines()
+    if len(lines) <= MOST_LINES:
+        return "\n".join(lines)
+    return "\n".join([f"... {len(lines) - 3} lines in group/log.txt", *lines[-3:]])
 
 
 def _told(failed: dict[str, str]) -> int:
