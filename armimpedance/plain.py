@@ -114,7 +114,10 @@ def _array(hint: Any, value: Any, where: str) -> np.ndarray:
     except (TypeError, ValueError, OverflowError):
         array = np.array(np.nan)
     # an array of one number is a list too: [] has a shape, 3.0 has none
-    if array.ndim == 0 or (whole and not (np.isfinite(array) & (array == np.floor(array))).all()):
+    # beyond 2^53 not every whole number is a float
+    if array.ndim == 0 or (
+        whole and not ((np.abs(array) < 2.0**53) & (array == np.floor(array))).all()
+    ):
         expected = "lists of whole numbers" if whole else "lists of numbers"
         raise InputError("not an array", column=where, expected=expected)
     return array.astype(np.int64) if whole else array

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, TextIO
 
 from armimpedance.errors import InputError
 from armimpedance.outputs import staged_file
+from armimpedance.study.fingerprints import Fingerprints
 from armimpedance.study.participants import read_record
 from armimpedance.study.sessions import Session
 
@@ -60,8 +62,18 @@ def ended_sessions(sessions: Sequence[Session], out: Path) -> tuple[list[Ended],
         if record is None or not all((folder / name).is_file() for name in record["files"]):
             missing.append(session)
         else:
-            ended.append(Ended(session, folder, record))
+            ended.append(Ended(session, folder, _unchanged(record, folder)))
     return ended, missing
+
+
+def _unchanged(record: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
+    """The record; without files, and failed, where a table is no longer what the steps wrote."""
+    prints = Fingerprints()
+    for name, of in record["files"].items():
+        if name.endswith(".csv") and prints.of(folder / name) != of:
+            reason = f"{name} was changed after it was made: run participant again"
+            return {**record, "state": "failed", "reason": reason, "files": {}}
+    return record
 
 
 def people(data: Path) -> dict[str, dict[str, str]]:
@@ -194,12 +206,23 @@ def sessions_table(
 
 
 def _header(file: Path) -> list[str]:
-    with open(file, newline="", encoding="utf-8-sig") as stream:
+    with _opened(file) as stream:
         return next(csv.reader(stream), [])
 
 
+@contextmanager
+def _opened(file: Path) -> Iterator[TextIO]:
+    try:
+        with open(file, newline="", encoding="utf-8-sig") as stream:
+            yield stream
+    except UnicodeDecodeError:
+        raise InputError("is not UTF-8 text", file=file, expected="a table") from None
+    except csv.Error as error:
+        raise InputError(f"is no table: {error}", file=file, expected="a table") from None
+
+
 def _rows(file: Path, delimiter: str) -> Iterator[dict[str, str]]:
-    with open(file, newline="", encoding="utf-8-sig") as stream:
+    with _opened(file) as stream:
         rows = csv.reader(stream, delimiter=delimiter)
         header = next(rows, [])
         for row in rows:

@@ -231,4 +231,5 @@ def _unit(quantity: str, level: str) -> str:
     if rest == "shape":
         return ""
     # The size of an ellipse is its area.
-    return f"({unit})^2" if rest == "size" and unit else unit
+    square = f"{unit}^2" if unit.isalpha() else f"({unit})^2"
+    return square if rest == "size" and unit else unit

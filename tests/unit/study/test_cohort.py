@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import shutil
+from hashlib import sha256
 from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import unquote
@@ -179,6 +180,7 @@ class Study:
             files["checks.csv"] = f"checks {person}"
         step = {"command": "inspect '{recording}'", "status": 0, "key": key or person}
         reason = "" if state == "done" else f"armimpedance inspect: {session.recording}: no trials"
+        files = {name: sha256((folder / name).read_bytes()).hexdigest() for name in files}
         record = {"state": state, "reason": reason, "steps": [step], "files": files}
         (folder / "session.json").write_text(json.dumps(record))
         (folder / "log.txt").write_text("log")

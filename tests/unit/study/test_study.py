@@ -219,6 +219,31 @@ def test_a_damaged_record_costs_work_and_no_file_of_others(data, tmp_path, damag
     assert mine.read_text() == "mine"
 
 
+def test_a_table_that_was_changed_is_not_gathered_and_comes_back(data, tmp_path):
+    command, out = Fake(), tmp_path / "out"
+    sessions = run(data, out, command)
+    design = read_design(None, data)
+    args = ([one.session for one in sessions], design, data, out, command)
+    whole = run_group(*args)
+    table = out / "sub-02/ses-a/twice.csv"
+    table.unlink()
+    table.write_bytes(b"value\n\xe4\n")
+    changed = run_group(*args)
+    assert dict(changed.rows)["twice.csv"] == dict(whole.rows)["twice.csv"] - 1
+    told = (out / "group/sessions.csv").read_text()
+    assert "twice.csv was changed" in told
+    run(data, out, command)
+    assert run_group(*args).rows == whole.rows
+
+
+def test_people_that_cannot_be_read_are_one_line(data, tmp_path):
+    out = tmp_path / "out"
+    sessions = [one.session for one in run(data, out, Fake())]
+    (data / "participants.tsv").write_bytes(b"participant_id\tage\nsub-01\t\xe4\n")
+    with pytest.raises(InputError, match="participants.tsv: is not UTF-8"):
+        run_group(sessions, read_design(None, data), data, out, Fake())
+
+
 def test_a_dry_run_tells_who_has_work_and_writes_nothing(data, tmp_path):
     command, out = Fake(), tmp_path / "out"
     design = read_design(None, data)
