@@ -13,7 +13,7 @@ from armimpedance.study.design import Design
 from armimpedance.study.gathering import Ended
 from armimpedance.study.judged import Judged, judged_sessions, worst
 from armimpedance.study.outliers import Outlier, far_from_others
-from armimpedance.study.people_groups import GroupsChange, compare_people, two_groups
+from armimpedance.study.people_groups import GroupsChange, compare_people, groups_of_people
 from armimpedance.study.sessions import Session
 from armimpedance.study.strips import Strip, strips_of
 
@@ -76,7 +76,7 @@ def cohort_of(
     persons = [one.session.participant for one in sessions]
     groups: list[GroupsChange] = []
     present = [persons[i] for i in numbers.values()]
-    for column, names in two_groups(people, present).items():
+    for column, names in groups_of_people(people, present).items():
         groups += compare_people(strips, persons, people, column, names)
     return Cohort(tuple(sessions), tuple(strips), tuple(far_from_others(strips)), tuple(groups))
 

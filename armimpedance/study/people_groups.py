@@ -1,8 +1,9 @@
-"""Two groups of people, such as patients and controls: what differs between them on average.
+"""Groups of people, such as patients and controls: what differs between them on average.
 
 Of each person there is one value with its own standard error. Within a group it is random effects,
 as with `compare --subjects`: people differ, and are measured with errors. The difference of the two
-means has the variance of both; its degrees of freedom are those of Welch and Satterthwaite.
+means has the variance of both; its degrees of freedom are those of Welch and Satterthwaite. Of
+three and more groups every pair is compared.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 from typing import Final, Protocol
 
 import numpy as np
@@ -19,6 +21,8 @@ from armimpedance.arrays import FloatArray
 from armimpedance.comparison import random_effects
 from armimpedance.study.strips import Strip
 
+#: A column with more values is a measure, such as an age, and parts nobody.
+MOST_GROUPS: Final = 6
 #: Fewer people say nothing of the spread between them.
 FEWEST: Final = 3
 #: What stands for a value that is not known in BIDS, and elsewhere.
@@ -57,7 +61,7 @@ class GroupsChange:
     between_first, between_second : float
         Sd between people of one group; of ratios of their logarithms.
     p, p_adjusted : float
-        After Holm over the conditions of the quantity.
+        After Holm over the conditions of the quantity and the pairs of the column.
     """
 
     column: str
@@ -81,10 +85,10 @@ class GroupsChange:
     p_adjusted: float = math.nan
 
 
-def two_groups(
+def groups_of_people(
     people: Mapping[str, Mapping[str, str]], present: Sequence[str]
-) -> dict[str, tuple[str, str]]:
-    """Columns that part the people into two groups large enough.
+) -> dict[str, tuple[str, ...]]:
+    """Columns that part the people into two groups or more, each large enough.
 
     Parameters
     ----------
@@ -96,15 +100,14 @@ def two_groups(
     Returns
     -------
     dict
-        Column -> its two values, in the order of the alphabet.
+        Column -> its values, in the order of the alphabet.
     """
     found = {}
     for column in dict.fromkeys(name for row in people.values() for name in row):
         held = [people[who].get(column, "") for who in dict.fromkeys(present) if who in people]
         count = {value: held.count(value) for value in held if value not in _UNKNOWN}
-        if len(count) == 2 and min(count.values()) >= FEWEST:
-            first, second = sorted(count)
-            found[column] = (first, second)
+        if 2 <= len(count) <= MOST_GROUPS and min(count.values()) >= FEWEST:
+            found[column] = tuple(sorted(count))
     return found
 
 
@@ -113,9 +116,9 @@ def compare_people(
     persons: Sequence[str],
     people: Mapping[str, Mapping[str, str]],
     column: str,
-    names: tuple[str, str],
+    names: tuple[str, ...],
 ) -> list[GroupsChange]:
-    """What differs between the groups of one column.
+    """What differs between the groups of one column, pair by pair.
 
     Parameters
     ----------
@@ -125,20 +128,23 @@ def compare_people(
     people : mapping
         Person -> column -> value.
     column : str
-    names : (str, str)
+    names : tuple of str
+        Its values.
 
     Returns
     -------
     list of GroupsChange
-        Of every strip with `FEWEST` people in each group.
+        Of every strip and pair with `FEWEST` people in each group.
     """
     found = []
     for strip in strips:
         of = [people.get(persons[i], {}).get(column, "") for i in strip.sessions]
         who = np.array([persons[i] for i in strip.sessions])
-        sides = [_one_each(strip, who, np.array([v == name for v in of])) for name in names]
-        if min(len(values) for values, _ in sides) >= FEWEST:
-            found.append(_change(strip, column, names, sides))
+        sides = {n: _one_each(strip, who, np.array([v == n for v in of])) for n in names}
+        for pair in combinations(names, 2):
+            both = [sides[name] for name in pair]
+            if min(len(values) for values, _ in both) >= FEWEST:
+                found.append(_change(strip, column, pair, both))
     return _adjusted(found)
 
 
@@ -185,7 +191,7 @@ def _change(
 
 
 def _adjusted(found: Sequence[GroupsChange]) -> list[GroupsChange]:
-    """With p after Holm over the conditions of each quantity."""
+    """With p after Holm over the conditions of each quantity and the pairs of groups."""
     families: dict[tuple[str, str], list[int]] = {}
     for i, one in enumerate(found):
         families.setdefault((one.table, one.quantity), []).append(i)

@@ -111,26 +111,39 @@ def _change(row: Cells) -> str:
     return f"{sign}{value:.3g} ({low:.3g} to {high:.3g}){unit}, p {p:.2g}"
 
 
+_HOW_GROUPS: Final = Prose(
+    (
+        "People are the sample: each counts once, with the error of its own estimate. p is "
+        "adjusted over the conditions of each quantity and the pairs of groups (Holm); by chance "
+        "one quantity in twenty would differ. That no difference was found is no proof of none: "
+        "read the intervals.",
+    )
+)
+
+
 def groups_sections(rows: Sequence[Cells]) -> list[Section]:
-    """One section for each column that parts the people into two groups."""
+    """One section for each column that parts the people into groups."""
     found = []
     for column in dict.fromkeys(row["column"] for row in rows):
         own = [row for row in rows if row["column"] == column]
-        found.append(Section(f"Groups of people: {column}", _groups_blocks(column, own)))
+        pairs = dict.fromkeys((row["first"], row["second"]) for row in own)
+        blocks = [
+            block
+            for pair in pairs
+            for block in _pair_blocks(
+                column, [row for row in own if (row["first"], row["second"]) == pair]
+            )
+        ]
+        found.append(Section(f"Groups of people: {column}", (_HOW_GROUPS, *blocks)))
     return found
 
 
-def _groups_blocks(column: str, rows: Sequence[Cells]) -> tuple[Block, ...]:
+def _pair_blocks(column: str, rows: Sequence[Cells]) -> tuple[Block, ...]:
     first, second = rows[0]["first"], rows[0]["second"]
     quantities = list(dict.fromkeys((row["table"], row["quantity"]) for row in rows))
     differ = {(row["table"], row["quantity"]) for row in rows if row["p_adjusted"] < 0.05}
     text = (
-        f"{first} and {second} ({column}) differ in {len(differ)} of {len(quantities)} quantities, "
-        "p adjusted over the conditions of each (Holm). By chance one in twenty would."
-    )
-    step = (
-        "People are the sample: each counts once, with the error of its own estimate. That no "
-        "difference was found is no proof of none: read the intervals."
+        f"{first} and {second} ({column}) differ in {len(differ)} of {len(quantities)} quantities."
     )
     order = sorted(rows, key=lambda row: row["p"])
     cells = tuple(_groups_row(row) for row in order[:MOST_ROWS])
@@ -139,7 +152,7 @@ def _groups_blocks(column: str, rows: Sequence[Cells]) -> tuple[Block, ...]:
         *("quantity", "condition", f"{first} (people)", f"{second} (people)"),
         *("change (95 %)", "p", "adjusted"),
     )
-    return (Prose((text, step)), Table(caption, heads, cells, f"groups {column}"))
+    return (Prose((text,)), Table(caption, heads, cells, f"groups {column}"))
 
 
 def _groups_row(row: Cells) -> tuple[str, ...]:

@@ -18,7 +18,7 @@ from armimpedance.cli.study import parse
 from armimpedance.study import Design, Session, run_group
 from armimpedance.study.design import Step
 from armimpedance.study.outliers import far_from_others, robust_scores
-from armimpedance.study.people_groups import compare_people, two_groups
+from armimpedance.study.people_groups import compare_people, groups_of_people
 from armimpedance.study.strips import Strip, strips_of
 
 HOSTILE = '<img src=x onerror="alert(1)">&$\\frac$'
@@ -87,12 +87,32 @@ def people_of(count):
     return {str(i): {"group": "ab"[i % 2], "age": str(i), "hand": "r"} for i in range(count)}
 
 
-def test_groups_are_columns_with_two_values_and_people_enough():
+def test_groups_are_columns_with_few_values_and_people_enough():
     people = people_of(6) | {"7": {"group": "n/a"}, "8": {"group": "c"}}
-    assert two_groups(people, list("012345")) == {"group": ("a", "b")}
-    assert two_groups(people, [*"012345", "7"]) == {"group": ("a", "b")}
-    assert two_groups(people, [*"012345", "8"]) == {}
-    assert two_groups(people, list("01234")) == {}
+    assert groups_of_people(people, list("012345")) == {"group": ("a", "b")}
+    assert groups_of_people(people, [*"012345", "7"]) == {"group": ("a", "b")}
+    assert groups_of_people(people, [*"012345", "8"]) == {}
+    assert groups_of_people(people, list("01234")) == {}
+
+
+def test_three_groups_are_compared_pair_by_pair():
+    people = {str(i): {"group": "abc"[i % 3]} for i in range(30)}
+    rng = np.random.default_rng(8)
+    values = rng.normal(10, 1, 30) + 5 * (np.arange(30) % 3 == 2)
+    names = groups_of_people(people, list(people))["group"]
+    found = compare_people([strip(values, 0.1)], list(people), people, "group", names)
+    assert [(one.first, one.second) for one in found] == [("a", "b"), ("a", "c"), ("b", "c")]
+    alone = compare_people([strip(values, 0.1)], list(people), people, "group", ("a", "c"))[0]
+    assert (found[1].low, found[1].high, found[1].p) == (alone.low, alone.high, alone.p)
+    # Holm over three pairs
+    ordered = sorted(found, key=lambda one: one.p)
+    assert ordered[0].p_adjusted == pytest.approx(3 * ordered[0].p)
+    assert [one.p_adjusted < 0.05 for one in found] == [False, True, True]
+
+
+def test_ages_part_nobody():
+    people = {str(i): {"age": str(20 + i % 9)} for i in range(45)}
+    assert groups_of_people(people, list(people)) == {}
 
 
 def test_without_errors_of_their_own_it_is_the_test_of_welch():
