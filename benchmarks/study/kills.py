@@ -1,4 +1,4 @@
-"""Workers, schedulers and the study's own process are killed at random moments; then it goes on.
+"""Workers, schedulers, the network and the study itself are cut off at random moments.
 
 Asked: after 50 kills the results are the bits of a study that nobody disturbed, and no session that
 had ended is done again. Run: python benchmarks/study/kills.py [KILLS]
@@ -20,6 +20,7 @@ from pathlib import Path
 import numpy as np
 
 SESSIONS = 10
+KINDS = ("worker", "scheduler", "study, pool", "study, workers of Dask", "network")
 STEPS = 'steps = ["estimate {recording} --method exact --out hand.csv"]\n'
 AI = [sys.executable, "-m", "armimpedance"]
 
@@ -32,7 +33,7 @@ def main(kills: int) -> None:
         make_data(top / "data")
         study(top, "calm", []).wait()
         wanted = files(top / "calm")
-        done = dict.fromkeys(("worker", "scheduler", "study, pool", "study, workers of Dask"), 0)
+        done = dict.fromkeys(KINDS, 0)
         kinds = list(done)
         lost = differing = again = 0
         for number in range(kills):
@@ -57,19 +58,24 @@ def ended_again(top: Path, kind: str, chance: np.random.Generator) -> int:
         time.sleep(chance.uniform(0.5, 6.0))
         kill_group(running)
         return go_on(top, ["--workers", "2"])
-    port = free_port()
-    address = f"tcp://127.0.0.1:{port}"
-    helpers = [scheduler(port), workers(address, top)]
+    port, line = free_port(), free_port()
+    address = f"tcp://127.0.0.1:{line if kind == 'network' else port}"
+    helpers = [scheduler(port), network(line, port), workers(address, top)]
     try:
         running = study(top, "out", ["--scheduler", address])
         time.sleep(chance.uniform(4.0, 9.0))
         if kind == "worker":
-            kill_one_worker(helpers[1])
+            kill_one_worker(helpers[2])
         elif kind == "scheduler":
             kill_group(helpers[0])
             helpers += [scheduler(port)]
             time.sleep(1.0)
             helpers += [workers(address, top)]
+        elif kind == "network":
+            # a worker that lost its scheduler ends: whoever started it starts it again
+            kill_group(helpers[1])
+            time.sleep(chance.uniform(2.0, 12.0))
+            helpers += [network(line, port), workers(address, top)]
         else:
             kill_group(running)
             return go_on(top, ["--scheduler", address])
@@ -104,6 +110,13 @@ def scheduler(port: int) -> subprocess.Popen[str]:
     """Start a scheduler of Dask."""
     words = ["scheduler", "--host", "127.0.0.1", "--port", str(port), "--no-dashboard"]
     return started([str(Path(sys.executable).with_name("dask")), *words])
+
+
+def network(line: int, port: int) -> subprocess.Popen[str]:
+    """Start what passes connections on to the scheduler."""
+    return started(
+        [sys.executable, str(Path(__file__).with_name("network.py")), f"{line}", f"{port}"]
+    )
 
 
 def workers(address: str, top: Path) -> subprocess.Popen[str]:
