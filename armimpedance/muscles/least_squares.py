@@ -45,3 +45,26 @@ def least_squares_in(
     theta = cone @ gamma
     free = np.linalg.lstsq(X[:, k:], y - X[:, :k] @ theta, rcond=None)[0]
     return np.concatenate([theta, free])
+
+
+def whitening(covariance: FloatArray) -> FloatArray:
+    """``L^-1`` of covariances ``L L^T`` (..., r, r): rows times it have errors of unit variance.
+
+    Parameters
+    ----------
+    covariance : (..., r, r)
+
+    Returns
+    -------
+    (..., r, r)
+
+    Raises
+    ------
+    EstimationError
+        A combination of the rows is known without error.
+    """
+    try:
+        return np.asarray(np.linalg.inv(np.linalg.cholesky(covariance)))
+    except np.linalg.LinAlgError:
+        problem = "a standard error is so small that a row is known without error"
+        raise EstimationError(f"{problem} (expected those that `estimate` found)") from None

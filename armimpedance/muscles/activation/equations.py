@@ -26,7 +26,7 @@ from armimpedance.muscles.activation.design import (
     slopes_by_activation,
     torque_columns,
 )
-from armimpedance.muscles.least_squares import least_squares_in
+from armimpedance.muscles.least_squares import least_squares_in, whitening
 
 #: Rounds of weights, activations and coefficients.
 _ROUNDS = 300
@@ -206,7 +206,7 @@ def solve_equations(
         X = np.concatenate(
             [equations.columns(at), equations.proportion_columns(at, theta)], axis=-1
         )
-        weight = np.linalg.inv(np.linalg.cholesky(_covariance(equations, factor, J)))
+        weight = whitening(_covariance(equations, factor, J))
         # y = X(at) theta + J (measured - at), linear about the current activations
         target = y - np.einsum("prm,pm->pr", J, equations.activation - at)
         now = SolvedEquations(

@@ -15,7 +15,7 @@ import numpy as np
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import EstimationError
 from armimpedance.muscles.combined.equations import EvaluatedEquations
-from armimpedance.muscles.least_squares import least_squares_in
+from armimpedance.muscles.least_squares import least_squares_in, whitening
 
 #: Rounds of weights and solution, and the relative change of the factors that ends them.
 _ROUNDS, _SETTLED = 20, 0.02
@@ -149,7 +149,7 @@ def _weights(
         if measured.activation_sd.any():
             spread = form.by_activation(x, which) * measured.activation_sd[:, None, :]
             S = S + spread @ spread.transpose(0, 2, 1)
-        found.append(np.linalg.inv(np.linalg.cholesky(S)))
+        found.append(whitening(S))
     if measured.torque_sd is not None:
         found.append(np.eye(2) / (factor[2] * measured.torque_sd[..., None]))
     return tuple(found)

@@ -10,11 +10,12 @@ import pytest
 
 from armimpedance.arm.muscular_arms import arm_named
 from armimpedance.arm.polynomial_paths import constant_paths
-from armimpedance.errors import InputError, NotIdentifiableError
+from armimpedance.errors import EstimationError, InputError, NotIdentifiableError
 from armimpedance.muscles.combined.equations import MuscleEquations
 from armimpedance.muscles.combined.fit import fit_muscle_model
 from armimpedance.muscles.combined.lengths import corrected_lengths
 from armimpedance.muscles.combined.model import MuscleModel
+from armimpedance.muscles.least_squares import whitening
 from armimpedance.muscles.rows import JointRows, matrix
 
 ARM = arm_named("planar6")
@@ -281,3 +282,13 @@ def test_same_rows_same_bits():
     rows = made_rows(1, sd=1.0)[0]
     first, again = (fit_muscle_model(rows, ARM, moment_arm_order=0, seed=3) for _ in range(2))
     assert first.as_plain() == again.as_plain()
+
+
+def test_rows_are_whitened_or_refused_where_one_is_known_without_error():
+    factor = np.random.default_rng(5).normal(size=(4, 3, 3))
+    covariance = factor @ factor.transpose(0, 2, 1)
+    L = whitening(covariance)
+    np.testing.assert_allclose(L @ covariance @ L.transpose(0, 2, 1), [np.eye(3)] * 4, atol=1e-9)
+    covariance[2] = np.diag([1.0, 1e-300**2, 1.0])
+    with pytest.raises(EstimationError, match="without error"):
+        whitening(covariance)
