@@ -12,8 +12,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
+from armimpedance.program import of_program, of_words
 from armimpedance.study.design import Step
-from armimpedance.study.fingerprints import Fingerprints, of_program, of_words
+from armimpedance.study.fingerprints import Fingerprints
 from armimpedance.study.store import Result, Store, states
 
 #: A command: its words to an exit status; it prints to standard output and error.

@@ -7,44 +7,19 @@ again; a change that keeps all three is not seen.
 from __future__ import annotations
 
 import hashlib
-import json
 import os
-import sys
 import time
-from functools import cache
-from importlib import metadata
 from pathlib import Path
 from typing import Final
 
 from armimpedance.errors import InputError
 from armimpedance.json_text import json_text, read_json
 from armimpedance.outputs import staged_file
+from armimpedance.program import of_words
 
 _BLOCK: Final = 1 << 20
-#: Packages whose versions may change the last bits.
-_COUNTING: Final = ("numpy", "scipy", "pandas", "pyarrow", "matplotlib", "pin", "cvxpy", "altair")
 #: What is younger than this when it is read may be written again within one tick of the clock.
 _YOUNG_NS: Final = 2_000_000_000
-
-
-def of_bytes(content: bytes) -> str:
-    """SHA-256 of bytes, as text."""
-    return hashlib.sha256(content).hexdigest()
-
-
-def of_words(*words: object) -> str:
-    """SHA-256 of anything that JSON can hold."""
-    return of_bytes(json.dumps(words, sort_keys=True, ensure_ascii=True).encode())
-
-
-@cache
-def of_program() -> str:
-    """SHA-256 of the program: its own files, and the versions of what it counts with."""
-    top = Path(__file__).resolve().parents[1]
-    files = sorted(p for p in top.rglob("*") if p.suffix != ".pyc" and p.is_file())
-    own = [(p.relative_to(top).as_posix(), of_bytes(p.read_bytes())) for p in files]
-    versions = [(name, metadata.version(name)) for name in _COUNTING]
-    return of_words(own, versions, list(sys.version_info[:3]))
 
 
 class Fingerprints:

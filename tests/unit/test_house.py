@@ -41,7 +41,7 @@ RANKS = [
     {"outputs"},
     {"temporaries"},
     {"method_table"},
-    {"extras", "findings", "not_taken", "paths", "unchanged"},
+    {"extras", "findings", "not_taken", "paths", "program", "unchanged"},
     {"conventions", "errors"},
 ]
 RANK = {room: rank for rank, rooms in enumerate(RANKS) for room in rooms}

@@ -10,15 +10,16 @@ import hashlib
 import json
 import os
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
 from armimpedance.cli.simulate_study.cells import Cell
-from armimpedance.cli.simulate_study.program import of_program, of_words
 from armimpedance.cli.simulate_study.rig import BLOCK, COLUMNS, Numbers
 from armimpedance.outputs import staged_file
+from armimpedance.program import of_program, of_words
 
 #: Within the study's folder.
 STORE: Final = ".store"
@@ -45,7 +46,7 @@ class Blocks:
 
     out: Path
     seed: int
-    program: str = field(default_factory=of_program)
+    program: str = field(default_factory=partial(of_program, "armimpedance", "manipulandum_sim"))
 
     def prepare(self) -> None:
         """Make the folders, so that they can be told from another's."""

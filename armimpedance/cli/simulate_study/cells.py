@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from armimpedance.cli.simulate_study.fields import Settings, Value
-from armimpedance.cli.simulate_study.program import of_words
 from armimpedance.cli.simulate_study.rig import RIGS, Rig, Seeds
+from armimpedance.program import of_words
 
 
 @dataclass(frozen=True)

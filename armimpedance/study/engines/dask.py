@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any, Final, Generic
 
 from armimpedance.errors import ArmImpedanceError, EstimationError, InputError
 from armimpedance.extras import needed
+from armimpedance.program import of_program
 from armimpedance.study.engines.engine import Asked, Given, Work
-from armimpedance.study.fingerprints import of_program
 
 if TYPE_CHECKING:
     from distributed import Client
