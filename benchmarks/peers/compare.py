@@ -8,6 +8,8 @@ import numpy as np
 from scipy.stats import t
 from table import HAND, JOINT, PEERS, Peer
 
+Costs = dict[str, float | str]
+
 #: Conditions of the accuracy table: more would make no row surer than its neighbour.
 MOST = 400
 #: How sure a difference must be.
@@ -79,11 +81,11 @@ def verdicts(results: dict) -> list[str]:
     """Where a peer is clearly more accurate on clean records, in words."""
     lost = []
     for peer in (p for p in PEERS if not p.ours):
-        found = results["rigs"][peer.rigs[0]]["accuracy"].get(peer.name, {"clearly_better": ()})
-        for i, better in enumerate(found["clearly_better"]):
-            if better:
-                name, ratio = NAMES[peer.rigs[0]][i], found["ratio"][i]
-                lost.append(f"{peer.name}: rms error of {name} {ratio:.2f} of {peer.beside}'s")
+        rig = peer.rigs[0]
+        found = results["rigs"].get(rig, {"accuracy": {}})["accuracy"].get(peer.name)
+        for i in np.flatnonzero([] if found is None else found["clearly_better"]):
+            name, ratio = NAMES[rig][i], found["ratio"][i]
+            lost.append(f"{peer.name}: rms error of {name} {ratio:.2f} of {peer.beside}'s")
     return lost
 
 
@@ -126,9 +128,6 @@ def _cost_table(part: dict, rig: str) -> list[str]:
         cells = [_cost(rows[n], own[n], itself) if n in rows else "" for n in part["sizes"]]
         lines.append(_row([name, *cells]))
     return lines
-
-
-Costs = dict[str, float | str]
 
 
 def markdown(results: dict) -> str:

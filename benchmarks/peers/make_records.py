@@ -57,17 +57,16 @@ def make_hand(folder: Path, trials: int, seed: int = 20) -> np.ndarray:
 def make_joint(
     folder: Path, trials: int, seed: int = 20, departures: Departures | None = None
 ) -> np.ndarray:
-    """Write `trials` records of a joint; returns its I, B, K (3,)."""
+    """Write `trials` records of a joint; returns its I, B, K (3,).
+
+    The first of a larger record are those of a smaller one.
+    """
     folder.mkdir(parents=True, exist_ok=True)
-    angle, torque = [], []
-    for n in range(trials):
-        recording, _ = simulate_bench(
-            *JOINT, snr_db=SNR_DB, seed=seed * 1_000_000 + n, departures=departures
-        )
-        angle.append(recording.position[:, 0].astype(np.float32))
-        torque.append(-recording.force[:, 0].astype(np.float32))
-    np.save(folder / "angle.npy", np.stack(angle))
-    np.save(folder / "torque.npy", np.stack(torque))
+    recording, _ = simulate_bench(
+        *JOINT, snr_db=SNR_DB, trials=trials, seed=seed, departures=departures
+    )
+    for name, column in (("angle", recording.position), ("torque", -recording.force)):
+        np.save(folder / f"{name}.npy", column.reshape(trials, -1).astype(np.float32))
     rate = float(recording.sample_rate_hz)
     (folder / "told.json").write_text(json.dumps({"rate_hz": rate}))
     return np.array(JOINT)

@@ -30,7 +30,7 @@ from table import PEERS, Peer
 HERE = Path(__file__).parent
 SIZES = {
     "quick": {"hand": (100, 1000), "joint": (10,), "reflex": (10,)},
-    "full": {"hand": (100, 1000, 10_000, 100_000), "joint": (10, 100, 1000), "reflex": (40,)},
+    "full": {"hand": (100, 1000, 10_000, 100_000), "joint": (10, 100, 300), "reflex": (40,)},
 }
 #: Processor time that one peer may take for one size, s.
 BUDGET_S = {"quick": 40.0, "full": 200.0}

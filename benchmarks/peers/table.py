@@ -46,8 +46,9 @@ PEERS = (
     Peer("armimpedance, exact", "with_armimpedance", "hand_exact", ours=True),
     Peer("armimpedance, by sessions", "with_armimpedance", "hand_sessions", ours=True),
     Peer("SciPy loop", "with_scipy", "hand"),
-    Peer("statsmodels", "with_statsmodels", "hand"),
+    Peer("statsmodels", "with_statsmodels", "hand", most=10_000),
     Peer("statsmodels, drift", "with_statsmodels", "hand_drift"),
+    Peer("SIPPY PARSIM-K", "with_sippy", "hand", most=1000),
     # it knows that the matrices are symmetric
     Peer("MuJoCo, inverse", "with_mujoco", "hand_inverse", beside="armimpedance, definite"),
     # its error is a hundred times what chance does: more trials would say nothing more

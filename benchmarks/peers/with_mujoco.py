@@ -83,12 +83,14 @@ def _without_drift(_parameters, predicted, measured, _model, _all, **_):
 
 
 def _inverse_forces(
-    models: Sequence[mujoco.MjModel], datas: Sequence[mujoco.MjData], **given
+    models: Sequence[mujoco.MjModel],
+    datas: Sequence[mujoco.MjData],  # codespell:ignore
+    **given,
 ) -> list[sysid.SystemTrajectory]:
     """In place of a simulation: the forces that the motion (in place of controls) asks for."""
     found = []
     for model, motion in zip(models, given["control_signal"], strict=True):
-        data, forces = datas[0], np.empty_like(motion.data)
+        data, forces = datas[0], np.empty_like(motion.data)  # codespell:ignore
         velocity, acceleration = derivatives(motion.data, 1 / STEP_S)
         for i in range(len(forces)):
             data.qpos[:], data.qvel[:], data.qacc[:] = motion.data[i], velocity[i], acceleration[i]
