@@ -9,6 +9,7 @@ import numpy as np
 
 from armimpedance.conventions import CAST_MASS_KG
 from armimpedance.errors import InputError
+from manipulandum_sim.hand.compiled import check_compiler
 from manipulandum_sim.hand.disturbances import Disturbance, find_disturbance
 from manipulandum_sim.hand.noise import NoiseLevel, find_noise
 from manipulandum_sim.hand.robot import Robot, Servo
@@ -66,6 +67,9 @@ class Rig:
     robot : Robot
     substeps : int or None
         Integration steps per sample; None: as many as the servo needs.
+    compiled : bool
+        Whether Numba compiles the integration: the same course to within rounding. An ideal servo
+        integrates nothing and gives the same bits either way.
     """
 
     disturbance: str | Disturbance = "minimum_jerk"
@@ -80,10 +84,13 @@ class Rig:
     handle_mass_kg: float = CAST_MASS_KG
     robot: Robot = field(default_factory=Robot)
     substeps: int | None = None
+    compiled: bool = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "disturbance", find_disturbance(self.disturbance))
         object.__setattr__(self, "noise", find_noise(self.noise))
+        if self.compiled:
+            check_compiler()
         samples = self.duration_s * RATE_HZ
         if not (samples >= 20 and abs(samples - round(samples)) < 1e-6):
             raise InputError(
@@ -134,6 +141,8 @@ class Rig:
             if s.is_ideal
             else f"servo of {s.stiffness:g} N/m, damping ratio {s.damping_ratio:g}"
         )
+        if self.compiled and not s.is_ideal:
+            held += ", compiled"
         reflex = (
             f"; reflex of {100 * self.reflex.gain:g} %, {1e3 * self.reflex.delay_s:g} ms late"
             if self.reflex

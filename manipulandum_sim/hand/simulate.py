@@ -55,7 +55,7 @@ def simulate(
         Told ``(trials done, trials in all)``.
     **rig
         Fields of `rig.Rig`: disturbance, amplitude_m, duration_s, residual_m, servo, noise, reflex,
-        emg, command, handle_mass_kg, robot, substeps.
+        emg, command, handle_mass_kg, robot, substeps, compiled.
 
     Returns
     -------

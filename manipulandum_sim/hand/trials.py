@@ -9,6 +9,7 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray, IntArray
 from manipulandum_sim.hand.arm_plant import Arm, Motion, force_on_handle, muscle_stretch
+from manipulandum_sim.hand.compiled import integrate_compiled
 from manipulandum_sim.hand.coupled import CoupledPlant, Course, Track, integrate
 from manipulandum_sim.hand.emg import raw_emg
 from manipulandum_sim.hand.equilibrium import muscle_command
@@ -89,7 +90,8 @@ def _driven(batch: Batch, drift: FloatArray, voluntary: FloatArray | None) -> Tr
     plant = CoupledPlant(arm, rig.robot, muscles, gains, cast)
     delay = rig.reflex.delay_s if rig.reflex else None
     substeps = rig.steps_per_sample
-    return integrate(plant, make_course(batch), rig.samples, substeps, voluntary, delay)
+    move = integrate_compiled if rig.compiled else integrate
+    return move(plant, make_course(batch), rig.samples, substeps, voluntary, delay)
 
 
 def make_course(batch: Batch) -> Course:

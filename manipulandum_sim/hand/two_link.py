@@ -96,7 +96,7 @@ class TwoLink:
 
         Out of reach gives NaN: callers check the reach once, before they integrate.
         """
-        half, product, square, ratio = self._constants
+        half, product, square, ratio = self.constants
         rx, ry = x - self.base_x, y - self.base_y
         rr = rx * rx + ry * ry
         # law of cosines: dot = l1 l2 cos q2, det = l1 l2 sin q2
@@ -143,7 +143,7 @@ class TwoLink:
         return np.arctan2(s1, c1), np.arctan2(s2, c2)
 
     @cached_property
-    def _constants(self) -> tuple[Scalar, Scalar, Scalar, Scalar]:
+    def constants(self) -> tuple[Scalar, Scalar, Scalar, Scalar]:
         """``(l1^2 + l2^2) / 2, (l1 l2)^2, l1^2, coupling / (l1 l2)``."""
         product = self.l1 * self.l2
         half = (self.l1**2 + self.l2**2) / 2

@@ -44,6 +44,10 @@ def _noise() -> Iterable[str]:
     return ("nominal", "sensor", "none")
 
 
+def _integrators() -> Iterable[str]:
+    return ("numpy", "compiled")
+
+
 def _disturbances() -> Iterable[str]:
     from manipulandum_sim.hand import DISTURBANCES
 
@@ -88,6 +92,7 @@ def _manipulandum(settings: Settings) -> dict[str, Any]:
         "servo": IDEAL if servo == "ideal" else Servo(float(servo)),  # type: ignore[arg-type]
         "reflex": Reflex(float(reflex)) if reflex else None,  # type: ignore[arg-type]
         "emg": False,
+        "compiled": settings["integrator"] == "compiled",
     }
 
 
@@ -127,6 +132,7 @@ RIG: Final = Rig(
         Field("duration_s", 0.3, number(0.02, 5)),
         Field("servo", 20_000.0, number_or("ideal", 100, 1e6)),
         Field("reflex", 0.0, number(0, 5)),
+        Field("integrator", "numpy", one_of(_integrators)),
         *ESTIMATOR,
     ),
     quantities=QUANTITIES,
