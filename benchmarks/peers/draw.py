@@ -17,16 +17,28 @@ from table import PEERS
 mpl.use("agg")
 import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 #: Colours of this package and of the peers, distinct for the colour-blind (Okabe and Ito).
 OURS, PEER = "#0072B2", "#D55E00"
 #: Of the growth's curves, in the order of the table.
-CURVES = ("#0072B2", "#56B4E9", "#009E73", "#999999", "#D55E00", "#E69F00", "#CC79A7", "#000000")
-MARKS = "os^vD*Ph"
+CURVES = (
+    *("#0072B2", "#56B4E9", "#004466", "#88BBEE"),
+    *("#D55E00", "#E69F00", "#994400", "#CC79A7", "#000000", "#777777"),
+)
+MARKS = "os^vD*PhX<"
 
 
 def _colour(name: str) -> str:
     return OURS if name.startswith("armimpedance") else PEER
+
+
+def _plain_numbers(axis: Axis) -> None:
+    """1, 2, 5, 10 and so on along a logarithmic axis, not powers."""
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:,g}"))
+    axis.set_minor_formatter(NullFormatter())
 
 
 def _errors(axes: list[Axes], part: dict, rig: str, title: str) -> None:
@@ -45,9 +57,14 @@ def _errors(axes: list[Axes], part: dict, rig: str, title: str) -> None:
     axes[1].axvline(95, color="0.6", lw=1)
     axes[1].set(xlim=(-4, 104), yticks=[], xlabel="95 % intervals that hold the truth, %")
     for ax in axes:
+        # a peer without intervals leaves its line empty
+        ax.set_ylim(0.6 - len(names), 0.6)
         ax.grid(axis="x", color="0.9")
         ax.set_axisbelow(True)
-    axes[1].legend(loc="lower left", fontsize=8, frameon=True)
+    _plain_numbers(axes[0].xaxis)
+    axes[1].legend(
+        loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3, fontsize=8, frameon=False
+    )
 
 
 def accuracy(results: dict) -> plt.Figure:
@@ -69,20 +86,24 @@ def accuracy(results: dict) -> plt.Figure:
 
 def _curve(ax: Axes, rows: dict, name: str, key: str, number: int) -> None:
     done = {int(n): costs[key] for n, costs in rows.items() if "reason" not in costs}
-    style = {"color": CURVES[number % len(CURVES)], "marker": MARKS[number % len(MARKS)]}
+    style = {"color": CURVES[number], "marker": MARKS[number]}
     ax.plot(list(done), list(done.values()), ms=4, lw=1.2, label=name, **style)
 
 
 def growth(results: dict) -> plt.Figure:
     """Time and memory of the hand and of the clean joint over the number of trials."""
-    figure, axes = plt.subplots(2, 2, figsize=(8.2, 6.6), layout="constrained")
+    figure, axes = plt.subplots(2, 2, figsize=(9.6, 6.4), layout="constrained")
     for row, (rig, what) in zip(
         axes, (("hand", "pushes of a hand"), ("joint", "records of a joint")), strict=True
     ):
         part = results["rigs"][rig]
         # nearly the default's curve
-        shown = [p.name for p in PEERS if rig in p.rigs and not p.name.endswith("definite")]
-        for number, name in enumerate(n for n in shown if n in part["rows"]):
+        shown = [p for p in PEERS if rig in p.rigs and not p.name.endswith("definite")]
+        # ours in blues, as many as the hand has; then the peers
+        theirs = iter(range(4, len(CURVES)))
+        ours = iter(range(4))
+        for peer in shown:
+            number, name = next(ours if peer.ours else theirs), peer.name
             _curve(row[0], part["rows"][name], name, "processor_s", number)
             _curve(row[1], part["rows"][name], name, "peak_mb", number)
         row[0].set(ylabel="processor time, s")
@@ -90,7 +111,10 @@ def growth(results: dict) -> plt.Figure:
         for ax in row:
             ax.set(xscale="log", yscale="log", xlabel=what)
             ax.grid(color="0.9")
-        row[0].legend(fontsize=6.5, frameon=True, loc="upper left")
+            _plain_numbers(ax.yaxis)
+            ax.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:,.0f}"))
+            ax.xaxis.set_minor_formatter(NullFormatter())
+        row[1].legend(fontsize=7.5, frameon=False, loc="center left", bbox_to_anchor=(1.0, 0.5))
     return figure
 
 
