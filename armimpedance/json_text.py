@@ -12,7 +12,7 @@ import numpy as np
 
 from armimpedance.arrays import LARGEST
 from armimpedance.errors import InputError, shortened
-from armimpedance.unchanged import unchanged
+from armimpedance.inputs import unchanged
 
 
 def json_text(content: Any) -> str:

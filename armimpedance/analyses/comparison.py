@@ -26,7 +26,7 @@ from armimpedance.errors import InputError
 from armimpedance.files import read_results
 from armimpedance.findings import warnings_of
 from armimpedance.impedance import METHODS, Options
-from armimpedance.paths import distinct_names
+from armimpedance.inputs import distinct_names
 from armimpedance.records import ImpedanceEstimate, Recording
 
 #: What is compared: trials, or estimates without their trials.

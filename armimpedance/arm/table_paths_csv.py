@@ -21,7 +21,7 @@ from armimpedance.arm.muscle_paths import STIFFNESS_PER_TENSION, MuscularArm
 from armimpedance.arm.table_paths import TablePaths
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
-from armimpedance.unchanged import unchanged
+from armimpedance.inputs import unchanged
 
 ANGLES: Final = ("q_shoulder_rad", "q_elbow_rad")
 ARMS: Final = ("G_shoulder_m", "G_elbow_m")

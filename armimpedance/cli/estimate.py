@@ -36,8 +36,7 @@ from armimpedance.cli.parts.written import WITH_CHECKS, check_long, write_result
 from armimpedance.conventions import group_name
 from armimpedance.errors import InputError
 from armimpedance.impedance import METHODS
-from armimpedance.paths import distinct_names
-from armimpedance.unchanged import Inputs, inputs_now
+from armimpedance.inputs import Inputs, distinct_names, inputs_now
 
 if TYPE_CHECKING:
     from armimpedance.analyses import ComparedMethods, Estimates

@@ -27,7 +27,7 @@ from armimpedance.cli.parts.outputs import Output, add_replace, check_outputs
 from armimpedance.cli.parts.reading import add_reading, reading_options
 from armimpedance.cli.parts.sharing import SHARED_FORMS
 from armimpedance.errors import InputError
-from armimpedance.unchanged import inputs_now
+from armimpedance.inputs import inputs_now
 
 _RESULTS = ".csv"
 _MARK = "dataset_description.json"

@@ -14,7 +14,7 @@ from armimpedance.arrays import FloatArray
 from armimpedance.conventions import LARGEST_ANGLE_RAD, element_names
 from armimpedance.errors import InputError
 from armimpedance.files.written.formula import unguarded
-from armimpedance.unchanged import unchanged
+from armimpedance.inputs import unchanged
 
 
 @dataclass(frozen=True)

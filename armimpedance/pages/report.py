@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Literal
 
 from armimpedance.errors import InputError
+from armimpedance.inputs import unchanged
 from armimpedance.pages.asked import Asked
 from armimpedance.pages.door import report_page
 from armimpedance.pages.page import Page
 from armimpedance.pages.rendering import write_page
 from armimpedance.recordings import AnyRecording
-from armimpedance.unchanged import unchanged
 
 PathLike = str | os.PathLike[str]
 

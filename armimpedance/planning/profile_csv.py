@@ -10,9 +10,9 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
+from armimpedance.inputs import unchanged
 from armimpedance.outputs import staged_file
 from armimpedance.planning.profile import Profile
-from armimpedance.unchanged import unchanged
 
 #: Columns, after two lines of comment.
 COLUMNS: Final = ("time_s", "displacement_m", "velocity_m_s", "acceleration_m_s2")

@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import Final
 
 from armimpedance.errors import InputError, RecordError
+from armimpedance.inputs import unchanged
 from armimpedance.method_table import MethodTable
 from armimpedance.recordings.alike_names import with_one_name_each
 from armimpedance.recordings.mapped.columns_toml import MAPPING_FILE
 from armimpedance.recordings.reading import AnyRecording, Format, ReadOptions
 from armimpedance.recordings.where import parse_where, with_where
-from armimpedance.unchanged import unchanged
 
 #: The default comes first: looking at a recording's own folder imports no other reader.
 FORMATS: Final = MethodTable[Format](

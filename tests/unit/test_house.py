@@ -41,7 +41,7 @@ RANKS = [
     {"outputs"},
     {"temporaries"},
     {"method_table"},
-    {"extras", "findings", "not_taken", "paths", "program", "unchanged"},
+    {"extras", "findings", "inputs", "not_taken", "program", "workers"},
     {"conventions", "errors"},
 ]
 RANK = {room: rank for rank, rooms in enumerate(RANKS) for room in rooms}

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from armimpedance.errors import InputError
-from armimpedance.paths import distinct_names
+from armimpedance.inputs import distinct_names
 
 
 def test_names_are_as_short_as_tells_them_apart():

@@ -11,10 +11,10 @@ import pytest
 from armimpedance.__main__ import main
 from armimpedance.errors import InputError
 from armimpedance.files import read_results
+from armimpedance.inputs import inputs_now, unchanged
 from armimpedance.json_text import read_json
 from armimpedance.pages import build
 from armimpedance.recordings import hdf5, open_recording, write_recording
-from armimpedance.unchanged import inputs_now, unchanged
 from manipulandum_sim.hand import simulate
 
 

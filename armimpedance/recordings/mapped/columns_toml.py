@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, Final, cast
 
 from armimpedance.errors import InputError
+from armimpedance.inputs import unchanged
 from armimpedance.json_text import Fields, is_number
 from armimpedance.recordings.mapped.mapping import (
     CUTS,
@@ -28,7 +29,6 @@ from armimpedance.recordings.mapped.units import (
 )
 from armimpedance.recordings.tables.metadata import metadata_of
 from armimpedance.recordings.tables.trial_table import NUMBER_COLUMNS
-from armimpedance.unchanged import unchanged
 
 MAPPING_FILE: Final = "columns.toml"
 #: What stands for a word that somebody still has to decide.

@@ -6,12 +6,12 @@ from pathlib import Path
 from typing import Final
 
 from armimpedance.errors import InputError
+from armimpedance.inputs import unchanged
 from armimpedance.method_table import MethodTable
 from armimpedance.recordings.mapped.apply import ReadFile
 from armimpedance.recordings.mapped.columns_toml import MAPPING_FILE
 from armimpedance.recordings.mapped.raw_file import Source, Wanted
 from armimpedance.recordings.mapped.side_by_side import natural
-from armimpedance.unchanged import unchanged
 
 #: One file in the folder is one kind.
 SOURCES: Final = MethodTable[Source]("armimpedance.recordings.sources", "SOURCE", "kind of file")

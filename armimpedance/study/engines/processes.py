@@ -5,13 +5,13 @@ from __future__ import annotations
 import os
 from collections import deque
 from collections.abc import Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, ProcessPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, wait
 from dataclasses import dataclass
-from multiprocessing import get_context
 from typing import Final
 
 from armimpedance.errors import InputError
 from armimpedance.study.engines.engine import Asked, Given, Work
+from armimpedance.workers import interrupts_for_us_alone, worker_pool
 
 #: How often a task is tried whose process ends before it does.
 _TRIES: Final = 2
@@ -53,12 +53,13 @@ class Processes:
         """Work until all is done or a process was killed; what was under way then waits again."""
         count = min(self.workers or _cores(), len(waiting))
         running: dict[Future[Given], tuple[Asked, int]] = {}
-        with ProcessPoolExecutor(count, mp_context=get_context("spawn")) as pool:
+        with worker_pool(count) as pool:
             try:
                 while waiting or running:
                     while waiting and len(running) < 2 * count:
                         task, tries = waiting.popleft()
-                        running[pool.submit(work, task)] = (task, tries)
+                        with interrupts_for_us_alone():
+                            running[pool.submit(work, task)] = (task, tries)
                     ready, _ = wait(running, return_when=FIRST_COMPLETED)
                     for future in ready:
                         outcome = future.result()
@@ -76,9 +77,11 @@ class Processes:
 
 def _by_itself(work: Work[Asked, Given], task: Asked) -> Given:
     """One task in one process, so that its end is nobody else's."""
-    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+    with worker_pool(1) as pool:
         try:
-            return pool.submit(work, task).result()
+            with interrupts_for_us_alone():
+                asked = pool.submit(work, task)
+            return asked.result()
         except BrokenExecutor:
             problem = "its process ended before its work was done (killed, or out of memory)"
             return work.failed(task, problem)

@@ -159,15 +159,23 @@ def test_a_worker_that_was_killed_is_no_fault_of_the_input():
 WITH_WORKERS = """
 import sys, time
 from armimpedance.impedance import in_order
+from armimpedance.study import Processes
 if __name__ == "__main__":
-    list(in_order(time.sleep, [(600,)] * 2, workers=2))
+    {work}
 """
 
 
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="asks /proc for children")
-def test_workers_do_not_outlive_a_process_that_is_killed(tmp_path):
+@pytest.mark.parametrize(
+    "work",
+    [
+        "list(in_order(time.sleep, [(600,)] * 2, workers=2))",
+        "list(Processes(2)(time.sleep, [600] * 2))",
+    ],
+)
+def test_workers_do_not_outlive_a_process_that_is_killed(tmp_path, work):
     script = tmp_path / "work.py"
-    script.write_text(WITH_WORKERS)
+    script.write_text(WITH_WORKERS.format(work=work))
     process = subprocess.Popen([sys.executable, str(script)])
     children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
     until = time.monotonic() + 20

@@ -1,4 +1,6 @@
-"""Inputs that change while they are read are refused. Standard library only.
+"""Inputs: names that tell them apart; those that change while they are read are refused.
+
+Standard library only.
 
 Before and after the reading a file is asked for its place on the disk, its size and when it was
 last written to: two questions of microseconds, where a sum over an hour's recording would take as
@@ -12,7 +14,7 @@ from __future__ import annotations
 import os
 import stat
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from hashlib import file_digest
@@ -134,3 +136,32 @@ def _look(path: Path, *, summed: bool | None = None) -> _Look | None:
     except OSError:
         return None
     return _Look((held.st_dev, held.st_ino), held.st_size, held.st_mtime_ns, total)
+
+
+def distinct_names(paths: Sequence[Path]) -> list[str]:
+    """A name for each path: its own, with as many folders before it as make all different.
+
+    Parameters
+    ----------
+    paths : sequence of Path
+
+    Returns
+    -------
+    list of str
+        Such as ``["monday/session", "tuesday/session"]``.
+
+    Raises
+    ------
+    InputError
+        One place is given twice.
+    """
+    places = [path.resolve() for path in paths]
+    for number, place in enumerate(places):
+        if place in places[:number]:
+            raise InputError("is given twice", file=paths[number], expected="each input once")
+    names = [place.parts for place in places]
+    for length in range(1, max(map(len, names), default=0) + 1):
+        short = ["/".join(parts[-length:]) for parts in names]
+        if len(set(short)) == len(short):
+            return short
+    return [str(path) for path in paths]
