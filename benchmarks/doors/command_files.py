@@ -104,14 +104,14 @@ group_steps = []
 tables = ["swing.csv"]
 """
 
-#: Simulated sessions of a relaxed joint.
+#: Simulated sessions of a linear limb, which take no time.
 SESSIONS: Final = """
 sessions = 2
 seed = 3
 
 [grid]
-rig = "passive"
-marker_noise_m = [0.0003, 0.001]
+rig = "linear"
+noise = ["nominal", "sensor"]
 """
 
 
