@@ -49,5 +49,7 @@ def _files(package: str) -> list[tuple[str, str]]:
     if spec is None or spec.origin is None:
         return []
     top = Path(spec.origin).parent
-    files = sorted(path for path in top.rglob("*") if path.suffix != ".pyc" and path.is_file())
+    # what Python and Numba compiled is made of the files that stand here
+    kept = (path for path in top.rglob("*") if "__pycache__" not in path.parts)
+    files = sorted(path for path in kept if path.is_file())
     return [(path.relative_to(top).as_posix(), of_bytes(path.read_bytes())) for path in files]

@@ -1,4 +1,5 @@
 from .arm_plant import Arm as Arm
+from .compiled import integrate_compiled as integrate_compiled
 from .coupled import (
     CoupledPlant as CoupledPlant,
     Course as Course,
