@@ -92,7 +92,9 @@ def verdicts(results: dict) -> list[str]:
 def _slashed(numbers: list[float] | None, digits: int) -> str:
     if numbers is None:
         return "none given"
-    return " / ".join(f"{n:#.{digits}g}".rstrip(".") for n in numbers)
+    return " / ".join(
+        f"{n:.0f}" if n >= 10**digits else f"{n:#.{digits}g}".rstrip(".") for n in numbers
+    )
 
 
 def _accuracy_table(part: dict, rig: str) -> list[str]:
