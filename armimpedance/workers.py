@@ -30,6 +30,13 @@ def worker_pool(workers: int) -> ProcessPoolExecutor:
     return ProcessPoolExecutor(workers, get_context("spawn"), _end_with_parent)
 
 
+def usable_cores() -> int:
+    """Cores that this process may use; a scheduler may have given it fewer than there are."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
 @contextmanager
 def interrupts_for_us_alone() -> Iterator[None]:
     """Processes that start in here ignore Ctrl-C and a closed terminal: this one stops them.

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from armimpedance.errors import ArmImpedanceError, InputError
+from armimpedance.impedance import in_order
 from armimpedance_figures.guidali2013 import (
     contribution_means as guidali2013_contribution_means,
     feedback as contribution_feedback,
@@ -142,22 +143,34 @@ class Drawn:
 
 
 def draw_from(
-    studied: Mapping[str, StudiedExperiment], out: Path, formats: Sequence[str] = FORMATS
+    studied: Mapping[str, StudiedExperiment],
+    out: Path,
+    formats: Sequence[str] = FORMATS,
+    workers: int = 1,
 ) -> Drawn:
     """Every figure of the hand's experiments from those that were studied already, by name.
 
     A part of the conditions may not be enough for a figure's model: it is left out, and said so.
+    The files are the same, to the byte, whatever the number of workers.
     """
-    paths: list[Path] = []
-    left_out = []
-    for figure in CATALOGUE.values():
-        if not set(figure.experiments) <= set(studied):
-            continue
-        try:
-            paths += write(figure, [studied[n] for n in figure.experiments], out, formats)
-        except ArmImpedanceError as error:
-            left_out.append(f"{figure.name} left out: {error}")
-    return Drawn(tuple(paths), tuple(left_out))
+    pieces = (
+        (figure.name, [studied[name] for name in figure.experiments], out, tuple(formats))
+        for figure in CATALOGUE.values()
+        if set(figure.experiments) <= set(studied)
+    )
+    drawn = list(in_order(_drawn, pieces, workers))
+    paths = tuple(path for one in drawn for path in one.paths)
+    return Drawn(paths, tuple(sentence for one in drawn for sentence in one.left_out))
+
+
+def _drawn(
+    name: str, studied: Sequence[StudiedExperiment], out: Path, formats: Sequence[str]
+) -> Drawn:
+    """One figure, or why there is none."""
+    try:
+        return Drawn(tuple(write(CATALOGUE[name], studied, out, formats)), ())
+    except ArmImpedanceError as error:
+        return Drawn((), (f"{name} left out: {error}",))
 
 
 def main() -> None:

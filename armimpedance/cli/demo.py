@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from armimpedance.cli.parts.demo_models import DemoModel
     from armimpedance_figures.tsuji1997.study import StudiedExperiment
 
+#: Each draws with a library of its own in memory.
+MOST_WORKERS = 4
 EXPERIMENTS = ("postures", "cocontraction", "force")
 
 
@@ -95,6 +97,7 @@ def _write_all(
     """Write everything; one line per thing written."""
     from armimpedance.files import write_model, write_results
     from armimpedance.outputs import staged_file
+    from armimpedance.workers import usable_cores
     from armimpedance_figures.build_all import draw_from
     from armimpedance_figures.source_figure import FORMATS
 
@@ -113,7 +116,8 @@ def _write_all(
     with staged_file(out / "summary.txt") as path:
         path.write_text(text + "\n", encoding="utf-8")
     (out / "figures").mkdir(exist_ok=True)
-    drawn = draw_from(studied, out / "figures", ("png",) if quick else FORMATS)
+    workers = min(usable_cores(), MOST_WORKERS)
+    drawn = draw_from(studied, out / "figures", ("png",) if quick else FORMATS, workers)
     what = "Figs 6-14, Tables 1 and 2 of Tsuji (1997), and where models extrapolate"
     lines.append(f"{out / 'figures'}: {len(drawn.paths)} files, {what}")
     return [*lines, *drawn.left_out, *_report(out)]

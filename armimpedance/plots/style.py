@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from armimpedance.errors import InputError
 from armimpedance.outputs import staged_file
+from armimpedance.plots.paper.layout import settled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -228,12 +229,12 @@ def save(
     >>> [path.name for path in written]
     ['stiffness.png', 'stiffness.svg']
     """
-    written = []
     for name in formats:
         if name not in _METADATA:
             raise InputError(f"unknown figure format {name!r}", expected="png, svg or pdf")
-        path = Path(f"{path_stem}.{name}")
-        with print_style(), staged_file(path) as staged:
-            figure.savefig(staged, format=name, metadata=_METADATA[name])
-        written.append(path)
+    written = [Path(f"{path_stem}.{name}") for name in formats]
+    with print_style(), settled(figure, _SETTINGS["savefig.dpi"]):
+        for name, path in zip(formats, written, strict=True):
+            with staged_file(path) as staged:
+                figure.savefig(staged, format=name, metadata=_METADATA[name])
     return written

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 from armimpedance.plots import plot_feedback
 from armimpedance.therapy import STEADY_S
-from armimpedance_figures.fixed_layout import settle
 from armimpedance_figures.guidali2013.study import SHOWN, SUBJECTS, TherapyStudy, design, study
 from armimpedance_figures.source_figure import SourceFigure, script
 from armimpedance_figures.table_cells import number
@@ -18,9 +17,7 @@ if TYPE_CHECKING:
 def draw(studied: TherapyStudy) -> Figure:
     """Conditions from above to below, movements side by side."""
     person = studied.person(SHOWN)
-    figure = plot_feedback(person.movements, studied.identified, person.calibration.arm)
-    settle(figure)
-    return figure
+    return plot_feedback(person.movements, studied.identified, person.calibration.arm)
 
 
 def table(studied: TherapyStudy) -> list[list[str]]:

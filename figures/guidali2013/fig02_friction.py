@@ -15,7 +15,6 @@ from armimpedance.plots import (
     print_style,
 )
 from armimpedance.therapy import AxisSweeps
-from armimpedance_figures.fixed_layout import settle
 from armimpedance_figures.guidali2013.printed import TABLE_3
 from armimpedance_figures.guidali2013.study import SUBJECTS, TherapyStudy, design, study
 from armimpedance_figures.source_figure import SourceFigure, script
@@ -38,7 +37,6 @@ def draw(studied: TherapyStudy) -> Figure:
         _signed(sweeps, left)
         plot_friction(sweeps, right)
         one_legend(figure, (left, right), columns=5)
-    settle(figure)
     return figure
 
 

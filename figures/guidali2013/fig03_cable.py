@@ -10,7 +10,6 @@ import numpy as np
 from armimpedance.arrays import FloatArray
 from armimpedance.plots import OKABE_ITO, TWO_COLUMNS_IN, new_figure, print_style
 from armimpedance.therapy import SmoothTrial, smooth_trials
-from armimpedance_figures.fixed_layout import settle
 from armimpedance_figures.guidali2013.study import (
     SUBJECTS,
     UNFITTED_DEG_S,
@@ -91,7 +90,6 @@ def draw(studied: TherapyStudy) -> Figure:
             ax.set_xlabel("angle of axis 2 (deg)")
             ax.set_ylabel("torque (N m)")
         figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
-    settle(figure)
     return figure
 
 

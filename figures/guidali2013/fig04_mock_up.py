@@ -10,7 +10,6 @@ from armimpedance.arrays import FloatArray
 from armimpedance.plots import OKABE_ITO, TWO_COLUMNS_IN, new_figure, print_style
 from armimpedance.report import with_half_width
 from armimpedance.therapy import MovementTorques
-from armimpedance_figures.fixed_layout import settle
 from armimpedance_figures.guidali2013.printed import MOCKUP_GRAVITY_NM, MOCKUP_INERTIA_KGM2
 from armimpedance_figures.guidali2013.study import SUBJECTS, MockUp, TherapyStudy, design, study
 from armimpedance_figures.source_figure import SourceFigure, script
@@ -56,7 +55,6 @@ def draw(studied: TherapyStudy) -> Figure:
         inner = np.concatenate([_middle(m) for m in repetitions(studied.mockup, "horizontal")])
         axes[1].set_ylim(*(1.25 * np.array([inner.min(), inner.max()])))
         figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=2)
-    settle(figure)
     return figure
 
 

@@ -11,7 +11,6 @@ from armimpedance.arrays import FloatArray
 from armimpedance.plots import OKABE_ITO, TWO_COLUMNS_IN, new_figure, print_style
 from armimpedance.signals import spline_kernels
 from armimpedance.therapy import MovementTorques, robot_bodies, smooth_trials
-from armimpedance_figures.fixed_layout import settle
 from armimpedance_figures.guidali2013.study import SUBJECTS, Person, TherapyStudy, design, study
 from armimpedance_figures.source_figure import SourceFigure, script
 from armimpedance_figures.table_cells import number
@@ -84,7 +83,6 @@ def draw(studied: TherapyStudy) -> Figure:
         for ax in axes.flat[len(panels) :]:
             ax.axis("off")
         figure.legend(list(once.values()), list(once), loc="outside upper center", ncols=4)
-    settle(figure)
     return figure
 
 

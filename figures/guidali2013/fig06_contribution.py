@@ -9,7 +9,6 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.plots import OKABE_ITO, TWO_COLUMNS_IN, new_figure, print_style
-from armimpedance_figures.fixed_layout import settle
 from armimpedance_figures.guidali2013.groups import (
     GROUPS,
     conditions_of,
@@ -64,7 +63,6 @@ def draw(studied: TherapyStudy) -> Figure:
             _panel(studied, *group, ax)
             ax.set_title(f"({letter}) {GROUPS[group]}", loc="left")
         _legend(figure)
-    settle(figure)
     return figure
 
 

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 from armimpedance.arrays import FloatArray
 from armimpedance.plots import OKABE_ITO, TWO_COLUMNS_IN, new_figure, one_legend, print_style
-from armimpedance_figures.fixed_layout import settle
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -102,7 +101,6 @@ def draw_errors(
                 textcoords="offset points",
             )  # fmt: skip
         one_legend(figure, list(axes.flat), columns=6)
-    settle(figure)
     return figure
 
 

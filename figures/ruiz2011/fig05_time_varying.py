@@ -17,7 +17,6 @@ from armimpedance.plots import (
     plot_varying,
     print_style,
 )
-from armimpedance_figures.fixed_layout import settle
 from armimpedance_figures.ruiz2011.bench import CONSTANT_S, DEPTH, SOURCES, Varying, varying_draws
 from armimpedance_figures.ruiz2011.frequency import NAMES, error_of, identified
 from armimpedance_figures.source_figure import SourceFigure, script
@@ -94,7 +93,6 @@ def draw(studied: StudiedCourse) -> Figure:
     axes[0].set_xlabel("")
     with print_style():
         one_legend(figure, axes, columns=3)
-    settle(figure)
     return figure
 
 

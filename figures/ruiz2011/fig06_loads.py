@@ -11,7 +11,6 @@ from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
 from armimpedance.plots import OKABE_ITO, TWO_COLUMNS_IN, new_figure, one_legend, print_style
 from armimpedance.signals import lowpass
-from armimpedance_figures.fixed_layout import settle
 from armimpedance_figures.source_figure import SourceFigure, script
 from armimpedance_figures.table_cells import number
 from manipulandum_sim.elbow import (
@@ -142,7 +141,6 @@ def draw(loads: tuple[Load, ...]) -> Figure:
         for load, ax in zip(loads, axes, strict=True):
             _panel(load, ax)
         one_legend(figure, axes, columns=3)
-    settle(figure)
     return figure
 
 

@@ -14,7 +14,6 @@ from armimpedance.plots import (
     plot_varying,
     print_style,
 )
-from armimpedance_figures.fixed_layout import settle
 from armimpedance_figures.ruiz2011.bench import CONSTANT_S
 from armimpedance_figures.ruiz2011.session import Session, design, study
 from armimpedance_figures.source_figure import SourceFigure, script
@@ -73,7 +72,6 @@ def draw(studied: StudiedWindows) -> Figure:
     axes[0].set_xlabel("")
     with print_style():
         one_legend(figure, axes, columns=3)
-    settle(figure)
     return figure
 
 

@@ -9,7 +9,6 @@ import numpy as np
 from armimpedance.arrays import FloatArray
 from armimpedance.elbow import METHODS
 from armimpedance.plots import OKABE_ITO, TWO_COLUMNS_IN, new_figure, one_legend, print_style
-from armimpedance_figures.fixed_layout import settle
 from armimpedance_figures.ruiz2011.session import SUBJECTS, Session, design, study
 from armimpedance_figures.source_figure import SourceFigure, script
 from armimpedance_figures.table_cells import number
@@ -42,7 +41,6 @@ def draw(sessions: tuple[Session, ...]) -> Figure:
         for name, ax in zip(PRINTED, axes, strict=True):
             _panel(sessions, name, ax)
         one_legend(figure, axes, columns=4)
-    settle(figure)
     return figure
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from armimpedance.plots import plot_emg_level
-from armimpedance_figures.fixed_layout import settle
 from armimpedance_figures.source_figure import SourceFigure, script
 from armimpedance_figures.venture_elbow.study import SUBJECTS, StudiedTest, study
 
@@ -17,7 +16,6 @@ def draw(tests: tuple[StudiedTest, ...]) -> Figure:
     """Both muscles of the first subject, one below the other."""
     one = tests[0]
     figure: Figure = plot_emg_level(one.emg, one.level)[0].figure
-    settle(figure)
     return figure
 
 

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 from armimpedance.passive import PassiveFit, PassiveSamples
 from armimpedance.plots import TWO_COLUMNS_IN, new_figure, one_legend, plot_passive_fit, print_style
 from armimpedance.regression import Validation
-from armimpedance_figures.fixed_layout import settle
 from armimpedance_figures.table_cells import number
 
 if TYPE_CHECKING:
@@ -57,7 +56,6 @@ def draw_panels(panels: Sequence[Panel]) -> Figure:
             if ax is not axes[-1]:
                 ax.set_xlabel("")
         one_legend(figure, axes, columns=3)
-    settle(figure)
     return figure
 
 

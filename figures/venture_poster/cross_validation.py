@@ -15,7 +15,6 @@ from armimpedance.plots import (
     print_style,
     row_labels,
 )
-from armimpedance_figures.fixed_layout import settle
 from armimpedance_figures.source_figure import SourceFigure, script
 from armimpedance_figures.table_cells import number
 from armimpedance_figures.venture_poster.study import StudiedBody, design, study
@@ -65,7 +64,6 @@ def draw(studied: StudiedBody) -> Figure:
             axes[0, m].set_title(MOTIONS[motion], loc="left")
         figure.align_ylabels(axes[:, 0])
         one_legend(figure, list(axes.ravel()), columns=2)
-    settle(figure)
     return figure
 
 

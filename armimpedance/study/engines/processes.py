@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections import deque
 from collections.abc import Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, wait
@@ -11,7 +10,7 @@ from typing import Final
 
 from armimpedance.errors import InputError
 from armimpedance.study.engines.engine import Asked, Given, Work
-from armimpedance.workers import interrupts_for_us_alone, worker_pool
+from armimpedance.workers import interrupts_for_us_alone, usable_cores, worker_pool
 
 #: How often a task is tried whose process ends before it does.
 _TRIES: Final = 2
@@ -51,7 +50,7 @@ class Processes:
         self, work: Work[Asked, Given], waiting: deque[tuple[Asked, int]], alone: deque[Asked]
     ) -> Iterator[Given]:
         """Work until all is done or a process was killed; what was under way then waits again."""
-        count = min(self.workers or _cores(), len(waiting))
+        count = min(self.workers or usable_cores(), len(waiting))
         running: dict[Future[Given], tuple[Asked, int]] = {}
         with worker_pool(count) as pool:
             try:
@@ -85,10 +84,3 @@ def _by_itself(work: Work[Asked, Given], task: Asked) -> Given:
         except BrokenExecutor:
             problem = "its process ended before its work was done (killed, or out of memory)"
             return work.failed(task, problem)
-
-
-def _cores() -> int:
-    """Cores that this process may use; a scheduler may have given it fewer than there are."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
