@@ -23,8 +23,6 @@ for _threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ[_threads] = "1"
 
 import argparse
-import contextlib
-import io
 import sys
 import time
 from collections.abc import Callable
@@ -41,23 +39,15 @@ from armimpedance.elbow import (
 )
 from armimpedance.signals import lowpass
 
+sys.path.append(str(Path(__file__).parent / "peers"))
+from discrete import continuous
+
 TRUTH = (0.07, 0.6, 20.0)
 REPEATS, AGREE = 3, 1e-6
 LSTSQ, CONSTANT = "numpy lstsq ARX(2,3,0)", "the same, a constant"
 #: Samples per period of the cut-off that theirs are given: with the 50 of our default the poles of
 #: a plain ARX lie so near 1 that a noise of one per mille decides them.
 DECIMATED = 5
-
-
-def continuous(a: np.ndarray, b: np.ndarray, rate_hz: float) -> np.ndarray:
-    """I, B, K of ``A(q) y = B(q) u``: poles by their logarithm, stiffness by the gain at 0 Hz."""
-    poles = np.roots([1.0, *a])
-    if (np.abs(poles.imag) < 1e-12).all() and (poles.real <= 0).any():
-        return np.full(3, np.nan)
-    s = np.log(poles.astype(complex)) * rate_hz
-    stiffness = (1 + a.sum()) / b.sum()
-    inertia = stiffness / (s[0] * s[1]).real
-    return np.array([inertia, -inertia * s.sum().real, stiffness])
 
 
 def rows(y: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -81,45 +71,15 @@ def plain(y: np.ndarray, u: np.ndarray, rate: float, constant: bool) -> Callable
 
 
 def sippy(y: np.ndarray, u: np.ndarray, rate: float, kind: str) -> Callable[[], np.ndarray]:
-    from sippy_unipi import system_identification
+    from with_sippy import solve
 
-    orders = {"ARX": {"ARX_orders": [2, 3, 0]}, "OE": {"OE_orders": [3, 2, 0]}}[kind]
-
-    def solve() -> np.ndarray:
-        # torques begin at lag 1 in both packages: one sample ahead, they begin at u(t)
-        with contextlib.redirect_stdout(io.StringIO()):
-            model = system_identification(
-                y[None, :-1], u[None, 1:], kind, tsample=1 / rate, **orders
-            )
-        numerator = np.ravel(model.G.num[0][0])
-        denominator = np.ravel(model.G.den[0][0])
-        denominator, scale = denominator / denominator[0], denominator[0]
-        return continuous(denominator[1:3], numerator / scale, rate)
-
-    return solve
+    return lambda: solve(y, u, rate, kind)
 
 
 def sysidentpy(y: np.ndarray, u: np.ndarray, rate: float) -> Callable[[], np.ndarray]:
-    from sysidentpy.basis_function import Polynomial
-    from sysidentpy.model_structure_selection import FROLS
-    from sysidentpy.parameter_estimation import LeastSquares
+    from with_sysidentpy import solve
 
-    def solve() -> np.ndarray:
-        model = FROLS(
-            ylag=2,
-            xlag=3,
-            order_selection=False,
-            n_terms=6,
-            estimator=LeastSquares(),
-            basis_function=Polynomial(degree=1),
-        )
-        model.fit(X=u[1:, None], y=y[:-1, None])
-        codes = model.final_model[:, 0].astype(int)
-        theta = dict(zip(codes, model.theta.ravel(), strict=True))
-        a = -np.array([theta[1001], theta[1002]])
-        return continuous(a, np.array([theta[c] for c in (2001, 2002, 2003)]), rate)
-
-    return solve
+    return lambda: solve(y, u, rate)
 
 
 def timed(solve: Callable[[], np.ndarray]) -> tuple[np.ndarray, float]:

@@ -21,7 +21,8 @@ from with_scipy import CUTOFF_HZ
 ORDERS = {"ARX": {"ARX_orders": [2, 3, 0]}, "OE": {"OE_orders": [3, 2, 0]}}
 
 
-def _solve(y: np.ndarray, u: np.ndarray, rate_hz: float, kind: str) -> np.ndarray:
+def solve(y: np.ndarray, u: np.ndarray, rate_hz: float, kind: str) -> np.ndarray:
+    """I, B, K of one record by a discrete model."""
     # torques begin at lag 1: one sample ahead, they begin at u(t)
     with contextlib.redirect_stdout(io.StringIO()):
         model = system_identification(
@@ -32,7 +33,7 @@ def _solve(y: np.ndarray, u: np.ndarray, rate_hz: float, kind: str) -> np.ndarra
 
 
 def _joint(record: Joint, kind: str) -> tuple[np.ndarray, np.ndarray]:
-    values = np.stack([_solve(*decimated(record, t), kind) for t in range(len(record.angle))])
+    values = np.stack([solve(*decimated(record, t), kind) for t in range(len(record.angle))])
     return values, np.full_like(values, np.nan)
 
 

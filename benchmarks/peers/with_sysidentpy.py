@@ -10,7 +10,8 @@ from sysidentpy.model_structure_selection import FROLS
 from sysidentpy.parameter_estimation import LeastSquares
 
 
-def _solve(y: np.ndarray, u: np.ndarray, rate_hz: float) -> np.ndarray:
+def solve(y: np.ndarray, u: np.ndarray, rate_hz: float) -> np.ndarray:
+    """I, B, K of one record by a discrete model."""
     model = FROLS(
         ylag=2,
         xlag=3,
@@ -28,5 +29,5 @@ def _solve(y: np.ndarray, u: np.ndarray, rate_hz: float) -> np.ndarray:
 
 def joint(record: Joint) -> tuple[np.ndarray, np.ndarray]:
     """I, B, K of every record."""
-    values = np.stack([_solve(*decimated(record, t)) for t in range(len(record.angle))])
+    values = np.stack([solve(*decimated(record, t)) for t in range(len(record.angle))])
     return values, np.full_like(values, np.nan)
