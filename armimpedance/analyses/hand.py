@@ -112,7 +112,7 @@ def estimate(
     >>> hand = estimate(recording)
     >>> hand
     1 estimate
-    cocontraction_10: weighted, 8 trials, K 417.4, 155.4 N/m
+    cocontraction_10: weighted, 8 trials, K 417.9, 155.4 N/m
     >>> hand["cocontraction_10"].stiffness.unit
     'N/m'
     """

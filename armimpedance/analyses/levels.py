@@ -126,7 +126,7 @@ def to_hand(
     >>> recording, _ = simulate("cocontraction", seed=1, sets=1, conditions=["cocontraction_10"])
     >>> to_hand(to_joint(estimate(recording)))
     1 estimate
-    cocontraction_10: weighted, 8 trials, K 417.4, 155.4 N/m
+    cocontraction_10: weighted, 8 trials, K 417.9, 155.4 N/m
     """
     who = _who(estimates, recording)
 

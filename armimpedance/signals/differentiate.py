@@ -22,7 +22,7 @@ from armimpedance.errors import InputError
 SPLINE_DEGREE = 5
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Kernels(FrozenRecord):
     """A sampled smoothing kernel and its first two derivatives.
 

@@ -76,13 +76,17 @@ def position_noise(position: FloatArray, sample_rate_hz: float, modes: Modes) ->
 
 def grid_step(position: FloatArray) -> float:
     """Step of the grid on which positions (T, S, d) lie within each trial; 0 if on none."""
-    steps = np.abs(np.diff(position, axis=1))
+    steps = np.diff(position, axis=1)
+    np.abs(steps, out=steps)
     # rounding of positions of a metre is 1e-16
-    steps = steps[steps > 1e-13 + 1e-9 * steps.max(initial=0.0)]
-    if not steps.size:
+    told = steps > 1e-13 + 1e-9 * steps.max(initial=0.0)
+    if not told.any():
         return 0.0
-    smallest = float(steps.min())
-    off = np.abs(steps / smallest - np.round(steps / smallest)).max()
+    smallest = float(np.where(told, steps, np.inf).min())
+    # where there is no step, no step lies on any grid
+    steps *= told
+    steps /= smallest
+    off = np.abs(np.subtract(steps, np.round(steps), out=steps), out=steps).max()
     # the largest whole number must still be told from its neighbours
     return smallest if off < _ON_GRID else 0.0
 
@@ -90,16 +94,22 @@ def grid_step(position: FloatArray) -> float:
 def _read_again(position: FloatArray, modes: Modes, step: float, reach: int) -> FloatArray:
     """Covariance (d, 3 n, 3 n) of the error of readings of the smoothed motion."""
     T, S, d = position.shape
-    moved = (position - position[:, :1]).transpose(0, 2, 1).reshape(T * d, S)
+    padded = np.empty((T, d, S + 2 * reach + 1))
+    moved = padded[:, :, reach + 1 : reach + 1 + S]
+    np.subtract(position.transpose(0, 2, 1), position[:, 0, :, None], out=moved)
+    padded[:, :, : reach + 1] = moved[:, :, :1]
+    padded[:, :, reach + 1 + S :] = moved[:, :, -1:]
     # a mean over near samples: what stands still goes on to stand still
-    running = np.cumsum(np.pad(moved, ((0, 0), (reach + 1, reach)), mode="edge"), axis=1)
-    smooth = (running[:, 2 * reach + 1 :] - running[:, : -2 * reach - 1]) / (2 * reach + 1)
+    running = np.cumsum(padded.reshape(T * d, -1), axis=1)
+    smooth = running[:, 2 * reach + 1 :] - running[:, : -2 * reach - 1]
+    smooth /= 2 * reach + 1
+    smooth /= step
     readings = -(-_READINGS // (T * d))
     # places of the grid spread evenly over a step, others in every trial
     place = (np.arange(readings)[:, None] + np.linspace(0, 1, T * d, endpoint=False)) / readings
-    grid = smooth / step + place[:, :, None]
-    error = np.round(grid) - grid
-    error -= error[:, :, :1]
+    grid = smooth + place[:, :, None]
+    error = np.subtract(np.round(grid), grid, out=grid)
+    error -= error[:, :, :1].copy()
     projected = (error.reshape(-1, S) @ modes.stacked.T).reshape(readings, T, d, -1)
     per_axis = projected.transpose(2, 0, 1, 3).reshape(d, readings * T, -1)
     spread = per_axis.transpose(0, 2, 1) @ per_axis

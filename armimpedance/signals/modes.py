@@ -10,13 +10,13 @@ the arm's inertia, encoder noise and force noise leave nothing to gain above.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Annotated
 
 import numpy as np
 from scipy.linalg import solve_triangular
 
-from armimpedance.arrays import FloatArray, FrozenRecord
+from armimpedance.arrays import FloatArray, FrozenRecord, frozen
 from armimpedance.errors import InputError
 from armimpedance.signals.differentiate import SPLINE_DEGREE
 
@@ -47,10 +47,10 @@ class Modes(FrozenRecord):
         """Number of modes n."""
         return len(self.smooth)
 
-    @property
+    @cached_property
     def stacked(self) -> FloatArray:
         """Operators for x'', x', x on top of each other, (3 n, S)."""
-        return np.concatenate([self.second, self.first, self.smooth])
+        return frozen(np.concatenate([self.second, self.first, self.smooth]))
 
     @property
     def gaps(self) -> FloatArray:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, by_axis
+from armimpedance.arrays import FloatArray, by_axis, frozen
 from armimpedance.errors import InputError
 from armimpedance.records import Response, Window
 from armimpedance.signals.differentiate import Kernels, operator, spline_kernels
@@ -112,25 +113,22 @@ def respond(window: Window, span: Span | None = None, *, keep_drift: bool = Fals
     lag, d = window.lag_s[span.centres], window.axes
     basis = ramp_basis(lag)
 
-    def apply(weights: tuple[FloatArray, ...], signal: FloatArray) -> list[FloatArray]:
-        stacked = np.concatenate(
-            [operator(each, span.centres, len(window.lag_s)) for each in weights]
-        )
+    stacked = _operators(span.kernels, tuple(span.centres.tolist()), len(window.lag_s))
+
+    def apply(weights: int, signal: FloatArray) -> list[FloatArray]:
         # One product for all axes, trials and kernels: (d T, S) (S, w C)
-        smoothed = (signal @ stacked.T).reshape(d, -1, len(weights), len(lag))
+        smoothed = (signal @ stacked[: weights * len(lag)].T).reshape(d, -1, weights, len(lag))
         if not keep_drift:
             # P s = s - Q (Q^T s): (d, T, w, C) = (d, T, w, 2) (2, C)
             smoothed -= (smoothed @ basis) @ basis.T
-        return [smoothed[:, :, i].transpose(1, 2, 0) for i in range(len(weights))]
+        frozen(smoothed)
+        return [smoothed[:, :, i].transpose(1, 2, 0) for i in range(weights)]
 
-    kernels = span.kernels
     moved = by_axis(window.position)
     # Positions are referenced first: the sums lose no digits to the distance from the shoulder.
     moved -= moved[:, :1].copy()
-    displacement, velocity, acceleration = apply(
-        (kernels.smooth, kernels.first, kernels.second), moved
-    )
-    (force,) = apply((kernels.smooth,), by_axis(window.force))
+    displacement, velocity, acceleration = apply(3, moved)
+    (force,) = apply(1, by_axis(window.force))
     return Response(
         sample_rate_hz=window.sample_rate_hz / span.stride,
         lag_s=lag,
@@ -141,3 +139,13 @@ def respond(window: Window, span: Span | None = None, *, keep_drift: bool = Fals
         trial=window.trial,
         usable=window.usable,
     )
+
+
+@lru_cache(maxsize=4)
+def _operators(kernels: Kernels, centres: tuple[int, ...], samples: int) -> FloatArray:
+    """What smooths and what differentiates once and twice, on top of each other.
+
+    The groups of a recording have the same window as a rule.
+    """
+    at, weights = np.array(centres), (kernels.smooth, kernels.first, kernels.second)
+    return frozen(np.concatenate([operator(each, at, samples) for each in weights]))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,7 +13,7 @@ from armimpedance.conventions import POSITION_UNIT, command_columns
 from armimpedance.errors import InputError
 from armimpedance.records import Recording, Window
 from armimpedance.signals.onset import detect_movement
-from armimpedance.signals.strays import beyond_the_others, gone_astray
+from armimpedance.signals.strays import beyond_the_others, gone_astray, lower_quantile
 
 #: State at the onset (position, force, joint angles) is a mean over this much rest before it (s).
 REST_BEFORE_ONSET_S = 0.1
@@ -35,6 +36,39 @@ class Timing:
     onset_s: FloatArray
     end_s: FloatArray
     notes: tuple[str, ...] = ()
+
+
+class _Table:
+    """Columns of a trial table as arrays: each is looked up once for all groups of trials."""
+
+    def __init__(self, recording: Recording) -> None:
+        self.recording = recording
+        self._held: dict[str, FloatArray] = {}
+
+    def column(self, name: str) -> FloatArray:
+        """Numbers (T,); NaN where there are none."""
+        if name not in self._held:
+            self._held[name] = _column(self.recording, name)
+        return self._held[name]
+
+    @cached_property
+    def trial(self) -> IntArray:
+        """Numbers of the trials (T,)."""
+        return np.asarray(self.recording.trials["trial"].to_numpy(dtype=np.int64))
+
+    @cached_property
+    def flawed(self) -> BoolArray:
+        """As `flawed`."""
+        return flawed(self.recording)
+
+
+def _table_of(recording: Recording, timing: Timing) -> _Table:
+    """The trial table of a recording; it stays with the timing, which belongs to it."""
+    known: _Table | None = getattr(timing, "_table", None)
+    if known is None or known.recording is not recording:
+        known = _Table(recording)
+        object.__setattr__(timing, "_table", known)
+    return known
 
 
 def _column(recording: Recording, name: str) -> FloatArray:
@@ -112,10 +146,11 @@ def cut_windows(
         If no trial holds its own disturbance.
     """
     timing = timing or disturbance_times(recording)
+    table = _table_of(recording, timing)
     rows = np.arange(recording.n_trials) if rows is None else np.asarray(rows)
     rate, first = recording.sample_rate_hz, _onset_samples(recording, timing)[rows]
     duration = (timing.end_s - timing.onset_s)[rows]
-    before, after, usable, notes = _extent(recording, rows, first, duration)
+    before, after, usable, notes = _extent(table, rows, first, duration)
     lag = np.arange(-before, after + 1)
     start = np.where(usable, recording.offsets[rows] + first - before, 0)
 
@@ -123,7 +158,7 @@ def cut_windows(
     end = before + np.round(duration * rate).astype(np.int64)
     astray = gone_astray(place, before, end, usable)
     if astray.any():
-        notes += (_told(recording, rows, astray, "the hand goes away and does not return"),)
+        notes += (_told(table, rows, astray, "the hand goes away and does not return"),)
         usable = usable & ~astray
 
     def gather(samples: FloatArray) -> FloatArray:
@@ -144,12 +179,12 @@ def cut_windows(
         position=position,
         force=force,
         duration_s=duration,
-        trial=_trial_numbers(recording, rows),
+        trial=table.trial[rows],
         usable=usable,
         position_at_onset=position[:, rest].mean(axis=1),
         force_at_onset=force[:, rest].mean(axis=1),
-        joint_angles_at_onset=_joint_angles(recording, rows, at_rest),
-        disturbance=_disturbance(recording, rows),
+        joint_angles_at_onset=_joint_angles(table, rows, at_rest),
+        disturbance=_disturbance(table, rows),
         notes=timing.notes + notes,
         commanded=None if commanded is None else gather(commanded),
     )
@@ -163,15 +198,16 @@ def _stretches(samples: FloatArray, start: IntArray, length: int) -> FloatArray:
 
 
 def _extent(
-    recording: Recording, rows: np.ndarray, first: IntArray, duration_s: FloatArray
+    table: _Table, rows: np.ndarray, first: IntArray, duration_s: FloatArray
 ) -> tuple[int, int, np.ndarray, tuple[str, ...]]:
     """Samples before and after the onset, which trials hold them (T,), and what is left out."""
+    recording = table.recording
     rate, later = recording.sample_rate_hz, np.diff(recording.offsets)[rows] - 1 - first
     lasting = beyond_the_others(duration_s)
     needed = int(np.ceil(float(duration_s[~lasting].max()) * rate - 1e-6))
     before, after = _common_extent(first, later, needed, rate)
     long_enough = (first >= before) & (later >= after)
-    errors = flawed(recording)[rows]
+    errors = table.flawed[rows]
     if errors.all():
         raise InputError(
             f"all {len(errors)} trials are marked as errors",
@@ -181,7 +217,7 @@ def _extent(
     usable = long_enough & ~errors & ~lasting
     if after < needed or not usable.any():
         shortest = int(np.argmin(later))
-        trial = _trial_numbers(recording, rows)[shortest]
+        trial = table.trial[rows][shortest]
         raise InputError(
             f"trial {trial} ends {later[shortest] / rate:.3f} s after its onset",
             expected=f"at least the disturbance of {needed / rate:.3f} s",
@@ -190,19 +226,16 @@ def _extent(
     notes += _left_out(~errors, "marked as an error when recorded")
     if lasting.any():
         why = _long_movement(recording, rows[lasting], first[lasting], duration_s[lasting])
-        notes += (_told(recording, rows, lasting, why),)
+        notes += (_told(table, rows, lasting, why),)
     return before, after, usable, notes
 
 
-def _trial_numbers(recording: Recording, rows: np.ndarray) -> IntArray:
-    return recording.trials["trial"].to_numpy(dtype=np.int64)[rows]
-
-
-def _joint_angles(recording: Recording, rows: np.ndarray, at_rest: IntArray) -> FloatArray | None:
+def _joint_angles(table: _Table, rows: np.ndarray, at_rest: IntArray) -> FloatArray | None:
     """Arm posture before the onset: measured along with the samples, or from the trial table."""
-    if recording.joint_angles is not None:
-        return np.asarray(recording.joint_angles[at_rest].mean(axis=1))
-    columns = [_column(recording, name)[rows] for name in ("q_shoulder_rad", "q_elbow_rad")]
+    measured = table.recording.joint_angles
+    if measured is not None:
+        return np.asarray(measured[at_rest].mean(axis=1))
+    columns = [table.column(name)[rows] for name in ("q_shoulder_rad", "q_elbow_rad")]
     angles = np.column_stack(columns)
     return angles if np.isfinite(angles).all() else None
 
@@ -215,9 +248,9 @@ def _commanded(recording: Recording) -> FloatArray | None:
     return np.column_stack([recording.extra[name] for name in names])
 
 
-def _disturbance(recording: Recording, rows: np.ndarray) -> IntArray | None:
+def _disturbance(table: _Table, rows: np.ndarray) -> IntArray | None:
     """Number of each trial's disturbance, by its direction in the trial table."""
-    direction = _column(recording, "direction_deg")[rows]
+    direction = table.column("direction_deg")[rows]
     if not np.isfinite(direction).all():
         return None
     around = np.round(direction % 360.0, 3) % 360.0
@@ -230,8 +263,8 @@ def _common_extent(
     """Samples before and after the onset that 90 % of the trials hold, at most what is wanted."""
     margin = round(MARGIN_S * sample_rate_hz)
     return (
-        min(margin, int(np.quantile(before, 0.1, method="lower"))),
-        min(needed + margin, int(np.quantile(after, 0.1, method="lower"))),
+        min(margin, int(lower_quantile(before, 0.1))),
+        min(needed + margin, int(lower_quantile(after, 0.1))),
     )
 
 
@@ -257,9 +290,9 @@ def _long_movement(
     )
 
 
-def _told(recording: Recording, rows: np.ndarray, out: np.ndarray, why: str) -> str:
+def _told(table: _Table, rows: np.ndarray, out: np.ndarray, why: str) -> str:
     """Which trials are left out, by their numbers, and why."""
-    numbers = _trial_numbers(recording, rows)[out]
+    numbers = table.trial[rows][out]
     first = ", ".join(map(str, numbers[:5])) + (", ..." if len(numbers) > 5 else "")
     return f"{len(numbers)} of {len(out)} trials left out (trial {first}): {why}"
 

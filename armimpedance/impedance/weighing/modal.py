@@ -13,7 +13,7 @@ from typing import Annotated
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, FrozenRecord, IntArray, by_axis
+from armimpedance.arrays import FloatArray, FrozenRecord, IntArray, by_axis, frozen
 from armimpedance.conventions import UNITS, Kind, element_names, parameter_names
 from armimpedance.errors import RecordError
 from armimpedance.records import Window
@@ -113,11 +113,12 @@ def modal_equation(
     motion = np.concatenate([moved @ modes.stacked.T, *late], axis=1)
     motion = motion.reshape(d, -1, motion.shape[1] // n, n).transpose(1, 2, 0, 3)
     force = pushed @ modes.smooth.T
+    np.negative(force, out=force)
     return ModalEquation(
         modes=modes,
         lag_s=window.lag_s,
-        motion=np.array(motion, order="C"),
-        force=-force.reshape(d, -1, n).transpose(1, 0, 2),
+        motion=frozen(np.array(motion, order="C")),
+        force=force.reshape(d, -1, n).transpose(1, 0, 2),
         disturbance=None if window.disturbance is None else window.disturbance[used],
     )
 
@@ -159,10 +160,10 @@ def weighted_equations(
             b[:, :, i, :] += (left @ equation.force[:, j, :, None]).reshape(T, r, d)
     size = r * d * d
     flat = A.reshape(T, size, size)
-    names, units = _names(kind, d, r)
-    return TrialEquations(
-        flat if excess is None else flat - excess, b.reshape(T, size), names, units
-    )
+    if excess is not None:
+        flat -= excess
+    frozen(A), frozen(b)
+    return TrialEquations(frozen(flat), frozen(b.reshape(T, size)), *_names(kind, d, r))
 
 
 def _names(kind: Kind, d: int, matrices: int) -> tuple[tuple[str, ...], tuple[str, ...]]:

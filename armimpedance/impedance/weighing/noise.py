@@ -69,7 +69,11 @@ class NoiseModel(FrozenRecord):
         A stands for ``M d2/dt2 + B d/dt + K`` with `parameters` row by row (3 d^2,); a delayed
         term's share is far below K's and left out.
         """
-        return self.force + through_impedance(parameters, self.position)
+        return self.force + self.carried(parameters)
+
+    def carried(self, parameters: FloatArray) -> FloatArray:
+        """What the position's noise is in the equation, (d n, d n)."""
+        return through_impedance(parameters, self.position)
 
 
 def through_impedance(parameters: FloatArray, position: FloatArray) -> FloatArray:
@@ -175,12 +179,14 @@ def refit_noise(
     parameters: FloatArray,
     steps: int,
     uncertainty: FloatArray | None = None,
+    carried: FloatArray | None = None,
 ) -> NoiseModel:
     """The model with sizes from the residuals that `parameters` leave.
 
     Starts from the sizes that are known, if they are. `uncertainty`, the parameters' covariance
     (r d^2, r d^2), gives back what the fit has taken off the residuals: with it the sizes are those
-    of restricted maximum likelihood. Without it a fit to few trials would seem too good.
+    of restricted maximum likelihood. Without it a fit to few trials would seem too good. `carried`
+    is the model's `carried` for these parameters, where the caller has it already.
     """
     residual = equation.residual(parameters)
     moment = residual.T @ residual / equation.trials
@@ -189,7 +195,7 @@ def refit_noise(
     sizes = fit_components(
         moment,
         model.shapes,
-        model.floor + through_impedance(parameters, model.position),
+        model.floor + (model.carried(parameters) if carried is None else carried),
         isotropic=_ISOTROPIC,
         start=model.sizes if model.sizes.any() else None,
         steps=steps,

@@ -6,6 +6,7 @@ from typing import Final
 
 import numpy as np
 
+from armimpedance.arrays import by_axis
 from armimpedance.records import Window
 
 #: Force before the onset that changes by less than this part of the response is silent: the noise
@@ -31,8 +32,7 @@ def is_silent(window: Window) -> bool:
     rest = window.lag_s <= 0
     if rest.sum() < 3:
         return False
-    force = window.force[window.usable]
-    before = force[:, rest]
-    changes = np.abs(before - before.mean(axis=1, keepdims=True)).max()
-    swing = np.abs(force - before.mean(axis=1, keepdims=True)).max()
-    return bool(changes < SILENT * swing)
+    force = by_axis(window.force)[np.tile(window.usable, window.axes)]
+    force -= force[:, rest].mean(axis=1, keepdims=True)
+    away = np.abs(force, out=force)
+    return bool(away[:, rest].max() < SILENT * away.max())

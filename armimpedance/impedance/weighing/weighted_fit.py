@@ -7,11 +7,12 @@ fit (`noise`), so that tremor, slow force and drift weigh what they weigh in thi
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
+from armimpedance.arrays import FloatArray, frozen
 from armimpedance.conventions import Kind
 from armimpedance.impedance.bound import bound_of
 from armimpedance.impedance.weighing.expected_motion import expected_motion
@@ -31,7 +32,7 @@ from armimpedance.regression import TrialEquations, solve_total
 from armimpedance.signals import Modes
 
 #: Fits of the noise model, and their steps: the second starts where the first ended.
-NOISE_STEPS: Final = (16, 8)
+NOISE_STEPS: Final = (8, 4)
 #: With fewer trials the noise cannot be told from the fit.
 FEWEST_TRIALS: Final = 4
 
@@ -82,12 +83,14 @@ def weighted_fit(
     """
     equation = modal_equation(window, modes, delay_s=delay_s)
     noise = start_noise(window, equation)
-    equations = weighted_equations(equation, _without_drift(equation), kind)
+    blind = _without_drift(equation.modes, equation.axes)
+    equations = weighted_equations(equation, blind, kind)
     parameters = solve_total(equations)
     instruments, uncertainty = expected_motion(equation), None
     for steps in NOISE_STEPS:
-        noise = refit_noise(noise, equation, parameters, steps, uncertainty)
-        V = np.linalg.inv(noise.covariance(parameters))
+        carried = noise.carried(parameters)
+        noise = refit_noise(noise, equation, parameters, steps, uncertainty, carried)
+        V = np.linalg.inv(noise.force + carried)
         equations = compensated_equations(equation, noise, (V + V.T) / 2, instruments, kind)
         parameters, uncertainty = solve_total(equations), bound_of(equations)
     return WeightedFit(equation, noise, equations, parameters)
@@ -115,9 +118,10 @@ def compensated_equations(
     return weighted_equations(equation, V, kind, excess=excess)
 
 
-def _without_drift(equation: ModalEquation) -> FloatArray:
+@lru_cache(maxsize=4)
+def _without_drift(modes: Modes, axes: int) -> FloatArray:
     """Weight (d n, d n) that is blind to an offset and a ramp of each axis."""
-    smooth = equation.modes.smooth
-    drift = smooth @ np.column_stack([np.ones_like(equation.lag_s), equation.lag_s])
-    Q = np.linalg.qr(drift)[0]
-    return np.kron(np.eye(equation.axes), np.eye(len(smooth)) - Q @ Q.T)
+    smooth = modes.smooth
+    ramp = np.linspace(-1.0, 1.0, smooth.shape[1])
+    Q = np.linalg.qr(smooth @ np.column_stack([np.ones_like(ramp), ramp]))[0]
+    return frozen(np.kron(np.eye(axes), np.eye(len(smooth)) - Q @ Q.T))

@@ -7,7 +7,9 @@ import pytest
 
 from armimpedance.errors import InputError
 from armimpedance.impedance.weighing.components import (
-    _root_of_two,
+    _inverse,
+    _middle,
+    _middle_of_two,
     fit_components,
     total_covariance,
 )
@@ -86,12 +88,33 @@ def test_shapes_that_do_not_belong_together_are_refused():
         fit_components(np.eye(5), SHAPES, NONE, isotropic=FREE)
 
 
-def test_roots_of_two_axes_are_those_of_any_number():
+def test_the_middle_of_two_axes_is_that_of_any_number():
     rng = np.random.default_rng(2)
-    factors = rng.normal(size=(50, 2, 2))
-    stack = factors @ factors.transpose(0, 2, 1)
-    roots = _root_of_two(stack)
-    np.testing.assert_allclose(roots @ roots, stack, atol=1e-10 * np.abs(stack).max())
-    np.testing.assert_allclose(roots, roots.transpose(0, 2, 1), atol=1e-14)
-    singular = np.outer([1.0, 2.0], [1.0, 2.0])[None]
-    np.testing.assert_allclose(_root_of_two(singular) @ _root_of_two(singular), singular, atol=1e-9)
+    first, second = rng.normal(size=(2, 50, 2, 2))
+    first, second = first @ first.transpose(0, 2, 1), second @ second.transpose(0, 2, 1)
+    found = _middle_of_two(first, second)
+    np.testing.assert_allclose(found @ first @ found, second, atol=1e-9 * np.abs(second).max())
+    np.testing.assert_allclose(found, found.transpose(0, 2, 1), atol=1e-12 * np.abs(found).max())
+    assert (np.linalg.eigvalsh(found) > 0).all()
+    np.testing.assert_allclose(found, _middle(first, second), rtol=1e-5, atol=1e-9)
+
+
+def test_the_middle_of_a_singular_target_is_singular():
+    target = np.outer([1.0, 2.0], [1.0, 2.0])[None]
+    expected = np.array([[[3.0, 1.0], [1.0, 2.0]]])
+    found = _middle_of_two(expected, target)
+    np.testing.assert_allclose(found @ expected @ found, target, atol=1e-9)
+
+
+def test_a_start_for_axes_that_are_alike_is_nearly_the_maximum():
+    """Noise alike in both axes: what is left to the full steps is next to nothing."""
+    sizes = np.array([0.5, 2.0, 1.0])[:, None, None] * np.eye(2)
+    moment = total_covariance(sizes, SHAPES, NONE)
+    found = fit_components(moment, SHAPES, NONE, isotropic=FREE, steps=0)
+    assert loss(found, moment) - loss(sizes, moment) < 1e-2
+
+
+def test_a_covariance_that_rounding_leaves_indefinite_has_an_inverse():
+    singular = np.diag([1.0, 1e-3, -1e-19])
+    found, _ = _inverse(singular)
+    np.testing.assert_allclose(found @ singular, np.eye(3), atol=1e-12)
