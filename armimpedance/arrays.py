@@ -42,22 +42,30 @@ def frozen_array(
     """
     taken = isinstance(values, np.ndarray) and values.dtype == dtype and _is_frozen(values)
     array = np.asarray(values) if taken else np.array(values, dtype=dtype)
-    fits = array.ndim == len(shape) and all(
-        want is None or have == want for have, want in zip(array.shape, shape, strict=True)
-    )
-    if not fits:
+    if array.shape != shape and not _fits(array.shape, shape):
         wanted = "(" + ", ".join("any" if s is None else str(s) for s in shape) + ")"
         raise RecordError(f"{name} has shape {array.shape}", expected=f"shape {wanted}")
-    if finite and np.issubdtype(array.dtype, np.floating) and not _all_numbers(array):
+    if finite and array.dtype.kind == "f" and not _all_numbers(array):
         what = "too large to be measured" if np.isfinite(array).all() else "not finite"
         raise RecordError(f"{name} holds a value that is {what}", expected="finite numbers")
     array.flags.writeable = False
     return array
 
 
+def _fits(have: tuple[int, ...], wanted: tuple[int | None, ...]) -> bool:
+    """Whether a shape is the wanted one."""
+    return len(have) == len(wanted) and all(
+        want is None or one == want for one, want in zip(have, wanted, strict=True)
+    )
+
+
 def _all_numbers(array: np.ndarray) -> bool:
     """Whether no value is NaN, infinite, or so large that its powers overflow."""
-    return array.size == 0 or bool(array.min() > -LARGEST and array.max() < LARGEST)
+    if array.size == 0:
+        return True
+    # the order of the values does not matter, a view of them all is read fastest
+    values = array.ravel(order="K")
+    return bool(np.minimum.reduce(values) > -LARGEST and np.maximum.reduce(values) < LARGEST)
 
 
 def frozen(array: FloatArray) -> FloatArray:
@@ -162,18 +170,21 @@ def _rule(hint: Any) -> _Rule | None:
     if get_origin(hint) in (Union, UnionType):
         return _rule(next(kind for kind in get_args(hint) if kind is not NoneType))
     if get_origin(hint) is Annotated:
-        kind, dims, *_ = get_args(hint)
+        kind, text, *_ = get_args(hint)
+        words = text.split()
+        marks = {word for word in words if word in ("nan", "covariance")}
+        dims = tuple(_Dim(word) for word in words if word not in marks)
         if get_origin(kind) is tuple:
-            return partial(_frozen_tuple, dims=dims.split())
-        return partial(_frozen_shape, dims=dims.split(), dtype=_DTYPES[kind])
+            return partial(_frozen_tuple, dim=dims[0])
+        return partial(_frozen_shape, dims=dims, marks=marks, dtype=_DTYPES[kind])
     if get_origin(hint) is tuple and get_args(hint)[-1:] == (Ellipsis,):
-        return partial(_frozen_tuple, dims=["_"])
+        return partial(_frozen_tuple, dim=_Dim("_"))
     return _frozen_mapping if get_origin(hint) is Mapping else None
 
 
-def _frozen_tuple(value: Any, name: str, sizes: dict[str, int], *, dims: list[str]) -> Any:
+def _frozen_tuple(value: Any, name: str, sizes: dict[str, int], *, dim: _Dim) -> Any:
     taken = tuple(value)
-    wanted = _size(dims[0], sizes, len(taken))
+    wanted = dim.size(sizes, len(taken))
     if wanted is not None and wanted != len(taken):
         raise RecordError(f"{len(taken)} {name}", expected=f"{wanted}")
     return taken
@@ -184,27 +195,38 @@ def _frozen_mapping(value: Any, _name: str, _sizes: dict[str, int]) -> Any:
 
 
 def _frozen_shape(
-    value: Any, name: str, sizes: dict[str, int], *, dims: list[str], dtype: Any
+    value: Any,
+    name: str,
+    sizes: dict[str, int],
+    *,
+    dims: tuple[_Dim, ...],
+    marks: set[str],
+    dtype: Any,
 ) -> Any:
-    axes = [dim for dim in dims if dim not in ("nan", "covariance")]
     have = np.shape(value)
-    if len(have) != len(axes):
-        raise RecordError(f"{name} has shape {have}", expected=f"{len(axes)} axes")
-    wanted = tuple(_size(dim, sizes, n) for dim, n in zip(axes, have, strict=True))
-    array = frozen_array(value, name, wanted, dtype, finite="nan" not in dims)
-    if "covariance" in dims:
+    if len(have) != len(dims):
+        raise RecordError(f"{name} has shape {have}", expected=f"{len(dims)} axes")
+    wanted = tuple(dim.size(sizes, n) for dim, n in zip(dims, have, strict=True))
+    array = frozen_array(value, name, wanted, dtype, finite="nan" not in marks)
+    if "covariance" in marks:
         require_covariance(array, name)
     return array
 
 
-def _size(dim: str, sizes: dict[str, int], have: int) -> int | None:
-    """The size that a dimension must have; a letter met first takes the one that it has."""
-    if dim == "_":
-        return None
-    if dim.isdigit():
-        return int(dim)
-    letter, _, more = dim.partition("+")
-    return sizes.setdefault(letter, have - int(more or 0)) + int(more or 0)
+class _Dim:
+    """One dimension of an annotation."""
+
+    def __init__(self, word: str) -> None:
+        self._letter, _, more = word.partition("+")
+        self._more = int(more or 0)
+        self._fixed = int(word) if word.isdigit() else None
+        self._any = word == "_"
+
+    def size(self, sizes: dict[str, int], have: int) -> int | None:
+        """The size that it must have; a letter met first takes the one that it has."""
+        if self._any or self._fixed is not None:
+            return self._fixed
+        return sizes.setdefault(self._letter, have - self._more) + self._more
 
 
 #: Element types of the array annotations.

@@ -162,7 +162,8 @@ def weighted_equations(
     flat = A.reshape(T, size, size)
     if excess is not None:
         flat -= excess
-    frozen(A), frozen(b)
+    frozen(A)
+    frozen(b)
     return TrialEquations(frozen(flat), frozen(b.reshape(T, size)), *_names(kind, d, r))
 
 
