@@ -15,6 +15,7 @@ Muscle length is positive in lengthening, tension positive in pulling, ``tau = -
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cache
 from math import pi
 from typing import Any, Final, Literal, get_args
 
@@ -106,6 +107,7 @@ def group_name(keys: Mapping[str, Any]) -> str:
     return ", ".join(f"{name} {value}" for name, value in keys.items()) or "all trials"
 
 
+@cache
 def element_names(symbol: str, k: int) -> tuple[str, ...]:
     """Names of a matrix' elements, row by row, axes counted from 1: ``K_11, K_12, K_21, K_22``."""
     return tuple(f"{symbol}_{i}{j}" for i in range(1, k + 1) for j in range(1, k + 1))

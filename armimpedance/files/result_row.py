@@ -19,11 +19,11 @@ from armimpedance.conventions import AXES, element_names
 from armimpedance.ellipses import FIELDS
 from armimpedance.errors import InputError
 from armimpedance.files.quantities import (
-    antisymmetric,
     ellipse_values,
     half_widths,
     is_recording_of_joints,
 )
+from armimpedance.levels import antisymmetric_part
 from armimpedance.records import ImpedanceEstimate
 
 Cells = dict[str, Any]
@@ -218,7 +218,9 @@ def ellipse_cells(symbol: str, found: Mapping[str, tuple[float, float, float]]) 
 
 def _antisymmetric_cells(estimate: ImpedanceEstimate) -> Cells:
     cells: Cells = {}
-    for symbol in "MBK" if estimate.k == 2 else "":
-        value, sd = antisymmetric(estimate, symbol)
-        cells |= {f"{symbol}_antisymmetric": value, f"sd_{symbol}_antisymmetric": sd}
+    if estimate.k == 2:
+        part = antisymmetric_part(estimate)
+        for symbol, value, sd in zip("MBK", part.value[:, 0], part.sd[:, 0], strict=True):
+            cells |= {f"{symbol}_antisymmetric": float(value)}
+            cells |= {f"sd_{symbol}_antisymmetric": float(sd)}
     return cells

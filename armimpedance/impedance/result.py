@@ -122,9 +122,11 @@ def to_estimate(
     require_identifiable(factors)
     if covariance == "bootstrap" and equations is None:
         equations = Prepared(factors).trial_equations(group.kind)
+    # of a fit that only judges the rows nobody asks for the covariance: the cheapest
+    judging = equations is not None and covariance == "cr3"
     solved = fit(
         factors,
-        covariance="cr3" if covariance == "bootstrap" else covariance,
+        covariance="cr1" if judging or covariance == "bootstrap" else covariance,
         strata=strata,
         parameter_names=names,
         parameter_units=units,

@@ -94,26 +94,39 @@ def grid_step(position: FloatArray) -> float:
 def _read_again(position: FloatArray, modes: Modes, step: float, reach: int) -> FloatArray:
     """Covariance (d, 3 n, 3 n) of the error of readings of the smoothed motion."""
     T, S, d = position.shape
-    padded = np.empty((T, d, S + 2 * reach + 1))
-    moved = padded[:, :, reach + 1 : reach + 1 + S]
+    padded = np.empty((T, d, S + 2 * reach))
+    moved = padded[:, :, reach : reach + S]
     np.subtract(position.transpose(0, 2, 1), position[:, 0, :, None], out=moved)
-    padded[:, :, : reach + 1] = moved[:, :, :1]
-    padded[:, :, reach + 1 + S :] = moved[:, :, -1:]
+    padded[:, :, :reach] = moved[:, :, :1]
+    padded[:, :, reach + S :] = moved[:, :, -1:]
     # a mean over near samples: what stands still goes on to stand still
-    running = np.cumsum(padded.reshape(T * d, -1), axis=1)
-    smooth = running[:, 2 * reach + 1 :] - running[:, : -2 * reach - 1]
-    smooth /= 2 * reach + 1
-    smooth /= step
+    smooth = _sums(padded.reshape(T * d, -1), 2 * reach + 1)
+    smooth /= (2 * reach + 1) * step
     readings = -(-_READINGS // (T * d))
     # places of the grid spread evenly over a step, others in every trial
     place = (np.arange(readings)[:, None] + np.linspace(0, 1, T * d, endpoint=False)) / readings
     grid = smooth + place[:, :, None]
-    error = np.subtract(np.round(grid), grid, out=grid)
-    error -= error[:, :, :1].copy()
-    projected = (error.reshape(-1, S) @ modes.stacked.T).reshape(readings, T, d, -1)
+    error = np.subtract(np.round(grid), grid, out=grid).reshape(-1, S)
+    projected = error @ modes.stacked.T
+    # referencing takes off the error at rest
+    projected -= error[:, :1] * modes.stacked.sum(axis=1)
+    projected = projected.reshape(readings, T, d, -1)
     per_axis = projected.transpose(2, 0, 1, 3).reshape(d, readings * T, -1)
     spread = per_axis.transpose(0, 2, 1) @ per_axis
     return np.asarray(step**2 * spread / (readings * T))
+
+
+def _sums(rows: FloatArray, width: int) -> FloatArray:
+    """Sums over `width` neighbours (..., N - width + 1): of 1, 2, 4, ... of them, then of these."""
+    count, covered, length = rows.shape[-1] - width + 1, 0, 1
+    total = np.zeros((*rows.shape[:-1], count))
+    while length <= width:
+        if width & length:
+            total += rows[..., covered : covered + count]
+            covered += length
+        rows = rows[..., length:] + rows[..., :-length]
+        length *= 2
+    return total
 
 
 def _from_differences(position: FloatArray, sample_rate_hz: float, modes: Modes) -> PositionNoise:

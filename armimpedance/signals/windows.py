@@ -93,8 +93,13 @@ def disturbance_times(recording: Recording) -> Timing:
     Raises
     ------
     InputError
-        If a time has to be detected and cannot be; names the trial.
+        If a time has to be detected and cannot be; names the trial. If the hand was pushed while
+        it moved, which has no rest to start from.
     """
+    if recording.perturbation == "moving":
+        raise InputError(
+            "pushes of a hand that moves", expected="disturbances at rest; `movement` takes these"
+        )
     onset, end = _column(recording, "onset_s").copy(), _column(recording, "end_s").copy()
     missing = np.flatnonzero(np.isnan(onset) | np.isnan(end))
     for row in missing:

@@ -149,15 +149,16 @@ def weighted_equations(
     d, n, T, r = equation.axes, equation.modes.count, equation.trials, equation.matrices
     X = equation.regressors
     Z = X if instruments is None else instruments
-    V = weight.reshape(d, n, d, n).transpose(0, 2, 1, 3)
+    V = weight.reshape(d, n, d, n).transpose(2, 1, 0, 3).reshape(d, n, d * n)
+    right = np.concatenate([X, equation.force], axis=1).transpose(0, 2, 1)
     A = np.empty((T, r, d, d, r, d, d))
     b = np.zeros((T, r, d, d))
-    for i in range(d):
-        for j in range(d):
-            # Z_t (r d, n) V_ij (n, n) of all trials
-            left = (Z.reshape(-1, n) @ V[i, j]).reshape(T, r * d, n)
-            A[:, :, i, :, :, j, :] = (left @ X.transpose(0, 2, 1)).reshape(T, r, d, r, d)
-            b[:, :, i, :] += (left @ equation.force[:, j, :, None]).reshape(T, r, d)
+    for j in range(d):
+        # Z_t (r d, n) V_ij (n, n) of all trials and rows i, times [X_t y_t]^T (n, r d + d)
+        left = (Z.reshape(-1, n) @ V[j]).reshape(T, r * d * d, n)
+        made = (left @ right).reshape(T, r, d, d, -1).transpose(0, 1, 3, 2, 4)
+        A[:, :, :, :, :, j, :] = made[..., : r * d].reshape(T, r, d, d, r, d)
+        b += made[..., r * d + j]
     size = r * d * d
     flat = A.reshape(T, size, size)
     if excess is not None:
