@@ -7,7 +7,6 @@ from typing import Final
 import numpy as np
 
 from armimpedance.arrays import FloatArray
-from armimpedance.body.contacts import LEAST_LOAD_N, about_world_origin
 from armimpedance.errors import InputError
 from armimpedance.motion import MotionRecording
 from armimpedance.skeleton import GRAVITY_M_S2
@@ -50,6 +49,9 @@ def check_body(recording: MotionRecording, *, weight_tolerance: float = WEIGHT_T
             "no force plates in the recording", expected="the wrenches of all contacts"
         )
     _check_forces(recording, recording.wrenches, weight_tolerance)
+    # where it is used: every inspection may come here, and few need Pinocchio
+    from armimpedance.body.contacts import about_world_origin
+
     _check_moments(recording, about_world_origin(recording.wrenches, recording.plate_origins_m))
 
 
@@ -129,6 +131,8 @@ def _not_the_weight(
 
 
 def _check_moments(recording: MotionRecording, world: FloatArray) -> None:
+    from armimpedance.body.contacts import LEAST_LOAD_N
+
     total = world.sum(axis=1)
     loaded = total[:, 2] > LEAST_LOAD_N
     f = total[loaded]

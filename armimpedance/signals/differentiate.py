@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from armimpedance.arrays import FloatArray, FrozenRecord
 from armimpedance.errors import InputError
+from armimpedance.signals.cardinal import cardinal_spline
 
 SPLINE_DEGREE = 5
 
@@ -63,19 +64,12 @@ def spline_kernels(width_s: float, sample_rate_hz: float) -> Kernels:
     InputError
         If the width or the rate is not positive.
     """
-    from scipy.interpolate import BSpline
-
     if not (width_s > 0 and sample_rate_hz > 0):
         raise InputError(f"kernel width {width_s} s at {sample_rate_hz} Hz", expected="both > 0")
     spacing = max(2, round(width_s * sample_rate_hz / (SPLINE_DEGREE + 1)))
     half = spacing * (SPLINE_DEGREE + 1) // 2
-    knots = spacing * np.arange(SPLINE_DEGREE + 2) - half
-    spline = BSpline.basis_element(knots, extrapolate=False)
-    samples = np.arange(-half, half + 1)
-    weights = [
-        np.nan_to_num(spline.derivative(order)(samples) if order else spline(samples))
-        for order in range(3)
-    ]
+    places = np.arange(2 * half + 1) / spacing
+    weights = [cardinal_spline(places, SPLINE_DEGREE, order) / spacing**order for order in range(3)]
     total = weights[0].sum()
     # Correlation with phi instead of convolution: an odd derivative changes its sign.
     return Kernels(

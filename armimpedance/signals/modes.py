@@ -18,6 +18,7 @@ from scipy.linalg import solve_triangular
 
 from armimpedance.arrays import FloatArray, FrozenRecord, frozen
 from armimpedance.errors import InputError
+from armimpedance.signals.cardinal import cardinal_spline
 from armimpedance.signals.differentiate import SPLINE_DEGREE
 
 #: Distance of the knots (s); docs/estimate.md says how it was chosen.
@@ -95,8 +96,6 @@ def spline_modes(samples: int, sample_rate_hz: float, spacing_s: float = SPACING
     InputError
         If the window has too few samples for ten splines with knots two samples apart.
     """
-    from scipy.interpolate import BSpline
-
     widest = (samples - 1) // (FEWEST + SPLINE_DEGREE)
     if widest < 2:
         raise InputError(
@@ -107,14 +106,10 @@ def spline_modes(samples: int, sample_rate_hz: float, spacing_s: float = SPACING
     count = (samples - 1) // spacing - SPLINE_DEGREE
     first_knot = ((samples - 1) - (count + SPLINE_DEGREE) * spacing) // 2
     at = np.arange(samples)
-    rows = np.zeros((3, count, samples))
-    spline = BSpline.basis_element(spacing * np.arange(SPLINE_DEGREE + 2), extrapolate=False)
-    for k in range(count):
-        lag = at - first_knot - spacing * k
-        for order in range(3):
-            values = spline.derivative(order)(lag) if order else spline(lag)
-            # integration by parts: (-1)^order
-            rows[order, k] = (-sample_rate_hz) ** order * np.nan_to_num(values)
+    places = (at - first_knot) / spacing - np.arange(count)[:, None]
+    # integration by parts: (-1)^order
+    per = -sample_rate_hz / spacing
+    rows = [per**order * cardinal_spline(places, SPLINE_DEGREE, order) for order in range(3)]
     # P (n, S) = L Q: L^-1 P has orthonormal rows
     L = np.linalg.cholesky(rows[0] @ rows[0].T)
     smooth, first, second = (solve_triangular(L, each, lower=True) for each in rows)

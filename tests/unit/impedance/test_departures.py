@@ -6,7 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import savgol_filter
 
+from armimpedance.impedance.doubts.columns import _slopes
 from armimpedance.impedance.doubts.told import check_departures
 
 
@@ -143,3 +145,10 @@ def test_a_gain_of_one_axis_makes_the_inertia_asymmetric(sound, gain):
     uneven = replace(sound, force=sound.force * [1.0, gain])
     assert "gain" in told(uneven)
     assert "gain" not in told(replace(sound, force=sound.force * gain))
+
+
+@pytest.mark.parametrize("half", [1, 4, 10])
+def test_slopes_are_those_of_savitzky_and_golay(half):
+    signal = np.random.default_rng(half).normal(size=(3, 40, 2)).cumsum(axis=1)
+    expected = savgol_filter(signal, 2 * half + 1, 2, deriv=1, axis=1)
+    np.testing.assert_allclose(_slopes(signal, half), expected, atol=1e-13)
