@@ -39,6 +39,7 @@ class MethodTable(Mapping[str, Entry], Generic[Entry]):
     ) -> None:
         self._package, self._record, self._joint = package, record, joint
         self.kind, self.default = kind, default
+        self._loaded: dict[str, Entry] = {}
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -55,11 +56,12 @@ class MethodTable(Mapping[str, Entry], Generic[Entry]):
         return len(self.names)
 
     def __getitem__(self, name: str) -> Entry:
-        if name not in self.names:
-            raise KeyError(name)
-        module = import_module(f"{self._package}.{name.replace(self._joint, '_')}")
-        entry: Entry = getattr(module, self._record)
-        return entry
+        if name not in self._loaded:
+            if name not in self.names:
+                raise KeyError(name)
+            module = import_module(f"{self._package}.{name.replace(self._joint, '_')}")
+            self._loaded[name] = getattr(module, self._record)
+        return self._loaded[name]
 
     def named(self, name: str | None = None) -> Entry:
         """Look up an entry; None means the default.
