@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from armimpedance.errors import ArmImpedanceError, InputError
-from armimpedance.impedance import in_order
+from armimpedance.errors import InputError
 from armimpedance_figures.guidali2013 import (
     contribution_means as guidali2013_contribution_means,
     feedback as contribution_feedback,
@@ -30,21 +28,8 @@ from armimpedance_figures.ruiz2011 import (
     study_frequency as elbow_study_frequency,
     study_snr as elbow_study_snr,
 )
-from armimpedance_figures.source_figure import FORMATS, SEED, SETS, SourceFigure, write
-from armimpedance_figures.tsuji1997 import (
-    fig06_motion_and_force as tsuji1997_fig06_motion_and_force,
-    fig07_ellipses_over_workspace as tsuji1997_fig07_ellipses_over_workspace,
-    fig08_cocontraction as tsuji1997_fig08_cocontraction,
-    fig09_hand_force as tsuji1997_fig09_hand_force,
-    fig10_stiffness_over_posture as tsuji1997_fig10_stiffness_over_posture,
-    fig11_viscosity_over_posture as tsuji1997_fig11_viscosity_over_posture,
-    fig12_fig13_predicted_against_measured as tsuji1997_fig12_fig13_predicted_against_measured,
-    fig14_single_joint_activation as tsuji1997_fig14_single_joint_activation,
-    table1_posture_fits as tsuji1997_table1_posture_fits,
-    table2_activation_fits as tsuji1997_table2_activation_fits,
-    where_models_extrapolate,
-)
-from armimpedance_figures.tsuji1997.study import StudiedExperiment
+from armimpedance_figures.source_figure import SEED, SETS, SourceFigure, write
+from armimpedance_figures.tsuji1997.every import FIGURES as TSUJI1997
 from armimpedance_figures.venture_elbow import (
     fig04 as venture_elbow_fig04,
     fig06_fig07 as venture_elbow_fig06_fig07,
@@ -57,20 +42,9 @@ from armimpedance_figures.venture_poster import (
     discrimination as venture_poster_discrimination,
 )
 
-CATALOGUE = {
-    module.FIGURE.name: module.FIGURE
+_OTHERS = tuple(
+    module.FIGURE
     for module in (
-        tsuji1997_fig06_motion_and_force,
-        tsuji1997_fig07_ellipses_over_workspace,
-        tsuji1997_fig08_cocontraction,
-        tsuji1997_fig09_hand_force,
-        tsuji1997_table1_posture_fits,
-        tsuji1997_fig10_stiffness_over_posture,
-        tsuji1997_fig11_viscosity_over_posture,
-        tsuji1997_table2_activation_fits,
-        tsuji1997_fig12_fig13_predicted_against_measured,
-        tsuji1997_fig14_single_joint_activation,
-        where_models_extrapolate,
         venture_elbow_table2_table3,
         venture_elbow_fig04,
         venture_elbow_fig06_fig07,
@@ -95,7 +69,8 @@ CATALOGUE = {
         guidali2013_contribution_means,
         contribution_feedback,
     )
-}
+)
+CATALOGUE = {figure.name: figure for figure in (*TSUJI1997, *_OTHERS)}
 
 
 def chosen(names: Sequence[str]) -> list[SourceFigure]:
@@ -132,45 +107,6 @@ def build(
             if key not in studied:
                 studied[key] = figure.study(key[1], subject=key[2], seed=seed, sets=sets)
         yield from write(figure, [studied[key] for key in keys], out, baked=baked)
-
-
-@dataclass(frozen=True)
-class Drawn:
-    """Files written, and one sentence for each figure that could not be drawn."""
-
-    paths: tuple[Path, ...]
-    left_out: tuple[str, ...]
-
-
-def draw_from(
-    studied: Mapping[str, StudiedExperiment],
-    out: Path,
-    formats: Sequence[str] = FORMATS,
-    workers: int = 1,
-) -> Drawn:
-    """Every figure of the hand's experiments from those that were studied already, by name.
-
-    A part of the conditions may not be enough for a figure's model: it is left out, and said so.
-    The files are the same, to the byte, whatever the number of workers.
-    """
-    pieces = (
-        (figure.name, [studied[name] for name in figure.experiments], out, tuple(formats))
-        for figure in CATALOGUE.values()
-        if set(figure.experiments) <= set(studied)
-    )
-    drawn = list(in_order(_drawn, pieces, workers))
-    paths = tuple(path for one in drawn for path in one.paths)
-    return Drawn(paths, tuple(sentence for one in drawn for sentence in one.left_out))
-
-
-def _drawn(
-    name: str, studied: Sequence[StudiedExperiment], out: Path, formats: Sequence[str]
-) -> Drawn:
-    """One figure, or why there is none."""
-    try:
-        return Drawn(tuple(write(CATALOGUE[name], studied, out, formats)), ())
-    except ArmImpedanceError as error:
-        return Drawn((), (f"{name} left out: {error}",))
 
 
 def main() -> None:

@@ -53,6 +53,8 @@ class SourceFigure:
         place, so that a model is fitted once.
     study : function
         ``(experiment, subject=, seed=, sets=)`` simulates and analyses one; the hand's by default.
+    samples : bool
+        Whether it draws samples; the others draw from estimates, without them.
     """
 
     name: str
@@ -63,6 +65,7 @@ class SourceFigure:
     table: Callable[..., list[list[str]]] | None = None
     fit: Callable[..., Any] | None = None
     study: Callable[..., Any] = study_hand
+    samples: bool = False
 
     def given(self, studied: Sequence[Any]) -> tuple[Any, ...]:
         """What `draw`, `caption` and `table` are called with."""
@@ -71,10 +74,10 @@ class SourceFigure:
 
 def design(*studied: StudiedExperiment) -> str:
     """The sentence about the data that every caption holds."""
-    trials = studied[0].recording.trials
+    trials = studied[0].trials
     per_condition = int(trials["condition"].value_counts().iloc[0])
     return (
-        f"Simulated subject {studied[0].recording.subject.id} (six-muscle arm behind a simulated "
+        f"Simulated subject {studied[0].subject.id} (six-muscle arm behind a simulated "
         f"manipulandum, nominal noise), {per_condition} disturbances of 5 mm per condition, method "
         f"'{studied[0].hand[0].method}'"
     )
@@ -89,7 +92,18 @@ def write(
     baked: bool = False,
 ) -> list[Path]:
     """Draw, write each format, the caption beside it (or below the drawing), the CSV of a table."""
-    given = figure_.given(studied)
+    return write_given(figure_, figure_.given(studied), out, formats, baked=baked)
+
+
+def write_given(
+    figure_: SourceFigure,
+    given: Sequence[Any],
+    out: Path,
+    formats: Sequence[str] = FORMATS,
+    *,
+    baked: bool = False,
+) -> list[Path]:
+    """The same from what `SourceFigure.given` gave, which figures of one fit share."""
     figure, caption = figure_.draw(*given), figure_.caption(*given)
     written = save_with_caption(figure, out / figure_.name, formats, caption, baked=baked)
     if figure_.table is not None:

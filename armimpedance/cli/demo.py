@@ -24,12 +24,17 @@ from armimpedance.cli.parts.outputs import check_folder
 from armimpedance.cli.parts.simulation import simulated_files, write_simulated
 
 if TYPE_CHECKING:
+    from concurrent.futures import Future
+
     from armimpedance.cli.parts.demo_models import DemoModel
+    from armimpedance.workers import Crew
+    from armimpedance_figures.tsuji1997.every import Drawn
     from armimpedance_figures.tsuji1997.study import StudiedExperiment
 
 #: Each draws with a library of its own in memory.
 MOST_WORKERS = 4
 EXPERIMENTS = ("postures", "cocontraction", "force")
+LONGEST_FIRST = ("force", "postures", "cocontraction")
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -42,39 +47,42 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Simulate, estimate, map, draw, and compare with the truth."""
-    from armimpedance.cli.parts.demo_models import fit_models, models_text
-    from armimpedance.cli.parts.demo_summary import summary
+    from armimpedance.workers import crew, usable_cores
 
     check_seed(arguments.seed)
     for name in EXPERIMENTS:
         check_folder(arguments.out / "recordings" / name, simulated_files(), replace=True)
-    print(f"Simulated subject {arguments.subject}: three experiments of Tsuji (1997)")
-    studied = _study_all(arguments)
-    arguments.out.mkdir(parents=True, exist_ok=True)
-    models = fit_models(studied)
-    text = f"{summary(studied)}\n\n{models_text(models)}"
-    lines = _write_all(studied, models, arguments.out, text, quick=arguments.quick)
-    print("\n".join(["", text, "", *lines]))
+    print(f"Simulated subject {arguments.subject}: three experiments of Tsuji (1997)", flush=True)
+    with crew(min(usable_cores(), MOST_WORKERS)) as workers:
+        studied = _study_all(arguments, workers)
+        lines = _write_all(studied, arguments.out, workers, quick=arguments.quick)
+    print("\n".join(lines))
     return 0
 
 
-def _study_all(arguments: argparse.Namespace) -> dict[str, StudiedExperiment]:
-    from armimpedance.cli.parts.progress import bar
+def _study_all(arguments: argparse.Namespace, workers: Crew) -> dict[str, StudiedExperiment]:
+    subject, seed, sets = arguments.subject, arguments.seed, 2 if arguments.quick else 5
+    pieces = []
+    for name in LONGEST_FIRST:
+        conditions = _quick_conditions(name, subject) if arguments.quick else None
+        out = arguments.out / "recordings" / name
+        pieces.append(workers.share(_studied, name, subject, seed, sets, conditions, out))
+    found = dict(zip(LONGEST_FIRST, workers.finish(pieces), strict=True))
+    for name in EXPERIMENTS:
+        print(f"  {name}: {len(found[name].trials)} disturbances", flush=True)
+    return {name: found[name] for name in EXPERIMENTS}
+
+
+def _studied(
+    name: str, subject: str, seed: int, sets: int, conditions: list[str] | None, out: Path
+) -> StudiedExperiment:
+    """One experiment: its recording is written here, and only what is drawn from goes on."""
+    from armimpedance_figures.tsuji1997.every import DRAWN_FROM_SAMPLES
     from armimpedance_figures.tsuji1997.study import study
 
-    studied = {}
-    for name in EXPERIMENTS:
-        with bar(f"{name}: estimating") as progress:
-            studied[name] = study(
-                name,
-                subject=arguments.subject,
-                seed=arguments.seed,
-                sets=2 if arguments.quick else 5,
-                conditions=_quick_conditions(name, arguments.subject) if arguments.quick else None,
-                progress=progress,
-            )
-        print(f"  {name}: {studied[name].recording.n_trials} disturbances", flush=True)
-    return studied
+    studied = study(name, subject=subject, seed=seed, sets=sets, conditions=conditions)
+    write_simulated(studied.recording, studied.truth, out)
+    return studied if name in DRAWN_FROM_SAMPLES else studied.without_samples()
 
 
 def _quick_conditions(experiment: str, subject: str) -> list[str]:
@@ -87,51 +95,70 @@ def _quick_conditions(experiment: str, subject: str) -> list[str]:
 
 
 def _write_all(
-    studied: Mapping[str, StudiedExperiment],
-    models: Sequence[DemoModel],
-    out: Path,
-    text: str,
-    *,
-    quick: bool,
+    studied: Mapping[str, StudiedExperiment], out: Path, workers: Crew, *, quick: bool
 ) -> list[str]:
-    """Write everything; one line per thing written."""
-    from armimpedance.files import write_model, write_results
-    from armimpedance.outputs import staged_file
-    from armimpedance.workers import usable_cores
-    from armimpedance_figures.build_all import draw_from
-    from armimpedance_figures.source_figure import FORMATS
+    """Draw and fit side by side; what is said of estimates, models and all that was written."""
+    from armimpedance.cli.parts.demo_models import fit_models, models_text
+    from armimpedance.cli.parts.demo_summary import summary
+    from armimpedance.files import write_results
 
-    lines = []
-    for name, each in studied.items():
-        write_simulated(each.recording, each.truth, out / "recordings" / name)
-        lines.append(f"{out / 'recordings' / name}: a recording and its truth")
+    lines = [f"{out / 'recordings' / name}: a recording and its truth" for name in studied]
     for level in ("hand", "joint"):
         rows = [e for each in studied.values() for e in getattr(each, level)]
         write_results(rows, out / f"{level}.csv")
         lines.append(f"{out / f'{level}.csv'}: {len(rows)} rows")
+    drawings = _draw(studied, out, workers, quick=quick)
+    page = workers.share(_report, out)
+    models = fit_models(studied)
+    text = f"{summary(studied)}\n\n{models_text(models)}"
+    lines += _write_models(models, text, out)
+    drawn = workers.finish([*drawings, page])[:-1]
+    what = "Figs 6-14, Tables 1 and 2 of Tsuji (1997), and where models extrapolate"
+    lines.append(f"{out / 'figures'}: {sum(len(one.paths) for one in drawn)} files, {what}")
+    left_out = [sentence for one in drawn for sentence in one.left_out]
+    return ["", text, "", *lines, *left_out, *_pages(out)]
+
+
+def _draw(
+    studied: Mapping[str, StudiedExperiment], out: Path, workers: Crew, *, quick: bool
+) -> list[Future[Drawn]]:
+    from armimpedance_figures.source_figure import FORMATS
+    from armimpedance_figures.tsuji1997.every import draw_group, in_groups
+
+    formats = ("png",) if quick else FORMATS
+    (out / "figures").mkdir(exist_ok=True)
+    pieces = in_groups(studied)
+    return [workers.share(draw_group, *piece, out / "figures", formats) for piece in pieces]
+
+
+def _write_models(models: Sequence[DemoModel], text: str, out: Path) -> list[str]:
+    """The models, what is said of them, and the arm to play with."""
+    from armimpedance.files import write_model
+    from armimpedance.outputs import staged_file
+    from armimpedance.pages import write_explore
+
+    lines, written = [], []
     for made in models:
         if made.model is not None:
-            write_model(made.model, out / f"{made.name}.json")
-            lines.append(f"{out / f'{made.name}.json'}: a model, {made.line}")
+            written.append(out / f"{made.name}.json")
+            write_model(made.model, written[-1])
+            lines.append(f"{written[-1]}: a model, {made.line}")
     with staged_file(out / "summary.txt") as path:
         path.write_text(text + "\n", encoding="utf-8")
-    (out / "figures").mkdir(exist_ok=True)
-    workers = min(usable_cores(), MOST_WORKERS)
-    drawn = draw_from(studied, out / "figures", ("png",) if quick else FORMATS, workers)
-    what = "Figs 6-14, Tables 1 and 2 of Tsuji (1997), and where models extrapolate"
-    lines.append(f"{out / 'figures'}: {len(drawn.paths)} files, {what}")
-    return [*lines, *drawn.left_out, *_report(out)]
+    recording = out / "recordings" / "postures"
+    write_explore([*written, out / "hand.csv"], out / "explore.html", recording=recording)
+    return lines
 
 
-def _report(out: Path) -> list[str]:
-    """The arm to play with, and the page of all conditions, last of what was written."""
-    from armimpedance.pages import write_explore, write_report
+def _report(out: Path) -> None:
+    """The page of all conditions."""
+    from armimpedance.pages import write_report
 
-    models = [out / f"{name}.json" for name in ("posture", "activation", "muscles")]
-    sources = [*(path for path in models if path.exists()), out / "hand.csv"]
-    write_explore(sources, out / "explore.html", recording=out / "recordings" / "postures")
     command = "armimpedance report hand.csv --out report.html"
     write_report(out / "hand.csv", out / "report.html", command=command)
+
+
+def _pages(out: Path) -> list[str]:
     return [
         "",
         f"An arm to play with:         {(out / 'explore.html').absolute().as_uri()}",

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from armimpedance.arrays import FloatArray, frozen_array
-from armimpedance.ellipses import Ellipse, NotPositiveDefiniteError, ellipse, ellipse_of
+from armimpedance.ellipses import Ellipse, ellipse_of
 from armimpedance.errors import InputError
 from armimpedance.muscles import HandPrediction, matrix
 from armimpedance.records import ImpedanceEstimate
@@ -42,14 +42,21 @@ class EllipseField:
 
 def predicted_field(hand: HandPrediction, which: Predicted) -> EllipseField:
     """Ellipses of predicted stiffness or viscosity."""
-    matrices, covariance = matrix(getattr(hand, which)), hand.element_covariance(which)
-    found: list[Ellipse | None] = []
-    for A, C, line in zip(matrices, covariance, hand.reference_angle_rad, strict=True):
-        try:
-            found.append(ellipse(A, reference_angle_rad=float(line), covariance=C, dof=hand.dof))
-        except NotPositiveDefiniteError:
-            found.append(None)
-    return _field(found)
+    A, covariance = matrix(getattr(hand, which)), hand.element_covariance(which)
+    a, b, c = A[:, 0, 0], A[:, 1, 1], (A[:, 0, 1] + A[:, 1, 0]) / 2
+    mean, radius = (a + b) / 2, np.hypot((a - b) / 2, c)
+    # where `ellipse` refuses
+    known = mean - radius > 1e-13 * mean
+    major, minor = (np.where(known, axis, np.nan) for axis in (mean + radius, mean - radius))
+    size, axis = np.pi * major * minor, _half_circle(np.arctan2(c, (a - b) / 2) / 2)
+    turned = _half_circle(axis - hand.reference_angle_rad)
+    sd = _sd_of_size(a, b, c, np.asarray(covariance))
+    return EllipseField(
+        size=size,
+        orientation_deg=np.where(known, np.rad2deg(turned), np.nan),
+        shape=minor / major,
+        size_half_width=t_factor(hand.dof) * sd / size,
+    )
 
 
 def measured_field(estimates: Sequence[ImpedanceEstimate], which: Predicted) -> EllipseField:
@@ -75,6 +82,21 @@ def mean_axis_deg(angle_deg: FloatArray) -> float:
     """Mean direction of axes (which repeat after 180 degrees), nan left out."""
     known = angle_deg[np.isfinite(angle_deg)]
     return float(np.rad2deg(np.angle(np.exp(2j * np.deg2rad(known)).sum())) / 2)
+
+
+def _sd_of_size(a: FloatArray, b: FloatArray, c: FloatArray, covariance: FloatArray) -> FloatArray:
+    """Standard deviation (P,) of ``pi (a b - c^2)``, to first order.
+
+    The covariance (P, 4, 4) is that of the matrix' elements, row by row.
+    """
+    gradient = np.pi * np.stack([b, -c, -c, a], axis=-1)
+    variance = np.einsum("pi,pij,pj->p", gradient, covariance, gradient)
+    return np.asarray(np.sqrt(np.maximum(variance, 0.0)))
+
+
+def _half_circle(angle: FloatArray) -> FloatArray:
+    """The same axes in (-pi/2, pi/2]."""
+    return np.asarray(np.pi / 2 - np.mod(np.pi / 2 - angle, np.pi))
 
 
 def _field(found: Sequence[Ellipse | None]) -> EllipseField:

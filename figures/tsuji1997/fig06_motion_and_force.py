@@ -32,7 +32,9 @@ def caption(studied: StudiedExperiment) -> str:
     )
 
 
-FIGURE = SourceFigure("tsuji1997_fig06_motion_and_force", ("cocontraction",), "B", draw, caption)
+FIGURE = SourceFigure(
+    *("tsuji1997_fig06_motion_and_force", ("cocontraction",), "B", draw, caption), samples=True
+)
 
 if __name__ == "__main__":
     script(FIGURE)

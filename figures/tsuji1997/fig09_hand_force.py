@@ -19,7 +19,7 @@ SIZES = (0.5, 1.0, 2.0, 3.0)
 
 
 def _targets(studied: StudiedExperiment) -> dict[str, np.ndarray]:
-    trials = studied.recording.trials.drop_duplicates("condition")
+    trials = studied.trials.drop_duplicates("condition")
     columns = trials[["target_force_x_N", "target_force_y_N"]].to_numpy(dtype=float)
     return dict(zip(trials["condition"], columns, strict=True))
 

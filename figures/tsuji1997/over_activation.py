@@ -77,5 +77,5 @@ def fit(*studied: StudiedExperiment) -> OverActivation:
             if order == 1:
                 raise
             left_out.append(f"N = {order} left out: {error}.")
-    arm = arm_of(studied[0].recording.subject)
+    arm = arm_of(studied[0].subject)
     return OverActivation(studied, arm, rows, source, ours, tuple(left_out))

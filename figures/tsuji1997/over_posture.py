@@ -43,7 +43,7 @@ def fit(studied: StudiedExperiment) -> OverPosture:
     """Least squares of L = 1 and L = 0."""
     rows = without_errors(rows_of(studied))
     first, constant = (fit_posture_model(rows, order=L, model="polynomial") for L in (1, 0))
-    return OverPosture(studied, arm_of(studied.recording.subject), first, constant)
+    return OverPosture(studied, arm_of(studied.subject), first, constant)
 
 
 def figure_over_posture(name: str, number: int, which: Predicted) -> SourceFigure:

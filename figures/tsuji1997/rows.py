@@ -38,5 +38,5 @@ def by_element(quality: tuple[ElementQuality, ...]) -> dict[str, ElementQuality]
 def _mapped(
     estimate: ImpedanceEstimate, one: StudiedExperiment, symmetric: bool, force_term: bool
 ) -> ImpedanceEstimate:
-    posture, _ = arm_posture_for(estimate, one.recording.subject)
+    posture, _ = arm_posture_for(estimate, one.subject)
     return to_joint(estimate, posture, symmetric=symmetric, force_dependent=force_term)

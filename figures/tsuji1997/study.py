@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 from armimpedance.arm import arm_of, hand_inertia
 from armimpedance.arrays import FloatArray
+from armimpedance.errors import InputError
 from armimpedance.impedance import estimate
 from armimpedance.levels import arm_posture_for, to_joint
-from armimpedance.records import ImpedanceEstimate, Recording
+from armimpedance.records import ImpedanceEstimate, Recording, Subject
 from manipulandum_sim.hand import Truth, simulate
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 Progress = Callable[[int, int], None]
 
@@ -23,18 +28,41 @@ class StudiedExperiment:
     ----------
     name : str
         "postures", "cocontraction" or "force".
-    recording : Recording
+    subject : Subject
+    trials : DataFrame
+        The recording's table of trials.
     truth : Truth
         Of the simulated plant; drawn nowhere as if it were measured.
     hand, joint : tuple of ImpedanceEstimate
         One per condition, in the recording's order.
+    samples : Recording or None
+        None where they were left behind: most figures need the estimates alone.
     """
 
     name: str
-    recording: Recording
+    subject: Subject
+    trials: pd.DataFrame
     truth: Truth
     hand: tuple[ImpedanceEstimate, ...]
     joint: tuple[ImpedanceEstimate, ...]
+    samples: Recording | None = None
+
+    @property
+    def recording(self) -> Recording:
+        """What was measured, with its samples.
+
+        Raises
+        ------
+        InputError
+            They were left behind.
+        """
+        if self.samples is None:
+            raise InputError(f"{self.name} without its samples", expected="the recording")
+        return self.samples
+
+    def without_samples(self) -> StudiedExperiment:
+        """The same for figures of estimates: a thousandth of the bytes."""
+        return replace(self, samples=None)
 
     def of(self, condition: str) -> ImpedanceEstimate:
         """The hand's estimate of one condition."""
@@ -42,8 +70,8 @@ class StudiedExperiment:
 
     def model_inertia(self, estimate_: ImpedanceEstimate) -> FloatArray:
         """Lambda_e (17) of a two-link arm from the subject's mass and lengths (Winter), kg."""
-        posture, _ = arm_posture_for(estimate_, self.recording.subject)
-        mass_matrix = arm_of(self.recording.subject).inertia(posture.joint_angles)
+        posture, _ = arm_posture_for(estimate_, self.subject)
+        mass_matrix = arm_of(self.subject).inertia(posture.joint_angles)
         return hand_inertia(posture.jacobian, mass_matrix)
 
 
@@ -62,4 +90,5 @@ def study(
     )
     hand = estimate(recording, progress=progress)
     joint = [to_joint(e, arm_posture_for(e, recording.subject)[0]) for e in hand]
-    return StudiedExperiment(experiment, recording, truth, tuple(hand), tuple(joint))
+    found = (recording.subject, recording.trials, truth, tuple(hand), tuple(joint))
+    return StudiedExperiment(experiment, *found, samples=recording)

@@ -81,7 +81,7 @@ def fit(*studied: StudiedExperiment) -> Extrapolation:
     at_force = np.insert(at_force, first, at_level[0], axis=0)
     return Extrapolation(
         studied,
-        arm_of(postures.recording.subject),
+        arm_of(postures.subject),
         _posture_model(postures),
         fit_activation_model(rows_of(cocontraction, force), arm_named(MOMENT_ARMS), order=1),
         *(levels, at_level, forces, at_force),
@@ -102,7 +102,7 @@ def _line(
     studied: StudiedExperiment, column: str, zero: str | None = None
 ) -> tuple[FloatArray, FloatArray]:
     """Targets and measured activations, the targets rising; only where `zero` is (nearly) none."""
-    table = studied.recording.trials.drop_duplicates("condition").set_index("condition")
+    table = studied.trials.drop_duplicates("condition").set_index("condition")
     found = {
         float(table.loc[e.keys["condition"], column]): e.activation
         for e in studied.hand

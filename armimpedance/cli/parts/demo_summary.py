@@ -83,7 +83,7 @@ def _gamma(each: StudiedExperiment, joint: ImpedanceEstimate) -> FloatArray:
     """The force term that the mapping subtracted."""
     from armimpedance.levels import arm_posture_for, force_term
 
-    posture, _ = arm_posture_for(joint, each.recording.subject)
+    posture, _ = arm_posture_for(joint, each.subject)
     return force_term(posture, joint.force if joint.force is not None else np.zeros(2))
 
 

@@ -8,14 +8,14 @@ import pytest
 from armimpedance.errors import InputError
 from armimpedance.plots.paper.captions import add_caption
 from armimpedance.plots.style import new_figure, print_style
-from armimpedance_figures import build_all
-from armimpedance_figures.build_all import CATALOGUE, chosen, draw_from
+from armimpedance_figures.build_all import CATALOGUE, chosen
 from armimpedance_figures.source_figure import FORMATS, write
 from armimpedance_figures.tsuji1997 import (
     fig14_single_joint_activation as fig14,
     over_posture,
     where_models_extrapolate as where,
 )
+from armimpedance_figures.tsuji1997.every import draw_group, in_groups
 from armimpedance_figures.tsuji1997.study import study
 
 #: Of the hand's experiments; the others have tests of their own.
@@ -131,14 +131,30 @@ def test_names_choose_figures():
         chosen(["fig99"])
 
 
-def test_what_cannot_be_drawn_from_a_part_is_left_out_in_words(studied, tmp_path, monkeypatch):
+def test_what_cannot_be_drawn_from_a_part_is_left_out_in_words(tmp_path):
     names = ("tsuji1997_fig10_stiffness_over_posture", "tsuji1997_table1_posture_fits")
-    monkeypatch.setattr(build_all, "CATALOGUE", {name: CATALOGUE[name] for name in names})
     some = ["posture_01", "posture_05", "posture_08", "posture_11"]
     few = {"postures": study("postures", subject="C", seed=3, sets=1, conditions=some)}
-    drawn = draw_from(few, tmp_path, ["png"])
-    assert [p.name for p in drawn.paths] == [
-        f"{names[1]}.{ending}" for ending in ("png", "txt", "csv")
-    ]
-    (sentence,) = drawn.left_out
-    assert sentence.startswith(f"{names[0]} left out: 4 postures for the 6 coefficients")
+    every = [draw_group(*group, tmp_path, ["png"]) for group in in_groups(few)]
+    written = {path.name for drawn in every for path in drawn.paths}
+    assert {f"{names[1]}.{ending}" for ending in ("png", "txt", "csv")} < written
+    assert not any(name.startswith(names[0]) for name in written)
+    sentences = [sentence for drawn in every for sentence in drawn.left_out]
+    assert any(
+        s.startswith(f"{names[0]} left out: 4 postures for the 6 coefficients") for s in sentences
+    )
+
+
+def test_groups_hold_every_figure_once_with_no_more_than_it_is_drawn_from(studied):
+    groups = in_groups(studied)
+    assert sorted(name for names, _ in groups for name in names) == sorted(OF_THE_HAND)
+    for names, given_ in groups:
+        for name in names:
+            figure = OF_THE_HAND[name]
+            assert set(given_) == set(figure.experiments)
+            assert all((one.samples is not None) == figure.samples for one in given_.values())
+
+
+def test_what_has_no_samples_says_so(studied):
+    with pytest.raises(InputError, match="force without its samples"):
+        _ = studied["force"].without_samples().recording
