@@ -23,6 +23,8 @@ SHORTEST_KERNEL_S = 0.03
 #: Rows of a fit per support of the kernel: what passes a B-spline of degree 5 lies below
 #: 6 / support (37 Hz at 0.16 s), so that twice six rows and one more lose nothing.
 ROWS_PER_KERNEL = 13
+#: So many rows are made together: more see more samples that are none of their own.
+_TOGETHER = 9
 
 
 @dataclass(frozen=True)
@@ -113,11 +115,15 @@ def respond(window: Window, span: Span | None = None, *, keep_drift: bool = Fals
     lag, d = window.lag_s[span.centres], window.axes
     basis = ramp_basis(lag)
 
-    stacked = _operators(span.kernels, tuple(span.centres.tolist()), len(window.lag_s))
+    banded = _operators(span.kernels, tuple(span.centres.tolist()), len(window.lag_s))
 
     def apply(weights: int, signal: FloatArray) -> list[FloatArray]:
-        # One product for all axes, trials and kernels: (d T, S) (S, w C)
-        smoothed = (signal @ stacked[: weights * len(lag)].T).reshape(d, -1, weights, len(lag))
+        # All axes, trials and kernels at once, (d T, S) (S, w C), a few neighbouring rows a time
+        smoothed = np.empty((d, len(signal) // d, weights, len(lag)))
+        for rows, near, operators in banded:
+            wanted = operators[:weights].reshape(-1, operators.shape[2])
+            part = signal[:, near] @ wanted.T
+            smoothed[..., rows] = part.reshape(d, -1, weights, operators.shape[1])
         if not keep_drift:
             # P s = s - Q (Q^T s): (d, T, w, C) = (d, T, w, 2) (2, C)
             smoothed -= (smoothed @ basis) @ basis.T
@@ -142,10 +148,19 @@ def respond(window: Window, span: Span | None = None, *, keep_drift: bool = Fals
 
 
 @lru_cache(maxsize=4)
-def _operators(kernels: Kernels, centres: tuple[int, ...], samples: int) -> FloatArray:
-    """What smooths and what differentiates once and twice, on top of each other.
+def _operators(
+    kernels: Kernels, centres: tuple[int, ...], samples: int
+) -> tuple[tuple[slice, slice, FloatArray], ...]:
+    """What smooths and what differentiates once and twice, (3, rows, near samples), in pieces.
 
-    The groups of a recording have the same window as a rule.
+    A piece holds a few rows, and of the samples only those that these rows see. The groups of a
+    recording have the same window as a rule.
     """
     at, weights = np.array(centres), (kernels.smooth, kernels.first, kernels.second)
-    return frozen(np.concatenate([operator(each, at, samples) for each in weights]))
+    whole = np.stack([operator(each, at, samples) for each in weights])
+    pieces = []
+    for first in range(0, len(at), _TOGETHER):
+        rows = slice(first, first + _TOGETHER)
+        near = slice(int(at[rows][0]) - kernels.half, int(at[rows][-1]) + kernels.half + 1)
+        pieces.append((rows, near, frozen(whole[:, rows, near].copy())))
+    return tuple(pieces)
