@@ -8,8 +8,8 @@
     ai.plot_ellipses(hand)
 
 Every name is loaded when it is first used, so that ``armimpedance --help`` starts as fast as the
-interpreter. Three topics have a verb and a room of one name: ``ai.elbow``, ``ai.passive`` and
-``ai.body`` are the verbs; what stands in the rooms is imported from them, as in
+interpreter. Four topics have a verb and a room of one name: ``ai.elbow``, ``ai.passive``,
+``ai.body`` and ``ai.movement`` are the verbs; what stands in the rooms is imported from them, as in
 ``from armimpedance.elbow import ElbowFit``.
 """
 

@@ -24,6 +24,7 @@ from .analyses import (
     fit_muscles as fit_muscles,
     fit_posture as fit_posture,
     inspect as inspect,
+    movement as movement,
     passive as passive,
     plan as plan,
     plot_ellipses as plot_ellipses,

@@ -69,7 +69,8 @@ class Recording(InTrials):
         Measured arm posture in rad (shoulder, elbow), where there is one. Slower sensors are held.
     emg : (N, m) or None
         In V or normalised to MVC (`emg_unit`), in the order of `muscles`.
-    perturbation : {"returning", "stochastic"}
+    perturbation : {"returning", "stochastic", "moving"}
+        "moving": pushes of a hand that reaches, whose trials the table describes by ``phase``.
     torque : {"interaction", "commanded"} or None
     imposed : {"position", "force", "torque", "both"} or None
         What the device imposed on the limb whatever the limb did; "both": a device of finite
@@ -103,7 +104,7 @@ class Recording(InTrials):
     emg: Annotated[FloatArray, "N m"] | None = None
     muscles: tuple[str, ...] = ()
     emg_unit: Literal["V", "normalised"] = "V"
-    perturbation: Literal["returning", "stochastic"] = "returning"
+    perturbation: Literal["returning", "stochastic", "moving"] = "returning"
     torque: Literal["interaction", "commanded"] | None = None
     imposed: Imposed | None = None
     handle_mass_kg: float = 0.0

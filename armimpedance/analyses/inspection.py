@@ -19,6 +19,7 @@ from armimpedance.errors import ArmImpedanceError
 from armimpedance.findings import Finding
 from armimpedance.impedance import Options, check_response
 from armimpedance.motion import MarkerRecording, MotionRecording
+from armimpedance.movement import check_pushes
 from armimpedance.passive import emg_gate
 from armimpedance.recordings import AnyRecording
 from armimpedance.records import Recording, Window, trial_slices
@@ -221,6 +222,8 @@ def _checks(recording: Recording) -> list[Finding]:
         text = "the motors': `therapy robot`, `arm` and `contribution` take such a recording"
         moving = _moving_axes(replace(recording, perturbation="stochastic"))
         return [*check_recording(moving), Finding("torque", "ok", text)]
+    if recording.perturbation == "moving":
+        return [*check_recording(recording), check_copies(recording), *check_pushes(recording)]
     checks = _disturbed_checks(recording)
     if recording.kind != "joint" or "onset_s" in recording.trials:
         return checks

@@ -35,6 +35,7 @@ COMMANDS = {
     "passive": "stiffness, viscosity and friction of relaxed joints (motion capture or torque)",
     "body": "masses and inertias of a moving body from contact forces; a robot's from its torques",
     "elbow": "one joint under a random perturbation: I, B, K, over time, over EMG",
+    "movement": "inertia, viscosity and stiffness of the hand while it reaches",
     "therapy": "how much of a movement with a therapy robot is the patient's own",
     "discriminate": "can one number tell two groups of people apart?",
     "report": "one page to show: verdict, pictures, intervals, checks, methods paragraph",
@@ -74,6 +75,10 @@ Relaxed joints and moving bodies, from motion capture:
 One joint under a random perturbation, as of an exoskeleton:
   armimpedance simulate elbow --out session
   armimpedance elbow session --out fit.json
+
+A hand that is pushed while it reaches:
+  armimpedance simulate reaches --out reaches
+  armimpedance movement reaches --out moving.csv
 
 How much a patient contributes to a movement with a therapy robot:
   armimpedance therapy robot calibration --drawings drawings.json --out robot.json

@@ -1,4 +1,11 @@
-from .arm_plant import Arm as Arm
+from .arm_plant import (
+    Arm as Arm,
+    Motion as Motion,
+    MuscleCommand as MuscleCommand,
+    basis_at as basis_at,
+    force_on_handle as force_on_handle,
+    muscle_stretch as muscle_stretch,
+)
 from .compiled import integrate_compiled as integrate_compiled
 from .coupled import (
     CoupledPlant as CoupledPlant,
@@ -7,7 +14,11 @@ from .coupled import (
     integrate as integrate,
 )
 from .disturbances import DISTURBANCES as DISTURBANCES, custom as custom
-from .equilibrium import hand_jacobian as hand_jacobian, muscle_command as muscle_command
+from .equilibrium import (
+    COCONTRACTION_SHARE as COCONTRACTION_SHARE,
+    hand_jacobian as hand_jacobian,
+    muscle_command as muscle_command,
+)
 from .experiments import (
     EXPERIMENTS as EXPERIMENTS,
     Condition as Condition,
@@ -15,7 +26,12 @@ from .experiments import (
     nominal_hand as nominal_hand,
 )
 from .muscles import joint_basis as joint_basis
-from .noise import NOMINAL as NOMINAL
+from .noise import (
+    NOMINAL as NOMINAL,
+    NoiseLevel as NoiseLevel,
+    find_noise as find_noise,
+    quantised as quantised,
+)
 from .rig import RATE_HZ as RATE_HZ, Reflex as Reflex, Rig as Rig
 from .robot import IDEAL as IDEAL, Servo as Servo, servo_gains as servo_gains
 from .schedule import Run as Run, make_schedule as make_schedule
@@ -29,12 +45,17 @@ from .subjects import (
     UPPER_ARM_COM as UPPER_ARM_COM,
     UPPER_ARM_GYRATION as UPPER_ARM_GYRATION,
     UPPER_ARM_MASS as UPPER_ARM_MASS,
+    SimulatedSubject as SimulatedSubject,
     find_subject as find_subject,
 )
 from .trials import Batch as Batch, make_course as make_course
 from .truth import (
+    STEP_M as STEP_M,
+    STEP_RAD as STEP_RAD,
+    STEP_RATE as STEP_RATE,
     Truth as Truth,
     derivative as derivative,
     find_truth as find_truth,
     joint_angles as joint_angles,
 )
+from .two_link import EndMotion as EndMotion

@@ -25,7 +25,7 @@ RANKS = [
     {"files"},
     {"therapy"},
     {"body"},
-    {"muscles", "passive", "elbow"},
+    {"muscles", "passive", "elbow", "movement"},
     {"comparison", "planning"},
     {"levels", "ellipses"},
     {"impedance"},
@@ -213,8 +213,9 @@ def test_every_name_on_a_face_is_there_and_no_module_hides_it():
 
 def test_the_faces_of_the_analysis_stay_small():
     # 450 before there were studies; eighteen names are those of their room, where people, engines
-    # and steps are told apart, and one writes the page of many people.
-    assert sum(len(names) for room, names in FACES.items() if "armimpedance" in room) <= 468
+    # and steps are told apart, and one writes the page of many people; four are those of a hand that
+    # moves: the verb, what it calls, its methods and its checks.
+    assert sum(len(names) for room, names in FACES.items() if "armimpedance" in room) <= 472
 
 
 def _graph() -> dict[str, set[str]]:
@@ -264,7 +265,8 @@ def test_no_module_imports_itself_by_way_of_others():
 def test_no_folder_is_a_crowd(place):
     for folder in {path.parent for path in _modules(place)}:
         modules = [p for p in folder.glob("*.py") if p.name != "__init__.py"]
-        limit = 25 if folder.name in ("cli", "benchmarks") else 20
+        # a command is a module
+        limit = {"cli": 28, "benchmarks": 25}.get(folder.name, 20)
         assert len(modules) <= limit, f"{folder.relative_to(ROOT)} has {len(modules)} modules"
 
 

@@ -40,7 +40,7 @@ class Metadata:
     kind: Kind
     sample_rate_hz: float
     force_by: Literal["limb", "device"] = "limb"
-    perturbation: Literal["returning", "stochastic"] = "returning"
+    perturbation: Literal["returning", "stochastic", "moving"] = "returning"
     torque: Literal["interaction", "commanded"] | None = None
     imposed: Imposed | None = None
     handle_mass_kg: float = 0.0
@@ -101,7 +101,7 @@ def metadata_of(given: Fields) -> Metadata:
         sample_rate_hz=rate,
         force_by=cast(Any, given.choice("force_by", ("limb", "device")) or "limb"),
         perturbation=cast(
-            Any, given.choice("perturbation", ("returning", "stochastic")) or "returning"
+            Any, given.choice("perturbation", ("returning", "stochastic", "moving")) or "returning"
         ),
         torque=cast(Any, given.choice("torque", ("interaction", "commanded"))),
         imposed=cast(Any, given.choice("imposed", IMPOSED)),

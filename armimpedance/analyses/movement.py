@@ -1,0 +1,96 @@
+"""The hand's impedance while it moves: the verb."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Collection, Sequence
+
+from armimpedance.analyses.hand import ForceBy, Progress
+from armimpedance.analyses.inspection import checked
+from armimpedance.analyses.results.estimates import Estimates
+from armimpedance.analyses.sources import PathLike, naming, read_recording
+from armimpedance.conventions import Level
+from armimpedance.files import read_results
+from armimpedance.movement import identify_movement
+from armimpedance.records import ImpedanceEstimate, Recording
+
+
+def movement(
+    recording: Recording | PathLike,
+    *,
+    method: str | None = None,
+    level: Level = "hand",
+    inertia: Sequence[ImpedanceEstimate] | PathLike | None = None,
+    phases: Sequence[str] | None = None,
+    window_s: float | None = None,
+    force_by: ForceBy | None = None,
+    despite: str | Collection[str] = (),
+    progress: Progress | None = None,
+) -> Estimates:
+    """Estimate inertia, viscosity and stiffness of a reaching hand, phase by phase.
+
+    Parameters
+    ----------
+    recording : Recording or path
+        Reaches in a plane, ``perturbation`` "moving": the trial table says in ``phase``,
+        ``push_deg`` and ``push_onset_s`` which of them were pushed, empty where nobody pushed.
+    method : str, optional
+        "latent" (the default), or one of the sources': "mean_difference", "predicted_path",
+        "impulse_response", "ensemble".
+    level : {"hand", "joint"}
+        At the joints K is that of muscles and joints, without the force term.
+    inertia : sequence of ImpedanceEstimate or path, optional
+        The hand's M of the same person in postures, or their RESULTS.csv; default: the inertia is
+        fitted with the rest.
+    phases : sequence of str, optional
+        Only these.
+    window_s : float, optional
+        Length of the fitted window after a push's onset, s; default: until .1 s after the push, at
+        most .3 s.
+    force_by : {"limb", "device"}, optional
+        Whose force on the other a Kinarm's sensor holds.
+    despite : str or collection of str
+        Names of checks of `inspect` whose STOP is overruled; every estimate says so.
+    progress : function (done, all), optional
+        Called after each phase.
+
+    Returns
+    -------
+    Estimates
+        One estimate per condition and phase, for the middle of the window; `position` is where
+        undisturbed reaches are then.
+
+    Raises
+    ------
+    InputError
+        The recording cannot be read or lacks what is needed, a check of `inspect` says STOP, or a
+        name is unknown.
+    NotIdentifiableError
+        The pushes of a phase do not tell M, B and K apart.
+    EstimationError
+        M comes out negative: the force's sign is not what the recording says.
+
+    Examples
+    --------
+    >>> from armimpedance.analyses import movement
+    >>> from manipulandum_sim.movement import simulate_movement
+    >>> recording, _ = simulate_movement(seed=1, repeats=2, unperturbed=15, phases=(0.5,))
+    >>> moving = movement(recording)
+    >>> moving.names
+    ('condition free, phase 50%',)
+    """
+    known = read_results(inertia) if isinstance(inertia, str | os.PathLike) else inertia
+    with naming(recording):
+        read = read_recording(recording, force_by=force_by)
+        marks = checked(read, despite)
+        made = identify_movement(
+            read,
+            method=method,
+            level=level,
+            inertia=known,
+            phases=phases,
+            window_s=window_s,
+            progress=progress,
+        )
+        marked = tuple(one.marked(marks) for one in made)
+        return Estimates(marked, read.subject, read.gravity_m_s2)

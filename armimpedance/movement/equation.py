@@ -1,0 +1,149 @@
+"""The joint equation of a pushed reach, projected on slow functions of time.
+
+For each trial, against the course that it would have taken,
+
+    J^T F + Y phi + K(t) q + B(t) qd + R q(t - d) = w,   (2,)
+
+where w is the torque that the person makes on the way, whatever pushes her: it has the same
+distribution in pushed and in free reaches. K and B change over the window by a straight line and a
+little by a parabola; R is a reflex, of which nothing is known but that it is small.
+
+Each matrix stands row by row among the unknowns theta (`Part`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Final
+
+import numpy as np
+
+from armimpedance.arrays import FloatArray, FrozenRecord
+from armimpedance.movement.arm import N_INERTIAL
+from armimpedance.movement.windows import SPACING_S, PhaseWindows
+
+#: K' and B' are changes over this time, K'' and B'' those by its square (s).
+CHANGE_S: Final = 0.2
+#: The fastest of the cosines on which the equation is projected (Hz).
+FASTEST_HZ: Final = 20.0
+#: Components of the history that are taken out of every term.
+COMPONENTS: Final = 6
+#: Delay of the reflex that is allowed for (s).
+REFLEX_S: Final = 0.055
+
+#: A hand that goes this far over the window moves (m).
+MOVING_M: Final = 0.02
+
+INERTIAL: Final = slice(0, 3)
+STIFFNESS: Final = slice(3, 7)
+VISCOSITY: Final = slice(7, 11)
+#: What the result tells: phi, K and B in the middle of the window.
+TOLD: Final = slice(0, 11)
+STIFFNESS_CHANGE: Final = slice(11, 15)
+VISCOSITY_CHANGE: Final = slice(15, 19)
+STIFFNESS_CURVE: Final = slice(19, 23)
+VISCOSITY_CURVE: Final = slice(23, 27)
+REFLEX: Final = slice(27, 31)
+N_UNKNOWN: Final = 31
+
+
+@dataclass(frozen=True)
+class Equations(FrozenRecord):
+    """Projected equations of n trials, R rows each: ``y + X theta = w``.
+
+    Attributes
+    ----------
+    X : (n, R, 31)
+    y : (n, R)
+    direction : (n, 2)
+    nuisance : (n, g)
+        Orthonormal: the two groups' means and the history, which stand in none of the others.
+    moving : float
+        0 of an arm at rest, whose impedance does not change, to 1.
+    """
+
+    X: Annotated[FloatArray, "n R p"]
+    y: Annotated[FloatArray, "n R"]
+    direction: Annotated[FloatArray, "n 2"]
+    nuisance: Annotated[FloatArray, "n g"]
+    moving: float
+
+    @property
+    def trials(self) -> int:
+        """n."""
+        return len(self.y)
+
+    def along_direction(self, values: FloatArray) -> FloatArray:
+        """The part of values (n, ...) that is linear in the push's direction."""
+        D = self.direction
+        flat = values.reshape(len(values), -1)
+        # H = D (D^T D)^-1 D^T, (n, n) = (n, 2) (2, 2) (2, n)
+        return np.asarray(D @ np.linalg.solve(D.T @ D, D.T @ flat)).reshape(values.shape)
+
+
+def equations_of(windows: PhaseWindows) -> Equations:
+    """The equations of one phase, with means and history taken out of every term."""
+    basis = cosines(windows.lag_s)
+    X = np.einsum("nsip,sb->nbip", _regressors(windows), basis)
+    y = np.einsum("nsi,sb->nbi", windows.part("torque"), basis)
+    n = len(X)
+    nuisance = _nuisance(windows)
+
+    def without(values: FloatArray) -> FloatArray:
+        flat = values.reshape(n, -1)
+        return np.asarray(flat - nuisance @ (nuisance.T @ flat))
+
+    return Equations(
+        X=without(X).reshape(n, -1, N_UNKNOWN),
+        y=without(y),
+        direction=without(windows.direction),
+        nuisance=nuisance,
+        moving=min(1.0, windows.travel_m / MOVING_M),
+    )
+
+
+def cosines(lag_s: FloatArray) -> FloatArray:
+    """Orthonormal cosines (S, b) up to `FASTEST_HZ` over a window."""
+    samples = len(lag_s)
+    count = int(2 * (lag_s[-1] - lag_s[0]) * FASTEST_HZ) + 1
+    phase = (np.arange(samples) + 0.5) / samples
+    basis = np.cos(np.pi * np.arange(count) * phase[:, None])
+    return np.asarray(basis / np.linalg.norm(basis, axis=0))
+
+
+def _regressors(windows: PhaseWindows) -> FloatArray:
+    """(n, S, 2, 31)"""
+    angle, rate = windows.part("angle"), windows.part("rate")
+    Y = windows.part("inertial")
+    change = ((windows.lag_s - windows.lag_s[windows.middle]) / CHANGE_S)[:, None]
+    parts = [
+        Y.reshape(*Y.shape[:2], 2, N_INERTIAL),
+        _by_rows(angle),
+        _by_rows(rate),
+        _by_rows(angle * change),
+        _by_rows(rate * change),
+        _by_rows(angle * change**2),
+        _by_rows(rate * change**2),
+        _by_rows(windows.late("angle", round(REFLEX_S / SPACING_S))),
+    ]
+    return np.concatenate(parts, axis=-1)
+
+
+def _by_rows(vector: FloatArray) -> FloatArray:
+    """``A x`` as a matrix (..., 2, 4) times the elements of A, row by row, for x (..., 2)."""
+    out = np.zeros((*vector.shape[:-1], 2, 4))
+    out[..., 0, :2] = out[..., 1, 2:] = vector
+    return out
+
+
+def _nuisance(windows: PhaseWindows) -> FloatArray:
+    """Orthonormal columns (n, g): means of pushed and of free reaches, and the history.
+
+    The principal components of the history stand for it: where and how fast the hand goes decides
+    most of where it will be. Few trials bear few components.
+    """
+    n = len(windows.history)
+    count = max(1, min(COMPONENTS, (n - 4) // 6))
+    components = np.linalg.svd(windows.history, full_matrices=False)[0][:, :count]
+    groups = np.stack([windows.pushed, ~windows.pushed], axis=1).astype(float)
+    return np.linalg.qr(np.concatenate([groups, components], axis=1))[0]

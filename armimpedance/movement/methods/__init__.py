@@ -1,0 +1,1 @@
+"""Estimators of a moving hand's impedance, one file each."""

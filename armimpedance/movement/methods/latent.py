@@ -1,0 +1,59 @@
+"""Method `latent`: the undisturbed course of each reach as a random course with its own history.
+
+The joint equation (`equation`), whose right side has the same distribution in pushed and in free
+reaches; what the trial did before the push tells most of what it would have done after it; what is
+left is weighed by its covariance, and instruments that are linear in the push's direction keep it
+out of the regressors (`solve`).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from armimpedance.arrays import FloatArray
+from armimpedance.conventions import Level
+from armimpedance.movement.doubts import doubts_of
+from armimpedance.movement.equation import TOLD, Equations, equations_of
+from armimpedance.movement.fitted import Method, PhaseFit
+from armimpedance.movement.hand_level import instant_of, joint_weights, to_hand
+from armimpedance.movement.solve import Known, Solution, solve
+from armimpedance.movement.windows import PhaseWindows
+
+
+def fit(windows: PhaseWindows, level: Level, known: Known | None) -> PhaseFit:
+    """Fit one phase."""
+    equations = equations_of(windows)
+    doubted = doubts_of(equations, solve(equations, known), known)
+    solution = doubted.solution
+    at = instant_of(windows)
+    if level == "hand":
+        weights, constant = to_hand(windows.arm, at)
+    else:
+        weights, constant = joint_weights(at), np.zeros(12)
+    # values (12,) = W (12, 11) theta (11,) + constant
+    return PhaseFit(
+        level=level,
+        values=weights @ solution.theta[TOLD] + constant,
+        covariance=weights @ solution.covariance[TOLD, TOLD] @ weights.T,
+        dof=solution.dof,
+        condition=solution.condition,
+        rank=TOLD.stop,
+        explained=_explained(equations, solution),
+        warnings=doubted.warnings,
+        provenance=doubted.provenance,
+    )
+
+
+def _explained(equations: Equations, solution: Solution) -> float:
+    """Share of the torque's mean response that inertia, viscosity and stiffness describe."""
+    response = equations.along_direction(equations.y)
+    left: FloatArray = equations.along_direction(solution.residual)
+    return float(1 - (left**2).sum() / (response**2).sum())
+
+
+METHOD = Method(
+    assumes="K and B change linearly over the window; the person does not yet answer on purpose",
+    reference="docs/movement.md",
+    fit=fit,
+    levels=("hand", "joint"),
+)
