@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 from typing import Any, Final
 
@@ -117,21 +119,50 @@ def run_participants(
     prints = Fingerprints(out / STORE / SEEN)
     store = Store(out / STORE, prints)
     by_name = {session.folder: session for session in sessions}
-    waiting: list[Task] = []
-    done = 0
+    ready: deque[Outcome] = deque()
+    waiting = _asked(sessions, design, _Held(out, store, prints), ready)
+    ended = _ended(waiting, ready, SessionWork(out, command), engine)
+    try:
+        for done, outcome in enumerate(ended, 1):
+            yield Progressed(by_name[outcome.name], outcome, done, len(sessions))
+    finally:
+        prints.save()
+
+
+@dataclass(frozen=True)
+class _Held:
+    """What earlier runs left."""
+
+    out: Path
+    store: Store
+    prints: Fingerprints
+
+
+def _asked(
+    sessions: Sequence[Session], design: Design, held: _Held, ready: deque[Outcome]
+) -> Iterator[Task | None]:
+    """What is to be done; None for a session whose outcome is known, which becomes ready."""
     for session in sessions:
         task = task_of(session, design)
-        outcome = _known(task, store, prints)
-        if outcome is None:
-            waiting.append(task)
-            continue
-        lay_out(outcome, store, out)
-        done += 1
-        yield Progressed(session, outcome, done, len(sessions))
-    prints.save()
-    for outcome in engine(SessionWork(out, command), waiting):
-        done += 1
-        yield Progressed(by_name[outcome.name], outcome, done, len(sessions))
+        outcome = _known(task, held.store, held.prints)
+        if outcome is not None:
+            lay_out(outcome, held.store, held.out)
+            ready.append(outcome)
+        yield task if outcome is None else None
+
+
+def _ended(
+    waiting: Iterator[Task | None], ready: deque[Outcome], work: SessionWork, engine: Engine
+) -> Iterator[Outcome]:
+    """All outcomes; work begins with the first task, while the sessions behind it are looked at."""
+    for first in waiting:
+        if first is not None:
+            for outcome in engine(work, chain([first], filter(None, waiting))):
+                yield outcome
+                while ready:
+                    yield ready.popleft()
+        while ready:
+            yield ready.popleft()
 
 
 def unknown_sessions(sessions: Sequence[Session], design: Design, out: Path) -> list[Session]:

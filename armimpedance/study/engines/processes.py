@@ -6,7 +6,8 @@ from collections import deque
 from collections.abc import Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, wait
 from dataclasses import dataclass
-from typing import Final
+from itertools import islice
+from typing import Final, Generic
 
 from armimpedance.errors import InputError
 from armimpedance.study.engines.engine import Asked, Given, Work
@@ -39,24 +40,26 @@ class Processes:
 
     def __call__(self, work: Work[Asked, Given], tasks: Iterable[Asked]) -> Iterator[Given]:
         """Outcomes as they come, in any order."""
-        waiting = deque((task, 1) for task in tasks)
-        alone: deque[Asked] = deque()
+        waiting, alone = _Waiting(tasks), deque[Asked]()
         while waiting:
             yield from self._until_broken(work, waiting, alone)
         for task in alone:
             yield _by_itself(work, task)
 
     def _until_broken(
-        self, work: Work[Asked, Given], waiting: deque[tuple[Asked, int]], alone: deque[Asked]
+        self, work: Work[Asked, Given], waiting: _Waiting[Asked], alone: deque[Asked]
     ) -> Iterator[Given]:
-        """Work until all is done or a process was killed; what was under way then waits again."""
-        count = min(self.workers or usable_cores(), len(waiting))
+        """Work until all is done or a process was killed; what was under way then waits again.
+
+        The first process starts with the first task, before the next one is asked for.
+        """
+        count = self.workers or usable_cores()
         running: dict[Future[Given], tuple[Asked, int]] = {}
         with worker_pool(count) as pool:
             try:
-                while waiting or running:
-                    while waiting and len(running) < 2 * count:
-                        task, tries = waiting.popleft()
+                while running or waiting:
+                    while len(running) < 2 * count and waiting:
+                        task, tries = waiting.next()
                         with interrupts_for_us_alone():
                             running[pool.submit(work, task)] = (task, tries)
                     ready, _ = wait(running, return_when=FIRST_COMPLETED)
@@ -67,11 +70,32 @@ class Processes:
             except BrokenExecutor:
                 for task, tries in running.values():
                     if tries < _TRIES:
-                        waiting.append((task, tries + 1))
+                        waiting.again(task, tries + 1)
                     else:
                         alone.append(task)
             finally:
                 pool.shutdown(cancel_futures=True)
+
+
+class _Waiting(Generic[Asked]):
+    """Tasks that are not under way yet, taken from where they come one by one."""
+
+    def __init__(self, tasks: Iterable[Asked]) -> None:
+        self._source = iter(tasks)
+        self._held: deque[tuple[Asked, int]] = deque()
+
+    def __bool__(self) -> bool:
+        if not self._held:
+            self._held.extend((task, 1) for task in islice(self._source, 1))
+        return bool(self._held)
+
+    def next(self) -> tuple[Asked, int]:
+        """A task, and how often it will have been tried."""
+        return self._held.popleft()
+
+    def again(self, task: Asked, tries: int) -> None:
+        """Put back what has to be tried again."""
+        self._held.append((task, tries))
 
 
 def _by_itself(work: Work[Asked, Given], task: Asked) -> Given:

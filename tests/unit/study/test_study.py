@@ -5,12 +5,14 @@ from __future__ import annotations
 import shutil
 import sys
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 
 from armimpedance.errors import InputError
 from armimpedance.study import (
+    Processes,
     check_steps,
     chosen,
     find_sessions,
@@ -321,3 +323,63 @@ def test_a_step_that_is_no_call_of_a_command_is_refused_before_any_work(tmp_path
     (tmp_path / "study.toml").write_text('steps = ["estimate {recording} --bye condition"]')
     with pytest.raises(InputError, match="estimate"):
         check_steps(read_design(None, tmp_path).steps, parse)
+
+
+def test_work_begins_before_every_session_is_looked_at(data, tmp_path):
+    """The engine takes tasks one by one; those that are known come between, counted with them."""
+    command, out = Fake(), tmp_path / "out"
+    run(data, out, command)
+    (data / "sub-01/ses-a/hand.rec").write_text("value\n10\n")
+    asked = []
+
+    def lazy(work, tasks):
+        for task in tasks:
+            asked.append(task.name)
+            yield work(task)
+
+    ended = run(data, out, command, lazy)
+    assert asked == ["sub-01/ses-a"]
+    assert [one.done for one in ended] == [1, 2, 3]
+    assert {one.session.participant for one in ended} == {"01", "02", "03"}
+    assert sum(one.outcome.recomputed for one in ended) == 2
+
+
+def test_a_study_that_is_all_known_starts_no_engine(data, tmp_path):
+    command, out = Fake(), tmp_path / "out"
+    run(data, out, command)
+
+    def none(work, tasks):
+        pytest.fail("an engine was started")
+
+    assert len(run(data, out, command, none)) == 3
+
+
+def test_processes_take_tasks_only_as_they_are_free(tmp_path):
+    taken = []
+
+    def tasks():
+        for number in range(20):
+            taken.append(number)
+            yield Named(f"task {number}")
+
+    engine = Processes(1)(Nothing(), tasks())
+    assert next(engine).name.startswith("task ")
+    assert len(taken) < 6
+    assert len(list(engine)) == 19
+
+
+@dataclass(frozen=True)
+class Named:
+    """A task that is nothing but its name."""
+
+    name: str
+
+
+class Nothing:
+    """Work that gives the task back."""
+
+    def __call__(self, task):
+        return task
+
+    def failed(self, task, _problem):
+        return task
