@@ -14,6 +14,7 @@ from armimpedance.movement.arm import geometry_of
 from armimpedance.movement.course import courses_of
 from armimpedance.movement.fitted import Method, PhaseFit, to_estimate
 from armimpedance.movement.known import known_inertia
+from armimpedance.movement.labels import check_labels
 from armimpedance.movement.pushes import Pushes, pushes_of
 from armimpedance.movement.table import METHODS
 from armimpedance.movement.windows import cut_phase
@@ -74,6 +75,7 @@ def identify_movement(
     every = list(_groups(recording, pushes, wanted))
     for done, (condition, rows, phase) in enumerate(every, 1):
         windows = cut_phase(courses, pushes, rows, phase, window_s)
+        check_labels(windows, phase)
         fit = chosen.fit(windows, level, known)
         _check_inertia(fit, phase)
         keys = {"condition": condition, "phase": phase}

@@ -1,7 +1,7 @@
 """A moving hand: bias, error and coverage of M, B and K at every phase, over many sessions.
 
     python benchmarks/movement/accuracy.py --sessions 200 --cases doublet servo soft-servo
-    python benchmarks/movement/accuracy.py --sessions 40 --methods latent mean_difference
+    python benchmarks/movement/accuracy.py --sessions 40 --methods latent mean_difference ensemble
 
 Each session is 40 free reaches and 40 pushed ones at each of three phases. Errors are Frobenius
 norms in percent of the truth; coverage is over all elements; "named" is the share of fits that
@@ -20,9 +20,10 @@ from typing import Any
 import numpy as np
 
 from armimpedance.errors import InputError
+from armimpedance.estimates import ImpedanceEstimate, Quality
 from armimpedance.movement import METHODS, identify_movement
 from manipulandum_sim.hand import Reflex
-from manipulandum_sim.movement import MovementRig, Variability, simulate_movement
+from manipulandum_sim.movement import MovementRig, MovementTruth, Variability, simulate_movement
 
 #: Name -> fields of the rig.
 CASES: dict[str, dict[str, Any]] = {
@@ -37,23 +38,75 @@ CASES: dict[str, dict[str, Any]] = {
 }
 
 
-def one_session(case: str, methods: list[str], level: str, repeats: int, seed: int) -> np.ndarray:
-    """(methods, phases, 4, 12): estimate, truth, half width of the interval, whether named."""
+def one_session(
+    case: str, methods: list[str], levels: list[str], repeats: int, seed: int
+) -> np.ndarray:
+    """(methods, levels, phases, 4, 12): estimate, truth, half width, whether named."""
     rig = CASES[case]
     recording, truth = simulate_movement(seed=seed, repeats=repeats, unperturbed=8 * repeats, **rig)
-    line, letter = MovementRig(**rig).line, level[0].replace("h", "e")
-    rows = []
-    for method in methods:
-        of_method = []
-        for e in identify_movement(recording, method=method, level=level):  # type: ignore[arg-type]
-            assert e.position is not None
-            travelled = float((e.position - line.start_m) @ line.along)
-            true = [truth.at(f"{name}_{letter}", travelled) for name in "MBK"]
-            half = (e.interval()[1] - e.interval()[0]) / 2
-            named = np.full(12, float(bool(e.warnings)))
-            of_method.append([e.parameters, np.concatenate(true, axis=None), half.ravel(), named])
-        rows.append(of_method)
-    return np.array(rows)
+    made = MovementRig(**rig)
+    told = [posture_inertia(truth)] if "impulse_response" in methods else None
+    return np.array(
+        [
+            [
+                [
+                    of_phase(made, truth, share, estimate)
+                    for share, estimate in zip(
+                        made.phases,
+                        identify_movement(
+                            recording,
+                            method=method,
+                            level=level,  # type: ignore[arg-type]
+                            inertia=told if method == "impulse_response" else None,
+                        ),
+                        strict=True,
+                    )
+                ]
+                for level in levels
+            ]
+            for method in methods
+        ]
+    )
+
+
+def of_phase(
+    rig: MovementRig, truth: MovementTruth, share: float, estimate: ImpedanceEstimate
+) -> list[np.ndarray]:
+    """Estimate, truth, half width and whether named, (12,) each.
+
+    The truth is that of the nominal reach as long after the place of the push.
+    """
+    u = np.linspace(0, 1, 4001)
+    onset = rig.line.duration_s * np.interp(share, u**3 * (10 - 15 * u + 6 * u**2), u)
+    # the middle of the window that `identify_movement` takes of itself
+    lag = min(rig.shape.duration_s + 0.1, 0.3) / 2
+    letter = "e" if estimate.level == "hand" else "j"
+    at = np.array([np.interp(onset + lag, truth.time_s, np.arange(len(truth.time_s)))])
+    low, part = int(at[0]), float(at[0] % 1)
+    courses = [getattr(truth, f"{name}_{letter}") for name in "MBK"]
+    true = [(1 - part) * c[low] + part * c[low + 1] for c in courses]
+    half = (estimate.interval()[1] - estimate.interval()[0]) / 2
+    named = np.full(12, float(bool(estimate.warnings)))
+    return [estimate.parameters, np.concatenate(true, axis=None), half.ravel(), named]
+
+
+def posture_inertia(truth: MovementTruth) -> ImpedanceEstimate:
+    """The inertia as a posture experiment tells it, to 2 percent."""
+    M = truth.M_e[0]
+    zero = np.zeros((2, 2))
+    covariance = np.zeros((12, 12))
+    covariance[:4, :4] = (0.02 * np.abs(M).max()) ** 2 * np.eye(4)
+    return ImpedanceEstimate(
+        level="hand",
+        method="truth",
+        inertia=M,
+        viscosity=zero,
+        stiffness=zero,
+        covariance=covariance,
+        dof=np.inf,
+        quality=Quality(1, 1, 1.0, 1.0, 1.0, 1.0, 12, 0.0),
+        joint_angles=truth.posture[0],
+    )
 
 
 def summary(found: np.ndarray) -> str:
@@ -95,12 +148,12 @@ def lines(asked: argparse.Namespace) -> Iterator[str]:
     """The table, line by line."""
     with ProcessPoolExecutor(asked.workers) as pool:
         for case in asked.cases:
-            for level in asked.levels:
-                work = partial(one_session, case, asked.methods, level, asked.repeats)
-                found = np.array(list(pool.map(work, range(2000, 2000 + asked.sessions))))
-                for m, method in enumerate(asked.methods):
-                    for p in range(found.shape[2]):
-                        yield f"{case:10s} {level:5s} {method:15s} {p} {summary(found[:, m, p])}"
+            work = partial(one_session, case, asked.methods, asked.levels, asked.repeats)
+            found = np.array(list(pool.map(work, range(2000, 2000 + asked.sessions))))
+            for m, method in enumerate(asked.methods):
+                for n, level in enumerate(asked.levels):
+                    for p in range(found.shape[3]):
+                        yield f"{case:10s} {level:5s} {method:15s} {p} {summary(found[:, m, n, p])}"
 
 
 if __name__ == "__main__":

@@ -248,6 +248,16 @@ def test_bad_input_is_one_line(spoil):
     assert "\n" not in str(told_error.value)
 
 
+@pytest.mark.parametrize("column", ["push_deg", "phase"])
+def test_a_trial_of_a_wrong_label_is_named(column):
+    recording, _ = session()
+    table = recording.trials.copy()
+    row = int(np.flatnonzero(table["phase"] != "")[3])
+    table.loc[row, column] = {"push_deg": table["push_deg"][row] + 180, "phase": ""}[column]
+    with pytest.raises(InputError, match=rf"trial {table['trial'][row]}\b"):
+        identify_movement(replace(recording, trials=table))
+
+
 def test_a_force_of_the_wrong_sign_is_told():
     recording, _ = session()
     with pytest.raises(EstimationError):

@@ -1,0 +1,67 @@
+"""Whether the hand went where the trial table says that it was pushed."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from armimpedance.arrays import FloatArray
+from armimpedance.errors import InputError
+from armimpedance.movement.windows import PhaseWindows
+
+#: A trial answers a push by 1 where it is pushed as all others are, by 0 where nobody pushes it.
+LEAST_ANSWER: Final = 0.4
+#: A free reach that answers by more than this was pushed.
+MOST_FREE: Final = 0.7
+#: Labels are judged where a push accelerates the hand this many times as much as trials differ.
+CLEAR: Final = 3.0
+
+
+def check_labels(windows: PhaseWindows, phase: str) -> None:
+    """Refuse trials whose hand did not go where their label says.
+
+    The acceleration that is linear in the push's direction is what all trials of a phase share; how
+    much of it a trial shows is 1 but for noise. It is 0 of a reach that nobody pushed, and less of
+    one that was pushed elsewhere.
+
+    Raises
+    ------
+    InputError
+        Trials of other labels, by their numbers.
+    """
+    a, hit = windows.part("acceleration"), windows.pushed
+    D = windows.direction[hit]
+    centred = (a[hit] - np.median(a[hit], axis=0)).reshape(len(D), -1)
+    # response (2, S d): D (n, 2) response = a (n, S d)
+    response = np.linalg.lstsq(D, centred, rcond=None)[0]
+    own = np.einsum("nr,nr->n", centred, D @ response) / _energy(D @ response)
+    free = (a[~hit] - np.median(a[~hit], axis=0)).reshape(int((~hit).sum()), -1)
+    # the push (2,) that explains a free reach best
+    seen = np.hypot(*np.linalg.lstsq(response.T, free.T, rcond=None)[0])
+    if np.median(_energy(D @ response)) < CLEAR**2 * np.median(_energy(free)):
+        return
+    wrong = windows.trial[hit][own < LEAST_ANSWER]
+    if len(wrong):
+        raise InputError(
+            f"phase {phase}: the hand did not go where {_trials(wrong)} was pushed to",
+            column="push_deg",
+            expected="the direction of the robot's push on the hand, in degrees from x towards y",
+        )
+    pushed = windows.trial[~hit][seen > MOST_FREE]
+    if len(pushed):
+        raise InputError(
+            f"{_trials(pushed)}: no push is told, and the hand went as if there was one",
+            column="phase",
+            expected=f"{phase}, or a trial that nobody pushed",
+        )
+
+
+def _energy(values: FloatArray) -> FloatArray:
+    return np.asarray((values**2).sum(axis=1))
+
+
+def _trials(numbers: FloatArray) -> str:
+    shown = ", ".join(str(int(n)) for n in numbers[:5])
+    more = f" and {len(numbers) - 5} more" if len(numbers) > 5 else ""
+    return f"trial {shown}{more}"
