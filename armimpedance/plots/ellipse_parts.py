@@ -110,9 +110,14 @@ def draw_band(
     """Shade the 95 % band of the outline, where there is an outline."""
     if not is_positive_definite(getattr(estimate, which)):
         return
+    from matplotlib.patches import Polygon
+
     inner, outer = confidence_band(estimate, which)
-    x, y = (centre + scale * np.concatenate([outer, inner[::-1]])).T
-    ax.fill(x, y, color=color, alpha=BAND_ALPHA, linewidth=0)
+    corners = centre + scale * np.concatenate([outer, inner[::-1]])
+    # `Axes.fill` would look for the extremes of each of the 722 sides as if they were bent
+    ax.add_artist(Polygon(corners, color=color, alpha=BAND_ALPHA, linewidth=0))
+    ax.update_datalim(corners)
+    ax.autoscale_view()
 
 
 def draw_arms(

@@ -37,4 +37,5 @@ def raw_emg(
     noise = in_band(white, axis=-1, rate_hz=rate_hz)
     # mean |N(0, sd)| = sd sqrt(2 / pi)
     sd = np.hypot(activation * MVC_V * np.sqrt(np.pi / 2), BASELINE_V)
-    return np.ascontiguousarray((noise * sd[..., None]).transpose(0, 2, 1))
+    noise *= sd[..., None]
+    return np.ascontiguousarray(noise.transpose(0, 2, 1))

@@ -8,6 +8,7 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 
+from armimpedance.arrays import frozen
 from armimpedance.conventions import MUSCLES, command_columns
 from armimpedance.errors import InputError
 from armimpedance.records import Recording
@@ -20,7 +21,7 @@ from manipulandum_sim.hand.subjects import SimulatedSubject, find_subject
 from manipulandum_sim.hand.trials import Batch, Sensed, run_batch
 from manipulandum_sim.hand.truth import Truth, find_truth
 
-#: Trials that are simulated at once.
+#: Trials that are simulated at once, up to half as many more.
 BLOCK: Final = 1024
 #: First number of the random keys of single conditions; the experiments have theirs.
 SINGLE_KEY: Final = 100
@@ -145,8 +146,8 @@ def _session(
     schedule = make_schedule(seed, runs, sets)
     lengths = schedule.onset + round((rig.duration_s + AFTER_S) * RATE_HZ) + 1
     parts, angles = [], []
-    for start in range(0, len(lengths), BLOCK):
-        rows = np.arange(start, min(start + BLOCK, len(lengths)))
+    # of one length: a short rest would take nearly as long as a whole block
+    for rows in np.array_split(np.arange(len(lengths)), max(1, round(len(lengths) / BLOCK))):
         sensed = run_batch(Batch(arm, rig, truth, schedule, rows), seed)
         angles.append(_angles_at_rest(sensed, schedule.onset[rows]))
         parts.append(_cut(sensed, lengths[rows]))
@@ -173,10 +174,10 @@ def _joined(parts: list[Sensed]) -> dict[str, Any]:
     emg = [p.emg for p in parts if p.emg is not None]
     names = command_columns("hand", 2)
     return {
-        "position": np.concatenate([p.position for p in parts]),
-        "force": np.concatenate([p.force for p in parts]),
-        "joint_angles": np.concatenate([p.joint_angles for p in parts]),
-        "emg": np.concatenate(emg) if emg else None,
+        "position": frozen(np.concatenate([p.position for p in parts])),
+        "force": frozen(np.concatenate([p.force for p in parts])),
+        "joint_angles": frozen(np.concatenate([p.joint_angles for p in parts])),
+        "emg": frozen(np.concatenate(emg)) if emg else None,
         "extra": dict(zip(names, np.concatenate(told).T, strict=True)) if told else {},
     }
 
