@@ -27,6 +27,7 @@ from .analyses import (
     movement as movement,
     passive as passive,
     plan as plan,
+    plan_movement as plan_movement,
     plot_ellipses as plot_ellipses,
     predict as predict,
     read as read,

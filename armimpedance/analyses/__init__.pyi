@@ -17,7 +17,7 @@ from .models import (
     fit_muscles as fit_muscles,
     fit_posture as fit_posture,
 )
-from .movement import movement as movement
+from .movement import movement as movement, plan_movement as plan_movement
 from .passive import passive as passive
 from .plan import plan as plan
 from .predictions import at_hand as at_hand, predict as predict

@@ -6,11 +6,15 @@ Examples:
   armimpedance plan --pilot session --condition posture_01 --k-percent 5 --figure plan.png
   armimpedance plan --design --duration-s 0.25 --max-acceleration 4 --out-profile profile.csv
   armimpedance plan --design --separate-reflex --out-profile profile.csv
+  armimpedance plan --movement reaches --phase 50% --k-percent 10
 
 "K within X %": the 95 % interval of each diagonal element of K is at most +- X % of the element.
 Arm and noise are those of a pilot recording, or the arm of a row of RESULTS, or a relaxed arm of
 70 kg body mass with nominal noise. Shapes that would exceed the acceleration get a smaller
 amplitude; with --shape and --amplitude-mm they are refused. The profile is written at 1 kHz.
+
+--movement takes a pilot of reaches (see `armimpedance movement --help`), ten free and eight pushed
+ones of a phase at least, and compares pushes by the trials that they need.
 """
 
 from __future__ import annotations
@@ -62,6 +66,42 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     _add_disturbance(parser)
     _add_robot(parser)
+    _add_movement(parser)
+
+
+def _add_movement(parser: argparse.ArgumentParser) -> None:
+    moving = parser.add_argument_group("a hand that moves")
+    moving.add_argument("--movement", type=Path, metavar="RECORDING", help="a pilot of reaches")
+    moving.add_argument("--phase", metavar="NAME", help="default: the pilot's first")
+    moving.add_argument("--max-force-n", type=float, metavar="N", help="of a push (default: 10)")
+    moving.add_argument(
+        "--max-displacement-mm", type=float, metavar="MM", help="of the hand (default: 10)"
+    )
+
+
+def _of_movement(args: argparse.Namespace) -> int:
+    """Plan pushes of a moving hand."""
+    from armimpedance.analyses import plan_movement
+    from armimpedance.errors import InputError
+    from armimpedance.report import movement_plan_text
+
+    for name in ("pilot", "results", "figure", "out_profile", "servo", "orientation_deg"):
+        if getattr(args, name) is not None:
+            option = name.replace("_", "-")
+            raise InputError(f"--{option} with --movement", expected="a pilot of reaches alone")
+    given = {
+        "k_percent": args.k_percent,
+        "phase": args.phase,
+        "robot_kg": args.robot_kg,
+        "max_force_n": args.max_force_n,
+        "max_displacement_m": None
+        if args.max_displacement_mm is None
+        else args.max_displacement_mm / 1e3,
+    }
+    chosen = {name: value for name, value in given.items() if value is not None}
+    made = plan_movement(args.movement, force_by=args.force_by, despite=args.despite, **chosen)
+    print(movement_plan_text(made))
+    return 0
 
 
 def _add_disturbance(parser: argparse.ArgumentParser) -> None:
@@ -101,6 +141,8 @@ def _add_robot(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Plan, write profile and figure, print; an unmet wish is an error after the table."""
+    if args.movement is not None:
+        return _of_movement(args)
     from armimpedance.analyses import plan
     from armimpedance.cli.parts.figure import draw_picture
     from armimpedance.cli.parts.outputs import FIGURE, Output, check_outputs

@@ -83,9 +83,15 @@ class Equations(FrozenRecord):
 
 def equations_of(windows: PhaseWindows) -> Equations:
     """The equations of one phase, with means and history taken out of every term."""
-    basis = cosines(windows.lag_s)
-    X = np.einsum("nsip,sb->nbip", _regressors(windows), basis)
-    y = np.einsum("nsi,sb->nbi", windows.part("torque"), basis)
+    lag, Y = windows.lag_s, windows.part("inertial")
+    X = regressors(
+        lag,
+        Y.reshape(*Y.shape[:2], 2, N_INERTIAL),
+        windows.part("angle"),
+        windows.part("rate"),
+        windows.late("angle", round(REFLEX_S / SPACING_S)),
+    )
+    X, y = projected(lag, X), projected(lag, windows.part("torque"))
     n = len(X)
     nuisance = _nuisance(windows)
 
@@ -94,7 +100,7 @@ def equations_of(windows: PhaseWindows) -> Equations:
         return np.asarray(flat - nuisance @ (nuisance.T @ flat))
 
     return Equations(
-        X=without(X).reshape(n, -1, N_UNKNOWN),
+        X=without(X).reshape(X.shape),
         y=without(y),
         direction=without(windows.direction),
         nuisance=nuisance,
@@ -111,22 +117,37 @@ def cosines(lag_s: FloatArray) -> FloatArray:
     return np.asarray(basis / np.linalg.norm(basis, axis=0))
 
 
-def _regressors(windows: PhaseWindows) -> FloatArray:
-    """(n, S, 2, 31)"""
-    angle, rate = windows.part("angle"), windows.part("rate")
-    Y = windows.part("inertial")
-    change = ((windows.lag_s - windows.lag_s[windows.middle]) / CHANGE_S)[:, None]
+def regressors(
+    lag_s: FloatArray, inertial: FloatArray, angle: FloatArray, rate: FloatArray, late: FloatArray
+) -> FloatArray:
+    """What the unknowns multiply, (n, S, 2, 31).
+
+    Parameters
+    ----------
+    lag_s : (S,)
+    inertial : (n, S, 2, 3)
+        Rows ``Y``.
+    angle, rate, late : (n, S, 2)
+        Angles, their rates, and the angles `REFLEX_S` ago.
+    """
+    change = ((lag_s - lag_s[len(lag_s) // 2]) / CHANGE_S)[:, None]
     parts = [
-        Y.reshape(*Y.shape[:2], 2, N_INERTIAL),
+        inertial,
         _by_rows(angle),
         _by_rows(rate),
         _by_rows(angle * change),
         _by_rows(rate * change),
         _by_rows(angle * change**2),
         _by_rows(rate * change**2),
-        _by_rows(windows.late("angle", round(REFLEX_S / SPACING_S))),
+        _by_rows(late),
     ]
     return np.concatenate(parts, axis=-1)
+
+
+def projected(lag_s: FloatArray, signal: FloatArray) -> FloatArray:
+    """Signals (n, S, 2, ...) on the cosines of the window, (n, R, ...)."""
+    on = np.einsum("nsi...,sb->nbi...", signal, cosines(lag_s))
+    return np.asarray(on.reshape(len(on), -1, *signal.shape[3:]))
 
 
 def _by_rows(vector: FloatArray) -> FloatArray:

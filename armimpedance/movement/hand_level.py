@@ -90,7 +90,7 @@ def _hand_matrices(
     """M, B, K (12,) of the hand for these unknowns (11,)."""
     phi, K_j, B_j = unknowns[:3], unknowns[3:7].reshape(2, 2), unknowns[7:].reshape(2, 2)
     A = np.linalg.inv(arm.jacobian(at.angle))
-    N, P = arm.jacobian_rate(at.angle, at.rate), _turning(arm, at)
+    N, P = arm.jacobian_rate(at.angle, at.rate), turning(arm, at)
     gradients = inertial_gradients(at.angle, at.rate, at.acceleration)
     by_angle, by_rate = (part @ phi for part in gradients)
     M_j = inertia_rows(at.angle) @ phi
@@ -106,7 +106,7 @@ def _hand_matrices(
     return np.concatenate([M, B, K], axis=None)
 
 
-def _turning(arm: TwoLinkArm, at: Instant) -> FloatArray:
+def turning(arm: TwoLinkArm, at: Instant) -> FloatArray:
     """``d(J qdd + dJ/dt qd)/dq`` with rates and accelerations held, (2, 2), central differences."""
 
     def value(q: FloatArray) -> FloatArray:

@@ -116,11 +116,11 @@ def solve(equations: Equations, known: Known | None = None) -> Solution:
 def _settled(equations: Equations, known: Known | None) -> tuple[FloatArray, FloatArray]:
     """Weight (R, R) and precision (p, p): they follow from the unknowns, and are found in turn."""
     Z = equations.along_direction(equations.X)
-    theta, P, near = np.zeros(N_UNKNOWN), _precision(equations, np.zeros(N_UNKNOWN), known), False
+    theta, P, near = np.zeros(N_UNKNOWN), precision_of(equations, np.zeros(N_UNKNOWN), known), False
     for _ in range(ROUNDS):
-        W = _weight(equations, theta)
+        W = weight_of(equations, theta)
         if not near:
-            P = _precision(equations, theta, known)
+            P = precision_of(equations, theta, known)
         A, found = _solved(equations, np.einsum("nrp,rs->nps", Z, W), P, known)
         step = np.abs(found - theta) / np.sqrt(np.abs(np.diag(np.linalg.inv(A))))
         theta = found
@@ -157,7 +157,7 @@ def _instruments(equations: Equations, W: FloatArray, P: FloatArray) -> FloatArr
     return np.asarray(common - min(1.0, LARGEST_CORRECTION / largest) * 2 / dof * own)
 
 
-def _weight(equations: Equations, theta: FloatArray) -> FloatArray:
+def weight_of(equations: Equations, theta: FloatArray) -> FloatArray:
     """Inverse covariance (R, R) of w, from what neither history nor direction explains."""
     w = equations.y + np.einsum("nrp,p->nr", equations.X, theta)
     w = w - equations.along_direction(w)
@@ -170,7 +170,7 @@ def _weight(equations: Equations, theta: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.inv(C))
 
 
-def _precision(equations: Equations, theta: FloatArray, known: Known | None) -> FloatArray:
+def precision_of(equations: Equations, theta: FloatArray, known: Known | None) -> FloatArray:
     """(31, 31): of the inertia where it is known, and of how fast K and B change."""
     P = np.zeros((N_UNKNOWN, N_UNKNOWN))
     if known is not None:

@@ -8,6 +8,7 @@ from .estimate_text import estimate_text as estimate_text
 from .findings_text import checks_lines as checks_lines
 from .methods_table import methods_table as methods_table
 from .model_text import model_text as model_text
+from .movement_plan_text import movement_plan_text as movement_plan_text
 from .muscle_text import muscle_text as muscle_text
 from .numbers import (
     TABLE_WIDTH as TABLE_WIDTH,
