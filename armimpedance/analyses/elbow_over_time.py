@@ -6,14 +6,19 @@ from collections.abc import Callable, Collection
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from armimpedance.analyses.elbow_emg import two_muscles
 from armimpedance.analyses.inspection import checked
 from armimpedance.analyses.sources import PathLike, naming, of_condition, read_recording
+from armimpedance.arrays import FloatArray
 from armimpedance.elbow import (
+    CASCADE_METHODS,
     VARYING_METHODS,
     Crosstalk,
     VaryingImpedance,
     from_recording,
+    identify_cascade,
     identify_varying,
 )
 from armimpedance.errors import InputError
@@ -34,6 +39,8 @@ def elbow_over_time(
     flexor: str | None = None,
     extensor: str | None = None,
     emg_cutoff_hz: float | None = None,
+    over: str | None = None,
+    aligned: bool = False,
     joint: int = 1,
     condition: str | None = None,
     despite: str | Collection[str] = (),
@@ -46,7 +53,9 @@ def elbow_over_time(
     recording : Recording or path
         Kind "joint", under a random perturbation.
     method : str
-        "smoother", "spline", "windows" (the source's), "quadratic" or "emg".
+        "smoother", "spline", "windows" (the source's), "quadratic" or "emg"; for an imposed angle,
+        with a reflex beside B and K, "cascade", "cascade-smooth", "cascade-jumps", "ensemble" or
+        "short-segments".
     window_s : float, optional
         Length of a window, s, of "windows" and "quadratic".
     every_s : float, optional
@@ -57,6 +66,12 @@ def elbow_over_time(
         Muscles whose EMG method "emg" takes; by default the two of the recording, in their order.
     emg_cutoff_hz : float, optional
         Edge of the amplitudes' low-pass, Hz, of method "emg" (10).
+    over : str, optional
+        The variable of which B, K and the reflex's gain are functions, of the cascade's methods:
+        "angle" or "torque" (their slow parts), "emg_<muscle>" (its amplitude), "phase" or another
+        further column of the recording; by default time.
+    aligned : bool
+        Trials are realizations of one course, for the cascade's methods.
     joint : int
         Axis of the recording, counted from 1.
     condition : str, optional
@@ -90,7 +105,24 @@ def elbow_over_time(
     >>> list(course.to_frame().columns[:3])
     ['time_s', 'B', 'K']
     """
-    chosen = VARYING_METHODS.named(method)
+    if method in CASCADE_METHODS.names:
+        _refuse_others(method, window_s, flexor, extensor, emg_cutoff_hz)
+        with naming(recording):
+            trials = of_condition(read_recording(recording), condition)
+            samples = from_recording(trials, joint)
+            marks = checked(trials, despite)
+            found = identify_cascade(
+                samples,
+                method=method,
+                aligned=aligned,
+                over=over,
+                variable=_variable(trials, over),
+                every_s=every_s,
+                cutoff_hz=cutoff_hz,
+                progress=progress,
+            )
+        return replace(found, warnings=(*marks, *found.warnings))
+    chosen = _standing(method, over, aligned)
     options: dict[str, Any] = {"method": method, "window_s": window_s, "every_s": every_s}
     of_emg = {"flexor": flexor, "extensor": extensor, "emg_cutoff_hz": emg_cutoff_hz}
     given = [name for name, value in of_emg.items() if value is not None]
@@ -116,3 +148,34 @@ def elbow_over_time(
         course = identify_varying(samples, cutoff_hz=cutoff_hz, progress=progress, **options)
     warnings = (*marks, *course.warnings, *warnings_of(checks))
     return replace(course, notes=notes, checks=(*checks, *course.checks), warnings=warnings)
+
+
+def _standing(method: str, over: str | None, aligned: bool) -> Any:
+    """A method for B and K alone, which takes neither a variable nor realizations."""
+    if method not in VARYING_METHODS.names:
+        names = ", ".join((*VARYING_METHODS, *CASCADE_METHODS))
+        raise InputError(f"unknown method {method!r}", expected=f"one of {names}")
+    if over is not None or aligned:
+        given = "aligned" if over is None else f"over {over!r}"
+        raise InputError(f"{given} with method {method!r}", expected="method 'cascade'")
+    return VARYING_METHODS.named(method)
+
+
+def _refuse_others(method: str, *given: float | str | None) -> None:
+    names = ("window_s", "flexor", "extensor", "emg_cutoff_hz")
+    told = [name for name, value in zip(names, given, strict=True) if value is not None]
+    if told:
+        raise InputError(f"{', '.join(told)} with method {method!r}", expected="it without")
+
+
+def _variable(recording: Recording, over: str | None) -> FloatArray | None:
+    """Values (N,) of the variable; None where the samples hold it."""
+    if over in (None, "angle", "torque"):
+        return None
+    muscles = [f"emg_{muscle}" for muscle in recording.muscles]
+    if over in muscles:
+        return np.asarray(emg_amplitude(recording).amplitude[:, muscles.index(over)])
+    if over not in recording.extra:
+        known = ("angle", "torque", *muscles, *recording.extra)
+        raise InputError(f"no variable {over!r}", expected=f"one of {', '.join(known)}")
+    return np.asarray(recording.extra[over])

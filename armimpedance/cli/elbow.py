@@ -6,6 +6,8 @@ Examples:
   armimpedance elbow session --method arx --cutoff-hz 10 --out arx.json
   armimpedance elbow moving --time-varying smoother --out course.csv
   armimpedance elbow moving --time-varying emg --flexor biceps --extensor triceps --out course.csv
+  armimpedance elbow servoed --time-varying cascade --out course.csv
+  armimpedance elbow servoed --time-varying cascade --over angle --out course.csv
   armimpedance elbow levels --emg-law --out law.json
   armimpedance elbow levels --emg-law --imcj calibration --out law.json
 
@@ -16,7 +18,8 @@ device, or the commanded one: the second returns arm plus device. It may say wha
 that the device was told to add (tau1_perturbation_Nm).
 Trials are pooled; single conditions and trials follow in the table and in FIT.json.
 
---time-varying: I constant, B and K over time with pointwise 95 % bands, as a CSV.
+--time-varying: I constant, B and K over time with pointwise 95 % bands, as a CSV. Without a
+name, or with cascade: of an imposed angle, with the course of a reflex where one is seen.
 --emg-law: one I, B, K per trial, then B and K linear in the EMG of flexor and extensor.
 """
 
@@ -82,12 +85,23 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def _configure_course_and_law(parser: argparse.ArgumentParser) -> None:
-    from armimpedance.elbow import VARYING_METHODS
+    from armimpedance.elbow import CASCADE_METHODS, VARYING_METHODS
 
     parser.add_argument(
         "--time-varying",
+        nargs="?",
+        const=CASCADE_METHODS.default,
         metavar="NAME",
-        help=f"B and K over time: {', '.join(VARYING_METHODS)}; windows are the source's",
+        help=f"B and K over time: {', '.join(VARYING_METHODS)} (windows are the source's); of an "
+        f"imposed angle, with a reflex: {', '.join(CASCADE_METHODS)} (default: cascade)",
+    )
+    parser.add_argument(
+        "--over",
+        metavar="VARIABLE",
+        help="cascade: courses over angle, torque, emg_MUSCLE, phase (0 to 1) or another column",
+    )
+    parser.add_argument(
+        "--aligned", action="store_true", help="cascade: trials are realizations of one course"
     )
     parser.add_argument("--window-s", type=float, metavar="S", help="windows, quadratic: length")
     parser.add_argument(

@@ -1,3 +1,5 @@
+from .cascade.identify import identify_cascade as identify_cascade
+from .cascade.table import CASCADE_METHODS as CASCADE_METHODS
 from .emg.crosstalk import Crosstalk as Crosstalk
 from .emg.imcj import (
     ImcjCalibration as ImcjCalibration,

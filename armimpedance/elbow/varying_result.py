@@ -19,6 +19,43 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
+@dataclass(frozen=True, eq=False)
+class ReflexCourse(FrozenRecord):
+    """The reflex pathway: its gain's course, and what is constant.
+
+    The gain stands behind the low-pass: torque ``G(t) LP[v(t - delay)]``, v the velocity or one
+    side of it.
+
+    Attributes
+    ----------
+    G, sd_G : (L,)
+        N m s/rad.
+    delay_s, sd_delay_s : float
+    cutoff_hz, sd_cutoff_hz : float
+        Of a low-pass whose poles are all alike.
+    order : int
+    side : {"both", "positive", "negative"}
+        Which velocities are answered.
+    """
+
+    G: Annotated[FloatArray, "l"]
+    sd_G: Annotated[FloatArray, "l"]
+    delay_s: float
+    sd_delay_s: float
+    cutoff_hz: float
+    sd_cutoff_hz: float
+    order: int
+    side: str
+
+    def constants(self) -> dict[str, Any]:
+        """All but the course."""
+        return {
+            **{"delay_s": self.delay_s, "sd_delay_s": self.sd_delay_s},
+            **{"cutoff_hz": self.cutoff_hz, "sd_cutoff_hz": self.sd_cutoff_hz},
+            **{"order": self.order, "side": self.side},
+        }
+
+
 @dataclass(frozen=True, repr=False, eq=False)
 class VaryingImpedance(FrozenRecord):
     """I constant, B and K over time, with bands.
@@ -48,6 +85,10 @@ class VaryingImpedance(FrozenRecord):
         How the EMG amplitudes were made, where there are any.
     checks : tuple of Finding
         What was held against the data: the subject's own torque, the electrodes.
+    reflex : ReflexCourse or None
+        The reflex pathway, where one was looked for and seen.
+    over : str
+        What `time_s` holds: "time_s", or the variable of which B and K are functions.
     """
 
     method: str
@@ -66,6 +107,8 @@ class VaryingImpedance(FrozenRecord):
     details: Mapping[str, Any] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     checks: tuple[Finding, ...] = ()
+    reflex: ReflexCourse | None = None
+    over: str = "time_s"
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -82,8 +125,9 @@ class VaryingImpedance(FrozenRecord):
         return slice(int(self.offsets[row]), int(self.offsets[row + 1]))
 
     def band(self, name: str, level: float = 0.95) -> FloatArray:
-        """Pointwise limits of B or K, (L, 2)."""
-        return t_interval(getattr(self, name), getattr(self, f"sd_{name}"), self.dof, level)
+        """Pointwise limits of B or K, or of the reflex's gain G, (L, 2)."""
+        held: Any = self.reflex if name == "G" else self
+        return t_interval(getattr(held, name), getattr(held, f"sd_{name}"), self.dof, level)
 
     @property
     def dof(self) -> float:
@@ -101,13 +145,21 @@ class VaryingImpedance(FrozenRecord):
             for at, side in enumerate(("low", "high"))
         }
         columns = {
-            **{"time_s": self.time_s, "B": self.B, "K": self.K, **bands},
+            **{self.over: self.time_s, "B": self.B, "K": self.K, **bands},
             **{"sd_B": self.sd_B, "sd_K": self.sd_K},
+            **self._reflex_columns(),
             **{"I": self.inertia.value, "ci_low_I": low, "ci_high_I": high},
             "trial": np.repeat(np.array(self.trials, dtype=object), np.diff(self.offsets)),
             **{"method": self.method, "warnings": "; ".join(self.warnings)},
         }
         return pd.DataFrame(columns)
+
+    def _reflex_columns(self) -> dict[str, Any]:
+        if self.reflex is None:
+            return {}
+        low, high = self.band("G").T
+        limits = {"ci_low_G": low, "ci_high_G": high, "sd_G": self.reflex.sd_G}
+        return {"G": self.reflex.G, **limits, **self.reflex.constants()}
 
     def to_dict(self) -> dict[str, Any]:
         """Method, I, and the course as lists of numbers."""

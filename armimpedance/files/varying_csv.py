@@ -42,7 +42,7 @@ def varying_content(varying: VaryingImpedance) -> Content:
     rows = [{str(name): c for name, c in row.items()} for row in table.to_dict("records")]
     columns = list(table.columns)
     about = About(checks=tuple(varying.checks))
-    keys = ("trial", "time_s", "method")
+    keys = ("trial", varying.over, "method")
     return table_content(
         rows,
         columns,

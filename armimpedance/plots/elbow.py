@@ -42,12 +42,12 @@ _LEAST_COHERENCE = 0.3
 _BINS_PER_DECADE: Final = 24
 #: Independent averages of a half-overlapping Hann segment: 1 / (1 + 2 (1/6)^2).
 _INDEPENDENT: Final = 0.947
-_LABELS = {"K": "K (N m/rad)", "B": "B (N m s/rad)"}
+_LABELS = {"K": "K (N m/rad)", "B": "B (N m s/rad)", "G": "reflex G (N m s/rad)"}
 
 
 def plot_varying(
     varying: VaryingImpedance,
-    name: Literal["B", "K"],
+    name: Literal["B", "K", "G"],
     *,
     trial: int = 0,
     truth: tuple[FloatArray, FloatArray] | None = None,
@@ -60,7 +60,8 @@ def plot_varying(
     Parameters
     ----------
     varying : VaryingImpedance
-    name : {"B", "K"}
+    name : {"B", "K", "G"}
+        G: the reflex's gain, where there is a reflex.
     trial : int
         Row of the result's trials, from 0.
     truth : (time (S,), value (S,)), optional
@@ -81,7 +82,8 @@ def plot_varying(
     if not 0 <= trial < len(varying.trials):
         raise InputError(f"no trial {trial}", expected=f"0 to {len(varying.trials) - 1}")
     points = varying.points_of(trial)
-    time, value, band = varying.time_s[points], getattr(varying, name), varying.band(name)
+    held: Any = varying.reflex if name == "G" else varying
+    time, value, band = varying.time_s[points], getattr(held, name), varying.band(name)
     with print_style():
         ax = new_axes(TWO_COLUMNS_IN, _ROW_IN) if ax is None else ax
         if truth is not None:
@@ -89,12 +91,12 @@ def plot_varying(
         ax.fill_between(time, *band[points].T, color=color, alpha=0.22, lw=0)
         ax.plot(time, value[points], color=color, lw=1.1, label=label)
         ax.margins(x=0.01)
-        label_axes(ax, "time (s)", _LABELS[name])
+        label_axes(ax, "time (s)" if varying.over == "time_s" else varying.over, _LABELS[name])
     return ax
 
 
 def plot_varying_both(varying: VaryingImpedance, trial: int = 0) -> Figure:
-    """Draw K above B, of one trial.
+    """Draw K above B, of one trial, and a reflex's gain below where there is one.
 
     Parameters
     ----------
@@ -106,7 +108,7 @@ def plot_varying_both(varying: VaryingImpedance, trial: int = 0) -> Figure:
     Returns
     -------
     Figure
-        The figure, with K in the upper panel and B in the lower.
+        The figure, with K in the first panel and B in the second.
 
     Raises
     ------
@@ -123,16 +125,19 @@ def plot_varying_both(varying: VaryingImpedance, trial: int = 0) -> Figure:
     >>> figure.axes[-1].get_xlabel()
     'time (s)'
     """
-    figure = new_figure(TWO_COLUMNS_IN, 2 * _ROW_IN)
+    names: tuple[Literal["K", "B", "G"], ...] = ("K", "B", "G")
+    names = names if varying.reflex is not None else names[:2]
+    figure = new_figure(TWO_COLUMNS_IN, len(names) * _ROW_IN)
     with print_style():
-        upper, lower = figure.subplots(2, sharex=True)
-    plot_varying(varying, "K", trial=trial, ax=upper)
-    plot_varying(varying, "B", trial=trial, ax=lower)
-    upper.set_xlabel("")
+        panels = list(figure.subplots(len(names), sharex=True))
+    for name, ax in zip(names, panels, strict=True):
+        plot_varying(varying, name, trial=trial, ax=ax)
+    for ax in panels[:-1]:
+        ax.set_xlabel("")
     with print_style():
         title = f"{varying.method}, trial {varying.trials[trial]}, 95 % bands"
-        upper.set_title(title, loc="left")
-        panel_letters([upper, lower])
+        panels[0].set_title(title, loc="left")
+        panel_letters(panels)
     return figure
 
 

@@ -101,8 +101,9 @@ def varying_text(varying: VaryingImpedance) -> str:
     str
     """
     rows = []
-    for name in "BK":
-        value, band = getattr(varying, name), varying.band(name)
+    for name in "BK" if varying.reflex is None else "BKG":
+        held = varying.reflex if name == "G" else varying
+        value, band = getattr(held, name), varying.band(name)
         half = (band[:, 1] - band[:, 0]) / 2
         cells = (value.mean(), value.min(), value.max(), np.median(half))
         rows.append([name, *(f"{c:.3g}" for c in cells)])

@@ -1,4 +1,9 @@
 from .bench import Departures as Departures, simulate_bench as simulate_bench
+from .cascade import (
+    CascadeTruth as CascadeTruth,
+    Reflex as Reflex,
+    simulate_cascade as simulate_cascade,
+)
 from .device import RATE_HZ as RATE_HZ
 from .emg import Electrodes as Electrodes, raw_emg as raw_emg
 from .plant import (

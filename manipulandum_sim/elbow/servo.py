@@ -121,8 +121,8 @@ def _trial(
     """Commanded angle, torque on the limb, angle of one trial, (S,) each."""
     period = 2 * samples + round(4 * RATE_HZ)
     s = 2j * np.pi * np.fft.rfftfreq(period, 1 / RATE_HZ)
-    Z, wanted = np.polyval(limb, s), _coloured(rng, s, period, *COMMAND_HZ) * angle_rms
-    v = _coloured(rng, s, period, *OWN_HZ) * own_Nm
+    Z, wanted = np.polyval(limb, s), coloured(rng, s, period, *COMMAND_HZ) * angle_rms
+    v = coloured(rng, s, period, *OWN_HZ) * own_Nm
     followed = wanted / (1 + s * LAG_S) ** 2
     if device is None:
         theta = followed
@@ -135,7 +135,7 @@ def _trial(
     return channels[0], channels[1], channels[2]
 
 
-def _coloured(
+def coloured(
     rng: np.random.Generator, s: np.ndarray, period: int, edge_hz: float, order: int
 ) -> np.ndarray:
     """Coefficients of noise behind a Butterworth low-pass, root mean square one over the period."""

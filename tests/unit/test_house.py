@@ -215,7 +215,7 @@ def test_the_faces_of_the_analysis_stay_small():
     # 450 before there were studies; eighteen names are those of their room, where people, engines
     # and steps are told apart, and one writes the page of many people; nine are those of a hand that
     # moves: two verbs, what they call, its methods, its checks, its plan and the plan's text.
-    assert sum(len(names) for room, names in FACES.items() if "armimpedance" in room) <= 477
+    assert sum(len(names) for room, names in FACES.items() if "armimpedance" in room) <= 479
 
 
 def _graph() -> dict[str, set[str]]:

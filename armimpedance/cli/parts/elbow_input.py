@@ -11,6 +11,8 @@ from armimpedance.errors import InputError
 FIT: Final = "fit"
 LAW: Final = "law"
 _AT_ONE_POINT: Final = ((FIT, LAW), "it without --time-varying")
+#: Methods for two pathways that take trials as they come.
+_PRIORS: Final = ("cascade", "cascade-smooth", "cascade-jumps")
 #: Option -> the analyses in which it has a meaning, and how a message puts that.
 _MEANT_FOR: Final[dict[str, tuple[tuple[str, ...], str]]] = {
     "--method": _AT_ONE_POINT,
@@ -22,6 +24,8 @@ _MEANT_FOR: Final[dict[str, tuple[tuple[str, ...], str]]] = {
     "--flexor": ((LAW, "emg"), "it with an analysis of EMG: --emg-law or --time-varying emg"),
     "--extensor": ((LAW, "emg"), "it with an analysis of EMG: --emg-law or --time-varying emg"),
     "--emg-cutoff-hz": (("emg",), "it with --time-varying emg"),
+    "--over": (_PRIORS, "it with --time-varying cascade"),
+    "--aligned": ((*_PRIORS, "ensemble", "short-segments"), "it with --time-varying cascade"),
 }
 
 
@@ -33,7 +37,7 @@ def analysis_of(arguments: argparse.Namespace) -> str:
     InputError
         Two of them, an unknown method, or an option that has no effect on this one.
     """
-    from armimpedance.elbow import METHODS, VARYING_METHODS
+    from armimpedance.elbow import CASCADE_METHODS, METHODS, VARYING_METHODS
 
     course = arguments.time_varying
     if course is not None and arguments.emg_law:
@@ -41,9 +45,12 @@ def analysis_of(arguments: argparse.Namespace) -> str:
     METHODS.named(arguments.method)
     analysis = LAW if arguments.emg_law else FIT
     if course is not None:
-        analysis = VARYING_METHODS.named(course).name
+        names = (*VARYING_METHODS, *CASCADE_METHODS)
+        if course not in names:
+            raise InputError(f"unknown method {course!r}", expected=f"one of {', '.join(names)}")
+        analysis = course
     for option, (analyses, expected) in _MEANT_FOR.items():
-        given = getattr(arguments, option[2:].replace("-", "_")) not in (None, "auto")
+        given = getattr(arguments, option[2:].replace("-", "_")) not in (None, False, "auto")
         if given and analysis not in analyses:
             raise InputError(f"{option} has no effect here", expected=expected)
     return analysis
@@ -76,6 +83,8 @@ def options_of(arguments: argparse.Namespace, analysis: str) -> dict[str, Any]:
         **muscles,
         "method": analysis,
         "window_s": arguments.window_s,
+        "over": arguments.over,
+        "aligned": arguments.aligned,
         "cutoff_hz": None if edge == "auto" else edge,
         "emg_cutoff_hz": _positive(arguments.emg_cutoff_hz, "--emg-cutoff-hz"),
     }

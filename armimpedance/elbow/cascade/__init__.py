@@ -1,0 +1,1 @@
+"""Intrinsic and reflex pathways of one joint, each with a course over time or another variable."""

@@ -1,0 +1,1 @@
+"""The methods for two pathways with courses, one file each."""

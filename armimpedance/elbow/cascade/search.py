@@ -1,0 +1,181 @@
+"""Which reflex: delay, low-pass and side of greatest marginal likelihood.
+
+Every pathway that is tried has courses of its own beside it, so that a change of K or of the gain
+is not taken for another delay. Those courses are coarse: only the comparison is wanted.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import Any, Final
+
+import numpy as np
+
+from armimpedance.arrays import FloatArray
+from armimpedance.elbow.cascade.answer import ORDERS, SIDES, Pathway
+from armimpedance.elbow.cascade.cells import Cells
+from armimpedance.elbow.cascade.smooth import Strengths, scales_of, smooth_means, strengths_of
+from armimpedance.elbow.cascade.task import MOST_ROWS, Task
+from armimpedance.errors import EstimationError
+
+#: Delays that are scanned, s, and low-passes, Hz.
+DELAYS_S: Final = np.arange(0.015, 0.126, 0.01)
+CUTOFFS_HZ: Final = (3.0, 8.0)
+LIMITS: Final = ((0.005, 0.2), (0.7, 40.0))
+#: Width of the coarse cells, s.
+COARSE_S: Final = 0.2
+#: Of the gain, before it is learnt, s^-1.5.
+INTENSITY: Final = 2.0
+#: A reflex is seen where the logarithm of the likelihood rises by this.
+SEEN: Final = 12.0
+#: Steps over which its curvature is read: s, and a share of the cut-off.
+STEPS: Final = (0.002, 0.1)
+
+
+@dataclass(frozen=True)
+class Searched:
+    """The likeliest reflex.
+
+    Attributes
+    ----------
+    pathway : Pathway
+    gained : float
+        By how much it raises the logarithm of the marginal likelihood.
+    covariance : (2, 2)
+        Of delay (s) and of the logarithm of the cut-off.
+    moved : (2, m)
+        How far the courses' means go with either.
+    """
+
+    pathway: Pathway
+    gained: float
+    covariance: FloatArray
+    moved: FloatArray
+
+    @property
+    def seen(self) -> bool:
+        """Whether the record asks for it."""
+        return self.gained > SEEN
+
+
+def searched(task: Task) -> Searched:
+    """Look for the likeliest reflex.
+
+    Raises
+    ------
+    EstimationError
+        The record does not determine the courses.
+    """
+    from scipy.optimize import minimize
+
+    coarse = _Coarse(_beginning(task))
+    without = coarse.tuned(None)
+    scores = {}
+    for side in SIDES:
+        for delay, cutoff in product(DELAYS_S, CUTOFFS_HZ):
+            one = Pathway(float(delay), cutoff, 2, side)
+            scores[one] = coarse.evidence(one)
+        task.tick()
+    best = max(scores, key=lambda one: scores[one])
+    coarse.tuned(best)
+    ends = []
+    for order in ORDERS:
+        kind = replace(best, order=order)
+
+        def loss(x: Any, kind: Pathway = kind) -> float:
+            at = _at(kind, x)
+            return np.inf if at is None else -coarse.evidence(at)
+
+        x0 = np.array([best.delay_s, np.log(best.cutoff_hz)])
+        simplex = x0 + np.array([[0, 0], [0.008, 0], [0, -0.4]])
+        options: Any = {"initial_simplex": simplex, "maxfev": 60, "xatol": 2e-4, "fatol": 0.05}
+        end: Any = minimize(loss, x0, method="Nelder-Mead", options=options)
+        ends.append((-float(end.fun), _at(kind, end.x), end.x))
+        task.tick()
+    score, pathway, x = max(ends, key=lambda e: e[0])
+    if pathway is None:
+        raise EstimationError("no delay of a reflex explains the torque")
+    score = coarse.tuned(pathway)
+    covariance, moved = _around(coarse, pathway, x)
+    return Searched(pathway, score - without, covariance, moved)
+
+
+def _at(kind: Pathway, x: FloatArray) -> Pathway | None:
+    delay, cutoff = float(x[0]), float(np.exp(x[1]))
+    inside = all(a <= v <= b for v, (a, b) in zip((delay, cutoff), LIMITS, strict=True))
+    return replace(kind, delay_s=delay, cutoff_hz=cutoff) if inside else None
+
+
+def _around(coarse: _Coarse, best: Pathway, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Inverse curvature of the likelihood (2, 2), and what either does to the courses' means."""
+    steps = np.diag(STEPS)
+
+    def value(dx: FloatArray) -> float:
+        at = _at(best, x + dx)
+        return coarse.evidence(at or best)
+
+    H = np.empty((2, 2))
+    centre = value(np.zeros(2))
+    for i in range(2):
+        H[i, i] = 2 * centre - value(steps[i]) - value(-steps[i])
+    cross = value(steps[0] + steps[1]) + value(-steps[0] - steps[1])
+    cross -= value(steps[0] - steps[1]) + value(steps[1] - steps[0])
+    H[0, 1] = H[1, 0] = -cross / 4
+    H /= np.outer(STEPS, STEPS)
+    w, v = np.linalg.eigh(H * np.outer(STEPS, STEPS))
+    inverse = (v / np.maximum(w, 1e-2)) @ v.T * np.outer(STEPS, STEPS)
+    moved = [
+        (coarse.means(_at(best, x + d) or best) - coarse.means(_at(best, x - d) or best)) / (2 * h)
+        for d, h in zip(steps, STEPS, strict=True)
+    ]
+    return inverse, np.stack(moved)
+
+
+def _beginning(task: Task) -> Task:
+    """The first rows of a long record, in coarse cells of time."""
+    rows, data = task.rows, task.data
+    last = int(np.searchsorted(rows.offsets, MOST_ROWS, side="left"))
+    last = min(max(last, 1), len(rows.offsets) - 1)
+    stop = min(int(rows.offsets[last]), MOST_ROWS)
+    offsets = np.append(rows.offsets[:last], stop)
+    short = replace(rows, offsets=offsets, torque=rows.torque[:stop], motion=rows.motion[:stop])
+    per = max(round(COARSE_S * data.rate_hz), 1)
+    used = task.cell[:stop] >= 0
+    number = np.arange(stop) // per
+    cell = np.where(used, number, -1)
+    strips = np.array([0, int(number[-1]) + 1])
+    return replace(task, rows=short, cell=cell, strips=strips, width=per / data.rate_hz)
+
+
+class _Coarse:
+    """Marginal likelihoods of pathways beside coarse courses."""
+
+    def __init__(self, task: Task) -> None:
+        self._task = task
+        self._strengths = strengths_of(self._cells(None))
+
+    def tuned(self, pathway: Pathway | None) -> float:
+        """Learn the strengths beside this pathway; its marginal likelihood then."""
+        cells = self._cells(pathway)
+        self._strengths = strengths_of(cells)
+        return smooth_means(cells, self._strengths)[0]
+
+    def evidence(self, pathway: Pathway) -> float:
+        """Logarithm of the marginal likelihood."""
+        return self._found(pathway)[0]
+
+    def means(self, pathway: Pathway) -> FloatArray:
+        """Means of the courses."""
+        return self._found(pathway)[1]
+
+    def _cells(self, pathway: Pathway | None) -> Cells:
+        return replace(self._task, pathway=pathway).cells()
+
+    def _found(self, pathway: Pathway) -> tuple[float, FloatArray]:
+        cells, of = self._cells(pathway), self._strengths
+        intensity = of.intensity
+        if len(intensity) < cells.courses:
+            # the reflex's gain stands before the offset
+            intensity = np.insert(intensity, -1, INTENSITY)
+        return smooth_means(cells, Strengths(intensity, scales_of(cells), of.noise))

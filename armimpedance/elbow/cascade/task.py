@@ -1,0 +1,155 @@
+"""What a method for two pathways is given: rows, and the cell of each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import Final
+
+import numpy as np
+
+from armimpedance.arrays import FloatArray, IntArray
+from armimpedance.elbow.cascade.answer import Pathway
+from armimpedance.elbow.cascade.cells import Cells, cells_of, columns_of
+from armimpedance.elbow.cascade.found import Found
+from armimpedance.elbow.cascade.noise import autoregression
+from armimpedance.elbow.cascade.rows import CascadeRows
+from armimpedance.elbow.samples import JointSamples
+from armimpedance.elbow.varying.data import VaryingData
+
+#: Rows of a cell of time.
+CELL_ROWS: Final = 2
+#: Rows from which it is judged whether there is a reflex, and which.
+MOST_ROWS: Final = 20_000
+#: What is left beyond so many deviations is a jump's and not the noise's.
+OUTLYING: Final = 6.0
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """Rows of T trials, and the cells in which they are summed up.
+
+    Attributes
+    ----------
+    samples : JointSamples
+    data : VaryingData
+    rows : CascadeRows
+    cell : (N,) int
+        Cell of each row; -1: it is not used.
+    strips : (S + 1,) int
+        Cells of a strip follow one another: of a trial, or of all where they are aligned.
+    width : float
+        Of a cell.
+    start : float
+        Where the first cell of a strip begins.
+    over : str
+        "time_s", or the variable of which the courses are functions.
+    cyclic : bool
+        Whether the last cell has the first as its neighbour.
+    pathway : Pathway or None
+    noise : (p + 1,)
+        The torque's noise as an autoregression.
+    """
+
+    samples: JointSamples
+    data: VaryingData
+    rows: CascadeRows
+    cell: IntArray
+    strips: IntArray
+    width: float
+    over: str = "time_s"
+    start: float = 0.0
+    cyclic: bool = False
+    pathway: Pathway | None = None
+    noise: FloatArray = field(default_factory=lambda: np.ones(1))
+    tick: Callable[[], None] = lambda: None
+
+    @property
+    def in_time(self) -> bool:
+        """Whether the cells are pieces of time."""
+        return self.over == "time_s"
+
+    @property
+    def aligned(self) -> bool:
+        """Whether trials share their cells."""
+        return self.in_time and len(self.strips) - 1 < len(self.data.trials)
+
+    def columns(self) -> FloatArray:
+        """Columns (N, m + 2) of the equation."""
+        return columns_of(self.rows, self.pathway.signal(self.rows) if self.pathway else None)
+
+    def cells(self) -> Cells:
+        """Sums of products of all cells."""
+        count = int(self.strips[-1])
+        return cells_of(self.columns(), self.cell, count, self.width, self.noise)
+
+    def learnt(self, found: Found) -> Task:
+        """The same with the noise that a fit leaves."""
+        theta = np.column_stack([found.mean, np.full(len(found.mean), found.inertia)])
+        columns, used = self.columns(), self.cell >= 0
+        at = np.maximum(self.cell, 0)
+        left = columns[:, -1].copy()
+        for j in range(theta.shape[1]):
+            left -= theta[at, j] * columns[:, j]
+        sd = 1.4826 * float(np.median(np.abs(left[used])))
+        left[~used | (np.abs(left) > OUTLYING * sd)] = np.nan
+        return replace(self, noise=autoregression(left))
+
+
+def task_in_time(
+    samples: JointSamples, data: VaryingData, rows: CascadeRows, aligned: bool
+) -> Task:
+    """Cells of time, of each trial by itself or of all at once."""
+    counts = np.diff(data.offsets)
+    within = np.concatenate([np.arange(c) for c in counts])
+    strips = np.concatenate([[0], np.cumsum(-(-counts // CELL_ROWS))])
+    cell = within // CELL_ROWS
+    if aligned:
+        strips = np.array([0, -(-int(counts.max()) // CELL_ROWS)])
+    else:
+        cell = cell + np.repeat(strips[:-1], counts)
+    width = CELL_ROWS / data.rate_hz
+    return Task(samples, data, rows, _without_ends(cell, rows), strips, width)
+
+
+def beginning(task: Task) -> Task:
+    """The first rows of a long record, with the cells that they fill."""
+    if len(task.cell) <= MOST_ROWS:
+        return task
+    cell = np.array(task.cell)
+    cell[MOST_ROWS:] = -1
+    if not task.in_time or task.aligned:
+        return replace(task, cell=cell)
+    last = int(cell.max()) + 1
+    strips = np.append(task.strips[task.strips < last], last)
+    return replace(task, cell=cell, strips=strips)
+
+
+def _without_ends(cell: IntArray, rows: CascadeRows) -> IntArray:
+    out = np.array(cell)
+    for row in range(len(rows.offsets) - 1):
+        inside = rows.trial(row)
+        out[inside][: rows.edge] = -1
+        out[inside][-rows.edge :] = -1
+    return out
+
+
+def task_over(
+    samples: JointSamples,
+    data: VaryingData,
+    rows: CascadeRows,
+    variable: FloatArray,
+    name: str,
+    bins: int = 100,
+) -> Task:
+    """Cells of another variable (N,), known at the rows: `bins` of equal width."""
+    cyclic = name == "phase"
+    low, high = (0.0, 1.0) if cyclic else np.quantile(variable, (0.005, 0.995)).tolist()
+    width = (high - low) / bins
+    cell = np.floor((variable - low) / width).astype(np.int64)
+    if cyclic:
+        cell %= bins
+    cell[(cell < 0) | (cell >= bins)] = -1
+    strips = np.array([0, bins])
+    cell = _without_ends(cell, rows)
+    return Task(samples, data, rows, cell, strips, width, over=name, start=low, cyclic=cyclic)

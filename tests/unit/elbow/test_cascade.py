@@ -1,0 +1,127 @@
+"""Two pathways with courses: known truth comes back, bands hold, and what cannot be is refused."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from armimpedance.analyses import elbow_over_time
+from armimpedance.elbow import from_recording, identify_cascade
+from armimpedance.elbow.cascade.cells import Cells
+from armimpedance.elbow.cascade.smooth import Strengths, smooth
+from armimpedance.errors import InputError
+from manipulandum_sim.elbow import Reflex, simulate_cascade
+
+
+def _swing(size, hz):
+    return lambda t: size * (1 + 0.35 * np.sin(2 * np.pi * hz * t + hz))
+
+
+def _square(t):
+    return np.where(t % 2 < 1, 40.0, 120.0)
+
+
+def _total(found, value, truth):
+    at = np.minimum(np.round(found.time_s * 1000).astype(int), len(truth) - 1)
+    return np.sqrt(((value - truth[at]) ** 2).mean() / (truth[at] ** 2).mean())
+
+
+@pytest.fixture(scope="module")
+def two_pathways():
+    one = Reflex(_swing(3.0, 0.06), delay_s=0.045)
+    recording, truth = simulate_cascade(
+        0.02, _swing(0.8, 0.07), _swing(60.0, 0.1), one, duration_s=30.0, seed=5
+    )
+    phase = (recording.time_s * 0.1) % 1
+    still = np.ones(len(phase))
+    return replace(recording, extra={"phase": phase, "still": still, "turns": 3 * phase}), truth
+
+
+def test_intrinsic_and_reflex_courses_come_back_apart(two_pathways):
+    recording, truth = two_pathways
+    found = identify_cascade(from_recording(recording))
+    assert _total(found, found.K, truth.K) < 0.05
+    assert _total(found, found.B, truth.B) < 0.05
+    assert found.reflex is not None
+    assert _total(found, found.reflex.G, truth.G) < 0.1
+    assert abs(found.reflex.delay_s - 0.045) < 0.003
+    assert found.reflex.side == "positive"
+    at = np.minimum(np.round(found.time_s * 1000).astype(int), len(truth.K) - 1)
+    low, high = found.band("K").T
+    assert ((low < truth.K[at]) & (truth.K[at] < high)).mean() > 0.8
+    assert list(found.to_frame().columns[:1]) == ["time_s"]
+    assert {"G", "ci_low_G", "delay_s"} <= set(found.to_frame().columns)
+
+
+def test_courses_over_a_phase_are_those_of_the_phase():
+    recording, _ = simulate_cascade(0.02, 0.8, _swing(60.0, 0.1), duration_s=30.0, seed=6)
+    recording = replace(recording, extra={"phase": (recording.time_s * 0.1) % 1})
+    found = elbow_over_time(recording, method="cascade-smooth", over="phase")
+    truth = 60 * (1 + 0.35 * np.sin(2 * np.pi * found.time_s + 0.1))
+    assert found.over == "phase"
+    assert np.abs(found.K - truth).max() < 2.0
+
+
+@pytest.mark.parametrize(
+    ("over", "word"), [("still", "nearly throughout"), ("nothing", "no variable")]
+)
+def test_a_variable_that_cannot_be_is_one_clear_line(two_pathways, over, word):
+    with pytest.raises(InputError, match=word):
+        elbow_over_time(two_pathways[0], method="cascade", over=over)
+
+
+def test_a_phase_outside_of_a_cycle_is_refused(two_pathways):
+    recording, _ = two_pathways
+    outside = replace(recording, extra={"phase": recording.extra["turns"]})
+    with pytest.raises(InputError, match="phases from"):
+        elbow_over_time(outside, method="cascade", over="phase")
+
+
+def test_methods_over_realizations_ask_for_them(two_pathways):
+    with pytest.raises(InputError, match="ensemble"):
+        elbow_over_time(two_pathways[0], method="ensemble")
+    with pytest.raises(InputError, match="aligned"):
+        elbow_over_time(two_pathways[0], method="smoother", aligned=True)
+
+
+def test_jumps_beat_realizations_and_segments_on_a_square_wave():
+    recording, truth = simulate_cascade(
+        0.02, 0.8, _square, duration_s=4.0, trials=10, snr_db=(10.0, None), seed=3
+    )
+    samples = from_recording(recording)
+    errors = {
+        method: _total(found, found.K, truth.K)
+        for method in ("cascade", "ensemble", "short-segments")
+        for found in [identify_cascade(samples, method=method, aligned=True, reflex="none")]
+    }
+    assert min(errors, key=lambda name: errors[name]) == "cascade"
+
+
+def test_the_banded_solution_is_that_of_the_whole_matrix():
+    rng = np.random.default_rng(0)
+    n, m, width = 12, 3, 0.1
+    rows = rng.standard_normal((n, 9, m + 2))
+    cells = Cells(width, np.einsum("nri,nrj->nij", rows, rows), np.full(n, 9))
+    of = Strengths(np.full(m, 2.0), np.array([1.0, 2.0, 0.5]), 0.7)
+    found = smooth(cells, of)
+    X = np.zeros((n, 9, n * m + 1))
+    for k in range(n):
+        X[k, :, k * m : (k + 1) * m] = rows[k, :, :m]
+    X[:, :, -1] = rows[:, :, m]
+    X, y = X.reshape(n * 9, -1), rows[:, :, -1].ravel()
+    D = np.zeros((n, n))
+    D[0, 0], D[1, :2] = 1, (-1, 1)
+    for k in range(2, n):
+        D[k, k - 2 : k + 1] = (1, -2, 1)
+    prior = np.zeros((n * m + 1, n * m + 1))
+    for j, (s, i) in enumerate(zip(of.scale, of.intensity, strict=True)):
+        sd = np.full(n, i * s * width**1.5)
+        sd[:2] = 3.0 * s, 10.0 * s * width
+        prior[j : n * m : m, j : n * m : m] = D.T @ np.diag(1 / sd**2) @ D
+    inverse = np.linalg.inv(X.T @ X / 0.7 + prior)
+    x = inverse @ X.T @ y / 0.7
+    np.testing.assert_allclose(found.mean.ravel(), x[:-1], rtol=1e-8)
+    np.testing.assert_allclose(found.variance.ravel(), np.diag(inverse)[:-1], rtol=1e-8)
+    assert found.inertia == pytest.approx(x[-1])
