@@ -46,6 +46,9 @@ def main(people: int) -> None:
     bound = parts_s / (WORKERS * spun) / 0.9
     run = re.search(r"(\d+) run,", told)[1]
     print(f"{people} people; two spinning processes reach {WORKERS * spun:.2f} of one")
+    print(
+        f"first run {first_s:.0f} s, second {again_s:.1f} s, a part {parts_s / people * 1e3:.0f} ms"
+    )
     print(f"first run: {first_s / bound:.2f} x parts / workers / .9 (asked 1.3)")
     print(f"after one changed file: {run} done, {100 * again_s / first_s:.1f} % (asked 1, 2 %)")
     print(f"memory beyond that of a tenth of the people: {many_mb - few_mb:.0f} MB (asked 50)")
