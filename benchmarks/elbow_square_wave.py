@@ -90,8 +90,8 @@ def scores_of(method: str, snr_db: float, runs: int, trials: int) -> Scores:
 
 def _found(method: str, samples) -> VaryingImpedance:
     if method in CASCADE_METHODS.names:
-        return identify_cascade(samples, method=method, aligned=True, every_s=GRID_S, reflex="none")
-    return identify_varying(samples, method=method)
+        return identify_cascade(samples, method=method, aligned=True, every_s=0.001, reflex="none")
+    return identify_varying(samples, method=method, every_s=GRID_S)
 
 
 def _on_grid(found: VaryingImpedance, name: str, grid: FloatArray) -> FloatArray:

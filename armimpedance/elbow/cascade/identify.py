@@ -28,6 +28,8 @@ from armimpedance.regression import Parameters
 SLOW_HZ: Final = 0.5
 #: No jump makes a reflex of so much more likelihood.
 SURE: Final = 2000.0
+#: Error of the derivatives over bands that would be narrower than that, of each course.
+MODEL: Final = 3e-4
 #: Grid of the result, s.
 EVERY_S: Final = 0.02
 #: Steps that are told of at most.
@@ -91,7 +93,8 @@ def identify_cascade(
             progress(min(next(done), _STEPS - 1), _STEPS)
 
     data = varying_data(samples, cutoff_hz)
-    rows = cascade_rows(samples, data, SLOW_HZ if over in ("angle", "torque") else 0.0)
+    slow_hz = SLOW_HZ if over in ("angle", "torque") else 0.0
+    rows = cascade_rows(samples, data, slow_hz, aligned)
     task = _task(samples, data, rows, aligned, over, variable)
     task = replace(task, tick=tick)
     tick()
@@ -202,7 +205,8 @@ def _result(
 ) -> VaryingImpedance:
     task, found = courses.task, courses.found
     at, place, offsets = _grid(task, every_s)
-    mean, sd = found.mean[at], np.sqrt(found.variance[at])
+    mean = found.mean[at]
+    sd = np.sqrt(found.variance[at] + (MODEL * mean) ** 2)
     finding = _reflex_finding(search, found.mean)
     course = None
     if task.pathway is not None and search is not None:

@@ -97,8 +97,10 @@ def jumping(cells: Cells, of: Stretches) -> Found:
     first, last, w = averaged.first, averaged.last, averaged.weight[:, None]
     sums = np.zeros((n + 1, 2 * (m + 1) + 1))
     added = np.concatenate([w * means, w * (variances + means**2), w], axis=1)
-    np.add.at(sums, first, added)
-    np.add.at(sums, last, -added)
+    # a torn cell belongs to the stretches on either side by halves
+    behind = np.minimum(last + of.torn, n)
+    for at, sign in ((first, 0.5), (averaged.whole, 0.5), (last, -0.5), (behind, -0.5)):
+        np.add.at(sums, at, sign * added)
     sums = np.cumsum(sums, axis=0)[:n]
     sums /= sums[:, -1:]
     mean = sums[:, : m + 1]

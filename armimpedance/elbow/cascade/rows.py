@@ -53,7 +53,9 @@ class CascadeRows(FrozenRecord):
         return slice(int(self.offsets[row]), int(self.offsets[row + 1]))
 
 
-def cascade_rows(samples: JointSamples, data: VaryingData, slow_hz: float = 0.0) -> CascadeRows:
+def cascade_rows(
+    samples: JointSamples, data: VaryingData, slow_hz: float = 0.0, aligned: bool = False
+) -> CascadeRows:
     """Rows of torque and angle, averaged over blocks.
 
     Parameters
@@ -63,6 +65,8 @@ def cascade_rows(samples: JointSamples, data: VaryingData, slow_hz: float = 0.0)
         The same, decimated: its rate, band and noise.
     slow_hz : float
         What the angle does below is a posture and no deflection; it is left out of the motion.
+    aligned : bool
+        Trials share one operating point, the mean of all; else each has its own mean.
 
     Returns
     -------
@@ -73,9 +77,10 @@ def cascade_rows(samples: JointSamples, data: VaryingData, slow_hz: float = 0.0)
         inside = slice(int(data.offsets[row]), int(data.offsets[row + 1]))
         angle = block_means(samples.angle[samples.samples_of(row)], data.every)
         held = block_means(samples.torque[samples.samples_of(row)], data.every)
+        angle -= float(samples.angle.mean()) if aligned else angle.mean()
         kept = _wiener(angle - angle.mean(), float(data.sd_angle[row]), data.rate_hz)
-        motion[inside] = _derivatives(angle - angle.mean(), kept, data.rate_hz, slow_hz)
-        torque[inside] = held - held.mean()
+        motion[inside] = _derivatives(angle, kept, data.rate_hz, slow_hz)
+        torque[inside] = held - (float(samples.torque.mean()) if aligned else held.mean())
     return CascadeRows(data.rate_hz, data.offsets, torque, motion)
 
 

@@ -17,12 +17,13 @@ from armimpedance.elbow.cascade.rows import CascadeRows
 from armimpedance.elbow.samples import JointSamples
 from armimpedance.elbow.varying.data import VaryingData
 
-#: Rows of a cell of time.
+#: Rows of a cell of time, and trials of so many rows in which a cell is one row.
 CELL_ROWS: Final = 2
+SHORT_ROWS: Final = 2500
 #: Rows from which it is judged whether there is a reflex, and which.
 MOST_ROWS: Final = 20_000
 #: What is left beyond so many deviations is a jump's and not the noise's.
-OUTLYING: Final = 6.0
+OUTLYING: Final = 4.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +93,8 @@ class Task:
         for j in range(theta.shape[1]):
             left -= theta[at, j] * columns[:, j]
         sd = 1.4826 * float(np.median(np.abs(left[used])))
-        left[~used | (np.abs(left) > OUTLYING * sd)] = np.nan
+        jumped = np.convolve(np.abs(left) > OUTLYING * sd, np.ones(5), "same") > 0
+        left[~used | jumped] = np.nan
         return replace(self, noise=autoregression(left))
 
 
@@ -102,13 +104,14 @@ def task_in_time(
     """Cells of time, of each trial by itself or of all at once."""
     counts = np.diff(data.offsets)
     within = np.concatenate([np.arange(c) for c in counts])
-    strips = np.concatenate([[0], np.cumsum(-(-counts // CELL_ROWS))])
-    cell = within // CELL_ROWS
+    each = 1 if counts.max() <= SHORT_ROWS else CELL_ROWS
+    strips = np.concatenate([[0], np.cumsum(-(-counts // each))])
+    cell = within // each
     if aligned:
-        strips = np.array([0, -(-int(counts.max()) // CELL_ROWS)])
+        strips = np.array([0, -(-int(counts.max()) // each)])
     else:
         cell = cell + np.repeat(strips[:-1], counts)
-    width = CELL_ROWS / data.rate_hz
+    width = each / data.rate_hz
     return Task(samples, data, rows, _without_ends(cell, rows), strips, width)
 
 
