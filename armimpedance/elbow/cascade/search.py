@@ -17,7 +17,6 @@ from armimpedance.elbow.cascade.answer import ORDERS, SIDES, Pathway
 from armimpedance.elbow.cascade.cells import Cells
 from armimpedance.elbow.cascade.smooth import Strengths, scales_of, smooth_means, strengths_of
 from armimpedance.elbow.cascade.task import MOST_ROWS, Task
-from armimpedance.errors import EstimationError
 
 #: Delays that are scanned, s, and low-passes, Hz.
 DELAYS_S: Final = np.arange(0.015, 0.126, 0.01)
@@ -67,8 +66,6 @@ def searched(task: Task) -> Searched:
     EstimationError
         The record does not determine the courses.
     """
-    from scipy.optimize import minimize
-
     coarse = _Coarse(_beginning(task))
     without = coarse.tuned(None)
     scores = {}
@@ -77,28 +74,34 @@ def searched(task: Task) -> Searched:
             one = Pathway(float(delay), cutoff, 2, side)
             scores[one] = coarse.evidence(one)
         task.tick()
-    best = max(scores, key=lambda one: scores[one])
-    coarse.tuned(best)
+    coarse.tuned(max(scores, key=lambda one: scores[one]))
     ends = []
-    for order in ORDERS:
-        kind = replace(best, order=order)
-
-        def loss(x: Any, kind: Pathway = kind) -> float:
-            at = _at(kind, x)
-            return np.inf if at is None else -coarse.evidence(at)
-
-        x0 = np.array([best.delay_s, np.log(best.cutoff_hz)])
-        simplex = x0 + np.array([[0, 0], [0.008, 0], [0, -0.4]])
-        options: Any = {"initial_simplex": simplex, "maxfev": 60, "xatol": 2e-4, "fatol": 0.05}
-        end: Any = minimize(loss, x0, method="Nelder-Mead", options=options)
-        ends.append((-float(end.fun), _at(kind, end.x), end.x))
+    # a side may only win at a delay between those that were scanned
+    for side in SIDES:
+        near = {one: score for one, score in scores.items() if one.side == side}
+        ends.append(_refined(coarse, max(near, key=lambda one: near[one])))
         task.tick()
+    other = max(ends, key=lambda e: e[0])[1]
+    ends += [_refined(coarse, replace(other, order=order)) for order in ORDERS if order != 2]
     score, pathway, x = max(ends, key=lambda e: e[0])
-    if pathway is None:
-        raise EstimationError("no delay of a reflex explains the torque")
     score = coarse.tuned(pathway)
     covariance, moved = _around(coarse, pathway, x)
     return Searched(pathway, score - without, covariance, moved)
+
+
+def _refined(coarse: _Coarse, start: Pathway) -> tuple[float, Pathway, FloatArray]:
+    """Score, pathway and (delay, log cut-off) of greatest likelihood near a start."""
+    from scipy.optimize import minimize
+
+    def loss(x: Any) -> float:
+        at = _at(start, x)
+        return np.inf if at is None else -coarse.evidence(at)
+
+    x0 = np.array([start.delay_s, np.log(start.cutoff_hz)])
+    simplex = x0 + np.array([[0, 0], [0.008, 0], [0, -0.4]])
+    options: Any = {"initial_simplex": simplex, "maxfev": 50, "xatol": 2e-4, "fatol": 0.05}
+    end: Any = minimize(loss, x0, method="Nelder-Mead", options=options)
+    return -float(end.fun), _at(start, end.x) or start, np.asarray(end.x, dtype=np.float64)
 
 
 def _at(kind: Pathway, x: FloatArray) -> Pathway | None:
