@@ -60,7 +60,7 @@ def run(arguments: argparse.Namespace) -> int:
     from armimpedance.analyses import movement
     from armimpedance.cli.parts.figure import draw_picture
     from armimpedance.cli.parts.progress import bar
-    from armimpedance.plots import plot_estimates
+    from armimpedance.plots import plot_estimates, plot_movement
     from armimpedance.report import summary_table
 
     out, figure = arguments.out, arguments.figure
@@ -83,10 +83,13 @@ def run(arguments: argparse.Namespace) -> int:
     print(summary_table(made))
     if out is not None:
         print(f"\n{len(made)} rows written to {out}")
+    at_hand = arguments.level == "hand"
     draw_picture(
         arguments,
-        lambda: plot_estimates(made),
-        "Inertia, stiffness and viscosity of the moving hand with 95 % intervals, where "
-        "undisturbed reaches were at that moment.",
+        lambda: plot_movement(made)[0].figure if at_hand else plot_estimates(made),
+        "Stiffness of the moving hand along its path with 95 % bands (a); elements of K (b) and B "
+        "(c) with 95 % intervals over the way. The turning of the arm stands in both."
+        if at_hand
+        else "Inertia, stiffness and viscosity at the joints with 95 % intervals.",
     )
     return 0

@@ -50,16 +50,55 @@ def against_mean(windows: PhaseWindows) -> Deviations:
 
 
 def against_prediction(windows: PhaseWindows) -> Deviations:
-    """Deviation from the mean course moved to each trial's own place, speed and force."""
-    plain = against_mean(windows)
-    lag = windows.lag_s[:, None]
-    place, speed = plain.displacement[:, :1], plain.velocity[:, :1]
+    """Deviation from the course that place and speed just before the push let expect.
+
+    Free reaches say how their later course goes with both, by least squares.
+    """
+    hit, state = windows.pushed, windows.state
+    state = state - state[~hit].mean(axis=0)
+
+    def beyond(name: str) -> FloatArray:
+        part = windows.part(name)
+        part = (part - part[~hit].mean(axis=0)).reshape(len(part), -1)
+        # part (n, S d) = state (n, 4) slope (4, S d)
+        slope = np.linalg.lstsq(state[~hit], part[~hit], rcond=None)[0]
+        return np.asarray((part - state @ slope)[hit]).reshape(-1, len(windows.lag_s), 2)
+
     return Deviations(
-        plain.displacement - place - speed * lag,
-        plain.velocity - speed,
-        plain.acceleration,
-        plain.force - plain.force[:, :1],
-        plain.direction,
+        beyond("hand"),
+        beyond("velocity"),
+        beyond("acceleration"),
+        beyond("force"),
+        windows.direction[hit],
+    )
+
+
+def centred(deviations: Deviations) -> Deviations:
+    """Without what all pushed reaches have in common."""
+    return Deviations(
+        deviations.displacement - deviations.displacement.mean(axis=0),
+        deviations.velocity - deviations.velocity.mean(axis=0),
+        deviations.acceleration - deviations.acceleration.mean(axis=0),
+        deviations.force - deviations.force.mean(axis=0),
+        deviations.direction - deviations.direction.mean(axis=0),
+    )
+
+
+def along_push(deviations: Deviations) -> Deviations:
+    """The part that is linear in the push's direction: free of what differs between trials."""
+    D = deviations.direction
+
+    def common(part: FloatArray) -> FloatArray:
+        # D (D^T D)^-1 D^T part, (n, S 2)
+        fitted = D @ np.linalg.solve(D.T @ D, D.T @ part.reshape(len(part), -1))
+        return np.asarray(fitted).reshape(part.shape)
+
+    return Deviations(
+        common(deviations.displacement),
+        common(deviations.velocity),
+        common(deviations.acceleration),
+        common(deviations.force),
+        D,
     )
 
 

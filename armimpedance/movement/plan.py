@@ -113,6 +113,11 @@ def plan_movement(
     max_force_n, max_displacement_m : float
         No push is larger.
 
+    Returns
+    -------
+    MovementPlan
+        The pushes, the best first.
+
     Raises
     ------
     InputError

@@ -75,6 +75,13 @@ class PhaseWindows(FrozenRecord):
         return len(self.lag_s) // 2
 
     @property
+    def state(self) -> FloatArray:
+        """Place and velocity of the hand (n, 4) just before the onset, where no push is seen."""
+        at = self.channels.shape[1] - len(self.lag_s) + round(HISTORY_S[1] / SPACING_S)
+        parts = [self.channels[:, at, channel(name)] for name in ("hand", "velocity")]
+        return np.concatenate(parts, axis=1)
+
+    @property
     def travel_m(self) -> float:
         """How far undisturbed reaches go over the window and just before it."""
         course = self.channels[~self.pushed][:, :, channel("hand")].mean(axis=0)

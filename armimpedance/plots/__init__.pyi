@@ -7,17 +7,18 @@ from .elbow import (
     plot_varying as plot_varying,
     plot_varying_both as plot_varying_both,
 )
-from .ellipse_fields import Predicted as Predicted
-from .ellipse_parts import default_scale as default_scale, one_legend as one_legend
-from .ellipse_series import (
-    plot_ellipse_rose as plot_ellipse_rose,
-    plot_ellipses_over_levels as plot_ellipses_over_levels,
-)
-from .ellipses import (
+from .ellipses.ellipse import (
     plot_ellipse as plot_ellipse,
     plot_ellipses_in_workspace as plot_ellipses_in_workspace,
 )
+from .ellipses.fields import Predicted as Predicted
+from .ellipses.parts import default_scale as default_scale, one_legend as one_legend
+from .ellipses.series import (
+    plot_ellipse_rose as plot_ellipse_rose,
+    plot_ellipses_over_levels as plot_ellipses_over_levels,
+)
 from .maps import plot_map as plot_map
+from .movement import plot_movement as plot_movement
 from .muscles import (
     PARAMETERS as PARAMETERS,
     activation_surfaces as activation_surfaces,

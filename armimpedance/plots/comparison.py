@@ -13,7 +13,8 @@ from armimpedance.arrays import FloatArray
 from armimpedance.comparison import ComparedGroup, Pair
 from armimpedance.conventions import MATRICES, UNITS
 from armimpedance.ellipses import Which
-from armimpedance.plots.ellipse_parts import (
+from armimpedance.plots.ellipses.ellipse import plot_ellipse
+from armimpedance.plots.ellipses.parts import (
     BAND_ALPHA,
     draw_scale_bar,
     draw_shoulders,
@@ -22,7 +23,6 @@ from armimpedance.plots.ellipse_parts import (
     matrix_of,
     usual_scale,
 )
-from armimpedance.plots.ellipses import plot_ellipse
 from armimpedance.plots.style import (
     LINE_STYLES,
     OKABE_ITO,

@@ -13,7 +13,7 @@ from armimpedance.arm import TwoLinkArm
 from armimpedance.arrays import BoolArray, FloatArray
 from armimpedance.errors import InputError
 from armimpedance.muscles import ActivationModel, HandPrediction, PostureModel, at_hand
-from armimpedance.plots.ellipse_fields import (
+from armimpedance.plots.ellipses.fields import (
     EllipseField,
     Predicted,
     mean_axis_deg,

@@ -11,7 +11,7 @@ from armimpedance.arrays import FloatArray
 from armimpedance.conventions import UNITS
 from armimpedance.errors import InputError
 from armimpedance.impedance import ReflexVerdict
-from armimpedance.plots.ellipse_parts import one_legend
+from armimpedance.plots.ellipses.parts import one_legend
 from armimpedance.plots.paper.letters import panel_letters
 from armimpedance.plots.style import (
     LINE_STYLES,

@@ -7,7 +7,17 @@ from armimpedance.report.numbers import counted
 
 
 def movement_plan_text(plan: MovementPlan) -> str:
-    """The table of shapes, the best first, and what it means."""
+    """The table of shapes, the best first, and what it means.
+
+    Parameters
+    ----------
+    plan : MovementPlan
+
+    Returns
+    -------
+    str
+        Lines of at most 100 characters.
+    """
     K = plan.stiffness
     head = (
         f"Condition {plan.condition}, phase {plan.phase}: the pilot's K is "

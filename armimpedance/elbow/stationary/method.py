@@ -21,7 +21,7 @@ class Method:
         One line.
     lowest_snr_db : float
         Lowest signal to noise of torque and of angle: down to here I, B and K of a 10 s record
-        at 1 kHz are within 10 % rms (``benchmarks/elbow_snr.py``). Below it the method refuses.
+        at 1 kHz are within 10 % rms (``benchmarks/elbow/snr.py``). Below it the method refuses.
     reference : str
     identify : function
         From the prepared samples and the weighed band.

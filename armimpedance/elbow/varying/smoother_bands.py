@@ -63,7 +63,7 @@ def band_variance(
     holds room for changes that are not there. The estimator's own error, noise let through and
     shrinkage as the smoothed course shows it, is a little too narrow where few samples speak and
     the smoothed course cannot show what it missed. Weights: `POSTERIOR_WEIGHT` and the rest; the
-    coverage is measured in benchmarks/elbow_varying.py.
+    coverage is measured in benchmarks/elbow/varying.py.
     """
     passed = np.maximum(posterior - share, 0.01 * posterior)
     own = np.empty_like(posterior)

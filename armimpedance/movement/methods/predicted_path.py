@@ -2,8 +2,8 @@
 
 E. Burdet, R. Osu, D. W. Franklin, T. Yoshioka, T. E. Milner and M. Kawato, A method for measuring
 endpoint stiffness during multi-joint arm movements, J Biomech 33 (2000) 1705-1709. K is the slope
-of force over displacement while the displacement is held, where velocity and acceleration deviate
-little; with K so found, M and B follow from all samples. The source gives K alone.
+of force over displacement while the displacement is held; what the hand still moves there is taken
+off with M and B of all samples. The source gives K alone, of displacements that are held longer.
 """
 
 from __future__ import annotations
@@ -16,14 +16,20 @@ import numpy as np
 from armimpedance.arrays import BoolArray
 from armimpedance.conventions import Level
 from armimpedance.errors import NotIdentifiableError
-from armimpedance.movement.deviations import Deviations, against_prediction, regress
+from armimpedance.movement.deviations import (
+    Deviations,
+    against_prediction,
+    along_push,
+    centred,
+    regress,
+)
 from armimpedance.movement.fitted import Method, PhaseFit
 from armimpedance.movement.solve import Known
 from armimpedance.movement.windows import PhaseWindows
 
 #: A displacement is held where it is more than this of its largest, and its speed less than this.
-HELD: Final = 0.8
-SLOW: Final = 0.2
+HELD: Final = 0.9
+SLOW: Final = 0.1
 LEAST_S: Final = 0.02
 #: Held displacements that differ by more than this between trials come from a servo that gives way.
 SOFT: Final = 0.25
@@ -38,15 +44,19 @@ def fit(windows: PhaseWindows, level: Level, known: Known | None) -> PhaseFit:
         No displacement is held.
     """
     del level, known
-    deviations = against_prediction(windows)
+    deviations = centred(against_prediction(windows))
     held = _held(deviations)
     if held.sum() < LEAST_S / (windows.lag_s[1] - windows.lag_s[0]):
         raise NotIdentifiableError(
             "method predicted_path: no displacement is held; it needs a servo that displaces the "
             "hand and holds it there"
         )
-    whole = regress(deviations, provenance=("against the predicted path, K while it is held",))
-    plateau = _slope(deviations.rows(held))
+    said = ("against the predicted path, K while it is held",)
+    whole = regress(deviations, along_push(deviations), provenance=said)
+    M, B = whole.values[:4].reshape(2, 2), whole.values[4:8].reshape(2, 2)
+    still = deviations.rows(held)
+    moving = still.acceleration @ M.T + still.velocity @ B.T
+    plateau = _slope(replace(still, force=still.force + moving))
     values, covariance = whole.values.copy(), whole.covariance.copy()
     values[8:], covariance[8:, :8], covariance[:8, 8:] = plateau[0], 0.0, 0.0
     covariance[8:, 8:] = plateau[1]
@@ -64,16 +74,19 @@ def _held(deviations: Deviations) -> BoolArray:
 
 
 def _slope(held: Deviations) -> tuple[np.ndarray, np.ndarray]:
-    """K row by row (4,) from the trials' means, and its covariance."""
-    x, F = held.displacement.mean(axis=1), held.force.mean(axis=1)
-    x, F = x - x.mean(axis=0), F - F.mean(axis=0)
-    # F (n, 2) = -x (n, 2) K^T (2, 2)
-    inverse = np.linalg.inv(x.T @ x)
-    K = -(inverse @ x.T @ F).T
+    """K row by row (4,) from the trials' means, and its covariance.
+
+    What the servo adds to the predicted path is the same in all trials of a direction, which is the
+    instrument: the prediction's own error stands in force and displacement alike.
+    """
+    x, F, D = held.displacement.mean(axis=1), held.force.mean(axis=1), held.direction
+    # F (n, 2) = -x (n, 2) K^T (2, 2), seen along D (n, 2)
+    inverse = np.linalg.inv(D.T @ x)
+    K = -(inverse @ D.T @ F).T
     residual = F + x @ K.T
-    leverage = 1 - np.einsum("ni,ij,nj->n", x, inverse, x)
-    moved = np.einsum("na,nb->nab", residual / leverage[:, None], x @ inverse).reshape(len(x), 4)
-    return K.ravel(), moved.T @ moved
+    leverage = 1 - np.einsum("ni,ij,nj->n", x, inverse, D)
+    moved = np.einsum("na,nb->nab", residual / leverage[:, None], D @ inverse.T)
+    return K.ravel(), moved.reshape(len(x), 4).T @ moved.reshape(len(x), 4)
 
 
 def _spread(held: Deviations) -> float:

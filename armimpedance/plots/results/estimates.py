@@ -12,9 +12,9 @@ from armimpedance.arrays import FloatArray
 from armimpedance.conventions import MATRICES, UNITS, group_name
 from armimpedance.ellipses import Which
 from armimpedance.errors import InputError
-from armimpedance.plots.ellipse_parts import ONE_PLACE_M, matrix_of, one_legend, usual_scale
-from armimpedance.plots.ellipse_series import plot_ellipses_over_levels
-from armimpedance.plots.ellipses import plot_ellipses_in_workspace
+from armimpedance.plots.ellipses.ellipse import plot_ellipses_in_workspace
+from armimpedance.plots.ellipses.parts import ONE_PLACE_M, matrix_of, one_legend, usual_scale
+from armimpedance.plots.ellipses.series import plot_ellipses_over_levels
 from armimpedance.plots.paper.letters import panel_letters
 from armimpedance.plots.responses import plot_response
 from armimpedance.plots.results.rows import (

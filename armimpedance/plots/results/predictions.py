@@ -9,7 +9,7 @@ import numpy as np
 from armimpedance.conventions import UNITS
 from armimpedance.errors import InputError
 from armimpedance.muscles import HandPrediction, JointPrediction, JointRows
-from armimpedance.plots.ellipse_parts import one_legend
+from armimpedance.plots.ellipses.parts import one_legend
 from armimpedance.plots.paper.letters import panel_letters
 from armimpedance.plots.predicted import plot_predicted_against_measured
 from armimpedance.plots.results.rows import (

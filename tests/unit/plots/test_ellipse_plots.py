@@ -10,7 +10,7 @@ from armimpedance.plots import (
     plot_ellipses_in_workspace,
     plot_ellipses_over_levels,
 )
-from armimpedance.plots.ellipse_parts import default_scale
+from armimpedance.plots.ellipses.parts import default_scale
 from armimpedance.plots.style import new_axes
 
 K = np.array([[104.8, -74.4], [-74.4, 179.3]])

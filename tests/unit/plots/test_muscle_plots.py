@@ -20,7 +20,7 @@ from armimpedance.muscles.at_hand import at_hand
 from armimpedance.muscles.posture.fit import fit_posture_model
 from armimpedance.muscles.prediction import JointPrediction
 from armimpedance.muscles.rows import JointRows, matrix
-from armimpedance.plots.ellipse_fields import (
+from armimpedance.plots.ellipses.fields import (
     mean_axis_deg,
     measured_field,
     predicted_field,

@@ -1,6 +1,6 @@
 """How fast may K and B vary? Error and coverage of every time-varying method on the bench.
 
-``python benchmarks/elbow_varying.py [--runs N] [--claims] [--rig]``
+``python benchmarks/elbow/varying.py [--runs N] [--claims] [--rig]``
 
 K(t) = K0 (1 + 0.3 sin 2 pi f t), B alike or constant, records of 10 s, white noise of a stated SNR
 on torque and angle. Prints the rms over time of (K - true)/true, median over runs, and the share of

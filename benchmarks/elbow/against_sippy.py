@@ -12,7 +12,7 @@ truth. SIPPY's and SysIdentPy's ARX must agree with numpy's lstsq to 1e-6, else 
 the comparison itself is wrong.
 
     (see sippy_environment.txt)
-    PYTHONPATH=. sippy-env/bin/python benchmarks/elbow_against_sippy.py [RECORDING] [--trial N]
+    PYTHONPATH=. sippy-env/bin/python benchmarks/elbow/against_sippy.py [RECORDING] [--trial N]
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """One joint under noise: the lowest SNR of each method, coverage of its intervals, its speed.
 
-Run: ``python benchmarks/elbow_snr.py [--runs 20] [--coverage-runs 200] [--sessions 10]``. Bench
+Run: ``python benchmarks/elbow/snr.py [--runs 20] [--coverage-runs 200] [--sessions 10]``. Bench
 recordings of 10 s at 1 kHz, torque of 1 N m behind a 10 Hz low-pass, white noise of the same SNR
 (dB of power, whole band) on torque and angle. Two joints: a stiff one that swings, and one in the
 source's range (Ruiz 2011: B 2.5-4.7 N m s/rad, K 5.3-13.1 N m/rad), which does not. The Cramer-Rao

@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike
 
 from armimpedance.ellipses import Which
 from armimpedance.errors import InputError
-from armimpedance.plots.ellipse_parts import (
+from armimpedance.plots.ellipses.ellipse import FINE_LINE, draw_models, plot_ellipse
+from armimpedance.plots.ellipses.parts import (
     default_scale,
     draw_scale_bar,
     legend_above,
@@ -18,7 +19,6 @@ from armimpedance.plots.ellipse_parts import (
     square_limits,
     unit_of,
 )
-from armimpedance.plots.ellipses import FINE_LINE, draw_models, plot_ellipse
 from armimpedance.plots.style import (
     LINE_STYLES,
     MODEL_LINE_STYLE,

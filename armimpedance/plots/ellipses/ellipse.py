@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from armimpedance.arrays import FloatArray
 from armimpedance.conventions import MATRICES, UNITS, group_name
 from armimpedance.ellipses import Which, locus
-from armimpedance.plots.ellipse_parts import (
+from armimpedance.plots.ellipses.parts import (
     BAND_ALPHA,
     ONE_PLACE_M,
     default_scale,

@@ -1,6 +1,6 @@
 """Stiffness that switches: the square-wave benchmark of time-varying identification, all methods.
 
-``python benchmarks/elbow_square_wave.py [--runs N] [--trials N] [--methods ...]``
+``python benchmarks/elbow/square_wave.py [--runs N] [--trials N] [--methods ...]``
 
 After M. van de Ruit and colleagues (2021): the stiffness of one joint switches between two
 levels; of each method bias, random and total error (over time, percent of the difference of the

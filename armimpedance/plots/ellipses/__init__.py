@@ -1,0 +1,1 @@
+"""Ellipses: one, many over the workspace, over levels and fields."""
