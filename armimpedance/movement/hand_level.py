@@ -14,6 +14,7 @@ not symmetric; both vanish at rest, where K is the posture's formula with its fo
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -48,10 +49,24 @@ class Instant(FrozenRecord):
     force: Annotated[FloatArray, "2"]
 
 
+#: Channels that make an instant.
+_CHANNELS = ("angle", "rate", "joint_acceleration", "hand", "velocity", "force")
+
+
 def instant_of(windows: PhaseWindows) -> Instant:
     """The undisturbed reach in the middle of the window."""
-    names = ("angle", "rate", "joint_acceleration", "hand", "velocity", "force")
-    return Instant(*(windows.undisturbed(name) for name in names))
+    return Instant(*(windows.undisturbed(name) for name in _CHANNELS))
+
+
+def scatter_of_where(windows: PhaseWindows, value: Callable[[Instant], FloatArray]) -> FloatArray:
+    """Covariance (p, p) of ``value`` (p,), because free reaches differ: leave one out in turn."""
+    every = [windows.part(name)[~windows.pushed, windows.middle] for name in _CHANNELS]
+    n = len(every[0])
+    # means without one (n, d): (n m - x_i) / (n - 1)
+    without = [(n * x.mean(axis=0) - x) / (n - 1) for x in every]
+    values = np.stack([value(Instant(*parts)) for parts in zip(*without, strict=True)])
+    values = values - values.mean(axis=0)
+    return np.asarray((n - 1) / n * values.T @ values)
 
 
 def to_hand(arm: TwoLinkArm, at: Instant) -> tuple[FloatArray, FloatArray]:
@@ -73,6 +88,11 @@ def to_hand(arm: TwoLinkArm, at: Instant) -> tuple[FloatArray, FloatArray]:
     columns = [_hand_matrices(arm, at, unit, with_force=False) for unit in np.eye(11)]
     constant = _hand_matrices(arm, at, np.zeros(11), with_force=True)
     return np.stack(columns, axis=1), constant
+
+
+def at_hand(arm: TwoLinkArm, at: Instant, unknowns: FloatArray) -> FloatArray:
+    """The hand's M, B, K row by row (12,) for these unknowns (11,)."""
+    return _hand_matrices(arm, at, unknowns, with_force=True)
 
 
 def joint_weights(at: Instant) -> FloatArray:

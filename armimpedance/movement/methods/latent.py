@@ -15,7 +15,13 @@ from armimpedance.conventions import Level
 from armimpedance.movement.doubts import doubts_of
 from armimpedance.movement.equation import TOLD, Equations, equations_of
 from armimpedance.movement.fitted import Method, PhaseFit
-from armimpedance.movement.hand_level import instant_of, joint_weights, to_hand
+from armimpedance.movement.hand_level import (
+    at_hand,
+    instant_of,
+    joint_weights,
+    scatter_of_where,
+    to_hand,
+)
 from armimpedance.movement.solve import Known, Solution, solve
 from armimpedance.movement.windows import PhaseWindows
 
@@ -25,16 +31,18 @@ def fit(windows: PhaseWindows, level: Level, known: Known | None) -> PhaseFit:
     equations = equations_of(windows)
     doubted = doubts_of(equations, solve(equations, known), known)
     solution = doubted.solution
-    at = instant_of(windows)
+    theta, at = solution.theta[TOLD], instant_of(windows)
     if level == "hand":
         weights, constant = to_hand(windows.arm, at)
+        where = scatter_of_where(windows, lambda other: at_hand(windows.arm, other, theta))
     else:
         weights, constant = joint_weights(at), np.zeros(12)
+        where = scatter_of_where(windows, lambda other: joint_weights(other) @ theta)
     # values (12,) = W (12, 11) theta (11,) + constant
     return PhaseFit(
         level=level,
-        values=weights @ solution.theta[TOLD] + constant,
-        covariance=weights @ solution.covariance[TOLD, TOLD] @ weights.T,
+        values=weights @ theta + constant,
+        covariance=weights @ solution.covariance[TOLD, TOLD] @ weights.T + where,
         dof=solution.dof,
         condition=solution.condition,
         rank=TOLD.stop,
