@@ -53,6 +53,7 @@ from .files import (
     read_results as read_results,
     read_robot as read_robot,
 )
+from .live import Live as Live
 from .motion import MarkerRecording as MarkerRecording, MotionRecording as MotionRecording
 from .muscles import (
     ActivationModel as ActivationModel,

@@ -30,6 +30,7 @@ COMMANDS = {
     "map": "from the hand to the joints, from the joints to the muscles",
     "fit": "models over posture and muscle activation, from joint-level results",
     "predict": "joint or hand impedance where nobody measured, from a fitted model",
+    "live": "stiffness of the hand from posture and muscle activity, sample by sample",
     "reflex": "is the stiffness the limb's own, or does a reflex stand in it?",
     "compare": "what differs between groups of trials, and whether chance could do it",
     "passive": "stiffness, viscosity and friction of relaxed joints (motion capture or torque)",

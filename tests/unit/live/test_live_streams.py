@@ -1,0 +1,158 @@
+"""Streams: hostile packets, a closed pipe, the command."""
+
+from __future__ import annotations
+
+import io
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from made_up_arm import SUBJECT
+
+from armimpedance.files import write_model
+from armimpedance.live import Live, lines_of, serve
+from armimpedance.live.packets import LONGEST
+
+
+def packet(k: int, **more) -> bytes:
+    return json.dumps(
+        {"time_s": k / 1000, "q_rad": [1.0, 1.5], "activation": [0.1] * 6} | more
+    ).encode()
+
+
+HOSTILE = [
+    b"{",
+    b"[1, 2]",
+    b"null",
+    b'"text"',
+    b"\xff\xfe\x00",
+    b"[" * 10_000,
+    b'{"a":' * 2_000,
+    b"1" * 10_000,
+    b"x" * (LONGEST + 1),
+    packet(1, q_rad=["1", "2"]),
+    packet(1, q_rad=[1.0]),
+    packet(1, q_rad=[1.0, 1e999]),
+    packet(1, q_rad=[1.0, None]),
+    packet(1, q_rad={"a": 1}),
+    packet(1, activation=[0.1] * 7),
+    packet(1, activation=[0.1] * 5 + [float("nan")]),
+    packet(1, activation=[True] * 6),
+    packet(1, activation="abcdef"),
+    packet(1, activation=[[0.1]] * 6),
+    packet(1, activation=None),
+    packet(1, force_N=[1e30, 0]),
+    packet(1, time_s="now"),
+    packet(1, time_s=1e15),
+    packet(1, time_s=10**400),
+    packet(1, displacement_m=[0.1]),
+    b'{"time_s": 0.001, "q_rad": [1.0, 1.5]}',
+]
+
+
+@pytest.mark.parametrize("hostile", HOSTILE, ids=range(len(HOSTILE)))
+def test_a_hostile_packet_is_refused_in_one_line_and_the_stream_goes_on(model, hostile):
+    written, told = [], []
+    live = Live(model, SUBJECT)
+    served = serve(live, [packet(0), hostile, packet(2)], _keep(written), told.append)
+    assert (served.taken, served.refused) == (2, 1)
+    assert len(told) == 1
+    assert told[0].isprintable()
+    assert len(told[0]) < 500
+    assert [json.loads(line)["time_s"] for line in written] == [0.0, 0.002]
+
+
+def _keep(lines: list[str]):
+    def write(line: str) -> bool:
+        lines.append(line)
+        return True
+
+    return write
+
+
+def test_random_bytes_and_broken_packets_never_end_the_stream(model):
+    rng = np.random.default_rng(4)
+    packets = []
+    for k in range(600):
+        whole = bytearray(packet(k))
+        for _ in range(rng.integers(0, 4)):
+            whole[rng.integers(len(whole))] = rng.integers(256)
+        packets.append(bytes(whole[: rng.integers(len(whole))] if k % 7 == 0 else whole))
+    written, told = [], []
+    served = serve(Live(model, SUBJECT), packets, _keep(written), told.append)
+    assert served.taken + served.refused == sum(bool(p.strip()) for p in packets)
+    assert served.taken > 100
+    assert len(told) < 40
+    for line in written:
+        K = np.array(json.loads(line)["K_N_m"])
+        assert np.linalg.eigvalsh(K)[0] > 0
+
+
+def test_null_is_a_lost_channel_and_reset_begins_anew(model):
+    written, told = [], []
+    lost = packet(1, activation=[0.1] * 5 + [None])
+    packets = [packet(0), lost, b'{"reset": true}', packet(0)]
+    served = serve(Live(model, SUBJECT), packets, _keep(written), told.append)
+    flags = [json.loads(line)["flags"] for line in written]
+    assert [len(f) for f in flags] == [0, 1, 0]
+    assert told == []
+    assert served.flagged == 1
+
+
+def test_lines_that_are_too_long_are_one_packet_each():
+    text = b"a\n" + b"x" * (5 * LONGEST) + b"\n" + b"b\n" + b"y" * (LONGEST + 2)
+    lines = list(lines_of(io.BytesIO(text)))
+    assert [line[:1] for line in lines] == [b"a", b"x", b"b", b"y"]
+
+
+@pytest.fixture
+def call(model, tmp_path):
+    write_model(model, tmp_path / "arm.json")
+    (tmp_path / "recording.json").write_text(
+        json.dumps(
+            {
+                "format": "armimpedance-recording",
+                "version": 1,
+                "kind": "hand",
+                "sample_rate_hz": 1000,
+                "subject": {"height_m": 1.75, "mass_kg": 70},
+            }
+        )
+    )
+    return [
+        *(sys.executable, "-m", "armimpedance", "live"),
+        *(str(tmp_path / "arm.json"), "--recording", str(tmp_path)),
+    ]
+
+
+def test_the_command_answers_each_line_and_ends_with_its_input(call, model):
+    text = b"\n".join([packet(0), b"{", packet(1)])
+    done = subprocess.run(call, input=text, capture_output=True)
+    assert done.returncode == 0, done.stderr
+    lines = [json.loads(line) for line in done.stdout.splitlines()]
+    once = Live(model, SUBJECT).update([0.1] * 6, q=[1.0, 1.5])
+    np.testing.assert_allclose(lines[0]["K_N_m"], once.stiffness, rtol=1e-12)
+    assert len(lines) == 2
+    assert len(done.stderr.splitlines()) == 2
+
+
+def test_a_closed_pipe_is_a_quiet_end(call):
+    with subprocess.Popen(
+        call, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    ) as process:
+        process.stdin.write(packet(0) + b"\n")
+        process.stdin.flush()
+        assert process.stdout.readline()
+        process.stdout.close()
+        # it ends on its own, though its input goes on
+        for k in range(1, 20_000):
+            try:
+                process.stdin.write(packet(k) + b"\n")
+                process.stdin.flush()
+            except BrokenPipeError:
+                break
+        assert process.wait(20) == 0
+        assert b"Traceback" not in process.stderr.read()
+        process.stdin = None
