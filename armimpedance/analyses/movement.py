@@ -4,14 +4,22 @@ from __future__ import annotations
 
 import os
 from collections.abc import Collection, Sequence
+from functools import partial
 
 from armimpedance.analyses.hand import ForceBy, Progress
 from armimpedance.analyses.inspection import checked
 from armimpedance.analyses.results.estimates import Estimates
 from armimpedance.analyses.sources import PathLike, naming, read_recording
 from armimpedance.conventions import Level
+from armimpedance.errors import InputError
 from armimpedance.files import read_results
-from armimpedance.movement import MovementPlan, identify_movement, plan_movement as plan_pushes
+from armimpedance.movement import (
+    METHODS,
+    MovementPlan,
+    identify_course,
+    identify_movement,
+    plan_movement as plan_pushes,
+)
 from armimpedance.records import ImpedanceEstimate, Recording
 
 
@@ -23,6 +31,7 @@ def movement(
     inertia: Sequence[ImpedanceEstimate] | PathLike | None = None,
     phases: Sequence[str] | None = None,
     window_s: float | None = None,
+    course: bool = False,
     force_by: ForceBy | None = None,
     despite: str | Collection[str] = (),
     progress: Progress | None = None,
@@ -47,6 +56,9 @@ def movement(
     window_s : float, optional
         Length of the fitted window after a push's onset, s; default: until .1 s after the push, at
         most .3 s.
+    course : bool
+        Every 20 ms from the first phase to the last, from the pushes of all phases together, two
+        phases or more (method "latent").
     force_by : {"limb", "device"}, optional
         Whose force on the other a Kinarm's sensor holds.
     despite : str or collection of str
@@ -80,12 +92,14 @@ def movement(
     ('condition free, phase 50%',)
     """
     known = read_results(inertia) if isinstance(inertia, str | os.PathLike) else inertia
+    if course and method not in (None, METHODS.default):
+        raise InputError(f"a course by method {method}", expected=f"method {METHODS.default}")
+    find = identify_course if course else partial(identify_movement, method=method)
     with naming(recording):
         read = read_recording(recording, force_by=force_by)
         marks = checked(read, despite)
-        made = identify_movement(
+        made = find(
             read,
-            method=method,
             level=level,
             inertia=known,
             phases=phases,

@@ -3,6 +3,7 @@
 Examples:
   armimpedance simulate reaches --out reaches              something to try it on
   armimpedance movement reaches --out moving.csv --figure moving.png
+  armimpedance movement reaches --course --out course.csv --figure course.png
   armimpedance movement reaches --level joint --out joints.csv
   armimpedance movement reaches --inertia posture.csv --out moving.csv
   armimpedance movement reaches --method mean_difference --out as_gomi.csv
@@ -46,6 +47,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--phase", action="append", metavar="NAME", help="only this one; may be given again"
     )
     parser.add_argument(
+        "--course",
+        action="store_true",
+        help="every 20 ms from the first phase to the last, from the pushes of all phases",
+    )
+    parser.add_argument(
         "--window-s",
         type=float,
         metavar="S",
@@ -60,7 +66,7 @@ def run(arguments: argparse.Namespace) -> int:
     from armimpedance.analyses import movement
     from armimpedance.cli.parts.figure import draw_picture
     from armimpedance.cli.parts.progress import bar
-    from armimpedance.plots import plot_estimates, plot_movement
+    from armimpedance.plots import plot_movement
     from armimpedance.report import summary_table
 
     out, figure = arguments.out, arguments.figure
@@ -75,6 +81,7 @@ def run(arguments: argparse.Namespace) -> int:
             inertia=arguments.inertia,
             phases=arguments.phase,
             window_s=arguments.window_s,
+            course=arguments.course,
             force_by=arguments.force_by,
             despite=arguments.despite,
             progress=progress,
@@ -83,13 +90,11 @@ def run(arguments: argparse.Namespace) -> int:
     print(summary_table(made))
     if out is not None:
         print(f"\n{len(made)} rows written to {out}")
-    at_hand = arguments.level == "hand"
     draw_picture(
         arguments,
-        lambda: plot_movement(made)[0].figure if at_hand else plot_estimates(made),
-        "Stiffness of the moving hand along its path with 95 % bands (a); elements of K (b) and B "
-        "(c) with 95 % intervals over the way. The turning of the arm stands in both."
-        if at_hand
-        else "Inertia, stiffness and viscosity at the joints with 95 % intervals.",
+        lambda: plot_movement(made)[0].figure,
+        "The undisturbed path (a), with ellipses of the hand's stiffness and their 95 % bands, and "
+        "the force of the robot on the hand (arrows); elements of K (b) and B (c) with 95 % "
+        "intervals over the way. The arm's turning stands in the hand's K and B.",
     )
     return 0

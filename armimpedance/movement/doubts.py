@@ -97,4 +97,5 @@ def _widened(equations: Equations, solution: Solution) -> tuple[Solution, float,
     p = float(f.sf(ratio, dof, rest))
     excess = float(np.sqrt(max(squared / dof, 1.0)))
     covariance: FloatArray = solution.covariance * excess**2
-    return replace(solution, covariance=covariance), excess, p
+    scatter: FloatArray = solution.scatter * excess**2
+    return replace(solution, covariance=covariance, scatter=scatter), excess, p

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Any
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy as np
 from armimpedance.arrays import FloatArray, FrozenRecord
 from armimpedance.conventions import Level
 from armimpedance.estimates import ImpedanceEstimate, Quality
-from armimpedance.movement.hand_level import instant_of
+from armimpedance.movement.hand_level import Instant, instant_of
 from armimpedance.movement.solve import Known
 from armimpedance.movement.windows import PhaseWindows
 
@@ -75,13 +75,38 @@ class Method:
 def to_estimate(
     fit: PhaseFit, windows: PhaseWindows, method: str, keys: Mapping[str, Any]
 ) -> ImpedanceEstimate:
-    """The fit as every other estimate of M, B and K stands."""
-    at = instant_of(windows)
-    M, B, K = fit.values.reshape(3, 2, 2)
+    """The fit of one phase as every other estimate of M, B and K stands."""
+    lag = windows.lag_s[windows.middle]
+    said = f"told for {1e3 * lag:.0f} ms after the push's onset, window {windows.lag_s[-1]:.3g} s"
     pushed = int(windows.pushed.sum())
+    return estimate_at(
+        replace(fit, provenance=(said, *said_of(windows), *fit.provenance)),
+        instant_of(windows),
+        windows.shoulder_m,
+        (pushed, pushed * 2 * len(windows.lag_s)),
+        method,
+        keys,
+    )
+
+
+def said_of(windows: PhaseWindows) -> tuple[str, ...]:
+    """What is told of the free reaches."""
+    return (f"{int((~windows.pushed).sum())} free reaches", *windows.notes)
+
+
+def estimate_at(
+    fit: PhaseFit,
+    at: Instant,
+    shoulder_m: FloatArray,
+    counts: tuple[int, int],
+    method: str,
+    keys: Mapping[str, Any],
+) -> ImpedanceEstimate:
+    """The fit at one instant; `counts` are pushed trials and rows."""
+    M, B, K = fit.values.reshape(3, 2, 2)
     quality = Quality(
-        n_trials=pushed,
-        n_rows=pushed * 2 * len(windows.lag_s),
+        n_trials=counts[0],
+        n_rows=counts[1],
         multiple_correlation=float(np.sqrt(max(fit.explained, 0.0))),
         vaf=fit.explained,
         cond_raw=fit.condition,
@@ -89,9 +114,6 @@ def to_estimate(
         rank=fit.rank,
         residual_sd=0.0,
     )
-    lag = windows.lag_s[windows.middle]
-    said = f"told for {1e3 * lag:.0f} ms after the push's onset, window {windows.lag_s[-1]:.3g} s"
-    free = f"{int((~windows.pushed).sum())} free reaches"
     return ImpedanceEstimate(
         level=fit.level,
         method=method,
@@ -102,10 +124,10 @@ def to_estimate(
         dof=fit.dof,
         quality=quality,
         keys=keys,
-        position=at.hand + windows.shoulder_m,
+        position=at.hand + shoulder_m,
         force=at.force,
         joint_angles=at.angle,
-        shoulder_m=windows.shoulder_m,
+        shoulder_m=shoulder_m,
         warnings=fit.warnings,
-        provenance=(said, free, *windows.notes, *fit.provenance),
+        provenance=fit.provenance,
     )

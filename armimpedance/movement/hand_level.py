@@ -16,12 +16,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Final
 
 import numpy as np
 
 from armimpedance.arm import TwoLinkArm
 from armimpedance.arrays import FloatArray, FrozenRecord
+from armimpedance.conventions import Level
 from armimpedance.movement.arm import inertia_rows, inertial_gradients
 from armimpedance.movement.windows import PhaseWindows
 
@@ -53,20 +54,63 @@ class Instant(FrozenRecord):
 _CHANNELS = ("angle", "rate", "joint_acceleration", "hand", "velocity", "force")
 
 
+@dataclass(frozen=True)
+class Where:
+    """The same instant of n free reaches.
+
+    Attributes
+    ----------
+    states : tuple of (n, 2)
+        What an `Instant` holds.
+    """
+
+    states: tuple[FloatArray, ...]
+
+    @property
+    def mean(self) -> Instant:
+        """The undisturbed reach."""
+        return Instant(*(x.mean(axis=0) for x in self.states))
+
+    def scatter(self, value: Callable[[Instant], FloatArray]) -> FloatArray:
+        """Covariance (p, p) of ``value`` (p,) of the mean: leave out one reach in turn."""
+        n = len(self.states[0])
+        # means without one (n, d): (n m - x_i) / (n - 1)
+        without = [(n * x.mean(axis=0) - x) / (n - 1) for x in self.states]
+        values = np.stack([value(Instant(*parts)) for parts in zip(*without, strict=True)])
+        values = values - values.mean(axis=0)
+        return np.asarray((n - 1) / n * values.T @ values)
+
+
+#: Channels that make an instant, in its order.
+INSTANT: Final = ("angle", "rate", "joint_acceleration", "hand", "velocity", "force")
+
+
+def where_of(windows: PhaseWindows) -> Where:
+    """Free reaches in the middle of the window."""
+    return Where(tuple(windows.part(name)[~windows.pushed, windows.middle] for name in INSTANT))
+
+
 def instant_of(windows: PhaseWindows) -> Instant:
     """The undisturbed reach in the middle of the window."""
-    return Instant(*(windows.undisturbed(name) for name in _CHANNELS))
+    return where_of(windows).mean
 
 
-def scatter_of_where(windows: PhaseWindows, value: Callable[[Instant], FloatArray]) -> FloatArray:
-    """Covariance (p, p) of ``value`` (p,), because free reaches differ: leave one out in turn."""
-    every = [windows.part(name)[~windows.pushed, windows.middle] for name in _CHANNELS]
-    n = len(every[0])
-    # means without one (n, d): (n m - x_i) / (n - 1)
-    without = [(n * x.mean(axis=0) - x) / (n - 1) for x in every]
-    values = np.stack([value(Instant(*parts)) for parts in zip(*without, strict=True)])
-    values = values - values.mean(axis=0)
-    return np.asarray((n - 1) / n * values.T @ values)
+def at_level(
+    level: Level, arm: TwoLinkArm, where: Where, theta: FloatArray, covariance: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """M, B and K row by row (12,) and their covariance, from phi, K_j and B_j (11,).
+
+    What adds to the covariance is that free reaches, which say where the hand was, differ.
+    """
+    at = where.mean
+    if level == "hand":
+        weights, constant = to_hand(arm, at)
+        scatter = where.scatter(lambda other: _hand_matrices(arm, other, theta, with_force=True))
+    else:
+        weights, constant = joint_weights(at), np.zeros(12)
+        scatter = where.scatter(lambda other: joint_weights(other) @ theta)
+    # values (12,) = W (12, 11) theta (11,) + constant
+    return weights @ theta + constant, weights @ covariance @ weights.T + scatter
 
 
 def to_hand(arm: TwoLinkArm, at: Instant) -> tuple[FloatArray, FloatArray]:
@@ -88,11 +132,6 @@ def to_hand(arm: TwoLinkArm, at: Instant) -> tuple[FloatArray, FloatArray]:
     columns = [_hand_matrices(arm, at, unit, with_force=False) for unit in np.eye(11)]
     constant = _hand_matrices(arm, at, np.zeros(11), with_force=True)
     return np.stack(columns, axis=1), constant
-
-
-def at_hand(arm: TwoLinkArm, at: Instant, unknowns: FloatArray) -> FloatArray:
-    """The hand's M, B, K row by row (12,) for these unknowns (11,)."""
-    return _hand_matrices(arm, at, unknowns, with_force=True)
 
 
 def joint_weights(at: Instant) -> FloatArray:

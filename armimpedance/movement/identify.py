@@ -68,11 +68,11 @@ def identify_movement(
     chosen = METHODS.named(method)
     _check_level(method or METHODS.default, chosen, level)
     pushes = pushes_of(recording)
-    wanted = _phases(pushes, phases)
+    wanted = phases_of(pushes, phases)
     known = None if inertia is None else known_inertia(inertia, geometry_of(recording).arm)
     courses = courses_of(recording)
     made = []
-    every = list(_groups(recording, pushes, wanted))
+    every = list(groups_of(recording, pushes, wanted))
     for done, (condition, rows, phase) in enumerate(every, 1):
         windows = cut_phase(courses, pushes, rows, phase, window_s)
         check_labels(windows, phase)
@@ -108,7 +108,7 @@ def _check_inertia(fit: PhaseFit, phase: str) -> None:
         )
 
 
-def _phases(pushes: Pushes, asked: Sequence[str] | None) -> tuple[str, ...]:
+def phases_of(pushes: Pushes, asked: Sequence[str] | None) -> tuple[str, ...]:
     if asked is None:
         return pushes.phases
     unknown = [name for name in asked if name not in pushes.phases]
@@ -118,7 +118,7 @@ def _phases(pushes: Pushes, asked: Sequence[str] | None) -> tuple[str, ...]:
     return tuple(name for name in pushes.phases if name in asked)
 
 
-def _groups(
+def groups_of(
     recording: Recording, pushes: Pushes, phases: Sequence[str]
 ) -> Iterator[tuple[str, IntArray, str]]:
     """Condition, its trials, and each phase at which some of them were pushed."""

@@ -71,6 +71,23 @@ class Known(FrozenRecord):
 
 
 @dataclass(frozen=True)
+class Evidence(FrozenRecord):
+    """What the pushes of one phase say, without what is known before.
+
+    Attributes
+    ----------
+    theta : (31,)
+        The unknowns, with what is known before.
+    information, score : (31, 31), (31,)
+        ``information theta = score`` without it.
+    """
+
+    theta: Annotated[FloatArray, "p"]
+    information: Annotated[FloatArray, "p p"]
+    score: Annotated[FloatArray, "p"]
+
+
+@dataclass(frozen=True)
 class Solution(FrozenRecord):
     """Unknowns of one phase.
 
@@ -86,6 +103,9 @@ class Solution(FrozenRecord):
         Inverse covariance of a trial's rows.
     condition : float
         Of the scaled normal equations.
+    evidence : Evidence
+    scatter : (31, 31)
+        Covariance of the evidence's score, from the scatter of trials.
     """
 
     theta: Annotated[FloatArray, "p"]
@@ -94,6 +114,8 @@ class Solution(FrozenRecord):
     residual: Annotated[FloatArray, "n R"]
     weight: Annotated[FloatArray, "R R"]
     condition: float
+    evidence: Evidence
+    scatter: Annotated[FloatArray, "p p"]
 
 
 def solve(equations: Equations, known: Known | None = None) -> Solution:
@@ -104,13 +126,50 @@ def solve(equations: Equations, known: Known | None = None) -> Solution:
     NotIdentifiableError
         The pushes do not tell the unknowns.
     """
+    W, P, ZW = _weighted(equations, known)
+    evidence, A = _evidence(equations, ZW, P, known)
+    residual = equations.y + np.einsum("nrp,p->nr", equations.X, evidence.theta)
+    trials, dof = _jackknife(equations, ZW, residual, A)
+    back = np.linalg.inv(A)
+    return Solution(
+        theta=evidence.theta,
+        # what is known before adds its share, A^-1 P A^-T
+        covariance=trials + back @ P @ back.T,
+        dof=dof,
+        residual=residual,
+        weight=W,
+        condition=_condition(A),
+        evidence=evidence,
+        scatter=A @ trials @ A.T,
+    )
+
+
+def evidence_of(equations: Equations, known: Known | None = None) -> Evidence:
+    """What `solve` finds, without its error.
+
+    Raises
+    ------
+    NotIdentifiableError
+        The pushes do not tell the unknowns.
+    """
+    _, P, ZW = _weighted(equations, known)
+    return _evidence(equations, ZW, P, known)[0]
+
+
+def _weighted(
+    equations: Equations, known: Known | None
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Weight (R, R), precision (p, p), and the instruments times the weight (n, p, R)."""
     W, P = _settled(equations, known)
     Z = _instruments(equations, W, P)
-    ZW = np.einsum("nrp,rs->nps", Z, W)
+    return W, P, np.einsum("nrp,rs->nps", Z, W)
+
+
+def _evidence(
+    equations: Equations, ZW: FloatArray, P: FloatArray, known: Known | None
+) -> tuple[Evidence, FloatArray]:
     A, theta = _solved(equations, ZW, P, known)
-    residual = equations.y + np.einsum("nrp,p->nr", equations.X, theta)
-    covariance, dof = _jackknife(equations, ZW, residual, A, P)
-    return Solution(theta, covariance, dof, residual, W, _condition(A))
+    return Evidence(theta, A - P, -np.einsum("nps,ns->p", ZW, equations.y)), A
 
 
 def _settled(equations: Equations, known: Known | None) -> tuple[FloatArray, FloatArray]:
@@ -207,18 +266,17 @@ def _condition(A: FloatArray) -> float:
 
 
 def _jackknife(
-    equations: Equations, ZW: FloatArray, residual: FloatArray, A: FloatArray, P: FloatArray
+    equations: Equations, ZW: FloatArray, residual: FloatArray, A: FloatArray
 ) -> tuple[FloatArray, float]:
     """Covariance (p, p) from leaving out each pushed trial in turn, and its degrees of freedom.
 
     ``theta_(n) - theta = (A - A_n)^-1 Z_n^T W r_n``: what trial n alone adds, larger than its score
-    by its own leverage (CR3). What is known before adds its share, ``A^-1 P A^-T``.
+    by its own leverage (CR3).
     """
     pushed = np.abs(equations.direction).max(axis=1) > 0.5
     scores = np.einsum("npr,nr->np", ZW, residual)
     own = np.einsum("nps,nsq->npq", ZW[pushed], equations.X[pushed])
     moved = np.linalg.solve(A - own, scores[pushed, :, None])[..., 0]
     others = scores[~pushed] @ np.linalg.inv(A).T
-    back = np.linalg.inv(A)
-    C = moved.T @ moved + others.T @ others + back @ P @ back.T
+    C = moved.T @ moved + others.T @ others
     return C, max(float(pushed.sum()) - TOLD.stop / 2, 2.0)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Final
 
 import numpy as np
@@ -45,6 +45,8 @@ class PhaseWindows(FrozenRecord):
         Unit vectors of the pushes, 0 of free reaches.
     pushed : (n,) bool
     trial : (n,) int
+    onset : (n,) int
+        Sample of the recording at which the window begins.
     arm : TwoLinkArm
     shoulder_m : (2,)
     notes : tuple of str
@@ -56,9 +58,23 @@ class PhaseWindows(FrozenRecord):
     direction: Annotated[FloatArray, "n 2"]
     pushed: Annotated[BoolArray, "n"]
     trial: Annotated[IntArray, "n"]
+    onset: Annotated[IntArray, "n"]
     arm: TwoLinkArm
     shoulder_m: Annotated[FloatArray, "2"]
     notes: tuple[str, ...] = ()
+
+    def of_trials(self, keep: BoolArray) -> PhaseWindows:
+        """Only some trials (n,)."""
+        history = self.history[keep]
+        return replace(
+            self,
+            channels=self.channels[keep],
+            history=history - history.mean(axis=0),
+            direction=self.direction[keep],
+            pushed=self.pushed[keep],
+            trial=self.trial[keep],
+            onset=self.onset[keep],
+        )
 
     def part(self, name: str) -> FloatArray:
         """A channel (n, S, width) from the onset on."""
@@ -86,10 +102,6 @@ class PhaseWindows(FrozenRecord):
         """How far undisturbed reaches go over the window and just before it."""
         course = self.channels[~self.pushed][:, :, channel("hand")].mean(axis=0)
         return float(np.hypot(*np.ptp(course, axis=0)))
-
-    def undisturbed(self, name: str) -> FloatArray:
-        """Mean (width,) of a channel over free reaches in the middle of the window."""
-        return np.asarray(self.part(name)[~self.pushed, self.middle].mean(axis=0))
 
 
 def cut_phase(
@@ -146,6 +158,7 @@ def cut_phase(
         direction=pushes.direction[chosen],
         pushed=pushed,
         trial=courses.trial[chosen],
+        onset=courses.offsets[chosen] + at,
         arm=courses.arm,
         shoulder_m=courses.shoulder_m,
         notes=notes,

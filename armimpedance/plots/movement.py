@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -34,6 +34,10 @@ if TYPE_CHECKING:
 _COLORS = ("blue", "vermillion", "green", "purple")
 _MARKERS = ("o", "s", "^", "D")
 _HEIGHT_IN = 2.9
+#: More rows than that are a course.
+MOST_MARKS: Final = 8
+#: Smaller forces of the robot are not drawn (N).
+LEAST_FORCE_N: Final = 0.5
 
 
 def plot_movement(estimates: Sequence[ImpedanceEstimate], axes: Any = None) -> Any:
@@ -42,7 +46,8 @@ def plot_movement(estimates: Sequence[ImpedanceEstimate], axes: Any = None) -> A
     Parameters
     ----------
     estimates : sequence of ImpedanceEstimate
-        Of a moving hand, phase by phase; several conditions have colours of their own.
+        Of a moving hand or its joints, phase by phase or as a course; several conditions have
+        colours of their own.
     axes : (3,) array of Axes, optional
         Where to draw; without it a new figure is made.
 
@@ -53,28 +58,33 @@ def plot_movement(estimates: Sequence[ImpedanceEstimate], axes: Any = None) -> A
     Raises
     ------
     InputError
-        An estimate is not of a hand with a place.
+        An estimate has no place.
     """
-    if not estimates or any(e.level != "hand" or e.position is None for e in estimates):
-        raise InputError("no estimates of a moving hand", expected="rows of `movement` at the hand")
+    if not estimates or any(e.level == "muscle" or e.position is None for e in estimates):
+        raise InputError("no estimates of a moving hand", expected="rows of `movement`")
     with print_style():
         if axes is None:
             axes = new_figure(TWO_COLUMNS_IN, _HEIGHT_IN).subplots(1, 3, width_ratios=(1, 1.3, 1.3))
         _draw_path(axes[0], estimates)
-        way = way_of(estimates)
+        over, name = _abscissa(estimates)
         for ax, which in zip(axes[1:], ("stiffness", "viscosity"), strict=True):
-            _draw_elements(ax, estimates, way, which)
+            _draw_elements(ax, estimates, over, which)
+            ax.set_xlabel(name)
         one_legend(axes[0].figure, [axes[1]], columns=4)
         panel_letters(axes)
     return axes
 
 
-def way_of(estimates: Sequence[ImpedanceEstimate]) -> FloatArray:
-    """How far each hand is from the first, along the line from the first to the last, m."""
+def _abscissa(estimates: Sequence[ImpedanceEstimate]) -> tuple[FloatArray, str]:
+    """Over what the elements are drawn: a course's time, else how far along the line, in cm."""
+    phases = [str(e.keys.get("phase", "")) for e in estimates]
+    if all(phase.endswith(" s") for phase in phases):
+        return np.array([float(phase.removesuffix(" s")) for phase in phases]), "time (s)"
     place = np.array([e.position for e in estimates])
     line = place[-1] - place[0]
     length = float(np.hypot(*line))
-    return np.asarray((place - place[0]) @ line / length if length > 0 else np.zeros(len(place)))
+    way = (place - place[0]) @ line / length if length > 0 else np.zeros(len(place))
+    return np.asarray(100 * way), "way (cm)"
 
 
 def _conditions(estimates: Sequence[ImpedanceEstimate]) -> dict[str, list[int]]:
@@ -89,12 +99,16 @@ def _conditions(estimates: Sequence[ImpedanceEstimate]) -> dict[str, list[int]]:
 def _draw_path(ax: Axes, estimates: Sequence[ImpedanceEstimate]) -> None:
     from matplotlib.ticker import MaxNLocator
 
-    matrices = [matrix_of(e, "stiffness") for e in estimates]
     hands = np.array([e.position for e in estimates])
-    scale = default_scale(matrices, hands)
+    at_hand = estimates[0].level == "hand"
+    matrices = [matrix_of(e, "stiffness") for e in estimates]
+    marked = [row for rows in _conditions(estimates).values() for row in _spread(rows)]
+    scale = default_scale(matrices, hands[marked])
     for color, rows in zip(_cycled(_COLORS), _conditions(estimates).values(), strict=False):
         ax.plot(*hands[rows].T, "-", color="0.7", linewidth=1.0)
-        for row in rows:
+        few = _spread(rows)
+        _draw_forces(ax, [estimates[row] for row in few], hands)
+        for row in few if at_hand else ():
             plot_ellipse(
                 *(estimates[row], ax, hands[row], scale, "stiffness", True),
                 color=OKABE_ITO[color],
@@ -103,36 +117,82 @@ def _draw_path(ax: Axes, estimates: Sequence[ImpedanceEstimate]) -> None:
     middle, half = (hands.max(axis=0) + hands.min(axis=0)) / 2, np.ptp(hands, axis=0).max()
     half = max(0.75 * half, 0.05)
     ax.set(xlim=middle[0] + half * np.array([-1, 1]), ylim=middle[1] + half * np.array([-1, 1]))
+    ax.set_aspect("equal")
     ax.xaxis.set_major_locator(MaxNLocator(3))
-    draw_scale_bar(ax, matrices, scale, UNITS["hand"]["K"])
+    if at_hand:
+        draw_scale_bar(ax, matrices, scale, UNITS["hand"]["K"])
     label_axes(ax, "x (m)", "y (m)")
 
 
+def _spread(rows: Sequence[int]) -> list[int]:
+    """A few of a course's rows, the first and the last among them."""
+    if len(rows) <= MOST_MARKS:
+        return list(rows)
+    return [rows[round(k)] for k in np.linspace(0, len(rows) - 1, 5)]
+
+
+def _draw_forces(ax: Axes, estimates: Sequence[ImpedanceEstimate], hands: FloatArray) -> None:
+    """What the robot does to the undisturbed hand: arrows, the longest a sixth of the way."""
+    at = np.array([e.position for e in estimates])
+    force = -np.array([np.zeros(2) if e.force is None else e.force for e in estimates])
+    most = float(np.hypot(*force.T).max())
+    if most < LEAST_FORCE_N:
+        return
+    length = max(float(np.ptp(hands, axis=0).max()), 0.05) / 6
+    ax.quiver(
+        *at.T,
+        *(force * length / most).T,
+        angles="xy",
+        scale_units="xy",
+        scale=1,
+        color="0.35",
+        width=0.008,
+        zorder=1,
+    )
+    ax.annotate(
+        f"arrow: {most:.2g} N",
+        (0.03, 0.97),
+        xycoords="axes fraction",
+        va="top",
+        fontsize="small",
+        color="0.35",
+    )
+
+
 def _draw_elements(
-    ax: Axes, estimates: Sequence[ImpedanceEstimate], way: FloatArray, which: str
+    ax: Axes, estimates: Sequence[ImpedanceEstimate], over: FloatArray, which: str
 ) -> None:
-    """The four elements of one matrix over the way, each with its 95 % interval."""
-    symbol = MATRICES[which][0]
+    """The four elements of one matrix over the way, with 95 % intervals or bands."""
+    symbol, level = MATRICES[which][0], estimates[0].level
     place = list(MATRICES).index(which)
     value = np.array([e.parameters.reshape(3, 4)[place] for e in estimates])
     limits = np.array([e.interval()[:, place].reshape(2, 4) for e in estimates])
-    step = 0.012 * max(float(np.ptp(way)), 0.02)
+    aside = 0.012 * float(np.ptp(over))
+    names = ("xx", "xy", "yx", "yy") if level == "hand" else ("11", "12", "21", "22")
     for n, rows in enumerate(_conditions(estimates).values()):
-        for k, name in enumerate(("xx", "xy", "yx", "yy")):
+        style: dict[str, Any] = {"linewidth": 0.9, "linestyle": "-" if n == 0 else "--"}
+        for k, name in enumerate(names):
+            look: dict[str, Any] = {
+                **style,
+                "color": OKABE_ITO[_COLORS[k]],
+                "label": name if n == 0 else None,
+            }
+            low, high = limits[rows, :, k].T
+            if len(rows) > MOST_MARKS:
+                ax.plot(over[rows], value[rows, k], **look)
+                ax.fill_between(over[rows], low, high, color=look["color"], alpha=0.2, linewidth=0)
+                continue
             ax.errorbar(
-                1e2 * (way[rows] + (k - 1.5) * step),
+                over[rows] + (k - 1.5) * aside,
                 value[rows, k],
-                yerr=np.abs(limits[rows, :, k].T - value[rows, k]),
-                color=OKABE_ITO[_COLORS[k]],
+                yerr=np.abs(np.stack([low, high]) - value[rows, k]),
                 marker=_MARKERS[k],
                 markersize=3.5,
-                linewidth=0.9,
-                linestyle="-" if n == 0 else "--",
                 capsize=2,
-                label=f"{name}" if n == 0 else None,
+                **look,
             )
     ax.axhline(0.0, color="0.8", linewidth=0.6, zorder=0)
-    label_axes(ax, "way (cm)", f"{symbol} ({unit_text(UNITS['hand'][symbol])})")
+    label_axes(ax, "", f"{symbol} ({unit_text(UNITS[level][symbol])})")
 
 
 def _cycled(names: Sequence[str]) -> Sequence[str]:

@@ -213,11 +213,11 @@ def test_every_name_on_a_face_is_there_and_no_module_hides_it():
 
 def test_the_faces_of_the_analysis_stay_small():
     # 450 before there were studies; eighteen names are those of their room, where people, engines
-    # and steps are told apart, and one writes the page of many people; ten are those of a hand
-    # that moves: two verbs, what they call, its methods, its checks, its plan, the plan's text and
-    # its picture; five are those of the live stiffness: its updates, what they say, a model's form,
-    # a stream and its packets.
-    assert sum(len(names) for room, names in FACES.items() if "armimpedance" in room) <= 484
+    # and steps are told apart, and one writes the page of many people; eleven are those of a hand
+    # that moves: two verbs, what they call, its methods, its checks, its plan, the plan's text,
+    # its course and picture; five are those of the live stiffness: its updates, what they say, a
+    # model's form, a stream and its packets.
+    assert sum(len(names) for room, names in FACES.items() if "armimpedance" in room) <= 485
 
 
 def _graph() -> dict[str, set[str]]:

@@ -8,20 +8,12 @@ out of the regressors (`solve`).
 
 from __future__ import annotations
 
-import numpy as np
-
 from armimpedance.arrays import FloatArray
 from armimpedance.conventions import Level
 from armimpedance.movement.doubts import doubts_of
 from armimpedance.movement.equation import TOLD, Equations, equations_of
 from armimpedance.movement.fitted import Method, PhaseFit
-from armimpedance.movement.hand_level import (
-    at_hand,
-    instant_of,
-    joint_weights,
-    scatter_of_where,
-    to_hand,
-)
+from armimpedance.movement.hand_level import at_level, where_of
 from armimpedance.movement.solve import Known, Solution, solve
 from armimpedance.movement.windows import PhaseWindows
 
@@ -31,28 +23,27 @@ def fit(windows: PhaseWindows, level: Level, known: Known | None) -> PhaseFit:
     equations = equations_of(windows)
     doubted = doubts_of(equations, solve(equations, known), known)
     solution = doubted.solution
-    theta, at = solution.theta[TOLD], instant_of(windows)
-    if level == "hand":
-        weights, constant = to_hand(windows.arm, at)
-        where = scatter_of_where(windows, lambda other: at_hand(windows.arm, other, theta))
-    else:
-        weights, constant = joint_weights(at), np.zeros(12)
-        where = scatter_of_where(windows, lambda other: joint_weights(other) @ theta)
-    # values (12,) = W (12, 11) theta (11,) + constant
+    values, covariance = at_level(
+        level,
+        windows.arm,
+        where_of(windows),
+        solution.theta[TOLD],
+        solution.covariance[TOLD, TOLD],
+    )
     return PhaseFit(
         level=level,
-        values=weights @ theta + constant,
-        covariance=weights @ solution.covariance[TOLD, TOLD] @ weights.T + where,
+        values=values,
+        covariance=covariance,
         dof=solution.dof,
         condition=solution.condition,
         rank=TOLD.stop,
-        explained=_explained(equations, solution),
+        explained=explained_by(equations, solution),
         warnings=doubted.warnings,
         provenance=doubted.provenance,
     )
 
 
-def _explained(equations: Equations, solution: Solution) -> float:
+def explained_by(equations: Equations, solution: Solution) -> float:
     """Share of the torque's mean response that inertia, viscosity and stiffness describe."""
     response = equations.along_direction(equations.y)
     left: FloatArray = equations.along_direction(solution.residual)
