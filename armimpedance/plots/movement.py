@@ -12,7 +12,6 @@ from armimpedance.conventions import MATRICES, UNITS, group_name
 from armimpedance.errors import InputError
 from armimpedance.plots.ellipses.ellipse import plot_ellipse
 from armimpedance.plots.ellipses.parts import (
-    default_scale,
     draw_scale_bar,
     matrix_of,
     one_legend,
@@ -103,7 +102,9 @@ def _draw_path(ax: Axes, estimates: Sequence[ImpedanceEstimate]) -> None:
     at_hand = estimates[0].level == "hand"
     matrices = [matrix_of(e, "stiffness") for e in estimates]
     marked = [row for rows in _conditions(estimates).values() for row in _spread(rows)]
-    scale = default_scale(matrices, hands[marked])
+    largest = max(float(np.linalg.norm(matrices[row], 2)) for row in marked)
+    # m a N/m: the largest ellipse reaches a fifth of the way to each side
+    scale = 0.2 * _extent(hands) / largest
     for color, rows in zip(_cycled(_COLORS), _conditions(estimates).values(), strict=False):
         ax.plot(*hands[rows].T, "-", color="0.7", linewidth=1.0)
         few = _spread(rows)
@@ -114,14 +115,18 @@ def _draw_path(ax: Axes, estimates: Sequence[ImpedanceEstimate]) -> None:
                 color=OKABE_ITO[color],
                 linewidth=0.8,
             )
-    middle, half = (hands.max(axis=0) + hands.min(axis=0)) / 2, np.ptp(hands, axis=0).max()
-    half = max(0.75 * half, 0.05)
-    ax.set(xlim=middle[0] + half * np.array([-1, 1]), ylim=middle[1] + half * np.array([-1, 1]))
+    middle, half = (hands.max(axis=0) + hands.min(axis=0)) / 2, 0.8 * _extent(hands)
+    ax.set(xlim=middle[0] + half * np.array([-1, 1]), ylim=middle[1] + half * np.array([-1, 1.25]))
     ax.set_aspect("equal")
     ax.xaxis.set_major_locator(MaxNLocator(3))
     if at_hand:
         draw_scale_bar(ax, matrices, scale, UNITS["hand"]["K"])
     label_axes(ax, "x (m)", "y (m)")
+
+
+def _extent(hands: FloatArray) -> float:
+    """The longer side of what the hands take up, m."""
+    return max(float(np.ptp(hands, axis=0).max()), 0.06)
 
 
 def _spread(rows: Sequence[int]) -> list[int]:
@@ -138,7 +143,7 @@ def _draw_forces(ax: Axes, estimates: Sequence[ImpedanceEstimate], hands: FloatA
     most = float(np.hypot(*force.T).max())
     if most < LEAST_FORCE_N:
         return
-    length = max(float(np.ptp(hands, axis=0).max()), 0.05) / 6
+    length = _extent(hands) / 6
     ax.quiver(
         *at.T,
         *(force * length / most).T,
@@ -150,7 +155,7 @@ def _draw_forces(ax: Axes, estimates: Sequence[ImpedanceEstimate], hands: FloatA
         zorder=1,
     )
     ax.annotate(
-        f"arrow: {most:.2g} N",
+        f"robot's force: {most:.2g} N at most",
         (0.03, 0.97),
         xycoords="axes fraction",
         va="top",
