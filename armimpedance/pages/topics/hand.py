@@ -13,7 +13,7 @@ from armimpedance.analyses import (
     estimate_all,
     read_recording,
 )
-from armimpedance.conventions import MATRICES, UNITS
+from armimpedance.conventions import MATRICES, UNITS, group_name
 from armimpedance.ellipses import FIELDS
 from armimpedance.files import condition_of, half_widths, read_left_out, read_results
 from armimpedance.findings import Finding
@@ -109,7 +109,13 @@ def of_estimates(
 
 
 def _trials(estimates: Sequence[ImpedanceEstimate]) -> int:
-    return sum(e.quality.n_trials for e in estimates)
+    # rows of a course over time (`movement --course`) come from the same trials
+    counts: dict[str, int] = {}
+    for row, one in enumerate(estimates):
+        of_course = str(one.keys.get("phase", "")).endswith(" s")
+        rest = {k: v for k, v in one.keys.items() if k != "phase"}
+        counts[group_name(rest) if of_course else f"row {row}"] = one.quality.n_trials
+    return sum(counts.values())
 
 
 def _of_estimates(
