@@ -21,6 +21,7 @@ from .emg.emg import envelope as envelope
 from .encoder import position_noise as position_noise
 from .filtered_sign import filtered_sign as filtered_sign
 from .filters import bandpass as bandpass, lowpass as lowpass
+from .last_rows import LastRows as LastRows
 from .modes import Modes as Modes, delayed as delayed, spline_modes as spline_modes
 from .radians import refuse_degrees as refuse_degrees
 from .response import choose_span as choose_span, respond as respond

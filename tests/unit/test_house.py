@@ -19,9 +19,9 @@ RANKS = [
     {"__main__"},
     {"cli"},
     {"study"},
-    {"pages"},
+    {"pages", "live"},
     {"analyses"},
-    {"plots", "report", "live"},
+    {"plots", "report"},
     {"files"},
     {"therapy"},
     {"body"},
@@ -215,9 +215,9 @@ def test_the_faces_of_the_analysis_stay_small():
     # 450 before there were studies; eighteen names are those of their room, where people, engines
     # and steps are told apart, and one writes the page of many people; eleven are those of a hand
     # that moves: two verbs, what they call, its methods, its checks, its plan, the plan's text,
-    # its course and picture; five are those of the live stiffness: its updates, what they say, a
-    # model's form, a stream and its packets.
-    assert sum(len(names) for room, names in FACES.items() if "armimpedance" in room) <= 485
+    # its course and picture; seven are those of the live stiffness: its updates, what they
+    # say, a model's form, levels of the EMG, a stream, its packets, the last rows of a stream.
+    assert sum(len(names) for room, names in FACES.items() if "armimpedance" in room) <= 487
 
 
 def _graph() -> dict[str, set[str]]:

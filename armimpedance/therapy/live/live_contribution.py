@@ -11,10 +11,10 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
+from armimpedance.signals import LastRows
 from armimpedance.therapy.arm.movements import refuse_other_robot
 from armimpedance.therapy.arm.passive_arm import PassiveArm
 from armimpedance.therapy.live.clock import next_time
-from armimpedance.therapy.live.last_rows import LastRows
 from armimpedance.therapy.live.sample import LiveSample, Reading
 from armimpedance.therapy.robot.sliding import least_speed
 from armimpedance.therapy.robot.smooth import WIDTH_S, kernels_for

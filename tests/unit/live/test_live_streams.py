@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 import json
+import socket
 import subprocess
 import sys
 
@@ -12,8 +14,9 @@ import pytest
 from made_up_arm import SUBJECT
 
 from armimpedance.files import write_model
-from armimpedance.live import Live, lines_of, serve
+from armimpedance.live import Live, packets_of, serve
 from armimpedance.live.packets import LONGEST
+from manipulandum_sim.hand import simulate
 
 
 def packet(k: int, **more) -> bytes:
@@ -101,9 +104,9 @@ def test_null_is_a_lost_channel_and_reset_begins_anew(model):
     assert served.flagged == 1
 
 
-def test_lines_that_are_too_long_are_one_packet_each():
+def test_lines_that_are_too_long_are_one_packet_each(model):
     text = b"a\n" + b"x" * (5 * LONGEST) + b"\n" + b"b\n" + b"y" * (LONGEST + 2)
-    lines = list(lines_of(io.BytesIO(text)))
+    lines = list(packets_of(Live(model, SUBJECT), io.BytesIO(text)))
     assert [line[:1] for line in lines] == [b"a", b"x", b"b", b"y"]
 
 
@@ -156,3 +159,52 @@ def test_a_closed_pipe_is_a_quiet_end(call):
         assert process.wait(20) == 0
         assert b"Traceback" not in process.stderr.read()
         process.stdin = None
+
+
+def test_datagrams_are_answered_and_hostile_ones_passed_over(call):
+    with (
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as ours,
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as theirs,
+    ):
+        ours.bind(("127.0.0.1", 0))
+        ours.settimeout(20)
+        theirs.bind(("127.0.0.1", 0))
+        port = theirs.getsockname()[1]
+        theirs.close()
+        options = ["--udp", str(port), "--to", str(ours.getsockname()[1]), "--samples", "3"]
+        with subprocess.Popen([*call, *options], stderr=subprocess.PIPE) as process:
+            answer = None
+            for k in range(200):  # until it listens
+                ours.sendto(packet(k), ("127.0.0.1", port))
+                ours.settimeout(0.1)
+                with contextlib.suppress(TimeoutError, ConnectionRefusedError):
+                    answer = json.loads(ours.recv(65_535))
+                    break
+            assert answer is not None
+            for hostile in (b"", b"{", b"x" * 60_000, packet(k), packet(k + 2), packet(k + 1)):
+                ours.sendto(hostile, ("127.0.0.1", port))
+            ours.sendto(packet(k + 3), ("127.0.0.1", port))
+            ours.settimeout(20)
+            stamps = [json.loads(ours.recv(65_535))["time_s"] for _ in range(2)]
+            assert stamps == [(k + 2) / 1000, (k + 3) / 1000]
+            assert process.wait(20) == 0
+            # broken, too long, repeated, late; then the summary
+            assert len(process.stderr.read().splitlines()) == 5
+
+
+def test_a_recorded_session_goes_the_same_way(model):
+    recording, _ = simulate("cocontraction", seed=3, sets=1, conditions=["cocontraction_10"])
+    live = Live(model, recording, levels=recording)
+    written, told = [], []
+    served = serve(live, packets_of(live, recording), _keep(written), told.append)
+    assert told == []
+    assert served.taken == len(recording.time_s)
+    last = json.loads(written[-1])
+    first = recording.samples_of(recording.n_trials - 1)
+    q = recording.joint_angles[first]
+    other = Live(model, recording, levels=recording)
+    for k, row in enumerate(range(first.start, first.stop)):
+        one = other.update(
+            recording.emg[row], q=q[k], time_s=recording.time_s[row], force=recording.force[row]
+        )
+    np.testing.assert_allclose(last["K_N_m"], one.stiffness, rtol=1e-9)

@@ -22,8 +22,8 @@ from metric_bench import (
 
 from armimpedance.errors import InputError
 from armimpedance.plain import to_plain
+from armimpedance.signals import LastRows
 from armimpedance.therapy.arm.movements import movement_torques
-from armimpedance.therapy.live.last_rows import LastRows
 from armimpedance.therapy.live.live_contribution import LiveContribution
 from armimpedance.therapy.live.replay import replay
 from armimpedance.therapy.robot.smooth import kernels_for

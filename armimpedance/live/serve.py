@@ -1,14 +1,14 @@
-"""Streams of packets in, one line a sample out; what cannot be taken is told and left out."""
+"""Packets in, one line a sample out; what cannot be taken is told and left out."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import BinaryIO, Final
+from typing import Final
 
 from armimpedance.errors import ArmImpedanceError
-from armimpedance.live.packets import LONGEST, parsed
+from armimpedance.live.packets import parsed
 from armimpedance.live.updates import Live
 
 #: So many refusals are told one by one; then every time that their number has doubled.
@@ -87,21 +87,3 @@ def serve(
         if not write(json.dumps(result.to_dict(), allow_nan=False)):
             break
     return served
-
-
-def lines_of(stream: BinaryIO) -> Iterator[bytes]:
-    """The lines of a stream; of one that is too long only the part that shows it.
-
-    Parameters
-    ----------
-    stream : binary file
-
-    Yields
-    ------
-    bytes
-    """
-    while line := stream.readline(LONGEST + 2):
-        yield line
-        while len(line) > LONGEST + 1 and not line.endswith(b"\n"):
-            # what is left of it is read and dropped
-            line = stream.readline(LONGEST + 2) or b"\n"

@@ -1,0 +1,101 @@
+"""What live updates are made for, and the numbers of a sample, checked."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any, Final, cast
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from armimpedance.analyses import read_recording
+from armimpedance.arm import Arm
+from armimpedance.arrays import LARGEST, FloatArray
+from armimpedance.errors import InputError
+from armimpedance.files import read_model
+from armimpedance.levels import kinematic_arm
+from armimpedance.live.emg_levels import EmgLevels
+from armimpedance.live.form import StiffnessForm, form_of
+from armimpedance.muscles import MuscleModel
+from armimpedance.recordings import read_subject
+from armimpedance.records import Subject
+
+#: No joint angle (rad), place, force (N) or displacement (m) is larger: other units are.
+_LARGEST: Final = {"q": 2 * np.pi, "hand": 10.0, "force": 1e4, "displacement": 10.0}
+
+
+def form_for(model: Any) -> StiffnessForm:
+    """The form of a model, of one in a file, or the form itself.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or the model is none of posture and activation.
+    """
+    if isinstance(model, StiffnessForm):
+        return model
+    file = model if isinstance(model, str | os.PathLike) else None
+    read = model if file is None else read_model(Path(file))
+    if not isinstance(read, MuscleModel):
+        raise InputError(
+            "a model that is not of posture and activation", file=file, expected="`fit muscles`"
+        )
+    return form_of(read)
+
+
+def arm_for(whose: Any, joints: int) -> Arm:
+    """The arm of a recording, of one at a path, of a subject, or the arm itself.
+
+    Raises
+    ------
+    InputError
+        The arm is not known, or has another number of joints.
+    """
+    if isinstance(whose, str | os.PathLike):
+        whose = read_subject(whose)
+    arm: Any = whose
+    if isinstance(whose, Subject):
+        arm = kinematic_arm(whose)
+    elif not hasattr(whose, "jacobian"):
+        arm = kinematic_arm(whose.subject, whose.gravity_m_s2)
+    if arm.joints != joints:
+        raise InputError(f"an arm of {arm.joints} joints", expected=f"{joints}, as the model")
+    return cast(Arm, arm)
+
+
+def levels_for(levels: Any, muscles: tuple[str, ...]) -> EmgLevels:
+    """The levels themselves, or those of a recording or of one at a path.
+
+    Raises
+    ------
+    InputError
+        The recording cannot be read, or does not hold the levels of all muscles.
+    """
+    if isinstance(levels, EmgLevels):
+        return levels
+    if isinstance(levels, str | os.PathLike):
+        levels = read_recording(levels)
+    return EmgLevels.of(levels, muscles)
+
+
+def vector(values: ArrayLike, name: str, length: int, *, lost: bool = False) -> FloatArray:
+    """A vector (length,) of finite numbers; NaN where `lost` channels may be missing.
+
+    Raises
+    ------
+    InputError
+    """
+    try:
+        array = np.array(values, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"{name} is no list of numbers", expected=f"{length} numbers") from None
+    if array.shape != (length,):
+        raise InputError(f"{name} of shape {array.shape}", expected=f"({length},)")
+    if lost:
+        array[~(np.abs(array) < LARGEST)] = np.nan
+        return array
+    largest = _LARGEST.get(name, LARGEST)
+    if not (np.abs(array) <= largest).all():
+        raise InputError(f"{name} of {array.tolist()}", expected=f"finite, up to {largest:.4g}")
+    return array
