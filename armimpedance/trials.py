@@ -17,7 +17,7 @@ from armimpedance.errors import RecordError
 #: Conditions that a short text names.
 MOST_SHOWN: Final = 12
 #: Columns of the trial table that hold numbers, or nothing, whoever wrote it.
-_NUMBERS: Final = re.compile(r"(mvc|rest)_.+_V|onset_s|end_s|direction_deg")
+_NUMBERS: Final = re.compile(r"(mvc|rest)_.+_V|onset_s|end_s|direction_deg|elevation_deg")
 
 
 def trial_slices(offsets: IntArray) -> list[slice]:

@@ -13,7 +13,12 @@ from .coupled import (
     Track as Track,
     integrate as integrate,
 )
-from .disturbances import DISTURBANCES as DISTURBANCES, custom as custom
+from .disturbances import (
+    DISTURBANCES as DISTURBANCES,
+    Disturbance as Disturbance,
+    custom as custom,
+    smooth_step as smooth_step,
+)
 from .equilibrium import (
     COCONTRACTION_SHARE as COCONTRACTION_SHARE,
     hand_jacobian as hand_jacobian,
@@ -27,10 +32,13 @@ from .experiments import (
 )
 from .muscles import joint_basis as joint_basis
 from .noise import (
+    LED_EVERY as LED_EVERY,
     NOMINAL as NOMINAL,
+    Draws as Draws,
     NoiseLevel as NoiseLevel,
     find_noise as find_noise,
     quantised as quantised,
+    voluntary_force as voluntary_force,
 )
 from .rig import RATE_HZ as RATE_HZ, Reflex as Reflex, Rig as Rig
 from .robot import IDEAL as IDEAL, Servo as Servo, servo_gains as servo_gains

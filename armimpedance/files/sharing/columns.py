@@ -170,6 +170,7 @@ _OF_TRIALS: Final = {
     "day": "day of the experiment, counted",
     "experiment": "experiment",
     "direction_deg": "direction of the disturbance, counter-clockwise from x",
+    "elevation_deg": "direction of the disturbance, above the x-y plane",
     "onset_s": "onset of the disturbance on the trial's own clock",
     "end_s": "end of the disturbance on the trial's own clock",
     "target_activation": "muscle activation that was asked for, part of a maximal contraction",

@@ -19,7 +19,14 @@ from armimpedance.errors import InputError
 from armimpedance.recordings.tables.number_table import check_header
 
 #: Columns that hold a number in every row, where they are there at all.
-NUMBER_COLUMNS: Final = ("direction_deg", "onset_s", "end_s", "q_shoulder_rad", "q_elbow_rad")
+NUMBER_COLUMNS: Final = (
+    "direction_deg",
+    "elevation_deg",
+    "onset_s",
+    "end_s",
+    "q_shoulder_rad",
+    "q_elbow_rad",
+)
 
 #: Columns of numbers that apply to some experiments only: a cell may be empty.
 OPTIONAL_NUMBER_COLUMNS: Final = ("target_activation", "target_force_x_N", "target_force_y_N")

@@ -1,0 +1,137 @@
+"""Arm and muscles at work: torques of the joints, and the force of the hand on what it holds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Final
+
+import numpy as np
+from scipy.optimize import lsq_linear
+
+from armimpedance.arrays import FloatArray
+from armimpedance.errors import InputError
+from manipulandum_sim.hand import SimulatedSubject
+from manipulandum_sim.space.arm import AXIAL, SpaceArm
+from manipulandum_sim.space.muscles import SpaceMuscles
+
+#: The joints' own tissue: N m/rad and N m s/rad.
+TISSUE_STIFFNESS: Final = (1.5, 1.5, 0.8, 1.0)
+TISSUE_VISCOSITY: Final = (0.2, 0.2, 0.08, 0.15)
+#: No muscle works harder in a measurement.
+STRONGEST: Final = 0.9
+#: Torque that the muscles may miss, parts of what they must bear.
+MISSED: Final = 1e-9
+
+
+@dataclass(frozen=True)
+class Plant:
+    """A subject's arm whose muscles hold a posture.
+
+    ``f = tension + stiffness (L - L0) + viscosity dL``, never below 0; ``tau = -G^T f`` and the
+    joints' tissue, which is slack at the posture.
+
+    Attributes
+    ----------
+    arm : SpaceArm
+    muscles : SpaceMuscles
+    posture : (n,)
+        Where the tensions are told, rad.
+    tension : (m,)
+        N.
+    moving : tuple of int
+        The joints that move; the others are held.
+    """
+
+    arm: SpaceArm
+    muscles: SpaceMuscles
+    posture: FloatArray
+    tension: FloatArray
+    moving: tuple[int, ...]
+
+    @cached_property
+    def _held(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Lengths, stiffnesses and viscosities (m,) of the muscles at the posture."""
+        f, length = self.tension, self.muscles.length(self.posture[None])[0]
+        return length, self.muscles.stiffness(f), self.muscles.viscosity(f)
+
+    def full(self, q: FloatArray) -> FloatArray:
+        """All joints' angles (N, n) from those that move (N, r)."""
+        whole = np.tile(self.posture, (len(q), 1))
+        whole[:, self.moving] = q
+        return whole
+
+    def torque(self, q: FloatArray, qd: FloatArray) -> FloatArray:
+        """Torque (N, n) of muscles and tissue, N m."""
+        rest, stiffness, viscosity = self._held
+        length, G = self.muscles.paths(q)
+        f = self.tension + stiffness * (length - rest)
+        f = np.maximum(f + viscosity * (G @ qd[..., None])[..., 0], 0.0)
+        tissue = np.array(TISSUE_STIFFNESS) * (q - self.posture) + np.array(TISSUE_VISCOSITY) * qd
+        # tau (N, n) = -G^T (n, m) f (m,)
+        return np.asarray(-(f[:, None] @ G)[:, 0] - tissue)
+
+
+def moving_joints(elbow_held: bool) -> tuple[int, ...]:
+    """The joints that move: without the upper arm's turning about its axis, where it is held."""
+    return (0, 1, 3) if elbow_held else (0, 1, AXIAL, 3)
+
+
+def plant_at(
+    subject: SimulatedSubject,
+    posture: FloatArray,
+    force: FloatArray,
+    cocontraction: float,
+    elbow_held: bool,
+) -> Plant:
+    """The arm in balance with its weight and the hand's force.
+
+    Parameters
+    ----------
+    subject : SimulatedSubject
+    posture : (n,)
+        rad.
+    force : (3,)
+        By the hand on what it holds, N.
+    cocontraction : float
+        Least activation of every muscle, as a part of its greatest tension.
+    elbow_held : bool
+
+    Returns
+    -------
+    Plant
+
+    Raises
+    ------
+    InputError
+        The muscles cannot bear it.
+    """
+    arm, muscles = SpaceArm.of(subject), SpaceMuscles.of(subject.strength)
+    posture = np.asarray(posture, dtype=float)
+    still = arm.dynamics(posture[None], np.zeros((1, arm.joints)))
+    needed = still.h[0] + still.J[0].T @ force
+    tension = _least_effort(muscles, posture, needed, cocontraction)
+    return Plant(arm, muscles, posture, tension, moving_joints(elbow_held))
+
+
+def _least_effort(
+    muscles: SpaceMuscles, posture: FloatArray, torque: FloatArray, least: float
+) -> FloatArray:
+    """The tensions (m,) of least squared activation that make a torque (n,)."""
+    if not 0 <= least < STRONGEST:
+        raise InputError(f"co-contraction of {least}", expected=f"0 to {STRONGEST} of the greatest")
+    pull = -(muscles.jacobian(posture[None])[0] * muscles.greatest[:, None]).T
+    heavy = 1e4
+    count = len(muscles.greatest)
+    A = np.vstack([heavy * pull, np.eye(count)])
+    b = np.concatenate([heavy * torque, np.zeros(count)])
+    start = lsq_linear(A, b, bounds=(least, STRONGEST), tol=1e-14)
+    free = start.active_mask == 0
+    # the muscles between their limits then meet the torque exactly
+    miss = torque - pull @ start.x
+    activation = start.x.copy()
+    activation[free] += np.linalg.pinv(pull[:, free]) @ miss
+    left = float(np.abs(torque - pull @ activation).max())
+    if left > MISSED * max(1.0, float(np.abs(torque).max())):
+        raise InputError(f"the muscles miss {left:.2g} N m of the torque", expected="less force")
+    return np.asarray(activation * muscles.greatest)

@@ -1,0 +1,265 @@
+"""Simulated sessions in space: (Recording, SpaceTruth)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+import pandas as pd
+
+from armimpedance.arrays import FloatArray, IntArray
+from armimpedance.conventions import command_columns
+from armimpedance.errors import InputError
+from armimpedance.records import Recording
+from armimpedance.skeleton import GRAVITY_M_S2
+from manipulandum_sim.hand import (
+    LED_EVERY,
+    RATE_HZ,
+    Draws,
+    Run,
+    SimulatedSubject,
+    find_subject,
+    quantised,
+    voluntary_force,
+)
+from manipulandum_sim.space.directions import (
+    SpaceSchedule,
+    angles_deg,
+    space_schedule,
+    sphere_directions,
+)
+from manipulandum_sim.space.drive import Drive, SpaceTrack, integrate_space
+from manipulandum_sim.space.plant import Plant, plant_at
+from manipulandum_sim.space.rig import AFTER_S, SpaceRig
+from manipulandum_sim.space.truth import SpaceTruth, find_space_truth
+
+#: Trials that are simulated at once.
+BLOCK: Final = 512
+#: First number of the random keys of these rigs, and of repeats of one condition.
+SPACE_KEY: Final = 300
+REPEAT_KEY: Final = 301
+
+#: Turn, elevation, axial and elbow, rad: the hand in front of the chest, and four places about it.
+POSTURES_RAD: Final = {
+    "nominal": (-0.9, 0.9, 1.0, 1.5),
+    "far": (-0.5, 0.9, 0.7, 0.9),
+    "near": (-1.0, 0.8, 1.0, 1.9),
+    "high": (-0.8, 1.3, 0.7, 1.4),
+    "low": (-0.7, 0.6, 0.9, 1.3),
+}
+NOMINAL_FORCE_N: Final = (0.0, -5.0, 3.0)
+NOMINAL_COCONTRACTION: Final = 0.12
+
+Progress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True)
+class SpaceCondition:
+    """What is asked of the subject.
+
+    Attributes
+    ----------
+    posture : str
+        Name in `POSTURES_RAD`.
+    cocontraction : float
+        Least activation of every muscle.
+    force : (3,)
+        By the hand on the robot, N.
+    """
+
+    posture: str = "nominal"
+    cocontraction: float = NOMINAL_COCONTRACTION
+    force: tuple[float, float, float] = NOMINAL_FORCE_N
+
+    @property
+    def name(self) -> str:
+        """The condition in the trial table."""
+        return f"{self.posture}_{100 * self.cocontraction:g}_percent"
+
+    def plant(self, subject: SimulatedSubject, rig: SpaceRig) -> Plant:
+        """The arm in balance.
+
+        Raises
+        ------
+        InputError
+            There is no such posture, or the muscles cannot bear the force.
+        """
+        if self.posture not in POSTURES_RAD:
+            raise InputError(f"posture {self.posture!r}", expected=" or ".join(POSTURES_RAD))
+        posture = np.array(POSTURES_RAD[self.posture])
+        held = rig.elbow == "held"
+        return plant_at(subject, posture, np.array(self.force), self.cocontraction, held)
+
+
+def simulate_space(
+    conditions: Sequence[SpaceCondition] = (SpaceCondition(),),
+    *,
+    seed: int,
+    subject: str | SimulatedSubject = "A",
+    sets: int = 2,
+    repeats: int = 1,
+    progress: Progress | None = None,
+    **rig: Any,
+) -> tuple[Recording, SpaceTruth]:
+    """A session in space: returning disturbances along directions on a sphere.
+
+    Parameters
+    ----------
+    conditions : sequence of SpaceCondition
+    seed : int
+        Every trial draws from a generator of its own: more sets, conditions or repeats leave it.
+    subject : {"A", "B", "C", "D"} or SimulatedSubject
+    sets : int
+        Times that each direction is taken in each condition.
+    repeats : int
+        More than one: a single condition many times over, as ``repeat_000`` and so on; the truth
+        has it once under its own name.
+    progress : callable, optional
+        Told ``(trials done, trials in all)``.
+    **rig
+        Fields of `SpaceRig`.
+
+    Returns
+    -------
+    Recording
+        Force by the limb on the handle.
+    SpaceTruth
+
+    Raises
+    ------
+    InputError
+        If a name is unknown or a value out of range.
+    """
+    if sets < 1 or repeats < 1 or not conditions:
+        raise InputError(f"{sets} sets, {repeats} repeats", expected="1 or more")
+    if repeats > 1 and len(conditions) > 1:
+        raise InputError("repeats of several conditions", expected="one condition")
+    person, used = find_subject(subject), SpaceRig(**rig)
+    plants = [c.plant(person, used) for c in conditions]
+    names = [c.name for c in conditions]
+    if len(set(names)) < len(names):
+        raise InputError("a condition stands twice", expected="each once")
+    forces = np.array([c.force for c in conditions], dtype=float)
+    truth = find_space_truth(plants, forces, names, used.handle_mass_kg, used.elbow)
+    runs = [Run(row, name, (SPACE_KEY, row)) for row, name in enumerate(names)]
+    if repeats > 1:
+        runs = [Run(0, f"repeat_{i:03d}", (REPEAT_KEY, i)) for i in range(repeats)]
+    schedule = space_schedule(seed, runs, sets, sphere_directions(used.directions))
+    session = _Session(used, plants, truth, schedule, seed)
+    return session.recording(conditions, person, progress), truth
+
+
+@dataclass(frozen=True)
+class _Session:
+    rig: SpaceRig
+    plants: Sequence[Plant]
+    truth: SpaceTruth
+    schedule: SpaceSchedule
+    seed: int
+
+    def recording(
+        self,
+        conditions: Sequence[SpaceCondition],
+        person: SimulatedSubject,
+        progress: Progress | None,
+    ) -> Recording:
+        schedule, rig = self.schedule, self.rig
+        lengths = schedule.onset + round((rig.duration_s + AFTER_S) * RATE_HZ) + 1
+        parts = []
+        for rows in self._blocks():
+            parts.append(self._sensed(rows, lengths[rows]))
+            if progress:
+                progress(int(rows[-1]) + 1, len(lengths))
+        place, force, angles, told = (np.concatenate(part) for part in zip(*parts, strict=True))
+        names = command_columns("hand", 3)
+        commanded = rig.command and rig.control == "position"
+        return Recording(
+            kind="hand",
+            sample_rate_hz=RATE_HZ,
+            trials=self._table(conditions),
+            offsets=np.concatenate([[0], np.cumsum(lengths)]),
+            time_s=np.concatenate([np.arange(n) / RATE_HZ for n in lengths]),
+            position=place,
+            force=force,
+            joint_angles=angles,
+            extra=dict(zip(names, told.T, strict=True)) if commanded else {},
+            handle_mass_kg=rig.handle_mass_kg,
+            shoulder_m=np.zeros(3),
+            gravity_m_s2=(0.0, 0.0, -GRAVITY_M_S2),
+            subject=person.record,
+            provenance=(*rig.sentences, f"seed {self.seed}"),
+        )
+
+    def _blocks(self) -> list[IntArray]:
+        """Rows of the schedule, some of one condition at a time."""
+        blocks = []
+        for condition in range(len(self.plants)):
+            rows = np.flatnonzero(self.schedule.condition == condition)
+            blocks += np.array_split(rows, max(1, -(-len(rows) // BLOCK)))
+        return blocks
+
+    def _sensed(self, rows: IntArray, lengths: IntArray) -> tuple[FloatArray, ...]:
+        """Place, force, angles and command of some trials, one after another."""
+        rig, schedule = self.rig, self.schedule
+        row = int(schedule.condition[rows[0]])
+        hand, hold = self.truth.hand[row], -self.truth.force[row]
+        drive = Drive(self.plants[row], rig, hand, hold, schedule.unit[rows], schedule.onset[rows])
+        keys = [schedule.keys[int(r)] for r in rows]
+        draws = _draw(self.seed, keys, rig.samples, len(self.plants[row].posture))
+        track = integrate_space(drive, voluntary_force(rig.level, draws.hand, RATE_HZ))
+        lag = (np.arange(rig.samples) - drive.onset[:, None]) / RATE_HZ
+        told = hand + drive.unit[:, None] * drive.profile(lag)[0][..., None]
+        keep = np.arange(rig.samples) < lengths[:, None]
+        return tuple(part[keep] for part in (*self._sensors(track, draws), told))
+
+    def _sensors(self, track: SpaceTrack, draws: _SpaceDraws) -> tuple[FloatArray, ...]:
+        level = self.rig.level
+        force = quantised(track.sensor + level.force_sd * draws.hand.white, level.force_step)
+        place = quantised(track.place, level.encoder_step, draws.hand.grid[:, None])
+        angles = track.angles[:, ::LED_EVERY] + level.led_sd * draws.angles
+        return place, force, np.repeat(angles, LED_EVERY, axis=1)[:, : place.shape[1]]
+
+    def _table(self, conditions: Sequence[SpaceCondition]) -> pd.DataFrame:
+        schedule = self.schedule
+        onset = schedule.onset / RATE_HZ
+        azimuth, elevation = angles_deg(schedule.unit)
+        force = np.array([c.force for c in conditions])[schedule.condition]
+        activation = np.array([c.cocontraction for c in conditions])
+        columns: dict[str, Any] = {
+            "trial": np.arange(1, len(onset) + 1),
+            "condition": list(schedule.labels),
+            "experiment": "space",
+            "set": schedule.set_number,
+            "direction_deg": azimuth,
+            "elevation_deg": elevation,
+            "onset_s": onset,
+            "end_s": onset + self.rig.duration_s,
+            "target_activation": activation[schedule.condition],
+        }
+        columns |= {f"target_force_{axis}_N": force[:, i] for i, axis in enumerate("xyz")}
+        return pd.DataFrame(columns)
+
+
+@dataclass(frozen=True)
+class _SpaceDraws:
+    """Standard random numbers of T trials: those of the hand's axes, and of the angles."""
+
+    hand: Draws
+    angles: FloatArray
+
+
+def _draw(seed: int, keys: Sequence[tuple[int, ...]], samples: int, joints: int) -> _SpaceDraws:
+    """Random numbers of each trial from a generator of its own, as in the planar rig."""
+    leds, trials = -(-samples // LED_EVERY), len(keys)
+    phase, grid = np.empty((2, trials, 3))
+    white, slow = np.empty((2, trials, samples, 3))
+    angles = np.empty((trials, leds, joints))
+    for t, key in enumerate(keys):
+        rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=key))
+        phase[t], grid[t] = rng.random((2, 3))
+        for store in (white, slow, angles):
+            rng.standard_normal(out=store[t])
+    none = np.zeros((trials, 0, 3))
+    return _SpaceDraws(Draws(np.zeros((trials, 3)), phase, grid, white, slow, none), angles)

@@ -1,0 +1,153 @@
+"""The spatial rig: its dynamics, its truth, its sessions."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from armimpedance.errors import InputError
+from armimpedance.impedance import estimate
+from manipulandum_sim.hand import find_subject
+from manipulandum_sim.space import (
+    SpaceArm,
+    SpaceCondition,
+    simulate_space,
+    sphere_directions,
+)
+from manipulandum_sim.tree_dynamics import inverse_dynamics, mass_matrix
+
+
+def relative(found, true):
+    return np.linalg.norm(found - true) / np.linalg.norm(true)
+
+
+@pytest.fixture(scope="module")
+def arm():
+    return SpaceArm.of(find_subject("A"))
+
+
+@pytest.fixture(scope="module")
+def states():
+    return np.random.default_rng(4).normal(size=(2, 6, 4))
+
+
+def test_dynamics_are_newton_s_and_euler_s(arm, states):
+    q, qd = states
+    now = arm.dynamics(q, qd)
+    np.testing.assert_allclose(now.h, inverse_dynamics(arm.skeleton(), q, qd), atol=1e-12)
+    np.testing.assert_allclose(now.M, mass_matrix(arm.skeleton(), q), atol=1e-13)
+
+
+def test_the_hand_s_jacobian_and_drift_are_derivatives_of_its_place(arm, states):
+    q, qd = states
+    step = 1e-5
+    now = arm.dynamics(q, qd)
+    J = [(arm.hand(q + step * u) - arm.hand(q - step * u)) / (2 * step) for u in np.eye(4)]
+    np.testing.assert_allclose(now.J, np.stack(J, axis=-1), atol=1e-8)
+    turned = arm.dynamics(q + step * qd, qd).velocity - arm.dynamics(q - step * qd, qd).velocity
+    np.testing.assert_allclose(now.drift, turned / (2 * step), atol=1e-7)
+
+
+def test_centrifugal_torques_make_no_energy(arm, states):
+    q, qd = states
+    step, none = 1e-5, np.zeros(3)
+    now = arm.dynamics(q, qd, none)
+    ahead, behind = (arm.dynamics(q + s * step * qd, qd, none).M for s in (1, -1))
+    # d/dt (qd^T M qd / 2) = qd^T h where no torque works
+    grown = np.einsum("ni,nij,nj->n", qd, (ahead - behind) / (4 * step), qd)
+    np.testing.assert_allclose(np.einsum("ni,ni->n", qd, now.h), grown, atol=1e-7)
+
+
+@pytest.mark.parametrize("count", [6, 8, 12, 14, 18, 26])
+def test_each_direction_has_its_opposite(count):
+    units = sphere_directions(count)
+    assert units.shape == (count, 3)
+    np.testing.assert_allclose(np.linalg.norm(units, axis=1), 1)
+    cosines = units @ units.T
+    assert ((cosines < -1 + 1e-12).sum(axis=1) == 1).all()
+    assert ((cosines > 1 - 1e-12).sum(axis=1) == 1).all()
+    # and no axis is preferred
+    np.testing.assert_allclose(units.T @ units, count / 3 * np.eye(3), atol=1e-12)
+
+
+@pytest.fixture(scope="module", params=["held", "free"])
+def quiet(request):
+    return simulate_space(seed=1, sets=1, noise="none", elbow=request.param, directions=6)
+
+
+def test_the_truth_is_the_mapping_s_with_gravity_and_force(quiet):
+    _, truth = quiet
+    r = [0, 1, 3] if truth.elbow == "held" else [0, 1, 2, 3]
+    arm = SpaceArm.of(find_subject("A"))
+    q, J, step = truth.posture, truth.jacobian[0][:, r], 1e-4
+
+    def borne(angles):
+        return arm.dynamics(angles, np.zeros_like(angles)).J[0].T @ truth.force[0]
+
+    turned = [(borne(q + step * u) - borne(q - step * u)) / (2 * step) for u in np.eye(4)]
+    K_q = truth.K_j[0] + truth.gravity_gradient[0] + np.stack(turned, axis=-1)
+    K_e = np.linalg.inv(J @ np.linalg.inv(K_q[np.ix_(r, r)]) @ J.T)
+    assert relative(K_e, truth.K_e[0]) < 1e-6
+    M_e = np.linalg.inv(J @ np.linalg.inv(truth.M_j[0][np.ix_(r, r)]) @ J.T)
+    assert relative(M_e, truth.M_e[0]) < 1e-9
+    # a conservative arm: symmetric, and here stable
+    np.testing.assert_allclose(truth.K_e[0], truth.K_e[0].T, atol=1e-5)
+    assert (np.linalg.eigvalsh(truth.K_e[0]) > 0).all()
+
+
+def test_a_held_elbow_s_estimate_is_the_truth_and_a_free_one_s_is_not(quiet):
+    recording, truth = quiet
+    found = estimate(recording)[0]
+    error = relative(found.stiffness, truth.K_e[0])
+    if truth.elbow == "held":
+        assert error < 0.002
+        assert relative(found.viscosity, truth.B_e[0]) < 0.003
+        assert relative(found.inertia, truth.M_e[0]) < 0.003
+    else:
+        assert error > 0.01
+        assert truth.swivel_hz[0] > 1
+
+
+def test_at_rest_the_robot_feels_the_hand_s_force(quiet):
+    recording, truth = quiet
+    for rows in recording.offsets[:-1]:
+        np.testing.assert_allclose(recording.force[rows], truth.force[0], atol=1e-9)
+        np.testing.assert_allclose(recording.position[rows], truth.hand[0], atol=1e-12)
+
+
+def test_more_sets_leave_the_first_ones_as_they_are():
+    few, _ = simulate_space(seed=3, sets=1, directions=6)
+    many, _ = simulate_space(seed=3, sets=2, directions=6)
+    rows = few.offsets[-1]
+    np.testing.assert_array_equal(few.force, many.force[:rows])
+    np.testing.assert_array_equal(few.position, many.position[:rows])
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"directions": 7},
+        {"elbow": "bent"},
+        {"disturbance": "none"},
+        {"amplitude_m": np.nan},
+        {"duration_s": 0.3001},
+        {"sets": 0},
+        {"conditions": [SpaceCondition("nowhere")]},
+        {"conditions": [SpaceCondition(force=(0.0, 0.0, 900.0))]},
+        {"conditions": [SpaceCondition(cocontraction=np.nan)]},
+        {"conditions": [SpaceCondition(), SpaceCondition()]},
+    ],
+)
+def test_what_no_session_can_be_is_refused(wrong):
+    with pytest.raises(InputError):
+        simulate_space(**{"seed": 0, **wrong})
+
+
+def test_the_command_writes_a_recording_that_reads_back(tmp_path, capsys):
+    from armimpedance.__main__ import main
+
+    out = tmp_path / "session"
+    options = ["--sets", "1", "--directions", "6", "--seed", "5", "--noise", "sensor"]
+    assert main(["simulate", "space", *options, "--out", str(out)]) == 0
+    assert main(["estimate", str(out), "--out", str(tmp_path / "found.json")]) == 0
+    assert "K_33" in capsys.readouterr().out or (tmp_path / "found.json").exists()
