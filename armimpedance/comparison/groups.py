@@ -213,10 +213,17 @@ def _on_one_scale(equations: TrialEquations) -> TrialEquations:
 
 
 def _directions(recording: Recording, window: Window) -> IntArray | None:
-    """Direction of each usable trial in thousandths of a degree: the same number in all groups."""
+    """Direction of each usable trial in thousandths of a degree: the same number in all groups.
+
+    In space, turns of the angle above the plane are counted on top (column ``elevation_deg``).
+    """
     if window.disturbance is None:
         return None
     row_of = {int(trial): row for row, trial in enumerate(recording.trials["trial"])}
     rows = [row_of[int(trial)] for trial in window.trial[window.usable]]
     degrees = recording.trials["direction_deg"].to_numpy(dtype=float)[rows]
-    return np.round(1000 * (degrees % 360)).astype(np.int64) % 360_000
+    around = np.round(1000 * (degrees % 360)).astype(np.int64) % 360_000
+    if "elevation_deg" not in recording.trials:
+        return around
+    above = recording.trials["elevation_deg"].to_numpy(dtype=float, na_value=0.0)[rows]
+    return around + 360_000 * np.round(1000 * above).astype(np.int64)

@@ -105,6 +105,9 @@ def moves_a_robot(recording: Recording) -> bool:
 def _directions(group: Any) -> str:
     if "direction_deg" not in group:
         return ""
+    if "elevation_deg" in group:
+        count = len(group[["direction_deg", "elevation_deg"]].dropna().drop_duplicates())
+        return f", {count} directions in space"
     directions = sorted(group["direction_deg"].dropna().unique())
     shown = ", ".join(f"{d:g}" for d in directions[:12])
     return f", directions {shown}{' …' if len(directions) > 12 else ''} deg"

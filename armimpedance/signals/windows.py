@@ -259,12 +259,17 @@ def _commanded(recording: Recording) -> FloatArray | None:
 
 
 def _disturbance(table: _Table, rows: np.ndarray) -> IntArray | None:
-    """Number of each trial's disturbance, by its direction in the trial table."""
+    """Number of each trial's disturbance, by its direction in the trial table.
+
+    In space a direction also has its angle above the plane (column ``elevation_deg``).
+    """
     direction = table.column("direction_deg")[rows]
     if not np.isfinite(direction).all():
         return None
     around = np.round(direction % 360.0, 3) % 360.0
-    return np.unique(around, return_inverse=True)[1].astype(np.int64)
+    above = np.round(np.nan_to_num(table.column("elevation_deg")[rows]), 3)
+    both = np.stack([above, around], axis=1)
+    return np.unique(both, axis=0, return_inverse=True)[1].ravel().astype(np.int64)
 
 
 def _common_extent(

@@ -157,13 +157,21 @@ def _less_rest(signal: FloatArray, rest: BoolArray) -> FloatArray:
 
 
 def _direction_names(recording: Recording, rows: IntArray) -> tuple[str, ...]:
-    """Names in the order of the window's numbers: directions that rise from 0°."""
+    """Names in the order of the window's numbers: directions that rise from 0°.
+
+    In space, from below upwards first: azimuth and angle above the plane.
+    """
     if "direction_deg" not in recording.trials:
         return ()
     degrees = recording.trials["direction_deg"].to_numpy(dtype=float, na_value=np.nan)[rows]
     if not np.isfinite(degrees).all():
         return ()
-    return tuple(f"{one:g}°" for one in np.unique(np.round(degrees % 360.0, 3) % 360.0))
+    around = np.round(degrees % 360.0, 3) % 360.0
+    if "elevation_deg" not in recording.trials:
+        return tuple(f"{one:g}°" for one in np.unique(around))
+    above = recording.trials["elevation_deg"].to_numpy(dtype=float, na_value=0.0)[rows]
+    both = np.unique(np.stack([np.round(above, 3), around], axis=1), axis=0)
+    return tuple(f"{azimuth:.3g}°, {up:+.3g}°" for up, azimuth in both)
 
 
 def outlying_trials(recording: Recording, keys: Mapping[str, Any] | None = None) -> tuple[int, ...]:

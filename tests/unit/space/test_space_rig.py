@@ -115,12 +115,16 @@ def test_at_rest_the_robot_feels_the_hand_s_force(quiet):
         np.testing.assert_allclose(recording.position[rows], truth.hand[0], atol=1e-12)
 
 
-def test_more_sets_leave_the_first_ones_as_they_are():
+@pytest.fixture(scope="module")
+def noisy():
+    return simulate_space(seed=3, sets=2, directions=6)[0]
+
+
+def test_more_sets_leave_the_first_ones_as_they_are(noisy):
     few, _ = simulate_space(seed=3, sets=1, directions=6)
-    many, _ = simulate_space(seed=3, sets=2, directions=6)
     rows = few.offsets[-1]
-    np.testing.assert_array_equal(few.force, many.force[:rows])
-    np.testing.assert_array_equal(few.position, many.position[:rows])
+    np.testing.assert_array_equal(few.force, noisy.force[:rows])
+    np.testing.assert_array_equal(few.position, noisy.position[:rows])
 
 
 @pytest.mark.parametrize(
@@ -151,3 +155,13 @@ def test_the_command_writes_a_recording_that_reads_back(tmp_path, capsys):
     assert main(["simulate", "space", *options, "--out", str(out)]) == 0
     assert main(["estimate", str(out), "--out", str(tmp_path / "found.json")]) == 0
     assert "K_33" in capsys.readouterr().out or (tmp_path / "found.json").exists()
+
+
+def test_directions_above_the_plane_are_directions_of_their_own(noisy):
+    from armimpedance.signals import cut_windows
+
+    numbers = cut_windows(noisy, np.arange(noisy.n_trials)).disturbance
+    assert len(np.unique(numbers)) == 6
+    places = noisy.trials[["direction_deg", "elevation_deg"]].to_numpy()
+    for number in range(6):
+        assert len(np.unique(places[numbers == number], axis=0)) == 1
