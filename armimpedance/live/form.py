@@ -8,6 +8,7 @@ matrices are packed: the elements on and above the diagonal, row by row.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Annotated
 
 import numpy as np
@@ -76,7 +77,15 @@ class StiffnessForm(FrozenRecord):
         """Whether a posture (n,) lies among the measured ones."""
         if self.measured is None:
             return bool(((q >= self.box[:, 0]) & (q <= self.box[:, 1])).all())
-        return bool(Region(self.measured).contains(AngleScaling(self.box).scaled(q)))
+        return bool(self._region.contains(self._scaling.scaled(q)))
+
+    @cached_property
+    def _region(self) -> Region:
+        return Region(np.asarray(self.measured))
+
+    @cached_property
+    def _scaling(self) -> AngleScaling:
+        return AngleScaling(self.box)
 
 
 def form_of(model: MuscleModel) -> StiffnessForm:

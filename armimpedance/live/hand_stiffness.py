@@ -10,6 +10,7 @@ import numpy as np
 from armimpedance.arm import Arm
 from armimpedance.arrays import FloatArray
 from armimpedance.live.form import StiffnessForm
+from armimpedance.live.packed import elements, unpacked
 from armimpedance.live.posture_part import HandPart, PosturePart, PostureTerms
 
 #: A joint stiffness whose smallest eigenvalue is less than this part of its largest counts as not
@@ -46,8 +47,8 @@ class HandEquations:
         self._form, self._arm, self._step = form, arm, posture_step_rad
         self._terms = PostureTerms(form)
         self._kept: PosturePart | None = None
-        self._i, self._j = np.triu_indices(form.joints)
-        self._diagonal = np.equal(*np.triu_indices(arm.axes))
+        self._i, self._j = elements(form.joints)
+        self._diagonal = np.equal(*elements(arm.axes))
         self._order = np.arange(len(form.rising))
         self._passive = np.zeros(len(self._i))
         self._passive[self._i == self._j] = form.passive
@@ -81,28 +82,28 @@ class HandEquations:
             packed = packed + gamma[self._i, self._j]
         K_j, packed, definite = self._definite(packed)
         hand = posture.hand_part(form, K_j)
-        elements = hand.to_hand @ packed
+        at_hand = hand.to_hand @ packed
         covariance = self._by_parameters(hand, basis, f, rise)
         if sd.any():
             covariance = covariance + self._by_activation(hand, s, sd)
         return HandStiffness(
             joint_stiffness=K_j,
-            stiffness=_unpacked(elements, self._arm.axes),
+            stiffness=unpacked(at_hand, self._arm.axes),
             covariance=covariance,
-            share=self._traces(hand, f, rise) / elements[self._diagonal].sum(),
+            share=self._traces(hand, f, rise) / at_hand[self._diagonal].sum(),
             reach=hand.reach,
             definite=definite,
         )
 
     def _definite(self, packed: FloatArray) -> tuple[FloatArray, FloatArray, bool]:
         """Joint stiffness (n, n) and packed, lifted to positive definite where it is not."""
-        K_j = _unpacked(packed, self._form.joints)
+        K_j = unpacked(packed, self._form.joints)
         values, vectors = np.linalg.eigh(K_j)
         least = max(LEAST_PART * values[-1], _LEAST)
         if values[0] >= least:
             return K_j, packed, True
         packed = ((vectors * np.maximum(values, least)) @ vectors.T)[self._i, self._j]
-        return _unpacked(packed, self._form.joints), packed, False
+        return unpacked(packed, self._form.joints), packed, False
 
     def _traces(self, hand: HandPart, f: FloatArray, rise: FloatArray) -> FloatArray:
         """What each muscle gives (m,) to the trace."""
@@ -129,11 +130,3 @@ class HandEquations:
         by_alpha = (rates * form.stiffness).sum(axis=1) / form.highest
         spread = (by_alpha * sd)[:, None] * (hand.squares + hand.curvatures)
         return np.asarray(spread.T @ spread)
-
-
-def _unpacked(packed: FloatArray, n: int) -> FloatArray:
-    """The symmetric matrix (n, n) of its elements on and above the diagonal."""
-    i, j = np.triu_indices(n)
-    A = np.empty((n, n))
-    A[i, j] = A[j, i] = packed
-    return A

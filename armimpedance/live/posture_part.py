@@ -8,6 +8,7 @@ from armimpedance.arm import SINGULAR_CONDITION, Arm
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
 from armimpedance.live.form import StiffnessForm
+from armimpedance.live.packed import elements
 
 
 class PostureTerms:
@@ -22,11 +23,12 @@ class PostureTerms:
         n = form.joints
         self._form, self._exponents = form, form.exponents.T.astype(float)
         self._half = (form.box[:, 1] - form.box[:, 0]) / 2
+        self._middle = form.box.mean(axis=1)
         self._once = np.maximum(self._exponents - 1, 0)
         self._twice = np.maximum(self._exponents - 2, 0)
         self._slopes = self._exponents / self._half[:, None]
         self._bends = self._slopes * (self._exponents - 1) / self._half[:, None]
-        rows, columns = np.triu_indices(n)
+        rows, columns = elements(n)
         # how often each factor of a term is differentiated: by one angle, then by two
         by_one = np.eye(n, dtype=np.intp)
         self._orders = np.concatenate([by_one, by_one[rows] + by_one[columns]])
@@ -40,7 +42,7 @@ class PostureTerms:
         The first m rows are the muscles', in m; the others what a unit of each correction adds.
         """
         form, n = self._form, self._form.joints
-        u = ((q - form.box.mean(axis=1)) / self._half)[:, None]
+        u = ((q - self._middle) / self._half)[:, None]
         # every factor u_j^e of every term, and its two derivatives: (3, n, T)
         factors = np.stack(
             [u**self._exponents, self._slopes * u**self._once, self._bends * u**self._twice]
@@ -69,12 +71,13 @@ class PosturePart:
     """
 
     def __init__(self, form: StiffnessForm, terms: PostureTerms, arm: Arm, q: FloatArray) -> None:
-        m, rows_columns = len(form.muscles), np.triu_indices(form.joints)
-        i, j = rows_columns
+        m = len(form.muscles)
+        i, j = elements(form.joints)
         self.q = q
-        self.jacobian = arm.jacobian(q)
-        singular = np.linalg.svd(self.jacobian, compute_uv=False)
-        if not singular[-1] * SINGULAR_CONDITION > singular[0]:
+        self.jacobian = J = arm.jacobian(q)
+        self.square = J.shape[0] == J.shape[1]
+        inverse = np.asarray(_inverse(J) if self.square else np.linalg.pinv(J), dtype=float)
+        if not np.linalg.norm(J) * np.linalg.norm(inverse) < SINGULAR_CONDITION:
             raise InputError(
                 "the arm is stretched: its joints do not set the hand's stiffness",
                 expected="a posture with the elbow bent",
@@ -86,9 +89,8 @@ class PosturePart:
         self.squares = self.arms[:, i] * self.arms[:, j]
         self.gravity = arm.gravity_gradient(q)[i, j]
         self.measured = form.was_measured(q)
-        self.square = self.jacobian.shape[0] == self.jacobian.shape[1]
         # a square Jacobian sets the joints whatever their stiffness is
-        self.at_hand = HandPart(form, self, _inverse(self.jacobian)) if self.square else None
+        self.at_hand = HandPart(form, self, inverse) if self.square else None
 
     def hand_part(self, form: StiffnessForm, K_j: FloatArray) -> HandPart:
         """The part seen at the hand; of a redundant arm it depends on the joint stiffness K_j."""
@@ -119,13 +121,11 @@ class HandPart:
 
     def __init__(self, form: StiffnessForm, at: PosturePart, V: FloatArray) -> None:
         n, d = V.shape
-        i, j = np.triu_indices(n)
-        a, b = np.triu_indices(d)
+        i, j = elements(n)
+        a, b = elements(d)
         once = np.where(i == j, 0.5, 1.0)
         self.motion = V
-        self.to_hand = (
-            V[np.ix_(i, a)] * V[np.ix_(j, b)] + V[np.ix_(j, a)] * V[np.ix_(i, b)]
-        ).T * once
+        self.to_hand = (V[i][:, a] * V[j][:, b] + V[j][:, a] * V[i][:, b]).T * once
         self.reach = U = V.T @ at.arms.T
         self.squares = (U[a] * U[b]).T
         self.curvatures = at.curvatures @ self.to_hand.T
@@ -136,4 +136,8 @@ class HandPart:
 
 
 def _inverse(A: FloatArray) -> FloatArray:
-    return np.asarray(np.linalg.inv(A), dtype=float)
+    """The inverse; infinite where there is none."""
+    try:
+        return np.asarray(np.linalg.inv(A), dtype=float)
+    except np.linalg.LinAlgError:
+        return np.full_like(A, np.inf)
