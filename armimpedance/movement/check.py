@@ -38,6 +38,8 @@ def check_pushes(recording: Recording) -> list[Finding]:
         text = f"{int(rows.sum())} reaches are pushed"
         if rows.sum() < LEAST_PUSHED:
             found.append(Finding(f"phase {phase}", "unusable", f"{text}, {LEAST_PUSHED} are few"))
+        elif pushes.throughout(phase):
+            found.append(Finding(f"phase {phase}", "ok", f"{text} throughout"))
         elif mean > 0.3:
             text += " more to one side than to the other: push back and forth alike"
             found.append(Finding(f"phase {phase}", "warning", text))

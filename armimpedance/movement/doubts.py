@@ -81,16 +81,17 @@ def _sensitivity(with_it: Solution, free: Solution) -> str:
 def _widened(equations: Equations, solution: Solution) -> tuple[Solution, float, float]:
     """The solution with intervals for what is left of the response; the factor, and p of none.
 
-    The residuals' part that is linear in the direction, (2, R), whitened by W, is chi-square with
-    ``2 R - p`` degrees of freedom where the model holds; with W from few trials, near F.
+    The residuals' part that is linear in the d instruments, (d, R), whitened by W, is chi-square
+    with ``d R - p`` degrees of freedom where the model holds; with W from few trials, near F.
     """
     from scipy.stats import f
 
     left = equations.along_direction(solution.residual)
     squared = float(np.einsum("nr,rs,ns->", left, solution.weight, left))
     rows = solution.residual.shape[1]
-    dof = 2 * rows - N_UNKNOWN
-    trials = equations.trials - equations.nuisance.shape[1] - 2
+    count = equations.instruments.shape[1]
+    dof = count * rows - N_UNKNOWN
+    trials = equations.trials - equations.nuisance.shape[1] - count
     # Hotelling's correction for a covariance of `rows` rows from few trials
     rest = max(trials - rows + 1, 4)
     ratio = squared / dof * rest / trials

@@ -18,7 +18,7 @@ from typing import Annotated, Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, FrozenRecord
+from armimpedance.arrays import BoolArray, FloatArray, FrozenRecord
 from armimpedance.movement.arm import N_INERTIAL
 from armimpedance.movement.windows import SPACING_S, PhaseWindows
 
@@ -55,7 +55,9 @@ class Equations(FrozenRecord):
     ----------
     X : (n, R, 31)
     y : (n, R)
-    direction : (n, 2)
+    instruments : (n, d)
+        Orthonormal.
+    pushed : (n,) bool
     nuisance : (n, g)
         Orthonormal: the two groups' means and the history, which stand in none of the others.
     moving : float
@@ -64,7 +66,8 @@ class Equations(FrozenRecord):
 
     X: Annotated[FloatArray, "n R p"]
     y: Annotated[FloatArray, "n R"]
-    direction: Annotated[FloatArray, "n 2"]
+    instruments: Annotated[FloatArray, "n d"]
+    pushed: Annotated[BoolArray, "n"]
     nuisance: Annotated[FloatArray, "n g"]
     moving: float
 
@@ -74,11 +77,11 @@ class Equations(FrozenRecord):
         return len(self.y)
 
     def along_direction(self, values: FloatArray) -> FloatArray:
-        """The part of values (n, ...) that is linear in the push's direction."""
-        D = self.direction
+        """The part of values (n, ...) that is linear in the push's direction, or its commands."""
         flat = values.reshape(len(values), -1)
-        # H = D (D^T D)^-1 D^T, (n, n) = (n, 2) (2, 2) (2, n)
-        return np.asarray(D @ np.linalg.solve(D.T @ D, D.T @ flat)).reshape(values.shape)
+        # H = U U^T, (n, n) = (n, d) (d, n)
+        U = self.instruments
+        return np.asarray(U @ (U.T @ flat)).reshape(values.shape)
 
 
 def equations_of(windows: PhaseWindows) -> Equations:
@@ -102,7 +105,8 @@ def equations_of(windows: PhaseWindows) -> Equations:
     return Equations(
         X=without(X).reshape(X.shape),
         y=without(y),
-        direction=without(windows.direction),
+        instruments=_orthonormal(without(windows.instruments)),
+        pushed=windows.pushed,
         nuisance=nuisance,
         moving=min(1.0, windows.travel_m / MOVING_M),
     )
@@ -155,6 +159,12 @@ def _by_rows(vector: FloatArray) -> FloatArray:
     out = np.zeros((*vector.shape[:-1], 2, 4))
     out[..., 0, :2] = out[..., 1, 2:] = vector
     return out
+
+
+def _orthonormal(columns: FloatArray) -> FloatArray:
+    """Orthonormal columns (n, d) that span these; none for what is next to nothing."""
+    U, size, _ = np.linalg.svd(columns, full_matrices=False)
+    return np.asarray(U[:, size > 1e-6 * size[0]])
 
 
 def _nuisance(windows: PhaseWindows) -> FloatArray:

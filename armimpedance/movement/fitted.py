@@ -64,12 +64,15 @@ class Method:
         `FitPhase`.
     levels : tuple of str
         At which levels it gives M, B and K.
+    throughout : bool
+        Whether it takes pushes that go on throughout the reach.
     """
 
     assumes: str
     reference: str
     fit: FitPhase
     levels: tuple[Level, ...] = ("hand",)
+    throughout: bool = False
 
 
 def to_estimate(

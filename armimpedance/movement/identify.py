@@ -17,7 +17,7 @@ from armimpedance.movement.known import known_inertia
 from armimpedance.movement.labels import check_labels
 from armimpedance.movement.pushes import Pushes, pushes_of
 from armimpedance.movement.table import METHODS
-from armimpedance.movement.windows import cut_phase
+from armimpedance.movement.windows import windows_of
 from armimpedance.records import Recording
 
 Progress = Callable[[int, int], None]
@@ -74,12 +74,17 @@ def identify_movement(
     made = []
     every = list(groups_of(recording, pushes, wanted))
     for done, (condition, rows, phase) in enumerate(every, 1):
-        windows = cut_phase(courses, pushes, rows, phase, window_s)
-        check_labels(windows, phase)
-        fit = chosen.fit(windows, level, known)
-        _check_inertia(fit, phase)
-        keys = {"condition": condition, "phase": phase}
-        made.append(to_estimate(fit, windows, method or METHODS.default, keys))
+        if pushes.throughout(phase) and not chosen.throughout:
+            raise InputError(
+                f"method {method}: the pushes of phase {phase} go on throughout",
+                expected=f"method {METHODS.default}",
+            )
+        for name, windows in windows_of(courses, pushes, rows, phase, window_s):
+            check_labels(windows, phase)
+            fit = chosen.fit(windows, level, known)
+            _check_inertia(fit, phase)
+            keys = {"condition": condition, "phase": name}
+            made.append(to_estimate(fit, windows, method or METHODS.default, keys))
         if progress is not None:
             progress(done, len(every))
     return made

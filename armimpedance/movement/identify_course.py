@@ -25,7 +25,7 @@ from armimpedance.movement.methods.latent import explained_by
 from armimpedance.movement.over_reach import course_over
 from armimpedance.movement.pushes import pushes_of
 from armimpedance.movement.solve import Evidence, Known, evidence_of, solve
-from armimpedance.movement.windows import PhaseWindows, cut_phase
+from armimpedance.movement.windows import PhaseWindows, windows_of
 from armimpedance.records import Recording
 
 #: Spacing of the course (s).
@@ -78,11 +78,11 @@ def identify_course(
     every = list(groups_of(recording, pushes, wanted))
     solved: dict[str, list[_Phase]] = {}
     for done, (condition, rows, phase) in enumerate(every, 1):
-        windows = cut_phase(courses, pushes, rows, phase, window_s)
-        check_labels(windows, phase)
-        equations = equations_of(windows)
-        doubted = doubts_of(equations, solve(equations, known), known)
-        solved.setdefault(condition, []).append(_Phase(windows, equations, doubted))
+        for _, windows in windows_of(courses, pushes, rows, phase, window_s):
+            check_labels(windows, phase)
+            equations = equations_of(windows)
+            doubted = doubts_of(equations, solve(equations, known), known)
+            solved.setdefault(condition, []).append(_Phase(windows, equations, doubted))
         if progress is not None:
             progress(done, len(every))
     made: list[ImpedanceEstimate] = []
@@ -102,7 +102,7 @@ def _course(
     samples = _samples(parts, courses.sample_rate_hz)
     at_s = (samples - samples[:, :1]).mean(axis=0) / courses.sample_rate_hz
     first = parts[0].windows
-    at_s = at_s + first.lag_s[first.middle]
+    at_s = at_s + first.after_s + first.lag_s[first.middle]
     grid = np.append(np.arange(at_s[0], at_s[-1] - EVERY_S / 2, EVERY_S), at_s[-1])
     # an inertia that one phase's pushes deny is used at none
     said = tuple(dict.fromkeys(w for part in parts for w in part.doubted.warnings))

@@ -30,6 +30,9 @@ def check_labels(windows: PhaseWindows, phase: str) -> None:
     InputError
         Trials of other labels, by their numbers.
     """
+    if not windows.direction.any():
+        _check_commands(windows, phase)
+        return
     a, hit = windows.part("acceleration"), windows.pushed
     D = windows.direction[hit]
     centred = (a[hit] - np.median(a[hit], axis=0)).reshape(len(D), -1)
@@ -54,6 +57,26 @@ def check_labels(windows: PhaseWindows, phase: str) -> None:
             f"{_trials(pushed)}: no push is told, and the hand went as if there was one",
             column="phase",
             expected=f"{phase}, or a trial that nobody pushed",
+        )
+
+
+def _check_commands(windows: PhaseWindows, phase: str) -> None:
+    """Refuse commands that the hand does not follow.
+
+    Raises
+    ------
+    InputError
+        They explain no more of the acceleration than chance would.
+    """
+    a, D = windows.part("acceleration")[windows.pushed], windows.instruments[windows.pushed]
+    flat, D = (a - a.mean(axis=0)).reshape(len(a), -1), D - D.mean(axis=0)
+    explained = _energy(D @ np.linalg.lstsq(D, flat, rcond=None)[0]).sum() / _energy(flat).sum()
+    # by chance alone each of the d commands explains one of n - 1 parts
+    if explained < 2 * D.shape[1] / (len(D) - 1):
+        raise InputError(
+            f"phase {phase}: the hand does not follow the robot's commands",
+            column="command_x",
+            expected="what the robot was told at each sample, 0 where it let go",
         )
 
 

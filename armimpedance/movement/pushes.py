@@ -17,6 +17,8 @@ COLUMNS: Final = {
     "push_deg": "its direction, empty in a trial that nobody pushed",
     "push_onset_s": "its onset on the trial's clock, empty in a trial that nobody pushed",
 }
+#: Optional columns of the samples: what a robot was told that pushes throughout, in any unit.
+COMMAND: Final = ("command_x", "command_y")
 #: Optional: when the robot lets go.
 END: Final = "push_end_s"
 #: A push that does not say its end is taken to last this long (s).
@@ -37,12 +39,19 @@ class Pushes(FrozenRecord):
         0 where nobody pushed.
     duration_s : float
         Of the longest push.
+    command : (N, 2) or None
+        What the robot was told at each sample, where it pushed throughout.
     """
 
     phase: tuple[str, ...]
     direction: Annotated[FloatArray, "T 2"]
     onset_s: Annotated[FloatArray, "T"]
     duration_s: float
+    command: Annotated[FloatArray, "N 2"] | None = None
+
+    def throughout(self, phase: str) -> bool:
+        """Whether this phase's pushes are random courses, which have no direction."""
+        return not self.direction[self.rows(phase)].any()
 
     @property
     def pushed(self) -> BoolArray:
@@ -70,8 +79,9 @@ def pushes_of(recording: Recording) -> Pushes:
         its trial, or no trial was pushed.
     """
     table = recording.trials
+    command = _command(recording)
     for name, holds in COLUMNS.items():
-        if name not in table:
+        if name not in table and (name != "push_deg" or command is None):
             raise InputError(
                 "no such column in the trial table", column=name, expected=f"a column with {holds}"
             )
@@ -79,17 +89,38 @@ def pushes_of(recording: Recording) -> Pushes:
     pushed = np.array([bool(name) for name in phase])
     if not pushed.any():
         raise InputError("no trial was pushed", column="phase", expected=COLUMNS["phase"])
-    angle, onset = (_numbers(recording, name, pushed) for name in ("push_deg", "push_onset_s"))
+    onset = _numbers(recording, "push_onset_s", pushed)
+    random = pushed & ~_told(recording, command)
+    angle = np.zeros(len(pushed))
+    if (pushed & ~random).any():
+        angle = np.nan_to_num(_numbers(recording, "push_deg", pushed & ~random))
     _check_onsets(recording, onset, pushed)
     radians = np.radians(np.where(pushed, angle, 0.0))
-    direction = np.stack([np.cos(radians), np.sin(radians)], axis=1) * pushed[:, None]
+    direction = np.stack([np.cos(radians), np.sin(radians)], axis=1) * (pushed & ~random)[:, None]
     duration = USUAL_PUSH_S
     if END in table:
         lasting = _numbers(recording, END, pushed)[pushed] - onset[pushed]
         if not (lasting > 0).all():
             raise InputError("a push ends before it begins", column=END, expected="its end")
         duration = float(lasting.max())
-    return Pushes(phase, direction, np.where(pushed, onset, 0.0), duration)
+    return Pushes(phase, direction, np.where(pushed, onset, 0.0), duration, command)
+
+
+def _told(recording: Recording, command: FloatArray | None) -> BoolArray:
+    """Whether the pushes of trials (T,) have a direction, which only commands can replace."""
+    table = recording.trials
+    if command is None:
+        return np.ones(len(table), dtype=bool)
+    if "push_deg" not in table:
+        return np.zeros(len(table), dtype=bool)
+    return np.array([not _is_empty(value) for value in table["push_deg"]])
+
+
+def _command(recording: Recording) -> FloatArray | None:
+    """What the robot was told (N, 2): columns `COMMAND` of the samples, if they are there."""
+    if not all(name in recording.extra for name in COMMAND):
+        return None
+    return np.nan_to_num(np.stack([recording.extra[name] for name in COMMAND], axis=1))
 
 
 def _is_empty(value: object) -> bool:

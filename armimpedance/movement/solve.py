@@ -201,30 +201,30 @@ def _solved(
 
 
 def _instruments(equations: Equations, W: FloatArray, P: FloatArray) -> FloatArray:
-    """Z (n, R, p): ``H X - c (1 - H) X``, H onto what is linear in the direction.
+    """Z (n, R, p): ``H X - c (1 - H) X``, H onto what is linear in the d instruments.
 
-    H takes a share 2 / (n - g) of each trial's own noise along, which would draw K towards least
-    squares; c = 2 / (n - g - 2) of what lies beside takes as much away again (Nagar's unbiased
+    H takes a share d / (n - g) of each trial's own noise along, which would draw K towards least
+    squares; c = d / (n - g - d) of what lies beside takes as much away again (Nagar's unbiased
     member of the k-class), less where the pushes tell so little that nothing would be left.
     """
     common = equations.along_direction(equations.X)
     own = equations.X - common
-    dof = equations.trials - equations.nuisance.shape[1] - 2
+    count = equations.instruments.shape[1]
+    dof = equations.trials - equations.nuisance.shape[1] - count
     told = np.einsum("nrp,rs,nsq->pq", common, W, common) + P
-    noise = 2 / dof * np.einsum("nrp,rs,nsq->pq", own, W, own)
+    noise = count / dof * np.einsum("nrp,rs,nsq->pq", own, W, own)
     largest = float(np.abs(np.linalg.eigvals(np.linalg.solve(told, noise))).max())
-    return np.asarray(common - min(1.0, LARGEST_CORRECTION / largest) * 2 / dof * own)
+    return np.asarray(common - min(1.0, LARGEST_CORRECTION / largest) * count / dof * own)
 
 
 def weight_of(equations: Equations, theta: FloatArray) -> FloatArray:
     """Inverse covariance (R, R) of w, from what neither history nor direction explains."""
     w = equations.y + np.einsum("nrp,p->nr", equations.X, theta)
     w = w - equations.along_direction(w)
-    dof = equations.trials - equations.nuisance.shape[1] - equations.direction.shape[1]
+    dof = equations.trials - equations.nuisance.shape[1] - equations.instruments.shape[1]
     C = w.T @ w / dof
     C = (1 - SHRINKAGE) * C + SHRINKAGE * np.diag(np.diag(C))
-    pushed = np.abs(equations.direction).max(axis=1) > 0.5
-    response = equations.along_direction(equations.y)[pushed]
+    response = equations.along_direction(equations.y)[equations.pushed]
     C += FLOOR**2 * float((response**2).mean()) * np.eye(len(C))
     return np.asarray(np.linalg.inv(C))
 
@@ -273,7 +273,7 @@ def _jackknife(
     ``theta_(n) - theta = (A - A_n)^-1 Z_n^T W r_n``: what trial n alone adds, larger than its score
     by its own leverage (CR3).
     """
-    pushed = np.abs(equations.direction).max(axis=1) > 0.5
+    pushed = equations.pushed
     scores = np.einsum("npr,nr->np", ZW, residual)
     own = np.einsum("nps,nsq->npq", ZW[pushed], equations.X[pushed])
     moved = np.linalg.solve(A - own, scores[pushed, :, None])[..., 0]

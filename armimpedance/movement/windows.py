@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Annotated, Final
 
@@ -24,6 +25,12 @@ LATEST_S: Final = 0.08
 #: push over some 15 ms before it.
 HISTORY_S: Final = (-0.1, -0.015)
 HISTORY_STEP_S: Final = 0.01
+#: Windows of pushes throughout begin so often (s).
+STEP_S: Final = 0.1
+#: Commands of a robot that pushes throughout count by means over `BIN_S`, from `BEFORE_S` before.
+BIN_S: Final = 0.05
+BEFORE_S: Final = 0.1
+_BIN: Final = round(BIN_S / SPACING_S)
 #: Fewer trials of a kind say nothing about how trials differ.
 LEAST_FREE: Final = 10
 LEAST_PUSHED: Final = 8
@@ -40,15 +47,21 @@ class PhaseWindows(FrozenRecord):
     channels : (n, L, c)
         As in `Courses`, over the window and `LATEST_S` before it.
     history : (n, H)
-        Angles, rates and torques before the onset, each kind in units of its spread.
+        Angles, rates and torques before the onset, each kind in units of its spread; none where
+        pushes go on throughout.
     direction : (n, 2)
         Unit vectors of the pushes, 0 of free reaches.
+    instruments : (n, d)
+        What decides the response to the pushes: their direction, or what the robot was told in
+        each `BIN_S` since `BEFORE_S` before the window.
     pushed : (n,) bool
     trial : (n,) int
     onset : (n,) int
         Sample of the recording at which the window begins.
     arm : TwoLinkArm
     shoulder_m : (2,)
+    after_s : float
+        How long after the push's onset the window begins.
     notes : tuple of str
     """
 
@@ -56,11 +69,13 @@ class PhaseWindows(FrozenRecord):
     channels: Annotated[FloatArray, "n L c"]
     history: Annotated[FloatArray, "n H"]
     direction: Annotated[FloatArray, "n 2"]
+    instruments: Annotated[FloatArray, "n d"]
     pushed: Annotated[BoolArray, "n"]
     trial: Annotated[IntArray, "n"]
     onset: Annotated[IntArray, "n"]
     arm: TwoLinkArm
     shoulder_m: Annotated[FloatArray, "2"]
+    after_s: float = 0.0
     notes: tuple[str, ...] = ()
 
     def of_trials(self, keep: BoolArray) -> PhaseWindows:
@@ -71,6 +86,7 @@ class PhaseWindows(FrozenRecord):
             channels=self.channels[keep],
             history=history - history.mean(axis=0),
             direction=self.direction[keep],
+            instruments=self.instruments[keep],
             pushed=self.pushed[keep],
             trial=self.trial[keep],
             onset=self.onset[keep],
@@ -105,7 +121,12 @@ class PhaseWindows(FrozenRecord):
 
 
 def cut_phase(
-    courses: Courses, pushes: Pushes, rows: IntArray, phase: str, window_s: float | None = None
+    courses: Courses,
+    pushes: Pushes,
+    rows: IntArray,
+    phase: str,
+    window_s: float | None = None,
+    after_s: float = 0.0,
 ) -> PhaseWindows:
     """The windows of one phase among the trials `rows`.
 
@@ -120,6 +141,8 @@ def cut_phase(
     phase : str
     window_s : float, optional
         Default: until .1 s after the push, at most .3 s.
+    after_s : float
+        How long after the onset the window begins, of pushes throughout.
 
     Raises
     ------
@@ -130,7 +153,9 @@ def cut_phase(
     of_phase = pushes.rows(phase)[rows]
     free = ~pushes.pushed[rows]
     _check_counts(phase, int(of_phase.sum()), int(free.sum()))
-    _check_directions(phase, pushes.direction[rows[of_phase]])
+    throughout = pushes.throughout(phase)
+    if not throughout:
+        _check_directions(phase, pushes.direction[rows[of_phase]])
     length = min(pushes.duration_s + AFTER_S, LONGEST_S) if window_s is None else window_s
     if not SPACING_S * 10 <= length <= 2.0:
         raise InputError(f"a window of {length:g} s", expected="0.05 to 2 s")
@@ -138,7 +163,7 @@ def cut_phase(
     onset = np.array([_sample(courses, int(r), pushes.onset_s[r]) for r in hit])
     others, passing, missed = _passing(courses, rows[free], hit, onset)
     chosen = np.concatenate([hit, others])
-    at = np.concatenate([onset, passing])
+    at = np.concatenate([onset, passing]) + round(after_s * courses.sample_rate_hz)
     fits = _fits(courses, chosen, at, length)
     if not fits.any():
         raise InputError(
@@ -154,15 +179,42 @@ def cut_phase(
     return PhaseWindows(
         lag_s=lag,
         channels=_cut(courses, chosen, at, np.concatenate([_before(), lag])),
-        history=_history(courses, chosen, at),
+        # where pushes go on throughout, what a trial did before the window is their doing too, and
+        # taking it out would tie what the person does to the commands
+        history=np.zeros((len(at), 0)) if throughout else _history(courses, chosen, at),
         direction=pushes.direction[chosen],
+        instruments=_told(courses, pushes, chosen, at, lag)
+        if throughout
+        else pushes.direction[chosen],
         pushed=pushed,
         trial=courses.trial[chosen],
         onset=courses.offsets[chosen] + at,
         arm=courses.arm,
         shoulder_m=courses.shoulder_m,
+        after_s=after_s,
         notes=notes,
     )
+
+
+def windows_of(
+    courses: Courses, pushes: Pushes, rows: IntArray, phase: str, window_s: float | None = None
+) -> Iterator[tuple[str, PhaseWindows]]:
+    """Name and windows of one phase; of pushes throughout, windows every `STEP_S`, by their middle.
+
+    Parameters and errors are those of `cut_phase`.
+    """
+    if not pushes.throughout(phase):
+        yield phase, cut_phase(courses, pushes, rows, phase, window_s)
+        return
+    length = LONGEST_S if window_s is None else window_s
+    last = pushes.duration_s - length
+    if last < STEP_S:
+        raise InputError(
+            f"phase {phase}: pushes of {pushes.duration_s:g} s", expected=f"{length + STEP_S:g} s"
+        )
+    for after_s in np.arange(STEP_S / 2, last, STEP_S):
+        made = cut_phase(courses, pushes, rows, phase, length, float(after_s))
+        yield f"{after_s + made.lag_s[made.middle]:.3f} s", made
 
 
 def _before() -> FloatArray:
@@ -209,6 +261,20 @@ def _cut(courses: Courses, rows: IntArray, at: IntArray, lag_s: FloatArray) -> F
     """Channels (n, S, c) at lags from a sample of each trial."""
     lags = np.rint(lag_s * courses.sample_rate_hz).astype(int)
     return np.asarray(courses.channels[(courses.offsets[rows] + at)[:, None] + lags])
+
+
+def _told(
+    courses: Courses, pushes: Pushes, rows: IntArray, at: IntArray, lag_s: FloatArray
+) -> FloatArray:
+    """Means (n, g) of the robot's commands over `BIN_S`, in units of their spread."""
+    if pushes.command is None:
+        raise InputError("no commands", column="command_x", expected="what the robot was told")
+    lag = np.arange(-BEFORE_S, lag_s[-1], SPACING_S)
+    lag = lag[: len(lag) // _BIN * _BIN]
+    lags = np.rint(lag * courses.sample_rate_hz).astype(int)
+    told = pushes.command[(courses.offsets[rows] + at)[:, None] + lags]
+    means = told.reshape(len(rows), -1, _BIN, 2).mean(axis=2).reshape(len(rows), -1)
+    return np.asarray(means / max(float(np.sqrt((means**2).mean())), 1e-12))
 
 
 def _history(courses: Courses, rows: IntArray, at: IntArray) -> FloatArray:

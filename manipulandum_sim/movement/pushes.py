@@ -21,17 +21,18 @@ class Push:
 
     Attributes
     ----------
-    kind : {"pulse", "servo"}
-        A force, or a displacement from the path that is predicted at its onset.
+    kind : {"pulse", "servo", "random"}
+        A force, a displacement from the path that is predicted at its onset, or a random force
+        throughout (`commands`).
     size : float
-        Largest force (N) or displacement (m).
+        Largest force (N) or displacement (m); rms force on each axis of a random one.
     parts : tuple of (sign, seconds)
         Half-sine pulses one after another; of a displacement: out, hold, back (signs are ignored).
     servo_n_m : float
         Stiffness of the displacing servo.
     """
 
-    kind: Literal["pulse", "servo"]
+    kind: Literal["pulse", "servo", "random"]
     size: float
     parts: tuple[tuple[int, float], ...]
     servo_n_m: float = 20_000.0
@@ -78,5 +79,6 @@ PUSHES: Final = {
     "doublet": Push("pulse", 10.0, ((1, 0.06), (-1, 0.06))),
     "pulse": Push("pulse", 10.0, ((1, 0.06),)),
     "servo": Push("servo", 0.008, ((1, 0.09), (0, 0.07), (-1, 0.09))),
+    "random": Push("random", 2.5, ((1, 0.75),)),
     "soft-servo": Push("servo", 0.008, ((1, 0.09), (0, 0.07), (-1, 0.09)), 2_000.0),
 }

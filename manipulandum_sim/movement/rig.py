@@ -58,7 +58,8 @@ class MovementRig:
     push : Push or str
         Or a name of `PUSHES`.
     phases : tuple of float
-        Travelled share of the reach at which pushes come.
+        Travelled share of the reach at which pushes come; default: .12, .5 and .94, and .02 for
+        the onset of a random force.
     directions : int
         Equally spaced, from 0 degrees.
     variability : Variability
@@ -77,7 +78,7 @@ class MovementRig:
     line: ReachLine = field(default_factory=ReachLine)
     device: str = "free"
     push: Push | str = "doublet"
-    phases: tuple[float, ...] = (0.12, 0.5, 0.94)
+    phases: tuple[float, ...] = ()
     directions: int = 8
     variability: Variability = field(default_factory=Variability)
     cocontraction: Cocontraction = Cocontraction()
@@ -94,7 +95,10 @@ class MovementRig:
             raise InputError(f"no device {self.device!r}", expected=" or ".join(DEVICES))
         if isinstance(self.push, str) and self.push not in PUSHES:
             raise InputError(f"no push {self.push!r}", expected=" or ".join(PUSHES))
-        if not self.phases or not all(0 < p < 1 for p in self.phases) or self.directions < 1:
+        if not self.phases:
+            usual = (0.02,) if self.shape.kind == "random" else (0.12, 0.5, 0.94)
+            object.__setattr__(self, "phases", usual)
+        if not all(0 < p < 1 for p in self.phases) or self.directions < 1:
             raise InputError(
                 f"pushes at {self.phases} of the way in {self.directions} directions",
                 expected="shares between 0 and 1, and one direction or more",

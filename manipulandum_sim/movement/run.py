@@ -8,6 +8,7 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray, IntArray
 from manipulandum_sim.hand import RATE_HZ, Arm, MuscleCommand
+from manipulandum_sim.movement.commands import Commands
 from manipulandum_sim.movement.feedforward import feedforward
 from manipulandum_sim.movement.path import Courses, Motion2
 from manipulandum_sim.movement.pushes import Push
@@ -31,6 +32,8 @@ class Reaches:
         Index of the rig's phases; -1 for trials without a push.
     unit : (2, T)
         Direction of the push.
+    commands : Commands or None
+        Of random forces.
     """
 
     arm: Arm
@@ -38,6 +41,7 @@ class Reaches:
     courses: Courses
     phase: IntArray
     unit: FloatArray
+    commands: Commands | None = None
 
 
 @dataclass(frozen=True)
@@ -152,6 +156,8 @@ class _Run:
         """Force (2, T) of the robot's push on the hand."""
         push: Push = self.rig.shape
         lag, unit = time - self.onset, self.reaches.unit
+        if self.reaches.commands is not None:
+            return self.reaches.commands.force(lag)
         if push.kind == "pulse":
             return unit * push.force(lag)
         on = push.hold(lag)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -20,6 +20,7 @@ from manipulandum_sim.hand import (
     find_subject,
     quantised,
 )
+from manipulandum_sim.movement.commands import N_PHASES, Commands
 from manipulandum_sim.movement.path import N_DRAWS, Courses
 from manipulandum_sim.movement.rig import MovementRig
 from manipulandum_sim.movement.run import Ran, Reaches, run
@@ -29,6 +30,15 @@ from manipulandum_sim.movement.truth import MovementTruth, find_truth
 MOVEMENT_KEY: Final = 200
 #: Trials that are integrated at once.
 BLOCK: Final = 128
+
+
+class _Block(NamedTuple):
+    """Position and force as measured (T, S, 2), push onsets (T,), robot's commands (T, S, 2)."""
+
+    position: FloatArray
+    force: FloatArray
+    onset_s: FloatArray
+    command: FloatArray
 
 
 def simulate_movement(
@@ -101,8 +111,8 @@ def _block(
     rows: IntArray,
     phase: IntArray,
     direction: FloatArray,
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Position and force (T, S, 2) as measured, push onsets (T,)."""
+) -> _Block:
+    """A block of trials."""
     samples = round(rig.duration_s * RATE_HZ) + 1
     level = find_noise("none" if rig.noise == "none" else "sensor")
     draws = [
@@ -114,15 +124,29 @@ def _block(
     white = np.stack([g.standard_normal((samples, 2)) for g in draws])
     grid = np.stack([g.random(2) for g in draws])[:, None]
     angle = direction[rows]
+    commands = None
+    if rig.shape.kind == "random":
+        commands = Commands.drawn(rig.shape, np.stack([g.random(N_PHASES) for g in draws], axis=1))
     reaches = Reaches(
         Arm.of(person),
         rig,
         Courses.drawn(rig.line, rig.go_s, rig.variability, courses),
         phase[rows],
         np.stack([np.cos(angle), np.sin(angle)]),
+        commands,
     )
     ran = run(reaches, _slow(own, rig))
-    return _sensed(ran, level, white, grid)
+    return _Block(*_sensed(ran, level, white, grid), _commanded(ran, commands))
+
+
+def _commanded(ran: Ran, commands: Commands | None) -> FloatArray:
+    """What the robot was told (T, S, 2), 0 where nobody pushed."""
+    samples, _, trials = ran.position.shape
+    if commands is None:
+        return np.zeros((trials, samples, 2))
+    time = np.arange(samples) / RATE_HZ
+    force = [commands.force(t - ran.push_onset_s) for t in time]
+    return np.nan_to_num(np.stack(force)).transpose(2, 0, 1)
 
 
 def _slow(white: FloatArray, rig: MovementRig) -> FloatArray:
@@ -149,12 +173,14 @@ def _recording(
     rig: MovementRig,
     phase: IntArray,
     direction: FloatArray,
-    parts: list[tuple[FloatArray, FloatArray, FloatArray]],
+    parts: list[_Block],
     seed: int,
 ) -> Recording:
-    position, force, onset = (np.concatenate(part) for part in zip(*parts, strict=True))
+    position, force, onset, command = map(np.concatenate, zip(*parts, strict=True))
     trials, samples, _ = position.shape
+    random = rig.shape.kind == "random"
     names = np.array([f"{100 * share:g}%" for share in rig.phases] + [""], dtype=object)
+    told_robot = {f"command_{axis}": command[..., k].ravel() for k, axis in enumerate("xy")}
     # a reach that ends before the place of its push is not pushed
     phase = np.where(np.isfinite(onset), phase, -1)
     table = pd.DataFrame(
@@ -162,7 +188,7 @@ def _recording(
             "trial": np.arange(1, trials + 1),
             "condition": rig.device,
             "phase": names[phase],
-            "push_deg": np.where(phase >= 0, np.degrees(direction), np.nan),
+            "push_deg": np.where((phase >= 0) & ~random, np.degrees(direction), np.nan),
             "push_onset_s": onset,
             "push_end_s": onset + rig.shape.duration_s,
         }
@@ -181,5 +207,6 @@ def _recording(
         handle_mass_kg=rig.handle_mass_kg,
         shoulder_m=np.zeros(2),
         subject=person.record,
+        extra=told_robot if random else {},
         provenance=(told, f"seed {seed}"),
     )

@@ -16,7 +16,10 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
         "--device", default="free", metavar="NAME", help="free, channel, curl or divergent"
     )
     parser.add_argument(
-        "--push", default="doublet", metavar="NAME", help="doublet, pulse, servo or soft-servo"
+        "--push",
+        default="doublet",
+        metavar="NAME",
+        help="doublet, pulse, servo, soft-servo or random (throughout; --repeats 15)",
     )
     parser.add_argument(
         "--reflex",

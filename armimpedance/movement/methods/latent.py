@@ -55,4 +55,5 @@ METHOD = Method(
     reference="docs/movement.md",
     fit=fit,
     levels=("hand", "joint"),
+    throughout=True,
 )
