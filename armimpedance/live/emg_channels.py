@@ -114,10 +114,10 @@ class EmgChannels:
         self._put_back(why != 0)
         lost = missing | self._faulty
         self._remember(amplitude, lost)
-        levels = self._levels
-        alpha = levels.activation(amplitude)
-        noise = levels.noise * amplitude / levels.maximum_V if self._raw else 0.0
-        alpha, sd = self._held.take(alpha, np.hypot(sd, noise), lost, tick.step_s)
+        alpha, noise = self._levels.activation(np.maximum(amplitude, 0.0))
+        # of an envelope nobody knows here how it was made
+        sd = np.hypot(sd, noise) if self._raw else sd
+        alpha, sd = self._held.take(alpha, sd, lost, tick.step_s)
         flags = [
             f"{self._faults.name(int(why[i])) if why[i] else 'lost'}: {self._muscles[i]}"
             for i in np.flatnonzero(lost)
@@ -155,7 +155,7 @@ class EmgChannels:
             return
         if self._raw:
             self._lowpass.settle(self._before[-1], new)
-        self._held.put_back(self._levels.activation(self._before[-1]), new)
+        self._held.put_back(self._levels.activation(self._before[-1])[0], new)
         self._before[:, new] = self._before[-1, new]
 
     def _remember(self, amplitude: FloatArray, lost: BoolArray) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Annotated, Final
 
 import numpy as np
@@ -11,7 +12,7 @@ from numpy.typing import ArrayLike
 from armimpedance.arrays import FloatArray, FrozenRecord, frozen_array
 from armimpedance.errors import InputError
 from armimpedance.records import Recording
-from armimpedance.signals import emg_amplitude, mvc_column, rest_column
+from armimpedance.signals import emg_amplitude, mvc_column, rest_column, without_rest
 
 #: Low-pass of the rectified EMG: as late as a muscle is where its activation changes at 1 Hz.
 CUTOFF_HZ: Final = 3.5
@@ -77,10 +78,15 @@ class EmgLevels(FrozenRecord):
             noise=amplitude.relative_noise[columns],
         )
 
-    def activation(self, amplitude_V: FloatArray) -> FloatArray:
-        """Activation of amplitudes (..., m); noise of electrode and amplifier taken off."""
-        own = np.sqrt(np.maximum(amplitude_V**2 - self.rest_V**2, 0.0))
-        return np.asarray(own / np.sqrt(self.maximum_V**2 - self.rest_V**2))
+    @cached_property
+    def _scale(self) -> FloatArray:
+        """The muscle's own part of its maximum (m,), V."""
+        return np.asarray(np.sqrt(self.maximum_V**2 - self.rest_V**2))
+
+    def activation(self, amplitude_V: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Activation of amplitudes (m,), noise at rest taken off, and its standard error (m,)."""
+        own, sd = without_rest(amplitude_V, self.noise * amplitude_V, self.rest_V)
+        return own / self._scale, sd / self._scale
 
     def recalibrated(self, rest_V: ArrayLike, loads_V: ArrayLike, known: ArrayLike) -> GainDrift:
         """Follow gains that have drifted: a person's rest and known loads, held once more.
@@ -110,7 +116,7 @@ class EmgLevels(FrozenRecord):
         if len(loads) < 2:
             raise InputError(f"{len(loads)} known load", expected="two or more")
         own = np.sqrt(np.maximum(loads**2 - rest**2, 0.0))
-        scale = np.sqrt(self.maximum_V**2 - self.rest_V**2)
+        scale = self._scale
         square = (then**2).sum(axis=0)
         told = (then > LEAST_ACTIVE).all(axis=0)
         safe = np.where(told, square, 1.0)

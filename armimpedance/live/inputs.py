@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from armimpedance.analyses import read_recording
 from armimpedance.arm import Arm
-from armimpedance.arrays import LARGEST, FloatArray
+from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
 from armimpedance.files import read_model
 from armimpedance.levels import kinematic_arm
@@ -21,8 +21,16 @@ from armimpedance.muscles import MuscleModel
 from armimpedance.recordings import read_subject
 from armimpedance.records import Subject
 
-#: No joint angle (rad), place, force (N) or displacement (m) is larger: other units are.
-_LARGEST: Final = {"q": 2 * np.pi, "hand": 10.0, "force": 1e4, "displacement": 10.0}
+#: No joint angle (rad), place (m), force (N), displacement (m), EMG (V, behind any amplifier) or
+#: error of an activation is larger: other units are.
+_LARGEST: Final = {
+    "q": 2 * np.pi,
+    "hand": 10.0,
+    "force": 1e4,
+    "displacement": 10.0,
+    "signal": 10.0,
+    "signal_sd": 1.0,
+}
 
 
 def form_for(model: Any) -> StiffnessForm:
@@ -80,7 +88,7 @@ def levels_for(levels: Any, muscles: tuple[str, ...]) -> EmgLevels:
 
 
 def vector(values: ArrayLike, name: str, length: int, *, lost: bool = False) -> FloatArray:
-    """A vector (length,) of finite numbers; NaN where `lost` channels may be missing.
+    """A vector (length,) of finite numbers; with `lost`, NaN in the place of those that are none.
 
     Raises
     ------
@@ -92,10 +100,10 @@ def vector(values: ArrayLike, name: str, length: int, *, lost: bool = False) -> 
         raise InputError(f"{name} is no list of numbers", expected=f"{length} numbers") from None
     if array.shape != (length,):
         raise InputError(f"{name} of shape {array.shape}", expected=f"({length},)")
+    largest = _LARGEST[name]
     if lost:
-        array[~(np.abs(array) < LARGEST)] = np.nan
+        array[~(np.abs(array) <= largest)] = np.nan
         return array
-    largest = _LARGEST.get(name, LARGEST)
     if not (np.abs(array) <= largest).all():
         raise InputError(f"{name} of {array.tolist()}", expected=f"finite, up to {largest:.4g}")
     return array

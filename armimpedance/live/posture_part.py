@@ -77,7 +77,7 @@ class PosturePart:
         self.jacobian = J = arm.jacobian(q)
         self.square = J.shape[0] == J.shape[1]
         inverse = np.asarray(_inverse(J) if self.square else np.linalg.pinv(J), dtype=float)
-        if not np.linalg.norm(J) * np.linalg.norm(inverse) < SINGULAR_CONDITION:
+        if not np.abs(J).max() * np.abs(inverse).max() < SINGULAR_CONDITION:
             raise InputError(
                 "the arm is stretched: its joints do not set the hand's stiffness",
                 expected="a posture with the elbow bent",

@@ -19,8 +19,9 @@ class VaryingSpring:
     ----------
     limit_N_m_s : float or None
         Largest rate of change of any stiffness, N/m per s; None: no limit.
-    longest_step_s : float
-        After a gap the spring moves on as if this much time had passed.
+    step_s : float
+        Nominal time between samples: after a gap the spring moves on as if twice as much had
+        passed, and of stamps that nearly coincide no rate is told.
 
     Raises
     ------
@@ -28,10 +29,10 @@ class VaryingSpring:
         A limit that is not positive.
     """
 
-    def __init__(self, limit_N_m_s: float | None, longest_step_s: float) -> None:
+    def __init__(self, limit_N_m_s: float | None, step_s: float) -> None:
         if limit_N_m_s is not None and not limit_N_m_s > 0:
             raise InputError(f"a limit of {limit_N_m_s:g} N/m/s", expected="more than 0")
-        self._limit, self._longest = limit_N_m_s, longest_step_s
+        self._limit, self._nominal = limit_N_m_s, step_s
         self._K: FloatArray | None = None
         self.growth_W_m2 = 0.0
         self.added_J = 0.0
@@ -44,7 +45,7 @@ class VaryingSpring:
         if self._K is None:
             self._K = K
             return K
-        step = min(step_s, self._longest)
+        step = min(step_s, 2 * self._nominal)
         change = K - self._K
         rates = np.linalg.eigvalsh(change)
         fastest = max(-rates[0], rates[-1])
@@ -52,7 +53,8 @@ class VaryingSpring:
         if self._limit is not None and fastest > self._limit * step:
             part = self._limit * step / fastest
             change = part * change
-        self.growth_W_m2 = max(float(part * rates[-1]) / (2 * step), 0.0)
+        shown = max(step, 0.1 * self._nominal)
+        self.growth_W_m2 = max(float(part * rates[-1]) / (2 * shown), 0.0)
         if displacement is not None:
             self.added_J += float(displacement @ change @ displacement) / 2
         self._K = K if part == 1.0 else self._K + change

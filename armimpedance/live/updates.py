@@ -108,7 +108,7 @@ class Live:
 
     def _begin(self) -> None:
         self._channels.reset()
-        self._spring = VaryingSpring(self._limit, 2 / self._rate)
+        self._spring = VaryingSpring(self._limit, 1 / self._rate)
 
     def update(
         self,

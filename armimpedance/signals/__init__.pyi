@@ -10,6 +10,7 @@ from .emg.activation import (
     mean_activation as mean_activation,
     mvc_column as mvc_column,
     rest_column as rest_column,
+    without_rest as without_rest,
 )
 from .emg.amplitude import (
     CUTOFF_HZ as CUTOFF_HZ,

@@ -215,9 +215,9 @@ def test_the_faces_of_the_analysis_stay_small():
     # 450 before there were studies; eighteen names are those of their room, where people, engines
     # and steps are told apart, and one writes the page of many people; eleven are those of a hand
     # that moves: two verbs, what they call, its methods, its checks, its plan, the plan's text,
-    # its course and picture; seven are those of the live stiffness: its updates, what they
-    # say, a model's form, levels of the EMG, a stream, its packets, the last rows of a stream.
-    assert sum(len(names) for room, names in FACES.items() if "armimpedance" in room) <= 487
+    # its course and picture; eight are those of the live stiffness: its updates, what they
+    # say, a model's form, levels of the EMG and its rest, a stream, its packets and last rows.
+    assert sum(len(names) for room, names in FACES.items() if "armimpedance" in room) <= 488
 
 
 def _graph() -> dict[str, set[str]]:

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import contextlib
 import io
+import itertools
 import json
 import socket
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from made_up_arm import SUBJECT
 
+from armimpedance.errors import InputError
 from armimpedance.files import write_model
 from armimpedance.live import Live, packets_of, serve
 from armimpedance.live.packets import LONGEST
@@ -196,15 +199,41 @@ def test_a_recorded_session_goes_the_same_way(model):
     recording, _ = simulate("cocontraction", seed=3, sets=1, conditions=["cocontraction_10"])
     live = Live(model, recording, levels=recording)
     written, told = [], []
-    served = serve(live, packets_of(live, recording), _keep(written), told.append)
+    first = recording.samples_of(0)
+    packets = itertools.islice(packets_of(live, recording), first.stop + 1)
+    served = serve(live, packets, _keep(written), told.append)
     assert told == []
-    assert served.taken == len(recording.time_s)
+    assert served.taken == first.stop
     last = json.loads(written[-1])
-    first = recording.samples_of(recording.n_trials - 1)
-    q = recording.joint_angles[first]
     other = Live(model, recording, levels=recording)
-    for k, row in enumerate(range(first.start, first.stop)):
+    for k in range(first.stop):
         one = other.update(
-            recording.emg[row], q=q[k], time_s=recording.time_s[row], force=recording.force[row]
+            recording.emg[k],
+            q=recording.joint_angles[k],
+            time_s=recording.time_s[k],
+            force=recording.force[k],
         )
-    np.testing.assert_allclose(last["K_N_m"], one.stiffness, rtol=1e-9)
+    assert last == one.to_dict()
+
+
+def test_a_stream_of_the_laboratorys_network(model, monkeypatch):
+    samples = [[1.0, 1.5, *[0.1] * 6], [1.0, 1.5, *[0.1] * 5, np.nan]]
+
+    class Inlet:
+        def __init__(self, stream):
+            assert stream.channel_count() == 8
+
+        def pull_sample(self):
+            return samples.pop(0), float(2 - len(samples))
+
+    def found(kind, name, timeout):
+        return [SimpleNamespace(channel_count=lambda: 8 if name == "arm" else 6)]
+
+    fake = SimpleNamespace(StreamInlet=Inlet, resolve_byprop=found)
+    monkeypatch.setitem(sys.modules, "pylsl", fake)
+    live = Live(model, SUBJECT)
+    lines = [json.loads(p) for p in itertools.islice(packets_of(live, "lsl:arm"), 2)]
+    assert lines[0] == {"time_s": 1.0, "q_rad": [1.0, 1.5], "activation": [0.1] * 6}
+    assert lines[1]["activation"][-1] is None
+    with pytest.raises(InputError, match="6 channels"):
+        next(packets_of(live, "lsl:other"))

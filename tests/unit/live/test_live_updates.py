@@ -245,6 +245,14 @@ def test_a_sender_that_begins_anew_is_followed():
     assert len(refused) == AGREEING - 1
 
 
+def test_stamps_that_nearly_coincide_make_no_number_infinite(model):
+    live = Live(model, SUBJECT)
+    stamps = [0.0, 5e-324, 1e-300, 1e-12, 0.001]
+    for k, stamp in enumerate(stamps):
+        one = live.update([0.3 * (k % 2)] * 6, q=SQUARE, time_s=stamp)
+        assert np.isfinite(one.growth_W_m2)
+
+
 def test_gaps_are_flagged(model):
     live = Live(model, SUBJECT)
     flags = [live.update([0.1] * 6, q=SQUARE, time_s=t).flags for t in (0.0, 0.001, 0.006, 0.007)]
@@ -252,7 +260,7 @@ def test_gaps_are_flagged(model):
 
 
 def test_the_spring_keeps_its_limit_stays_definite_and_arrives():
-    spring = VaryingSpring(1000.0, 0.002)
+    spring = VaryingSpring(1000.0, 0.001)
     soft, stiff = np.diag([100.0, 50.0]), np.array([[400.0, 150.0], [150.0, 200.0]])
     spring.follow(soft, 0.001, None)
     course = [soft] + [spring.follow(stiff, 0.001, None) for _ in range(600)]
