@@ -125,8 +125,18 @@ def without_rest(
 ) -> tuple[FloatArray, FloatArray]:
     """The muscle's own part of a level, ``sqrt(level^2 - rest^2)``, and its standard error.
 
-    Noise of electrode and amplifier adds to a muscle's EMG as independent noises do. Level, its
-    standard error and the level of the silent muscle share a unit and broadcast.
+    Noise of electrode and amplifier adds to a muscle's EMG as independent noises do.
+
+    Parameters
+    ----------
+    level, sd : (..., m)
+        Level of the EMG and its standard error.
+    rest : (..., m)
+        Level of the silent muscle, in the same unit.
+
+    Returns
+    -------
+    own, own_sd : (..., m)
     """
     own = np.sqrt(np.maximum(level**2 - rest**2, 0.0))
     # d own = level / own d level, which has no end at own = 0: there own^2 is known to level sd
