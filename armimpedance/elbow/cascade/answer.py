@@ -15,6 +15,8 @@ SIDES: Final[tuple[Side, ...]] = ("both", "positive", "negative")
 ORDERS: Final = (1, 2)
 #: A velocity of so long ago at most is looked at, s.
 PAD_S: Final = 1.0
+#: Time constants of the low-pass after which less than a two-hundredth is left.
+FORGOTTEN: Final = 8.0
 
 
 @dataclass(frozen=True)
@@ -35,6 +37,11 @@ class Pathway:
     cutoff_hz: float
     order: int = 2
     side: Side = "both"
+
+    @property
+    def lead_s(self) -> float:
+        """Time after which what was before the record is forgotten, s."""
+        return min(self.delay_s + FORGOTTEN / (2 * np.pi * self.cutoff_hz), PAD_S)
 
     def signal(self, rows: CascadeRows) -> FloatArray:
         """Its answer to the motion at gain one, (N,) rad/s."""

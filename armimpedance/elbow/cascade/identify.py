@@ -11,6 +11,7 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.elbow.cascade.method import CascadeMethod, Courses
+from armimpedance.elbow.cascade.refined import Refined, refined
 from armimpedance.elbow.cascade.rounds import in_rounds
 from armimpedance.elbow.cascade.rows import CascadeRows, block_means, cascade_rows
 from armimpedance.elbow.cascade.search import Searched, searched
@@ -28,12 +29,14 @@ from armimpedance.regression import Parameters
 SLOW_HZ: Final = 0.5
 #: No jump makes a reflex of so much more likelihood.
 SURE: Final = 2000.0
+#: While the reflex is looked for each trial loses so much at its beginning, s.
+LEAD_S: Final = 0.3
 #: Error of the derivatives over bands that would be narrower than that, of each course.
 MODEL: Final = 3e-4
 #: Grid of the result, s.
 EVERY_S: Final = 0.02
 #: Steps that are told of at most.
-_STEPS: Final = 16
+_STEPS: Final = 18
 
 
 def identify_cascade(
@@ -98,14 +101,19 @@ def identify_cascade(
     task = _task(samples, data, rows, aligned, over, variable)
     task = replace(task, tick=tick)
     tick()
-    found = None
+    found, near = None, None
     if reflex == "auto":
-        found = _contest(searched(task), task)
-        task = replace(task, pathway=found.pathway if found.seen else None)
+        found = searched(task.settled(LEAD_S))
+        settled = task.settled(found.pathway.lead_s)
+        found = _contest(found, settled)
+        if found.seen:
+            near = refined(found.pathway, settled)
+            found = replace(found, pathway=near.pathway)
+            task = replace(settled, pathway=near.pathway)
     courses = chosen.estimate(task)
     if progress is not None:
         progress(_STEPS, _STEPS)
-    return _result(chosen, courses, found, every_s)
+    return _result(chosen, courses, found, near, every_s)
 
 
 def _contest(found: Searched, task: Task) -> Searched:
@@ -201,7 +209,11 @@ def _slow(signal: FloatArray, rate_hz: float) -> FloatArray:
 
 
 def _result(
-    method: CascadeMethod, courses: Courses, search: Searched | None, every_s: float | None
+    method: CascadeMethod,
+    courses: Courses,
+    search: Searched | None,
+    near: Refined | None,
+    every_s: float | None,
 ) -> VaryingImpedance:
     task, found = courses.task, courses.found
     at, place, offsets = _grid(task, every_s)
@@ -209,8 +221,8 @@ def _result(
     sd = np.sqrt(found.variance[at] + (MODEL * mean) ** 2)
     finding = _reflex_finding(search, found.mean)
     course = None
-    if task.pathway is not None and search is not None:
-        sd, course = _with_pathway(search, mean, sd)
+    if near is not None:
+        sd, course = _with_pathway(near, mean, sd)
     inertia = Parameters(
         NAMES[:1], UNITS[:1], np.array([found.inertia]), np.array([[found.var_inertia]])
     )
@@ -254,16 +266,16 @@ def _grid(task: Task, every_s: float | None) -> tuple[np.ndarray, FloatArray, np
 
 
 def _with_pathway(
-    search: Searched, mean: FloatArray, sd: FloatArray
+    near: Refined, mean: FloatArray, sd: FloatArray
 ) -> tuple[FloatArray, ReflexCourse]:
     """What delay and cut-off are not known by goes into every band."""
     G = mean[:, 2]
     level = float(np.abs(G).mean()) or 1.0
     share = np.abs(G) / level
-    moved, C = search.moved, search.covariance
+    moved, C = near.moved, near.covariance
     more = np.einsum("ij,ik,kj->j", moved, C, moved)
     sd = np.sqrt(sd**2 + share[:, None] ** 2 * more)
-    one = search.pathway
+    one = near.pathway
     sd_delay, sd_log = np.sqrt(np.diag(C)).tolist()
     return sd, ReflexCourse(
         G=G,

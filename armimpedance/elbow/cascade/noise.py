@@ -9,7 +9,7 @@ import numpy as np
 from armimpedance.arrays import FloatArray
 
 #: Highest order of the autoregression.
-ORDER: Final = 6
+ORDER: Final = 16
 
 
 def autoregression(residual: FloatArray) -> FloatArray:

@@ -28,8 +28,6 @@ COARSE_S: Final = 0.2
 INTENSITY: Final = 2.0
 #: A reflex is seen where the logarithm of the likelihood rises by this.
 SEEN: Final = 12.0
-#: Steps over which its curvature is read: s, and a share of the cut-off.
-STEPS: Final = (0.002, 0.1)
 
 
 @dataclass(frozen=True)
@@ -41,16 +39,10 @@ class Searched:
     pathway : Pathway
     gained : float
         By how much it raises the logarithm of the marginal likelihood.
-    covariance : (2, 2)
-        Of delay (s) and of the logarithm of the cut-off.
-    moved : (2, m)
-        How far the courses' means go with either.
     """
 
     pathway: Pathway
     gained: float
-    covariance: FloatArray
-    moved: FloatArray
 
     @property
     def seen(self) -> bool:
@@ -83,56 +75,30 @@ def searched(task: Task) -> Searched:
         task.tick()
     other = max(ends, key=lambda e: e[0])[1]
     ends += [_refined(coarse, replace(other, order=order)) for order in ORDERS if order != 2]
-    score, pathway, x = max(ends, key=lambda e: e[0])
-    score = coarse.tuned(pathway)
-    covariance, moved = _around(coarse, pathway, x)
-    return Searched(pathway, score - without, covariance, moved)
+    _, pathway = max(ends, key=lambda e: e[0])
+    return Searched(pathway, coarse.tuned(pathway) - without)
 
 
-def _refined(coarse: _Coarse, start: Pathway) -> tuple[float, Pathway, FloatArray]:
-    """Score, pathway and (delay, log cut-off) of greatest likelihood near a start."""
+def _refined(coarse: _Coarse, start: Pathway) -> tuple[float, Pathway]:
+    """Score and pathway of greatest likelihood near a start."""
     from scipy.optimize import minimize
 
     def loss(x: Any) -> float:
-        at = _at(start, x)
+        at = at_place(start, x)
         return np.inf if at is None else -coarse.evidence(at)
 
     x0 = np.array([start.delay_s, np.log(start.cutoff_hz)])
     simplex = x0 + np.array([[0, 0], [0.008, 0], [0, -0.4]])
     options: Any = {"initial_simplex": simplex, "maxfev": 50, "xatol": 2e-4, "fatol": 0.05}
     end: Any = minimize(loss, x0, method="Nelder-Mead", options=options)
-    return -float(end.fun), _at(start, end.x) or start, np.asarray(end.x, dtype=np.float64)
+    return -float(end.fun), at_place(start, end.x) or start
 
 
-def _at(kind: Pathway, x: FloatArray) -> Pathway | None:
+def at_place(kind: Pathway, x: FloatArray) -> Pathway | None:
+    """The pathway at (delay, log cut-off); None where it is not looked for."""
     delay, cutoff = float(x[0]), float(np.exp(x[1]))
     inside = all(a <= v <= b for v, (a, b) in zip((delay, cutoff), LIMITS, strict=True))
     return replace(kind, delay_s=delay, cutoff_hz=cutoff) if inside else None
-
-
-def _around(coarse: _Coarse, best: Pathway, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Inverse curvature of the likelihood (2, 2), and what either does to the courses' means."""
-    steps = np.diag(STEPS)
-
-    def value(dx: FloatArray) -> float:
-        at = _at(best, x + dx)
-        return coarse.evidence(at or best)
-
-    H = np.empty((2, 2))
-    centre = value(np.zeros(2))
-    for i in range(2):
-        H[i, i] = 2 * centre - value(steps[i]) - value(-steps[i])
-    cross = value(steps[0] + steps[1]) + value(-steps[0] - steps[1])
-    cross -= value(steps[0] - steps[1]) + value(steps[1] - steps[0])
-    H[0, 1] = H[1, 0] = -cross / 4
-    H /= np.outer(STEPS, STEPS)
-    w, v = np.linalg.eigh(H * np.outer(STEPS, STEPS))
-    inverse = (v / np.maximum(w, 1e-2)) @ v.T * np.outer(STEPS, STEPS)
-    moved = [
-        (coarse.means(_at(best, x + d) or best) - coarse.means(_at(best, x - d) or best)) / (2 * h)
-        for d, h in zip(steps, STEPS, strict=True)
-    ]
-    return inverse, np.stack(moved)
 
 
 def _beginning(task: Task) -> Task:
@@ -166,19 +132,12 @@ class _Coarse:
 
     def evidence(self, pathway: Pathway) -> float:
         """Logarithm of the marginal likelihood."""
-        return self._found(pathway)[0]
-
-    def means(self, pathway: Pathway) -> FloatArray:
-        """Means of the courses."""
-        return self._found(pathway)[1]
-
-    def _cells(self, pathway: Pathway | None) -> Cells:
-        return replace(self._task, pathway=pathway).cells()
-
-    def _found(self, pathway: Pathway) -> tuple[float, FloatArray]:
         cells, of = self._cells(pathway), self._strengths
         intensity = of.intensity
         if len(intensity) < cells.courses:
             # the reflex's gain stands before the offset
             intensity = np.insert(intensity, -1, INTENSITY)
-        return smooth_means(cells, Strengths(intensity, scales_of(cells), of.noise))
+        return smooth_means(cells, Strengths(intensity, scales_of(cells), of.noise))[0]
+
+    def _cells(self, pathway: Pathway | None) -> Cells:
+        return replace(self._task, pathway=pathway).cells()

@@ -22,6 +22,8 @@ CELL_ROWS: Final = 2
 SHORT_ROWS: Final = 2500
 #: Rows from which it is judged whether there is a reflex, and which.
 MOST_ROWS: Final = 20_000
+#: The part of a trial that a reflex may lose at its beginning.
+MOST_LEAD: Final = 0.2
 #: What is left beyond so many deviations is a jump's and not the noise's.
 OUTLYING: Final = 4.5
 
@@ -74,6 +76,15 @@ class Task:
     def aligned(self) -> bool:
         """Whether trials share their cells."""
         return self.in_time and len(self.strips) - 1 < len(self.data.trials)
+
+    def settled(self, lead_s: float) -> Task:
+        """Without the first rows of each trial, whose reflex answers what was before the trial."""
+        cell = np.array(self.cell)
+        for row in range(len(self.rows.offsets) - 1):
+            inside = self.rows.trial(row)
+            most = MOST_LEAD * (inside.stop - inside.start)
+            cell[inside][: round(min(lead_s * self.rows.rate_hz, most))] = -1
+        return replace(self, cell=cell)
 
     def columns(self) -> FloatArray:
         """Columns (N, m + 2) of the equation."""
