@@ -232,5 +232,7 @@ def _plausibility(ordered: FloatArray, own: FloatArray, dof: float) -> tuple[str
             )
         elif name == "viscosity":
             continue
+        if name == "stiffness" and d > 2:
+            text += "; a free elbow that swivels does that too: hold it, or stay out longer"
         warnings.append(text)
     return tuple(warnings)

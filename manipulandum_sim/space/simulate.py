@@ -76,7 +76,7 @@ class SpaceCondition:
     @property
     def name(self) -> str:
         """The condition in the trial table."""
-        return f"{self.posture}_{100 * self.cocontraction:g}_percent"
+        return f"{self.posture}_{100 * self.cocontraction:g}"
 
     def plant(self, subject: SimulatedSubject, rig: SpaceRig) -> Plant:
         """The arm in balance.
@@ -236,6 +236,7 @@ class _Session:
             "elevation_deg": elevation,
             "onset_s": onset,
             "end_s": onset + self.rig.duration_s,
+            "elbow": self.rig.elbow,
             "target_activation": activation[schedule.condition],
         }
         columns |= {f"target_force_{axis}_N": force[:, i] for i, axis in enumerate("xyz")}

@@ -21,10 +21,17 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray, IntArray
 from armimpedance.impedance.doubts.columns import COLUMNS, family
+from armimpedance.impedance.doubts.inner import (
+    FEWEST_AXES,
+    Elbow,
+    averaged,
+    elbow_told,
+    with_inner,
+)
 from armimpedance.impedance.doubts.model import Model, pooled
 from armimpedance.impedance.doubts.symmetry import LARGEST_GAIN, gain_of, rows_of
 from armimpedance.impedance.doubts.told import MOST_CONDITIONS, POSITIVE, models_of
-from armimpedance.impedance.estimation import groups_of
+from armimpedance.impedance.estimation import BOUNDED, groups_of
 from armimpedance.records import ImpedanceEstimate, Recording
 from armimpedance.regression import t_factor
 
@@ -74,7 +81,9 @@ def allowing(
     wider = []
     for group, (one, rows) in enumerate(zip(estimates, groups, strict=True)):
         model = longest[group] if group in longest else next(models_of(recording, [rows]))
-        wider.append(one if model is None else _wider(one, model, likely, uneven))
+        one = one if model is None else _wider(one, model, likely, uneven)
+        elbow = elbow_told(recording, rows) if one.k >= FEWEST_AXES else "held"
+        wider.append(one if model is None or elbow == "held" else _inner(one, model, elbow))
     return wider
 
 
@@ -164,3 +173,14 @@ def _wider(
     bound = None if one.bound is None else one.bound + more
     wider = replace(one, covariance=one.covariance + more, bound=bound)
     return replace(wider, provenance=(*one.provenance, note))
+
+
+def _inner(one: ImpedanceEstimate, model: Model, elbow: Elbow | None) -> ImpedanceEstimate:
+    """One group's estimate with a mode inside the limb allowed for."""
+    found = {c: model.departure(c) for c in model.columns if family(c) == "inner"}
+    # one measure of noise for all, as above
+    scale = float(np.median([d.error / d.expected for d in found.values()]))
+    wider = {c: t_factor(d.dof) / t_factor(np.inf) for c, d in found.items()}
+    sizes = {c: (d.size, scale * d.expected, wider[c]) for c, d in found.items()}
+    shifts = {c: model.shift(c) for c in found}
+    return with_inner(one, averaged(sizes, shifts, elbow), correct=one.method == BOUNDED)

@@ -16,6 +16,7 @@ from scipy.special import stdtrit
 from armimpedance.arrays import FloatArray
 from armimpedance.conventions import Kind
 from armimpedance.impedance.doubts.columns import columns_of, family
+from armimpedance.impedance.doubts.inner import inner_columns
 from armimpedance.impedance.weighing.expected_motion import expected_motion
 from armimpedance.impedance.weighing.modal import ModalEquation, weighted_equations
 from armimpedance.impedance.weighing.weighted_fit import compensated_equations, weighted_fit
@@ -30,6 +31,7 @@ LEVEL: Final = {
     "amplitude": 0.007,
     "friction": 0.003,
     "voluntary": 0.002,
+    "inner": 0.0005,
 }
 
 
@@ -116,6 +118,7 @@ class Model:
         plain = compensated_equations(found.equation, found.noise, V, Z, kind)
         solved = solve_equations(plain)
         columns, way = columns_of(window, found.equation, Z, solved.parameters)
+        columns |= inner_columns(window, found.equation, solved.parameters)
         theta, covariance = solved.parameters, solved.covariance
         return cls(found.equation, V, Z, plain, theta, covariance, columns, way)
 

@@ -15,6 +15,7 @@ from armimpedance.arrays import IntArray
 from armimpedance.errors import ArmImpedanceError
 from armimpedance.findings import Finding
 from armimpedance.impedance.doubts.columns import COLUMNS, late_s
+from armimpedance.impedance.doubts.inner import elbow_told
 from armimpedance.impedance.doubts.model import Departure, Model, pooled
 from armimpedance.impedance.doubts.repeats import lack_of_fit
 from armimpedance.impedance.doubts.symmetry import check_symmetry
@@ -40,6 +41,8 @@ BESIDE: Final = 1 / 3
 #: Smaller changes of K (parts of K) and smaller delays (s) matter to nobody.
 LEAST_SHARE: Final = 0.01
 LEAST_DELAY_S: Final = 5e-5
+#: Part of a mode's stiffness that a short disturbance shows in K.
+USUAL_PART: Final = 0.5
 #: With fewer trials nothing can be told; of more conditions than this the longest are judged.
 FEWEST_TRIALS: Final = 8
 MOST_CONDITIONS: Final = 4
@@ -86,7 +89,32 @@ def check_departures(recording: Recording) -> tuple[Finding, ...]:
             found.append(Finding(name, "warning", f"{text}; {ADVICE[name]}", smallest))
         else:
             found.append(Finding(name, "ok", text, smallest))
-    return (*found, *lack_of_fit(models, explained=bool(told)), *check_symmetry(models))
+    inner = _check_inner(recording, models)
+    told = (*told, *(one.name for one in inner if one.verdict == "warning"))
+    return (*found, *inner, *lack_of_fit(models, explained=bool(told)), *check_symmetry(models))
+
+
+def _check_inner(recording: Recording, models: Sequence[Model]) -> tuple[Finding, ...]:
+    """The finding "inner mode" of a limb in space whose elbow nobody held; else none."""
+    columns = [name for name in models[0].columns if name.startswith("inner")]
+    elbow = elbow_told(recording, np.arange(recording.n_trials))
+    if not columns or elbow == "held":
+        return ()
+    found = {column: pooled(models, column) for column in columns}
+    best = max(found, key=lambda column: found[column].z)
+    one = found[best]
+    hz = float(best.split()[1])
+    smallest = f"{100 * USUAL_PART * one.limit:.2g} % of K"
+    if one.size > one.limit:
+        text = (
+            f"a mode inside the limb, some {hz:g} Hz, makes K along one direction up to "
+            f"{100 * USUAL_PART * one.size:.0f} % of its mean wrong: hold the elbow, or stay out "
+            "for 0.3 s and longer"
+        )
+        return (Finding("inner mode", "warning", text, smallest),)
+    said = "" if elbow else "; say in a column `elbow` whether it was held or free"
+    text = f"no mode of a free elbow stands out of the noise; the intervals allow for one{said}"
+    return (Finding("inner mode", "cannot tell", text, smallest),)
 
 
 def _best(models: Sequence[Model], columns: Sequence[str]) -> str:

@@ -1,0 +1,235 @@
+"""A mode inside the limb: what moves while the hand is held, as the swivel of a free elbow.
+
+A hand in space that hangs on more joints than it has directions is more than second order. With one
+inner coordinate, its natural frequency w and damping ratio z, the limb answers
+
+    M x'' + B x' + K x + S n n^T (x - x_slow),   x_slow'' + 2 z w x_slow' + w^2 x_slow = w^2 x:
+
+at once with ``K + S n n^T``, at rest with K, which is what is asked for. A short disturbance shows
+the sum, and the misfit stays below a hundredth of the force. The column of one departure is
+``z = s n n^T (x - x_slow)``, s the mean of K's diagonal; n and w are not known, so that the
+estimate is the mean over many of them, weighted by what the trials say (Bayesian model averaging;
+see J. A. Hoeting and colleagues, Statistical Science 14 (1999) 382), and its covariance has their
+spread. Numbers below 0 are excluded: an inner mode never makes the answer softer at once.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Final, Literal
+
+import numpy as np
+from scipy.special import ndtr
+
+from armimpedance.arrays import FloatArray, IntArray
+from armimpedance.errors import InputError
+from armimpedance.estimates import ImpedanceEstimate
+from armimpedance.impedance.weighing.modal import ModalEquation
+from armimpedance.records import Recording, Window
+from armimpedance.regression import t_factor
+
+#: Column of the trial table: whether the upper arm was kept from turning about its axis.
+ELBOW: Final = "elbow"
+Elbow = Literal["held", "free"]
+#: Axes from which on a limb has joints that the hand does not show.
+FEWEST_AXES: Final = 3
+#: Natural frequencies (Hz) that are tried, one damping ratio for all, and how many directions.
+FREQUENCIES_HZ: Final = (1.2, 1.8, 2.7, 4.0)
+DAMPING: Final = 0.5
+DIRECTIONS: Final = 24
+#: Size of S beforehand, parts of K's mean diagonal, and the probability of a mode at all.
+USUAL: Final = 0.3
+BEFOREHAND: Final = {"free": 0.99, None: 0.9}
+#: What is less of the softest stiffness is not told.
+LEAST_TOLD: Final = 0.05
+
+
+@dataclass(frozen=True)
+class Inner:
+    """What an inner mode makes of M, B and K (3 d^2,), row by row.
+
+    Attributes
+    ----------
+    probability : float
+        Of a mode at all, by the trials.
+    wrong : (3 d^2,)
+        By how much the second-order fit is wrong, the mean.
+    spread : (3 d^2, 3 d^2)
+        Covariance about that mean.
+    hz : float
+        Natural frequency that is likeliest.
+    """
+
+    probability: float
+    wrong: FloatArray
+    spread: FloatArray
+    hz: float
+
+
+def elbow_told(recording: Recording, rows: IntArray) -> Elbow | None:
+    """Whether the elbow was held or free in these trials; None where nobody said.
+
+    Raises
+    ------
+    InputError
+        The column says something else.
+    """
+    if ELBOW not in recording.trials:
+        return None
+    said = {str(v) for v in recording.trials[ELBOW].iloc[rows].dropna()} - {""}
+    if unknown := sorted(said - {"held", "free"}):
+        raise InputError(f"elbow {unknown[0]!r}", column=ELBOW, expected="held or free")
+    if not said:
+        return None
+    return "free" if "free" in said else "held"
+
+
+def inner_columns(
+    window: Window, equation: ModalEquation, theta: FloatArray
+) -> dict[str, FloatArray]:
+    """The columns (T, d, n) of inner modes along many directions; none in fewer than three axes."""
+    d = equation.axes
+    if d < FEWEST_AXES:
+        return {}
+    used = window.usable
+    x = window.position[used] - window.position_at_onset[used][:, None]
+    scale = float(np.trace(theta.reshape(3, d, d)[2])) / d
+    columns = {}
+    for hz in FREQUENCIES_HZ:
+        late = x - _slow(x, hz, window.sample_rate_hz)
+        late = np.tensordot(late, equation.modes.smooth, axes=(1, 1))
+        for i, n in enumerate(half_sphere(DIRECTIONS)):
+            along = np.tensordot(late, n, axes=(1, 0))
+            columns[f"inner {hz} {i}"] = scale * n[None, :, None] * along[:, None]
+    return columns
+
+
+def half_sphere(count: int) -> FloatArray:
+    """Unit vectors (count, 3), evenly over half a sphere: a spiral of the golden angle."""
+    steps = np.arange(count) + 0.5
+    z, turn = steps / count, np.pi * (1 + np.sqrt(5.0)) * steps
+    level = np.sqrt(1 - z**2)
+    return np.stack([level * np.cos(turn), level * np.sin(turn), z], axis=1)
+
+
+def _slow(x: FloatArray, hz: float, rate_hz: float) -> FloatArray:
+    """What a mode at rest makes of a displacement (T, S, d): low-pass of the second order."""
+    w = 2 * np.pi * hz
+    A = np.array([[0.0, 1.0], [-(w**2), -2 * DAMPING * w]])
+    values, vectors = np.linalg.eig(A)
+    step = ((vectors * np.exp(values / rate_hz)) @ np.linalg.inv(vectors)).real
+    push = np.linalg.solve(A, step - np.eye(2)) @ np.array([0.0, w**2])
+    out, state = np.zeros_like(x), np.zeros((2, len(x), x.shape[2]))
+    for n in range(1, x.shape[1]):
+        middle = (x[:, n] + x[:, n - 1]) / 2
+        state = np.tensordot(step, state, axes=1) + push[:, None, None] * middle
+        out[:, n] = state[0]
+    return out
+
+
+def averaged(
+    found: dict[str, tuple[float, float, float]], shifts: dict[str, FloatArray], elbow: Elbow | None
+) -> Inner:
+    """Mean over the modes and none.
+
+    Parameters
+    ----------
+    found : column -> (size, expected error, t quantile over the normal one)
+    shifts : column -> (3 d^2,)
+        By how much M, B, K are wrong for one unit.
+    elbow : {"free", None}
+    """
+    names, prior = list(found), BEFOREHAND[elbow]
+    told = [_half_normal(size, error * wider) for size, error, wider in found.values()]
+    odds = np.array([one[0] for one in told]) + np.log(prior / len(names) / (1 - prior))
+    top = max(0.0, float(odds.max()))
+    weight = np.exp(odds - top)
+    total = float(weight.sum() + np.exp(-top))
+    p = weight / total
+    means, squares = np.array([one[1] for one in told]), np.array([one[2] for one in told])
+    G = np.array([shifts[name] for name in names])
+    wrong = (p * means) @ G
+    # E[(k g)(k g)^T] over the modes, less that of the mean
+    spread = (G.T * (p * squares)) @ G - np.outer(wrong, wrong)
+    hz = float(names[int(np.argmax(p * means))].split()[1])
+    return Inner(float(p.sum()), wrong, spread, hz)
+
+
+def _half_normal(size: float, error: float) -> tuple[float, float, float]:
+    """Log Bayes factor against none, mean and mean square of a number that is never negative."""
+    part = USUAL**2 / (error**2 + USUAL**2)
+    mean, sd = part * size, float(np.sqrt(part)) * error
+    above = float(ndtr(mean / sd))
+    if above < 1e-12:
+        return -50.0, 0.0, 0.0
+    factor = 0.5 * np.log1p(-part) + size**2 * part / (2 * error**2) + np.log(2 * above)
+    edge = float(np.exp(-((mean / sd) ** 2) / 2) / np.sqrt(2 * np.pi)) / above
+    first = mean + sd * edge
+    variance = sd**2 * (1 - edge * (edge + mean / sd))
+    return float(factor), first, max(variance, 0.0) + first**2
+
+
+def with_inner(one: ImpedanceEstimate, inner: Inner, *, correct: bool) -> ImpedanceEstimate:
+    """The estimate with an inner mode allowed for, and a warning where that matters.
+
+    Parameters
+    ----------
+    one : ImpedanceEstimate
+    inner : Inner
+    correct : bool
+        Take off what is likely wrong; else the intervals hold it.
+    """
+    d = one.k
+    wrong, spread = inner.wrong, inner.spread
+    plain, with_handle = one, one.inertia_with_handle
+    if correct:
+        M, B, K = wrong.reshape(3, d, d)
+        one = replace(
+            one,
+            inertia=one.inertia - M,
+            inertia_with_handle=None if with_handle is None else with_handle - M,
+            viscosity=one.viscosity - B,
+            stiffness=one.stiffness - K,
+        )
+    else:
+        spread = spread + np.outer(wrong, wrong)
+    one = replace(
+        one,
+        covariance=one.covariance + spread,
+        bound=None if one.bound is None else one.bound + spread,
+        provenance=(*one.provenance, _note(inner, correct)),
+    )
+    told = _told(plain, one, inner)
+    return one if told is None else replace(one, warnings=(*one.warnings, told))
+
+
+def _note(inner: Inner, correct: bool) -> str:
+    done = (
+        "is taken off M, B, K and stands in their intervals" if correct else "is in the intervals"
+    )
+    return (
+        f"a mode inside the limb, as of a free elbow (probability {inner.probability:.2f}), "
+        f"{done}; `elbow` 'held' in the trial table leaves it out"
+    )
+
+
+def _told(plain: ImpedanceEstimate, one: ImpedanceEstimate, inner: Inner) -> str | None:
+    """What a reader must know of the softest stiffness."""
+    q = one.k**2
+    symmetric = (plain.stiffness + plain.stiffness.T) / 2
+    n = np.linalg.eigh(symmetric)[1][:, 0]
+    w = np.kron(n, n)
+    before, after = (float(n @ e.stiffness @ n) for e in (plain, one))
+    block = one.covariance[2 * q :, 2 * q :]
+    half = t_factor(one.dof) * float(np.sqrt(max(float(w @ block @ w), 0.0)))
+    could = abs(float(w @ inner.wrong[2 * q :])) + float(
+        np.sqrt(max(float(w @ inner.spread[2 * q :, 2 * q :] @ w), 0.0))
+    )
+    if could < LEAST_TOLD * abs(before):
+        return None
+    return (
+        f"inner mode: an elbow that swivels (some {inner.hz:g} Hz) hides stiffness from a short "
+        f"disturbance: K along its softest axis is {before:.3g} as of a second-order limb, "
+        f"{after:.3g} +- {half:.2g} with the swivel allowed for; hold the elbow, or stay out for "
+        "0.3 s and longer"
+    )
