@@ -71,8 +71,14 @@ def _check_commands(windows: PhaseWindows, phase: str) -> None:
     a, D = windows.part("acceleration")[windows.pushed], windows.instruments[windows.pushed]
     flat, D = (a - a.mean(axis=0)).reshape(len(a), -1), D - D.mean(axis=0)
     explained = _energy(D @ np.linalg.lstsq(D, flat, rcond=None)[0]).sum() / _energy(flat).sum()
-    # by chance alone each of the d commands explains one of n - 1 parts
-    if explained < 2 * D.shape[1] / (len(D) - 1):
+    free = len(D) - 1 - D.shape[1]
+    if free < D.shape[1]:
+        raise InputError(
+            f"phase {phase}: {len(D)} reaches are pushed throughout",
+            expected=f"{2 * D.shape[1] + 1} or more, and better five times as many",
+        )
+    # by chance alone each of the d commands explains as much as each of the rest
+    if explained / D.shape[1] < CLEAR * (1 - explained) / free:
         raise InputError(
             f"phase {phase}: the hand does not follow the robot's commands",
             column="command_x",

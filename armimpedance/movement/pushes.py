@@ -14,7 +14,8 @@ from armimpedance.records import Recording
 #: Columns of the trial table, and what stands in them.
 COLUMNS: Final = {
     "phase": "a name for when the push comes, empty in a trial that nobody pushed",
-    "push_deg": "its direction, empty in a trial that nobody pushed",
+    "push_deg": "its direction, empty in a trial that nobody pushed, and where the samples' "
+    "columns command_x and command_y hold what the robot was told",
     "push_onset_s": "its onset on the trial's clock, empty in a trial that nobody pushed",
 }
 #: Optional columns of the samples: what a robot was told that pushes throughout, in any unit.

@@ -27,6 +27,7 @@ from armimpedance.pages.page import Block, Methods, Page, Printed, Section, Tabl
 from armimpedance.pages.pictures import picture
 from armimpedance.pages.references import TSUJI
 from armimpedance.pages.topic import Topic
+from armimpedance.pages.topics.moving_hand_text import NAGAR, is_moving, moving_sentences
 from armimpedance.plots import plot_fit, plot_quality, plot_residuals
 from armimpedance.records import ImpedanceEstimate, Recording
 from armimpedance.report import counted, with_half_width
@@ -288,11 +289,15 @@ def _methods(
     known = [METHODS[name] for name in names if name in METHODS]
     groups = counted(len(estimates), "group")
     dof = ", ".join(sorted({f"{e.dof:.0f}" for e in estimates}, key=float)[:3])
-    sentences = [
+    moving = is_moving(estimates)
+    posture = (
         f"Inertia M, viscosity B and stiffness K were estimated from {_trials(estimates)} "
         f"disturbances in {groups} with {software()}, as M x'' + B x' + K x = -f, where x is the "
         "displacement from rest and f the change of the force that the limb exerts on the device",
         *(f"Estimator: {name} ({METHODS[name].reference})" for name in names if name in METHODS),
+    )
+    sentences = [
+        *(moving_sentences(estimates, _trials(estimates)) if moving else posture),
         *dict.fromkeys(_as_sentence(step) for e in estimates[:1] for step in e.provenance),
         f"Intervals are 95 % intervals of the t distribution ({dof} degrees of freedom), their "
         f"standard errors from {COVARIANCES.get(asked.covariance, asked.covariance)}"
@@ -300,7 +305,8 @@ def _methods(
         else "Intervals are 95 % intervals of the t distribution, as the file holds them",
         _left_out_sentence(asked),
     ]
-    return methods_of(sentences, [TSUJI, *(m.reference for m in known)], findings)
+    cited = [NAGAR] if moving else [TSUJI, *(m.reference for m in known)]
+    return methods_of(sentences, cited, findings)
 
 
 def _left_out_sentence(asked: Asked) -> str:
