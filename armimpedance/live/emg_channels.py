@@ -9,7 +9,7 @@ from scipy.signal import butter
 
 from armimpedance.arrays import BoolArray, FloatArray
 from armimpedance.errors import InputError
-from armimpedance.live.activity import Activity, HeldActivity
+from armimpedance.live.activity import UNKNOWN, Activity, HeldActivity
 from armimpedance.live.clock import Tick
 from armimpedance.live.emg_faults import WINDOW_S, EmgFaults
 from armimpedance.live.emg_levels import CUTOFF_HZ, ORDER, EmgLevels
@@ -117,12 +117,15 @@ class EmgChannels:
         alpha, noise = self._levels.activation(np.maximum(amplitude, 0.0))
         # of an envelope nobody knows here how it was made
         sd = np.hypot(sd, noise) if self._raw else sd
+        settling = self._count <= self._warm
+        if settling:
+            sd = np.hypot(sd, UNKNOWN * self._highest * (1 - self._count / self._warm))
         alpha, sd = self._held.take(alpha, sd, lost, tick.step_s)
         flags = [
             f"{self._faults.name(int(why[i])) if why[i] else 'lost'}: {self._muscles[i]}"
             for i in np.flatnonzero(lost)
         ]
-        return Activity(alpha, sd, flags + ["settling"] * (self._count <= self._warm))
+        return Activity(alpha, sd, flags + ["settling"] * settling)
 
     def _amplitude(self, values: FloatArray, missing: BoolArray) -> tuple[FloatArray, FloatArray]:
         """Envelope (m,) and the EMG without its offset (m,)."""

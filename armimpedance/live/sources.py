@@ -17,6 +17,9 @@ from armimpedance.records import Recording
 
 #: Nobody but this machine can send there.
 LOOPBACK: Final = "127.0.0.1"
+#: Bytes of datagrams that may wait, some thirty of six muscles: who cannot keep up loses some,
+#: which is flagged, rather than to speak of what was long ago.
+WAITING: Final = LONGEST
 #: What a name of a stream of the Lab Streaming Layer begins with.
 LSL: Final = "lsl:"
 #: So long such a stream is looked for (s).
@@ -71,6 +74,7 @@ def _lines(stream: BinaryIO) -> Iterator[bytes]:
 
 def _datagrams(host: str, port: int) -> Iterator[bytes]:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as door:
+        door.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, WAITING)
         door.bind((host, port))
         while True:
             yield door.recv(LONGEST + 1)
