@@ -104,9 +104,6 @@ class Live:
     def reset(self) -> None:
         """Forget all samples."""
         self._clock = Clock(self._rate)
-        self._begin()
-
-    def _begin(self) -> None:
         self._channels.reset()
         self._spring = VaryingSpring(self._limit, 1 / self._rate)
 
@@ -158,7 +155,8 @@ class Live:
         posture = self._equations.posture(self._angles(q, hand))
         tick = self._clock.next(time_s)
         if tick.anew:
-            self._begin()
+            # the spring goes on: a robot that holds it must not jump
+            self._channels.reset()
         active = self._channels.take(values, sd, tick)
         now = self._equations.at(posture, active.alpha, active.sd, F)
         beyond = (active.alpha > self.form.highest + _EDGE).any()

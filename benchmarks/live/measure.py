@@ -1,6 +1,6 @@
 """Live stiffness: equality with the batch result, time of an update, ten hours, truth.
 
-    python benchmarks/live/measure.py equality speed truth changing hours
+    python benchmarks/live/measure.py equality speed truth changing drifted hours
 
 Times are processor time of one update on one core, posture by posture ("new") or with the part that
 depends on the posture kept ("kept"), as parts of 1 ms. The truth is the plant of the simulated
@@ -241,6 +241,30 @@ def truth(repeats: int = 10, count: int = 50) -> None:
         )
 
 
+def drifted(repeats: int = 6, count: int = 50) -> None:
+    """Gains that have changed since the model was fitted, muscle by muscle."""
+    packed = np.triu_indices(2)
+    for part in (0.0, 0.1, 0.2):
+        errors, inside, told = [], [], []
+        for seed in range(repeats):
+            model, rng = fitted(seed), np.random.default_rng(5000 + seed)
+            live, (q, alpha) = Live(model, PERSON), places(model, count, seed)
+            gain = np.maximum(1 + part * rng.normal(size=6), 0.1)
+            for p, K in enumerate(true_stiffness(q, alpha)):
+                seen = np.minimum(gain * alpha[p], 1.0)
+                one = live.update(seen, q=q[p])
+                sure = live.update(seen, q=q[p], signal_sd=part * seen)
+                told += (np.abs(one.stiffness - K)[packed] <= sure.half_width()).tolist()
+                errors.append(np.linalg.norm(one.stiffness - K) / np.linalg.norm(K))
+                inside += (np.abs(one.stiffness - K)[packed] <= one.half_width()).tolist()
+        print(
+            f"gains {100 * part:.0f} % off: error of K median {100 * np.median(errors):.1f} %, "
+            f"95 % below {100 * np.quantile(errors, 0.95):.1f} %; bands hold "
+            f"{100 * np.mean(inside):.1f} %, where signal_sd tells it {100 * np.mean(told):.1f} %",
+            flush=True,
+        )
+
+
 def changing() -> None:
     """Error of K while all activations rise and fall, from raw EMG."""
     model, known = fitted(0), levels()
@@ -264,7 +288,7 @@ def _scaled(model: MuscleModel, q: np.ndarray) -> np.ndarray:
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
     parts = {"equality": equality, "speed": speed, "truth": truth}
-    parts |= {"changing": changing, "hours": hours}
+    parts |= {"changing": changing, "drifted": drifted, "hours": hours}
     parser.add_argument("part", nargs="+", choices=parts)
     for part in parser.parse_args().part:
         parts[part]()

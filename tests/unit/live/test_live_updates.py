@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from dataclasses import replace
 
 import numpy as np
@@ -243,6 +244,17 @@ def test_a_sender_that_begins_anew_is_followed():
     refusals(clock, [100.0, 100.001])
     refused = refusals(clock, [0.001 * k for k in range(100)])
     assert len(refused) == AGREEING - 1
+
+
+def test_a_sender_that_begins_anew_does_not_make_the_commanded_stiffness_jump(model):
+    limit = 1000.0
+    live = Live(model, SUBJECT, limit_N_m_s=limit)
+    commanded = [live.update([0.0] * 6, q=SQUARE, time_s=100.0).commanded]
+    for k in range(AGREEING + 5):
+        with contextlib.suppress(InputError):
+            commanded.append(live.update([0.3] * 6, q=SQUARE, time_s=k / 1000).commanded)
+    assert len(commanded) == 7
+    assert np.abs(np.linalg.eigvalsh(np.diff(commanded, axis=0))).max() <= limit / 1000 + 1e-9
 
 
 def test_stamps_that_nearly_coincide_make_no_number_infinite(model):
