@@ -1,3 +1,4 @@
+from .ellipsoid import Ellipsoid as Ellipsoid, ellipsoid_of as ellipsoid_of
 from .geometry import (
     FIELDS as FIELDS,
     Ellipse as Ellipse,

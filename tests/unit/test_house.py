@@ -216,8 +216,9 @@ def test_the_faces_of_the_analysis_stay_small():
     # and steps are told apart, and one writes the page of many people; eleven are those of a hand
     # that moves: two verbs, what they call, its methods, its checks, its plan, the plan's text,
     # its course and picture; eight are those of the live stiffness: its updates, what they
-    # say, a model's form, levels of the EMG and its rest, a stream, its packets and last rows.
-    assert sum(len(names) for room, names in FACES.items() if "armimpedance" in room) <= 488
+    # say, a model's form, levels of the EMG and its rest, a stream, its packets and last rows; two
+    # are those of an ellipsoid in space: its record, and that of an estimate.
+    assert sum(len(names) for room, names in FACES.items() if "armimpedance" in room) <= 490
 
 
 def _graph() -> dict[str, set[str]]:

@@ -13,6 +13,7 @@ from armimpedance.conventions import MATRICES, UNITS, group_name
 from armimpedance.ellipses import Which
 from armimpedance.errors import InputError
 from armimpedance.plots.ellipses.ellipse import plot_ellipses_in_workspace
+from armimpedance.plots.ellipses.ellipsoid import plot_ellipsoids
 from armimpedance.plots.ellipses.parts import ONE_PLACE_M, matrix_of, one_legend, usual_scale
 from armimpedance.plots.ellipses.series import plot_ellipses_over_levels
 from armimpedance.plots.paper.letters import panel_letters
@@ -38,6 +39,8 @@ if TYPE_CHECKING:
 _PANELS: Final[tuple[Which, ...]] = ("inertia", "stiffness", "viscosity")
 #: More conditions of one place than this are drawn row by row, not over one another.
 _MOST_AT_ONE_PLACE: Final = 6
+#: More ellipsoids than this hide one another.
+_MOST_IN_SPACE: Final = 4
 
 
 def plot_motion_and_force(recording: Recording, estimate: ImpedanceEstimate) -> Figure:
@@ -90,8 +93,9 @@ def plot_estimates(
     """Draw M, K and B of all rows as in Tsuji (1997), Fig. 7.
 
     Ellipses stand where the hand was. Those of one place and those of joints are drawn about one
-    centre; many of one place row by row, and what has no ellipse (one or three axes) as the
-    matrices' diagonals.
+    centre; many of one place row by row. In space the stiffness is drawn as ellipsoids, in three
+    views and one drawing, if they are few; what has neither (one axis, many in space) is drawn as
+    the matrices' diagonals.
 
     Parameters
     ----------
@@ -129,6 +133,8 @@ def plot_estimates(
         return _over_workspace(estimates, np.array(places), model_inertia, upper_arm_m)
     if estimates[0].k == 2 and len(estimates) <= _MOST_AT_ONE_PLACE:
         return _about_one_centre(estimates)
+    if estimates[0].k == 3 and estimates[0].level == "hand" and len(estimates) <= _MOST_IN_SPACE:
+        return plot_ellipsoids(estimates)
     return _ellipses_and_stiffness(estimates) if estimates[0].k == 2 else _elements(estimates)
 
 
