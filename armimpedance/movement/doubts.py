@@ -87,7 +87,7 @@ def _widened(equations: Equations, solution: Solution) -> tuple[Solution, float,
     from scipy.stats import f
 
     left = equations.along_direction(solution.residual)
-    squared = float(np.einsum("nr,rs,ns->", left, solution.weight, left))
+    squared = float(np.sum((left @ solution.weight) * left))
     rows = solution.residual.shape[1]
     count = equations.instruments.shape[1]
     dof = count * rows - N_UNKNOWN

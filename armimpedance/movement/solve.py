@@ -162,7 +162,7 @@ def _weighted(
     """Weight (R, R), precision (p, p), and the instruments times the weight (n, p, R)."""
     W, P = _settled(equations, known)
     Z = _instruments(equations, W, P)
-    return W, P, np.einsum("nrp,rs->nps", Z, W)
+    return W, P, _times(Z, W)
 
 
 def _evidence(
@@ -180,7 +180,7 @@ def _settled(equations: Equations, known: Known | None) -> tuple[FloatArray, Flo
         W = weight_of(equations, theta)
         if not near:
             P = precision_of(equations, theta, known)
-        A, found = _solved(equations, np.einsum("nrp,rs->nps", Z, W), P, known)
+        A, found = _solved(equations, _times(Z, W), P, known)
         step = np.abs(found - theta) / np.sqrt(np.abs(np.diag(np.linalg.inv(A))))
         theta = found
         if near and step.max() < SETTLED:
@@ -194,10 +194,20 @@ def _solved(
 ) -> tuple[FloatArray, FloatArray]:
     """The normal matrix A (p, p) and the unknowns (p,)."""
     # A (p, p) theta (p,) = P theta_0 - Z^T W y
-    A = np.einsum("nps,nsq->pq", ZW, equations.X) + P
+    A = _summed(ZW, equations.X) + P
     _condition(A)
     right = P @ _before(known) - np.einsum("nps,ns->p", ZW, equations.y)
     return A, np.linalg.solve(A, right)
+
+
+def _times(Z: FloatArray, W: FloatArray) -> FloatArray:
+    """``Z_n^T W``, (n, p, R), of Z (n, R, p)."""
+    return np.swapaxes(Z, 1, 2) @ W
+
+
+def _summed(ZW: FloatArray, X: FloatArray) -> FloatArray:
+    """``sum_n ZW_n X_n``, (p, q), of (n, p, R) and (n, R, q)."""
+    return np.tensordot(ZW, X, axes=((0, 2), (0, 1)))
 
 
 def _instruments(equations: Equations, W: FloatArray, P: FloatArray) -> FloatArray:
@@ -211,8 +221,8 @@ def _instruments(equations: Equations, W: FloatArray, P: FloatArray) -> FloatArr
     own = equations.X - common
     count = equations.instruments.shape[1]
     dof = equations.trials - equations.nuisance.shape[1] - count
-    told = np.einsum("nrp,rs,nsq->pq", common, W, common) + P
-    noise = count / dof * np.einsum("nrp,rs,nsq->pq", own, W, own)
+    told = _summed(_times(common, W), common) + P
+    noise = count / dof * _summed(_times(own, W), own)
     largest = float(np.abs(np.linalg.eigvals(np.linalg.solve(told, noise))).max())
     return np.asarray(common - min(1.0, LARGEST_CORRECTION / largest) * count / dof * own)
 
@@ -275,7 +285,7 @@ def _jackknife(
     """
     pushed = equations.pushed
     scores = np.einsum("npr,nr->np", ZW, residual)
-    own = np.einsum("nps,nsq->npq", ZW[pushed], equations.X[pushed])
+    own = ZW[pushed] @ equations.X[pushed]
     moved = np.linalg.solve(A - own, scores[pushed, :, None])[..., 0]
     others = scores[~pushed] @ np.linalg.inv(A).T
     C = moved.T @ moved + others.T @ others
