@@ -53,7 +53,7 @@ class Live:
     ------
     InputError
         A file cannot be read, the model is none of posture and activation, the arm is not known
-        or has other joints, or a rate that is not positive.
+        or has other joints, a rate that is not positive or a step that is negative.
 
     Examples
     --------
@@ -76,6 +76,8 @@ class Live:
     ) -> None:
         if not (np.isfinite(rate_hz) and rate_hz > 0):
             raise InputError(f"a rate of {rate_hz:g} Hz", expected="more than 0")
+        if not 0 <= posture_step_rad < np.inf:
+            raise InputError(f"a posture step of {posture_step_rad:g} rad", expected="0 or more")
         self.form = form_for(model)
         self.arm = arm_for(recording, self.form.joints)
         self._rate, self._limit = rate_hz, limit_N_m_s

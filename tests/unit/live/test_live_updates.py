@@ -211,6 +211,26 @@ def test_what_cannot_be_taken_is_refused_and_leaves_no_trace(model, sample):
     assert after.to_dict() == alone.to_dict()
 
 
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        *({"rate_hz": bad} for bad in (0.0, np.nan, np.inf)),
+        *({"limit_N_m_s": bad} for bad in (0.0, -1.0, np.nan)),
+        *({"posture_step_rad": bad} for bad in (-1.0, np.nan, np.inf)),
+    ],
+)
+def test_options_that_cannot_be_are_refused(model, wrong):
+    with pytest.raises(InputError):
+        Live(model, SUBJECT, **wrong)
+
+
+def test_a_posture_is_kept_while_no_joint_moves_by_more_than_told(model):
+    live, always = Live(model, SUBJECT, posture_step_rad=0.01), Live(model, SUBJECT)
+    for step, same in ((0.0, True), (0.009, False), (0.011, True)):
+        one, other = (form.update([0.1] * 6, q=SQUARE + step) for form in (live, always))
+        assert np.array_equal(one.stiffness, other.stiffness) is same
+
+
 def test_the_hands_place_says_the_posture(model):
     live = Live(model, SUBJECT)
     assert isinstance(live.arm, TwoLinkArm)
