@@ -48,10 +48,11 @@ class Pathway:
         out = np.empty(len(rows.torque))
         for row in range(len(rows.offsets) - 1):
             inside = rows.trial(row)
-            out[inside] = self._of(rows.motion[inside, 1], rows.rate_hz)
+            out[inside] = self.of_rate(rows.motion[inside, 1], rows.rate_hz)
         return out
 
-    def _of(self, rate: FloatArray, rate_hz: float) -> FloatArray:
+    def of_rate(self, rate: FloatArray, rate_hz: float) -> FloatArray:
+        """Its answer to an angular velocity (S,) that was nothing before, (S,) rad/s."""
         if self.side == "positive":
             rate = np.maximum(rate, 0)
         elif self.side == "negative":

@@ -7,7 +7,6 @@ from typing import Final, Literal
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
 from armimpedance.elbow.cascade.cells import Cells
 from armimpedance.elbow.cascade.found import Found, joined
 from armimpedance.elbow.cascade.jumps import Stretches, jumping, stretches_of
@@ -21,8 +20,6 @@ PIECE: Final = 5000
 OVERLAP: Final = 250
 #: Cells from which hyperparameters are learnt, at most.
 LEARNT_FROM: Final = 2500
-#: Coefficients of the noise below this mix too little to tell.
-MIXED: Final = 0.15
 
 
 @dataclass(frozen=True)
@@ -48,19 +45,13 @@ def fitted(task: Task, cells: Cells, prior: Prior | None, before: Fitted | None 
     task.tick()
     if prior == "smooth" or not task.in_time:
         return Fitted(_whole(task, cells, strengths), "smooth", strengths)
-    torn = -(-_reach(task.noise) // max(round(task.width * task.rows.rate_hz), 1))
-    stretches = stretches_of(part, strengths.noise, torn)
+    stretches = stretches_of(part, strengths.noise, task.torn)
     task.tick()
     of: Strengths | Stretches = stretches
     if prior is None:
         by_jumps, by_walks = jumping(part, stretches).evidence, smooth(part, strengths).evidence
         of = stretches if by_jumps > by_walks else strengths
     return Fitted(_whole(task, cells, of), "jumps" if of is stretches else "smooth", of)
-
-
-def _reach(noise: FloatArray) -> int:
-    """Rows after a jump that mix what was before and after it."""
-    return int(np.flatnonzero(np.abs(noise) > MIXED)[-1]) + 1
 
 
 def _solve(cells: Cells, of: Strengths | Stretches) -> Found:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated
 
 import numpy as np
@@ -23,6 +23,8 @@ class Found(FrozenRecord):
         Logarithm of the marginal likelihood.
     noise : float
         Variance of the white noise.
+    begins : (n,) or (0,)
+        Probability that courses jump at the beginning of each cell; none where they are smooth.
     """
 
     mean: Annotated[FloatArray, "n m"]
@@ -31,6 +33,7 @@ class Found(FrozenRecord):
     var_inertia: float
     evidence: float
     noise: float
+    begins: Annotated[FloatArray, "k"] = field(default_factory=lambda: np.zeros(0))
 
 
 def joined(parts: list[tuple[Found, int, int]]) -> Found:
@@ -44,4 +47,5 @@ def joined(parts: list[tuple[Found, int, int]]) -> Found:
         var_inertia=float(1 / weight.sum()),
         evidence=float(sum(p.evidence for p, _, _ in parts)),
         noise=float(np.mean([p.noise for p, _, _ in parts])),
+        begins=np.concatenate([p.begins[a:b] for p, a, b in parts]),
     )

@@ -112,6 +112,7 @@ def jumping(cells: Cells, of: Stretches) -> Found:
         float(centre[-1, -1]),
         averaged.evidence,
         of.noise,
+        np.asarray(np.bincount(first, averaged.weight, n), np.float64),
     )
 
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.elbow.cascade.fit import Fitted, Prior, fitted
+from armimpedance.elbow.cascade.instants import sharpened
 from armimpedance.elbow.cascade.method import Courses
 from armimpedance.elbow.cascade.task import Task, beginning
 
@@ -41,7 +42,8 @@ def in_rounds(task: Task, prior: Prior | None = None, rounds: int = ROUNDS) -> C
     for _ in range(rounds - 1):
         task = task.learnt(made.found)
         made = fitted(task, task.cells(), prior, made)
-    return Courses(made.found, task, (_TOLD[made.prior],))
+    found = sharpened(task, made.found) if made.prior == "jumps" else made.found
+    return Courses(found, task, (_TOLD[made.prior],))
 
 
 def _first_noise(task: Task) -> FloatArray:

@@ -20,6 +20,8 @@ from armimpedance.elbow.varying.data import VaryingData
 
 #: Each trial loses so much at its ends, where a filter does not know what was before, s.
 EDGE_S: Final = 0.1
+#: What is looked at about an instant at the raw rate, s.
+AROUND_S: Final = 1.0
 #: Length of the segments of the angle's spectrum, s.
 SEGMENT_S: Final = 2.0
 
@@ -82,6 +84,68 @@ def cascade_rows(
         motion[inside] = _derivatives(angle, kept, data.rate_hz, slow_hz)
         torque[inside] = held - (float(samples.torque.mean()) if aligned else held.mean())
     return CascadeRows(data.rate_hz, data.offsets, torque, motion)
+
+
+@dataclass(frozen=True, eq=False)
+class RawRows(FrozenRecord):
+    """Samples of one trial about an instant, as they were recorded.
+
+    Attributes
+    ----------
+    rate_hz : float
+    within : (S,) int
+        Number of each in its trial.
+    torque : (S,)
+    motion : (S, 3)
+    """
+
+    rate_hz: float
+    within: Annotated[IntArray, "s"]
+    torque: Annotated[FloatArray, "s"]
+    motion: Annotated[FloatArray, "s 3"]
+
+
+def raw_rows(
+    samples: JointSamples,
+    data: VaryingData,
+    row: int,
+    between: tuple[int, int],
+    aligned: bool,
+) -> RawRows | None:
+    """Samples of a trial between two numbers at the raw rate, and what was before.
+
+    Parameters
+    ----------
+    samples : JointSamples
+    data : VaryingData
+    row : int
+        Number of the trial.
+    between : (int, int)
+    aligned : bool
+        As for `cascade_rows`.
+
+    Returns
+    -------
+    RawRows or None
+        None where the trial ends before.
+    """
+    inside, rate = samples.samples_of(row), samples.sample_rate_hz
+    around, count = round(AROUND_S * rate), inside.stop - inside.start
+    low, high = max(between[0] - around, 0), min(between[1] + around, count)
+    if between[0] < 0 or between[1] > count:
+        return None
+    part = slice(inside.start + low, inside.start + high)
+    mean, held = (
+        float((channel if aligned else channel[inside]).mean())
+        for channel in (samples.angle, samples.torque)
+    )
+    angle = samples.angle[part] - mean
+    sd = float(data.sd_angle[row]) * np.sqrt(data.every)
+    motion = _derivatives(angle, _wiener(angle - angle.mean(), sd, rate), rate, 0.0)
+    kept = slice(0, between[1] - low)
+    return RawRows(
+        rate, np.arange(low, high)[kept], samples.torque[part][kept] - held, motion[kept]
+    )
 
 
 def block_means(signal: FloatArray, every: int) -> FloatArray:

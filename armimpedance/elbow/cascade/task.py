@@ -22,6 +22,8 @@ CELL_ROWS: Final = 2
 SHORT_ROWS: Final = 2500
 #: Rows from which it is judged whether there is a reflex, and which.
 MOST_ROWS: Final = 20_000
+#: Coefficients of the noise below this mix too little to tell.
+MIXED: Final = 0.15
 #: The part of a trial that a reflex may lose at its beginning.
 MOST_LEAD: Final = 0.2
 #: What is left beyond so many deviations is a jump's and not the noise's.
@@ -71,6 +73,12 @@ class Task:
     def in_time(self) -> bool:
         """Whether the cells are pieces of time."""
         return self.over == "time_s"
+
+    @property
+    def torn(self) -> int:
+        """Cells after a jump that mix, by the noise's memory, what was before and after it."""
+        reach = int(np.flatnonzero(np.abs(self.noise) > MIXED)[-1]) + 1
+        return -(-reach // max(round(self.width * self.rows.rate_hz), 1))
 
     @property
     def aligned(self) -> bool:

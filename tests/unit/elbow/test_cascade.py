@@ -86,17 +86,56 @@ def test_methods_over_realizations_ask_for_them(two_pathways):
         elbow_over_time(two_pathways[0], method="smoother", aligned=True)
 
 
-def test_jumps_beat_realizations_and_segments_on_a_square_wave():
+@pytest.mark.parametrize("snr_db", [10.0, 30.0])
+def test_jumps_beat_realizations_and_segments_on_a_square_wave(snr_db):
     recording, truth = simulate_cascade(
-        0.02, 0.8, _square, duration_s=4.0, trials=10, snr_db=(10.0, None), seed=3
+        0.02, 0.8, _square, duration_s=4.0, trials=10, snr_db=(snr_db, None), seed=3
     )
     samples = from_recording(recording)
     errors = {
         method: _total(found, found.K, truth.K)
-        for method in ("cascade", "ensemble", "short-segments")
+        for method in ("cascade", "cascade-smooth", "ensemble", "short-segments")
         for found in [identify_cascade(samples, method=method, aligned=True, reflex="none")]
     }
     assert min(errors, key=lambda name: errors[name]) == "cascade"
+
+
+def test_a_fast_slope_is_not_made_a_jump():
+    def slope(t):
+        return np.interp(t, (1.97, 2.03), (40.0, 120.0))
+
+    recording, truth = simulate_cascade(
+        0.02, 0.8, slope, duration_s=4.0, trials=10, snr_db=(20.0, None), seed=4
+    )
+    found = identify_cascade(
+        from_recording(recording),
+        method="cascade-jumps",
+        aligned=True,
+        reflex="none",
+        every_s=0.006,
+    )
+    at = np.round(found.time_s * 1000).astype(int)
+    # a single jump would be wrong by up to 40 N m/rad
+    assert np.abs(found.K - truth.K[at]).max() < 20
+
+
+def test_bands_hold_beside_the_subjects_own_torque():
+    one = Reflex(_swing(3.0, 0.06), delay_s=0.045)
+    recording, truth = simulate_cascade(
+        0.02, _swing(0.8, 0.07), _swing(60.0, 0.1), one, own_Nm=0.3, duration_s=40.0, seed=1
+    )
+    found = identify_cascade(from_recording(recording), method="cascade-smooth")
+    at = np.round(found.time_s * 1000).astype(int)
+    assert found.reflex is not None
+    held = [
+        (np.abs(value - true[at]) < 1.96 * sd).mean()
+        for value, sd, true in (
+            (found.K, found.sd_K, truth.K),
+            (found.B, found.sd_B, truth.B),
+            (found.reflex.G, found.reflex.sd_G, truth.G),
+        )
+    ]
+    assert min(held) > 0.85
 
 
 def test_the_banded_solution_is_that_of_the_whole_matrix():
