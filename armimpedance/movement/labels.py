@@ -66,9 +66,9 @@ def _check_commands(windows: PhaseWindows, phase: str) -> None:
     Raises
     ------
     InputError
-        They explain no more of the acceleration than chance would.
+        They explain no more of the velocity than chance would.
     """
-    a, D = windows.part("acceleration")[windows.pushed], windows.instruments[windows.pushed]
+    a, D = windows.part("velocity")[windows.pushed], windows.instruments[windows.pushed]
     flat, D = (a - a.mean(axis=0)).reshape(len(a), -1), D - D.mean(axis=0)
     explained = _energy(D @ np.linalg.lstsq(D, flat, rcond=None)[0]).sum() / _energy(flat).sum()
     free = len(D) - 1 - D.shape[1]

@@ -21,18 +21,18 @@ class Push:
 
     Attributes
     ----------
-    kind : {"pulse", "servo", "random"}
-        A force, a displacement from the path that is predicted at its onset, or a random force
-        throughout (`commands`).
+    kind : {"pulse", "servo", "random", "random servo"}
+        A force, a displacement from the path that is predicted at its onset, or a random one of
+        either throughout (`commands`).
     size : float
-        Largest force (N) or displacement (m); rms force on each axis of a random one.
+        Largest force (N) or displacement (m); rms on each axis of a random one.
     parts : tuple of (sign, seconds)
         Half-sine pulses one after another; of a displacement: out, hold, back (signs are ignored).
     servo_n_m : float
         Stiffness of the displacing servo.
     """
 
-    kind: Literal["pulse", "servo", "random"]
+    kind: Literal["pulse", "servo", "random", "random servo"]
     size: float
     parts: tuple[tuple[int, float], ...]
     servo_n_m: float = 20_000.0
@@ -44,6 +44,11 @@ class Push:
             )
         if self.kind == "servo" and len(self.parts) != 3:
             raise InputError(f"{len(self.parts)} parts of a displacement", expected="3")
+
+    @property
+    def throughout(self) -> bool:
+        """Whether it is a random one."""
+        return self.kind.startswith("random")
 
     @property
     def duration_s(self) -> float:
@@ -80,5 +85,6 @@ PUSHES: Final = {
     "pulse": Push("pulse", 10.0, ((1, 0.06),)),
     "servo": Push("servo", 0.008, ((1, 0.09), (0, 0.07), (-1, 0.09))),
     "random": Push("random", 2.5, ((1, 0.75),)),
+    "random-servo": Push("random servo", 0.002, ((1, 0.75),)),
     "soft-servo": Push("servo", 0.008, ((1, 0.09), (0, 0.07), (-1, 0.09)), 2_000.0),
 }

@@ -96,7 +96,7 @@ class MovementRig:
         if isinstance(self.push, str) and self.push not in PUSHES:
             raise InputError(f"no push {self.push!r}", expected=" or ".join(PUSHES))
         if not self.phases:
-            usual = (0.02,) if self.shape.kind == "random" else (0.12, 0.5, 0.94)
+            usual = (0.02,) if self.shape.throughout else (0.12, 0.5, 0.94)
             object.__setattr__(self, "phases", usual)
         if not all(0 < p < 1 for p in self.phases) or self.directions < 1:
             raise InputError(

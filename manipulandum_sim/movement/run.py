@@ -156,19 +156,22 @@ class _Run:
         """Force (2, T) of the robot's push on the hand."""
         push: Push = self.rig.shape
         lag, unit = time - self.onset, self.reaches.unit
-        if self.reaches.commands is not None:
-            return self.reaches.commands.force(lag)
+        commands = self.reaches.commands
+        if commands is not None and push.kind == "random":
+            return commands.value(lag)
         if push.kind == "pulse":
             return unit * push.force(lag)
         on = push.hold(lag)
         if not on.any():
             return np.zeros_like(unit)
         place, speed = self._predicted(lag)
-        d, rate = push.displacement(lag)
+        if commands is None:
+            d, rate = (unit * part for part in push.displacement(lag))
+        else:
+            d, rate = commands.value(lag), commands.rate(lag)
         damping = 1.4 * np.sqrt(push.servo_n_m * (self.rig.held_kg + 1.0))
         return on * (
-            push.servo_n_m * (place + unit * d - state[:2])
-            + damping * (speed + unit * rate - state[2:])
+            push.servo_n_m * (place + d - state[:2]) + damping * (speed + rate - state[2:])
         )
 
     def _outcome(

@@ -125,7 +125,7 @@ def _block(
     grid = np.stack([g.random(2) for g in draws])[:, None]
     angle = direction[rows]
     commands = None
-    if rig.shape.kind == "random":
+    if rig.shape.throughout:
         commands = Commands.drawn(rig.shape, np.stack([g.random(N_PHASES) for g in draws], axis=1))
     reaches = Reaches(
         Arm.of(person),
@@ -145,7 +145,7 @@ def _commanded(ran: Ran, commands: Commands | None) -> FloatArray:
     if commands is None:
         return np.zeros((trials, samples, 2))
     time = np.arange(samples) / RATE_HZ
-    force = [commands.force(t - ran.push_onset_s) for t in time]
+    force = [commands.value(t - ran.push_onset_s) for t in time]
     return np.nan_to_num(np.stack(force)).transpose(2, 0, 1)
 
 
@@ -178,7 +178,7 @@ def _recording(
 ) -> Recording:
     position, force, onset, command = map(np.concatenate, zip(*parts, strict=True))
     trials, samples, _ = position.shape
-    random = rig.shape.kind == "random"
+    random = rig.shape.throughout
     names = np.array([f"{100 * share:g}%" for share in rig.phases] + [""], dtype=object)
     told_robot = {f"command_{axis}": command[..., k].ravel() for k, axis in enumerate("xy")}
     # a reach that ends before the place of its push is not pushed

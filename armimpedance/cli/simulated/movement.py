@@ -19,7 +19,7 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
         "--push",
         default="doublet",
         metavar="NAME",
-        help="doublet, pulse, servo, soft-servo or random (throughout; --repeats 15)",
+        help="doublet, pulse, servo, soft-servo, random or random-servo (throughout)",
     )
     parser.add_argument(
         "--reflex",

@@ -16,8 +16,8 @@ from manipulandum_sim.movement import MovementTruth, simulate_movement
 
 
 @cache
-def session() -> tuple[Recording, MovementTruth]:
-    return simulate_movement(seed=31, repeats=9, unperturbed=20, push="random")
+def session(push: str = "random") -> tuple[Recording, MovementTruth]:
+    return simulate_movement(seed=31, repeats=9, unperturbed=20, push=push)
 
 
 def _off(truth: MovementTruth, found: list) -> np.ndarray:
@@ -31,9 +31,16 @@ def _off(truth: MovementTruth, found: list) -> np.ndarray:
     return np.array(rows)
 
 
-@pytest.mark.parametrize("identify", [identify_movement, identify_course])
-def test_the_truth_lies_within_the_intervals(identify):
-    recording, truth = session()
+@pytest.mark.parametrize(
+    ("identify", "push"),
+    [
+        (identify_movement, "random"),
+        (identify_course, "random"),
+        (identify_movement, "random-servo"),
+    ],
+)
+def test_the_truth_lies_within_the_intervals(identify, push):
+    recording, truth = session(push)
     found = identify(recording)
     # at the end of the reach the travelled way does not tell the time
     off = _off(truth, found[: len(found) // 2 + 1])
