@@ -14,6 +14,7 @@ from armimpedance.comparison import ComparedGroup, Pair
 from armimpedance.conventions import MATRICES, UNITS
 from armimpedance.ellipses import Which
 from armimpedance.plots.ellipses.ellipse import plot_ellipse
+from armimpedance.plots.ellipses.ellipsoid import plot_ellipsoids
 from armimpedance.plots.ellipses.parts import (
     BAND_ALPHA,
     draw_scale_bar,
@@ -41,6 +42,8 @@ if TYPE_CHECKING:
 LEVEL = 0.05
 #: With more groups than this they are told apart by number, not by line.
 _MOST_STYLED = 10
+#: Axes of a hand in space.
+_IN_SPACE = 3
 _COLORS = tuple(OKABE_ITO[name] for name in ("blue", "vermillion", "green", "purple", "orange"))
 #: With more lines between pairs nobody sees the ellipses: their number is said instead.
 _MOST_JOINED = 4
@@ -71,7 +74,7 @@ def plot_comparison(
     them. Up to ten groups that all stand in one place are drawn over one another, without the
     shoulder; more of them side by side. Of more than 78 groups the 26 of the pairs that differ most
     are drawn, and the legend says so. Groups of one name are of several subjects: drawn over one
-    another at their mean place, without bands.
+    another at their mean place, without bands. In space all groups are ellipsoids about one centre.
 
     Parameters
     ----------
@@ -108,6 +111,9 @@ def plot_comparison(
     'x (m)'
     """
     everybody, groups = groups, _drawn(groups, pairs, which)
+    if groups and all(group.estimate.k == _IN_SPACE for group in groups) and ax is None:
+        first: Axes = plot_ellipsoids([group.estimate for group in groups], which).axes[0]
+        return first
     matrices = [matrix_of(group.estimate, which) for group in groups]
     places = _places(groups)
     one_place = len(np.unique(places, axis=0)) == 1
