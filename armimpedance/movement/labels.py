@@ -16,6 +16,8 @@ LEAST_ANSWER: Final = 0.4
 MOST_FREE: Final = 0.7
 #: Labels are judged where a push accelerates the hand this many times as much as trials differ.
 CLEAR: Final = 3.0
+#: Commands are believed where chance alone would explain as much more seldom than this.
+SELDOM: Final = 1e-3
 
 
 def check_labels(windows: PhaseWindows, phase: str) -> None:
@@ -66,19 +68,26 @@ def _check_commands(windows: PhaseWindows, phase: str) -> None:
     Raises
     ------
     InputError
-        They explain no more of the velocity than chance would.
+        There are few reaches, or commands explain no more of the motion than chance would.
     """
-    a, D = windows.part("velocity")[windows.pushed], windows.instruments[windows.pushed]
-    flat, D = (a - a.mean(axis=0)).reshape(len(a), -1), D - D.mean(axis=0)
-    explained = _energy(D @ np.linalg.lstsq(D, flat, rcond=None)[0]).sum() / _energy(flat).sum()
-    free = len(D) - 1 - D.shape[1]
+    from scipy.stats import f
+
+    D = windows.instruments[windows.pushed]
+    D, free = D - D.mean(axis=0), len(D) - 1 - D.shape[1]
     if free < D.shape[1]:
         raise InputError(
             f"phase {phase}: {len(D)} reaches are pushed throughout",
             expected=f"{2 * D.shape[1] + 1} or more, and better five times as many",
         )
-    # by chance alone each of the d commands explains as much as each of the rest
-    if explained / D.shape[1] < CLEAR * (1 - explained) / free:
+    ratios = []
+    # forces drive velocities, displacements places
+    for name in ("hand", "velocity", "acceleration"):
+        part = windows.part(name)[windows.pushed]
+        flat = (part - part.mean(axis=0)).reshape(len(part), -1)
+        left = flat - D @ np.linalg.lstsq(D, flat, rcond=None)[0]
+        ratios.append(_energy(flat).sum() / _energy(left).sum() - 1)
+    # by chance alone each of the d commands explains as much as each of the rest, on two axes
+    if max(ratios) * free / D.shape[1] < f.isf(SELDOM, 2 * D.shape[1], 2 * free):
         raise InputError(
             f"phase {phase}: the hand does not follow the robot's commands",
             column="command_x",
