@@ -97,8 +97,10 @@ def check_departures(recording: Recording) -> tuple[Finding, ...]:
 def _check_inner(recording: Recording, models: Sequence[Model]) -> tuple[Finding, ...]:
     """The finding "inner mode" of a limb in space whose elbow nobody held; else none."""
     columns = [name for name in models[0].columns if name.startswith("inner")]
+    if not columns:
+        return ()
     elbow = elbow_told(recording, np.arange(recording.n_trials))
-    if not columns or elbow == "held":
+    if elbow == "held":
         return ()
     found = {column: pooled(models, column) for column in columns}
     best = max(found, key=lambda column: found[column].z)

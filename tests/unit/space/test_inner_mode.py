@@ -61,3 +61,17 @@ def test_a_word_that_is_neither_held_nor_free_is_refused(soft):
     recording, _ = soft
     with pytest.raises(InputError, match="elbow"):
         estimate(said(recording, "tied"))
+
+
+def test_a_column_of_that_name_is_a_laboratory_s_own_in_the_plane(soft):
+    recording, _ = soft
+    plane = replace(
+        recording,
+        position=recording.position[:, :2],
+        force=recording.force[:, :2],
+        extra={},
+        shoulder_m=None,
+        gravity_m_s2=None,
+        trials=recording.trials.drop(columns="elevation_deg").assign(elbow=1.2),
+    )
+    assert "inner mode" not in {one.name for one in check_response(plane)}
