@@ -14,7 +14,7 @@ from armimpedance.elbow.cascade.method import CascadeMethod, Courses
 from armimpedance.elbow.cascade.refined import Refined, refined
 from armimpedance.elbow.cascade.rounds import in_rounds
 from armimpedance.elbow.cascade.rows import CascadeRows, block_means, cascade_rows
-from armimpedance.elbow.cascade.search import Searched, searched
+from armimpedance.elbow.cascade.search import LIMITS, Searched, searched
 from armimpedance.elbow.cascade.table import CASCADE_METHODS
 from armimpedance.elbow.cascade.task import Task, beginning, task_in_time, task_over
 from armimpedance.elbow.result import NAMES, UNITS
@@ -300,6 +300,16 @@ def _reflex_finding(search: Searched | None, mean: FloatArray) -> Finding | None
             "ok",
             f"none is seen: the likeliest ({1e3 * one.delay_s:.0f} ms, {kind}) raises the "
             f"logarithm of the likelihood by {search.gained:.1f} only",
+        )
+    if search.at_limit:
+        ends = [1e3 * x for x in LIMITS[0]]
+        return Finding(
+            "reflex",
+            "warning",
+            f"the likeliest answers after {1e3 * one.delay_s:.0f} ms behind a low-pass at "
+            f"{one.cutoff_hz:.2g} Hz, where the search ends ({ends[0]:g} to {ends[1]:g} ms, "
+            f"{LIMITS[1][0]:g} to {LIMITS[1][1]:g} Hz): the pathway is another, and the courses "
+            "of B, K and G may be wrong",
         )
     return Finding(
         "reflex",

@@ -22,6 +22,8 @@ from armimpedance.elbow.cascade.task import MOST_ROWS, Task
 DELAYS_S: Final = np.arange(0.015, 0.126, 0.01)
 CUTOFFS_HZ: Final = (3.0, 8.0)
 LIMITS: Final = ((0.005, 0.2), (0.7, 40.0))
+#: So close to an end, as a share, the likeliest may lie beyond it.
+CLOSE: Final = 0.05
 #: Width of the coarse cells, s.
 COARSE_S: Final = 0.2
 #: Of the gain, before it is learnt, s^-1.5.
@@ -43,6 +45,13 @@ class Searched:
 
     pathway: Pathway
     gained: float
+
+    @property
+    def at_limit(self) -> bool:
+        """Whether delay or low-pass lies where the search ends."""
+        values = np.log([self.pathway.delay_s, self.pathway.cutoff_hz])
+        low, high = np.log(LIMITS).T
+        return bool(((values < low + CLOSE) | (values > high - CLOSE)).any())
 
     @property
     def seen(self) -> bool:

@@ -101,7 +101,9 @@ class Task:
     def cells(self) -> Cells:
         """Sums of products of all cells."""
         count = int(self.strips[-1])
-        return cells_of(self.columns(), self.cell, count, self.width, self.noise)
+        # the range of a variable counts as one, whatever its unit
+        width = self.width if self.in_time else 1 / count
+        return cells_of(self.columns(), self.cell, count, width, self.noise)
 
     def learnt(self, found: Found) -> Task:
         """The same with the noise that a fit leaves."""

@@ -64,6 +64,27 @@ def test_courses_over_a_phase_are_those_of_the_phase():
     assert np.abs(found.K - truth).max() < 2.0
 
 
+def test_the_unit_of_a_variable_changes_nothing(two_pathways):
+    recording, _ = two_pathways
+    volts = 3e-5 * (1 + 0.8 * np.sin(2 * np.pi * recording.extra["phase"]))
+    small, large = (
+        elbow_over_time(
+            replace(recording, extra={"emg": unit * volts}), method="cascade", over="emg"
+        )
+        for unit in (1.0, 1e6)
+    )
+    np.testing.assert_allclose(small.K, large.K, rtol=1e-3)
+    np.testing.assert_allclose(small.sd_K, large.sd_K, rtol=1e-2)
+    assert np.ptp(small.K) > 20.0
+
+
+def test_a_reflex_beyond_the_search_is_named():
+    early = Reflex(_swing(3.0, 0.06), delay_s=0.003)
+    recording, _ = simulate_cascade(0.02, 0.8, _swing(60.0, 0.1), early, duration_s=20.0, seed=12)
+    found = identify_cascade(from_recording(recording), method="cascade-smooth")
+    assert any("search ends" in warning for warning in found.warnings)
+
+
 @pytest.mark.parametrize(
     ("over", "word"), [("still", "nearly throughout"), ("nothing", "no variable")]
 )
