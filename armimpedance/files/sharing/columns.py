@@ -171,6 +171,7 @@ _OF_TRIALS: Final = {
     "experiment": "experiment",
     "direction_deg": "direction of the disturbance, counter-clockwise from x",
     "elevation_deg": "direction of the disturbance, above the x-y plane",
+    "elbow": "whether the upper arm was held from turning about its axis, or free",
     "onset_s": "onset of the disturbance on the trial's own clock",
     "end_s": "end of the disturbance on the trial's own clock",
     "target_activation": "muscle activation that was asked for, part of a maximal contraction",
