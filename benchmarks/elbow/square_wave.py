@@ -10,7 +10,7 @@ noise stands on the torque. Every method gets the same realizations; one that do
 they are aligned is run on each and averaged.
 
 ``--reflex``: 60 s at 30 dB with courses of B, K and the reflex's gain. ``--hour MINUTES``: time and
-memory of one long record.
+memory of one long record. ``--figure FILE``: the courses of one run at 20 dB.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ import argparse
 import resource
 import time
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -32,6 +33,7 @@ from armimpedance.elbow import (
     identify_varying,
 )
 from armimpedance.errors import ArmImpedanceError
+from armimpedance.plots import OKABE_ITO, TWO_COLUMNS_IN, new_figure, print_style
 from manipulandum_sim.elbow import Reflex, simulate_cascade
 
 #: N m/rad, and the time between two switches, s.
@@ -153,6 +155,40 @@ def benchmark(methods: tuple[str, ...], runs: int, trials: int) -> None:
             )
 
 
+def draw(methods: tuple[str, ...], trials: int, path: Path) -> None:
+    """The course of K by each method, with its band, about two switches."""
+    import matplotlib as mpl
+
+    recording, _ = simulate_cascade(
+        0.02, 0.8, square_wave, duration_s=DURATION_S, trials=trials, snr_db=(20.0, None), seed=100
+    )
+    samples, grid = from_recording(recording), np.arange(0.7, 2.3, 0.004)
+    with print_style():
+        mpl.rcParams.update({"svg.fonttype": "none", "svg.hashsalt": "square wave"})
+        rows = -(-len(methods) // 4)
+        figure = new_figure(TWO_COLUMNS_IN, 0.4 + 1.6 * rows)
+        axes = figure.subplots(rows, 4, sharex=True, sharey=True, squeeze=False)
+        for ax in axes.flat[len(methods) :]:
+            ax.set_visible(False)
+        for ax, method in zip(axes.flat, methods, strict=False):
+            ax.plot(grid, square_wave(grid), color="0.6", linewidth=1.0)
+            ax.set_title(method)
+            try:
+                found = _found(method, samples)
+            except ArmImpedanceError:
+                ax.annotate("refused", (0.3, 0.5), xycoords="axes fraction")
+                continue
+            K, sd = (_on_grid(found, name, grid) for name in ("K", "sd_K"))
+            ax.fill_between(grid, K - 1.96 * sd, K + 1.96 * sd, color=OKABE_ITO["blue"], alpha=0.3)
+            ax.plot(grid, K, color=OKABE_ITO["blue"], linewidth=0.8)
+            ax.set_ylim(20, 140)
+        for ax in axes[-1]:
+            ax.set_xlabel("time (s)")
+        for row in axes:
+            row[0].set_ylabel("K (N m/rad)")
+        figure.savefig(path, metadata={"Date": None})
+
+
 def reflex(runs: int) -> None:
     """Errors of the courses of B, K and the reflex's gain, and of the delay; false alarms."""
     cases = {
@@ -237,10 +273,13 @@ def main() -> None:
     parser.add_argument("--trials", type=int, default=20)
     parser.add_argument("--methods", nargs="*", default=(*CASCADE_METHODS, *STANDING))
     parser.add_argument("--reflex", action="store_true")
+    parser.add_argument("--figure", type=Path, help="one run at 20 dB, every method's course")
     parser.add_argument("--hour", type=float, metavar="MINUTES")
     asked = parser.parse_args()
     if asked.hour:
         hour(asked.hour)
+    elif asked.figure:
+        draw(tuple(asked.methods), asked.trials, asked.figure)
     elif asked.reflex:
         reflex(asked.runs)
     else:
