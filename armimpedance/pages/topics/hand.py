@@ -23,11 +23,11 @@ from armimpedance.pages.build import page_from, reviewed
 from armimpedance.pages.linked import ellipse_numbers, ellipse_outlines, linked_ellipses
 from armimpedance.pages.linked_trials import linked_trials, trial_data
 from armimpedance.pages.methods_text import COVARIANCES, methods_of, software
+from armimpedance.pages.moving_hand_text import NAGAR, is_moving, moving_sentences
 from armimpedance.pages.page import Block, Methods, Page, Printed, Section, Table
 from armimpedance.pages.pictures import picture
 from armimpedance.pages.references import TSUJI
 from armimpedance.pages.topic import Topic
-from armimpedance.pages.topics.moving_hand_text import NAGAR, is_moving, moving_sentences
 from armimpedance.plots import plot_fit, plot_quality, plot_residuals
 from armimpedance.records import ImpedanceEstimate, Recording
 from armimpedance.report import counted, with_half_width

@@ -11,7 +11,6 @@ from armimpedance.errors import EstimationError
 from armimpedance.passive.equations import Equations
 from armimpedance.passive.identify import identify_passive
 from armimpedance.passive.method import METHODS
-from armimpedance.passive.methods import parallel
 from armimpedance.passive.rest_angle import free_rest_angle, rest_angle_note
 from armimpedance.passive.samples import PassiveSamples
 from armimpedance.passive.terms import Terms
@@ -65,7 +64,7 @@ def test_a_search_that_ends_nowhere_says_where_the_data_rest(monkeypatch):
         RATE, np.array([0, len(about)]), ("elbow",), **{n: v[:, None] for n, v in one.items()}
     )
     method = replace(METHODS["parallel"], solve=nowhere)
-    monkeypatch.setattr(parallel, "METHOD", method)
+    monkeypatch.setitem(METHODS._loaded, "parallel", method)
     with pytest.raises(
         EstimationError, match=r"did not settle; the data put the rest angle at 0\.8"
     ):
