@@ -33,6 +33,8 @@ SURE: Final = 2000.0
 LEAD_S: Final = 0.3
 #: Error of the derivatives over bands that would be narrower than that, of each course.
 MODEL: Final = 3e-4
+#: A variable that moves by less than this part of itself shows its noise, and no course.
+STILL: Final = 1e-4
 #: Grid of the result, s.
 EVERY_S: Final = 0.02
 #: Steps that are told of at most.
@@ -192,10 +194,10 @@ def _variable(samples: JointSamples, over: str, given: FloatArray | None) -> Flo
             expected="0 to 1, once round a cycle",
         )
     spread = float(np.ptp(np.quantile(values, (0.05, 0.95))))
-    if not spread > 1e-9 * max(float(np.abs(values).max()), 1e-300):
+    if not spread > STILL * max(float(np.abs(values).max()), 1e-300):
         raise InputError(
             f"the variable {over!r} is {values[0]:.4g} nearly throughout",
-            expected="one that varies, or courses over time",
+            expected="one that varies (take an offset off that says nothing), or courses over time",
         )
     return values
 

@@ -36,7 +36,10 @@ def two_pathways():
     )
     phase = (recording.time_s * 0.1) % 1
     still = np.ones(len(phase))
-    return replace(recording, extra={"phase": phase, "still": still, "turns": 3 * phase}), truth
+    return replace(
+        recording,
+        extra={"phase": phase, "still": still, "turns": 3 * phase, "hardly": 1 + 1e-5 * phase},
+    ), truth
 
 
 def test_intrinsic_and_reflex_courses_come_back_apart(two_pathways):
@@ -86,7 +89,12 @@ def test_a_reflex_beyond_the_search_is_named():
 
 
 @pytest.mark.parametrize(
-    ("over", "word"), [("still", "nearly throughout"), ("nothing", "no variable")]
+    ("over", "word"),
+    [
+        ("still", "nearly throughout"),
+        ("hardly", "nearly throughout"),
+        ("nothing", "no variable"),
+    ],
 )
 def test_a_variable_that_cannot_be_is_one_clear_line(two_pathways, over, word):
     with pytest.raises(InputError, match=word):
