@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -22,6 +22,19 @@ def write_values(
     plain = {k: v.tolist() if isinstance(v, np.ndarray) else v for k, v in values.items()}
     with staged_file(path) as staged:
         staged.write_text(json.dumps(plain, indent=indent) + "\n", encoding="utf-8")
+
+
+def row_of(condition: str, conditions: Sequence[str]) -> int:
+    """The row of a condition.
+
+    Raises
+    ------
+    InputError
+        If there is no such condition.
+    """
+    if condition not in conditions:
+        raise InputError(f"no truth for condition {condition!r}")
+    return conditions.index(condition)
 
 
 @contextmanager

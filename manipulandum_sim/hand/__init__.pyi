@@ -40,9 +40,9 @@ from .noise import (
     quantised as quantised,
     voluntary_force as voluntary_force,
 )
-from .rig import RATE_HZ as RATE_HZ, Reflex as Reflex, Rig as Rig
+from .rig import ONSET_S as ONSET_S, RATE_HZ as RATE_HZ, Reflex as Reflex, Rig as Rig
 from .robot import IDEAL as IDEAL, Servo as Servo, servo_gains as servo_gains
-from .schedule import Run as Run, make_schedule as make_schedule
+from .schedule import Run as Run, Schedule as Schedule, make_schedule as make_schedule
 from .simulate import simulate as simulate, simulate_condition as simulate_condition
 from .subjects import (
     FOREARM_HAND_COM as FOREARM_HAND_COM,

@@ -33,7 +33,9 @@ class Schedule:
     keys : tuple of tuple of int
         Key of each trial's random numbers.
     condition, set_number, direction, onset : (T,) int
-        Row in the truth; from 1; eighths of a turn; sample of the onset.
+        Row in the truth; from 1; row of `directions`; sample of the onset.
+    directions : (D, d)
+        Unit vectors; in the plane eighths of a turn.
     """
 
     labels: tuple[str, ...]
@@ -42,6 +44,7 @@ class Schedule:
     set_number: IntArray
     direction: IntArray
     onset: IntArray
+    directions: FloatArray
 
     @property
     def day(self) -> IntArray:
@@ -50,13 +53,20 @@ class Schedule:
 
     @property
     def unit(self) -> FloatArray:
-        """Direction of each disturbance, (T, 2)."""
-        angle = 2 * np.pi / DIRECTIONS * self.direction
-        return np.stack([np.cos(angle), np.sin(angle)], axis=1)
+        """Direction of each disturbance, (T, d)."""
+        return np.asarray(self.directions[self.direction])
 
 
-def make_schedule(seed: int, runs: Sequence[Run], sets: int) -> Schedule:
-    """Sets of eight directions in random order, each run from a generator of its own.
+def planar_directions() -> FloatArray:
+    """Unit vectors (8, 2) around a circle."""
+    angle = 2 * np.pi / DIRECTIONS * np.arange(DIRECTIONS)
+    return np.stack([np.cos(angle), np.sin(angle)], axis=1)
+
+
+def make_schedule(
+    seed: int, runs: Sequence[Run], sets: int, directions: FloatArray | None = None
+) -> Schedule:
+    """Sets of all directions in random order, each run from a generator of its own.
 
     More sets leave the first ones as they are.
 
@@ -65,24 +75,28 @@ def make_schedule(seed: int, runs: Sequence[Run], sets: int) -> Schedule:
     seed : int
     runs : sequence of Run
     sets : int
+    directions : (D, d), optional
+        Unit vectors; default: eight around a circle.
 
     Returns
     -------
     Schedule
     """
     first, last = (round(s * RATE_HZ) for s in ONSET_S)
-    directions, onsets = [], []
+    units = planar_directions() if directions is None else directions
+    order, onsets = [], []
     for run in runs:
         rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(*run.key, 0)))
         for _ in range(sets):
-            directions.append(rng.permutation(DIRECTIONS))
-            onsets.append(rng.integers(first, last, DIRECTIONS, endpoint=True))
-    per_run = sets * DIRECTIONS
+            order.append(rng.permutation(len(units)))
+            onsets.append(rng.integers(first, last, len(units), endpoint=True))
+    per_run = sets * len(units)
     return Schedule(
         labels=tuple(run.label for run in runs for _ in range(per_run)),
         keys=tuple((*run.key, 1, t) for run in runs for t in range(per_run)),
         condition=np.repeat([run.condition for run in runs], per_run),
-        set_number=np.tile(np.repeat(np.arange(1, sets + 1), DIRECTIONS), len(runs)),
-        direction=np.concatenate(directions),
+        set_number=np.tile(np.repeat(np.arange(1, sets + 1), len(units)), len(runs)),
+        direction=np.concatenate(order),
         onset=np.concatenate(onsets),
+        directions=units,
     )

@@ -25,7 +25,7 @@ from manipulandum_sim.hand.arm_plant import (
 from manipulandum_sim.hand.equilibrium import muscle_command, solve_activation
 from manipulandum_sim.hand.experiments import Condition
 from manipulandum_sim.hand.muscles import joint_basis
-from manipulandum_sim.truth_file import reading_values, write_values
+from manipulandum_sim.truth_file import reading_values, row_of, write_values
 
 #: Steps of the differences: the error of the five-point formula is below 1e-9 of the result.
 STEP_M: Final = 5e-4
@@ -90,9 +90,7 @@ class Truth(FrozenRecord):
         InputError
             If there is no such condition.
         """
-        if condition not in self.conditions:
-            raise InputError(f"no truth for condition {condition!r}")
-        return self.conditions.index(condition)
+        return row_of(condition, self.conditions)
 
     def write(self, path: str | os.PathLike[str]) -> None:
         """Write as JSON (``truth.json``): every array row by row, one row per condition.
@@ -120,20 +118,20 @@ class Truth(FrozenRecord):
 
 
 def derivative(function: Field, at: FloatArray, step: float) -> FloatArray:
-    """Five-point central differences of a batch of functions of two variables.
+    """Five-point central differences of a batch of functions of k variables.
 
     Parameters
     ----------
-    function : (C, 2) -> (C, ...)
-    at : (C, 2)
+    function : (C, k) -> (C, ...)
+    at : (C, k)
     step : float
 
     Returns
     -------
-    (C, ..., 2) : the last axis is the variable.
+    (C, ..., k) : the last axis is the variable.
     """
     columns = []
-    for unit in np.eye(2):
+    for unit in np.eye(at.shape[1]):
         near = function(at + step * unit) - function(at - step * unit)
         far = function(at + 2 * step * unit) - function(at - 2 * step * unit)
         columns.append((8 * near - far) / (12 * step))

@@ -9,8 +9,15 @@ import numpy as np
 
 from armimpedance.conventions import CAST_MASS_KG
 from armimpedance.errors import InputError
-from manipulandum_sim.hand import DISTURBANCES, RATE_HZ, Disturbance, NoiseLevel, smooth_step
-from manipulandum_sim.space.directions import ONSET_S, sphere_directions
+from manipulandum_sim.hand import (
+    DISTURBANCES,
+    ONSET_S,
+    RATE_HZ,
+    Disturbance,
+    NoiseLevel,
+    smooth_step,
+)
+from manipulandum_sim.space.directions import sphere_directions
 
 Elbow = Literal["held", "free"]
 Control = Literal["position", "force"]

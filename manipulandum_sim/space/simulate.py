@@ -19,17 +19,14 @@ from manipulandum_sim.hand import (
     RATE_HZ,
     Draws,
     Run,
+    Schedule,
     SimulatedSubject,
     find_subject,
+    make_schedule,
     quantised,
     voluntary_force,
 )
-from manipulandum_sim.space.directions import (
-    SpaceSchedule,
-    angles_deg,
-    space_schedule,
-    sphere_directions,
-)
+from manipulandum_sim.space.directions import angles_deg, sphere_directions
 from manipulandum_sim.space.drive import Drive, SpaceTrack, integrate_space
 from manipulandum_sim.space.plant import Plant, plant_at
 from manipulandum_sim.space.rig import AFTER_S, SpaceRig
@@ -146,7 +143,7 @@ def simulate_space(
     runs = [Run(row, name, (SPACE_KEY, row)) for row, name in enumerate(names)]
     if repeats > 1:
         runs = [Run(0, f"repeat_{i:03d}", (REPEAT_KEY, i)) for i in range(repeats)]
-    schedule = space_schedule(seed, runs, sets, sphere_directions(used.directions))
+    schedule = make_schedule(seed, runs, sets, sphere_directions(used.directions))
     session = _Session(used, plants, truth, schedule, seed)
     return session.recording(conditions, person, progress), truth
 
@@ -156,7 +153,7 @@ class _Session:
     rig: SpaceRig
     plants: Sequence[Plant]
     truth: SpaceTruth
-    schedule: SpaceSchedule
+    schedule: Schedule
     seed: int
 
     def recording(

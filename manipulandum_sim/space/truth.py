@@ -9,7 +9,7 @@ inertia are.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Annotated, Final
 
@@ -17,17 +17,13 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray, FrozenRecord
 from armimpedance.errors import InputError
+from manipulandum_sim.hand import STEP_M, STEP_RAD, STEP_RATE, derivative
 from manipulandum_sim.space.plant import Plant
-from manipulandum_sim.truth_file import write_values
+from manipulandum_sim.truth_file import row_of, write_values
 
-STEP_M: Final = 5e-4
-STEP_RAD: Final = 2e-3
-STEP_RATE: Final = 1e-2
 #: Newton's rounds and what they leave, m and N m.
 ROUNDS: Final = 40
 LEFT: Final = 1e-12
-
-Field = Callable[[FloatArray], FloatArray]
 
 
 @dataclass(frozen=True)
@@ -82,9 +78,7 @@ class SpaceTruth(FrozenRecord):
         InputError
             If there is no such condition.
         """
-        if condition not in self.conditions:
-            raise InputError(f"no truth for condition {condition!r}")
-        return self.conditions.index(condition)
+        return row_of(condition, self.conditions)
 
     def write(self, path: str | os.PathLike[str]) -> None:
         """Write as JSON: every array row by row, one row per condition."""
@@ -151,27 +145,6 @@ def _one(plant: Plant, force: FloatArray) -> dict[str, FloatArray]:
         "swivel_hz": hz,
         "swivel_damping": damping,
     }
-
-
-def derivative(function: Field, at: FloatArray, step: float) -> FloatArray:
-    """Five-point central differences of a batch of functions of k variables.
-
-    Parameters
-    ----------
-    function : (C, k) -> (C, ...)
-    at : (C, k)
-    step : float
-
-    Returns
-    -------
-    (C, ..., k) : the last axis is the variable.
-    """
-    columns = []
-    for unit in np.eye(at.shape[1]):
-        near = function(at + step * unit) - function(at - step * unit)
-        far = function(at + 2 * step * unit) - function(at - 2 * step * unit)
-        columns.append((8 * near - far) / (12 * step))
-    return np.stack(columns, axis=-1)
 
 
 def hand_force(plant: Plant, values: FloatArray, what: str) -> FloatArray:
