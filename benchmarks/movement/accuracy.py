@@ -76,8 +76,7 @@ def of_phase(
 
     The truth is that of the nominal reach as long after the place of the push.
     """
-    u = np.linspace(0, 1, 4001)
-    onset = rig.line.duration_s * np.interp(share, u**3 * (10 - 15 * u + 6 * u**2), u)
+    onset = float(rig.nominal_time(np.array(share))) - rig.go_s
     # the middle of the window that `identify_movement` takes of itself
     lag = min(rig.shape.duration_s + 0.1, 0.3) / 2
     letter = "e" if estimate.level == "hand" else "j"

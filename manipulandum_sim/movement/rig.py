@@ -11,7 +11,7 @@ from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
 from manipulandum_sim.hand import Reflex
 from manipulandum_sim.movement.feedforward import Cocontraction
-from manipulandum_sim.movement.path import ReachLine, Variability
+from manipulandum_sim.movement.path import ReachLine, Variability, minimum_jerk
 from manipulandum_sim.movement.pushes import PUSHES, Push
 
 
@@ -108,6 +108,12 @@ class MovementRig:
     def shape(self) -> Push:
         """The push itself."""
         return PUSHES[self.push] if isinstance(self.push, str) else self.push
+
+    def nominal_time(self, share: FloatArray) -> FloatArray:
+        """When the nominal course has travelled a share (...), s on the trial's clock."""
+        u = np.linspace(0, 1, 2001)
+        when = self.go_s + self.line.duration_s * np.interp(share, minimum_jerk(u)[0], u)
+        return np.where(np.isfinite(share), when, np.inf)
 
     @property
     def load(self) -> Device:

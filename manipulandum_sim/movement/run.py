@@ -119,7 +119,7 @@ class _Run:
         now = self.time_s[s]
         wanted = np.where(rows >= 0, phases[rows], np.inf)
         if self.rig.on_time:
-            due = now >= self._nominal_time(wanted)
+            due = now >= self.rig.nominal_time(wanted)
         else:
             start = np.reshape(line.start_m, (2, 1))
             due = line.along @ (self.state[:2] - start) >= wanted * line.length_m
@@ -127,19 +127,12 @@ class _Run:
         if due.any():
             self._begin(due, now)
 
-    def _nominal_time(self, share: FloatArray) -> FloatArray:
-        """When the nominal course has travelled a share (T,)."""
-        u = np.linspace(0, 1, 2001)
-        s = u**3 * (10 - 15 * u + 6 * u**2)
-        when = self.rig.go_s + self.rig.line.duration_s * np.interp(share, s, u)
-        return np.where(np.isfinite(share), when, np.inf)
-
     def _begin(self, due: np.ndarray, now: float) -> None:
         """The path that the robot predicts: the mean course, from the place and speed of now."""
         line = self.rig.line
         self.onset[due] = now
         travelled = line.along @ (self.state[:2] - np.reshape(line.start_m, (2, 1)))
-        at = self._nominal_time(np.clip(travelled / line.length_m, 1e-3, 1 - 1e-3))
+        at = self.rig.nominal_time(np.clip(travelled / line.length_m, 1e-3, 1 - 1e-3))
         mean = self.nominal.at(at)
         self.expected_at = np.where(due, at, self.expected_at)
         self.offset = np.where(due, self.state[:2] - mean.position, self.offset)
