@@ -2,25 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
-from armimpedance.arrays import IntArray
 from armimpedance.conventions import Level
 from armimpedance.errors import EstimationError, InputError
 from armimpedance.estimates import ImpedanceEstimate
-from armimpedance.movement.arm import geometry_of
-from armimpedance.movement.course import courses_of
 from armimpedance.movement.fitted import Method, PhaseFit, to_estimate
-from armimpedance.movement.known import known_inertia
-from armimpedance.movement.labels import check_labels
-from armimpedance.movement.pushes import Pushes, pushes_of
+from armimpedance.movement.session import Progress, Session, session_of
 from armimpedance.movement.table import METHODS
-from armimpedance.movement.windows import windows_of
 from armimpedance.records import Recording
-
-Progress = Callable[[int, int], None]
 
 
 def identify_movement(
@@ -67,26 +59,15 @@ def identify_movement(
     """
     chosen = METHODS.named(method)
     _check_level(method or METHODS.default, chosen, level)
-    pushes = pushes_of(recording)
-    wanted = phases_of(pushes, phases)
-    known = None if inertia is None else known_inertia(inertia, geometry_of(recording).arm)
-    courses = courses_of(recording)
+    session = session_of(recording, inertia, phases)
+    _check_throughout(method or METHODS.default, chosen, session)
     made = []
-    every = list(groups_of(recording, pushes, wanted))
-    for done, (condition, rows, phase) in enumerate(every, 1):
-        if pushes.throughout(phase) and not chosen.throughout:
-            raise InputError(
-                f"method {method}: the pushes of phase {phase} go on throughout",
-                expected=f"method {METHODS.default}",
-            )
-        for name, windows in windows_of(courses, pushes, rows, phase, window_s):
-            check_labels(windows, phase)
-            fit = chosen.fit(windows, level, known)
-            _check_inertia(fit, phase)
-            keys = {"condition": condition, "phase": name}
+    for phase in session.phases(window_s, progress):
+        for name, windows in phase.windows:
+            fit = chosen.fit(windows, level, session.known)
+            check_inertia(fit, phase.name)
+            keys = {"condition": phase.condition, "phase": name}
             made.append(to_estimate(fit, windows, method or METHODS.default, keys))
-        if progress is not None:
-            progress(done, len(every))
     return made
 
 
@@ -97,7 +78,18 @@ def _check_level(name: str, method: Method, level: Level) -> None:
         )
 
 
-def _check_inertia(fit: PhaseFit, phase: str) -> None:
+def _check_throughout(name: str, method: Method, session: Session) -> None:
+    if method.throughout:
+        return
+    for _, _, phase in session.groups:
+        if session.pushes.throughout(phase):
+            raise InputError(
+                f"method {name}: the pushes of phase {phase} go on throughout",
+                expected=f"method {METHODS.default}",
+            )
+
+
+def check_inertia(fit: PhaseFit, phase: str) -> None:
     """Refuse an inertia that is clearly negative.
 
     Raises
@@ -111,25 +103,3 @@ def _check_inertia(fit: PhaseFit, phase: str) -> None:
             f"phase {phase}: the inertia comes out negative; is the force that of the limb on the "
             "device (force_by), and has it not been freed of the handle twice?"
         )
-
-
-def phases_of(pushes: Pushes, asked: Sequence[str] | None) -> tuple[str, ...]:
-    if asked is None:
-        return pushes.phases
-    unknown = [name for name in asked if name not in pushes.phases]
-    if unknown:
-        there = ", ".join(pushes.phases)
-        raise InputError(f"no phase {unknown[0]!r}", column="phase", expected=f"one of {there}")
-    return tuple(name for name in pushes.phases if name in asked)
-
-
-def groups_of(
-    recording: Recording, pushes: Pushes, phases: Sequence[str]
-) -> Iterator[tuple[str, IntArray, str]]:
-    """Condition, its trials, and each phase at which some of them were pushed."""
-    condition = recording.trials["condition"].astype(str).to_numpy()
-    for name in dict.fromkeys(condition):
-        rows = np.flatnonzero(condition == name)
-        for phase in phases:
-            if pushes.rows(phase)[rows].any():
-                yield str(name), rows, phase

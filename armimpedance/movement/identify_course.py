@@ -12,20 +12,17 @@ from armimpedance.arrays import FloatArray, IntArray
 from armimpedance.conventions import Level
 from armimpedance.errors import InputError
 from armimpedance.estimates import ImpedanceEstimate
-from armimpedance.movement.arm import geometry_of
-from armimpedance.movement.course import Courses, channel, courses_of
+from armimpedance.movement.course import Courses, channel
 from armimpedance.movement.doubts import Doubted, doubts_of
 from armimpedance.movement.equation import TOLD, Equations, equations_of
 from armimpedance.movement.fitted import PhaseFit, estimate_at, said_of
 from armimpedance.movement.hand_level import INSTANT, Where, at_level
-from armimpedance.movement.identify import Progress, groups_of, phases_of
-from armimpedance.movement.known import known_inertia
-from armimpedance.movement.labels import check_labels
+from armimpedance.movement.identify import check_inertia
 from armimpedance.movement.methods.latent import explained_by
 from armimpedance.movement.over_reach import course_over
-from armimpedance.movement.pushes import pushes_of
+from armimpedance.movement.session import Progress, session_of
 from armimpedance.movement.solve import Evidence, Known, evidence_of, solve
-from armimpedance.movement.windows import PhaseWindows, windows_of
+from armimpedance.movement.windows import PhaseWindows
 from armimpedance.records import Recording
 
 #: Spacing of the course (s).
@@ -70,24 +67,20 @@ def identify_course(
         As `identify_movement`, or there is one phase only.
     NotIdentifiableError
         The pushes of a phase do not tell M, B and K apart.
+    EstimationError
+        M comes out negative.
     """
-    pushes = pushes_of(recording)
-    wanted = phases_of(pushes, phases)
-    known = None if inertia is None else known_inertia(inertia, geometry_of(recording).arm)
-    courses = courses_of(recording)
-    every = list(groups_of(recording, pushes, wanted))
+    session = session_of(recording, inertia, phases)
     solved: dict[str, list[_Phase]] = {}
-    for done, (condition, rows, phase) in enumerate(every, 1):
-        for _, windows in windows_of(courses, pushes, rows, phase, window_s):
-            check_labels(windows, phase)
+    for phase in session.phases(window_s, progress):
+        parts = solved.setdefault(phase.condition, [])
+        for _, windows in phase.windows:
             equations = equations_of(windows)
-            doubted = doubts_of(equations, solve(equations, known), known)
-            solved.setdefault(condition, []).append(_Phase(windows, equations, doubted))
-        if progress is not None:
-            progress(done, len(every))
+            doubted = doubts_of(equations, solve(equations, session.known), session.known)
+            parts.append(_Phase(windows, equations, doubted))
     made: list[ImpedanceEstimate] = []
     for condition, parts in solved.items():
-        made += _course(courses, condition, parts, level, known)
+        made += _course(session.courses, condition, parts, level, session.known)
     return made
 
 
@@ -133,6 +126,7 @@ def _course(
             warnings=said,
             provenance=(f"course over {len(parts)} phases", *said_of(first)),
         )
+        check_inertia(fit, f"{time:.3f} s")
         keys = {"condition": condition, "phase": f"{time:.3f} s"}
         made.append(estimate_at(fit, where.mean, first.shoulder_m, counts, "latent", keys))
     return made

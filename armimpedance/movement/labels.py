@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
@@ -20,21 +21,22 @@ CLEAR: Final = 3.0
 SELDOM: Final = 1e-3
 
 
-def check_labels(windows: PhaseWindows, phase: str) -> None:
+def check_labels(every: Sequence[PhaseWindows], phase: str) -> None:
     """Refuse trials whose hand did not go where their label says.
 
     The acceleration that is linear in the push's direction is what all trials of a phase share; how
     much of it a trial shows is 1 but for noise. It is 0 of a reach that nobody pushed, and less of
-    one that was pushed elsewhere.
+    one that was pushed elsewhere. Of pushes throughout, all windows are judged together.
 
     Raises
     ------
     InputError
-        Trials of other labels, by their numbers.
+        Trials of other labels, by their numbers; commands that the hand does not follow.
     """
-    if not windows.direction.any():
-        _check_commands(windows, phase)
+    if not any(windows.direction.any() for windows in every):
+        _check_commands(every, phase)
         return
+    (windows,) = every
     a, hit = windows.part("acceleration"), windows.pushed
     D = windows.direction[hit]
     centred = (a[hit] - np.median(a[hit], axis=0)).reshape(len(D), -1)
@@ -62,7 +64,7 @@ def check_labels(windows: PhaseWindows, phase: str) -> None:
         )
 
 
-def _check_commands(windows: PhaseWindows, phase: str) -> None:
+def _check_commands(every: Sequence[PhaseWindows], phase: str) -> None:
     """Refuse commands that the hand does not follow.
 
     Raises
@@ -72,27 +74,36 @@ def _check_commands(windows: PhaseWindows, phase: str) -> None:
     """
     from scipy.stats import f
 
-    D = windows.instruments[windows.pushed]
-    D, free = D - D.mean(axis=0), len(D) - 1 - D.shape[1]
-    if free < D.shape[1]:
+    trials = min(int(windows.pushed.sum()) for windows in every)
+    count = max(windows.instruments.shape[1] for windows in every)
+    free = trials - 1 - count
+    if free < count:
         raise InputError(
-            f"phase {phase}: {len(D)} reaches are pushed throughout",
-            expected=f"{2 * D.shape[1] + 1} or more, and better five times as many",
+            f"phase {phase}: {trials} reaches are pushed throughout",
+            expected=f"{2 * count + 1} or more, and better five times as many",
         )
-    ratios = []
     # forces drive velocities, displacements places
-    for name in ("hand", "velocity", "acceleration"):
-        part = windows.part(name)[windows.pushed]
-        flat = (part - part.mean(axis=0)).reshape(len(part), -1)
-        left = flat - D @ np.linalg.lstsq(D, flat, rcond=None)[0]
-        ratios.append(_energy(flat).sum() / _energy(left).sum() - 1)
+    followed = max(_followed(every, name) for name in ("hand", "velocity", "acceleration"))
     # by chance alone each of the d commands explains as much as each of the rest, on two axes
-    if max(ratios) * free / D.shape[1] < f.isf(SELDOM, 2 * D.shape[1], 2 * free):
+    if followed * free / count < f.isf(SELDOM, 2 * count, 2 * free):
         raise InputError(
             f"phase {phase}: the hand does not follow the robot's commands",
             column="command_x",
             expected="what the robot was told at each sample, 0 where it let go",
         )
+
+
+def _followed(every: Sequence[PhaseWindows], name: str) -> float:
+    """Variance of a channel that the commands explain, over that which they leave."""
+    explained = left = 0.0
+    for windows in every:
+        hit = windows.pushed
+        D, part = windows.instruments[hit], windows.part(name)[hit]
+        D, flat = D - D.mean(axis=0), (part - part.mean(axis=0)).reshape(len(part), -1)
+        rest = flat - D @ np.linalg.lstsq(D, flat, rcond=None)[0]
+        explained += float(_energy(flat).sum() - _energy(rest).sum())
+        left += float(_energy(rest).sum())
+    return explained / left
 
 
 def _energy(values: FloatArray) -> FloatArray:

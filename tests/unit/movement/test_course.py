@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 
 import armimpedance as ai
-from armimpedance.errors import InputError
+from armimpedance.errors import EstimationError, InputError
 from armimpedance.movement import identify_course, identify_movement
 from armimpedance.movement.over_reach import _Basis
 from armimpedance.movement.solve import CHANGE_SD, CURVE_SD
@@ -63,6 +64,12 @@ def test_one_phase_is_no_course():
     recording, _ = session()
     with pytest.raises(InputError, match="one phase"):
         identify_course(recording, phases=["30%"])
+
+
+def test_a_force_of_the_wrong_sign_is_told():
+    recording, _ = session()
+    with pytest.raises(EstimationError):
+        identify_course(replace(recording, force=-recording.force))
 
 
 def test_other_methods_make_no_course():
