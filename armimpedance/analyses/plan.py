@@ -155,7 +155,8 @@ def _pilot(
         marks: tuple[str, ...] = ()
         if known and recording.perturbation == "returning":
             marks = checked(of_condition(recording, condition), despite, disturbed=True)
-        return pilot_of(recording, condition), marks
+        found = pilot_of(recording, condition)
+        return found, (*marks, *found.warnings)
 
 
 def _limits(amplitude_m: float | None, duration_s: float | None, max_acceleration: float) -> Limits:

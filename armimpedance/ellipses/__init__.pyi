@@ -1,4 +1,8 @@
-from .ellipsoid import Ellipsoid as Ellipsoid, ellipsoid_of as ellipsoid_of
+from .ellipsoid import (
+    Ellipsoid as Ellipsoid,
+    ellipsoid_of as ellipsoid_of,
+    ellipsoid_of_matrix as ellipsoid_of_matrix,
+)
 from .geometry import (
     FIELDS as FIELDS,
     Ellipse as Ellipse,

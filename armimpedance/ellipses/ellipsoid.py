@@ -86,17 +86,19 @@ class Ellipsoid:
 
         The others in the order of the half-axes; ``pi/2``: all the way.
         """
-        found = np.empty((3, 2))
-        for i in range(3):
-            others = [j for j in range(3) if j != i]
-            for k, j in enumerate(others):
-                turned = [
-                    np.cos(_TURNS)[:, None] * self.axes[:, i]
-                    + sign * np.sin(_TURNS)[:, None] * self.axes[:, j]
-                    for sign in (-1.0, 1.0)
-                ]
-                found[i, k] = max(self._reach(one, level) for one in turned)
-        return found
+        return np.stack([self.turns_of(i, level) for i in range(3)])
+
+    def turns_of(self, i: int, level: float = 0.95) -> FloatArray:
+        """One row of `turns`, (2,): axis i, 0 being the longest."""
+        found = []
+        for j in (j for j in range(3) if j != i):
+            turned = [
+                np.cos(_TURNS)[:, None] * self.axes[:, i]
+                + sign * np.sin(_TURNS)[:, None] * self.axes[:, j]
+                for sign in (-1.0, 1.0)
+            ]
+            found.append(max(self._reach(one, level) for one in turned))
+        return np.array(found)
 
     def _reach(self, turned: FloatArray, level: float) -> float:
         out = self._off_axis(turned, level) > 1
@@ -131,7 +133,7 @@ def _checked(level: float) -> float:
     return level
 
 
-def ellipsoid(matrix: ArrayLike, covariance: ArrayLike, dof: float = np.inf) -> Ellipsoid:
+def ellipsoid_of_matrix(matrix: ArrayLike, covariance: ArrayLike, dof: float = np.inf) -> Ellipsoid:
     """The ellipsoid of a matrix' symmetric part.
 
     Parameters
@@ -185,6 +187,6 @@ def ellipsoid_of(estimate: ImpedanceEstimate, which: Which) -> Ellipsoid | None:
     block = slice(9 * FIELDS.index(which), 9 * FIELDS.index(which) + 9)
     try:
         held = estimate.covariance[block, block]
-        return ellipsoid(getattr(estimate, which), held, estimate.dof)
+        return ellipsoid_of_matrix(getattr(estimate, which), held, estimate.dof)
     except NotPositiveDefiniteError:
         return None

@@ -1,6 +1,7 @@
 from .bound import bound as bound, bound_of as bound_of, inverse_information as inverse_information
 from .checks import check_response as check_response
 from .doubts.allowance import allowing as allowing
+from .doubts.inner import elbow_told as elbow_told
 from .estimation import (
     Options as Options,
     estimate as estimate,

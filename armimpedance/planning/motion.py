@@ -1,8 +1,8 @@
 """A planned motion in the modes of its window: the rows of the impedance equation before any data.
 
-The hand follows a command along u as ``u_1 x^(1) + u_2 x^(2)``, x^(a) being its motion for a
-command along axis a. Over equally spaced directions ``sum_u u u^T = (directions / 2) I``: the mean
-information of a trial is half of that of one trial along each axis.
+The hand follows a command along u as ``sum_a u_a x^(a)``, x^(a) being its motion for a command
+along axis a of d. Over equally spaced directions ``sum_u u u^T = (directions / d) I``: the mean
+information of a trial is the d-th part of that of one trial along each axis.
 """
 
 from __future__ import annotations
@@ -102,6 +102,6 @@ def information(rows: FloatArray, weight: FloatArray) -> FloatArray:
     weight : (d n, d n)
         Inverse covariance of the noise.
     """
-    # I (p, p) = 1/2 sum_a G_a^T (p, dn) V (dn, dn) G_a (dn, p)
+    # I (p, p) = 1/d sum_a G_a^T (p, dn) V (dn, dn) G_a (dn, p)
     total = (rows.transpose(0, 2, 1) @ weight @ rows).sum(axis=0) / len(rows)
     return np.asarray((total + total.T) / 2)

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from armimpedance.arrays import IntArray
 from armimpedance.errors import InputError
-from armimpedance.impedance import FEWEST_TRIALS, weighted_fit
+from armimpedance.impedance import FEWEST_TRIALS, elbow_told, weighted_fit
 from armimpedance.planning.noise_level import PilotNoise
 from armimpedance.planning.precision import Precision, precision_of_pilot
 from armimpedance.planning.setting import PlannedArm, Setting
@@ -27,12 +28,15 @@ class Pilot:
         Precision that more trials like the pilot's would give.
     duration_s, amplitude_m : float
         Duration and amplitude of its disturbances, medians over trials.
+    warnings : tuple of str
+        What the plan cannot count with.
     """
 
     setting: Setting
     precision: Precision
     duration_s: float
     amplitude_m: float
+    warnings: tuple[str, ...] = ()
 
 
 def pilot_of(recording: Recording, condition: str | None = None) -> Pilot:
@@ -51,16 +55,16 @@ def pilot_of(recording: Recording, condition: str | None = None) -> Pilot:
     Raises
     ------
     InputError
-        If it is not of returning disturbances of the hand in two axes, has no such condition or
-        too few trials, or its arm is none.
+        If it is not of returning disturbances of the hand in two or three axes, has no such
+        condition or too few trials, or its arm is none.
     NotIdentifiableError
         If its motion does not determine M, B, K.
     """
-    if recording.kind != "hand" or recording.axes != 2 or recording.perturbation != "returning":
+    if recording.kind != "hand" or recording.axes < 2 or recording.perturbation != "returning":
         raise InputError(
             f"a pilot of {recording.perturbation} disturbances, {recording.kind}, "
             f"{recording.axes} axes",
-            expected="returning disturbances of the hand in two axes",
+            expected="returning disturbances of the hand in two or three axes",
         )
     names = recording.trials["condition"].astype(str)
     wanted = names.iloc[0] if condition is None else condition
@@ -74,7 +78,7 @@ def pilot_of(recording: Recording, condition: str | None = None) -> Pilot:
     if window.usable.sum() < FEWEST_TRIALS:
         raise InputError(
             f"{wanted}: {int(window.usable.sum())} usable trials",
-            expected=f"{FEWEST_TRIALS} or more, better a set of eight",
+            expected=f"{FEWEST_TRIALS} or more, better a set of all directions",
         )
     fit = weighted_fit(window, "hand")
     d = recording.axes
@@ -89,4 +93,15 @@ def pilot_of(recording: Recording, condition: str | None = None) -> Pilot:
         precision_of_pilot(fit),
         duration_s=float(np.median(window.duration_s[window.usable])),
         amplitude_m=float(np.median(reached)),
+        warnings=_warnings(recording, rows),
+    )
+
+
+def _warnings(recording: Recording, rows: IntArray) -> tuple[str, ...]:
+    if recording.axes == 2 or elbow_told(recording, rows) == "held":
+        return ()
+    return (
+        "elbow not held: the plan is for the stiffness that a short disturbance meets, not for "
+        "that at rest, and a free elbow makes the intervals of `estimate` wider; hold the elbow, "
+        "or use disturbances that stay out for 0.3 s (docs/space.md)",
     )

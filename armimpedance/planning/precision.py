@@ -1,7 +1,7 @@
 """How precise an experiment will be: from the bound to standard errors and the trials needed.
 
 The bound for a planned motion and noise, times what the estimator loses against it, is the
-covariance of M, B, K per trial; with n trials in sets of eight directions it is an n-th of that.
+covariance of M, B, K per trial; with n trials in sets of all directions it is an n-th of that.
 Its intervals are those that an estimate will print: t with n - 1 degrees of freedom, standard
 errors clustered by trial.
 """
@@ -16,11 +16,11 @@ from typing import Annotated, Final
 import numpy as np
 
 from armimpedance.arrays import FloatArray, FrozenRecord
-from armimpedance.ellipses import Ellipse, ellipse
+from armimpedance.ellipses import Ellipse, Ellipsoid, ellipse, ellipsoid_of_matrix
 from armimpedance.errors import InputError, NotIdentifiableError
 from armimpedance.impedance import WeightedFit, bound_of, inverse_information
 from armimpedance.planning.motion import PlannedMotion, information
-from armimpedance.planning.setting import DIRECTIONS
+from armimpedance.planning.setting import unit_directions
 from armimpedance.regression import t_factor
 
 #: Standard errors of method `weighted` relative to the bound, for M, B and K: measured over the
@@ -52,6 +52,11 @@ class Precision(FrozenRecord):
     def axes(self) -> int:
         """Number of axes d."""
         return int(self.parameters.shape[1])
+
+    @property
+    def directions(self) -> int:
+        """Trials of a set."""
+        return len(unit_directions(self.axes))
 
     @cached_property
     def covariance(self) -> FloatArray:
@@ -98,31 +103,38 @@ class Precision(FrozenRecord):
         """Half-width of the 95 % interval of K's diagonal, the largest part of its element."""
         return self.diagonal_part(trials, 2)
 
-    def ellipse(self, trials: int) -> Ellipse:
-        """K's ellipse with the covariance that is expected."""
+    def ellipse(self, trials: int) -> Ellipse | Ellipsoid:
+        """K's ellipse, or in space ellipsoid, with the covariance that is expected."""
         d = self.axes
         block = slice(2 * d * d, 3 * d * d)
         C = self.covariance[block, block] / trials
-        return ellipse(self.parameters[2], covariance=C, dof=trials - 1)
+        made = ellipse if d == 2 else ellipsoid_of_matrix
+        return made(self.parameters[2], covariance=C, dof=trials - 1)
 
     def size_part(self, trials: int) -> float:
         """Half the length of the 95 % interval of the ellipse's size, as a part of the size."""
         expected = self.ellipse(trials)
-        low, high = expected.interval()[0]
+        low, high = expected.interval()[0 if isinstance(expected, Ellipse) else 3]
         return float((high - low) / 2 / expected.size)
 
     def orientation(self, trials: int) -> float:
-        """Half the length of the 95 % interval of the ellipse's orientation (rad)."""
-        low, high = self.ellipse(trials).interval()[1]
+        """Half the length of the 95 % interval of the ellipse's orientation (rad).
+
+        In space: how far the longest axis may turn.
+        """
+        expected = self.ellipse(trials)
+        if isinstance(expected, Ellipsoid):
+            return float(expected.turns_of(0).max())
+        low, high = expected.interval()[1]
         return float((high - low) / 2)
 
     def trials_for_k(self, part: float) -> int | None:
         """Trials, in whole sets, for `k_part` at most this; None: millions."""
-        return fewest_trials(lambda n: self.k_part(n) <= part)
+        return fewest_trials(lambda n: self.k_part(n) <= part, self.directions)
 
     def trials_for_orientation(self, angle_rad: float) -> int | None:
         """Trials, in whole sets, for `orientation` at most this; None: millions."""
-        return fewest_trials(lambda n: self.orientation(n) <= angle_rad)
+        return fewest_trials(lambda n: self.orientation(n) <= angle_rad, self.directions)
 
 
 def precision(motion: PlannedMotion, *, delay_s: float | None = None) -> Precision:
@@ -161,8 +173,8 @@ def precision_of_pilot(fit: WeightedFit) -> Precision:
 
     Raises
     ------
-    InputError
-        If the pilot is not of two axes.
+    NotIdentifiableError
+        The pilot's noise has swamped its motion.
     """
     d = fit.equation.axes
     bound = bound_of(fit.equations)
@@ -188,18 +200,18 @@ def reflex_bias(motion: PlannedMotion, delay_s: float, share: float = 0.25) -> F
     return np.asarray(along / (truth**2).sum(axis=(1, 2)))
 
 
-def fewest_trials(enough: Callable[[int], bool]) -> int | None:
-    """Least number of trials in whole sets for which `enough` holds; None: beyond `MOST_SETS`.
+def fewest_trials(enough: Callable[[int], bool], each: int) -> int | None:
+    """Least number of trials in sets of `each` for which `enough` holds; None: over `MOST_SETS`.
 
     `enough` must stay true once it is.
     """
     low, high = 0, MOST_SETS
-    if not enough(high * DIRECTIONS):
+    if not enough(high * each):
         return None
     while high - low > 1:
         middle = (low + high) // 2
-        low, high = (low, middle) if enough(middle * DIRECTIONS) else (middle, high)
-    return high * DIRECTIONS
+        low, high = (low, middle) if enough(middle * each) else (middle, high)
+    return high * each
 
 
 def _t(trials: int, level: float) -> float:

@@ -17,8 +17,8 @@ from armimpedance.planning.servo import IDEAL, Servo
 from armimpedance.records import ImpedanceEstimate
 from armimpedance.signals import MARGIN_S, Modes, spline_modes
 
-#: Disturbances of a set, in equally spaced directions.
-DIRECTIONS: Final = 8
+#: Disturbances of a set in the plane, in equally spaced directions.
+_IN_PLANE: Final = 8
 
 #: Hand of a relaxed 70 kg man's arm in the nominal posture: M, B, K.
 RELAXED: Final = (
@@ -34,13 +34,13 @@ class PlannedArm(FrozenRecord):
 
     Attributes
     ----------
-    parameters : (3, 2, 2)
-        M (with the handle), B, K of the hand.
+    parameters : (3, d, d)
+        M (with the handle), B, K of the hand in two or three axes.
     name : str
         Name of the setting in tables.
     """
 
-    parameters: Annotated[FloatArray, "3 2 2"]
+    parameters: Annotated[FloatArray, "3 d d"]
     name: str = "relaxed arm"
 
     def __post_init__(self) -> None:
@@ -52,8 +52,13 @@ class PlannedArm(FrozenRecord):
                 )
 
     @property
+    def axes(self) -> int:
+        """Number of axes d."""
+        return int(self.parameters.shape[1])
+
+    @property
     def stiffness(self) -> FloatArray:
-        """K, (2, 2)."""
+        """K, (d, d)."""
         return np.asarray(self.parameters[2])
 
     @classmethod
@@ -63,12 +68,12 @@ class PlannedArm(FrozenRecord):
         Raises
         ------
         InputError
-            If it is not of the hand in two axes, or a matrix is not positive definite.
+            If it is not of the hand in two or three axes, or a matrix is not positive definite.
         """
-        if estimate.level != "hand" or estimate.k != 2:
+        if estimate.level != "hand" or estimate.k not in (2, 3):
             raise InputError(
                 f"{name}: {estimate.level} impedance of {estimate.k} axes",
-                expected="hand impedance in two axes",
+                expected="hand impedance in two or three axes",
             )
         inertia = estimate.inertia_with_handle
         if inertia is None:
@@ -100,6 +105,11 @@ class Setting:
     servo: Servo = IDEAL
     sample_rate_hz: float = 1000.0
 
+    @property
+    def directions(self) -> int:
+        """Trials of a set."""
+        return len(unit_directions(self.arm.axes))
+
     def lags(self, duration_s: float) -> FloatArray:
         """Sample times (S,) of the window that an estimate of this duration uses."""
         rate = self.sample_rate_hz
@@ -130,7 +140,7 @@ class Setting:
         white = self.noise.position_sd**2 * modes.stacked @ modes.stacked.T
         total = np.repeat(white[None], d, axis=0)
         if self.noise.encoder_step > 0:
-            moved = np.einsum("ta,ais->its", unit_directions(), displacement)
+            moved = np.einsum("ta,ais->its", unit_directions(d), displacement)
             for axis in range(d):
                 total[axis] += self._rounding(moved[axis], modes)
         return np.asarray(total)
@@ -149,7 +159,13 @@ class Setting:
         return total
 
 
-def unit_directions() -> FloatArray:
-    """The directions of a set, (8, 2)."""
-    angle = 2 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
-    return np.column_stack([np.cos(angle), np.sin(angle)])
+def unit_directions(axes: int = 2) -> FloatArray:
+    """The directions of a set: (8, 2) in the plane, (6, 3) back and forth along the axes in space.
+
+    Where noise is alike in all directions, more of them than axes add nothing to the bound; both
+    ways of each one cancel what is not linear.
+    """
+    if axes == 2:
+        angle = 2 * np.pi * np.arange(_IN_PLANE) / _IN_PLANE
+        return np.column_stack([np.cos(angle), np.sin(angle)])
+    return np.concatenate([np.eye(axes), -np.eye(axes)])

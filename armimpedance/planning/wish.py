@@ -51,8 +51,8 @@ class Wish:
         return " and ".join(parts) or "one set"
 
     def trials(self, precision: Precision) -> int | None:
-        """Trials, in whole sets of eight, that fulfil it; None: millions."""
-        needed = [8]
+        """Trials, in whole sets, that fulfil it; None: millions."""
+        needed = [precision.directions]
         if self.k_part is not None:
             needed.append(precision.trials_for_k(self.k_part) or 0)
         if self.orientation_rad is not None:

@@ -13,6 +13,11 @@ _WIDTH = 100
 #: An interval wider than this many times its value says nothing.
 _LARGEST_PART = 10.0
 _HEADER = ("shape", "s", "mm", "m/s^2", "M, %", "B, %", "K, %", "size, %", "angle, deg", "trials")
+_SHAPE = {
+    2: "size and angle: half the interval of the stiffness ellipse's area and orientation.",
+    3: "size: half the interval of the stiffness ellipsoid's volume; angle: how far its longest "
+    "axis may turn.",
+}
 _REFLEX_HEADER = ("shape", "s", "K too large, %", "K, %", "K and R apart: K, %", "R, % of K")
 
 
@@ -34,7 +39,7 @@ def plan_text(plan: Plan, trials: int = 40) -> str:
     """
     about = (
         f"{plan.setting.arm.name}, noise {plan.setting.noise.name}, {_servo(plan)}, "
-        f"8 directions; half-widths of 95 % intervals with {trials} trials"
+        f"{plan.setting.directions} directions; half-widths of 95 % intervals with {trials} trials"
     )
     parts = [
         textwrap.fill(about, _WIDTH),
@@ -111,10 +116,10 @@ def _percent(part: float) -> str:
 
 def _legend(plan: Plan) -> str:
     return textwrap.fill(
-        "M, B, K: the larger of both diagonal elements' half-widths, in % of the element (M with "
-        "the handle). size and angle: half the interval of the stiffness ellipse's area and "
-        f"orientation. trials: in whole sets of 8, for {plan.wish.text}. m/s^2: peak acceleration "
-        "of the command.",
+        "M, B, K: the largest of the diagonal elements' half-widths, in % of the element (M with "
+        f"the handle). {_SHAPE[plan.setting.arm.axes]} trials: in whole sets of "
+        f"{plan.setting.directions}, for {plan.wish.text}. m/s^2: peak acceleration of the "
+        "command.",
         _WIDTH,
     )
 

@@ -126,9 +126,9 @@ def test_intervals_shrink_and_trials_follow():
 
 
 def test_fewest_trials_finds_the_edge():
-    assert fewest_trials(lambda n: n >= 1) == 8
-    assert fewest_trials(lambda n: n >= 1234) == 1240
-    assert fewest_trials(lambda n: n < 0) is None
+    assert fewest_trials(lambda n: n >= 1, 8) == 8
+    assert fewest_trials(lambda n: n >= 1234, 8) == 1240
+    assert fewest_trials(lambda n: n < 0, 8) is None
 
 
 def test_a_stiff_servo_follows_and_a_soft_one_does_not():
