@@ -5,8 +5,9 @@ VENV := .venv
 BIN := $(VENV)/bin
 OUT ?= out
 BILL := .venv-bill
+SITE := .venv-site
 
-.PHONY: setup demo test test-browser test-office lint types docs bill figures benchmarks clean help
+.PHONY: setup demo test test-browser test-office lint types docs site bill figures benchmarks clean help
 
 help:
 	@echo "make demo        set up, then run the whole study on a simulated subject -> $(OUT)/demo"
@@ -15,6 +16,7 @@ help:
 	@echo "make test-office  workbooks in LibreOffice, MATLAB files in Octave (installed where missing)"
 	@echo "make figures     the source's figures from simulated subjects -> $(OUT)/figures"
 	@echo "make lint types docs   what continuous integration checks beside the tests"
+	@echo "make site        the documentation with its tutorials, run -> $(OUT)/site/index.html"
 	@echo "make bill        licences and versions of everything installed -> $(OUT)/armimpedance.cdx.json"
 	@echo "make benchmarks  accuracy and speed studies, measured against what is asked (slow)"
 
@@ -54,6 +56,17 @@ docs: setup
 	$(BIN)/python docs/licences.py --check
 	$(BIN)/codespell
 
+site: setup $(SITE)/.ready
+	$(SITE)/bin/python -m sphinx --quiet --fail-on-warning --keep-going --jobs 2 -d $(OUT)/site_doctrees docs $(OUT)/site
+	$(SITE)/bin/python docs/check_site.py $(OUT)/site
+
+# Beside what the project needs: a theme, a reader of Markdown, and what runs notebooks.
+$(SITE)/.ready: docs/site_requirements.lock $(VENV)/.ready
+	$(PYTHON) -m venv $(SITE)
+	$(SITE)/bin/python -m pip install --quiet --disable-pip-version-check --no-deps --require-hashes -r docs/site_requirements.lock
+	$(SITE)/bin/python docs/set_up_site.py $(VENV)
+	@touch $@
+
 bill: setup $(BILL)/.ready
 	@mkdir -p $(OUT)
 	$(BILL)/bin/cyclonedx-py environment $(BIN)/python --pyproject pyproject.toml --output-reproducible -o $(OUT)/armimpedance.cdx.json
@@ -72,4 +85,4 @@ benchmarks: setup
 	for script in benchmarks/[a-z]*.py; do $(BIN)/python $$script || exit 1; done
 
 clean:
-	rm -rf $(VENV) $(BILL) $(OUT) build *.egg-info
+	rm -rf $(VENV) $(BILL) $(SITE) $(OUT) build *.egg-info

@@ -9,7 +9,7 @@ from armimpedance.arrays import FloatArray, frozen_array
 
 
 def locus(matrix: ArrayLike, n: int = 200) -> FloatArray:
-    """Closed curve of ``A u``, |u| = 1, of the symmetric part, (n, 2): last point = first.
+    """Closed curve of ``A u``, ``|u| = 1``, of the symmetric part, (n, 2): last point = first.
 
     Parameters
     ----------

@@ -27,7 +27,7 @@ class Validation:
     Attributes
     ----------
     r2 : float
-        ``1 - |Y - Yhat|^2 / |Y|^2`` over all outputs; |Y| about its mean where the fit has an
+        ``1 - |Y - Yhat|^2 / |Y|^2`` over all outputs; ``|Y|`` about its mean where the fit has an
         intercept, else about zero.
     vaf : float
         The same with each output's mean taken off the residual and off Y: a constant offset is
@@ -73,7 +73,7 @@ class Fit(FrozenRecord):
     r2 : float
         ``1 - |E|^2 / |Y|^2`` over all outputs together, outputs as given (SI, unweighted).
     centred : bool
-        |Y|^2 is about each output's mean, which is done if and only if the model has an
+        ``|Y|^2`` is about each output's mean, which is done if and only if the model has an
         intercept (a constant regressor). Otherwise it is about zero; once an offset per trial
         has been projected out of both sides the two agree closely.
     triangle : (p, p)

@@ -1,0 +1,65 @@
+"""A page for each command: its help, as its parser prints it."""
+
+from __future__ import annotations
+
+import argparse
+import re
+from collections.abc import Iterator
+
+from armimpedance.cli.main import COMMANDS, make_parser
+from rst import code, directive, title, toctree
+
+WIDTH = 96
+
+
+def command_pages() -> dict[str, str]:
+    """Name of a page -> its text."""
+    pages = {f"reference/commands/{name}": _page(name) for name in COMMANDS}
+    rows = "\n".join(
+        f"* - :doc:`{name}`\n  - {line.replace('%%', '%')}" for name, line in COMMANDS.items()
+    )
+    pages["reference/commands/index"] = "\n".join(
+        [
+            title("Commands"),
+            "``armimpedance COMMAND --help`` prints what stands on these pages.\n",
+            directive("list-table", "", rows, widths="20 80"),
+            toctree(COMMANDS, hidden=""),
+        ]
+    )
+    return pages
+
+
+def examples_of(parser: argparse.ArgumentParser) -> list[str]:
+    """The calls below "Examples:" of a help text, comments taken off, continued lines joined."""
+    text = re.sub(r"\\\n\s*", "", parser.description or "")
+    lines = re.findall(r"^  (armimpedance .*)$", text, re.MULTILINE)
+    return [re.split(r"\s{3,}", line)[0].strip() for line in lines]
+
+
+def parsers_of(name: str) -> Iterator[argparse.ArgumentParser]:
+    """The parser of a command and those of its subcommands."""
+    yield from _with_children(_children(make_parser([name]))[name])
+
+
+def _with_children(parser: argparse.ArgumentParser) -> Iterator[argparse.ArgumentParser]:
+    yield parser
+    for child in _children(parser).values():
+        yield from _with_children(child)
+
+
+def _children(parser: argparse.ArgumentParser) -> dict[str, argparse.ArgumentParser]:
+    actions = parser._actions
+    found = [a.choices for a in actions if isinstance(a, argparse._SubParsersAction)]
+    return dict(found[0]) if found else {}
+
+
+def _page(name: str) -> str:
+    first, *others = parsers_of(name)
+    text = [title(first.prog), _help(first)]
+    for parser in others:
+        text += [title(parser.prog, "-"), _help(parser)]
+    return "\n".join(text)
+
+
+def _help(parser: argparse.ArgumentParser) -> str:
+    return code(parser.format_help())

@@ -1,0 +1,109 @@
+"""Check the built site: links and anchors, nothing fetched from elsewhere, every name on a page.
+
+python docs/check_site.py out/site
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+from urllib.parse import unquote, urlsplit
+
+from bs4 import BeautifulSoup
+
+DOCS = Path(__file__).resolve().parent
+sys.path.append(str(DOCS / "_site"))
+from faces import names_of, rooms  # noqa: E402
+
+#: Attributes that a browser follows by itself while it shows a page.
+FETCHED = {"script": "src", "img": "src", "link": "href", "iframe": "src", "source": "src"}
+#: Kinds of <link> that say where something is and fetch nothing.
+ONLY_SAID = {"canonical", "index", "search", "next", "prev", "author", "license", "copyright"}
+#: Pages that are written for the site stay short enough to be read in one go.
+OURS = ("index.md", "tutorials/*.md", "how_to/*.md", "theory/*.md", "reference/*.md")
+MOST_WORDS = 1500
+
+
+@cache
+def parsed(page: Path) -> BeautifulSoup:
+    """A page of the site."""
+    return BeautifulSoup(page.read_text(), "html.parser")
+
+
+@cache
+def anchors(page: Path) -> frozenset[str]:
+    """All places in a page that a link may name."""
+    found = parsed(page).find_all(attrs={"id": True})
+    return frozenset(str(tag["id"]) for tag in found) | {""}
+
+
+def dead_links(page: Path) -> Iterator[str]:
+    """Links to files or anchors that are not there, and outside addresses of no proper form."""
+    for tag in parsed(page).find_all(["a", "img", "script", "link"]):
+        target = str(tag.get("href") or tag.get("src") or "")
+        parts = urlsplit(target)
+        if parts.scheme in ("http", "https"):
+            if not re.fullmatch(r"[\w.-]+\.[a-z]{2,}(:\d+)?", parts.netloc) or " " in target:
+                yield f"{page}: {target!r} is no address"
+        elif not parts.scheme:
+            file = (page.parent / unquote(parts.path)).resolve() if parts.path else page.resolve()
+            if not file.is_file():
+                yield f"{page}: {target!r} is not there"
+            elif file.suffix == ".html" and unquote(parts.fragment) not in anchors(file):
+                yield f"{page}: {target!r} has no such anchor"
+
+
+def fetched_from_elsewhere(page: Path) -> Iterator[str]:
+    """What a browser would fetch from another machine."""
+    for name, attribute in FETCHED.items():
+        for tag in parsed(page).find_all(name):
+            target = str(tag.get(attribute) or "")
+            if target.startswith(("http:", "https:", "//")) and not ONLY_SAID & set(
+                tag.get("rel") or ()
+            ):
+                yield f"{page}: fetches {target}"
+
+
+def styles_from_elsewhere(sheet: Path) -> Iterator[str]:
+    """The same of a style sheet."""
+    for target in re.findall(r"(?:url\(|@import)\s*[\"']?((?:https?:)?//[^\"')]+)", sheet.read_text()):
+        yield f"{sheet}: fetches {target}"
+
+
+def names_without_a_page(site: Path) -> Iterator[str]:
+    """Names of the faces that no page of the API holds."""
+    for room in ["", *rooms()]:
+        for name in names_of(room):
+            page = f"rooms/{room}.html" if room else f"ai/{name}.html"
+            text = parsed(site / "reference/api" / page).get_text()
+            if not re.search(rf"\b{name}\b", text):
+                yield f"reference/api/{page}: {name} is missing"
+
+
+def long_pages() -> Iterator[str]:
+    """Pages of ours that are too long."""
+    for page in (page for pattern in OURS for page in DOCS.glob(pattern)):
+        words = len(page.read_text().split())
+        if words > MOST_WORDS:
+            yield f"{page.relative_to(DOCS)}: {words} words (expected at most {MOST_WORDS})"
+
+
+def main(folder: str) -> int:
+    """Print every problem; 1 if there is any."""
+    site = Path(folder)
+    pages = sorted(p for p in site.rglob("*.html") if "_static" not in p.parts)
+    problems = [found for page in pages for found in dead_links(page)]
+    problems += [found for page in pages for found in fetched_from_elsewhere(page)]
+    problems += [found for sheet in site.rglob("*.css") for found in styles_from_elsewhere(sheet)]
+    problems += [*names_without_a_page(site), *long_pages()]
+    for problem in problems:
+        print(problem)
+    print(f"site: {len(pages)} pages, {len(problems)} problems")
+    return int(bool(problems))
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1]))
