@@ -47,6 +47,7 @@ COMMANDS = {
     "share": "recordings and results as BIDS, JSON-LD or a datasheet, for a data repository",
     "study": "a folder of people to one table and one report; repeats only what changed",
     "simulate-study": "many simulated sessions: coverage, power, methods against each other",
+    "benchmark": "tasks with sealed truths, submissions in any language, one table of scores",
     "figures": "draw the sources' figures from simulated subjects",
 }
 

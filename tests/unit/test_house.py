@@ -18,7 +18,7 @@ ROOT = Path(__file__).resolve().parents[2]
 RANKS = [
     {"__main__"},
     {"cli"},
-    {"study"},
+    {"study", "benchmark"},
     {"pages", "live"},
     {"analyses"},
     {"plots", "report"},
@@ -218,8 +218,9 @@ def test_the_faces_of_the_analysis_stay_small():
     # its course and picture; eight are those of the live stiffness: its updates, what they
     # say, a model's form, levels of the EMG and its rest, a stream, its packets and last rows; two
     # are those of an ellipsoid in space: its record, and that of an estimate; two are what a plan
-    # in space asks for: whether the elbow was held, and the ellipsoid of a matrix.
-    assert sum(len(names) for room, names in FACES.items() if "armimpedance" in room) <= 492
+    # in space asks for: whether the elbow was held, and the ellipsoid of a matrix; seventeen are
+    # those of the open benchmark: what is asked, its folder and its key, scores and their table.
+    assert sum(len(names) for room, names in FACES.items() if "armimpedance" in room) <= 509
 
 
 def _graph() -> dict[str, set[str]]:

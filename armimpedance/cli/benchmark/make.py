@@ -1,0 +1,83 @@
+"""Write the benchmark's folder: tasks, records, the public truth, hashes of the sealed one.
+
+Examples:
+  armimpedance benchmark make --out benchmark
+  armimpedance benchmark make --key secret.key --out benchmark
+  armimpedance benchmark make --quick --task hand_ideal --out try_it
+
+Without --key there is a public half alone. A key file that is not there yet is drawn: keep it, and
+keep it secret; who has it can score the sealed half. The same version and key give the same folder,
+to the bit.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from armimpedance.cli.parts.outputs import add_replace, check_folder
+from armimpedance.errors import InputError
+
+if TYPE_CHECKING:
+    from armimpedance.benchmark import Key
+
+#: Records of each half.
+RECORDS, QUICK = 10, 2
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the command."""
+    from armimpedance.cli.benchmark.task import TASKS
+
+    parser.add_argument("--out", type=Path, required=True, metavar="FOLDER")
+    parser.add_argument("--key", type=Path, metavar="FILE", help="of the sealed half")
+    parser.add_argument(
+        "--task",
+        dest="tasks",
+        action="append",
+        choices=TASKS.names,
+        metavar="NAME",
+        help=f"only this one; may be given again: {TASKS.listed()}",
+    )
+    parser.add_argument("--quick", action="store_true", help=f"{QUICK} records a half, not 10")
+    parser.add_argument("--table", choices=("parquet", "csv"), default="parquet")
+    add_replace(parser)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Draw, simulate, write all or nothing."""
+    from armimpedance.benchmark import MARK, TOP, BenchmarkFolder
+    from armimpedance.cli.benchmark.task import TASKS
+    from armimpedance.cli.benchmark.written import Wanted, write_benchmark
+    from armimpedance.cli.parts.progress import bar
+    from armimpedance.outputs import staged_folder
+
+    check_folder(arguments.out, TOP, replace=arguments.replace, mark=MARK)
+    key = _key(arguments.key, arguments.out)
+    count = QUICK if arguments.quick else RECORDS
+    tasks = tuple(name for name in TASKS.names if name in (arguments.tasks or TASKS.names))
+    wanted = Wanted(tasks, count, key, arguments.table)
+    arguments.out.parent.mkdir(parents=True, exist_ok=True)
+    with staged_folder(arguments.out, MARK, TOP) as staged, bar("making") as progress:
+        write_benchmark(wanted, staged, progress)
+    made = BenchmarkFolder.open(arguments.out)
+    halves = "public" if key is None else "public and sealed"
+    print(f"{arguments.out}: {len(tasks)} tasks, {count} records each, {halves}")
+    print(f"  SHA-256 of its SHA256SUMS: {made.sha256}")
+    return 0
+
+
+def _key(file: Path | None, out: Path) -> Key | None:
+    """The key in the file, drawn if it is not there."""
+    from armimpedance.benchmark import Key
+
+    if file is None:
+        return None
+    if out.resolve() in file.resolve().parents:
+        raise InputError("a key in what is published", file=file, expected="another folder")
+    if file.exists():
+        return Key.read(file)
+    key = Key.drawn(file)
+    print(f"{file}: a new key; keep it, and keep it secret")
+    return key
