@@ -6,20 +6,26 @@ import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from math import radians
 from pathlib import Path
 from typing import Final, Literal, TypeVar
 
+import numpy as np
+
 from armimpedance.analyses.results.estimates import Estimates
 from armimpedance.analyses.results.muscle_estimates import MuscleEstimates
-from armimpedance.analyses.sources import PathLike, naming
-from armimpedance.arm import MuscularArm, TwoLinkArm, arm_named
+from armimpedance.analyses.sources import PathLike, naming, read_recording
+from armimpedance.arm import HELD, MuscularArm, TwoLinkArm, arm_named
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import ArmImpedanceError, InputError
 from armimpedance.files import condition_of, read_results
+from armimpedance.impedance import elbow_told
 from armimpedance.levels import (
     MuscleEstimate,
     arm_posture_for,
+    is_in_space,
     kinematic_arm,
+    spatial_posture_for,
     to_hand as to_hand_once,
     to_joint as to_joint_once,
     to_muscle as to_muscle_once,
@@ -32,6 +38,8 @@ from armimpedance.records import ArmPosture, ImpedanceEstimate, Recording, Subje
 Results = Sequence[ImpedanceEstimate] | PathLike
 #: Whose arm it is: a recording, its path, or the subject alone.
 Whose = Recording | Subject | PathLike
+#: Whether the upper arm was kept from turning about its own axis.
+Elbow = Literal["held", "free"]
 Made = TypeVar("Made")
 
 _UPRIGHT: Final = (
@@ -41,7 +49,12 @@ _UPRIGHT: Final = (
 
 
 def to_joint(
-    estimates: Results, *, recording: Whose | None = None, force_term: bool = True
+    estimates: Results,
+    *,
+    recording: Whose | None = None,
+    force_term: bool = True,
+    elbow: Elbow | None = None,
+    swivel_deg: float | None = None,
 ) -> Estimates:
     """Map inertia, viscosity and stiffness from the hand to the joints.
 
@@ -58,11 +71,18 @@ def to_joint(
         the subject and the gravity that the estimates carry.
     force_term : bool
         False leaves Gamma out, what the mean hand force adds, as the source does.
+    elbow : {"held", "free"}, optional
+        In three axes: whether the upper arm was kept from turning about its own axis. Default:
+        what the recording's column `elbow` says, else free.
+    swivel_deg : float, optional
+        In three axes, where joint angles were not measured: the elbow's turn about the line from
+        shoulder to hand, 0 with the elbow lowest, positive where it moves to the right.
 
     Returns
     -------
     Estimates
-        At the joints, one for each given, with the subject.
+        At the joints, one for each given, with the subject. In three axes of an arm whose elbow
+        is held: turn, elevation, elbow.
 
     Raises
     ------
@@ -70,7 +90,7 @@ def to_joint(
         A file cannot be read, an estimate is not one of the hand, or its posture is not known. The
         message names the condition.
     NotIdentifiableError
-        The arm is stretched in a posture.
+        The arm is stretched in a posture, or free in space: four joints, three axes of the hand.
 
     Examples
     --------
@@ -81,7 +101,9 @@ def to_joint(
     >>> joint["cocontraction_10"].stiffness.axes
     ('shoulder', 'elbow')
     """
-    who = _who(estimates, recording)
+    who = replace(_who(estimates, recording), elbow=elbow, swivel_deg=swivel_deg)
+    if elbow is None and any(is_in_space(row) for row in _rows(estimates)):
+        who = replace(who, elbow=_elbow_of(recording))
 
     def mapped(row: ImpedanceEstimate) -> ImpedanceEstimate:
         return _at_joint(row, who, force_term)
@@ -131,9 +153,9 @@ def to_hand(
     who = _who(estimates, recording)
 
     def mapped(row: ImpedanceEstimate) -> ImpedanceEstimate:
-        posture, source = _posture(row, who)
+        posture, q, source = _posture(row, who)
         hand = to_hand_once(row, posture, force_dependent=force_term)
-        return replace(hand, provenance=(*hand.provenance, source))
+        return replace(hand, joint_angles=q, provenance=(*hand.provenance, source))
 
     return Estimates(tuple(_each(estimates, mapped)), who.subject, who.gravity_m_s2)
 
@@ -197,6 +219,8 @@ def to_muscle(
     who = _who(estimates, recording)
 
     def mapped(row: ImpedanceEstimate) -> MuscleEstimate:
+        if is_in_space(row):
+            raise InputError(f"{muscular.name} of an arm in space", expected="rows in the plane")
         activation = _activation(row, who.muscles, muscular) if share == "emg" else None
         joint = _with_torque(row, who)
         if row.level == "hand":
@@ -221,6 +245,8 @@ class _Who:
     subject: Subject | None
     muscles: tuple[str, ...] = ()
     gravity_m_s2: tuple[float, ...] | None = None
+    elbow: Elbow | None = None
+    swivel_deg: float | None = None
 
 
 def _who(estimates: Results, recording: Whose | None) -> _Who:
@@ -235,10 +261,32 @@ def _who(estimates: Results, recording: Whose | None) -> _Who:
     return _Who(None)
 
 
-def _posture(row: ImpedanceEstimate, who: _Who) -> tuple[ArmPosture, str]:
-    """The posture of a row, and where it and gravity come from."""
+def _posture(row: ImpedanceEstimate, who: _Who) -> tuple[ArmPosture, FloatArray, str]:
+    """The posture of a row, all its angles, and where it and gravity come from."""
+    if is_in_space(row):
+        held = who.elbow == "held" or (row.level == "joint" and row.k == len(HELD))
+        posture, q, source = spatial_posture_for(
+            row,
+            who.subject,
+            elbow="held" if held else "free",
+            gravity_m_s2=who.gravity_m_s2,
+            swivel_rad=None if who.swivel_deg is None else radians(who.swivel_deg),
+        )
+        return posture, q, f"{source}, elbow {'held' if held else 'free'}"
+    if who.elbow is not None or who.swivel_deg is not None:
+        raise InputError(
+            f"elbow and swivel of an arm of {row.k} axes", expected="them in three axes only"
+        )
     posture, source = arm_posture_for(row, who.subject, gravity_m_s2=who.gravity_m_s2)
-    return posture, f"{source}; {_plane(who.gravity_m_s2)}"
+    return posture, posture.joint_angles, f"{source}; {_plane(who.gravity_m_s2)}"
+
+
+def _elbow_of(recording: Whose | None) -> Elbow | None:
+    """What the trials of a recording say of the elbow: held only where it was throughout."""
+    if recording is None or isinstance(recording, Subject):
+        return None
+    found = recording if isinstance(recording, Recording) else read_recording(recording)
+    return elbow_told(found, np.arange(len(found.trials)))
 
 
 def _plane(gravity_m_s2: tuple[float, ...] | None) -> str:
@@ -283,9 +331,9 @@ def _naming_condition(condition: str) -> Iterator[None]:
 
 def _at_joint(row: ImpedanceEstimate, who: _Who, force_term: bool) -> ImpedanceEstimate:
     def mapped(subject: Subject | None) -> ImpedanceEstimate:
-        posture, source = _posture(row, replace(who, subject=subject))
+        posture, q, source = _posture(row, replace(who, subject=subject))
         joint = to_joint_once(row, posture, force_dependent=force_term)
-        return replace(joint, provenance=(*joint.provenance, source))
+        return replace(joint, joint_angles=q, provenance=(*joint.provenance, source))
 
     return with_arm_errors(mapped, who.subject)
 
@@ -296,7 +344,7 @@ def _with_torque(row: ImpedanceEstimate, who: _Who) -> ImpedanceEstimate:
         return row
     if row.force is None or row.joint_angles is None:
         return row
-    posture, _ = _posture(row, who)
+    posture, _, _ = _posture(row, who)
     return replace(row, torque=posture.torque_under(row.force))
 
 

@@ -14,4 +14,5 @@ from .polynomial_paths import (
 from .protocol import Arm as Arm
 from .skeleton_model import skeleton_model as skeleton_model
 from .skeletons import body_skeleton as body_skeleton, elbow_skeleton as elbow_skeleton
+from .spatial_arm import FREE as FREE, HELD as HELD, SpatialArm as SpatialArm
 from .two_link import TwoLinkArm as TwoLinkArm

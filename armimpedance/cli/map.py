@@ -11,6 +11,9 @@ row's posture and Gamma the term that the mean hand force adds; --no-force-term 
 Tsuji (1997) does. dg/dq is what the arm's weight adds where recording.json says that gravity acts
 in the plane ("gravity": [0, -9.81]); without, the plane is taken as horizontal. Segment lengths
 come from the recording's subject, or from its height, masses from the body's mass.
+In three axes the arm has a shoulder of three hinges (turn, elevation, axial) and an elbow. Where
+the upper arm was kept from turning about its own axis (--elbow held) the three others follow; of a
+free arm four joints do not follow from three axes, and it says what its stiffness is at least.
 
 To the muscles: K_j = G^T K_m G + sum f d2L, B_j = G^T B_m G, with the moment arms G of --arm at
 each row's posture. Three numbers do not determine the stiffness of six muscles: the result holds
@@ -26,11 +29,15 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
+
+if TYPE_CHECKING:
+    from armimpedance.analyses import Estimates
 
 FORCE_TERM: Final = (
     "Stiffness of the joints with the term that the mean hand force adds (filled, solid) and "
-    "without it (open, dashed): ellipses to one scale, then the elements with 95 % intervals."
+    "without it (open, dashed): ellipses to one scale where there are two joints, then the "
+    "elements with 95 % intervals."
 )
 RANGES: Final = (
     "Stiffness that each muscle may have: the range of all K_m >= 0 that make the joints' "
@@ -49,6 +56,19 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add_figure(parser, "K of the joints with and without the force term; ranges of the muscles")
     parser.add_argument(
         "--no-force-term", action="store_true", help="leave Gamma(F) out, as the source does"
+    )
+    parser.add_argument(
+        "--elbow",
+        choices=("held", "free"),
+        help="in three axes: whether the upper arm was kept from turning about its own axis "
+        "(default: the recording's column `elbow`, else free)",
+    )
+    parser.add_argument(
+        "--swivel-deg",
+        type=float,
+        metavar="DEG",
+        help="in three axes, without measured angles: the elbow's turn about the line from "
+        "shoulder to hand, 0 at its lowest, positive to the right",
     )
     parser.add_argument("--arm", metavar="ARM", help="planar6, arm26 or a TABLE.csv (to muscle)")
     parser.add_argument(
@@ -81,8 +101,18 @@ def run(args: argparse.Namespace) -> int:
     )
     check_long(args)
     force_term = not args.no_force_term
+
+    def mapped(with_force: bool) -> Estimates:
+        return to_joint(
+            args.results,
+            recording=args.recording,
+            force_term=with_force,
+            elbow=args.elbow,
+            swivel_deg=args.swivel_deg,
+        )
+
     if args.to == "joint":
-        joint = to_joint(args.results, recording=args.recording, force_term=force_term)
+        joint = mapped(force_term)
         write_result(joint.content, args)
         print(summary_table(joint))
     else:
@@ -102,7 +132,7 @@ def run(args: argparse.Namespace) -> int:
         return 0
 
     def draw() -> Any:
-        other = to_joint(args.results, recording=args.recording, force_term=not force_term)
+        other = mapped(not force_term)
         return plot_force_term(*((joint, other) if force_term else (other, joint)))
 
     draw_picture(args, draw, FORCE_TERM)
@@ -122,3 +152,6 @@ def _check(args: argparse.Namespace) -> None:
     for name, is_given in given.items():
         if args.to == "joint" and is_given:
             raise InputError(name, expected="it with --to muscle only")
+    for name, value in (("--elbow", args.elbow), ("--swivel-deg", args.swivel_deg)):
+        if args.to == "muscle" and value is not None:
+            raise InputError(name, expected="it with --to joint only")

@@ -101,15 +101,19 @@ def to_joint(
     """
     J = _hand_jacobian(estimate, posture, "hand")
     d, n = J.shape
+    hand = symmetric_part(estimate) if symmetric else estimate
+    gamma, note = _gamma(estimate, posture, force_dependent)
+    # of a stable arm K_j + Gamma + dg/dq - J^T K_e J is positive semidefinite
+    stiffness = J.T @ hand.stiffness @ J - gamma - _gravity_gradient(posture)
     if n > d:
+        least = ", ".join(f"{one:.3g}" for one in np.diag(stiffness))
         raise NotIdentifiableError(
-            f"{n} joints, {d} hand axes: the joint impedance is not unique; "
-            "feasible_joint_stiffness describes all that fit the hand's",
+            f"{n} joints, {d} hand axes: the joint impedance is not unique, its stiffness on the "
+            f"diagonal is at least {least} N m/rad; feasible_joint_stiffness describes all that "
+            "fit the hand's",
             ("M", "B", "K"),
         )
     warnings = _posture_warnings(J)
-    hand = symmetric_part(estimate) if symmetric else estimate
-    gamma, note = _gamma(estimate, posture, force_dependent)
     # A_j (n, n) = J^T (n, d) A_e (d, d) J (d, n); row by row vec(A_j) = (J^T kron J^T) vec(A_e)
     T = np.kron(np.eye(3), np.kron(J.T, J.T))
     return replace(
@@ -118,7 +122,7 @@ def to_joint(
         inertia=J.T @ hand.inertia @ J,
         inertia_with_handle=J.T @ np.asarray(hand.inertia_with_handle) @ J,
         viscosity=J.T @ hand.viscosity @ J,
-        stiffness=J.T @ hand.stiffness @ J - gamma - _gravity_gradient(posture),
+        stiffness=stiffness,
         covariance=T @ hand.covariance @ T.T,
         bound=None if hand.bound is None else T @ hand.bound @ T.T,
         joint_angles=posture.joint_angles,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
 
@@ -42,7 +42,8 @@ def plot_force_term(
     Returns
     -------
     Figure
-        The ellipses (of two joints), then a panel for each element.
+        The ellipses (of two joints), then a panel for each element; of more joints those on and
+        above the diagonal.
 
     Raises
     ------
@@ -69,13 +70,17 @@ def plot_force_term(
         _series("without it", without_term, OKABE_ITO["vermillion"], filled=False),
     ]
     with print_style():
-        figure, ((first, *others),) = row_axes(len(with_term), k * k + (k == 2), narrow=int(k == 2))
-        axes = others if k == 2 else [first, *others]
+        bands = 2 if k == 3 else 1
+        columns = (5 if k == 2 else k * (k + 1) // 2) // bands
+        figure, grid = row_axes(len(with_term), columns, bands, narrow=int(k == 2))
+        axes = panels = [ax for band in grid for ax in band]
         if k == 2:
-            draw_ellipses(first, series, "K")
-        draw_elements(axes, series, "K", UNITS[with_term[0].level]["K"])
-        name_rows(first, [group_name(e.keys) for e in with_term])
-        panel_letters([first, *others])
+            axes = panels[1:]
+            draw_ellipses(panels[0], series, "K")
+        part: Literal["all", "upper"] = "all" if k == 2 else "upper"
+        draw_elements(axes, series, "K", UNITS[with_term[0].level]["K"], part=part)
+        name_rows(panels[0], [group_name(e.keys) for e in with_term], bands)
+        panel_letters(panels)
         handles, labels = axes[0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside upper center", ncols=2)
     return figure

@@ -1,0 +1,97 @@
+"""The posture in space at which an estimate is to be mapped."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Final, Literal
+
+import numpy as np
+
+from armimpedance.arm import FREE, HELD, SpatialArm
+from armimpedance.arrays import FloatArray
+from armimpedance.errors import InputError
+from armimpedance.levels.posture import kinematic_arm
+from armimpedance.records import ArmPosture, ImpedanceEstimate, Subject
+
+_IN_SPACE: Final = 3
+
+
+def is_in_space(estimate: ImpedanceEstimate) -> bool:
+    """Whether an estimate is of an arm in space: by the hand's axes or by its four angles."""
+    if estimate.level == "hand":
+        return estimate.k == _IN_SPACE
+    return estimate.joint_angles is not None and len(estimate.joint_angles) == len(FREE)
+
+
+def spatial_posture_for(
+    estimate: ImpedanceEstimate,
+    subject: Subject | None,
+    *,
+    elbow: Literal["held", "free"],
+    gravity_m_s2: Sequence[float] | None = None,
+    swivel_rad: float | None = None,
+) -> tuple[ArmPosture, FloatArray, str]:
+    """The posture, all four angles (4,), and one sentence that says where they come from.
+
+    Measured joint angles if the estimate has them; else inverse kinematics from the hand's place,
+    the shoulder's and the swivel.
+
+    Parameters
+    ----------
+    estimate : ImpedanceEstimate
+    subject : Subject or None
+    elbow : {"held", "free"}
+        Held: the upper arm's axial turning is no joint.
+    gravity_m_s2 : (3,), optional
+        Along the hand's axes; without, its part of the stiffness is left out.
+    swivel_rad : float, optional
+        Needed where the angles were not measured.
+
+    Returns
+    -------
+    posture : ArmPosture
+        Of three joints (turn, elevation, elbow) or four (the axial one third).
+    q : (4,)
+    source : str
+
+    Raises
+    ------
+    InputError
+        Neither angles nor place and swivel are known, lengths or a mass under gravity are missing,
+        or the hand is out of reach.
+    NotIdentifiableError
+        Singular posture.
+    """
+    if gravity_m_s2 is not None and len(gravity_m_s2) != _IN_SPACE:
+        raise InputError(f"gravity of {len(gravity_m_s2)} axes", expected="3, as the arm in space")
+    links = kinematic_arm(subject)
+    weightless = subject is None or not subject.mass_kg
+    if gravity_m_s2 is not None and any(gravity_m_s2) and weightless:
+        raise InputError(
+            "gravity acts on this arm, and the body mass is not known",
+            column="mass_kg",
+            expected="the subject's mass: the arm's weight is a part of the hand's stiffness",
+        )
+    gravity = None if gravity_m_s2 is None else tuple(float(part) for part in gravity_m_s2)
+    arm = SpatialArm(links, gravity)  # type: ignore[arg-type]
+    q, source = _angles(estimate, arm, swivel_rad)
+    posture = arm.posture(q, HELD if elbow == "held" else FREE)
+    return (replace(posture, inertia=None) if weightless else posture), q, source
+
+
+def _angles(
+    estimate: ImpedanceEstimate, arm: SpatialArm, swivel_rad: float | None
+) -> tuple[FloatArray, str]:
+    if estimate.joint_angles is not None:
+        return np.asarray(estimate.joint_angles), "posture from measured joint angles"
+    if estimate.position is None or swivel_rad is None:
+        raise InputError(
+            "posture unknown",
+            expected="four joint angles, or a hand position and the elbow's swivel",
+        )
+    source = f"posture from the hand's place and a swivel of {np.degrees(swivel_rad):.3g} deg"
+    shoulder = estimate.shoulder_m
+    if shoulder is None:
+        shoulder, source = np.zeros(_IN_SPACE), f"{source}, shoulder taken at the origin"
+    return arm.joint_angles(estimate.position - shoulder, swivel_rad), source
