@@ -59,7 +59,9 @@ def read_joint_rows(paths: Sequence[str | Path]) -> JointRows:
             expected = "joint; armimpedance map --to joint makes such rows"
             raise row.error(repr(row.text("level")), "level", expected)
         if row.cells.get("K_33"):
-            raise row.error("three joints", "K_33", "two: shoulder and elbow")
+            raise row.error(
+                "three joints", "K_33", "two: shoulder and elbow; of more, Python makes JointRows"
+            )
     muscles = _muscles(rows)
     angles = ("q_shoulder_rad", "q_elbow_rad")
     torque = ("torque_1_Nm", "torque_2_Nm")

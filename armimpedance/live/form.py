@@ -49,8 +49,10 @@ class StiffnessForm(FrozenRecord):
         Of corrections, coefficients of f (muscle by muscle) and passive stiffness, in this order.
     dof : float
         Degrees of freedom of the t distribution for intervals.
-    measured : (V, 2) or None
+    measured : (V, n) or None
         Hull of the measured postures, scaled angles; None: the whole box was measured.
+    scatter : float
+        Standard deviation of each muscle's ``f_i g_i g_i^T`` at one place, as a part of it.
     """
 
     muscles: Annotated[tuple[str, ...], "m"]
@@ -66,7 +68,8 @@ class StiffnessForm(FrozenRecord):
     passive: Annotated[FloatArray, "n"]
     covariance: Annotated[FloatArray, "p p covariance"]
     dof: float
-    measured: Annotated[FloatArray, "v 2"] | None = None
+    measured: Annotated[FloatArray, "v n"] | None = None
+    scatter: float = 0.0
 
     @property
     def joints(self) -> int:
@@ -117,6 +120,7 @@ def form_of(model: MuscleModel) -> StiffnessForm:
         covariance=model.covariance[np.ix_(kept, kept)],
         dof=model.dof,
         measured=model.measured,
+        scatter=model.scatter[0],
     )
 
 

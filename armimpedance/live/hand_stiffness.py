@@ -10,8 +10,8 @@ import numpy as np
 from armimpedance.arm import Arm
 from armimpedance.arrays import FloatArray
 from armimpedance.live.form import StiffnessForm
-from armimpedance.live.packed import elements, unpacked
 from armimpedance.live.posture_part import HandPart, PosturePart, PostureTerms
+from armimpedance.muscles import elements, unpacked
 
 #: A joint stiffness whose smallest eigenvalue is less than this part of its largest counts as not
 #: definite, and is lifted to it: next to nothing would turn such a stiffness round.
@@ -113,7 +113,7 @@ class HandEquations:
     def _by_parameters(
         self, hand: HandPart, basis: FloatArray, f: FloatArray, rise: FloatArray
     ) -> FloatArray:
-        """Covariance (E, E) from the model's parameters."""
+        """Covariance (E, E) from the model's parameters and its scatter."""
         mine = self._form.muscle
         corrections = (
             f[mine, None] * hand.square_changes + rise[mine, None] * hand.curvature_changes
@@ -121,7 +121,8 @@ class HandEquations:
         muscles = basis[:, :, None] * hand.squares[:, None]
         muscles[:, 1:] += basis[:, 1:, None] * hand.curvatures[:, None]
         slopes = np.concatenate([corrections, muscles.reshape(-1, muscles.shape[-1]), hand.passive])
-        return np.asarray(slopes.T @ self._form.covariance @ slopes)
+        parts = (self._form.scatter * f)[:, None] * hand.squares
+        return np.asarray(slopes.T @ self._form.covariance @ slopes + parts.T @ parts)
 
     def _by_activation(self, hand: HandPart, s: FloatArray, sd: FloatArray) -> FloatArray:
         """Covariance (E, E) from the errors of the activations."""

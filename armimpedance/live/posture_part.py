@@ -8,7 +8,7 @@ from armimpedance.arm import SINGULAR_CONDITION, Arm
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
 from armimpedance.live.form import StiffnessForm
-from armimpedance.live.packed import elements
+from armimpedance.muscles import elements
 
 
 class PostureTerms:

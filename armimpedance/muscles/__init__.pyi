@@ -9,6 +9,7 @@ from .combined.model import MuscleModel as MuscleModel
 from .fitted_model import FittedModel as FittedModel
 from .from_estimates import joint_rows as joint_rows
 from .model_kinds import MODEL_KINDS as MODEL_KINDS, kind_of as kind_of
+from .packed import elements as elements, unpacked as unpacked
 from .posture.fit import fit_posture_model as fit_posture_model
 from .posture.model import PostureModel as PostureModel
 from .posture.program import GramProgram as GramProgram

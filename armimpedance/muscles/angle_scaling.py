@@ -24,21 +24,33 @@ _BOX_ROUNDING_RAD = 1e-3
 JOINTS = ("shoulder", "elbow")
 
 
+def joint_names(n: int) -> tuple[str, ...]:
+    """Shoulder and elbow, or as many numbers as there are joints."""
+    return JOINTS if n == 2 else tuple(f"joint {j}" for j in range(1, n + 1))
+
+
+def angle_columns(n: int) -> tuple[str, ...]:
+    """Columns of joint angles in a table: ``q_shoulder_rad, q_elbow_rad``, or ``q1_rad ...``."""
+    if n == 2:
+        return tuple(f"q_{joint}_rad" for joint in JOINTS)
+    return tuple(f"q{j}_rad" for j in range(1, n + 1))
+
+
 @dataclass(frozen=True)
 class AngleScaling(FrozenRecord):
     """``u = (theta - centre) / half_range``, joint by joint.
 
     Attributes
     ----------
-    box : (2, 2)
-        rad; of shoulder and elbow the lowest and the highest angle.
+    box : (n, 2)
+        rad; of each joint, such as shoulder and elbow, the lowest and the highest angle.
     """
 
-    box: Annotated[FloatArray, "2 2"]
+    box: Annotated[FloatArray, "n 2"]
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        for joint, (low, high) in zip(JOINTS, self.box, strict=True):
+        for joint, (low, high) in zip(joint_names(len(self.box)), self.box, strict=True):
             if not high > low:
                 raise InputError(
                     f"a workspace with {joint} angles from {low:.4g} to {high:.4g} rad",
@@ -47,7 +59,7 @@ class AngleScaling(FrozenRecord):
 
     @classmethod
     def of(cls, joint_angles: FloatArray) -> AngleScaling:
-        """The scaling whose box just holds the measured postures (P, 2), rad.
+        """The scaling whose box just holds the measured postures (P, n), rad.
 
         A joint that did not move gets the least range, so that a constant can still be fitted.
         """
@@ -57,26 +69,27 @@ class AngleScaling(FrozenRecord):
 
     @property
     def centre(self) -> FloatArray:
-        """(2,), rad."""
+        """(n,), rad."""
         return np.asarray(self.box.mean(axis=1))
 
     @property
     def half_range(self) -> FloatArray:
-        """(2,), rad."""
+        """(n,), rad."""
         return np.asarray((self.box[:, 1] - self.box[:, 0]) / 2)
 
     def scaled(self, joint_angles: ArrayLike) -> FloatArray:
-        """Scaled angles (..., 2) of joint angles (..., 2) in rad."""
+        """Scaled angles (..., n) of joint angles (..., n) in rad."""
         return np.asarray((np.asarray(joint_angles, dtype=float) - self.centre) / self.half_range)
 
     def angles(self, scaled: ArrayLike) -> FloatArray:
-        """Joint angles (..., 2) in rad of scaled ones (..., 2)."""
+        """Joint angles (..., n) in rad of scaled ones (..., n)."""
         return np.asarray(self.centre + np.asarray(scaled, dtype=float) * self.half_range)
 
     def grid(self, count: int) -> FloatArray:
-        """Joint angles (count^2, 2) in rad that cover the box, its edges included."""
+        """Joint angles (count^n, n) in rad that cover the box, its edges included."""
+        n = len(self.box)
         u = np.linspace(-1.0, 1.0, count)
-        return self.angles(np.stack(np.meshgrid(u, u, indexing="ij"), axis=-1).reshape(-1, 2))
+        return self.angles(np.stack(np.meshgrid(*[u] * n, indexing="ij"), axis=-1).reshape(-1, n))
 
 
 def stated_scaling(

@@ -85,9 +85,13 @@ def at_hand(
     NotIdentifiableError
         A posture is singular.
     InputError
-        The force has another shape.
+        More than two joints, or the force has another shape.
     """
     q = prediction.joint_angles
+    if q.shape[1] != 2:
+        raise InputError(
+            f"a prediction of {q.shape[1]} joints", expected="two; of more, `Live` says the hand's"
+        )
     J = arm.jacobian(q)
     if (np.linalg.cond(J) > _SINGULAR).any():
         row = int(np.argmax(np.linalg.cond(J)))

@@ -14,7 +14,7 @@ from armimpedance.records import ImpedanceEstimate
 
 
 def joint_rows(estimates: Sequence[ImpedanceEstimate]) -> JointRows:
-    """K and B of shoulder and elbow with their standard errors, one row per estimate.
+    """K and B of the joints with their standard errors, one row per estimate.
 
     Standard errors are the roots of the covariance's diagonal. They, the activations (with their
     standard errors) and the torque are taken where all estimates have them.
@@ -22,7 +22,8 @@ def joint_rows(estimates: Sequence[ImpedanceEstimate]) -> JointRows:
     Parameters
     ----------
     estimates : sequence of ImpedanceEstimate
-        Estimates of two joints, with joint angles (`levels.to_joint`).
+        Estimates of two joints or more, the same number in all, with joint angles
+        (`levels.to_joint`).
 
     Returns
     -------
@@ -38,6 +39,9 @@ def joint_rows(estimates: Sequence[ImpedanceEstimate]) -> JointRows:
         raise InputError("no estimates", expected="one or more of level joint")
     for estimate in estimates:
         _check(estimate)
+    joints = {estimate.k for estimate in estimates}
+    if len(joints) > 1:
+        raise InputError(f"estimates of {min(joints)} and of {max(joints)} joints in one fit")
     _, viscosity_sd, stiffness_sd = np.array([e.sd for e in estimates]).swapaxes(0, 1)
     return JointRows(
         joint_angles=np.array([e.joint_angles for e in estimates]),
@@ -67,14 +71,14 @@ def _check(estimate: ImpedanceEstimate) -> None:
             f"{name}: an estimate at the {estimate.level} level",
             expected="level joint (map hand to joint first)",
         )
-    if estimate.k != 2:
-        raise InputError(f"{name}: {estimate.k} joints", expected="shoulder and elbow")
-    if estimate.joint_angles is None or len(estimate.joint_angles) != 2:
-        raise InputError(f"{name}: no joint angles", expected="shoulder and elbow")
+    if estimate.k < 2:
+        raise InputError(f"{name}: {estimate.k} joints", expected="shoulder and elbow, or more")
+    if estimate.joint_angles is None or len(estimate.joint_angles) != estimate.k:
+        raise InputError(f"{name}: no joint angles", expected=f"{estimate.k}, such as the elbow's")
 
 
 def _where_known(sd: FloatArray) -> FloatArray | None:
-    """Standard errors (P, 2, 2); None where one is zero, which says that nobody knows it."""
+    """Standard errors (P, n, n); None where one is zero, which says that nobody knows it."""
     return sd if (sd > 0).all() else None
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import cache
 
 import numpy as np
@@ -11,9 +12,23 @@ from armimpedance.arrays import FloatArray, IntArray
 
 @cache
 def elements(n: int) -> tuple[IntArray, IntArray]:
-    """Row and column of each element of a packed matrix (n, n)."""
+    """Row and column of each of the E = n (n + 1) / 2 elements of a packed matrix (n, n).
+
+    Parameters
+    ----------
+    n : int
+
+    Returns
+    -------
+    rows, columns : (E,) int
+    """
     i, j = np.triu_indices(n)
     return i, j
+
+
+def order_of(count: int) -> int:
+    """The n of a matrix (n, n) that has `count` packed elements."""
+    return (math.isqrt(8 * count + 1) - 1) // 2
 
 
 @cache
@@ -26,5 +41,15 @@ def _places(n: int) -> IntArray:
 
 
 def unpacked(packed: FloatArray, n: int) -> FloatArray:
-    """The symmetric matrix (n, n) of packed elements."""
-    return packed[_places(n)]
+    """The symmetric matrices (..., n, n) of packed elements (..., E).
+
+    Parameters
+    ----------
+    packed : (..., E)
+    n : int
+
+    Returns
+    -------
+    (..., n, n)
+    """
+    return packed[..., _places(n)]

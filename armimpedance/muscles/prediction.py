@@ -10,6 +10,8 @@ import numpy as np
 
 from armimpedance.arrays import BoolArray, FloatArray, FrozenRecord
 from armimpedance.conventions import element_names
+from armimpedance.muscles.angle_scaling import angle_columns
+from armimpedance.muscles.packed import order_of, unpacked
 from armimpedance.muscles.rows import matrix
 from armimpedance.regression import t_factor
 
@@ -18,9 +20,6 @@ if TYPE_CHECKING:
 
 #: Predictions that a short text shows.
 _MOST_SHOWN: Final = 9
-
-#: Elements row by row (4,) from ``ss, se, ee`` (3,).
-_UNFOLD = np.array([[1, 0, 0], [0, 1, 0], [0, 1, 0], [0, 0, 1]], dtype=float)
 
 
 class Predicted(FrozenRecord):
@@ -34,12 +33,12 @@ class Predicted(FrozenRecord):
 
     @property
     def stiffness_matrices(self) -> FloatArray:
-        """(P, 2, 2), N m/rad or N/m."""
+        """(P, n, n), N m/rad or N/m."""
         return matrix(self.stiffness)
 
     @property
     def viscosity_matrices(self) -> FloatArray:
-        """(P, 2, 2), N m s/rad or N s/m."""
+        """(P, n, n), N m s/rad or N s/m."""
         return matrix(self.viscosity)
 
     @property
@@ -55,12 +54,14 @@ class Predicted(FrozenRecord):
     def matrix_rows(self, symbol: str) -> list[dict[str, float]]:
         """Elements ``K_ij`` (or B) with ``sd_``, ``ci_low_`` and ``ci_high_``, a mapping a row."""
         which = "stiffness" if symbol == "K" else "viscosity"
-        values = matrix(getattr(self, which)).reshape(-1, 4)
+        matrices = matrix(getattr(self, which))
+        n = matrices.shape[-1]
+        values = matrices.reshape(-1, n * n)
         variance = np.einsum("pii->pi", self.element_covariance(which))
         sd = np.sqrt(np.maximum(variance, 0.0))
         half = t_factor(self.dof) * sd
         tables = {"": values, "sd_": sd, "ci_low_": values - half, "ci_high_": values + half}
-        names = [prefix + name for prefix in tables for name in element_names(symbol, 2)]
+        names = [prefix + name for prefix in tables for name in element_names(symbol, n)]
         return [named_numbers(names, row) for row in np.hstack(list(tables.values()))]
 
     def to_frame(self) -> pd.DataFrame:
@@ -98,15 +99,19 @@ class Predicted(FrozenRecord):
         return f"<p>{self._head()}</p>{table}"
 
     def sd(self, which: str) -> FloatArray:
-        """Standard errors (P, 3) of "stiffness" or "viscosity"."""
+        """Standard errors (P, E) of "stiffness" or "viscosity"."""
         return standard_errors(getattr(self, f"{which}_covariance"))
 
     def element_covariance(self, which: str) -> FloatArray:
-        """Covariance (P, 4, 4) of the matrices' elements row by row."""
-        return np.asarray(_UNFOLD @ getattr(self, f"{which}_covariance") @ _UNFOLD.T)
+        """Covariance (P, n n, n n) of the matrices' elements row by row."""
+        covariance = getattr(self, f"{which}_covariance")
+        E = covariance.shape[-1]
+        # elements row by row (n n,) from packed ones (E,)
+        unfold = unpacked(np.eye(E), order_of(E)).reshape(E, -1).T
+        return np.asarray(unfold @ covariance @ unfold.T)
 
     def half_width(self, which: str, level: float = 0.95) -> FloatArray:
-        """Half the length (P, 3) of the confidence intervals."""
+        """Half the length (P, E) of the confidence intervals."""
         return t_factor(self.dof, level) * self.sd(which)
 
 
@@ -116,11 +121,11 @@ class JointPrediction(Predicted):
 
     Attributes
     ----------
-    joint_angles : (P, 2)
+    joint_angles : (P, n)
         rad.
-    stiffness, viscosity : (P, 3)
+    stiffness, viscosity : (P, E)
         ``ss, se, ee`` (`rows.triple`); symmetric by construction.
-    stiffness_covariance, viscosity_covariance : (P, 3, 3)
+    stiffness_covariance, viscosity_covariance : (P, E, E)
         Covariance of the predicted elements: of the model's mean, not of a new measurement.
     dof : float
         Degrees of freedom of the t distribution for intervals; inf = normal.
@@ -132,11 +137,11 @@ class JointPrediction(Predicted):
         Activation of each muscle, 0..1.
     """
 
-    joint_angles: Annotated[FloatArray, "p 2"]
-    stiffness: Annotated[FloatArray, "p 3"]
-    viscosity: Annotated[FloatArray, "p 3"]
-    stiffness_covariance: Annotated[FloatArray, "p 3 3"]
-    viscosity_covariance: Annotated[FloatArray, "p 3 3"]
+    joint_angles: Annotated[FloatArray, "p n"]
+    stiffness: Annotated[FloatArray, "p e"]
+    viscosity: Annotated[FloatArray, "p e"]
+    stiffness_covariance: Annotated[FloatArray, "p e e"]
+    viscosity_covariance: Annotated[FloatArray, "p e e"]
     dof: float
     extrapolated: Annotated[BoolArray, "p"]
     reasons: Annotated[tuple[str, ...], "p"]
@@ -145,7 +150,7 @@ class JointPrediction(Predicted):
     @property
     def place(self) -> list[dict[str, Any]]:
         """Level, joint angles and activations of each prediction, by their columns' names."""
-        columns = ("q_shoulder_rad", "q_elbow_rad")
+        columns = angle_columns(self.joint_angles.shape[1])
         rows = [{"level": "joint", **named_numbers(columns, q)} for q in self.joint_angles]
         if self.activation is None:
             return rows
@@ -170,5 +175,5 @@ def named_numbers(names: Sequence[str], values: FloatArray) -> dict[str, float]:
 
 
 def standard_errors(covariance: FloatArray) -> FloatArray:
-    """Roots of the diagonals (..., 3) of covariances (..., 3, 3)."""
+    """Roots of the diagonals (..., E) of covariances (..., E, E)."""
     return np.asarray(np.sqrt(np.maximum(np.einsum("...ii->...i", covariance), 0.0)))

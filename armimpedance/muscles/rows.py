@@ -10,9 +10,18 @@ from numpy.typing import ArrayLike
 
 from armimpedance.arrays import FloatArray, FrozenRecord
 from armimpedance.errors import InputError
+from armimpedance.muscles.packed import elements, order_of, unpacked
 
 #: The elements of a symmetric 2 x 2 matrix in the order in which models hold them.
 ELEMENTS = ("ss", "se", "ee")
+
+
+def element_labels(n: int) -> tuple[str, ...]:
+    """Names of the packed elements of n joints: ``ss, se, ee``, or ``11, 12, ...``."""
+    if n == 2:
+        return ELEMENTS
+    return tuple(f"{i + 1}{j + 1}" for i, j in zip(*elements(n), strict=True))
+
 
 #: Cross terms that differ by less, as a part of the largest element, are one number: a symmetric
 #: matrix that was mapped from the hand is symmetric up to rounding.
@@ -21,19 +30,19 @@ _ROUNDING = 1e-9
 
 @dataclass(frozen=True)
 class JointRows(FrozenRecord):
-    """P conditions at the joint level, shoulder and elbow.
+    """P conditions at the joint level: n joints, in the plane shoulder and elbow.
 
     Attributes
     ----------
-    joint_angles : (P, 2)
+    joint_angles : (P, n)
         rad.
-    stiffness, viscosity : (P, 2, 2)
+    stiffness, viscosity : (P, n, n)
         Matrices as measured, not necessarily symmetric; N m/rad, N m s/rad.
-    stiffness_sd, viscosity_sd : (P, 2, 2) or None
+    stiffness_sd, viscosity_sd : (P, n, n) or None
         Standard errors of the elements, positive.
     activation, activation_sd : (P, m) or None
         Activation of each muscle, 0..1, and its standard error.
-    torque : (P, 2) or None
+    torque : (P, n) or None
         Joint torque that the muscles bear, ``tau = J^T F``, N m.
     labels : (P,) tuple of str
         Origin of each row, for messages: a condition, or a file and its line.
@@ -41,14 +50,14 @@ class JointRows(FrozenRecord):
         Names of the muscles of `activation`; empty where they are not known.
     """
 
-    joint_angles: Annotated[FloatArray, "p 2"]
-    stiffness: Annotated[FloatArray, "p 2 2"]
-    viscosity: Annotated[FloatArray, "p 2 2"]
-    stiffness_sd: Annotated[FloatArray, "p 2 2"] | None = None
-    viscosity_sd: Annotated[FloatArray, "p 2 2"] | None = None
+    joint_angles: Annotated[FloatArray, "p n"]
+    stiffness: Annotated[FloatArray, "p n n"]
+    viscosity: Annotated[FloatArray, "p n n"]
+    stiffness_sd: Annotated[FloatArray, "p n n"] | None = None
+    viscosity_sd: Annotated[FloatArray, "p n n"] | None = None
     activation: Annotated[FloatArray, "p _"] | None = None
     activation_sd: Annotated[FloatArray, "p _"] | None = None
-    torque: Annotated[FloatArray, "p 2"] | None = None
+    torque: Annotated[FloatArray, "p n"] | None = None
     labels: tuple[str, ...] = ()
     muscles: tuple[str, ...] = ()
 
@@ -88,13 +97,31 @@ class JointRows(FrozenRecord):
         """Number of conditions P."""
         return len(self.joint_angles)
 
+    @property
+    def joints(self) -> int:
+        """Number of joints n."""
+        return self.joint_angles.shape[1]
+
+    def require_planar(self) -> None:
+        """Refuse rows of other joints than shoulder and elbow.
+
+        Raises
+        ------
+        InputError
+        """
+        if self.joints != 2:
+            raise InputError(
+                f"rows of {self.joints} joints",
+                expected="shoulder and elbow; of more joints only `fit muscles` makes a model",
+            )
+
     def elements(self, symbol: str) -> tuple[FloatArray, FloatArray | None]:
-        """``ss, se, ee`` of the stiffness ("K") or the viscosity ("B"), and their standard errors.
+        """Packed stiffness ("K") or viscosity ("B"), in the plane ``ss, se, ee``, and its errors.
 
         Returns
         -------
-        values, sd : (P, 3), and (P, 3) or None
-            N m/rad or N m s/rad; the cross term is the mean of se and es.
+        values, sd : (P, E), and (P, E) or None
+            N m/rad or N m s/rad; a cross term is the mean of both.
         """
         which = "stiffness" if symbol == "K" else "viscosity"
         measured, sd = getattr(self, which), getattr(self, f"{which}_sd")
@@ -142,44 +169,47 @@ class JointRows(FrozenRecord):
 
 
 def triple(matrices: ArrayLike) -> FloatArray:
-    """``ss, se, ee`` (..., 3) of matrices (..., 2, 2), the cross term the mean of se and es.
+    """Packed elements (..., E) of matrices (..., n, n), a cross term the mean of both.
+
+    Of shoulder and elbow they are ``ss, se, ee``.
 
     Parameters
     ----------
-    matrices : (..., 2, 2)
+    matrices : (..., n, n)
 
     Returns
     -------
-    (..., 3)
+    (..., E)
     """
     A = np.asarray(matrices, dtype=float)
-    return np.stack([A[..., 0, 0], (A[..., 0, 1] + A[..., 1, 0]) / 2, A[..., 1, 1]], axis=-1)
+    i, j = elements(A.shape[-1])
+    return np.asarray((A[..., i, j] + A[..., j, i]) / 2)
 
 
 def matrix(triples: ArrayLike) -> FloatArray:
-    """Symmetric matrices (..., 2, 2) of ``ss, se, ee`` (..., 3).
+    """Symmetric matrices (..., n, n) of packed elements (..., E), such as ``ss, se, ee``.
 
     Parameters
     ----------
-    triples : (..., 3)
+    triples : (..., E)
 
     Returns
     -------
-    (..., 2, 2)
+    (..., n, n)
     """
     t = np.asarray(triples, dtype=float)
-    return t[..., [0, 1, 1, 2]].reshape(*t.shape[:-1], 2, 2)
+    return unpacked(t, order_of(t.shape[-1]))
 
 
 def triple_sd(measured: ArrayLike, sd: ArrayLike) -> FloatArray:
-    """Standard errors (P, 3) of `triple` from those of the elements (P, 2, 2).
+    """Standard errors (P, E) of `triple` from those of the elements (P, n, n).
 
-    Where se and es are one number up to rounding (a symmetric part was taken before) so is their
-    error; else they count as independent.
+    Where both cross terms are one number up to rounding (a symmetric part was taken before) so is
+    their error; else they count as independent.
     """
     A, s = np.asarray(measured, dtype=float), np.asarray(sd, dtype=float)
-    size = np.abs(A).max(axis=(-2, -1))
-    same = np.abs(A[..., 0, 1] - A[..., 1, 0]) <= _ROUNDING * size
-    apart = np.hypot(s[..., 0, 1], s[..., 1, 0]) / 2
-    cross = np.where(same, (s[..., 0, 1] + s[..., 1, 0]) / 2, apart)
-    return np.stack([s[..., 0, 0], cross, s[..., 1, 1]], axis=-1)
+    i, j = elements(A.shape[-1])
+    size = np.abs(A).max(axis=(-2, -1))[..., None]
+    same = np.abs(A[..., i, j] - A[..., j, i]) <= _ROUNDING * size
+    apart = np.hypot(s[..., i, j], s[..., j, i]) / 2
+    return np.where(same, (s[..., i, j] + s[..., j, i]) / 2, apart)

@@ -58,6 +58,7 @@ def check_rows(rows: JointRows, arm: MuscularArm, *, torque: bool) -> tuple[Floa
     InputError
         The same cases as in `check_activation`, or several postures.
     """
+    rows.require_planar()
     activation = check_activation(rows, arm, torque=torque)
     median = np.median(rows.joint_angles, axis=0)
     off = np.abs(rows.joint_angles - median).max(axis=1)

@@ -17,6 +17,7 @@ import numpy as np
 from armimpedance.arrays import FloatArray, FrozenRecord
 from armimpedance.muscles.activation.bernstein import bernstein_basis, bernstein_slopes, increments
 from armimpedance.muscles.combined.lengths import CorrectedLengths
+from armimpedance.muscles.packed import elements
 
 
 @dataclass(frozen=True)
@@ -29,11 +30,13 @@ class ParameterLayout:
         C, of the lengths: x[z].
     muscles, order : int
         m and N: m (N + 1) increments of f, in N/m, then of b, in N s/m.
+    joints : int
     """
 
     corrections: int
     muscles: int
     order: int
+    joints: int
 
     @property
     def z(self) -> slice:
@@ -47,8 +50,8 @@ class ParameterLayout:
 
     @property
     def passive_K(self) -> slice:
-        """Stiffness of the passive joints, shoulder and elbow."""
-        return slice(self.f.stop, self.f.stop + 2)
+        """Stiffness of the passive joints."""
+        return slice(self.f.stop, self.f.stop + self.joints)
 
     @property
     def b(self) -> slice:
@@ -59,7 +62,7 @@ class ParameterLayout:
     @property
     def passive_B(self) -> slice:
         """Viscosity of the passive joints."""
-        return slice(self.b.stop, self.b.stop + 2)
+        return slice(self.b.stop, self.b.stop + self.joints)
 
     @property
     def n(self) -> int:
@@ -68,13 +71,13 @@ class ParameterLayout:
 
     @property
     def tau_p(self) -> slice:
-        """Passive torque: constant, per scaled shoulder and elbow angle, of each joint."""
-        return slice(self.n, self.n + 6)
+        """Passive torque: constant, and per scaled angle of each joint, of each joint."""
+        return slice(self.n, self.n + self.joints * (self.joints + 1))
 
     @property
     def e(self) -> slice:
         """What tensions differ by from proportion to stiffness."""
-        return slice(self.n + 6, self.n + 6 + self.muscles)
+        return slice(self.tau_p.stop, self.tau_p.stop + self.muscles)
 
 
 @dataclass(frozen=True)
@@ -101,10 +104,11 @@ class MuscleEquations(FrozenRecord):
     @property
     def layout(self) -> ParameterLayout:
         """Where each parameter stands."""
-        return ParameterLayout(len(self.lengths.muscle), len(self.lengths.muscles), self.order)
+        own = self.lengths
+        return ParameterLayout(len(own.muscle), len(own.muscles), self.order, len(own.box))
 
     def at(self, q: FloatArray, activation: FloatArray) -> EvaluatedEquations:
-        """The form at postures (P, 2) and activations (P, m)."""
+        """The form at postures (P, n) and activations (P, m)."""
         gradient, second = self.lengths.derivatives(q)
         rising = increments(self.order, increasing=True)
         s = activation / self.highest
@@ -125,11 +129,12 @@ class EvaluatedEquations:
     Attributes
     ----------
     equations : MuscleEquations
-    gradient, second : (P, 2, T), (P, 3, T)
-        Derivatives of the length terms; `second` is over kappa, and zero without curvature.
+    gradient, second : (P, n, T), (P, E, T)
+        Derivatives of the length terms, E = n (n + 1) / 2 packed elements; `second` is over kappa,
+        and zero without curvature.
     basis, slopes : (P, m, N + 1)
         What the increments multiply in f, and its derivative by alpha; the first is f(0).
-    scaled : (P, 2)
+    scaled : (P, n)
         Angles.
     """
 
@@ -141,15 +146,15 @@ class EvaluatedEquations:
     scaled: FloatArray
 
     def stiffness(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """``ss, se, ee`` (P, 3) and derivatives (P, 3, n)."""
+        """Packed, in the plane ``ss, se, ee``, (P, E) and derivatives (P, E, parameters)."""
         return self._matrix(x, "K")
 
     def viscosity(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """``ss, se, ee`` (P, 3) and derivatives (P, 3, n)."""
+        """Packed, in the plane ``ss, se, ee``, (P, E) and derivatives (P, E, parameters)."""
         return self._matrix(x, "B")
 
     def by_activation(self, x: FloatArray, which: str) -> FloatArray:
-        """Derivatives (P, 3, m) of "K" or "B" by the activations."""
+        """Derivatives (P, E, m) of "K" or "B" by the activations."""
         layout = self.equations.layout
         coefficients = x[layout.f if which == "K" else layout.b]
         rate = np.einsum("pmk,mk->pm", self.slopes, coefficients.reshape(self._per_muscle))
@@ -163,29 +168,27 @@ class EvaluatedEquations:
         return self.equations.layout.muscles, self.equations.order + 1
 
     def _arms(self, x: FloatArray) -> FloatArray:
-        """Moment arms (P, m, 2)."""
+        """Moment arms (P, m, n)."""
         lengths = self.equations.lengths.coefficients(x[self.equations.layout.z])
         return np.einsum("pjt,mt->pmj", self.gradient, lengths)
 
     def squares(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """``g g^T`` of each muscle (P, m, 3), and its change (P, C, 3) by the muscle's own z."""
+        """``g g^T`` of each muscle (P, m, E), and its change (P, C, E) by the muscle's own z."""
         own = self.equations.lengths
         g = self._arms(x)
-        squares = np.stack([g[..., 0] ** 2, g[..., 0] * g[..., 1], g[..., 1] ** 2], axis=-1)
-        # of the correction's own muscle: g (P, C, 2) and what the correction adds to it
+        i, j = elements(g.shape[-1])
+        # of the correction's own muscle: g (P, C, n) and what the correction adds to it
         mine, dg = g[:, own.muscle], np.einsum("pjt,ct->pcj", self.gradient, own.change)
-        change = np.stack(
-            [
-                2 * mine[..., 0] * dg[..., 0],
-                mine[..., 0] * dg[..., 1] + mine[..., 1] * dg[..., 0],
-                2 * mine[..., 1] * dg[..., 1],
-            ],
-            axis=-1,
-        )
-        return squares, change
+        return g[..., i] * g[..., j], mine[..., i] * dg[..., j] + mine[..., j] * dg[..., i]
+
+    def scattered(self, x: FloatArray, which: str) -> FloatArray:
+        """``f_i g_i g_i^T`` (P, E, m) of "K", or with b_i of "B": what scatter is a part of."""
+        coefficients = x[self.equations.layout.f if which == "K" else self.equations.layout.b]
+        f = np.einsum("pmk,mk->pm", self.basis, coefficients.reshape(self._per_muscle))
+        return np.asarray((f[..., None] * self.squares(x)[0]).transpose(0, 2, 1))
 
     def curvatures(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """``d2L / kappa`` of each muscle (P, m, 3), and its change (P, C, 3) by its z."""
+        """``d2L / kappa`` of each muscle (P, m, E), and its change (P, C, E) by its z."""
         own = self.equations.lengths
         lengths = own.coefficients(x[self.equations.layout.z])
         curvatures = np.einsum("pet,mt->pme", self.second, lengths)
@@ -197,10 +200,10 @@ class EvaluatedEquations:
         active = layout.f if stiff else layout.b
         passive = layout.passive_K if stiff else layout.passive_B
         coefficients = x[active].reshape(self._per_muscle)
-        P = len(self.basis)
-        value, slope = np.zeros((P, 3)), np.zeros((P, 3, layout.n))
-        value[:, [0, 2]] = x[passive]
-        slope[:, [0, 2], [passive.start, passive.start + 1]] = 1.0
+        (P, E), diagonal = self.second.shape[:2], np.flatnonzero(np.equal(*elements(layout.joints)))
+        value, slope = np.zeros((P, E)), np.zeros((P, E, layout.n))
+        value[:, diagonal] = x[passive]
+        slope[:, diagonal, np.arange(passive.start, passive.stop)] = 1.0
         parts = [(self.basis, self.squares(x))]
         if stiff:
             parts.append((self._rising, self.curvatures(x)))
@@ -209,7 +212,7 @@ class EvaluatedEquations:
             value += np.einsum("pm,pme->pe", f, patterns)
             slope[:, :, layout.z] += (f[:, own.muscle, None] * change).transpose(0, 2, 1)
             by_f = basis[:, :, :, None] * patterns[:, :, None, :]
-            slope[:, :, active] += by_f.reshape(P, -1, 3).transpose(0, 2, 1)
+            slope[:, :, active] += by_f.reshape(P, -1, E).transpose(0, 2, 1)
         return value, slope
 
     @property
@@ -220,24 +223,24 @@ class EvaluatedEquations:
         return rising
 
     def torque(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Joint torque (P, 2) and derivatives (P, 2, n + 6 + m)."""
+        """Joint torque (P, n) and its derivatives by all parameters, those of torque too."""
         layout, own = self.equations.layout, self.equations.lengths
         kappa = self.equations.stiffness_per_tension
         g = self._arms(x)
         rising = self._rising
         t = np.einsum("pmk,mk->pm", rising, x[layout.f].reshape(self._per_muscle)) / kappa
         e = 1 + x[layout.e]
-        P = len(t)
+        P, n = self.scaled.shape
         ones = np.concatenate([np.ones((P, 1)), self.scaled], axis=1)
-        passive = x[layout.tau_p].reshape(2, 3)
+        passive = x[layout.tau_p].reshape(n, n + 1)
         value = ones @ passive.T - np.einsum("pmj,pm->pj", g, e * t)
-        slope = np.zeros((P, 2, layout.e.stop))
+        slope = np.zeros((P, n, layout.e.stop))
         dg = np.einsum("pjt,ct->pcj", self.gradient, own.change)
         slope[:, :, layout.z] = -((e * t)[:, own.muscle, None] * dg).transpose(0, 2, 1)
         by_f = -rising[..., None] * (g * e[:, None])[:, :, None, :] / kappa
-        slope[:, :, layout.f] = by_f.reshape(P, -1, 2).transpose(0, 2, 1)
-        for joint in (0, 1):
-            start = layout.tau_p.start + 3 * joint
-            slope[:, joint, start : start + 3] = ones
+        slope[:, :, layout.f] = by_f.reshape(P, -1, n).transpose(0, 2, 1)
+        for joint in range(n):
+            start = layout.tau_p.start + (n + 1) * joint
+            slope[:, joint, start : start + n + 1] = ones
         slope[:, :, layout.e] = -(g * t[..., None]).transpose(0, 2, 1)
         return value, slope

@@ -77,7 +77,7 @@ def fit_muscle_model(
         Standard deviation of each correction in per cent of the anatomical moment arm.
     torque : bool
         Fit the joint torque too, tension in proportion to active stiffness.
-    torque_sd : float or (P, 2), optional
+    torque_sd : float or (P, n), optional
         N m; without it, found from the residuals.
     proportion_sd : float
         Standard deviation of single muscles about `stiffness_per_tension`, as a part of it.
@@ -106,6 +106,9 @@ def fit_muscle_model(
     """
     _check_orders(moment_arm_order, activation_order, prior_percent, proportion_sd)
     arm = arm_named(arm)
+    if rows.joints != arm.paths.joints:
+        problem = f"rows of {rows.joints} joints, an arm of {arm.paths.joints}"
+        raise InputError(problem, expected="an arm with the rows' joints")
     rows = rows.of_muscles(arm.paths.muscles)
     alpha = check_activation(rows, arm, torque=torque)
     highest = alpha.max(axis=0)
@@ -239,6 +242,7 @@ def _model(
         measured=hull.vertices,
         quality=quality,
         summary=summary,
+        scatter=(float(found.scatter[0]), float(found.scatter[1])),
     )
     least = model.smallest_eigenvalue()
     indefinite = (

@@ -9,6 +9,7 @@ the anatomical one as its standard deviation.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Annotated
 
 import numpy as np
@@ -16,9 +17,14 @@ import numpy as np
 from armimpedance.arm import MuscularArm, PolynomialPaths, fit_paths, monomial_exponents
 from armimpedance.arrays import BoolArray, FloatArray, FrozenRecord, IntArray
 from armimpedance.muscles.angle_scaling import AngleScaling
+from armimpedance.muscles.packed import elements
 
 #: Postures of the box, per joint, at which the anatomical arm is looked at.
 _GRID = 9
+#: ... of more than two joints.
+_COARSE = 5
+#: A moment arm is as uncertain as one of at least this part of the muscle's largest.
+_LEAST_SIZE = 0.5
 #: A joint with a smaller moment arm (m) everywhere is not spanned.
 _NO_ARM_M = 1e-6
 #: Order of the polynomials that stand for an anatomical arm of any form.
@@ -32,7 +38,7 @@ class CorrectedLengths(FrozenRecord):
     Attributes
     ----------
     muscles : (m,) tuple of str
-    exponents : (T, 2) int
+    exponents : (T, n) int
         Powers of the scaled angles.
     base : (m, T)
         The anatomical lengths, m.
@@ -40,7 +46,7 @@ class CorrectedLengths(FrozenRecord):
         Number of the muscle that each correction belongs to.
     change : (C, T)
         Change of that muscle's length by one standard deviation of the correction, m.
-    box : (2, 2)
+    box : (n, 2)
         Joint angles (rad) that become -1 and 1.
     rms : float
         How far the polynomials are from the anatomical moment arms, m.
@@ -49,11 +55,11 @@ class CorrectedLengths(FrozenRecord):
     """
 
     muscles: Annotated[tuple[str, ...], "m"]
-    exponents: Annotated[IntArray, "t 2"]
+    exponents: Annotated[IntArray, "t n"]
     base: Annotated[FloatArray, "m t"]
     muscle: Annotated[IntArray, "c"]
     change: Annotated[FloatArray, "c t"]
-    box: Annotated[FloatArray, "2 2"]
+    box: Annotated[FloatArray, "n 2"]
     rms: float
     labels: tuple[str, ...] = ()
 
@@ -73,24 +79,24 @@ class CorrectedLengths(FrozenRecord):
         return PolynomialPaths(self.muscles, self.exponents, self.coefficients(z), self.box)
 
     def derivatives(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Gradients (P, 2, T) and second derivatives (P, 3, T) of each term at postures (P, 2)."""
+        """Gradients (P, n, T) and packed second derivatives (P, E, T) of each term at q (P, n)."""
         names = tuple(f"term {t}" for t in range(len(self.exponents)))
         terms = PolynomialPaths(names, self.exponents, np.eye(len(names)), self.box)
-        second = terms.curvature(q)
-        elements = np.stack([second[..., 0, 0], second[..., 0, 1], second[..., 1, 1]], axis=1)
-        return terms.moment_arms(q).transpose(0, 2, 1), elements
+        i, j = elements(len(self.box))
+        second = terms.curvature(q)[..., i, j]
+        return terms.moment_arms(q).transpose(0, 2, 1), second.transpose(0, 2, 1)
 
 
 def corrected_lengths(
     arm: MuscularArm, q: FloatArray, *, order: int, prior_part: float
 ) -> CorrectedLengths:
-    """Corrections of order `order` to an arm's moment arms, over its range and all of q (P, 2).
+    """Corrections of order `order` to an arm's moment arms, over its range and all of q (P, n).
 
     Parameters
     ----------
     arm : MuscularArm
         Arm whose muscle paths are taken over as polynomials.
-    q : (P, 2)
+    q : (P, n)
         Measured postures, rad.
     order : int
         L of the moment arms' corrections, from 0.
@@ -100,13 +106,16 @@ def corrected_lengths(
     low = np.minimum(arm.angle_range[:, 0], q.min(axis=0))
     high = np.maximum(arm.angle_range[:, 1], q.max(axis=0))
     box = np.stack([low, high], axis=1)
-    inside = AngleScaling(np.asarray(arm.angle_range)).grid(_GRID)
+    n = arm.paths.joints
+    inside = AngleScaling(np.asarray(arm.angle_range)).grid(_GRID if n == 2 else _COARSE)
     G = arm.paths.moment_arms(inside)
     spans: BoolArray = np.asarray((np.abs(G) > _NO_ARM_M).any(axis=0))
     highest = max(order, _ARM_ORDER)
     fitted = fit_paths(arm.paths.muscles, inside, G, highest, spans, box=box)
-    exponents = monomial_exponents(2, highest + 1)
+    exponents = monomial_exponents(n, highest + 1)
     size = np.sqrt((G**2).mean(axis=0))
+    # a muscle that passes close by one joint may pass on its other side
+    size = np.maximum(size, _LEAST_SIZE * size.max(axis=1, keepdims=True))
     half = (box[:, 1] - box[:, 0]) / 2
     muscle: list[int] = []
     change: list[FloatArray] = []
@@ -135,11 +144,13 @@ def _corrections(
 
     Parameters
     ----------
-    spans : (2,) bool
-    swing : (2,)
+    spans : (n,) bool
+    swing : (n,)
         Anatomical moment arm times half the range of the angle, m.
     """
     found = {}
+    n = len(spans)
+    names = "se" if n == 2 else [f"q{j}_" for j in range(1, n + 1)]
     for joint in np.flatnonzero(spans):
         for k in range(order + 1):
             # the arm changes as the Legendre polynomial P_k of the angle: its integral, the length
@@ -148,12 +159,15 @@ def _corrections(
             )
             term = np.zeros(len(exponents))
             for power, value in enumerate(legendre.coef[1:], start=1):
-                at = (exponents[:, joint] == power) & (exponents[:, 1 - joint] == 0)
+                at = (exponents == power * np.eye(n, dtype=np.int64)[joint]).all(axis=1)
                 term[at] = swing[joint] * value
-            found[f"{'se'[joint]}{k}"] = term
-    if spans.all():
+            found[f"{names[joint]}{k}"] = term
+    for one, other in combinations(np.flatnonzero(spans), 2):
         for a in range(1, order + 1):
             for b in range(1, order + 2 - a):
-                both = (exponents[:, 0] == a) & (exponents[:, 1] == b)
-                found[f"s{a}e{b}"] = np.where(both, np.sqrt(swing.prod()) / max(a, b), 0.0)
+                powers = np.zeros(n, dtype=np.int64)
+                powers[[one, other]] = a, b
+                both = (exponents == powers).all(axis=1)
+                size = np.sqrt(swing[one] * swing[other]) / max(a, b)
+                found[f"{names[one]}{a}{names[other]}{b}"] = np.where(both, size, 0.0)
     return found

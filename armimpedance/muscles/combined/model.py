@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from itertools import product
 from typing import Annotated, Any
 
 import numpy as np
@@ -15,7 +14,7 @@ from armimpedance.arrays import FloatArray, IntArray
 from armimpedance.errors import InputError
 from armimpedance.muscles.activation.model import checked_activation
 from armimpedance.muscles.angle_scaling import AngleScaling
-from armimpedance.muscles.combined.equations import MuscleEquations
+from armimpedance.muscles.combined.equations import EvaluatedEquations, MuscleEquations
 from armimpedance.muscles.combined.lengths import CorrectedLengths
 from armimpedance.muscles.fitted_model import FittedModel
 from armimpedance.muscles.prediction import JointPrediction
@@ -28,6 +27,10 @@ from armimpedance.regression import FitSummary, Parameters
 _EDGE = 1e-6
 #: Postures per joint at which the smallest eigenvalue is looked for.
 _GRID = 25
+#: ... of an arm of more than two joints.
+_COARSE = 5
+#: Turns of eigenvector and activations.
+_TURNS = 5
 #: What MODEL.json calls a field that has another name here.
 _IN_FILES = {"values": "parameters"}
 
@@ -51,17 +54,21 @@ class MuscleModel(FittedModel):
     highest : (m,)
         Measured range of each activation, from 0.
     values : (n,)
-        The parameters: corrections z, increments of f (N/m), passive stiffness (2), increments of
-        b (N s/m), passive viscosity (2); `combined.equations.ParameterLayout` has their places.
+        The parameters: corrections z, increments of f (N/m), passive stiffness (joints),
+        increments of b (N s/m), passive viscosity (joints); their places are those of
+        `combined.equations.ParameterLayout`.
     covariance : (n, n)
         Covariance of `values`.
     dof : float
         Degrees of freedom of the t distribution for intervals.
-    measured : (V, 2)
+    measured : (V, joints)
         Hull of the measured postures, scaled angles.
     quality : tuple of ElementQuality
-        K_ss, K_se, K_ee, B_ss, B_se, B_ee.
+        K_ss, K_se, K_ee, B_ss, B_se, B_ee; of more joints K_11, K_12 and so on.
     summary : FitSummary
+    scatter : (float, float)
+        Of K and B: standard deviation of what a muscle gives at one place about what the equations
+        say, as a part of it. It is what the form is wrong by, and part of every prediction's error.
     """
 
     arm: str
@@ -69,18 +76,19 @@ class MuscleModel(FittedModel):
     order: int
     stiffness_per_tension: float
     curvature: bool
-    exponents: Annotated[IntArray, "t 2"]
+    exponents: Annotated[IntArray, "t j"]
     base: Annotated[FloatArray, "m t"]
     muscle: Annotated[IntArray, "c"]
     change: Annotated[FloatArray, "c t"]
-    box: Annotated[FloatArray, "2 2"]
+    box: Annotated[FloatArray, "j 2"]
     highest: Annotated[FloatArray, "m"]
     values: Annotated[FloatArray, "n"]
     covariance: Annotated[FloatArray, "n n covariance"]
     dof: float
-    measured: Annotated[FloatArray, "v 2"]
+    measured: Annotated[FloatArray, "v j"]
     quality: tuple[ElementQuality, ...]
     summary: FitSummary
+    scatter: tuple[float, float] = (0.0, 0.0)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -121,18 +129,19 @@ class MuscleModel(FittedModel):
         return equations.lengths.paths(self.values[equations.layout.z])
 
     def predict(self, joint_angles: ArrayLike, activation: ArrayLike) -> JointPrediction:
-        """K_j and B_j at postures (P, 2) rad and activations (P, m), each 0..1; one may be (1, .).
+        """K_j and B_j at postures (P, n) rad and activations (P, m), each 0..1; one may be (1, .).
 
         Raises
         ------
         InputError
             Shapes that do not belong together, or activations outside of 0..1.
         """
-        alpha, q = checked_activation(activation, self.muscles), _checked_angles(joint_angles)
+        n = len(self.box)
+        alpha, q = checked_activation(activation, self.muscles), _checked_angles(joint_angles, n)
         if len(alpha) != len(q) and 1 not in (len(alpha), len(q)):
             raise InputError(f"{len(q)} postures, {len(alpha)} activations", expected="as many")
         P = max(len(alpha), len(q))
-        alpha, q = np.broadcast_to(alpha, (P, len(self.muscles))), np.broadcast_to(q, (P, 2))
+        alpha, q = np.broadcast_to(alpha, (P, len(self.muscles))), np.broadcast_to(q, (P, n))
         form = self.equations.at(q, alpha)
         K, dK = form.stiffness(self.values)
         B, dB = form.viscosity(self.values)
@@ -141,40 +150,55 @@ class MuscleModel(FittedModel):
             joint_angles=q,
             stiffness=K,
             viscosity=B,
-            stiffness_covariance=dK @ self.covariance @ dK.transpose(0, 2, 1),
-            viscosity_covariance=dB @ self.covariance @ dB.transpose(0, 2, 1),
+            stiffness_covariance=self._covariance(form, dK, "K"),
+            viscosity_covariance=self._covariance(form, dB, "B"),
             dof=self.dof,
             extrapolated=np.array([bool(reason) for reason in reasons]),
             reasons=reasons,
             activation=alpha,
         )
 
+    def _covariance(self, form: EvaluatedEquations, slope: FloatArray, which: str) -> FloatArray:
+        """Covariance (P, E, E) from the parameters' and from the scatter."""
+        parts = self.scatter["KB".index(which)] * form.scattered(self.values, which)
+        by_parameters = slope @ self.covariance @ slope.transpose(0, 2, 1)
+        return np.asarray(by_parameters + parts @ parts.transpose(0, 2, 1))
+
     def muscle_stiffness(self, activation: ArrayLike) -> FloatArray:
         """Stiffness (P, m) of each muscle, N/m; what rows do not tell apart the prior has split."""
         alpha = checked_activation(activation, self.muscles)
         equations = self.equations
-        form = equations.at(np.zeros((len(alpha), 2)), alpha)
+        form = equations.at(np.zeros((len(alpha), len(self.box))), alpha)
         f = self.values[equations.layout.f].reshape(len(self.muscles), -1)
         return np.asarray(np.einsum("pmk,mk->pm", form.basis, f))
 
     def smallest_eigenvalue(self, box: ArrayLike | None = None) -> float:
-        """Smallest eigenvalue of K_j over a box of postures (2, 2), rad, and all activations.
+        """Smallest eigenvalue of K_j over a box of postures (n, 2), rad, and all activations.
 
-        Over activation it is exact: the smallest eigenvalue is concave in the muscles' stiffnesses,
-        hence smallest where each muscle is at rest or at its highest. Over posture it is the least
-        of a grid.
+        Over posture it is the least of a grid. Over activation the eigenvalue is concave in the
+        muscles' stiffnesses, hence smallest where each muscle is at rest or at its highest. Such a
+        corner is looked for by turns: ``v^T K v`` is least where muscles that lower it are on, and
+        over v at the eigenvector there.
         """
         limits = AngleScaling(np.asarray(self.box if box is None else box, dtype=float))
-        q = limits.grid(_GRID)
+        q = limits.grid(_GRID if len(self.box) == 2 else _COARSE)
         layout = self.equations.layout
-        corners = np.array(list(product((0.0, 1.0), repeat=len(self.muscles)))) * self.highest
-        f, rest = self.muscle_stiffness(corners), self.muscle_stiffness(np.zeros_like(corners))
+        rest, full = self.muscle_stiffness(np.stack([np.zeros_like(self.highest), self.highest]))
         form = self.equations.at(q, np.zeros((len(q), len(self.muscles))))
-        # K (corners, P, 3) = K_p + f (corners, m) gg^T (P, m, 3) + (f - f(0)) d2L / kappa
-        K = np.einsum("cm,pme->cpe", f, form.squares(self.values)[0])
-        K += np.einsum("cm,pme->cpe", f - rest, form.curvatures(self.values)[0])
-        K[..., [0, 2]] += self.values[layout.passive_K]
-        return float(np.linalg.eigvalsh(matrix(K))[..., 0].min())
+        squares, curvatures = form.squares(self.values)[0], form.curvatures(self.values)[0]
+        # K (P, n, n) = K_p + f(0) gg^T, and what each muscle adds (P, m, n, n)
+        at_rest = matrix(np.einsum("m,pme->pe", rest, squares))
+        at_rest = at_rest + np.diag(self.values[layout.passive_K])
+        added = matrix((full - rest)[:, None] * (squares + curvatures))
+        lowest = np.inf
+        for start in range(len(self.box)):
+            v = np.linalg.eigh(at_rest)[1][..., start]
+            for _ in range(_TURNS):
+                on = np.einsum("pi,pmij,pj->pm", v, added, v) < 0
+                values, vectors = np.linalg.eigh(at_rest + np.einsum("pm,pmij->pij", on, added))
+                v = vectors[..., 0]
+            lowest = min(lowest, float(values[:, 0].min()))
+        return lowest
 
     def _reasons(self, q: FloatArray, alpha: FloatArray) -> tuple[str, ...]:
         inside = Region(self.measured).contains(AngleScaling(self.box).scaled(q))
@@ -205,10 +229,10 @@ class MuscleModel(FittedModel):
         return super().from_plain({fields.get(name, name): v for name, v in plain.items()})
 
 
-def _checked_angles(joint_angles: ArrayLike) -> FloatArray:
+def _checked_angles(joint_angles: ArrayLike, n: int) -> FloatArray:
     q = np.atleast_2d(np.asarray(joint_angles, dtype=float))
-    if q.ndim != 2 or q.shape[1] != 2 or not np.isfinite(q).all():
+    if q.ndim != 2 or q.shape[1] != n or not np.isfinite(q).all():
         raise InputError(
-            f"joint angles of shape {np.shape(joint_angles)}", expected="(P, 2), finite, rad"
+            f"joint angles of shape {np.shape(joint_angles)}", expected=f"(P, {n}), finite, rad"
         )
     return q

@@ -11,7 +11,7 @@ from armimpedance.muscles.combined.equations import EvaluatedEquations, MuscleEq
 from armimpedance.muscles.combined.solver import Measured, Posterior, Prior, minimised
 from armimpedance.muscles.progress import Steps
 from armimpedance.muscles.quality import ElementQuality, correlation, element_quality, explained
-from armimpedance.muscles.rows import ELEMENTS
+from armimpedance.muscles.rows import element_labels
 from armimpedance.regression import FitSummary, Parameters
 
 #: Each shuffle is a search of its own.
@@ -28,7 +28,7 @@ def muscle_quality(
     seed: int,
     steps: Steps,
 ) -> tuple[ElementQuality, ...]:
-    """Quality of ss, se, ee of K and B.
+    """Quality of the packed elements of K and B, in the plane ss, se, ee.
 
     Left-out rows are predicted by one Newton step from the fit without them, bounds left out of
     account; the null R is the mean over a few searches with shuffled rows, weighted as scattered.
@@ -40,25 +40,25 @@ def muscle_quality(
     for k, (symbol, fit, data, out) in enumerate(
         zip("KB", fits, (measured.stiffness, measured.viscosity), held_out, strict=True)
     ):
-        for e, element in enumerate(ELEMENTS):
+        for e, element in enumerate(element_labels(form.equations.layout.joints)):
             quality.append(
                 element_quality(
                     f"{symbol}_{element}",
                     data[:, e],
                     fit[:, e],
                     held_out=out[:, e],
-                    null_r=float(null[3 * k + e]),
-                    coefficients=found.spent / 6,
+                    null_r=float(null[k * fit.shape[1] + e]),
+                    coefficients=found.spent / (2 * fit.shape[1]),
                 )
             )
     return tuple(quality)
 
 
 def _left_out(measured: Measured, found: Posterior) -> tuple[FloatArray, FloatArray]:
-    """Predictions (P, 3) of K and B without the own row."""
+    """Predictions (P, E) of K and B without the own row."""
     C = found.covariance
     predicted = []
-    P = len(measured.stiffness)
+    P, E = measured.stiffness.shape
     own = np.concatenate(
         [
             np.arange(block.start, block.stop).reshape(P, -1)
@@ -73,7 +73,7 @@ def _left_out(measured: Measured, found: Posterior) -> tuple[FloatArray, FloatAr
     without = np.linalg.solve(np.eye(H.shape[1]) - H, error[..., None])[..., 0]
     step = np.einsum("pij,pj->pi", H, without)
     for k, data in enumerate((measured.stiffness, measured.viscosity)):
-        mine = slice(3 * k, 3 * k + 3)
+        mine = slice(E * k, E * k + E)
         # weighted errors back to the element's unit
         plain = np.linalg.inv(found.weights[k])
         moved = np.einsum("pij,pj->pi", plain, error[:, mine] + step[:, mine])
@@ -103,7 +103,7 @@ def _null(
         again = minimised(form, shuffled, prior, weights, found.x)
         fits = np.hstack([form.stiffness(again)[0], form.viscosity(again)[0]])
         data = np.hstack([shuffled.stiffness, shuffled.viscosity])
-        rs.append([correlation(data[:, e], fits[:, e]) for e in range(6)])
+        rs.append([correlation(data[:, e], fits[:, e]) for e in range(data.shape[1])])
         steps.step()
     return np.asarray(np.mean(rs, axis=0))
 
@@ -126,8 +126,10 @@ def muscle_summary(
     """Parameters with their standard errors, and warnings of those that the data do not tell."""
     names, units = parameter_names(form.equations)
     n = len(found.x)
+    layout = form.equations.layout
+    torques = layout.tau_p.stop - layout.tau_p.start
     names = (*names, *_torque_names(form))[:n]
-    units = (*units, *("N m",) * 6, *("1",) * form.equations.layout.muscles)[:n]
+    units = (*units, *("N m",) * torques, *("1",) * layout.muscles)[:n]
     sd = np.sqrt(np.diag(found.covariance))
     dof = float(max(len(found.error) - found.spent, 1.0))
     parameters = tuple(Parameters(names, units, found.x, found.covariance, dof=dof))
@@ -163,17 +165,23 @@ def parameter_names(equations: MuscleEquations) -> tuple[tuple[str, ...], tuple[
     layout, muscles, z = equations.layout, equations.lengths.muscles, equations.lengths.labels
     f = [f"f_{muscle}_{k}" for muscle in muscles for k in range(layout.order + 1)]
     b = [f"b_{muscle}_{k}" for muscle in muscles for k in range(layout.order + 1)]
-    names = (*z, *f, "K_passive_s", "K_passive_e", *b, "B_passive_s", "B_passive_e")
+    joints = "se" if layout.joints == 2 else [str(j + 1) for j in range(layout.joints)]
+    K, B = ([f"{symbol}_passive_{joint}" for joint in joints] for symbol in "KB")
+    names = (*z, *f, *K, *b, *B)
     units = (
         *("1",) * len(z),
         *("N/m",) * len(f),
-        *("N m/rad",) * 2,
+        *("N m/rad",) * len(K),
         *("N s/m",) * len(b),
-        *("N m s/rad",) * 2,
+        *("N m s/rad",) * len(B),
     )
     return names, units
 
 
 def _torque_names(form: EvaluatedEquations) -> tuple[str, ...]:
-    passive = [f"tau_p_{joint}_{k}" for joint in "se" for k in ("0", "s", "e")]
+    n = form.equations.layout.joints
+    joints = "se" if n == 2 else [str(j + 1) for j in range(n)]
+    passive = [
+        f"tau_p_{joint}_{k}" for joint in joints for k in ("0" if n == 2 else "const", *joints)
+    ]
     return (*passive, *(f"proportion_{muscle}" for muscle in form.equations.lengths.muscles))

@@ -23,6 +23,8 @@ _ROUNDS, _SETTLED = 20, 0.02
 #: logarithm of the posterior density, by less than this: parameters are then within some
 #: hundredths of a standard error of the mode.
 _STEPS, _ARRIVED = 500, 1e-3
+#: Scatter is looked for up to here, at so many values.
+_MOST_SCATTER, _TRIED = 1.0, 101
 #: Damping of the first step.
 _DAMPING = 1e-2
 
@@ -33,11 +35,11 @@ class Measured:
 
     Attributes
     ----------
-    stiffness, viscosity : (P, 3)
-        ``ss, se, ee``.
-    stiffness_sd, viscosity_sd : (P, 3)
+    stiffness, viscosity : (P, E)
+        Packed: ``ss, se, ee``.
+    stiffness_sd, viscosity_sd : (P, E)
         Up to a factor unless `known`.
-    torque, torque_sd : (P, 2) or None
+    torque, torque_sd : (P, n) or None
     activation_sd : (P, m)
     known : (bool, bool, bool)
         Whether the sd of K, B, torque are what they say: their factors are then at least 1.
@@ -82,12 +84,15 @@ class Posterior:
         Covariance of the linearised model, bounds left out of account.
     factor : (3,)
         Factors of the standard errors of K, B, torque.
+    scatter : (2,)
+        Of K and B: standard deviation of each muscle's part at one place about what the equations
+        say of it, as a part of it.
     jacobian, error : (rows, n), (rows,)
         Jacobian and errors of the weighted rows at x, without the prior's.
     weights : tuple of (P, r, r)
         Weights of K, B and torque.
     blocks : (3,) tuple of slice
-        Rows of K, B, torque in them, P times 3, 3 and 2.
+        Rows of K, B, torque in them, P times E, E and n.
     spent : float
         Degrees of freedom that the rows, not the prior, settled.
     cost : float
@@ -96,6 +101,7 @@ class Posterior:
     x: FloatArray
     covariance: FloatArray
     factor: FloatArray
+    scatter: FloatArray
     jacobian: FloatArray
     error: FloatArray
     weights: tuple[FloatArray, ...]
@@ -123,36 +129,48 @@ def solve_posterior(
     EstimationError
         The search ends without having arrived.
     """
-    factor, x = np.maximum(1.0, measured.least), start
-    found = None
+    factor, scatter, x = np.maximum(1.0, measured.least), np.zeros(2), start
     for _ in range(_ROUNDS):
-        weights = _weights(form, measured, factor, x)
+        weights = _weights(form, measured, factor, scatter, x)
         x = minimised(form, measured, prior, weights, x)
-        found = _posterior(form, measured, prior, weights, x, factor)
-        grown = _factors(found, measured)
-        if np.abs(grown / factor - 1).max() < _SETTLED:
+        found = _posterior(form, measured, prior, weights, x, factor, scatter)
+        grown, wider = _factors(found, measured), _scatters(form, found, measured)
+        if max(np.abs(grown / factor - 1).max(), np.abs(wider - scatter).max()) < _SETTLED:
             return found
-        factor = grown
+        factor, scatter = grown, wider
     raise EstimationError("the errors of the muscle model's rows do not settle")
 
 
 def _weights(
-    form: EvaluatedEquations, measured: Measured, factor: FloatArray, x: FloatArray
+    form: EvaluatedEquations,
+    measured: Measured,
+    factor: FloatArray,
+    scatter: FloatArray,
+    x: FloatArray,
 ) -> tuple[FloatArray, ...]:
     """Whitening matrices (P, r, r) of K, B and torque."""
     found = []
-    for which, sd, scale in (
-        ("K", measured.stiffness_sd, factor[0]),
-        ("B", measured.viscosity_sd, factor[1]),
-    ):
-        S = (scale * sd[..., None]) ** 2 * np.eye(3)
-        if measured.activation_sd.any():
-            spread = form.by_activation(x, which) * measured.activation_sd[:, None, :]
-            S = S + spread @ spread.transpose(0, 2, 1)
-        found.append(whitening(S))
+    for k, which in enumerate("KB"):
+        S, D = _covariances(form, measured, factor, x, which)
+        found.append(whitening(S + scatter[k] ** 2 * D))
     if measured.torque_sd is not None:
-        found.append(np.eye(2) / (factor[2] * measured.torque_sd[..., None]))
+        sd = factor[2] * measured.torque_sd
+        found.append(np.eye(sd.shape[1]) / sd[..., None])
     return tuple(found)
+
+
+def _covariances(
+    form: EvaluatedEquations, measured: Measured, factor: FloatArray, x: FloatArray, which: str
+) -> tuple[FloatArray, FloatArray]:
+    """Of the rows of "K" or "B" (P, E, E): their own covariance, and that of a scatter of 1."""
+    stiff = which == "K"
+    sd = (measured.stiffness_sd if stiff else measured.viscosity_sd) * factor[0 if stiff else 1]
+    S = sd[..., None] ** 2 * np.eye(sd.shape[1])
+    if measured.activation_sd.any():
+        spread = form.by_activation(x, which) * measured.activation_sd[:, None, :]
+        S = S + spread @ spread.transpose(0, 2, 1)
+    parts = form.scattered(x, which)
+    return S, parts @ parts.transpose(0, 2, 1)
 
 
 def _weighted(
@@ -232,6 +250,7 @@ def _posterior(
     weights: tuple[FloatArray, ...],
     x: FloatArray,
     factor: FloatArray,
+    scatter: FloatArray,
 ) -> Posterior:
     error, jacobian = _weighted(form, measured, weights, x)
     scaled = jacobian * prior.sd
@@ -239,12 +258,13 @@ def _posterior(
     R = np.linalg.qr(np.vstack([scaled, np.eye(len(x))]), mode="r")
     inverse = np.linalg.inv(R)
     covariance = inverse @ inverse.T
-    P = len(measured.stiffness)
-    ends = np.cumsum([0, 3 * P, 3 * P, 0 if measured.torque is None else 2 * P])
+    torques = 0 if measured.torque is None else measured.torque.size
+    ends = np.cumsum([0, measured.stiffness.size, measured.viscosity.size, torques])
     return Posterior(
         x=x,
         covariance=covariance * np.outer(prior.sd, prior.sd),
         factor=factor,
+        scatter=scatter,
         jacobian=jacobian,
         error=error,
         weights=weights,
@@ -255,12 +275,35 @@ def _posterior(
 
 
 def _factors(found: Posterior, measured: Measured) -> FloatArray:
-    """Factors of the standard errors that the residuals ask for."""
+    """Factors of the standard errors that the residuals ask for; known ones of K and B stay."""
     factor = found.factor.copy()
-    leverage = ((found.jacobian @ found.covariance) * found.jacobian).sum(axis=1)
     for g, block in enumerate(found.blocks):
-        count = block.stop - block.start
-        if count:
-            spare = max(count - leverage[block].sum(), 1.0)
-            factor[g] *= np.sqrt((found.error[block] ** 2).sum() / spare)
+        if block.stop > block.start and not (g < len(found.scatter) and measured.known[g]):
+            factor[g] *= np.sqrt((found.error[block] ** 2).sum() / _spare(found, block))
     return np.maximum(factor, measured.least)
+
+
+def _spare(found: Posterior, block: slice) -> float:
+    """Degrees of freedom that the fit left to a block of rows."""
+    jacobian = found.jacobian[block]
+    leverage = ((jacobian @ found.covariance) * jacobian).sum()
+    return max(block.stop - block.start - float(leverage), 1.0)
+
+
+def _scatters(form: EvaluatedEquations, found: Posterior, measured: Measured) -> FloatArray:
+    """Scatter (2,) of K and B with which residuals are as large as rows whose errors are known say.
+
+    ``sum r^T (S + scatter^2 D)^-1 r = degrees of freedom``, S from the errors of the rows.
+    """
+    scatter = np.zeros(2)
+    for k, (which, data) in enumerate((("K", measured.stiffness), ("B", measured.viscosity))):
+        if not measured.known[k]:
+            continue
+        S, D = _covariances(form, measured, found.factor, found.x, which)
+        value = form.stiffness(found.x)[0] if which == "K" else form.viscosity(found.x)[0]
+        off, spare = (value - data)[..., None], _spare(found, found.blocks[k])
+        tried = np.linspace(0.0, _MOST_SCATTER, _TRIED)
+        excess = [float((off * np.linalg.solve(S + s**2 * D, off)).sum()) - spare for s in tried]
+        # falls with s: where it passes zero
+        scatter[k] = np.interp(0.0, np.array(excess)[::-1], tried[::-1])
+    return scatter

@@ -65,6 +65,7 @@ def fit_posture_model(
     """
     order = checked_order(order)
     method = POSTURE_MODELS.named(model or default_model(order))
+    rows.require_planar()
     if rows.n_rows == 0:
         raise InputError("no postures", expected="one or more")
     if seed < 0:
