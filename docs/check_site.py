@@ -69,7 +69,8 @@ def fetched_from_elsewhere(page: Path) -> Iterator[str]:
 
 def styles_from_elsewhere(sheet: Path) -> Iterator[str]:
     """The same of a style sheet."""
-    for target in re.findall(r"(?:url\(|@import)\s*[\"']?((?:https?:)?//[^\"')]+)", sheet.read_text()):
+    css = sheet.read_text()
+    for target in re.findall(r"(?:url\(|@import)\s*[\"']?((?:https?:)?//[^\"')]+)", css):
         yield f"{sheet}: fetches {target}"
 
 

@@ -10,12 +10,16 @@ import sys
 from pathlib import Path
 
 import armimpedance
+from numpydoc import xref
 
 HERE = Path(__file__).resolve().parent
 sys.path.append(str(HERE / "_site"))
 # Tutorials call `armimpedance` as a reader would; one thread each, for two run side by side.
 os.environ["PATH"] = f"{Path(armimpedance.__file__).parents[1] / '.venv/bin'}:{os.environ['PATH']}"
 os.environ |= {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "COLUMNS": "80"}
+
+# Names of other packages are shown as they are written.
+xref.DEFAULT_LINKS.clear()
 
 project = "armimpedance"
 author = "The armimpedance developers"
@@ -31,6 +35,7 @@ extensions = [
     "mathml",
     "written_pages",
     "picture_grid",
+    "accessible",
 ]
 exclude_patterns = ["README.md", "_site", "_static", "**/.ipynb_checkpoints", "jupyter_execute"]
 source_suffix = {".rst": "restructuredtext", ".md": "myst-nb"}
@@ -50,7 +55,8 @@ myst_heading_anchors = 4
 myst_links_external_new_tab = False
 
 nb_execution_mode = "force"
-nb_execution_timeout = 60
+# A machine may be busy: each tutorial takes some 10 to 20 s of its own.
+nb_execution_timeout = 300
 nb_execution_raise_on_error = True
 nb_execution_show_tb = True
 nb_execution_in_temp = True

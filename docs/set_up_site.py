@@ -1,4 +1,4 @@
-"""Tell the environment of the site where the project's own lies: it sees all that is installed there.
+"""Tell the environment of the site where the project's lies: it sees all that is installed there.
 
 So the site's own packages stay out of the environment that the tests run in, and nothing is
 installed twice.

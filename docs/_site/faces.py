@@ -8,8 +8,9 @@ import inspect
 from pathlib import Path
 from typing import Any
 
-import armimpedance
 from rst import directive, title, toctree
+
+import armimpedance
 
 PACKAGE = Path(armimpedance.__file__).parent
 #: Kinds of names at the top, in the order in which a reader meets them.

@@ -6,8 +6,9 @@ import argparse
 import re
 from collections.abc import Iterator
 
-from armimpedance.cli.main import COMMANDS, make_parser
 from rst import code, directive, title, toctree
+
+from armimpedance.cli.main import COMMANDS, make_parser
 
 WIDTH = 96
 

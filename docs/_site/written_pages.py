@@ -8,11 +8,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from sphinx.application import Sphinx
-
 from faces import api_pages
 from guides import guide_pages
 from help_pages import command_pages
+from sphinx.application import Sphinx
 
 #: Folders that hold nothing else: what is no longer written there is taken away.
 FOLDERS = ("reference/api", "reference/commands", "guides")
