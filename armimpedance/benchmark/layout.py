@@ -26,7 +26,17 @@ TRUTH_COLUMNS: Final = (*ASKED_COLUMNS, "value", "scale")
 
 
 def record_names(half: Half, count: int) -> list[str]:
-    """``p01``, ... of the public half, ``s01``, ... of the sealed one."""
+    """``p01``, ... of the public half, ``s01``, ... of the sealed one.
+
+    Parameters
+    ----------
+    half : {"public", "sealed"}
+    count : int
+
+    Returns
+    -------
+    list of str
+    """
     return [f"{half[0]}{number:02d}" for number in range(1, count + 1)]
 
 
@@ -36,5 +46,16 @@ def half_of(record: str) -> Half:
 
 
 def record_folder(top: Path, task: str, record: str) -> Path:
-    """Where a record lies."""
+    """Where a record lies.
+
+    Parameters
+    ----------
+    top : Path
+        The benchmark's folder.
+    task, record : str
+
+    Returns
+    -------
+    Path
+    """
     return top / "tasks" / task / half_of(record) / record

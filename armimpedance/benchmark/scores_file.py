@@ -86,6 +86,10 @@ def score_submission(
     sealed : iterable of Known
         The truth of the sealed half, by whoever has the key.
 
+    Returns
+    -------
+    Scores
+
     Raises
     ------
     InputError

@@ -82,7 +82,18 @@ class Key:
 
 
 def seed_of(version: str, task: str, record: str, key: Key | None) -> int:
-    """The seed of a record, below 2^63: a sealed one with its key, a public one without."""
+    """The seed of a record: a sealed one with its key, a public one without.
+
+    Parameters
+    ----------
+    version, task, record : str
+    key : Key or None
+
+    Returns
+    -------
+    int
+        Below 2^63.
+    """
     if key is None:
         digest = hashlib.sha256(_said(version, task, record)).digest()
     else:

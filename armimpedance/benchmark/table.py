@@ -46,6 +46,11 @@ def table_text(submissions: Sequence[Scores], lines: Mapping[str, str]) -> str:
     lines : mapping
         Task -> what it is, in the order of the tables.
 
+    Returns
+    -------
+    str
+        Markdown.
+
     Raises
     ------
     InputError
@@ -73,7 +78,16 @@ def table_text(submissions: Sequence[Scores], lines: Mapping[str, str]) -> str:
 
 
 def described(score: Score) -> str:
-    """One line on a score, for a terminal."""
+    """One line on a score, for a terminal.
+
+    Parameters
+    ----------
+    score : Score
+
+    Returns
+    -------
+    str
+    """
     told = [f"{name} {_number(cell(score))}" for name, cell in _COLUMNS.items()]
     return f"{score.task} {score.half} {score.group}: {', '.join(told)}"
 

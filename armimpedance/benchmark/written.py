@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from armimpedance.benchmark.asked import Known
-from armimpedance.benchmark.folder import asked_text, file_sha256, known_text
+from armimpedance.benchmark.folder import asked_text, file_sha256, known_text, read_known
 from armimpedance.benchmark.layout import (
     ASKED,
     MARK,
@@ -19,6 +19,7 @@ from armimpedance.benchmark.layout import (
 )
 from armimpedance.benchmark.sealing import Key, commitment
 from armimpedance.json_text import json_text
+from armimpedance.outputs import staged_file
 
 
 def write_task(top: Path, task: str, truth: Sequence[Known], key: Key | None) -> None:
@@ -68,3 +69,38 @@ def write_index(top: Path, lines: Mapping[str, str], key: Key | None) -> None:
     files = sorted(p.relative_to(top).as_posix() for p in top.rglob("*") if p.is_file())
     sums = [f"{file_sha256(top / f)}  {f}\n" for f in files if f != SUMS]
     (top / SUMS).write_text("".join(sums), encoding="utf-8")
+
+
+def keep_truth(key_file: Path, truth: Sequence[Known]) -> None:
+    """Keep the sealed truths beside the key, where only its owner reads them.
+
+    It saves their simulation at each scoring; what is believed of them is checked by their hash.
+
+    Parameters
+    ----------
+    key_file : Path
+    truth : sequence of Known
+        Of both halves.
+    """
+    sealed = [known for known in truth if half_of(known.asked.record) == "sealed"]
+    with staged_file(_beside(key_file)) as staged:
+        staged.touch(0o600)
+        staged.write_text(known_text(sealed), encoding="utf-8")
+
+
+def kept_truth(key_file: Path) -> list[Known]:
+    """What `keep_truth` kept; nothing if it did not.
+
+    Parameters
+    ----------
+    key_file : Path
+
+    Returns
+    -------
+    list of Known
+    """
+    return read_known(_beside(key_file)) if _beside(key_file).is_file() else []
+
+
+def _beside(key_file: Path) -> Path:
+    return key_file.with_name(f"{key_file.name}.truth.csv")

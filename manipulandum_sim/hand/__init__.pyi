@@ -28,6 +28,7 @@ from .experiments import (
     EXPERIMENTS as EXPERIMENTS,
     Condition as Condition,
     find_experiment as find_experiment,
+    hand_force as hand_force,
     nominal_hand as nominal_hand,
 )
 from .muscles import joint_basis as joint_basis

@@ -6,8 +6,8 @@ Examples:
   armimpedance benchmark make --quick --task hand_ideal --out try_it
 
 Without --key there is a public half alone. A key file that is not there yet is drawn: keep it, and
-keep it secret; who has it can score the sealed half. The same version and key give the same folder,
-to the bit.
+the truths that are written beside it, and keep both secret; who has the key can score the sealed
+half. The same version and key give the same folder, to the bit.
 """
 
 from __future__ import annotations
@@ -42,25 +42,30 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--quick", action="store_true", help=f"{QUICK} records a half, not 10")
     parser.add_argument("--table", choices=("parquet", "csv"), default="parquet")
+    parser.add_argument("--workers", type=int, metavar="N", help="processes (as many as cores)")
     add_replace(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Draw, simulate, write all or nothing."""
-    from armimpedance.benchmark import MARK, TOP, BenchmarkFolder
+    from armimpedance.benchmark import MARK, TOP, BenchmarkFolder, keep_truth
     from armimpedance.cli.benchmark.task import TASKS
     from armimpedance.cli.benchmark.written import Wanted, write_benchmark
     from armimpedance.cli.parts.progress import bar
     from armimpedance.outputs import staged_folder
+    from armimpedance.workers import usable_cores
 
     check_folder(arguments.out, TOP, replace=arguments.replace, mark=MARK)
     key = _key(arguments.key, arguments.out)
     count = QUICK if arguments.quick else RECORDS
     tasks = tuple(name for name in TASKS.names if name in (arguments.tasks or TASKS.names))
-    wanted = Wanted(tasks, count, key, arguments.table)
+    workers = usable_cores() if arguments.workers is None else max(1, arguments.workers)
+    wanted = Wanted(tasks, count, key, arguments.table, workers)
     arguments.out.parent.mkdir(parents=True, exist_ok=True)
     with staged_folder(arguments.out, MARK, TOP) as staged, bar("making") as progress:
-        write_benchmark(wanted, staged, progress)
+        truth = write_benchmark(wanted, staged, progress)
+    if key is not None:
+        keep_truth(arguments.key, truth)
     made = BenchmarkFolder.open(arguments.out)
     halves = "public" if key is None else "public and sealed"
     print(f"{arguments.out}: {len(tasks)} tasks, {count} records each, {halves}")

@@ -54,11 +54,14 @@ class Task:
     draw : callable
         A seed -> Made. Everything that is true of a record hangs on its seed: subjects that are
         built in would be known to everybody.
+    share : callable
+        Writes into the task's folder what is the same for all records.
     """
 
     line: str
     asks: str
     draw: Callable[[int], Made] = field(repr=False)
+    share: Callable[[Path], None] = _nothing
 
 
 TASKS: Final[MethodTable[Task]] = MethodTable("armimpedance.cli.benchmark.tasks", "TASK", "task")

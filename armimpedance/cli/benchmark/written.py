@@ -18,6 +18,7 @@ from armimpedance.benchmark import (
 from armimpedance.cli.benchmark.task import TASKS, drawn, nameless
 from armimpedance.cli.benchmark.texts import task_readme, write_texts
 from armimpedance.recordings import write_recording
+from armimpedance.workers import interrupts_for_us_alone, worker_pool
 
 
 @dataclass(frozen=True)
@@ -32,12 +33,15 @@ class Wanted:
     key : Key or None
         None: a public half alone.
     table : {"parquet", "csv"}
+    workers : int
+        Processes.
     """
 
     tasks: tuple[str, ...]
     count: int
     key: Key | None
     table: Literal["parquet", "csv"]
+    workers: int = 1
 
     @property
     def records(self) -> dict[str, Key | None]:
@@ -47,21 +51,27 @@ class Wanted:
         return public if self.key is None else public | sealed
 
 
-def write_benchmark(wanted: Wanted, top: Path, progress: Callable[[int, int], None]) -> None:
-    """Write everything into an empty folder."""
-    done, total = 0, len(wanted.tasks) * len(wanted.records)
-    for task in wanted.tasks:
-        truth: list[Known] = []
-        for record, key in wanted.records.items():
-            truth += _write_record(top, task, record, key, wanted.table)
-            done += 1
-            progress(done, total)
+def write_benchmark(wanted: Wanted, top: Path, progress: Callable[[int, int], None]) -> list[Known]:
+    """Write everything into an empty folder; the truth of both halves."""
+    calls = [(t, r, k) for t in wanted.tasks for r, k in wanted.records.items()]
+    truths: dict[str, list[Known]] = {task: [] for task in wanted.tasks}
+    # one record hangs on its own seed alone, so that the number of workers changes nothing
+    with interrupts_for_us_alone(), worker_pool(wanted.workers) as pool:
+        work = [pool.submit(_write_record, top, *call, wanted.table) for call in calls]
+        shared = [pool.submit(TASKS[t].share, top / "tasks" / t) for t in wanted.tasks]
+        for done, ((task, _, _), made) in enumerate(zip(calls, work, strict=True), 1):
+            truths[task] += made.result()
+            progress(done, len(calls))
+        for each in shared:
+            each.result()
+    for task, truth in truths.items():
         write_task(top, task, truth, wanted.key)
         first = [k.asked for k in truth if k.asked.record == truth[0].asked.record]
         readme = top / "tasks" / task / "README.md"
         readme.write_text(task_readme(task, first), encoding="utf-8")
     write_texts(top, wanted.tasks)
     write_index(top, {name: TASKS[name].line for name in wanted.tasks}, wanted.key)
+    return [known for truth in truths.values() for known in truth]
 
 
 def _write_record(
