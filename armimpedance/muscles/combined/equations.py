@@ -10,6 +10,7 @@ stiffness would mean for an active one.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Annotated
 
 import numpy as np
@@ -170,15 +171,24 @@ class EvaluatedEquations:
     def _arms(self, x: FloatArray) -> FloatArray:
         """Moment arms (P, m, n)."""
         lengths = self.equations.lengths.coefficients(x[self.equations.layout.z])
-        return np.einsum("pjt,mt->pmj", self.gradient, lengths)
+        return np.asarray((self.gradient @ lengths.T).swapaxes(1, 2))
+
+    @cached_property
+    def _arm_changes(self) -> FloatArray:
+        """What a unit of each correction adds to its muscle's moment arms, (P, C, n)."""
+        return np.asarray((self.gradient @ self.equations.lengths.change.T).swapaxes(1, 2))
+
+    @cached_property
+    def _curvature_changes(self) -> FloatArray:
+        """What it adds to the curvatures over kappa, (P, C, E)."""
+        return np.asarray((self.second @ self.equations.lengths.change.T).swapaxes(1, 2))
 
     def squares(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """``g g^T`` of each muscle (P, m, E), and its change (P, C, E) by the muscle's own z."""
-        own = self.equations.lengths
         g = self._arms(x)
         i, j = elements(g.shape[-1])
         # of the correction's own muscle: g (P, C, n) and what the correction adds to it
-        mine, dg = g[:, own.muscle], np.einsum("pjt,ct->pcj", self.gradient, own.change)
+        mine, dg = g[:, self.equations.lengths.muscle], self._arm_changes
         return g[..., i] * g[..., j], mine[..., i] * dg[..., j] + mine[..., j] * dg[..., i]
 
     def scattered(self, x: FloatArray, which: str) -> FloatArray:
@@ -189,10 +199,8 @@ class EvaluatedEquations:
 
     def curvatures(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """``d2L / kappa`` of each muscle (P, m, E), and its change (P, C, E) by its z."""
-        own = self.equations.lengths
-        lengths = own.coefficients(x[self.equations.layout.z])
-        curvatures = np.einsum("pet,mt->pme", self.second, lengths)
-        return curvatures, np.einsum("pet,ct->pce", self.second, own.change)
+        lengths = self.equations.lengths.coefficients(x[self.equations.layout.z])
+        return np.asarray((self.second @ lengths.T).swapaxes(1, 2)), self._curvature_changes
 
     def _matrix(self, x: FloatArray, which: str) -> tuple[FloatArray, FloatArray]:
         layout, own = self.equations.layout, self.equations.lengths
@@ -235,8 +243,8 @@ class EvaluatedEquations:
         passive = x[layout.tau_p].reshape(n, n + 1)
         value = ones @ passive.T - np.einsum("pmj,pm->pj", g, e * t)
         slope = np.zeros((P, n, layout.e.stop))
-        dg = np.einsum("pjt,ct->pcj", self.gradient, own.change)
-        slope[:, :, layout.z] = -((e * t)[:, own.muscle, None] * dg).transpose(0, 2, 1)
+        pull = (e * t)[:, own.muscle, None]
+        slope[:, :, layout.z] = -(pull * self._arm_changes).transpose(0, 2, 1)
         by_f = -rising[..., None] * (g * e[:, None])[:, :, None, :] / kappa
         slope[:, :, layout.f] = by_f.reshape(P, -1, n).transpose(0, 2, 1)
         for joint in range(n):

@@ -15,7 +15,7 @@ from armimpedance.muscles.activation.checks import check_activation, unpredicted
 from armimpedance.muscles.combined.equations import EvaluatedEquations, MuscleEquations
 from armimpedance.muscles.combined.lengths import corrected_lengths
 from armimpedance.muscles.combined.model import MuscleModel
-from armimpedance.muscles.combined.quality import SHUFFLES, muscle_quality, muscle_summary
+from armimpedance.muscles.combined.quality import muscle_quality, muscle_summary, shuffles
 from armimpedance.muscles.combined.solver import Measured, Posterior, Prior, solve_posterior
 from armimpedance.muscles.progress import Progress, Steps
 from armimpedance.muscles.quality import ElementQuality
@@ -123,7 +123,7 @@ def fit_muscle_model(
     form = equations.at(rows.joint_angles, alpha)
     measured = _measured(rows, torque_sd if torque else None, torque=torque)
     prior = _prior(equations, arm, proportion_sd, torque=torque)
-    steps = Steps(progress, 1 + SHUFFLES)
+    steps = Steps(progress, 1 + shuffles(rows.joints))
     found = solve_posterior(form, measured, prior, _start(equations, prior))
     steps.step()
     quality = muscle_quality(form, measured, prior, found, seed, steps)

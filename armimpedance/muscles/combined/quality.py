@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from armimpedance.arrays import FloatArray
+from armimpedance.errors import EstimationError
 from armimpedance.muscles.combined.equations import EvaluatedEquations, MuscleEquations
 from armimpedance.muscles.combined.solver import Measured, Posterior, Prior, minimised
 from armimpedance.muscles.progress import Steps
@@ -15,9 +16,14 @@ from armimpedance.muscles.rows import element_labels
 from armimpedance.regression import FitSummary, Parameters
 
 #: Each shuffle is a search of its own.
-SHUFFLES = 5
+_SHUFFLES = 5
 #: A parameter whose sd the data did not narrow below this part of the prior's is the prior's.
 _PRIOR_ONLY = 0.9
+
+
+def shuffles(joints: int) -> int:
+    """Searches behind the null R: some, or one where each of them takes long."""
+    return _SHUFFLES if joints == 2 else 1
 
 
 def muscle_quality(
@@ -90,9 +96,9 @@ def _null(
     steps: Steps,
 ) -> FloatArray:
     rng = np.random.default_rng(seed)
-    rs = []
+    rs, E = [], measured.stiffness.shape[1]
     weights = _as_scattered(measured, found)
-    for _ in range(SHUFFLES):
+    for _ in range(shuffles(form.equations.layout.joints)):
         order = rng.permutation(len(measured.stiffness))
         shuffled = replace(
             measured,
@@ -100,12 +106,17 @@ def _null(
             viscosity=measured.viscosity[order],
             torque=None if measured.torque is None else measured.torque[order],
         )
-        again = minimised(form, shuffled, prior, weights, found.x)
+        try:
+            again = minimised(form, shuffled, prior, weights, found.x)
+        except EstimationError:
+            # a search among noise may wander; the fit itself has arrived
+            steps.step()
+            continue
         fits = np.hstack([form.stiffness(again)[0], form.viscosity(again)[0]])
         data = np.hstack([shuffled.stiffness, shuffled.viscosity])
         rs.append([correlation(data[:, e], fits[:, e]) for e in range(data.shape[1])])
         steps.step()
-    return np.asarray(np.mean(rs, axis=0))
+    return np.asarray(np.mean(rs, axis=0) if rs else np.full(2 * E, np.nan))
 
 
 def _as_scattered(measured: Measured, found: Posterior) -> tuple[FloatArray, ...]:

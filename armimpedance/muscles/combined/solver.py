@@ -23,8 +23,8 @@ _ROUNDS, _SETTLED = 20, 0.02
 #: logarithm of the posterior density, by less than this: parameters are then within some
 #: hundredths of a standard error of the mode.
 _STEPS, _ARRIVED = 500, 1e-3
-#: Scatter is looked for up to here, at so many values.
-_MOST_SCATTER, _TRIED = 1.0, 101
+#: Scatter is looked for up to here, at so many values, and this change ends the rounds.
+_MOST_SCATTER, _TRIED, _SETTLED_SCATTER = 1.0, 101, 0.005
 #: Damping of the first step.
 _DAMPING = 1e-2
 
@@ -135,7 +135,8 @@ def solve_posterior(
         x = minimised(form, measured, prior, weights, x)
         found = _posterior(form, measured, prior, weights, x, factor, scatter)
         grown, wider = _factors(found, measured), _scatters(form, found, measured)
-        if max(np.abs(grown / factor - 1).max(), np.abs(wider - scatter).max()) < _SETTLED:
+        settled = np.abs(grown / factor - 1).max() < _SETTLED
+        if settled and np.abs(wider - scatter).max() < _SETTLED_SCATTER:
             return found
         factor, scatter = grown, wider
     raise EstimationError("the errors of the muscle model's rows do not settle")
@@ -239,8 +240,9 @@ def minimised(
 
 def _triangle(X: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
     """R (n, n) and Q^T y (n,) of X = Q R: the same least-squares problem in fewer rows."""
-    Q, R = np.linalg.qr(X)
-    return R, Q.T @ y
+    n = X.shape[1]
+    triangle = np.asarray(np.linalg.qr(np.column_stack([X, y]), mode="r"))
+    return triangle[:n, :n], triangle[:n, n]
 
 
 def _posterior(
