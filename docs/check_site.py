@@ -8,18 +8,18 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Iterator
+from dataclasses import dataclass, field
 from functools import cache
+from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
-
-from bs4 import BeautifulSoup
 
 DOCS = Path(__file__).resolve().parent
 sys.path.append(str(DOCS / "_site"))
 from faces import names_of, rooms  # noqa: E402
 
-#: Attributes that a browser follows by itself while it shows a page.
-FETCHED = {"script": "src", "img": "src", "link": "href", "iframe": "src", "source": "src"}
+#: Tags whose addresses a browser follows by itself while it shows a page.
+FETCHED = {"script", "img", "link", "iframe", "source"}
 #: Kinds of <link> that say where something is and fetch nothing.
 ONLY_SAID = {"canonical", "index", "search", "next", "prev", "author", "license", "copyright"}
 #: Pages that are written for the site stay short enough to be read in one go.
@@ -27,23 +27,39 @@ OURS = ("index.md", "tutorials/*.md", "how_to/*.md", "theory/*.md", "reference/*
 MOST_WORDS = 1500
 
 
-@cache
-def parsed(page: Path) -> BeautifulSoup:
-    """A page of the site."""
-    return BeautifulSoup(page.read_text(), "html.parser")
+@dataclass
+class Tags(HTMLParser):
+    """What a page links to, fetches, and can be linked at."""
+
+    links: list[str] = field(default_factory=list)
+    fetched: list[str] = field(default_factory=list)
+    anchors: set[str] = field(default_factory=lambda: {""})
+
+    def __post_init__(self) -> None:
+        super().__init__()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        """Take in the tags that say where something is."""
+        said = {name: value or "" for name, value in attrs}
+        self.anchors |= {said[name] for name in ("id", "name") if name in said}
+        target = said.get("href", said.get("src", ""))
+        if tag in ("a", "img", "script", "link"):
+            self.links.append(target)
+        if tag in FETCHED and not ONLY_SAID & set(said.get("rel", "").split()):
+            self.fetched.append(target)
 
 
 @cache
-def anchors(page: Path) -> frozenset[str]:
-    """All places in a page that a link may name."""
-    found = parsed(page).find_all(attrs={"id": True})
-    return frozenset(str(tag["id"]) for tag in found) | {""}
+def tags(page: Path) -> Tags:
+    """The tags of a page of the site."""
+    found = Tags()
+    found.feed(page.read_text())
+    return found
 
 
 def dead_links(page: Path) -> Iterator[str]:
     """Links to files or anchors that are not there, and outside addresses of no proper form."""
-    for tag in parsed(page).find_all(["a", "img", "script", "link"]):
-        target = str(tag.get("href") or tag.get("src") or "")
+    for target in tags(page).links:
         parts = urlsplit(target)
         if parts.scheme in ("http", "https"):
             if not re.fullmatch(r"[\w.-]+\.[a-z]{2,}(:\d+)?", parts.netloc) or " " in target:
@@ -52,19 +68,15 @@ def dead_links(page: Path) -> Iterator[str]:
             file = (page.parent / unquote(parts.path)).resolve() if parts.path else page.resolve()
             if not file.is_file():
                 yield f"{page}: {target!r} is not there"
-            elif file.suffix == ".html" and unquote(parts.fragment) not in anchors(file):
+            elif file.suffix == ".html" and unquote(parts.fragment) not in tags(file).anchors:
                 yield f"{page}: {target!r} has no such anchor"
 
 
 def fetched_from_elsewhere(page: Path) -> Iterator[str]:
     """What a browser would fetch from another machine."""
-    for name, attribute in FETCHED.items():
-        for tag in parsed(page).find_all(name):
-            target = str(tag.get(attribute) or "")
-            if target.startswith(("http:", "https:", "//")) and not ONLY_SAID & set(
-                tag.get("rel") or ()
-            ):
-                yield f"{page}: fetches {target}"
+    for target in tags(page).fetched:
+        if target.startswith(("http:", "https:", "//")):
+            yield f"{page}: fetches {target}"
 
 
 def styles_from_elsewhere(sheet: Path) -> Iterator[str]:
@@ -79,7 +91,8 @@ def names_without_a_page(site: Path) -> Iterator[str]:
     for room in ["", *rooms()]:
         for name in names_of(room):
             page = f"rooms/{room}.html" if room else f"ai/{name}.html"
-            text = parsed(site / "reference/api" / page).get_text()
+            file = site / "reference/api" / page
+            text = file.read_text() if file.is_file() else ""
             if not re.search(rf"\b{name}\b", text):
                 yield f"reference/api/{page}: {name} is missing"
 

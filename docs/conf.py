@@ -9,8 +9,9 @@ import os
 import sys
 from pathlib import Path
 
-import armimpedance
 from numpydoc import xref
+
+import armimpedance
 
 HERE = Path(__file__).resolve().parent
 sys.path.append(str(HERE / "_site"))
