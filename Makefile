@@ -5,9 +5,10 @@ VENV := .venv
 BIN := $(VENV)/bin
 OUT ?= out
 BILL := .venv-bill
+PACK := .venv-package
 SITE := .venv-site
 
-.PHONY: setup demo test test-browser test-office lint types docs site bill figures benchmarks clean help
+.PHONY: setup demo test test-browser test-office test-versions lint types docs site package bill figures benchmarks clean help
 
 help:
 	@echo "make demo        set up, then run the whole study on a simulated subject -> $(OUT)/demo"
@@ -17,6 +18,8 @@ help:
 	@echo "make figures     the source's figures from simulated subjects -> $(OUT)/figures"
 	@echo "make lint types docs   what continuous integration checks beside the tests"
 	@echo "make site        the documentation with its tutorials, run -> $(OUT)/site/index.html"
+	@echo "make package     wheel and source distribution, built, checked and used without the repository"
+	@echo "make test-versions RESOLUTION=lowest-direct PYTHON=python3.11   tests with the oldest versions"
 	@echo "make bill        licences and versions of everything installed -> $(OUT)/armimpedance.cdx.json"
 	@echo "make benchmarks  accuracy and speed studies, measured against what is asked (slow)"
 
@@ -65,6 +68,17 @@ $(SITE)/.ready: docs/site_requirements.lock $(VENV)/.ready
 	$(PYTHON) -m venv $(SITE)
 	$(SITE)/bin/python -m pip install --quiet --disable-pip-version-check --no-deps --require-hashes -r docs/site_requirements.lock
 	$(SITE)/bin/python docs/set_up_site.py $(VENV)
+	@touch $@
+
+package: setup $(PACK)/.ready
+	$(PACK)/bin/python release/check.py $(OUT)/dist --python $(PYTHON) $(if $(NEWEST),--newest)
+
+test-versions: $(PACK)/.ready
+	$(PACK)/bin/python release/versions.py $(OUT)/dist --python $(PYTHON) --resolution $(or $(RESOLUTION),highest)
+
+$(PACK)/.ready: release/requirements.lock
+	$(PYTHON) -m venv $(PACK)
+	$(PACK)/bin/python -m pip install --quiet --disable-pip-version-check --require-hashes -r release/requirements.lock
 	@touch $@
 
 bill: setup $(BILL)/.ready

@@ -30,6 +30,7 @@ from .analyses import (
     plan_movement as plan_movement,
     plot_ellipses as plot_ellipses,
     predict as predict,
+    random as random,
     read as read,
     reflex as reflex,
     to_hand as to_hand,

@@ -21,6 +21,7 @@ from .movement import movement as movement, plan_movement as plan_movement
 from .passive import passive as passive
 from .plan import plan as plan
 from .predictions import at_hand as at_hand, predict as predict
+from .random_hand import RandomEstimates as RandomEstimates, random as random
 from .reflexes import ReflexVerdicts as ReflexVerdicts, reflex as reflex
 from .results.compared import Comparison as Comparison
 from .results.compared_methods import ComparedMethods as ComparedMethods

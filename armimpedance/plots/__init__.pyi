@@ -37,6 +37,7 @@ from .passive import (
 from .plan import plan_figure as plan_figure
 from .predicted import plot_predicted_against_measured as plot_predicted_against_measured
 from .quality import plot_intervals as plot_intervals
+from .random_hand import plot_response_matrix as plot_response_matrix
 from .reflex import MOST_GROUPS as MOST_GROUPS, plot_reflex as plot_reflex
 from .results.estimates import (
     plot_estimates as plot_estimates,

@@ -25,7 +25,7 @@ RANKS = [
     {"files"},
     {"therapy"},
     {"body"},
-    {"muscles", "passive", "elbow", "movement"},
+    {"muscles", "passive", "elbow", "movement", "random_hand"},
     {"comparison", "planning"},
     {"levels", "ellipses"},
     {"impedance"},
@@ -266,8 +266,8 @@ def test_no_module_imports_itself_by_way_of_others():
 def test_no_folder_is_a_crowd(place):
     for folder in {path.parent for path in _modules(place)}:
         modules = [p for p in folder.glob("*.py") if p.name != "__init__.py"]
-        # a command is a module
-        limit = {"cli": 28, "benchmarks": 25}.get(folder.name, 20)
+        # a command is a module, and a verb is
+        limit = {"cli": 28, "analyses": 21, "benchmarks": 25}.get(folder.name, 20)
         assert len(modules) <= limit, f"{folder.relative_to(ROOT)} has {len(modules)} modules"
 
 

@@ -28,6 +28,11 @@ TRACEBACK: Final = "ARMIMPEDANCE_TRACEBACK"
 #: What Matplotlib says of each letter that it cannot draw.
 _NO_GLYPH: Final = re.compile(r"Glyph (\d+) .*missing from", re.DOTALL)
 
+#: Packages that not every system's installation holds, and how to have them.
+_BROUGHT_BY: Final = {
+    "pinocchio": "pip install pin; on Windows: conda install -c conda-forge pinocchio"
+}
+
 #: Options whose files a command writes.
 _WRITTEN: Final = {"out", "figure", "samples", "out_profile", "output", "folder", "out_folder"}
 
@@ -67,6 +72,8 @@ def told(error: BaseException) -> tuple[str, int]:
         where = f"{shortened(shown(name), LONGEST_MESSAGE // 2)}: " if name else ""
         status = FAILED if error.errno in _OF_THE_MACHINE else WRONG_INPUT
         return _line(f"{where}{error.strerror or error}"), status
+    if isinstance(error, ModuleNotFoundError) and error.name in _BROUGHT_BY:
+        return f"the package {error.name} is not installed ({_BROUGHT_BY[error.name]})", FAILED
     what = _line(f"{type(error).__name__}: {error}")
     asked = f"set {TRACEBACK}=1 to see where, and report it, please"
     return shortened(f"an error that was not foreseen: {what}", 280) + f" ({asked})", FAILED

@@ -157,6 +157,23 @@ def test_what_a_library_warns_of_is_told_once():
     assert lines[0].isprintable()
 
 
+def test_a_hand_needs_no_pinocchio_and_a_relaxed_joint_says_that_it_does(session, tmp_path):
+    without = "import sys; sys.modules['pinocchio'] = None; "
+    call = f"{without}from armimpedance.__main__ import main; sys.exit(main(sys.argv[1:]))"
+    estimate = ("estimate", session, "--out", tmp_path / "r.csv")
+    made = ("simulate", "release", "--out", tmp_path / "relaxed", "--seed", "1")
+    assert subprocess.run([sys.executable, "-c", call, *map(str, estimate)]).returncode == 0
+    assert main([*map(str, made)]) == 0
+    body = subprocess.run(
+        [sys.executable, "-c", call, "passive", tmp_path / "relaxed"],
+        capture_output=True,
+        text=True,
+    )
+    assert body.returncode == 1
+    assert body.stderr.count("\n") == 1
+    assert "pip install" in body.stderr
+
+
 def test_an_output_never_replaces_an_input(session, tmp_path, capsys):
     hand = tmp_path / "hand.csv"
     assert main(["estimate", str(session), "--out", str(hand)]) == 0

@@ -1,0 +1,98 @@
+"""A hand under a random perturbation: the verb."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from armimpedance.analyses.hand import ForceBy, Progress, opened
+from armimpedance.analyses.inspection import checked
+from armimpedance.analyses.results.estimates import Estimates
+from armimpedance.analyses.sources import PathLike
+from armimpedance.random_hand import RandomFit, identify_random
+from armimpedance.records import Recording
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class RandomEstimates(Estimates):
+    """Estimates of random perturbations, with what stands beside each.
+
+    Attributes
+    ----------
+    fits : tuple of RandomFit
+        In the order of the estimates: reflex, lag and frequency response.
+    """
+
+    fits: tuple[RandomFit, ...] = ()
+
+    def to_dict(self) -> list[dict[str, Any]]:
+        """One mapping a group, with reflex and lag."""
+        beside = [
+            {
+                "reflex": fit.reflex.to_dict(),
+                "lag_s": fit.lag_s,
+                "lag_probability": fit.lag_probability,
+                "band_hz": list(fit.band_hz),
+            }
+            for fit in self.fits
+        ]
+        return [one | more for one, more in zip(super().to_dict(), beside, strict=True)]
+
+
+def random(
+    recording: Recording | PathLike,
+    *,
+    by: str | Sequence[str] = "condition",
+    band_hz: tuple[float, float] | None = None,
+    force_by: ForceBy | None = None,
+    despite: str | Collection[str] = (),
+    progress: Progress | None = None,
+) -> RandomEstimates:
+    """Estimate inertia, viscosity, stiffness and a reflex from random perturbations.
+
+    Parameters
+    ----------
+    recording : Recording or path
+        Of a hand in two or three axes, or of two or three joints, ``perturbation`` "stochastic",
+        with what the robot was told in the columns ``command_x``, ``command_y``, ``command_z``.
+    by : str or sequence of str
+        Columns of the trial table; trials alike in all of them form a group.
+    band_hz : (low, high), optional
+        Fitted band; default: where the commands have power, at most 25 Hz.
+    force_by : {"limb", "device"}, optional
+        Whose force on the other a Kinarm's sensor holds.
+    despite : str or collection of str
+        Names of checks of `inspect` whose STOP is overruled; every estimate says so.
+    progress : function (done, all), optional
+        Called after each group.
+
+    Returns
+    -------
+    RandomEstimates
+        M, B and K of every group without the reflex; `fits` holds reflex, lag and the frequency
+        response.
+
+    Raises
+    ------
+    InputError
+        The recording cannot be read, lacks commands, is short, or its hand does not follow them.
+    NotIdentifiableError
+        The commands do not move the hand along all axes.
+    EstimationError
+        The inertia comes out negative: a sign or an axis is not what the recording says.
+
+    Examples
+    --------
+    >>> from armimpedance.analyses import random
+    >>> from manipulandum_sim.random_hand import simulate_random
+    >>> recording, _ = simulate_random(seed=1, trials=2, duration_s=6.0)
+    >>> random(recording).names
+    ('random',)
+    """
+    with opened(recording, by, 0, force_by) as (read, columns):
+        marks = tuple(m for m in checked(read, despite) if not m.startswith("imposed"))
+        fits = identify_random(read, columns, band_hz, progress)
+        fits = [replace(fit, estimate=fit.estimate.marked(marks)) for fit in fits]
+        made = tuple(fit.estimate for fit in fits)
+        return RandomEstimates(made, read.subject, read.gravity_m_s2, tuple(fits))

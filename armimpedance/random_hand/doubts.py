@@ -1,0 +1,104 @@
+"""What must be said of a fit, and what is no limb at all."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from armimpedance.arrays import FloatArray
+from armimpedance.errors import EstimationError
+from armimpedance.random_hand.departures import Averaged
+from armimpedance.random_hand.misfit import Misfit
+from armimpedance.random_hand.result import RandomFit
+from armimpedance.regression import t_factor
+
+#: A reflex or a lag is named from this probability on.
+NAMED: Final = 0.5
+#: One that is not named and less likely than this is not mentioned.
+MENTIONED: Final = 0.25
+#: A misfit is named at this p or less, where it is this part of the force.
+MISFIT_P: Final = 1e-4
+MISFIT_SHARE: Final = 0.002
+#: An inertia that is this far from symmetric (parts of its mean diagonal) is no chance.
+UNSYMMETRIC: Final = 0.05
+#: Standard errors beyond which it is none.
+SURE: Final = 4.0
+#: Intervals of K wider than this part of K say little.
+WIDE: Final = 0.5
+
+
+def refuse_impossible(answer: Averaged, d: int) -> None:
+    """Refuse an inertia that no limb has.
+
+    Raises
+    ------
+    EstimationError
+        It is not positive definite beyond its interval.
+    """
+    q = d * d
+    M, C = answer.values[:q].reshape(d, d), answer.covariance[:q, :q]
+    values, vectors = np.linalg.eigh((M + M.T) / 2)
+    w = np.kron(vectors[:, 0], vectors[:, 0])
+    if values[0] + SURE * float(np.sqrt(w @ C @ w)) < 0:
+        raise EstimationError(
+            f"the inertia is not that of a limb (smallest eigenvalue {values[0]:.3g}): the force "
+            "is the device's on the limb, or axes are exchanged or turned round; say so when the "
+            "file is converted"
+        )
+
+
+def doubts_of(fit: RandomFit, misfit: Misfit) -> list[str]:
+    """Warnings of one fit."""
+    found = [*_of_reflex(fit), *_of_lag(fit)]
+    if misfit.p < MISFIT_P and misfit.share > MISFIT_SHARE:
+        found.append(
+            f"lack of fit: {100 * misfit.share:.2g} % of the force, most about "
+            f"{misfit.hz:.3g} Hz, answers the commands and is not in M, B, K and a reflex "
+            f"(p {misfit.p:.1g}): a limb of more than second order, as with a free elbow, a loose "
+            "grip, or one that changed; the intervals do not hold it"
+        )
+    one = fit.estimate
+    M, d = one.inertia, one.k
+    off = M - M.T
+    sd = np.sqrt(_antisymmetric_variance(one.covariance[: d * d, : d * d], d))
+    size = float(np.trace(M)) / d
+    if (np.abs(off) > np.maximum(SURE * sd, UNSYMMETRIC * size)).any():
+        found.append(
+            "axes: the inertia is not symmetric, which no limb's is: force and motion stand in "
+            "frames that are turned, or an axis of one is scaled"
+        )
+    half = t_factor(one.dof) * one.sd[2]
+    if (np.diag(half) > WIDE * np.abs(np.diag(one.stiffness))).any():
+        found.append("wide: K is not known to half of itself along every axis")
+    return found
+
+
+def _antisymmetric_variance(C: FloatArray, d: int) -> FloatArray:
+    """Variance (d, d) of ``M - M^T``."""
+    swap = np.arange(d * d).reshape(d, d).T.ravel()
+    D = np.eye(d * d) - np.eye(d * d)[swap]
+    return np.asarray(np.diag(D @ C @ D.T).reshape(d, d).clip(min=0))
+
+
+def _of_reflex(fit: RandomFit) -> list[str]:
+    r = fit.reflex
+    about = f"{100 * r.share:.0f} % of K, {1e3 * r.delay_s:.0f} +- {1e3 * r.delay_sd_s:.1f} ms late"
+    if r.probability > NAMED:
+        return [f"reflex: {about} (probability {r.probability:.2f}); K is what answers at once"]
+    if r.probability > MENTIONED:
+        return [
+            f"reflex: not decided (probability {r.probability:.2f}, then {about}); the intervals "
+            "hold both"
+        ]
+    return []
+
+
+def _of_lag(fit: RandomFit) -> list[str]:
+    if fit.lag_probability <= NAMED:
+        return []
+    when = "later" if fit.lag_s > 0 else "earlier"
+    return [
+        f"delay: the force is recorded {1e3 * abs(fit.lag_s):.2f} ms {when} than the motion; it is "
+        "taken off, for it would stand in B"
+    ]

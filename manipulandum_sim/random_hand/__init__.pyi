@@ -1,0 +1,3 @@
+from .rig import RandomRig as RandomRig
+from .simulate import simulate_random as simulate_random
+from .truth import RandomTruth as RandomTruth

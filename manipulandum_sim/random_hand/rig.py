@@ -1,0 +1,132 @@
+"""How a random perturbation is run: what is imposed, how large, for how long, and the noise."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final, Literal, get_args
+
+import numpy as np
+
+from armimpedance.arrays import FloatArray
+from armimpedance.conventions import CAST_MASS_KG
+from armimpedance.errors import InputError
+from manipulandum_sim.hand import NoiseLevel, Reflex
+
+Axes = Literal[2, 3]
+Driven = Literal["position", "force"]
+
+#: Samples a second.
+RATE_HZ: Final = 500.0
+#: A force-controlled robot holds the hand about its place by this spring and damper.
+SOFT_N_M: Final = 60.0
+SOFT_NS_M: Final = 6.0
+#: Corner (Hz) above which a commanded displacement falls off, as hands and motors want it.
+CORNER_HZ: Final = 4.0
+#: Width of the tremor's peak (Hz).
+TREMOR_WIDTH_HZ: Final = 2.0
+
+_SENSORS: Final = {"force_sd": 0.03, "force_step": 0.05, "encoder_step": 20e-6}
+#: The person's own force: 1 N slow (.4 s) and a tremor of .3 N rms.
+RANDOM_NOISE: Final = {
+    "nominal": NoiseLevel("nominal", **_SENSORS, tremor=0.3, voluntary_sd=1.0),
+    "sensor": NoiseLevel("sensor", **_SENSORS),
+    "none": NoiseLevel("none"),
+}
+
+
+@dataclass(frozen=True)
+class RandomRig:
+    """The robot and how it is used.
+
+    Attributes
+    ----------
+    axes : {2, 3}
+        A hand in the horizontal plane, or in space.
+    imposed : {"position", "force"}
+        What the robot controls.
+    amplitude_m, force_n : float
+        Rms of the command on each axis.
+    band_hz : (low, high)
+    trials : int
+    duration_s : float
+        Of each trial.
+    stiffness, damping_ratio : float
+        Of the servo in N/m, and that of robot and handle alone.
+    reflex : Reflex or None
+    elbow : {"held", "free"}
+        In space, whether the upper arm's turning about its axis is held.
+    noise : str
+        Name in `RANDOM_NOISE`.
+    force_lag_s : float
+        By how much the force is recorded later than the position.
+    handle_mass_kg : float
+        Between the force sensor and the hand.
+    robot_kg : (3,)
+        Moving mass along x, y, z on the robot's side of the sensor.
+    """
+
+    axes: Axes = 2
+    imposed: Driven = "position"
+    amplitude_m: float = 0.0025
+    force_n: float = 4.0
+    band_hz: tuple[float, float] = (2.0, 20.0)
+    trials: int = 4
+    duration_s: float = 15.0
+    stiffness: float = 20_000.0
+    damping_ratio: float = 0.7
+    reflex: Reflex | None = None
+    elbow: Literal["held", "free"] = "held"
+    noise: str = "nominal"
+    force_lag_s: float = 0.0
+    handle_mass_kg: float = CAST_MASS_KG
+    robot_kg: tuple[float, float, float] = (2.4, 2.0, 1.6)
+
+    def __post_init__(self) -> None:
+        known = {"axes": get_args(Axes), "imposed": get_args(Driven), "noise": tuple(RANDOM_NOISE)}
+        for name, values in known.items():
+            if getattr(self, name) not in values:
+                wanted = " or ".join(map(str, values))
+                raise InputError(f"{name} {getattr(self, name)!r}", expected=wanted)
+        low, high = self.band_hz
+        if not (0 < low < high < RATE_HZ / 4 and self.trials >= 1 and self.duration_s >= 2):
+            raise InputError(
+                f"{self.trials} trials of {self.duration_s} s, {low} to {high} Hz",
+                expected=f"1 or more of 2 s or more, 0 < low < high < {RATE_HZ / 4:g} Hz",
+            )
+        if not (0 < self.amplitude_m <= 0.02 and 0 < self.force_n <= 30):
+            raise InputError(
+                f"a command of {self.amplitude_m} m, {self.force_n} N",
+                expected="more than 0, at most 0.02 m and 30 N rms",
+            )
+        if self.elbow not in ("held", "free") or (self.elbow == "free" and self.axes == 2):
+            raise InputError(f"elbow {self.elbow!r} in {self.axes} axes", expected="held")
+        if self.elbow == "free" and self.reflex:
+            raise InputError("a reflex with a free elbow", expected="one of them")
+
+    @property
+    def level(self) -> NoiseLevel:
+        """The noise."""
+        return RANDOM_NOISE[self.noise]
+
+    @property
+    def samples(self) -> int:
+        """Of a trial."""
+        return round(self.duration_s * RATE_HZ) + 1
+
+    @property
+    def moved_kg(self) -> FloatArray:
+        """All that the hand carries, along each axis (d,)."""
+        return np.array(self.robot_kg[: self.axes]) + self.handle_mass_kg
+
+    @property
+    def spring(self) -> tuple[float, float]:
+        """What pulls the hand to the commanded place: N/m and N s/m."""
+        if self.imposed == "force":
+            return SOFT_N_M, SOFT_NS_M
+        mass = float(self.moved_kg.mean())
+        return self.stiffness, float(2 * self.damping_ratio * np.sqrt(self.stiffness * mass))
+
+    @property
+    def size(self) -> float:
+        """Rms of what is commanded: m, or N where the force is controlled."""
+        return self.force_n if self.imposed == "force" else self.amplitude_m
