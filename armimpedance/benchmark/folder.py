@@ -65,7 +65,7 @@ class BenchmarkFolder:
         key = fields.values.get("key_sha256")
         bare = cls(path, _read_sums(path / SUMS), key if isinstance(key, str) else None, ())
         bare._checked(MARK)
-        files = [bare._checked(f) for f in bare.sums if f.endswith(f"/{ASKED}")]
+        files = [bare._checked(f) for f in bare.sums if _is_asked(f)]
         return replace(bare, asked=tuple(a for file in files for a in read_asked(file)))
 
     @property
@@ -166,3 +166,9 @@ def _read_sums(file: Path) -> dict[str, str]:
         return {name: told for told, name in pairs}
     except (OSError, ValueError) as error:
         raise InputError("no list of checksums", file=file) from error
+
+
+def _is_asked(name: str) -> bool:
+    """Whether a file of the folder says what a task asks."""
+    parts = name.split("/")
+    return len(parts) == 3 and parts[0] == "tasks" and parts[2] == ASKED

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from armimpedance.benchmark import Key
 
 #: Records of each half.
-RECORDS, QUICK = 10, 2
+RECORDS, QUICK, MOST = 10, 2, 99
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -40,7 +40,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
         metavar="NAME",
         help=f"only this one; may be given again: {TASKS.listed()}",
     )
-    parser.add_argument("--quick", action="store_true", help=f"{QUICK} records a half, not 10")
+    count = parser.add_mutually_exclusive_group()
+    count.add_argument("--records", type=int, default=RECORDS, help=f"of each half ({RECORDS})")
+    count.add_argument("--quick", action="store_true", help=f"{QUICK} records a half")
     parser.add_argument("--table", choices=("parquet", "csv"), default="parquet")
     parser.add_argument("--workers", type=int, metavar="N", help="processes (as many as cores)")
     add_replace(parser)
@@ -57,7 +59,9 @@ def run(arguments: argparse.Namespace) -> int:
 
     check_folder(arguments.out, TOP, replace=arguments.replace, mark=MARK)
     key = _key(arguments.key, arguments.out)
-    count = QUICK if arguments.quick else RECORDS
+    count = QUICK if arguments.quick else arguments.records
+    if not 1 <= count <= MOST:
+        raise InputError(f"--records {count}", expected=f"1 to {MOST}")
     tasks = tuple(name for name in TASKS.names if name in (arguments.tasks or TASKS.names))
     workers = usable_cores() if arguments.workers is None else max(1, arguments.workers)
     wanted = Wanted(tasks, count, key, arguments.table, workers)

@@ -18,7 +18,7 @@ from armimpedance.benchmark import (
 from armimpedance.cli.benchmark.task import TASKS, drawn, nameless
 from armimpedance.cli.benchmark.texts import task_readme, write_texts
 from armimpedance.recordings import write_recording
-from armimpedance.workers import interrupts_for_us_alone, worker_pool
+from armimpedance.workers import crew
 
 
 @dataclass(frozen=True)
@@ -56,14 +56,13 @@ def write_benchmark(wanted: Wanted, top: Path, progress: Callable[[int, int], No
     calls = [(t, r, k) for t in wanted.tasks for r, k in wanted.records.items()]
     truths: dict[str, list[Known]] = {task: [] for task in wanted.tasks}
     # one record hangs on its own seed alone, so that the number of workers changes nothing
-    with interrupts_for_us_alone(), worker_pool(wanted.workers) as pool:
-        work = [pool.submit(_write_record, top, *call, wanted.table) for call in calls]
-        shared = [pool.submit(TASKS[t].share, top / "tasks" / t) for t in wanted.tasks]
-        for done, ((task, _, _), made) in enumerate(zip(calls, work, strict=True), 1):
-            truths[task] += made.result()
-            progress(done, len(calls))
-        for each in shared:
-            each.result()
+    with crew(wanted.workers) as working:
+        work = [working.share(_write_record, top, *call, wanted.table) for call in calls]
+        for piece in work:
+            piece.add_done_callback(lambda _: progress(sum(p.done() for p in work), len(calls)))
+        shared = [working.share(_share, top, task) for task in wanted.tasks]
+        for (task, _, _), made in zip(calls, working.finish([*work, *shared]), strict=False):
+            truths[task] += made
     for task, truth in truths.items():
         write_task(top, task, truth, wanted.key)
         first = [k.asked for k in truth if k.asked.record == truth[0].asked.record]
@@ -72,6 +71,12 @@ def write_benchmark(wanted: Wanted, top: Path, progress: Callable[[int, int], No
     write_texts(top, wanted.tasks)
     write_index(top, {name: TASKS[name].line for name in wanted.tasks}, wanted.key)
     return [known for truth in truths.values() for known in truth]
+
+
+def _share(top: Path, task: str) -> None:
+    folder = top / "tasks" / task
+    folder.mkdir(parents=True, exist_ok=True)
+    TASKS[task].share(folder)
 
 
 def _write_record(

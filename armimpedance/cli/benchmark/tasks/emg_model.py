@@ -39,7 +39,7 @@ def _draw(seed: int) -> Made:
         }
 
     def tell(folder: Path) -> None:
-        with (folder / "asked.csv").open("w", newline="", encoding="utf-8") as stream:
+        with (folder / "states.csv").open("w", newline="", encoding="utf-8") as stream:
             rows = csv.writer(stream, lineterminator="\n")
             rows.writerow(["state", *(f"alpha_{m}" for m in range(1, 7))])
             rows.writerows(
@@ -54,9 +54,9 @@ TASK: Final = Task(
     asks="""
 In a record lie `cocontraction` (four levels) and `force` (9.8 N in four directions), eight pushes a
 condition as in `hand_ideal` behind a servo of 20 kN/m, with raw EMG of six muscles and in
-`trials.csv` each muscle's envelope at rest and in a maximum voluntary contraction; and `asked.csv`,
-four states of the six muscles' activation, 0 to 1. Asked: viscosity B and stiffness K at the joints
-in those states (`K_12@3`: asked state 3), at the same posture.
+`trials.csv` each muscle's envelope at rest and in a maximum voluntary contraction; and
+`states.csv`, four states of the six muscles' activation, 0 to 1. Asked: viscosity B and stiffness K
+at the joints in those states (`K_12@3`: asked state 3), at the same posture.
 """,
     draw=_draw,
 )

@@ -35,7 +35,7 @@ def _draw(seed: int) -> Made:
         return {"recording": made}
 
     def tell(folder: Path) -> None:
-        with (folder / "asked.csv").open("w", newline="", encoding="utf-8") as stream:
+        with (folder / "postures.csv").open("w", newline="", encoding="utf-8") as stream:
             rows = csv.writer(stream, lineterminator="\n")
             rows.writerow(["posture", "q_shoulder_rad", "q_elbow_rad"])
             rows.writerows([n, *map(repr, q.tolist())] for n, q in enumerate(truth.posture, 1))
@@ -60,7 +60,7 @@ TASK: Final = Task(
     line="A relaxed arm measured at eleven places: its joint impedance at four others.",
     asks="""
 In a record lies `recording`: at each of eleven hand locations (`condition` of `trials.csv`) eight
-pushes as in `hand_ideal`, behind a servo of 20 kN/m; and `asked.csv`, four postures in between.
+pushes as in `hand_ideal`, behind a servo of 20 kN/m; and `postures.csv`, four postures in between.
 Asked: viscosity B and stiffness K at the joints there, `tau = -K dq`, shoulder 1, elbow 2, the
 angle of the elbow relative (`K_12@3`: asked posture 3), the muscles and passive joints alone.
 """,
