@@ -8,7 +8,7 @@ from armimpedance.arm import SINGULAR_CONDITION, Arm
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
 from armimpedance.live.form import StiffnessForm
-from armimpedance.muscles import elements
+from armimpedance.muscles import congruence, elements
 
 
 class PostureTerms:
@@ -123,9 +123,8 @@ class HandPart:
         n, d = V.shape
         i, j = elements(n)
         a, b = elements(d)
-        once = np.where(i == j, 0.5, 1.0)
         self.motion = V
-        self.to_hand = (V[i][:, a] * V[j][:, b] + V[j][:, a] * V[i][:, b]).T * once
+        self.to_hand = congruence(V)
         self.reach = U = V.T @ at.arms.T
         self.squares = (U[a] * U[b]).T
         self.curvatures = at.curvatures @ self.to_hand.T

@@ -8,8 +8,9 @@ from .combined.fit import fit_muscle_model as fit_muscle_model
 from .combined.model import MuscleModel as MuscleModel
 from .fitted_model import FittedModel as FittedModel
 from .from_estimates import joint_rows as joint_rows
+from .hand_rows import HandRows as HandRows
 from .model_kinds import MODEL_KINDS as MODEL_KINDS, kind_of as kind_of
-from .packed import elements as elements, unpacked as unpacked
+from .packed import congruence as congruence, elements as elements, unpacked as unpacked
 from .posture.fit import fit_posture_model as fit_posture_model
 from .posture.model import PostureModel as PostureModel
 from .posture.program import GramProgram as GramProgram

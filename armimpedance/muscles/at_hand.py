@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from armimpedance.arm import TwoLinkArm
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError, NotIdentifiableError
+from armimpedance.muscles.packed import congruence
 from armimpedance.muscles.prediction import JointPrediction, Predicted, named_numbers
 from armimpedance.muscles.rows import triple
 
@@ -103,7 +104,7 @@ def at_hand(
         raise InputError(f"hand force of shape {F.shape}", expected=f"(2,) or ({len(q)}, 2)")
     derivative = arm.jacobian_derivative(q)
     gamma = np.einsum("pk,pkij->pij", np.broadcast_to(F, (len(q), 2)), derivative)
-    T = _triple_map(np.asarray(np.linalg.inv(J), dtype=float))
+    T = congruence(np.asarray(np.linalg.inv(J), dtype=float))
     joint_K = prediction.stiffness + triple(gamma + arm.gravity_gradient(q))
 
     def moved(triples: FloatArray) -> FloatArray:
@@ -121,11 +122,3 @@ def at_hand(
         dof=prediction.dof,
         joint=prediction,
     )
-
-
-def _triple_map(right: FloatArray) -> FloatArray:
-    """``A -> R^T A R`` of symmetric A as a matrix (P, 3, 3) over ``ss, se, ee``."""
-    a, b, c, d = (right[:, i, j] for i in (0, 1) for j in (0, 1))
-    # (R^T A R)_ij = R_1i A_11 R_1j + A_12 (R_1i R_2j + R_2i R_1j) + R_2i A_22 R_2j
-    rows = [[a * a, 2 * a * c, c * c], [a * b, a * d + b * c, c * d], [b * b, 2 * b * d, d * d]]
-    return np.array(rows).transpose(2, 0, 1)

@@ -31,6 +31,25 @@ def order_of(count: int) -> int:
     return (math.isqrt(8 * count + 1) - 1) // 2
 
 
+def congruence(V: FloatArray) -> FloatArray:
+    """``A -> V^T A V`` of symmetric A (n, n) as matrices (..., E_d, E_n) on packed elements.
+
+    Parameters
+    ----------
+    V : (..., n, d)
+
+    Returns
+    -------
+    (..., E_d, E_n)
+    """
+    n, d = V.shape[-2:]
+    i, j = elements(n)
+    a, b = elements(d)
+    left, right = V[..., i, :], V[..., j, :]
+    both = left[..., a] * right[..., b] + right[..., a] * left[..., b]
+    return np.asarray(np.swapaxes(both, -1, -2) * np.where(i == j, 0.5, 1.0))
+
+
 @cache
 def _places(n: int) -> IntArray:
     """Number (n, n) of the packed element that stands at each place."""

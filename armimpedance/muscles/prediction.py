@@ -135,6 +135,16 @@ class JointPrediction(Predicted):
         Why it does; empty where it lies inside.
     activation : (P, m) or None
         Activation of each muscle, 0..1.
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> known = [[[0.0] * 3] * 3]
+    >>> joint = ai.JointPrediction(
+    ...     [[1.0, 1.5]], [[15.0, 6.0, 16.0]], [[1.0, 0.4, 1.0]], known, known, 10.0, [False], [""]
+    ... )
+    >>> float(joint.to_frame()["K_12"][0])
+    6.0
     """
 
     joint_angles: Annotated[FloatArray, "p n"]

@@ -151,21 +151,31 @@ class JointRows(FrozenRecord):
         """
         if not self.muscles or self.activation is None or self.muscles == tuple(names):
             return self
-        missing = [name for name in names if name not in self.muscles]
-        if missing:
-            raise InputError(
-                f"no activation of {', '.join(missing)}",
-                column="muscles",
-                expected=f"muscles of the arm among the measured {', '.join(self.muscles)}",
-            )
-        columns = [self.muscles.index(name) for name in names]
-        sd = self.activation_sd
+        columns, sd = muscle_columns(self.muscles, names), self.activation_sd
         return replace(
             self,
             activation=self.activation[:, columns],
             activation_sd=None if sd is None else sd[:, columns],
             muscles=tuple(names),
         )
+
+
+def muscle_columns(measured: tuple[str, ...], names: tuple[str, ...]) -> list[int]:
+    """Where each of these muscles stands among the measured ones.
+
+    Raises
+    ------
+    InputError
+        A muscle whose activation was not measured.
+    """
+    missing = [name for name in names if name not in measured]
+    if missing:
+        raise InputError(
+            f"no activation of {', '.join(missing)}",
+            column="muscles",
+            expected=f"muscles of the arm among the measured {', '.join(measured)}",
+        )
+    return [measured.index(name) for name in names]
 
 
 def triple(matrices: ArrayLike) -> FloatArray:

@@ -16,6 +16,7 @@ hand's stiffness with a free elbow (Frobenius norm), what the 95 % bands of its 
 - ``30x2``: 30 postures, two levels each, all ten elements of the joints' stiffness.
 - ``held``: the hand's stiffness with the upper arm kept from turning about its axis, mapped to the
   three joints that move: 6 of 10 elements; errors of 6 % at the hand.
+- ``free``: the hand's stiffness with the elbow free, and no viscosity.
 - ``lines``: the generic moment arms are lines over posture only.
 """
 
@@ -39,7 +40,7 @@ from myoarm import MUSCLES, RANGE, SHORT_RANGE, MyoArm
 
 from armimpedance.arm import MuscularArm, PolynomialPaths, fit_paths
 from armimpedance.live import Live
-from armimpedance.muscles import JointRows, fit_muscle_model
+from armimpedance.muscles import HandRows, JointRows, fit_muscle_model
 
 NOISE, OF_ACTIVATION, OF_ANATOMY = 0.06, 0.1, 0.2
 #: Of the joints, those that move while the upper arm is kept from turning about its axis.
@@ -90,10 +91,10 @@ def symmetric_noise(rng: np.random.Generator, sd: np.ndarray) -> np.ndarray:
 
 
 def measured_rows(
-    plant: MyoArm, rng: np.random.Generator, postures: int, levels: int, held: bool
-) -> JointRows:
+    plant: MyoArm, rng: np.random.Generator, postures: int, levels: int, case: str
+) -> JointRows | HandRows:
     """What the laboratory measures."""
-    q, alpha, K, B, tau, J = [], [], [], [], [], []
+    q, alpha, K, B, tau, J, F = [], [], [], [], [], [], []
     for where in calibrated_postures(rng, postures):
         for _ in range(levels):
             force, active = borne(plant, where, rng)
@@ -103,24 +104,30 @@ def measured_rows(
             B.append(plant.joint_viscosity(where, active))
             J.append(plant.jacobian(where))
             tau.append(plant.weight(where) + J[-1].T @ force)
+            F.append(force)
     active, known = np.array(alpha), {}
+    wrong = 1 + OF_ACTIVATION * rng.normal(size=active.shape)
+    muscular = {
+        "activation": np.clip(active * wrong, 0, 1),
+        "activation_sd": OF_ACTIVATION * active,
+        "torque": np.array(tau),
+        "muscles": MUSCLES,
+    }
+    if case == "free":
+        hand = np.array([plant.hand_stiffness(*one) for one in zip(q, alpha, F, strict=True)])
+        sd = errors_of(hand, NOISE)
+        hand = hand + symmetric_noise(rng, sd)
+        told = {"stiffness": hand, "stiffness_sd": sd}
+        return HandRows.of(plant, q, force=F, **told, **muscular)
     for name, every in (("stiffness", np.array(K)), ("viscosity", np.array(B))):
         A = (every + every.swapaxes(1, 2)) / 2
         sd = errors_of(A, NOISE)
-        if held:
+        if case == "held":
             A, sd = held_elements(rng, A, np.array(J)[:, :, MOVING])
         else:
             A = A + symmetric_noise(rng, sd)
         known |= {name: A, f"{name}_sd": sd}
-    wrong = 1 + OF_ACTIVATION * rng.normal(size=active.shape)
-    return JointRows(
-        joint_angles=np.array(q),
-        activation=np.clip(active * wrong, 0, 1),
-        activation_sd=OF_ACTIVATION * active,
-        torque=np.array(tau),
-        muscles=MUSCLES,
-        **known,
-    )
+    return JointRows(joint_angles=np.array(q), **known, **muscular)
 
 
 def held_elements(
@@ -150,7 +157,7 @@ def one_study(plant: MyoArm, case: str, seed: int) -> tuple[np.ndarray, ...]:
     rng = np.random.default_rng(seed)
     arm = generic_arm(plant, rng, order=1 if case == "lines" else 2)
     count, levels = (int(x) for x in case.split("x")) if "x" in case else (30, 2)
-    rows = measured_rows(plant, rng, count, levels, held=case == "held")
+    rows = measured_rows(plant, rng, count, levels, case)
     before = time.process_time()
     model = fit_muscle_model(rows, arm, moment_arm_order=1)
     spent, live = time.process_time() - before, Live(model, plant)
@@ -166,7 +173,7 @@ def one_study(plant: MyoArm, case: str, seed: int) -> tuple[np.ndarray, ...]:
         held.append(np.abs(now.stiffness - true)[packed] <= now.half_width())
         flagged.append(now.extrapolating)
     print(
-        f"  {case} seed {seed}: {rows.n_rows} rows, {len(model.values)} parameters, fit "
+        f"  {case} seed {seed}: {len(rows.joint_angles)} rows, {len(model.values)} parameters, fit "
         f"{spent:.0f} s, scatter {model.scatter[0]:.3f}, error {100 * np.median(error):.1f} %, "
         f"held {100 * np.mean(held):.1f} %",
         flush=True,

@@ -10,6 +10,7 @@ from armimpedance.errors import InputError
 from armimpedance.findings import Finding
 from armimpedance.muscles.activation.design import powers
 from armimpedance.muscles.activation.equations import ActivationEquations
+from armimpedance.muscles.hand_rows import HandRows
 from armimpedance.muscles.quality import ElementQuality
 from armimpedance.muscles.rows import JointRows
 
@@ -23,7 +24,7 @@ PLAUSIBLE = (0.05, 2000.0)
 _POINTS = 101
 
 
-def check_activation(rows: JointRows, arm: MuscularArm, *, torque: bool) -> FloatArray:
+def check_activation(rows: JointRows | HandRows, arm: MuscularArm, *, torque: bool) -> FloatArray:
     """Activations (P, m) of the arm's muscles.
 
     Raises

@@ -58,6 +58,17 @@ class ActivationModel(FittedModel):
     quality : tuple of ElementQuality
         K_ss, K_se, K_ee, B_ss, B_se, B_ee.
     summary : FitSummary
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> from manipulandum_sim.hand import simulate
+    >>> hand = [*ai.estimate(simulate("cocontraction", seed=1, sets=1)[0])]
+    >>> forces, _ = simulate("force", seed=1, sets=1)
+    >>> joint = ai.to_joint([*hand, *ai.estimate(forces)], recording=forces)
+    >>> model = ai.fit_activation(joint, order=1, torque=True)
+    >>> model.predict([0.1] * 6).stiffness.shape
+    (1, 3)
     """
 
     model: str

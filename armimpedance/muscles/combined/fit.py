@@ -17,6 +17,7 @@ from armimpedance.muscles.combined.lengths import corrected_lengths
 from armimpedance.muscles.combined.model import MuscleModel
 from armimpedance.muscles.combined.quality import muscle_quality, muscle_summary, shuffles
 from armimpedance.muscles.combined.solver import Measured, Posterior, Prior, solve_posterior
+from armimpedance.muscles.hand_rows import HandRows
 from armimpedance.muscles.progress import Progress, Steps
 from armimpedance.muscles.quality import ElementQuality
 from armimpedance.muscles.region import Region
@@ -44,7 +45,7 @@ _LEAST_ARM_M = 1e-6
 
 
 def fit_muscle_model(
-    rows: JointRows,
+    rows: JointRows | HandRows,
     arm: MuscularArm | str = "planar6",
     *,
     moment_arm_order: int = 2,
@@ -64,8 +65,9 @@ def fit_muscle_model(
 
     Parameters
     ----------
-    rows : JointRows
-        P conditions of any postures and activations.
+    rows : JointRows or HandRows
+        P conditions of any postures and activations: K and B of the joints, or K of a hand with
+        all joints free.
     arm : MuscularArm or str
         The anatomical arm that corrections start from. A name such as "planar6", or the path of a
         table of moment arms, stands for its arm.
@@ -145,7 +147,9 @@ def _check_orders(
             raise InputError(f"{name} {size}", expected="a positive number")
 
 
-def _measured(rows: JointRows, torque_sd: float | ArrayLike | None, *, torque: bool) -> Measured:
+def _measured(
+    rows: JointRows | HandRows, torque_sd: float | ArrayLike | None, *, torque: bool
+) -> Measured:
     (K, K_sd), (B, B_sd) = rows.elements("K"), rows.elements("B")
     tau = np.asarray(rows.torque) if torque else None
     tau_sd = None
@@ -167,6 +171,7 @@ def _measured(rows: JointRows, torque_sd: float | ArrayLike | None, *, torque: b
         activation_sd=exact if rows.activation_sd is None else rows.activation_sd,
         known=known,
         least=np.where(known, 1.0, least),
+        hand=rows if isinstance(rows, HandRows) else None,
     )
 
 
@@ -215,7 +220,7 @@ def _start(equations: MuscleEquations, prior: Prior) -> FloatArray:
 
 def _model(
     arm: str,
-    rows: JointRows,
+    rows: JointRows | HandRows,
     form: EvaluatedEquations,
     found: Posterior,
     quality: tuple[ElementQuality, ...],

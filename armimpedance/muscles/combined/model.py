@@ -69,6 +69,15 @@ class MuscleModel(FittedModel):
     scatter : (float, float)
         Of K and B: standard deviation of what a muscle gives at one place about what the equations
         say, as a part of it. It is what the form is wrong by, and part of every prediction's error.
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> from manipulandum_sim.hand import simulate
+    >>> levels, _ = simulate("cocontraction", seed=1, sets=1)
+    >>> model = ai.fit_muscles(ai.to_joint(ai.estimate(levels)), order=0)
+    >>> model.muscles[0]
+    'pectoralis_major'
     """
 
     arm: str

@@ -10,6 +10,7 @@ from armimpedance.arrays import FloatArray
 from armimpedance.errors import EstimationError
 from armimpedance.muscles.combined.equations import EvaluatedEquations, MuscleEquations
 from armimpedance.muscles.combined.solver import Measured, Posterior, Prior, minimised
+from armimpedance.muscles.packed import order_of
 from armimpedance.muscles.progress import Steps
 from armimpedance.muscles.quality import ElementQuality, correlation, element_quality, explained
 from armimpedance.muscles.rows import element_labels
@@ -40,21 +41,23 @@ def muscle_quality(
     account; the null R is the mean over a few searches with shuffled rows, weighted as scattered.
     """
     null = _null(form, measured, prior, found, seed, steps)
-    fits = form.stiffness(found.x)[0], form.viscosity(found.x)[0]
     held_out = _left_out(measured, found)
-    quality = []
-    for k, (symbol, fit, data, out) in enumerate(
-        zip("KB", fits, (measured.stiffness, measured.viscosity), held_out, strict=True)
+    quality: list[ElementQuality] = []
+    elements = measured.stiffness.shape[1] + measured.viscosity.shape[1]
+    for which, data, out in zip(
+        "KB", (measured.stiffness, measured.viscosity), held_out, strict=True
     ):
-        for e, element in enumerate(element_labels(form.equations.layout.joints)):
+        fit = measured.fitted(form, found.x, which)[0]
+        symbol = "K_e" if which == "K" and measured.hand is not None else which
+        for e, element in enumerate(element_labels(order_of(data.shape[1]))):
             quality.append(
                 element_quality(
                     f"{symbol}_{element}",
                     data[:, e],
                     fit[:, e],
                     held_out=out[:, e],
-                    null_r=float(null[k * fit.shape[1] + e]),
-                    coefficients=found.spent / (2 * fit.shape[1]),
+                    null_r=float(null[len(quality)]),
+                    coefficients=found.spent / elements,
                 )
             )
     return tuple(quality)
@@ -64,7 +67,7 @@ def _left_out(measured: Measured, found: Posterior) -> tuple[FloatArray, FloatAr
     """Predictions (P, E) of K and B without the own row."""
     C = found.covariance
     predicted = []
-    P, E = measured.stiffness.shape
+    P = len(measured.stiffness)
     own = np.concatenate(
         [
             np.arange(block.start, block.stop).reshape(P, -1)
@@ -78,8 +81,10 @@ def _left_out(measured: Measured, found: Posterior) -> tuple[FloatArray, FloatAr
     H = J @ C @ J.transpose(0, 2, 1)
     without = np.linalg.solve(np.eye(H.shape[1]) - H, error[..., None])[..., 0]
     step = np.einsum("pij,pj->pi", H, without)
+    start = 0
     for k, data in enumerate((measured.stiffness, measured.viscosity)):
-        mine = slice(E * k, E * k + E)
+        mine = slice(start, start + data.shape[1])
+        start = mine.stop
         # weighted errors back to the element's unit
         plain = np.linalg.inv(found.weights[k])
         moved = np.einsum("pij,pj->pi", plain, error[:, mine] + step[:, mine])
@@ -96,7 +101,8 @@ def _null(
     steps: Steps,
 ) -> FloatArray:
     rng = np.random.default_rng(seed)
-    rs, E = [], measured.stiffness.shape[1]
+    rs = []
+    elements = measured.stiffness.shape[1] + measured.viscosity.shape[1]
     weights = _as_scattered(measured, found)
     for _ in range(shuffles(form.equations.layout.joints)):
         order = rng.permutation(len(measured.stiffness))
@@ -112,11 +118,11 @@ def _null(
             # a search among noise may wander; the fit itself has arrived
             steps.step()
             continue
-        fits = np.hstack([form.stiffness(again)[0], form.viscosity(again)[0]])
+        fits = np.hstack([measured.fitted(form, again, which)[0] for which in "KB"])
         data = np.hstack([shuffled.stiffness, shuffled.viscosity])
         rs.append([correlation(data[:, e], fits[:, e]) for e in range(data.shape[1])])
         steps.step()
-    return np.asarray(np.mean(rs, axis=0) if rs else np.full(2 * E, np.nan))
+    return np.asarray(np.mean(rs, axis=0) if rs else np.full(elements, np.nan))
 
 
 def _as_scattered(measured: Measured, found: Posterior) -> tuple[FloatArray, ...]:
@@ -127,7 +133,7 @@ def _as_scattered(measured: Measured, found: Posterior) -> tuple[FloatArray, ...
     weights = []
     for data, weight in zip(blocks, found.weights, strict=True):
         scatter = np.einsum("pij,pj->pi", weight, data - data.mean(axis=0))
-        weights.append(weight / max(np.sqrt((scatter**2).mean()), 1.0))
+        weights.append(weight / max(np.linalg.norm(scatter) / np.sqrt(max(scatter.size, 1)), 1.0))
     return tuple(weights)
 
 
@@ -147,7 +153,7 @@ def muscle_summary(
     scaled = found.jacobian * prior.sd
     s = np.linalg.svd(scaled / np.maximum(np.linalg.norm(scaled, axis=0), 1e-300))[1]
     raw = np.linalg.svd(found.jacobian)[1]
-    r2, vaf = explained(measured.stiffness, form.stiffness(found.x)[0])
+    r2, vaf = explained(measured.stiffness, measured.fitted(form, found.x, "K")[0])
     return FitSummary(
         method=f"muscles over posture and activation, order {form.equations.order}",
         n=len(found.error),

@@ -15,6 +15,7 @@ import numpy as np
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import EstimationError
 from armimpedance.muscles.combined.equations import EvaluatedEquations
+from armimpedance.muscles.hand_rows import HandRows
 from armimpedance.muscles.least_squares import least_squares_in, whitening
 
 #: Rounds of weights and solution, and the relative change of the factors that ends them.
@@ -36,7 +37,7 @@ class Measured:
     Attributes
     ----------
     stiffness, viscosity : (P, E)
-        Packed: ``ss, se, ee``.
+        Packed: ``ss, se, ee``; of the viscosity there may be none, (P, 0).
     stiffness_sd, viscosity_sd : (P, E)
         Up to a factor unless `known`.
     torque, torque_sd : (P, n) or None
@@ -45,6 +46,8 @@ class Measured:
         Whether the sd of K, B, torque are what they say: their factors are then at least 1.
     least : (3,)
         Factors are not below these.
+    hand : HandRows or None
+        The stiffness is that of a hand on free joints, in these rows.
     """
 
     stiffness: FloatArray
@@ -56,6 +59,28 @@ class Measured:
     activation_sd: FloatArray
     known: tuple[bool, bool, bool]
     least: FloatArray
+    hand: HandRows | None = None
+
+    def fitted(
+        self, form: EvaluatedEquations, x: FloatArray, which: str
+    ) -> tuple[FloatArray, FloatArray]:
+        """What the form says of the rows' "K" or "B", (P, E), and derivatives (P, E, n)."""
+        value, slope = form.stiffness(x) if which == "K" else form.viscosity(x)
+        if which == "B":
+            count = self.viscosity.shape[1]
+            return value[:, :count], slope[:, :count]
+        if self.hand is None:
+            return value, slope
+        value, to_hand = self.hand.seen(value)
+        return value, to_hand @ slope
+
+    def as_seen(
+        self, form: EvaluatedEquations, x: FloatArray, which: str, parts: FloatArray
+    ) -> FloatArray:
+        """Changes (P, E_n, k) of the joints' K or B as the rows show them, (P, E, k)."""
+        if which == "B":
+            return parts[:, : self.viscosity.shape[1]]
+        return parts if self.hand is None else self.hand.seen(form.stiffness(x)[0])[1] @ parts
 
 
 @dataclass(frozen=True)
@@ -168,9 +193,10 @@ def _covariances(
     sd = (measured.stiffness_sd if stiff else measured.viscosity_sd) * factor[0 if stiff else 1]
     S = sd[..., None] ** 2 * np.eye(sd.shape[1])
     if measured.activation_sd.any():
-        spread = form.by_activation(x, which) * measured.activation_sd[:, None, :]
+        spread = measured.as_seen(form, x, which, form.by_activation(x, which))
+        spread = spread * measured.activation_sd[:, None, :]
         S = S + spread @ spread.transpose(0, 2, 1)
-    parts = form.scattered(x, which)
+    parts = measured.as_seen(form, x, which, form.scattered(x, which))
     return S, parts @ parts.transpose(0, 2, 1)
 
 
@@ -178,7 +204,10 @@ def _weighted(
     form: EvaluatedEquations, measured: Measured, weights: tuple[FloatArray, ...], x: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Weighted errors (rows,), model less measured, and their Jacobian (rows, n)."""
-    parts = [(form.stiffness(x), measured.stiffness), (form.viscosity(x), measured.viscosity)]
+    parts = [
+        (measured.fitted(form, x, "K"), measured.stiffness),
+        (measured.fitted(form, x, "B"), measured.viscosity),
+    ]
     if measured.torque is not None:
         parts.append((form.torque(x), measured.torque))
     errors, slopes = [], []
@@ -302,7 +331,7 @@ def _scatters(form: EvaluatedEquations, found: Posterior, measured: Measured) ->
         if not measured.known[k]:
             continue
         S, D = _covariances(form, measured, found.factor, found.x, which)
-        value = form.stiffness(found.x)[0] if which == "K" else form.viscosity(found.x)[0]
+        value = measured.fitted(form, found.x, which)[0]
         off, spare = (value - data)[..., None], _spare(found, found.blocks[k])
         tried = np.linspace(0.0, _MOST_SCATTER, _TRIED)
         excess = [float((off * np.linalg.solve(S + s**2 * D, off)).sum()) - spare for s in tried]

@@ -33,7 +33,7 @@ class PosturePolynomial(FrozenRecord):
     covariance : (3 terms, 3 terms)
         All terms of ss, then se, then ee.
     structure : str
-        "free", "full", "separable" or "box" (docs/muscles.md).
+        "free", "full", "separable" or "box" (docs/muscles/posture.md).
     penalty : float
         The regularisation that was chosen; 0 where there is none.
     certificate : Certificate
@@ -86,6 +86,15 @@ class PostureModel(FittedModel):
     quality : tuple of ElementQuality
         K_ss, K_se, K_es, K_ee, then the same of B, against the elements as measured.
     summary : FitSummary
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> from manipulandum_sim.hand import simulate
+    >>> places, _ = simulate("postures", seed=1, sets=1)
+    >>> model = ai.fit_posture(ai.to_joint(ai.estimate(places)), order=1)
+    >>> model.predict([1.0, 1.5]).extrapolated.tolist()
+    [False]
     """
 
     name: str

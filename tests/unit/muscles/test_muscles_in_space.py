@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from armimpedance.arm import MuscularArm, PolynomialPaths, monomial_exponents
 from armimpedance.errors import InputError
-from armimpedance.muscles import JointRows, Region, fit_activation_model, fit_posture_model
+from armimpedance.muscles import (
+    HandRows,
+    JointRows,
+    Region,
+    fit_activation_model,
+    fit_posture_model,
+)
 from armimpedance.muscles.combined.equations import MuscleEquations
 from armimpedance.muscles.combined.fit import fit_muscle_model
 from armimpedance.muscles.combined.lengths import corrected_lengths
@@ -200,3 +208,63 @@ def test_what_is_planar_refuses_more_joints():
         fit_muscle_model(rows, "planar6")
     with pytest.raises(InputError, match="rows of 3 joints"):
         fit_activation_model(rows, ARM)
+
+
+class SwivelArm:
+    """Three joints and a hand of two axes in a plane; no weight."""
+
+    joints, axes = 3, 2
+
+    def jacobian(self, q: np.ndarray) -> np.ndarray:
+        along = np.cumsum(q)
+        right, up = -0.3 * np.sin(along), 0.3 * np.cos(along)
+        return np.array([np.cumsum(right[::-1])[::-1], np.cumsum(up[::-1])[::-1]])
+
+    def jacobian_derivative(self, q: np.ndarray) -> np.ndarray:
+        steps = 1e-5 * np.eye(3)
+        return np.stack([(self.jacobian(q + e) - self.jacobian(q - e)) / 2e-5 for e in steps], 2)
+
+    def gravity_gradient(self, q: np.ndarray) -> np.ndarray:
+        return 0 * np.diag(q)
+
+
+def hand_rows(seed: int, count: int, sd: float) -> tuple[HandRows, np.ndarray]:
+    """Stiffness of the hand of a person of the prior, and the joint stiffness behind it."""
+    form, rng = equations(), np.random.default_rng(2000 + seed)
+    x, (q, alpha) = true_parameters(form, seed), conditions(seed, count)
+    force = rng.normal(0, 3, (count, 2))
+    K = matrix(form.at(q, alpha).stiffness(x)[0])
+    blank = np.tile(np.eye(2), (count, 1, 1))
+    made_of = {"stiffness": blank, "stiffness_sd": 0 * blank + 1.0, "activation": alpha}
+    rows = HandRows.of(SwivelArm(), q, force=force, **made_of)
+    whole = K + rows.added
+    hand = np.linalg.inv(rows.jacobian @ np.linalg.solve(whole, rows.jacobian.swapaxes(1, 2)))
+    size = np.sqrt(np.einsum("pii->pi", hand))
+    errors = sd * size[:, :, None] * size[:, None, :]
+    upper = np.triu(rng.normal(size=hand.shape))
+    noisy = hand + errors * (upper + np.triu(upper, 1).swapaxes(1, 2))
+    return replace(rows, stiffness=noisy, stiffness_sd=errors), K
+
+
+def test_a_hand_with_free_joints_is_seen_as_its_compliances_add():
+    rows, K = hand_rows(0, 10, 1e-9)
+    said, slope = rows.seen(triple(K))
+    assert matrix(said) == pytest.approx(rows.stiffness, rel=1e-6)
+    for e in range(6):
+        h = 1e-4 * np.eye(6)[e]
+        numeric = (rows.seen(triple(K) + h)[0] - rows.seen(triple(K) - h)[0]) / 2e-4
+        assert slope[..., e] == pytest.approx(numeric, rel=1e-5, abs=1e-5 * np.abs(slope).max())
+
+
+def test_muscles_are_fitted_to_hands_whose_joints_are_free():
+    rows, K = hand_rows(3, 60, 0.04)
+    model = fit_muscle_model(rows, ARM, moment_arm_order=1)
+    fresh, K_new = hand_rows(3, 60, 1e-9)
+    said = model.predict(fresh.joint_angles, rows.activation)
+    at_hand = matrix(fresh.seen(said.stiffness)[0])
+    off = np.linalg.norm(at_hand - fresh.stiffness, axis=(1, 2))
+    assert np.median(off / np.linalg.norm(fresh.stiffness, axis=(1, 2))) < 0.03
+    # three numbers of six a row: what no posture tells of the joints, all together nearly do
+    inside = np.abs(said.stiffness - triple(K_new)) <= said.half_width("stiffness")
+    assert 0.85 < inside.mean() <= 1.0
+    assert any("b_front" in warning for warning in model.warnings)
