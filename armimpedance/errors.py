@@ -48,7 +48,17 @@ def shortened(text: str, length: int) -> str:
 
 
 class ArmImpedanceError(Exception):
-    """Root of all errors that the toolkit raises on purpose; the command line exits 2 on it."""
+    """Root of all errors that the toolkit raises on purpose; the command line exits 2 on it.
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> try:
+    ...     ai.read("nowhere")
+    ... except ai.ArmImpedanceError as error:
+    ...     print(type(error).__name__)
+    InputError
+    """
 
 
 class InputError(ArmImpedanceError):
@@ -66,6 +76,13 @@ class InputError(ArmImpedanceError):
         The column or field.
     expected : str, optional
         What would have been right.
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> ai.read("nowhere")
+    Traceback (most recent call last):
+    armimpedance.errors.InputError: nowhere: no such file or folder (expected a recording)
     """
 
     def __init__(
@@ -107,6 +124,12 @@ class NotIdentifiableError(ArmImpedanceError):
         One line for a user.
     parameters : tuple of str
         The names of the parameters that cannot be told apart or found at all.
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> issubclass(ai.NotIdentifiableError, ai.ArmImpedanceError)
+    True
     """
 
     def __init__(self, message: str, parameters: tuple[str, ...] = ()) -> None:
@@ -115,7 +138,14 @@ class NotIdentifiableError(ArmImpedanceError):
 
 
 class EstimationError(ArmImpedanceError):
-    """A numerical method ended without an answer that can be trusted."""
+    """A numerical method ended without an answer that can be trusted.
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> issubclass(ai.EstimationError, ai.ArmImpedanceError)
+    True
+    """
 
 
 class WorkerError(EstimationError):

@@ -78,6 +78,15 @@ class ImpedanceEstimate(FrozenRecord):
         Place of the shoulder in the frame of `position`.
     warnings : tuple of str
     provenance : tuple of str
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> from manipulandum_sim.hand import simulate
+    >>> session, truth = simulate("cocontraction", seed=1, sets=1, conditions=["cocontraction_10"])
+    >>> estimate = ai.estimate(session)[0]
+    >>> estimate.level, estimate.method
+    ('hand', 'weighted')
     """
 
     level: Level

@@ -81,6 +81,14 @@ class MarkerRecording(InTrials):
     emg : EmgSignals or None
     subject : Subject
     provenance : tuple of str
+
+    Examples
+    --------
+    >>> from manipulandum_sim.passive import simulate_passive
+    >>> markers, _ = simulate_passive("release", trials=1, duration_s=2.0)
+    >>> markers
+    MarkerRecording of 1 trial, 2.0 s at 30 Hz
+    conditions: release
     """
 
     sample_rate_hz: float

@@ -32,6 +32,12 @@ class Subject:
     """Who was measured; what is not known is None. Lengths: see `conventions`.
 
     `mass_sd_kg` and `length_sd_m` say how well the mass and each length are known, where they do.
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> ai.Subject("P1", mass_kg=70.0, height_m=1.75, upper_arm_m=0.30, forearm_hand_m=0.34).mass_kg
+    70.0
     """
 
     id: str = "unknown"
@@ -91,6 +97,15 @@ class Recording(InTrials):
     findings : tuple of Finding
         What the reader of a file found: trials left out, whose force the sensor holds. They are not
         written to the disk; the provenance has them as sentences.
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> from manipulandum_sim.hand import simulate
+    >>> session, truth = simulate("cocontraction", seed=1, sets=1, conditions=["cocontraction_10"])
+    >>> session
+    Recording of 8 trials, 8.1 s at 1000 Hz
+    conditions: cocontraction_10
     """
 
     kind: Kind

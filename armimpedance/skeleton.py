@@ -98,6 +98,13 @@ class Skeleton(FrozenRecord):
     markers : tuple of MarkerSite
     floating : bool
         The root moves freely (six coordinates before all others) or is the world.
+
+    Examples
+    --------
+    >>> from armimpedance.arm import elbow_skeleton
+    >>> skeleton = elbow_skeleton(70.0, 1.75)
+    >>> "right_elbow_flexion" in skeleton.coordinates
+    True
     """
 
     segments: tuple[Segment, ...]

@@ -96,6 +96,15 @@ class ReflexVerdicts(WrittenResult, FrozenRecord, Sequence[ReflexVerdict]):
     verdicts : tuple of ReflexVerdict
     warnings : tuple of str
         What the checks of the recording said; each row of the table is marked with them.
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> from manipulandum_sim.hand import simulate
+    >>> session, truth = simulate("cocontraction", seed=1, sets=1, conditions=["cocontraction_10"])
+    >>> verdicts = ai.reflex(session)
+    >>> verdicts.names
+    ('cocontraction_10',)
     """
 
     verdicts: tuple[ReflexVerdict, ...]

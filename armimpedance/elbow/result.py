@@ -88,6 +88,15 @@ class ElbowFit(FrozenRecord):
         The same of single conditions or trials, where they were fitted too.
     checks : tuple of Finding
         Every assumption of the model that was held against the record.
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> from manipulandum_sim.elbow import simulate_bench
+    >>> session, _ = simulate_bench(0.07, 1.2, 20.0, duration_s=6.0, snr_db=40.0)
+    >>> fit = ai.elbow(session)
+    >>> fit.inertia.unit, fit.viscosity.unit, fit.stiffness.unit
+    ('kg m^2', 'N m s/rad', 'N m/rad')
     """
 
     method: str

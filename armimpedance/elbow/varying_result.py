@@ -89,6 +89,15 @@ class VaryingImpedance(FrozenRecord):
         The reflex pathway, where one was looked for and seen.
     over : str
         What `time_s` holds: "time_s", or the variable of which B and K are functions.
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> from manipulandum_sim.elbow import simulate_bench
+    >>> session, _ = simulate_bench(0.07, 1.2, 20.0, duration_s=6.0, snr_db=40.0)
+    >>> course = ai.elbow_over_time(session, method="windows")
+    >>> {"ci_low_K", "K", "ci_high_K"} <= set(course.to_frame().columns)
+    True
     """
 
     method: str

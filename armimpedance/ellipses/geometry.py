@@ -63,6 +63,13 @@ class Ellipse:
         Covariance of A11, the symmetric A12, and A22.
     dof : float
         Degrees of freedom of the t distribution; inf = normal.
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> long = ai.ellipse([[400.0, 0.0], [0.0, 100.0]])
+    >>> long.shape, round(long.size)
+    (0.25, 125664)
     """
 
     semi_major: float

@@ -42,6 +42,15 @@ class PassiveFits(FrozenRecord, Sequence[PassiveFit]):
         How well each joint's torque in another recording is predicted; none without one.
     validated_on : str
         Name of that recording.
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> from manipulandum_sim.passive import simulate_passive
+    >>> markers, _ = simulate_passive("release", trials=1, duration_s=4.0)
+    >>> fits = ai.passive(markers, rest_angle=1.5)
+    >>> len(fits)
+    1
     """
 
     fits: tuple[PassiveFit, ...]

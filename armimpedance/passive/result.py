@@ -59,6 +59,15 @@ class PassiveFit(FrozenRecord):
         What `checks` warn of among them.
     checks : tuple of Finding
         What was held against the data.
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> from manipulandum_sim.passive import simulate_passive
+    >>> markers, _ = simulate_passive("release", trials=1, duration_s=4.0)
+    >>> fit = ai.passive(markers, rest_angle=1.5)["right_elbow_flexion"]
+    >>> fit.parameters["h"].unit
+    'N m s/rad'
     """
 
     joint: str

@@ -44,6 +44,13 @@ class Plan(FrozenRecord):
         Why the wish cannot be met; empty: it can.
     warnings : tuple of str
         What the checks of the pilot said.
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> wish = ai.plan(k_percent=10, shape="minimum_jerk", duration_s=0.3)
+    >>> wish.best.trials, wish.obstacle
+    (136, '')
     """
 
     setting: Setting

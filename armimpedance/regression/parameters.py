@@ -35,6 +35,12 @@ class NamedParameter:
         Degrees of freedom of the t distribution for the interval; inf = normal.
     joint : int or None
         Counted from 1; None where it has no meaning.
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> ai.NamedParameter("k", 2.95, 0.1, 0.1, "N m/rad").unit
+    'N m/rad'
     """
 
     name: str
@@ -96,6 +102,14 @@ class Parameters(FrozenRecord):
         The classical one, of independent residuals, as the sources print it; None: the same.
     notes : tuple of str
         Remarks that a reader of these numbers must know.
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> from manipulandum_sim.elbow import simulate_bench
+    >>> session, _ = simulate_bench(0.07, 1.2, 20.0, duration_s=6.0, snr_db=40.0)
+    >>> ai.elbow(session).parameters.names
+    ('I', 'B', 'K')
     """
 
     names: Annotated[tuple[str, ...], "p"]

@@ -32,6 +32,16 @@ class Comparison(WrittenResult, FrozenRecord):
         What the checks of the recordings said; each row of the table is marked with them.
     checks : tuple of Finding
         What holds the groups against each other, with the smallest change it would have seen.
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> from manipulandum_sim.hand import simulate
+    >>> levels = ["cocontraction_10", "cocontraction_30"]
+    >>> session, _ = simulate("cocontraction", seed=1, sets=2, conditions=levels)
+    >>> difference = ai.compare(session, permutations=99)
+    >>> sorted(difference.to_frame()["matrix"].unique())
+    ['all', 'inertia', 'stiffness', 'viscosity']
     """
 
     groups: tuple[ComparedGroup, ...]

@@ -47,6 +47,15 @@ class Inspection(FrozenRecord):
         In a fixed order, those that are missing among them.
     facts : tuple of Fact
         How much it holds: what tables of many recordings set side by side.
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> from manipulandum_sim.hand import simulate
+    >>> session, truth = simulate("cocontraction", seed=1, sets=1, conditions=["cocontraction_10"])
+    >>> looked = ai.inspect(session)
+    >>> looked.usable
+    True
     """
 
     contents: str

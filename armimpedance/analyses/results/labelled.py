@@ -34,6 +34,17 @@ class LabelledMatrix(FrozenRecord):
         Names of the rows and columns.
     value, sd, low, high : (k, k)
         Elements, their standard errors and their 95 % limits.
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> from manipulandum_sim.hand import simulate
+    >>> session, truth = simulate("cocontraction", seed=1, sets=1, conditions=["cocontraction_10"])
+    >>> stiffness = ai.estimate(session)["cocontraction_10"].stiffness
+    >>> stiffness.axes
+    ('x', 'y')
+    >>> bool((stiffness.low < stiffness.value).all())
+    True
     """
 
     symbol: str
@@ -91,6 +102,15 @@ class LabelledEstimate:
     estimate : ImpedanceEstimate
         The record, with plain arrays.
     inertia, viscosity, stiffness : LabelledMatrix
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> from manipulandum_sim.hand import simulate
+    >>> session, truth = simulate("cocontraction", seed=1, sets=1, conditions=["cocontraction_10"])
+    >>> level = ai.estimate(session)["cocontraction_10"]
+    >>> level.stiffness.unit, level.inertia.unit
+    ('N/m', 'kg')
     """
 
     def __init__(self, estimate: ImpedanceEstimate) -> None:

@@ -246,6 +246,15 @@ class EmgLaw(FrozenRecord):
     of_trials : tuple of Finding
         Whether their inertia is a joint's, whether each electrode hears its own muscle alone, and
         whether each muscle pulls the way its name says.
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> from manipulandum_sim.elbow import simulate_elbow
+    >>> session, _ = simulate_elbow("cocontraction", repetitions=1, duration_s=6.0)
+    >>> law = ai.emg_law(session)
+    >>> law.viscosity.parameters.names
+    ('b0', 'b_biceps', 'b_triceps')
     """
 
     stiffness: LinearLaw

@@ -109,6 +109,13 @@ class TherapyRobot(FrozenRecord):
         Axis of the counterbalance spring, counted from 0.
     loads : Loads or None
         None before they were identified.
+
+    Examples
+    --------
+    >>> from armimpedance.cli.simulated.therapy import drawings_of
+    >>> from manipulandum_sim.therapy import therapy_device
+    >>> drawings_of(therapy_device()).axes
+    ('elevation', 'horizontal', 'rotation', 'elbow', 'pronation')
     """
 
     name: str
