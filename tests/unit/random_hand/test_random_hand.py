@@ -1,4 +1,4 @@
-"""Random perturbations: the truth comes back within its intervals, and hostile records are named."""
+"""Random perturbations: truth within its intervals, and hostile records named."""
 
 from __future__ import annotations
 
