@@ -17,6 +17,7 @@ from armimpedance.muscles import (
     MODEL_KINDS,
     ActivationModel,
     FittedModel,
+    HandRows,
     JointRows,
     MuscleModel,
     PostureModel,
@@ -25,8 +26,9 @@ from armimpedance.muscles import (
 from armimpedance.records import ImpedanceEstimate
 
 Progress = Callable[[int, int], None]
-#: Rows of the joint level: a path or several of RESULTS.csv, estimates, or the rows themselves.
-Rows = JointRows | PathLike | Sequence[PathLike] | Sequence[ImpedanceEstimate]
+#: Rows of the joint level: a path or several of RESULTS.csv, estimates, or the rows themselves;
+#: for muscles also those of a hand whose joints are all free.
+Rows = JointRows | HandRows | PathLike | Sequence[PathLike] | Sequence[ImpedanceEstimate]
 
 
 def fit_posture(
@@ -187,7 +189,8 @@ def fit_muscles(
     rows : JointRows, Estimates, sequence of ImpedanceEstimate, path or paths
         At the joints, any postures and activations; a path is that of a RESULTS.csv.
     arm : MuscularArm or str
-        The muscles whose moment arms are corrected: "planar6", "arm26" or the path of a table.
+        The muscles whose moment arms are corrected: "planar6", "arm26" or the path of a table; of
+        more than two joints a `MuscularArm`.
     order : int
         L of the corrections to the moment arms, from 0 to 3.
     activation_order : int
@@ -274,8 +277,8 @@ def fit_model(kind: str, rows: Rows, **options: Any) -> FittedModel:
     return MODEL_KINDS.named(kind).fit(_joint_rows(rows), **options)
 
 
-def _joint_rows(rows: Rows) -> JointRows:
-    if isinstance(rows, JointRows):
+def _joint_rows(rows: Rows) -> JointRows | HandRows:
+    if isinstance(rows, JointRows | HandRows):
         return rows
     if isinstance(rows, str | os.PathLike):
         return read_joint_rows([Path(rows)])

@@ -95,6 +95,15 @@ class HandRows(FrozenRecord):
         """Of no element: a hand with free joints has no viscosity of its own."""
         return np.empty((len(self.joint_angles), 0))
 
+    def require_planar(self) -> None:
+        """Refuse: what is fitted to joint stiffness cannot be fitted to a hand's.
+
+        Raises
+        ------
+        InputError
+        """
+        raise InputError("rows of a hand with free joints", expected="JointRows, or `fit_muscles`")
+
     def elements(self, symbol: str) -> tuple[FloatArray, FloatArray]:
         """Packed stiffness (P, E) and its errors; of the viscosity none, (P, 0)."""
         if symbol == "B":

@@ -9,6 +9,8 @@ import pytest
 
 from armimpedance.arm import MuscularArm, PolynomialPaths, monomial_exponents
 from armimpedance.errors import InputError
+from armimpedance.files import write_model
+from armimpedance.live import Live
 from armimpedance.muscles import (
     HandRows,
     JointRows,
@@ -204,6 +206,8 @@ def test_what_is_planar_refuses_more_joints():
     rows, *_ = made(0, scatter=0.0, count=5)
     with pytest.raises(InputError, match="rows of 3 joints"):
         fit_posture_model(rows)
+    with pytest.raises(InputError, match="a hand with free joints"):
+        fit_posture_model(hand_rows(0, 5, 0.1)[0])
     with pytest.raises(InputError, match="rows of 3 joints, an arm of 2"):
         fit_muscle_model(rows, "planar6")
     with pytest.raises(InputError, match="rows of 3 joints"):
@@ -214,6 +218,10 @@ class SwivelArm:
     """Three joints and a hand of two axes in a plane; no weight."""
 
     joints, axes = 3, 2
+
+    def hand_position(self, q: np.ndarray) -> np.ndarray:
+        along = np.cumsum(q)
+        return 0.3 * np.array([np.cos(along).sum(), np.sin(along).sum()])
 
     def jacobian(self, q: np.ndarray) -> np.ndarray:
         along = np.cumsum(q)
@@ -268,3 +276,22 @@ def test_muscles_are_fitted_to_hands_whose_joints_are_free():
     inside = np.abs(said.stiffness - triple(K_new)) <= said.half_width("stiffness")
     assert 0.85 < inside.mean() <= 1.0
     assert any("b_front" in warning for warning in model.warnings)
+
+
+def test_a_live_hand_is_that_of_the_predicted_joints_and_a_model_in_a_file_is_the_same(tmp_path):
+    rows, *_ = made(6, scatter=0.2, count=30)
+    model = fit_muscle_model(rows, ARM, moment_arm_order=0)
+    write_model(model, tmp_path / "arm.json")
+    live = Live(tmp_path / "arm.json", SwivelArm())
+    assert live.form.scatter == model.scatter[0] > 0
+    asked, _ = hand_rows(8, 6, 0.1)
+    q, alpha = asked.joint_angles, np.array(asked.activation)
+    said = model.predict(q, alpha)
+    K, to_hand = replace(asked, added=0 * asked.added).seen(said.stiffness)
+    covariance = to_hand @ said.stiffness_covariance @ to_hand.swapaxes(1, 2)
+    for p in range(6):
+        now = live.update(alpha[p], q=q[p])
+        assert now.definite
+        assert now.stiffness == pytest.approx(matrix(K[p]), rel=1e-9)
+        assert now.covariance == pytest.approx(covariance[p], rel=1e-6, abs=1e-9)
+        assert now.extrapolating == said.extrapolated[p]
