@@ -114,7 +114,15 @@ def test_another_key_or_a_changed_truth_is_refused(made, tmp_path, capsys):
 
 
 def test_a_key_never_lies_in_what_is_published_and_is_read_by_its_owner_alone(tmp_path, capsys):
-    call = ["benchmark", "make", "--quick", "--task", "joint_position", "--out", str(tmp_path / "b")]
+    call = [
+        "benchmark",
+        "make",
+        "--quick",
+        "--task",
+        "joint_position",
+        "--out",
+        str(tmp_path / "b"),
+    ]
     assert main([*call, "--key", str(tmp_path / "b" / "k")]) == 2
     (tmp_path / "short").write_text("ab\n")
     assert main([*call, "--key", str(tmp_path / "short")]) == 2
