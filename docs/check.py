@@ -1,4 +1,4 @@
-"""Check the documentation: links resolve, commands parse, Python examples run."""
+"""Check the documentation: links resolve, pages are short, commands parse, examples run."""
 
 from __future__ import annotations
 
@@ -11,20 +11,54 @@ from collections.abc import Iterator
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-LINK = re.compile(r"\[[^\]]*\]\(([^)#\s]+)[^)]*\)")
-FENCE = re.compile(r"^```(\w*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
+DOCS = ROOT / "docs"
+LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)[^)]*\)")
+FENCE = re.compile(r"^```([^\n`]*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
+HEADING = re.compile(r"^#+ (.*)$", re.MULTILINE)
+#: A page is read in one go, or split.
+MOST_WORDS = 1500
+#: Page -> why it may be longer.
+MAY_BE_LONG = {
+    "CHANGELOG.md": "a history is looked up, not read",
+    "docs/licences.md": "docs/licences.py writes it from the lock",
+    "docs/gallery.md": "captions of pictures, each by itself",
+}
 
 
 def pages() -> list[Path]:
     """Every Markdown page of the project."""
-    return sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")])
+    return sorted([*ROOT.glob("*.md"), *DOCS.rglob("*.md")])
 
 
 def broken_links(page: Path, text: str) -> Iterator[str]:
-    """Relative links to files that are not there."""
-    for target in LINK.findall(text):
-        if "://" not in target and not (page.parent / target).exists():
-            yield f"{page.name}: link to {target}, which does not exist"
+    """Relative links to files or headings that are not there."""
+    for target in LINK.findall(FENCE.sub("", text)):
+        file, _, heading = target.partition("#")
+        there = page.parent / file if file else page
+        if "://" in target:
+            continue
+        if not there.exists():
+            yield f"{named(page)}: link to {target}, which does not exist"
+        elif heading and there.suffix == ".md" and heading not in anchors(there):
+            yield f"{named(page)}: link to {target}, but the page has no such heading"
+
+
+def anchors(page: Path) -> set[str]:
+    """What a page's headings can be linked at, on a code host and on the site."""
+    titles = HEADING.findall(FENCE.sub("", page.read_text()))
+    return {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles}
+
+
+def too_long(page: Path, text: str) -> Iterator[str]:
+    """Pages that should be split."""
+    words = len(text.split())
+    if words > MOST_WORDS and named(page) not in MAY_BE_LONG:
+        yield f"{named(page)}: {words} words (expected at most {MOST_WORDS}: split it)"
+
+
+def named(page: Path) -> str:
+    """The page's place in the project."""
+    return page.relative_to(ROOT).as_posix()
 
 
 def wrong_commands(page: Path, text: str) -> Iterator[str]:
@@ -40,7 +74,7 @@ def wrong_commands(page: Path, text: str) -> Iterator[str]:
                 with contextlib.redirect_stderr(io.StringIO()) as message:
                     make_parser(words).parse_args(words[1:])
             except SystemExit:
-                yield f"{page.name}: {line!r}: {message.getvalue().strip()}"
+                yield f"{named(page)}: {line!r}: {message.getvalue().strip()}"
 
 
 def failing_examples(page: Path, text: str) -> Iterator[str]:
@@ -51,9 +85,9 @@ def failing_examples(page: Path, text: str) -> Iterator[str]:
             continue
         try:
             with contextlib.redirect_stdout(io.StringIO()):
-                exec(compile(block, page.name, "exec"), namespace)  # noqa: S102 - our own pages
+                exec(compile(block, named(page), "exec"), namespace)  # noqa: S102 - our own pages
         except Exception as error:  # noqa: BLE001 - whatever an example raises is what is told
-            yield f"{page.name}: example fails: {type(error).__name__}: {error}"
+            yield f"{named(page)}: example fails: {type(error).__name__}: {error}"
 
 
 def main() -> int:
@@ -61,7 +95,7 @@ def main() -> int:
     problems: list[str] = []
     for page in pages():
         text = page.read_text()
-        for check in (broken_links, wrong_commands, failing_examples):
+        for check in (broken_links, too_long, wrong_commands, failing_examples):
             problems += check(page, text)
     for problem in problems:
         print(problem)

@@ -81,7 +81,7 @@ def calibrate_robot(
 
     Examples
     --------
-    A simulated session takes longer than an example may (docs/therapy.md has one):
+    A simulated session takes longer than an example may (docs/therapy/index.md has one):
 
     >>> from armimpedance.analyses import calibrate_robot
     >>> robot = calibrate_robot("calibration", "drawings.json", validate="moving")  # doctest: +SKIP
@@ -162,7 +162,7 @@ def calibrate_arm(
 
     Examples
     --------
-    A simulated session takes longer than an example may (docs/therapy.md has one):
+    A simulated session takes longer than an example may (docs/therapy/index.md has one):
 
     >>> from armimpedance.analyses import calibrate_arm
     >>> arm = calibrate_arm("session", "robot.json", mass_kg=72.0)  # doctest: +SKIP
@@ -245,7 +245,7 @@ def contribution(
 
     Examples
     --------
-    A simulated session takes longer than an example may (docs/therapy.md has one):
+    A simulated session takes longer than an example may (docs/therapy/index.md has one):
 
     >>> from armimpedance.analyses import contribution
     >>> session = contribution("session", robot="robot.json", arm="arm.json")  # doctest: +SKIP

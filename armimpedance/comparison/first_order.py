@@ -8,7 +8,7 @@ one more (`mixture`), with the degrees of freedom of Welch and Satterthwaite.
 
 What the squared distance has beyond the form, it has in the tail too: a distance d is reached by no
 form smaller than ``(2 tanh(d/2))^2``, which stands in its place and errs on the careful side.
-docs/compare.md has the measured levels.
+docs/compare/tests.md has the measured levels.
 """
 
 from __future__ import annotations

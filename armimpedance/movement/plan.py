@@ -41,7 +41,7 @@ from armimpedance.records import Recording
 TRIALS: Final = 40
 #: Rounds of all directions beyond which nobody plans.
 MOST_ROUNDS: Final = 2**17
-#: The share of the bound's information that the estimator reaches (docs/movement.md).
+#: The share of the bound's information that the estimator reaches (docs/movement/accuracy.md).
 EFFICIENCY: Final = 0.8
 
 

@@ -21,7 +21,7 @@ from armimpedance.errors import InputError
 from armimpedance.signals.cardinal import cardinal_spline
 from armimpedance.signals.differentiate import SPLINE_DEGREE
 
-#: Distance of the knots (s); docs/estimate.md says how it was chosen.
+#: Distance of the knots (s); docs/estimate/methods.md says how it was chosen.
 SPACING_S = 0.020
 #: A window is covered by at least this many test functions, with narrower spacing if need be.
 FEWEST = 10

@@ -52,7 +52,7 @@ def explained_by(equations: Equations, solution: Solution) -> float:
 
 METHOD = Method(
     assumes="K and B change linearly over the window; the person does not yet answer on purpose",
-    reference="docs/movement.md",
+    reference="docs/movement/equation.md",
     fit=fit,
     levels=("hand", "joint"),
     throughout=True,
