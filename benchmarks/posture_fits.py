@@ -37,6 +37,7 @@ from armimpedance.muscles import (
     matrix,
     triple,
 )
+from armimpedance_figures.source_figure import SEED, SETS
 from armimpedance_figures.tsuji1997.study import study
 from manipulandum_sim.hand import Arm, find_experiment, find_subject, joint_angles
 
@@ -258,8 +259,8 @@ def error_rows(title: str, found: dict[str, Score], at: Places, *, asked: bool) 
 
 
 def table_rows() -> Iterator[Row]:
-    """The pattern of the source's Table 1 on the simulated subject A, ten sets."""
-    made = study("postures", subject="A", seed=1, sets=10)
+    """The pattern of the source's Table 1 on the simulated subject A, as the gallery draws it."""
+    made = study("postures", subject="A", seed=SEED, sets=SETS)
     rows = JointRows(
         np.array([e.joint_angles for e in made.joint]),
         np.array([e.stiffness for e in made.joint]),
