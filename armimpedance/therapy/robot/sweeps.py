@@ -96,8 +96,8 @@ class AxisSweeps(FrozenRecord):
     points : tuple of SpeedPoint
         From the lowest speed to the highest.
     even_slope : (2,)
-        Coefficient of ``|v|`` beside the law, N m s/rad, and its standard error: 0 for a friction that
-        is odd.
+        Coefficient of ``|v|`` beside the law, N m s/rad, and its standard error: 0 for a friction
+        that is odd.
     notes : tuple of str
     """
 
