@@ -1,4 +1,4 @@
-"""The page of the docs: what can go wrong, and what you will see; drawn from the table."""
+"""The pages of the docs: what can go wrong, and what you will see; drawn from the table."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from typing import Any, Final
 
 import numpy as np
 import pandas as pd
+from broken.folder import pages
 from matplotlib.patches import Patch
 
 from armimpedance.outputs import staged_file
 from armimpedance.plots import OKABE_ITO, new_figure, print_style
 
-PAGE: Final = "what_can_go_wrong.md"
 STEM: Final = "what_can_go_wrong"
 #: Share -> colour and word, in the order of the bars.
 SHARES: Final = {
@@ -36,13 +36,15 @@ WIDTH_IN, ROW_IN, HEAD_IN, DPI = 6.6, 0.135, 0.42, 160
 
 
 def write_page(rows: pd.DataFrame, docs: Path) -> None:
-    """Write ``what_can_go_wrong.md`` into a folder of docs, its drawings into its gallery."""
+    """Write ``what_can_go_wrong/`` into a folder of docs, its drawings into the gallery."""
     for name, commands in DRAWINGS.items():
         chosen = rows[rows["command"].isin(commands) & (rows["violation"] != "none")]
         if len(chosen):
             draw(chosen, commands, docs / "gallery" / f"{STEM}_{name}")
-    with staged_file(docs / PAGE) as staged:
-        Path(staged).write_text(text(rows), encoding="utf-8")
+    (docs / STEM).mkdir(exist_ok=True)
+    for name, text in texts(rows).items():
+        with staged_file(docs / STEM / f"{name}.md") as staged:
+            Path(staged).write_text(text, encoding="utf-8")
 
 
 def draw(rows: pd.DataFrame, commands: tuple[str, ...], stem: Path) -> None:
@@ -87,15 +89,19 @@ def _panel(ax: Any, rows: pd.DataFrame, command: str) -> None:
         ax.spines[side].set_visible(False)
 
 
-def text(rows: pd.DataFrame) -> str:
-    """The page in words."""
+def texts(rows: pd.DataFrame) -> dict[str, str]:
+    """The pages in words."""
     broken = rows[rows["violation"] != "none"]
-    n = int(rows["n"].max())
+    commands = dict.fromkeys(broken["command"])
+    tables = {c: _table(broken[broken["command"] == c]) for c in commands}
+    return pages(_intro(broken), tables, _clean(rows[rows["violation"] == "none"]))
+
+
+def _intro(broken: pd.DataFrame) -> list[str]:
+    n = int(broken["n"].max())
     judged = broken[(broken["effect_in_se"] > EFFECT_SE) & broken["seen"].astype(bool)]
     quiet = int((judged["silently_wrong"] <= 0.02).sum())
     lines = [
-        "# What can go wrong, and what you will see",
-        "",
         "Every command takes something for granted: that the rig imposes a torque, that the person",
         "is relaxed, that channels are on one clock, that newtons are newtons. Here each of these",
         "is broken on purpose, and the command is asked what it says. Four things can happen to a",
@@ -118,23 +124,19 @@ def text(rows: pd.DataFrame) -> str:
     for name, commands in DRAWINGS.items():
         if broken["command"].isin(commands).any():
             title = ", ".join(f"`{c}`" for c in commands if (broken["command"] == c).any())
-            lines += [f"![{name}](gallery/{STEM}_{name}.png)", "", f"*{title.capitalize()}*", ""]
-    for command in dict.fromkeys(broken["command"]):
-        lines += _section(broken[broken["command"] == command], command)
-    lines += _clean(rows[rows["violation"] == "none"])
-    return "\n".join(lines) + "\n"
+            lines += [f"![{name}](../gallery/{STEM}_{name}.png)", "", f"*{title.capitalize()}*", ""]
+    return lines
 
 
-def _section(rows: pd.DataFrame, command: str) -> list[str]:
-    lines = [f"## `{command}`", "", "| what is wrong | effect | you will see | what to do |"]
-    lines += ["| --- | --- | --- | --- |"]
+def _table(rows: pd.DataFrame) -> list[str]:
+    lines = []
     for row in rows.itertuples():
         what = f"{row.violation}{', ' + row.size if row.size else ''}"
         size = "-" if not np.isfinite(row.effect_in_se) else f"{row.effect_in_se:.2g}"
         if np.isfinite(row.effect_in_se) and row.effect_in_se >= 100:
             size = "> 100"
         lines.append(f"| {what} | {size} | {seen(row)} | {row.advice} |")
-    return [*lines, ""]
+    return lines
 
 
 def seen(row: Any) -> str:
@@ -176,8 +178,6 @@ def _short(sentence: str, most: int = 110) -> str:
 
 def _clean(rows: pd.DataFrame) -> list[str]:
     lines = [
-        "## Records with nothing wrong",
-        "",
         "A warning on a good record is a false alarm.",
         "",
         "| command | rig | alarmed | by | printed intervals that miss |",
