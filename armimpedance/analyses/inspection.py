@@ -259,7 +259,7 @@ def _driven_checks(recording: Recording) -> list[Finding]:
     if told or any(name in recording.extra for name in perturbation_columns(recording.axes)):
         text = (
             "the device imposes the force: noise of the motion makes M, B and K too small here; "
-            "`elbow` takes a joint that is moved so"
+            "`random` takes a hand and `elbow` a joint that is moved so"
         )
         found.append(Finding("imposed", "warning", text))
     low, high = Options().band_hz

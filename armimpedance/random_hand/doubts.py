@@ -74,6 +74,18 @@ def doubts_of(fit: RandomFit, misfit: Misfit) -> list[str]:
     return found
 
 
+def of_elbow(told: str | None) -> list[str]:
+    """A warning where the elbow of an arm in space was not held, or nobody said."""
+    if told == "held":
+        return []
+    whose = "was free" if told == "free" else "may have been free (column elbow of trials.csv)"
+    return [
+        f"inner mode: the elbow {whose}; its swivel hides stiffness from fast perturbations, "
+        "without a misfit that shows: a third of K along the softest axis and more; the intervals "
+        "do not hold it: hold the elbow, or take K from displacements that stay out (`estimate`)"
+    ]
+
+
 def _antisymmetric_variance(C: FloatArray, d: int) -> FloatArray:
     """Variance (d, d) of ``M - M^T``."""
     swap = np.arange(d * d).reshape(d, d).T.ravel()

@@ -12,10 +12,10 @@ import numpy as np
 from armimpedance.arrays import FloatArray, IntArray
 from armimpedance.errors import InputError, NotIdentifiableError
 from armimpedance.estimates import ImpedanceEstimate, Quality
-from armimpedance.impedance import groups_of
+from armimpedance.impedance import elbow_told, groups_of
 from armimpedance.random_hand.commands import Commands, check_follows, commands_of
 from armimpedance.random_hand.departures import Averaged, averaged
-from armimpedance.random_hand.doubts import doubts_of, refuse_impossible
+from armimpedance.random_hand.doubts import doubts_of, of_elbow, refuse_impossible
 from armimpedance.random_hand.equations import equations_at, noise_weight, residual
 from armimpedance.random_hand.explained import Explained, explained_by, share_explained
 from armimpedance.random_hand.lines import Complex, Lines, lines_of
@@ -205,7 +205,8 @@ def _fit(
         band,
         response,
     )
-    warnings = (*commands.warnings, *doubts_of(fit, misfit))
+    elbow = elbow_told(recording, rows) if d == 3 and recording.kind == "hand" else "held"
+    warnings = (*commands.warnings, *doubts_of(fit, misfit), *of_elbow(elbow))
     return replace(fit, estimate=fit.estimate.with_warning(*warnings))
 
 

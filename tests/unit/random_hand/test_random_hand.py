@@ -200,3 +200,19 @@ def test_joints_are_taken_as_hands_are():
     hand, joint = (identify_random(r)[0].estimate for r in (recording, joints))
     assert joint.level == "joint"
     assert np.allclose(hand.stiffness, joint.stiffness)
+
+
+def test_an_elbow_that_nobody_held_is_named():
+    recording = linear_session(SPACE, seed=14, seconds=20.0)
+    held = replace(recording, trials=recording.trials.assign(elbow="held"))
+    said = [identify_random(r)[0].estimate.warnings for r in (recording, held)]
+    assert [any(w.startswith("inner mode") for w in one) for one in said] == [True, False]
+
+
+def test_the_free_response_agrees_with_the_model_within_its_error():
+    fit = identify_random(linear_session(seed=15))[0].response
+    inside = (fit.frequency_hz > 3) & (fit.frequency_hz < 19)
+    off = np.abs(fit.impedance - fit.model)[inside] / fit.sd[inside]
+    assert np.sqrt((off**2).mean()) < 2.5
+    assert fit.multiple[inside].min() > 0.5
+    assert (fit.partial <= fit.multiple[..., None] + 0.05).all()

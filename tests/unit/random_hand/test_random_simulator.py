@@ -1,0 +1,53 @@
+"""The simulated person under random perturbations against independent differences of her plant."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from armimpedance.errors import InputError
+from armimpedance.random_hand import identify_random
+from manipulandum_sim.hand import Reflex, find_subject
+from manipulandum_sim.random_hand import RandomRig, simulate_random
+from manipulandum_sim.random_hand.limbs import SpaceLimb
+from manipulandum_sim.space import SpaceCondition, SpaceRig
+
+
+def test_the_linear_limb_of_a_noise_free_session_is_the_truth():
+    recording, truth = simulate_random(
+        seed=1, trials=2, duration_s=5.0, noise="none", amplitude_m=2e-4
+    )
+    one = identify_random(recording)[0].estimate
+    for found, true in ((one.inertia, truth.M_e), (one.stiffness, truth.K_e)):
+        assert np.linalg.norm(found - true) < 0.02 * np.linalg.norm(true)
+
+
+def test_the_reflex_at_the_hand_is_what_a_delayed_stretch_pulls():
+    plant = SpaceCondition().plant(find_subject("A"), SpaceRig())
+    limb = SpaceLimb(plant, 0.25)
+    q, still = limb.start[None], np.zeros((1, 3))
+    rest = limb.at(q, still, np.zeros((1, 12)))
+    R = np.empty((3, 3))
+    for axis in range(3):
+        dx = np.zeros(3)
+        dx[axis] = 1e-5
+        moved = limb.at(q + np.linalg.solve(rest.J[0], dx), still, None)
+        pull = limb.at(q, still, moved.stretch).pull[0] - rest.pull[0]
+        R[:, axis] = -np.linalg.solve(rest.J[0].T, pull) / 1e-5
+    assert np.allclose(R, limb.reflex_at_hand(), rtol=1e-3, atol=0.1)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"axes": 4},
+        {"imposed": "both"},
+        {"band_hz": (5.0, 2.0)},
+        {"elbow": "free"},
+        {"axes": 3, "elbow": "free", "reflex": Reflex()},
+        {"force_n": 0.0},
+    ],
+)
+def test_a_rig_that_cannot_be_is_refused(wrong):
+    with pytest.raises(InputError):
+        RandomRig(**wrong)
