@@ -6,6 +6,7 @@ import contextlib
 import io
 import re
 import shlex
+import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -15,6 +16,7 @@ DOCS = ROOT / "docs"
 LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)[^)]*\)")
 FENCE = re.compile(r"^```([^\n`]*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 HEADING = re.compile(r"^#+ (.*)$", re.MULTILINE)
+MADE = re.compile(r"^<!-- made by: python (.*?) -->\n\n((?:\|.*\n)+)", re.MULTILINE)
 #: A page is read in one go, or split.
 MOST_WORDS = 1500
 #: Page -> why it may be longer.
@@ -62,6 +64,15 @@ def named(page: Path) -> str:
     return page.relative_to(ROOT).as_posix()
 
 
+def other_tables(page: Path, text: str) -> Iterator[str]:
+    """Tables below `<!-- made by: python ... -->` that are not what the command prints."""
+    for command, table in MADE.findall(text):
+        call = [sys.executable, *shlex.split(command)]
+        made = subprocess.run(call, cwd=ROOT, capture_output=True, text=True, check=False)  # noqa: S603
+        if made.returncode or made.stdout.strip() != table.strip():
+            yield f"{named(page)}: the table is not what `python {command}` prints: copy it anew"
+
+
 def wrong_commands(page: Path, text: str) -> Iterator[str]:
     """`armimpedance …` lines that its parser refuses."""
     from armimpedance.cli.main import make_parser
@@ -96,7 +107,7 @@ def main() -> int:
     problems: list[str] = []
     for page in pages():
         text = page.read_text()
-        for check in (broken_links, too_long, wrong_commands, failing_examples):
+        for check in (broken_links, too_long, other_tables, wrong_commands, failing_examples):
             problems += check(page, text)
     for problem in problems:
         print(problem)
