@@ -5,15 +5,12 @@ from __future__ import annotations
 import csv
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 
 from armimpedance.benchmark import Group
 from armimpedance.cli.benchmark.task import Made, Task
-
-if TYPE_CHECKING:
-    from armimpedance.body.base_parameters import BaseParameters
 
 _GROUPS: Final = {"kg": "mass", "kg m": "first moment", "kg m^2": "inertia"}
 _HEIGHT_M: Final = 1.741
@@ -22,8 +19,8 @@ _OF_A_SEGMENT: Final = ("m", "mx", "my", "mz", "Ixx", "Ixy", "Iyy", "Ixz", "Iyz"
 
 
 @cache
-def _base() -> BaseParameters:
-    """What the root's wrench can show; the same bones for all, so the same for all."""
+def _base() -> Any:
+    """`BaseParameters` of the root's wrench; the same bones for all, so the same for all."""
     from armimpedance.body import essential_base_parameters
     from manipulandum_sim.body import body_subject
 
