@@ -60,6 +60,7 @@ docs: setup
 	$(BIN)/codespell
 
 site: setup $(SITE)/.ready
+	OMP_NUM_THREADS=1 $(SITE)/bin/python docs/_site/command_runs.py
 	$(SITE)/bin/python -m sphinx --quiet --fail-on-warning --keep-going --jobs 2 -d $(OUT)/site_doctrees docs $(OUT)/site
 	$(SITE)/bin/python docs/check_site.py $(OUT)/site
 

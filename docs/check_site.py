@@ -17,6 +17,9 @@ from urllib.parse import unquote, urlsplit
 DOCS = Path(__file__).resolve().parent
 sys.path.append(str(DOCS / "_site"))
 from faces import names_of, rooms  # noqa: E402
+from help_pages import runs  # noqa: E402
+
+from armimpedance.cli.main import COMMANDS  # noqa: E402
 
 #: Tags whose addresses a browser follows by itself while it shows a page.
 FETCHED = {"script", "img", "link", "iframe", "source"}
@@ -97,6 +100,12 @@ def names_without_a_page(site: Path) -> Iterator[str]:
                 yield f"reference/api/{page}: {name} is missing"
 
 
+def commands_without_a_run() -> Iterator[str]:
+    """Commands of which no example was run; of `demo` continuous integration runs it whole."""
+    for name in set(COMMANDS) - set(runs()) - {"demo"}:
+        yield f"reference/commands/{name}.html: no example was run"
+
+
 def long_pages() -> Iterator[str]:
     """Pages of ours that are too long."""
     for page in (page for pattern in OURS for page in DOCS.glob(pattern)):
@@ -112,7 +121,7 @@ def main(folder: str) -> int:
     problems = [found for page in pages for found in dead_links(page)]
     problems += [found for page in pages for found in fetched_from_elsewhere(page)]
     problems += [found for sheet in site.rglob("*.css") for found in styles_from_elsewhere(sheet)]
-    problems += [*names_without_a_page(site), *long_pages()]
+    problems += [*names_without_a_page(site), *commands_without_a_run(), *long_pages()]
     for problem in problems:
         print(problem)
     print(f"site: {len(pages)} pages, {len(problems)} problems")

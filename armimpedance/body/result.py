@@ -72,6 +72,14 @@ class BodyFit(FrozenRecord):
     warnings : tuple of str
     checks : tuple of Finding
         What the method assumes, held against the data.
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> from manipulandum_sim.body import simulate_body
+    >>> recording, _ = simulate_body(("all_joints",))
+    >>> ai.body(recording, method="ls", noise_draws=0).base.rank
+    128
     """
 
     method: str

@@ -8,7 +8,8 @@ import inspect
 from pathlib import Path
 from typing import Any
 
-from rst import directive, title, toctree
+from rst import code, directive, title, toctree
+from tests_of import use_of
 
 import armimpedance
 
@@ -92,11 +93,28 @@ def _entry(room: str, name: str) -> str:
     where = f"{module}::{name}"
     if room and getattr(armimpedance, name, None) is thing:
         return f":doc:`ai.{name} <../ai/{name}>`: {_first_line(room, name)}\n"
+    return f"{_described(where, thing)}\n{_test_of(name, thing)}"
+
+
+def _described(where: str, thing: Any) -> str:
     if inspect.isclass(thing):
         return directive("autoclass", where, members="", **_inherited(thing))
     if callable(thing) and not hasattr(thing, "__origin__"):
         return directive("autofunction", where)
-    return directive("py:data", f"{module}.{name}", f"``{_shown(thing)}``\n")
+    return directive("py:data", where.replace("::", "."), f"``{_shown(thing)}``\n")
+
+
+def _test_of(name: str, thing: Any) -> str:
+    """A test that uses the name, where its docstring has no example."""
+    use = None if has_example(thing) else use_of(name)
+    if use is None:
+        return ""
+    return directive("dropdown", f"A test that uses it: {use.where}", code(use.source, "python"))
+
+
+def has_example(thing: Any) -> bool:
+    """Whether the docstring has an example that runs."""
+    return ">>>" in (inspect.getdoc(thing) or "")
 
 
 def _inherited(thing: type[Any]) -> dict[str, str]:

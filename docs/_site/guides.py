@@ -1,6 +1,6 @@
 """Lists of the pages in docs/ by what they are about; a page that nobody lists stands in the last.
 
-Pages may move into folders of their topic's name: `muscles.md`, `muscles/anything.md`.
+A topic is a page or a folder with an index: `plan.md`, `muscles/index.md`.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ def _pages(source: Path) -> list[str]:
     found = [p.relative_to(source).with_suffix("") for p in source.rglob("*.md")]
     names = [str(p) for p in found if not p.parts[0].startswith(("_", "."))]
     ours = [n for n in names if n not in ELSEWHERE and n.split("/")[0] not in FOLDERS_ELSEWHERE]
-    return sorted(ours, key=lambda n: (n.split("/")[0], n.endswith("/README"), n.count("/"), n))
+    return sorted(ours, key=lambda n: (n.split("/")[0], not n.endswith("/index"), n))
 
 
 def _list(heading: str, what: str, pages: list[str]) -> str:

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import argparse
-import re
+import json
 from collections.abc import Iterator
 
+from command_runs import KEPT
 from rst import code, directive, title, toctree
 
 from armimpedance.cli.main import COMMANDS, make_parser
 
-WIDTH = 96
+#: Above the examples.
+WHOSE = "On simulated people, when this site was built.\n"
 
 
 def command_pages() -> dict[str, str]:
@@ -30,11 +32,9 @@ def command_pages() -> dict[str, str]:
     return pages
 
 
-def examples_of(parser: argparse.ArgumentParser) -> list[str]:
-    """The calls below "Examples:" of a help text, comments taken off, continued lines joined."""
-    text = re.sub(r"\\\n\s*", "", parser.description or "")
-    lines = re.findall(r"^  (armimpedance .*)$", text, re.MULTILINE)
-    return [re.split(r"\s{3,}", line)[0].strip() for line in lines]
+def runs() -> dict[str, list[dict[str, str]]]:
+    """Command -> calls that were run for these pages, with what they printed."""
+    return json.loads(KEPT.read_text()) if KEPT.exists() else {}
 
 
 def parsers_of(name: str) -> Iterator[argparse.ArgumentParser]:
@@ -57,6 +57,9 @@ def _children(parser: argparse.ArgumentParser) -> dict[str, argparse.ArgumentPar
 def _page(name: str) -> str:
     first, *others = parsers_of(name)
     text = [title(first.prog), _help(first)]
+    if calls := runs().get(name):
+        text += [title("An example that was run", "-"), WHOSE]
+        text += [code(f"$ {run['call']}\n{run['printed']}") for run in calls]
     for parser in others:
         text += [title(parser.prog, "-"), _help(parser)]
     return "\n".join(text)

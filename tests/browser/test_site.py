@@ -1,0 +1,75 @@
+"""The documentation site, once it is built: ``SITE=out/site make test-browser``."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+from set_up import AXE_FILE
+
+SITE = os.environ.get("SITE", "")
+PAGES = [
+    "index.html",
+    "gallery.html",
+    "theory/hand.html",
+    "tutorials/planning.html",
+    "reference/api/ai/estimate.html",
+    "reference/commands/estimate.html",
+]
+
+pytestmark = pytest.mark.skipif(not SITE, reason="SITE names no built site")
+
+
+@pytest.fixture
+def visit(chromium):
+    """Open a page of the site: ``visit(name, width)`` gives the page and what it asked for."""
+    contexts = []
+
+    def call(name, *, width=1200, scheme="light"):
+        context = chromium.new_context(
+            color_scheme=scheme, viewport={"width": width, "height": 900}
+        )
+        contexts.append(context)
+        page, asked = context.new_page(), []
+        page.on("request", lambda request: asked.append(request.url))
+        file, _, query = name.partition("?")
+        page.goto((Path(SITE).absolute() / file).as_uri() + (f"?{query}" if query else ""))
+        return page, asked
+
+    yield call
+    for context in contexts:
+        context.close()
+
+
+@pytest.mark.parametrize("name", PAGES)
+@pytest.mark.parametrize(("width", "scheme"), [(1200, "light"), (1200, "dark"), (390, "light")])
+def test_a_page_can_be_read_by_everybody_and_asks_nobody(visit, name, width, scheme):
+    page, asked = visit(name, width=width, scheme=scheme)
+    page.evaluate(AXE_FILE.read_text())
+    found = page.evaluate("axe.run()")["violations"]
+    assert [v["id"] for v in found if v["impact"] in ("serious", "critical")] == []
+    wider = "document.documentElement.scrollWidth - document.documentElement.clientWidth"
+    assert page.evaluate(wider) <= 0
+    assert [url for url in asked if not url.startswith(("file:", "data:"))] == []
+
+
+def test_search_needs_no_network(visit):
+    page, asked = visit("search.html?q=reflex")
+    page.wait_for_selector("#search-results li a")
+    assert page.locator("#search-results li a").count() > 10
+    assert all(url.startswith("file:") for url in asked)
+
+
+def test_one_finds_the_way_from_the_first_page_to_a_tutorial(visit):
+    page, _ = visit("index.html")
+    page.get_by_role("link", name="I have a Kinarm").click()
+    assert page.url.endswith("tutorials/exam_to_figure.html")
+    assert page.locator("article img").count() > 0
+
+
+def test_a_picture_of_the_gallery_leads_to_its_command(visit):
+    page, _ = visit("gallery.html")
+    page.locator(".picture-link").first.click()
+    assert "#picture-1" in page.url
+    assert page.locator("#picture-1").is_visible()
