@@ -1,7 +1,8 @@
 """Joint angles scaled to [-1, 1] over a workspace.
 
 Powers of angles in radians are nearly dependent; scaled, the condition of the regressor falls by
-orders of magnitude (docs/muscles/posture.md), and a posture is inside of the box if both numbers are.
+orders of magnitude (docs/muscles/posture.md), and a posture is inside of the box if all numbers
+are.
 """
 
 from __future__ import annotations

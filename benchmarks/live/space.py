@@ -81,7 +81,7 @@ def borne(plant: MyoArm, q: np.ndarray, rng: np.random.Generator) -> tuple[np.nd
 
 def errors_of(A: np.ndarray, part: float) -> np.ndarray:
     """Standard errors of elements that are a part of the geometric mean of both diagonal ones."""
-    size = np.sqrt(np.einsum("...ii->...i", A))
+    size = np.sqrt(np.abs(np.einsum("...ii->...i", A)))
     return part * size[..., :, None] * size[..., None, :]
 
 

@@ -17,7 +17,8 @@ from armimpedance.muscles.posture.certificate import GramShape
 from armimpedance.muscles.posture.terms import exponents
 
 #: What it costs that a moment arm at one joint varies with the other joint's angle, against with
-#: its own: chosen by simulation, where anything from 3 to 30 does about as well (docs/muscles/posture_why.md).
+#: its own: chosen by simulation, where anything from 3 to 30 does about as well
+#: (docs/muscles/posture_why.md).
 OTHER_JOINT = 10.0
 
 
