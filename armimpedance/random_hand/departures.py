@@ -87,7 +87,7 @@ class _Model:
 
 
 def averaged(
-    equations: Callable[[float | None], Equations], stiffness: FloatArray, widening: float = 1.0
+    equations: Callable[[float | None], Equations], stiffness: FloatArray, *, lag_seen: bool = False
 ) -> Averaged:
     """Average over no reflex and reflexes of all delays, with and without a lag.
 
@@ -97,12 +97,12 @@ def averaged(
         Delay (s) or None -> `Equations`.
     stiffness : (d, d)
         About K: what a reflex is proportional to.
-    widening : float
-        Factor of all covariances.
+    lag_seen : bool
+        Whether a lag was found and taken off: what is left of it is then asked in all models.
     """
-    models = _models(equations(None), _Priors(stiffness, reflex=False))
+    models = _models(equations(None), _Priors(stiffness, reflex=False, lag_seen=lag_seen))
     coarse = np.arange(EARLIEST_S, LATEST_S + COARSE_S / 2, COARSE_S)
-    priors = _Priors(stiffness, reflex=True)
+    priors = _Priors(stiffness, reflex=True, lag_seen=lag_seen)
     late = {float(t): _models(equations(float(t)), priors) for t in coarse}
     best = max(late, key=lambda t: max(m.log_weight for m in late[t]))
     fine = best + FINE_S * np.arange(-7, 8)
@@ -118,15 +118,15 @@ def averaged(
             _Model(m.log_weight + np.log(share[i]), m.values, m.covariance, i, m.lag)
             for m in late[float(t)]
         ]
-    return _mean(models, delays, widening)
+    return _mean(models, delays)
 
 
 class _Priors:
     """Precisions beforehand of [M B K R] rows and T, for each kind of model."""
 
-    def __init__(self, stiffness: FloatArray, *, reflex: bool) -> None:
+    def __init__(self, stiffness: FloatArray, *, reflex: bool, lag_seen: bool) -> None:
         d = len(stiffness)
-        self.d, self.reflex = d, reflex
+        self.d, self.reflex, self.lag_seen = d, reflex, lag_seen
         self.q = 4 if reflex else 3
         size = float(np.trace(stiffness)) / d
         k = USUAL_REFLEX * stiffness.ravel()
@@ -142,7 +142,9 @@ class _Priors:
         """(log of the probability, covariance beforehand of R, whether there is a lag)."""
         none = (np.log(1 - REFLEX_BEFOREHAND), np.empty((0, 0)))
         each = [(np.log(REFLEX_BEFOREHAND / len(self.sizes)), c) for c in self.sizes]
-        lags = ((np.log(1 - LAG_BEFOREHAND), False), (np.log(LAG_BEFOREHAND), True))
+        lags = [(np.log(1 - LAG_BEFOREHAND), False), (np.log(LAG_BEFOREHAND), True)]
+        if self.lag_seen:
+            lags = [(0.0, True)]
         chosen = each if self.reflex else [none]
         return [(p + more, c, lag) for p, c in chosen for more, lag in lags]
 
@@ -189,16 +191,16 @@ def _places(priors: _Priors, lag: bool) -> np.ndarray:
     return np.append(to, 4 * d * d) if lag else to
 
 
-def _mean(models: list[_Model], delays: FloatArray, widening: float) -> Averaged:
+def _mean(models: list[_Model], delays: FloatArray) -> Averaged:
     log_weight = np.array([m.log_weight for m in models])
     weight = np.exp(log_weight - log_weight.max())
     weight /= weight.sum()
     late = np.array([m.delay >= 0 for m in models])
-    values, covariance = _moments(models, weight, widening)
+    values, covariance = _moments(models, weight)
     given = weight * late / max(float(weight[late].sum()), 1e-300)
     if not late.any() or weight[late].sum() <= 0:
         given = late / max(late.sum(), 1)
-    reflexive, spread = _moments(models, given, widening)
+    reflexive, spread = _moments(models, given)
     at = [m.delay for m in models if m.delay >= 0]
     of_delay = np.bincount(at, given[late], len(delays)).astype(float)
     return Averaged(
@@ -213,9 +215,7 @@ def _mean(models: list[_Model], delays: FloatArray, widening: float) -> Averaged
     )
 
 
-def _moments(
-    models: list[_Model], weight: FloatArray, widening: float
-) -> tuple[FloatArray, FloatArray]:
+def _moments(models: list[_Model], weight: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Mean, and covariance within and between models."""
     kept = [(w, m) for w, m in zip(weight, models, strict=True) if w > UNLIKELY]
     total = sum(w for w, _ in kept)
@@ -223,5 +223,5 @@ def _moments(
     covariance = np.zeros((len(mean), len(mean)))
     for w, m in kept:
         off = m.values - mean
-        covariance += w / total * (widening * m.covariance + np.outer(off, off))
+        covariance += w / total * (m.covariance + np.outer(off, off))
     return mean, covariance

@@ -134,7 +134,7 @@ def _in_turns(lines: Lines, explained: Explained) -> _Solved:
         weight = noise_weight(lines, left)
         K = theta[:-1].reshape(d, -1)[:, 2 * d : 3 * d]
         equations = partial(equations_at, lines, explained, weight)
-        answer = averaged(equations, (K + K.T) / 2)
+        answer = averaged(equations, (K + K.T) / 2, lag_seen=lag_s != 0)
         theta, delay_s = _rows(answer)
         if abs(theta[-1]) > SMALL_LAG_S:
             moved = np.exp(lines.s * theta[-1])
@@ -201,7 +201,7 @@ def _fit(
         _estimate(recording, keys, rows, matrices, solved, response.multiple, band),
         reflex,
         lag_s,
-        answer.lag_probability if abs(solved.lag_s) < SMALL_LAG_S else 1.0,
+        answer.lag_probability,
         band,
         response,
     )
