@@ -127,4 +127,4 @@ def _number(value: float | None) -> str:
         return "–"
     if math.isinf(value):
         return "∞"
-    return f"{value:.0f}" if abs(value) >= 99.95 else f"{value:.2g}"
+    return f"{value:.0f}" if abs(value) >= 9.95 else f"{value:.2g}"
