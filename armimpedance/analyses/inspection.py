@@ -35,6 +35,7 @@ OF_THE_FIT: Final = (
     "clipping",
     "imposed",
     "axes",
+    "own motion",
     "delay",
     "reflex",
     "amplitude",

@@ -20,6 +20,8 @@ ADVICE: Final = {
     "delay": "Record force and motion on one clock, or say how much later one of them is.",
     "skew": "Record all channels on one clock, or say how much later one of them is.",
     "reflex": "Use shorter disturbances, or take the limb's own part that `reflex` gives.",
+    "own motion": "Take --method instruments or frequency, repeat each direction more often, or a "
+    "robot that imposes the motion.",
     "amplitude": "Use smaller motions, and say at which amplitude the numbers hold.",
     "lack of fit": "Look at the residuals, and at what the message names.",
     "copies": "Take the copies out: each trial counts once.",

@@ -13,8 +13,8 @@ from armimpedance.records import Response, Window
 from armimpedance.signals.differentiate import Kernels, operator, spline_kernels
 from armimpedance.signals.drift import ramp_basis
 
-#: Support of the smoothing kernel (s). Measured in simulation (docs/estimate/methods.md): at 20 um encoder
-#: steps narrower kernels bias M and K, wider ones gain nothing.
+#: Support of the smoothing kernel (s). Measured in simulation (docs/estimate/methods.md): at 20 um
+#: encoder steps narrower kernels bias M and K, wider ones gain nothing.
 KERNEL_S = 0.16
 #: The fit runs from this long before the onset to this long after the end (s).
 PAD_S = 0.07

@@ -17,6 +17,7 @@ from armimpedance.findings import Finding
 from armimpedance.impedance.doubts.columns import COLUMNS, late_s
 from armimpedance.impedance.doubts.inner import elbow_told
 from armimpedance.impedance.doubts.model import Departure, Model, pooled
+from armimpedance.impedance.doubts.own_motion import check_own_motion
 from armimpedance.impedance.doubts.repeats import lack_of_fit
 from armimpedance.impedance.doubts.symmetry import check_symmetry
 from armimpedance.impedance.estimation import DEFAULT_BY, groups_of
@@ -58,7 +59,8 @@ def check_departures(recording: Recording) -> tuple[Finding, ...]:
     Returns
     -------
     tuple of Finding
-        "delay", "reflex", "amplitude", "friction", "voluntary", "lack of fit" and "gain", each
+        "own motion", "delay", "reflex", "amplitude", "friction", "voluntary", "lack of fit" and
+        "gain", each
         with the smallest violation that it would have seen; empty where the perturbation is
         stochastic.
     """
@@ -68,6 +70,10 @@ def check_departures(recording: Recording) -> tuple[Finding, ...]:
     if not models:
         text = f"no condition of {FEWEST_TRIALS} trials to judge by"
         return tuple(Finding(name, "ok", text) for name in COLUMNS)
+    own = check_own_motion(models)
+    if any(one.verdict == "warning" for one in own):
+        hidden = "the person's own motion hides it"
+        return (*own, *(Finding(name, "cannot tell", hidden) for name in COLUMNS))
     names = {name: _best(models, columns) for name, columns in COLUMNS.items()}
     single = {name: pooled(models, column) for name, column in names.items()}
     told = _told(models, names, single)
@@ -91,7 +97,13 @@ def check_departures(recording: Recording) -> tuple[Finding, ...]:
             found.append(Finding(name, "ok", text, smallest))
     inner = _check_inner(recording, models)
     told = (*told, *(one.name for one in inner if one.verdict == "warning"))
-    return (*found, *inner, *lack_of_fit(models, explained=bool(told)), *check_symmetry(models))
+    return (
+        *own,
+        *found,
+        *inner,
+        *lack_of_fit(models, explained=bool(told)),
+        *check_symmetry(models),
+    )
 
 
 def _check_inner(recording: Recording, models: Sequence[Model]) -> tuple[Finding, ...]:

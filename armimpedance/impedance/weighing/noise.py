@@ -1,8 +1,8 @@
 """What disturbs a measurement, estimated from the measurement itself.
 
-Force: components of known shape over time (docs/estimate/methods.md), their sizes from the residuals of
-the impedance equation, rest before and after the disturbance included. Position: the sensor's own
-noise (`signals.encoder`), which reaches the equation through M, B and K.
+Force: components of known shape over time (docs/estimate/methods.md), their sizes from the
+residuals of the impedance equation, rest before and after the disturbance included. Position: the
+sensor's own noise (`signals.encoder`), which reaches the equation through M, B and K.
 """
 
 from __future__ import annotations

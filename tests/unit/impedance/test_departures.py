@@ -62,7 +62,8 @@ def sound(limb):
 
 def test_a_limb_of_second_order_is_told_nothing(sound):
     checks = check_departures(sound)
-    names = ["delay", "reflex", "amplitude", "friction", "voluntary", "lack of fit", "gain"]
+    names = ["own motion", "delay", "reflex", "amplitude", "friction", "voluntary"]
+    names += ["lack of fit", "gain"]
     assert [check.name for check in checks] == names
     assert {check.verdict for check in checks} == {"ok"}
     assert all(check.smallest for check in checks)
