@@ -19,7 +19,7 @@ GROUPS = {
     "guides/hand": (
         "The hand",
         "From pushes to inertia, viscosity and stiffness, before, during and after an experiment.",
-        ("plan", "estimate", "reflex", "compare", "movement", "space", "live"),
+        ("plan", "estimate", "reflex", "compare", "movement", "random", "space", "live"),
     ),
     "guides/muscles": ("Muscles", "Models over posture and muscle activation.", ("muscles",)),
     "guides/joints": (
@@ -36,7 +36,7 @@ GROUPS = {
     "guides/trust": (
         "How far to trust it",
         "What breaks a result, what was measured, and who does it better.",
-        ("what_can_go_wrong", "robustness", "peers", "benchmark"),
+        ("what_can_go_wrong", "robustness", "peers", "benchmark", "benchmark_table"),
     ),
     "guides/project": (
         "The project",
