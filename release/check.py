@@ -26,6 +26,7 @@ LARGEST_MB = 3.0
 #: What an installed package cannot do without, beside its modules.
 NEEDED = (
     "armimpedance/py.typed",
+    "manipulandum_sim/py.typed",
     "armimpedance/__init__.pyi",
     "armimpedance/planning/profiles/designed.csv",
     "armimpedance_figures/__init__.py",
