@@ -31,7 +31,7 @@ def _draw(seed: int) -> Made:
         active_share=rng.uniform(-0.3, 1.0),
     )
     recording, truth = simulate_therapy(
-        subject=person, seed=seed, repetitions=2, conditions=("passive", "active"), exact=False
+        subject=person, seed=seed, repetitions=3, conditions=("passive", "active"), exact=False
     )
     active = recording.trials["condition"] == "active"
     trials = recording.trials["trial"]
