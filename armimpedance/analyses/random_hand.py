@@ -10,6 +10,7 @@ from armimpedance.analyses.hand import ForceBy, Progress, opened
 from armimpedance.analyses.inspection import checked
 from armimpedance.analyses.results.estimates import Estimates
 from armimpedance.analyses.sources import PathLike
+from armimpedance.files import Content
 from armimpedance.random_hand import RandomFit, identify_random
 from armimpedance.records import Recording
 
@@ -26,9 +27,18 @@ class RandomEstimates(Estimates):
 
     fits: tuple[RandomFit, ...] = ()
 
-    def to_dict(self) -> list[dict[str, Any]]:
-        """One mapping a group, with reflex and lag."""
-        beside = [
+    @property
+    def content(self) -> Content:
+        """What RESULTS.csv holds, one row a group; JSON holds reflex and lag beside it."""
+        own = super().content
+        plain = own.objects or (lambda: [])
+        return replace(
+            own,
+            objects=lambda: [a | b for a, b in zip(plain(), self._beside(), strict=True)],
+        )
+
+    def _beside(self) -> list[dict[str, Any]]:
+        return [
             {
                 "reflex": fit.reflex.to_dict(),
                 "lag_s": fit.lag_s,
@@ -37,7 +47,6 @@ class RandomEstimates(Estimates):
             }
             for fit in self.fits
         ]
-        return [one | more for one, more in zip(super().to_dict(), beside, strict=True)]
 
 
 def random(

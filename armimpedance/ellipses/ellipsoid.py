@@ -145,6 +145,10 @@ def ellipsoid_of_matrix(matrix: ArrayLike, covariance: ArrayLike, dof: float = n
     dof : float
         Degrees of freedom of the covariance; inf = known.
 
+    Returns
+    -------
+    Ellipsoid
+
     Raises
     ------
     NotPositiveDefiniteError

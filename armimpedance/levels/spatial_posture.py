@@ -18,7 +18,17 @@ _IN_SPACE: Final = 3
 
 
 def is_in_space(estimate: ImpedanceEstimate) -> bool:
-    """Whether an estimate is of an arm in space: by the hand's axes or by its four angles."""
+    """Whether an estimate is of an arm in space.
+
+    Parameters
+    ----------
+    estimate : ImpedanceEstimate
+
+    Returns
+    -------
+    bool
+        Of the hand by its three axes, of the joints by its four angles.
+    """
     if estimate.level == "hand":
         return estimate.k == _IN_SPACE
     return estimate.joint_angles is not None and len(estimate.joint_angles) == len(FREE)

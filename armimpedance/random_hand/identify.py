@@ -65,6 +65,11 @@ def identify_random(
     progress : callable, optional
         Told ``(groups done, groups in all)``.
 
+    Returns
+    -------
+    list of RandomFit
+        One for each group.
+
     Raises
     ------
     InputError

@@ -125,6 +125,10 @@ def lines_of(recording: Recording, rows: IntArray, command: FloatArray) -> Lines
     command : (N, c)
         At all samples of the recording.
 
+    Returns
+    -------
+    Lines
+
     Raises
     ------
     InputError

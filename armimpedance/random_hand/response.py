@@ -64,6 +64,10 @@ def response_matrix(
     matrices : (4, d, d)
         M, B, K and the reflex of the model that it is held against.
     delay_s : float
+
+    Returns
+    -------
+    ResponseMatrix
     """
     f, d = lines.frequency_hz, lines.axes
     side = max(SIDE_HZ, LINES_EACH * _ORDER * d / lines.per_hz / 2)

@@ -69,6 +69,17 @@ class Inner:
 def elbow_told(recording: Recording, rows: IntArray) -> Elbow | None:
     """Whether the elbow was held or free in these trials; None where nobody said.
 
+    Parameters
+    ----------
+    recording : Recording
+    rows : (R,) int
+        Trials.
+
+    Returns
+    -------
+    {"held", "free"} or None
+        "free" where one of them was.
+
     Raises
     ------
     InputError
