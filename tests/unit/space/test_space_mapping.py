@@ -76,6 +76,15 @@ def test_from_the_joints_to_the_hand(elbow):
     assert relative(to_hand(joint, weightless).stiffness, truth.K_e[0]) > 0.02
 
 
+def test_a_free_arms_joints_are_no_softer_than_the_hand_says():
+    truth, posture, block = truth_and_posture("free")
+    J, K = posture.jacobian, truth.K_e[0]
+    least = J.T @ K @ J - force_term(posture, FORCE) - posture.gravity_gradient
+    # of rank 4 - 3: one eigenvalue is the swivel's, three are zero
+    values = np.linalg.eigvalsh(truth.K_j[block][0] - least)
+    assert np.abs(values[:3]).max() < 1e-5 * values[3]
+
+
 def test_from_the_hand_to_the_joints_where_the_elbow_is_held():
     truth, posture, block = truth_and_posture("held")
     hand = estimate_of("hand", truth.M_e[0], truth.B_e[0], truth.K_e[0])

@@ -97,13 +97,12 @@ def test_a_held_arms_joints_hold_the_truth_and_lead_back():
 
 
 def test_a_free_arm_is_refused_with_what_is_known():
-    recording, truth = session()
+    recording, _ = session()
     hand = ai.estimate(recording)
     with pytest.raises(NotIdentifiableError, match="at least"):
         ai.to_joint(hand, recording=recording, elbow="free")
     with pytest.raises(NotIdentifiableError):
         ai.to_joint(hand, recording=recording.subject)
-    assert truth.K_j[0].shape == (4, 4)
 
 
 def test_a_swivel_stands_for_angles_that_were_not_measured():
