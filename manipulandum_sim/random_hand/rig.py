@@ -11,6 +11,7 @@ from armimpedance.arrays import FloatArray
 from armimpedance.conventions import CAST_MASS_KG
 from armimpedance.errors import InputError
 from manipulandum_sim.hand import NoiseLevel, Reflex
+from manipulandum_sim.space import SPACE_NOISE
 
 Axes = Literal[2, 3]
 Driven = Literal["position", "force"]
@@ -24,14 +25,6 @@ SOFT_NS_M: Final = 6.0
 CORNER_HZ: Final = 4.0
 #: Width of the tremor's peak (Hz).
 TREMOR_WIDTH_HZ: Final = 2.0
-
-_SENSORS: Final = {"force_sd": 0.03, "force_step": 0.05, "encoder_step": 20e-6}
-#: The person's own force: 1 N slow (.4 s) and a tremor of .3 N rms.
-RANDOM_NOISE: Final = {
-    "nominal": NoiseLevel("nominal", **_SENSORS, tremor=0.3, voluntary_sd=1.0),
-    "sensor": NoiseLevel("sensor", **_SENSORS),
-    "none": NoiseLevel("none"),
-}
 
 
 @dataclass(frozen=True)
@@ -56,7 +49,7 @@ class RandomRig:
     elbow : {"held", "free"}
         In space, whether the upper arm's turning about its axis is held.
     noise : str
-        Name in `RANDOM_NOISE`.
+        Name in `SPACE_NOISE`.
     force_lag_s : float
         By how much the force is recorded later than the position.
     handle_mass_kg : float
@@ -82,7 +75,7 @@ class RandomRig:
     robot_kg: tuple[float, float, float] = (2.4, 2.0, 1.6)
 
     def __post_init__(self) -> None:
-        known = {"axes": get_args(Axes), "imposed": get_args(Driven), "noise": tuple(RANDOM_NOISE)}
+        known = {"axes": get_args(Axes), "imposed": get_args(Driven), "noise": tuple(SPACE_NOISE)}
         for name, values in known.items():
             if getattr(self, name) not in values:
                 wanted = " or ".join(map(str, values))
@@ -106,7 +99,7 @@ class RandomRig:
     @property
     def level(self) -> NoiseLevel:
         """The noise."""
-        return RANDOM_NOISE[self.noise]
+        return SPACE_NOISE[self.noise]
 
     @property
     def samples(self) -> int:

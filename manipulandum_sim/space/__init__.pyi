@@ -1,6 +1,6 @@
 from .arm import SpaceArm as SpaceArm
 from .directions import sphere_directions as sphere_directions
 from .plant import Plant as Plant, plant_at as plant_at
-from .rig import SpaceRig as SpaceRig
+from .rig import SPACE_NOISE as SPACE_NOISE, SpaceRig as SpaceRig
 from .simulate import SpaceCondition as SpaceCondition, simulate_space as simulate_space
 from .truth import SpaceTruth as SpaceTruth, find_space_truth as find_space_truth
