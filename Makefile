@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 OUT ?= out
 BILL := .venv-bill
 PACK := .venv-package
-SITE := .venv-site
+DOCS_VENV := .venv-site
 
 .PHONY: setup demo test test-browser test-office test-versions lint types docs site package bill figures benchmarks clean help
 
@@ -59,16 +59,16 @@ docs: setup
 	$(BIN)/python docs/licences.py --check
 	$(BIN)/codespell
 
-site: setup $(SITE)/.ready
-	OMP_NUM_THREADS=1 $(SITE)/bin/python docs/_site/command_runs.py
-	$(SITE)/bin/python -m sphinx --quiet --fail-on-warning --keep-going --jobs 2 -d $(OUT)/site_doctrees docs $(OUT)/site
-	$(SITE)/bin/python docs/check_site.py $(OUT)/site
+site: setup $(DOCS_VENV)/.ready
+	OMP_NUM_THREADS=1 $(DOCS_VENV)/bin/python docs/_site/command_runs.py
+	$(DOCS_VENV)/bin/python -m sphinx --quiet --fail-on-warning --keep-going --jobs 2 -d $(OUT)/site_doctrees docs $(OUT)/site
+	$(DOCS_VENV)/bin/python docs/check_site.py $(OUT)/site
 
 # Beside what the project needs: a theme, a reader of Markdown, and what runs notebooks.
-$(SITE)/.ready: docs/site_requirements.lock $(VENV)/.ready
-	$(PYTHON) -m venv $(SITE)
-	$(SITE)/bin/python -m pip install --quiet --disable-pip-version-check --no-deps --require-hashes -r docs/site_requirements.lock
-	$(SITE)/bin/python docs/set_up_site.py $(VENV)
+$(DOCS_VENV)/.ready: docs/site_requirements.lock $(VENV)/.ready
+	$(PYTHON) -m venv $(DOCS_VENV)
+	$(DOCS_VENV)/bin/python -m pip install --quiet --disable-pip-version-check --no-deps --require-hashes -r docs/site_requirements.lock
+	$(DOCS_VENV)/bin/python docs/set_up_site.py $(VENV)
 	@touch $@
 
 package: setup $(PACK)/.ready
@@ -100,4 +100,4 @@ benchmarks: setup
 	for script in benchmarks/[a-z]*.py; do $(BIN)/python $$script || exit 1; done
 
 clean:
-	rm -rf $(VENV) $(BILL) $(SITE) $(OUT) build *.egg-info
+	rm -rf $(VENV) $(BILL) $(PACK) $(DOCS_VENV) $(OUT) build *.egg-info
