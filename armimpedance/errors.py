@@ -94,8 +94,11 @@ class InputError(ArmImpedanceError):
         column: str | None = None,
         expected: str | None = None,
     ) -> None:
-        self.problem, self.file, self.row = problem, file, row
-        self.column, self.expected = column, expected
+        self.problem: str = problem
+        self.file: object | None = file
+        self.row: int | None = row
+        self.column: str | None = column
+        self.expected: str | None = expected
         places = []
         if file is not None:
             places.append(shortened(shown(str(file)), LONGEST_MESSAGE // 2))

@@ -38,7 +38,8 @@ class MethodTable(Mapping[str, Entry], Generic[Entry]):
         self, package: str, record: str, kind: str, default: str = "", joint: str = "_"
     ) -> None:
         self._package, self._record, self._joint = package, record, joint
-        self.kind, self.default = kind, default
+        self.kind: str = kind
+        self.default: str = default
         self._loaded: dict[str, Entry] = {}
 
     @cached_property

@@ -28,6 +28,8 @@ ONLY_SAID = {"canonical", "index", "search", "next", "prev", "author", "license"
 #: Pages that are written for the site stay short enough to be read in one go.
 OURS = ("index.md", "tutorials/*.md", "how_to/*.md", "theory/*.md", "reference/*.md")
 MOST_WORDS = 1500
+#: What a shell prints where a command of a tutorial did not run; a notebook goes on after it.
+NOT_RUN = ("No such file or directory", "command not found", "Traceback (most recent call last)")
 
 
 @dataclass
@@ -106,6 +108,13 @@ def commands_without_a_run() -> Iterator[str]:
         yield f"reference/commands/{name}.html: no example was run"
 
 
+def commands_that_failed(page: Path) -> Iterator[str]:
+    """Lines of a tutorial's output that say that one of its shell commands did not run."""
+    for line in page.read_text().splitlines():
+        if any(words in line for words in NOT_RUN):
+            yield f"{page}: {re.sub('<[^>]*>', '', line).strip()}"
+
+
 def long_pages() -> Iterator[str]:
     """Pages of ours that are too long."""
     for page in (page for pattern in OURS for page in DOCS.glob(pattern)):
@@ -121,6 +130,8 @@ def main(folder: str) -> int:
     problems = [found for page in pages for found in dead_links(page)]
     problems += [found for page in pages for found in fetched_from_elsewhere(page)]
     problems += [found for sheet in site.rglob("*.css") for found in styles_from_elsewhere(sheet)]
+    tutorials = site.glob("tutorials/*.html")
+    problems += [found for page in tutorials for found in commands_that_failed(page)]
     problems += [*names_without_a_page(site), *commands_without_a_run(), *long_pages()]
     for problem in problems:
         print(problem)
