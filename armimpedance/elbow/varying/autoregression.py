@@ -77,6 +77,14 @@ class Autoregression:
         """The same at `phases` (f, p)."""
         return np.asarray(self.sd**2 / np.abs(1 - phase @ self.coefficients) ** 2)
 
+    def slope_at(self, phase: NDArray[np.complex128]) -> FloatArray:
+        """Derivative of the power at `phases` (f, p) by the coefficients, (f, p)."""
+        error = 1 - phase @ self.coefficients
+        square = np.abs(error) ** 2
+        # S = sd^2 / |e|^2 with e = 1 - phase a (f,):  dS/da_k = 2 S Re(e* phase_k) / |e|^2
+        turned = (error.conj()[:, None] * phase).real
+        return np.asarray(2 * (self.sd**2 / square**2)[:, None] * turned)
+
     def operator(self, lengths: IntArray) -> FloatArray:
         """A of trials of so many rows, lower banded: ``A[i, i - k]`` at [k, i], (p + 1, R)."""
         p, R = self.order, int(np.sum(lengths))
@@ -127,6 +135,16 @@ def from_reflections(reflections: FloatArray, sd: float) -> Autoregression:
     for r in reflections:
         a = np.append(a - r * a[::-1], r)
     return Autoregression(a, sd)
+
+
+def by_reflection(reflections: FloatArray) -> FloatArray:
+    """Derivative (p, p) of the coefficients of `from_reflections` by what they come from."""
+    a, slope = np.zeros(0), np.zeros((0, len(reflections)))
+    for k, r in enumerate(reflections):
+        own = np.eye(1, len(reflections), k)
+        slope = np.vstack([slope - r * slope[::-1] - a[::-1, None] * own, own])
+        a = np.append(a - r * a[::-1], r)
+    return slope
 
 
 def reflections_of(covariance: FloatArray) -> tuple[FloatArray, float]:

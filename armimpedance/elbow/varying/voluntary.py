@@ -19,6 +19,7 @@ from scipy.optimize import minimize
 from armimpedance.arrays import FloatArray, IntArray
 from armimpedance.elbow.varying.autoregression import (
     Autoregression,
+    by_reflection,
     from_reflections,
     phases,
     reflections_of,
@@ -144,13 +145,23 @@ def _fitted(order: int, residual: Residual, near: Autoregression | None = None) 
 
     phase = phases(residual.frequency, order)
 
-    def objective(x: FloatArray) -> float:
-        expected = residual.floor + _process(x).spectrum_at(phase)
-        return float(residual.count @ (np.log(expected) + residual.power / expected))
+    def objective(x: FloatArray) -> tuple[float, FloatArray]:
+        """Minus the log likelihood but for a constant, and its gradient (p + 1,)."""
+        process = _process(x)
+        # expected = floor + sd^2 / |1 - phase a|^2
+        own, slope = process.spectrum_at(phase), process.slope_at(phase)
+        expected = residual.floor + own
+        value = residual.count @ (np.log(expected) + residual.power / expected)
+        by_expected = residual.count * (1 - residual.power / expected) / expected
+        # by a (p,), then by x: a of r, r = MOST tanh x
+        reflections = MOST * np.tanh(x[:-1])
+        by_reflections = (by_expected @ slope) @ by_reflection(reflections)
+        by_shape = by_reflections * (MOST - reflections**2 / MOST)
+        return float(value), np.append(by_shape, 2 * by_expected @ own)
 
     bounds = [(-4.2, 4.2)] * order + [(first[-1] - 12, first[-1] + 12)]
     at = np.clip(first, *np.array(bounds).T)
-    return _process(minimize(objective, at, method="L-BFGS-B", bounds=bounds).x)
+    return _process(minimize(objective, at, jac=True, method="L-BFGS-B", bounds=bounds).x)
 
 
 def _excess_covariance(order: int, residual: Residual) -> FloatArray:

@@ -12,7 +12,9 @@ from armimpedance.elbow.samples import from_recording
 from armimpedance.elbow.varying.autoregression import (
     Autoregression,
     applied,
+    by_reflection,
     from_reflections,
+    phases,
     reflections_of,
     transposed,
 )
@@ -46,6 +48,20 @@ def test_reflections_and_autocovariances_belong_together():
     reflections, variance = reflections_of(PROCESS.covariance)
     assert reflections == pytest.approx([0.95, -0.4, 0.2])
     assert variance == pytest.approx(0.01**2)
+
+
+def test_slopes_are_those_of_differences():
+    reflections, phase = np.array([0.9, -0.5, 0.3]), phases(np.linspace(0.001, 0.4, 20), 3)
+    steps = 1e-6 * np.eye(3)
+    made = [from_reflections(reflections + s, 0.7).coefficients for s in (*steps, *-steps)]
+    expected = (np.array(made[:3]) - made[3:]).T / 2e-6
+    np.testing.assert_allclose(by_reflection(reflections), expected, atol=1e-8)
+    process = from_reflections(reflections, 0.7)
+    powers = [
+        Autoregression(process.coefficients + s, 0.7).spectrum_at(phase) for s in (*steps, *-steps)
+    ]
+    expected = (np.array(powers[:3]) - powers[3:]).T / 2e-6
+    np.testing.assert_allclose(process.slope_at(phase), expected, rtol=1e-6, atol=1e-6)
 
 
 def test_the_spectrum_holds_the_variance():
