@@ -41,14 +41,53 @@ class MixedRows:
 
     def negative_log(self, x: FloatArray) -> float:
         """Minus the restricted log likelihood, but for a constant."""
-        gram, log_own = self._gram(x)
         try:
-            # A (p + c, p + c) [theta, u] = b, the normal equations of all columns
-            lower = np.linalg.cholesky(gram[:-1, :-1])
+            return _value(*self._factors(x))
         except np.linalg.LinAlgError:
             return 1e30
-        left = gram[-1, -1] - float((np.linalg.solve(lower, gram[:-1, -1]) ** 2).sum())
-        return float(log_own / 2 + np.log(np.diag(lower)).sum() + left / 2)
+
+    def likelihood(self, x: FloatArray) -> tuple[float, FloatArray]:
+        """`negative_log` and its slope by x."""
+        try:
+            factors = self._factors(x)
+        except np.linalg.LinAlgError:
+            return 1e30, np.zeros(len(x))
+        return _value(*factors), self._slope(x, *factors)
+
+    def _factors(self, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Factors of V_p, columns made white, inverse of A's factor (n, n), that times b (n,)."""
+        lower = self._own(x)
+        white, gram = self._white(x, lower)
+        # A (p + c, p + c) [theta, u] = b, the normal equations of all columns; A^-1 = root^T root
+        root = np.linalg.inv(np.linalg.cholesky(gram[:-1, :-1]))
+        return lower, white, np.asarray(root, dtype=np.float64), np.asarray(root @ gram[:-1, -1])
+
+    def _slope(
+        self,
+        x: FloatArray,
+        lower: FloatArray,
+        white: FloatArray,
+        root: FloatArray,
+        half: FloatArray,
+    ) -> FloatArray:
+        # solution (n,), errors made white (P, r), H (P, r, n) = [X, Z] root^T made white
+        solution = root.T @ half
+        error = white[..., -1] - white[..., :-1] @ solution
+        H = white[..., :-1] @ root.T
+        # d l = <1 - H H^T - e e^T, L^-1 dV L^-T> / 2
+        inner = np.eye(error.shape[1]) - H @ H.transpose(0, 2, 1)
+        inverse = np.linalg.inv(lower)
+        by_own = inverse.transpose(0, 2, 1) @ (inner - error[:, :, None] * error[:, None]) @ inverse
+        each = np.einsum("pii->i", by_own) * np.exp(2 * x[:2])[self.group]
+        groups = np.bincount(self.group, each, 2).astype(np.float64)
+        if len(x) == 2:
+            return groups
+        single = np.exp(2 * x[4]) * np.einsum("pij,pik,pjk->", by_own, self.arms, self.arms)
+        # d l = <H root - e u^T, L^-1 dZ>, each column of Z in proportion to its size
+        p, m = self.design.shape[-1], self.arms.shape[-1]
+        by_shared = (H @ root)[..., p:] - error[..., None] * solution[p:]
+        sizes = np.einsum("pij,pij->j", by_shared, white[..., p:-1])
+        return np.concatenate([groups, [sizes[:m].sum(), sizes[m:].sum(), single]])
 
     def likeliest(
         self, first: FloatArray, limits: list[tuple[float, float]]
@@ -57,12 +96,14 @@ class MixedRows:
         from scipy.optimize import minimize
 
         start = np.asarray(np.clip(first, *np.array(limits).T))
-        made = minimize(self.negative_log, start, method="L-BFGS-B", bounds=limits, tol=1e-6)
+        made = minimize(
+            self.likelihood, start, jac=True, method="L-BFGS-B", bounds=limits, tol=1e-6
+        )
         return float(made.fun), np.asarray(made.x)
 
     def solution(self, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Theta (p,) and its covariance (p, p) without shared errors; what those do, (p, c)."""
-        gram, _ = self._gram(x)
+        _, gram = self._white(x, self._own(x))
         p = self.design.shape[-1]
         # C (p, p) = (X^T V^-1 X)^-1, theta = C X^T V^-1 y, moved (p, c) = C X^T V^-1 Z
         C = np.asarray(np.linalg.inv(gram[:p, :p]), dtype=np.float64)
@@ -90,13 +131,20 @@ class MixedRows:
             return self.arms[..., :0]
         return np.concatenate([np.exp(x[2]) * self.arms, np.exp(x[3]) * self.law], axis=-1)
 
-    def _gram(self, x: FloatArray) -> tuple[FloatArray, float]:
-        """Gram of [X, Z, y] with errors made white, u's own information in it, and log det V."""
-        lower, Z = self._own(x), self._shared(x)
+    def _white(self, x: FloatArray, lower: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """[X, Z, y] with errors made white (P, r, n + 1), and its gram with u's information."""
+        Z = self._shared(x)
         p, c = self.design.shape[-1], Z.shape[-1]
         columns = np.concatenate([self.design, Z, self.target[..., None]], axis=-1)
-        white = np.linalg.solve(lower, columns).reshape(-1, columns.shape[-1])
-        gram = white.T @ white
+        white = np.linalg.solve(lower, columns)
+        flat = white.reshape(-1, columns.shape[-1])
+        gram = flat.T @ flat
         gram[:p, :p] += self.prior.T @ self.prior
         gram[np.arange(p, p + c), np.arange(p, p + c)] += 1.0
-        return gram, 2 * float(np.log(np.diagonal(lower, axis1=1, axis2=2)).sum())
+        return white, gram
+
+
+def _value(lower: FloatArray, white: FloatArray, root: FloatArray, half: FloatArray) -> float:
+    left = (white[..., -1] ** 2).sum() - half @ half
+    log_own = np.log(np.diagonal(lower, axis1=1, axis2=2)).sum()
+    return float(log_own - np.log(np.diag(root)).sum() + left / 2)
