@@ -6,12 +6,17 @@ import ast
 import doctest
 import importlib
 import inspect
+import os
 import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from numpydoc.validate import validate
+
+# One thread for the matrix libraries, as everywhere: more of them wait for each other.
+for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
+    os.environ.setdefault(_variable, "1")
 
 ROOT = Path(__file__).resolve().parents[1]
 #: No docstring; parameters not documented, unknown, in another order; no section of returns.

@@ -20,7 +20,7 @@ from manipulandum_sim.hand import simulate
 
 
 @pytest.mark.parametrize("lab", STARTERS)
-def test_the_commands_and_the_script_of_a_starter_run(lab, tmp_path, monkeypatch, capsys):
+def test_commands_script_and_notebook_of_a_starter(lab, tmp_path, monkeypatch, capsys):
     folder = tmp_path / "try it"
     assert main(["new", "--for", lab, str(folder)]) == 0
     starter = STARTERS[lab]
@@ -32,19 +32,13 @@ def test_the_commands_and_the_script_of_a_starter_run(lab, tmp_path, monkeypatch
         assert main(command.split()[1:]) == 0, command
         assert capsys.readouterr().err == ""
     runpy.run_path(SCRIPT)
+    book = nbformat.read(NOTEBOOK, as_version=4)
+    nbformat.validate(book)
+    codes = [cell.source for cell in book.cells if cell.cell_type == "code"]
+    assert len(codes) == len(starter.cells)
+    assert all(code in (folder / SCRIPT).read_text() for code in codes)
     made = {p.name for p in folder.iterdir()}
     assert len(made) > len(starter.names)
-
-
-@pytest.mark.parametrize("lab", STARTERS)
-def test_the_notebook_is_valid_and_holds_the_script(lab, tmp_path):
-    assert main(["new", "--for", lab, str(tmp_path / "a")]) == 0
-    book = nbformat.read(tmp_path / "a" / NOTEBOOK, as_version=4)
-    nbformat.validate(book)
-    script = (tmp_path / "a" / SCRIPT).read_text()
-    codes = [cell.source for cell in book.cells if cell.cell_type == "code"]
-    assert len(codes) == len(STARTERS[lab].cells)
-    assert all(code in script for code in codes)
 
 
 def test_the_notebook_of_a_starter_runs(tmp_path):
