@@ -10,7 +10,13 @@ from .hand import (
     estimate_all as estimate_all,
 )
 from .inspection import Inspection as Inspection, inspect as inspect
-from .levels import to_hand as to_hand, to_joint as to_joint, to_muscle as to_muscle
+from .levels import (
+    arm_of_whose as arm_of_whose,
+    moving_joints as moving_joints,
+    to_hand as to_hand,
+    to_joint as to_joint,
+    to_muscle as to_muscle,
+)
 from .models import (
     fit_activation as fit_activation,
     fit_model as fit_model,

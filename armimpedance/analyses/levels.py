@@ -8,14 +8,14 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from math import radians
 from pathlib import Path
-from typing import Final, Literal, TypeVar
+from typing import Final, Literal, TypeVar, cast
 
 import numpy as np
 
 from armimpedance.analyses.results.estimates import Estimates
 from armimpedance.analyses.results.muscle_estimates import MuscleEstimates
 from armimpedance.analyses.sources import PathLike, naming, read_recording
-from armimpedance.arm import HELD, MuscularArm, TwoLinkArm, arm_named
+from armimpedance.arm import FREE, HELD, Arm, MuscularArm, arm_named
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import ArmImpedanceError, InputError
 from armimpedance.files import condition_of, read_results
@@ -25,6 +25,7 @@ from armimpedance.levels import (
     arm_posture_for,
     is_in_space,
     kinematic_arm,
+    spatial_arm,
     spatial_posture_for,
     to_hand as to_hand_once,
     to_joint as to_joint_once,
@@ -38,6 +39,8 @@ from armimpedance.records import ArmPosture, ImpedanceEstimate, Recording, Subje
 Results = Sequence[ImpedanceEstimate] | PathLike
 #: Whose arm it is: a recording, its path, or the subject alone.
 Whose = Recording | Subject | PathLike
+#: Shoulder and elbow.
+PLANAR: Final = (0, 1)
 #: Whether the upper arm was kept from turning about its own axis.
 Elbow = Literal["held", "free"]
 Made = TypeVar("Made")
@@ -232,10 +235,60 @@ def to_muscle(
     return MuscleEstimates(tuple(_each(estimates, mapped)))
 
 
-def arm_of_whose(whose: Whose) -> TwoLinkArm:
-    """The two-link arm of a recording, of the one at a path, or of a subject, with its gravity."""
+def arm_of_whose(whose: Whose, joints: int = 2) -> Arm:
+    """The arm of a recording, of the one at a path, or of a subject, with its gravity.
+
+    Parameters
+    ----------
+    whose : Recording, Subject or path
+    joints : int
+        Two links in a plane, or the four joints of an arm in space.
+
+    Returns
+    -------
+    Arm
+
+    Raises
+    ------
+    InputError
+        The recording cannot be read, its subject has neither lengths nor height, gravity acts in
+        other axes, or nobody knows arms of so many joints.
+    """
     who = _who((), whose)
+    if joints == len(FREE):
+        # one posture at a time, and no dynamics beside the weight
+        return cast(Arm, spatial_arm(who.subject, who.gravity_m_s2))
+    if joints != len(PLANAR):
+        expected = "2 or 4; in Python an arm of your own"
+        raise InputError(f"a model of {joints} joints", expected=expected)
     return kinematic_arm(who.subject, who.gravity_m_s2)
+
+
+def moving_joints(joints: int, recording: Whose, elbow: Elbow | None) -> tuple[int, ...]:
+    """The joints that move: without the upper arm's turning about its own axis where it is held.
+
+    Parameters
+    ----------
+    joints : int
+    recording : Recording, Subject or path
+    elbow : {"held", "free"} or None
+        None: what the recording's trials say, else free.
+
+    Returns
+    -------
+    tuple of int
+
+    Raises
+    ------
+    InputError
+        The elbow of a planar arm is asked about.
+    """
+    if joints != len(FREE):
+        if elbow is not None:
+            raise InputError(f"the elbow of an arm of {joints} joints", expected="it in space only")
+        return tuple(range(joints))
+    told = elbow or _elbow_of(recording)
+    return HELD if told == "held" else FREE
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from armimpedance.analyses.levels import Whose, arm_of_whose
+from armimpedance.analyses.levels import Elbow, Whose, arm_of_whose, moving_joints
 from armimpedance.analyses.sources import PathLike
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
@@ -35,9 +35,9 @@ def predict(
     ----------
     model : PostureModel, ActivationModel, MuscleModel or path
         The path is that of a MODEL.json.
-    postures : (P, 2) or path, optional
+    postures : (P, n) or path, optional
         Angles of shoulder and elbow, rad, or a table with the columns `q_shoulder_rad` and
-        `q_elbow_rad`.
+        `q_elbow_rad`; of n joints `q_1_rad` to `q_n_rad`.
     activations : (P, m) or path, optional
         Activation of each muscle, 0..1, or a table with the columns `alpha_1 …`. Given both, row
         goes with row; a single row goes with all rows of the other.
@@ -74,9 +74,16 @@ def predict(
 
 
 def at_hand(
-    predicted: JointPrediction, *, recording: Whose, force_N: ArrayLike | None = None
+    predicted: JointPrediction,
+    *,
+    recording: Whose,
+    force_N: ArrayLike | None = None,
+    elbow: Elbow | None = None,
 ) -> HandPrediction:
-    """Carry a predicted joint impedance to the hand: ``K_e = J^-T (K_j + Gamma(F)) J^-1``.
+    """Carry a predicted joint impedance to the hand: compliances add.
+
+    ``K_e = (J (K_j + Gamma(F) + dg/dq)^-1 J^T)^-1``, in the plane
+    ``J^-T (K_j + Gamma(F) + dg/dq) J^-1``.
 
     Parameters
     ----------
@@ -84,8 +91,11 @@ def at_hand(
         What `predict` returned.
     recording : Recording, Subject or path
         Whose arm's lengths, and how gravity acts on it.
-    force_N : (2,) or (P, 2), optional
+    force_N : (d,) or (P, d), optional
         Force by the hand on its environment; none: no force.
+    elbow : {"held", "free"}, optional
+        In space: whether the upper arm is kept from turning about its own axis. Default: what the
+        recording's column `elbow` says, else free.
 
     Returns
     -------
@@ -112,7 +122,9 @@ def at_hand(
     >>> at_hand(joint, recording=Subject(height_m=1.75)).stiffness.round().tolist()
     [[78.0, -58.0, 246.0]]
     """
-    return predicted_at_hand(predicted, arm_of_whose(recording), force_N)
+    joints = predicted.joint_angles.shape[1]
+    arm, moving = arm_of_whose(recording, joints), moving_joints(joints, recording, elbow)
+    return predicted_at_hand(predicted, arm, force_N, moving=moving)
 
 
 def _postures(given: ArrayLike | PathLike | None) -> FloatArray | None:

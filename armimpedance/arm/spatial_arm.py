@@ -43,10 +43,55 @@ class SpatialArm:
     links: TwoLinkArm
     gravity_m_s2: tuple[float, float, float] | None = None
 
+    joints, axes = len(FREE), 3
+
     def hand_position(self, q: ArrayLike) -> FloatArray:
         """Hand from the shoulder, m, (3,), at the four angles."""
         _, u, v = _axes(_checked(q))
         return np.asarray(-self.links.upper_arm_m * u - self.links.forearm_hand_m * v)
+
+    def jacobian(self, q: ArrayLike) -> FloatArray:
+        """``J = dp/dq`` of all joints, (3, 4)."""
+        A, elbow, hand = self._places(q)
+        return _first(A, elbow, hand)
+
+    def jacobian_derivative(self, q: ArrayLike) -> FloatArray:
+        """``[k, i, j] = d2 p_k / dq_i dq_j``, (3, 4, 4)."""
+        A, elbow, hand = self._places(q)
+        return _second(A, _first(A, elbow, hand))
+
+    def gravity_gradient(self, q: ArrayLike) -> FloatArray:
+        """``[i, j] = dg_i / dq_j``, N m/rad, (4, 4); zero where gravity is not known."""
+        if self.gravity_m_s2 is None:
+            return np.zeros((4, 4))
+        A, u, v = _axes(_checked(q))
+        return self._weight(A, self._parts(u, v), -self.links.upper_arm_m * u)[1]
+
+    def _places(self, q: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """The hinges' axes (3, 4), the elbow's and the hand's place (3,)."""
+        A, u, v = _axes(_checked(q))
+        elbow = -self.links.upper_arm_m * u
+        return A, elbow, elbow - self.links.forearm_hand_m * v
+
+    def _parts(self, u: FloatArray, v: FloatArray) -> tuple[tuple[float, FloatArray], ...]:
+        """Mass and centre (3,) of both links."""
+        links, elbow = self.links, -self.links.upper_arm_m * u
+        return (
+            (links.upper_arm_kg, -links.upper_arm_com_m * u),
+            (links.forearm_hand_kg, elbow - links.forearm_hand_com_m * v),
+        )
+
+    def _weight(
+        self, A: FloatArray, parts: tuple[tuple[float, FloatArray], ...], elbow: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """The weight's torque (4,) and its gradient (4, 4)."""
+        gravity, weight, gradient = np.array(self.gravity_m_s2), np.zeros(4), np.zeros((4, 4))
+        for (kg, centre), last in zip(parts, (3, 4), strict=True):
+            Jc = _first(A, elbow, centre, last)
+            # V = -m gravity . c: g (n,) = -m J_c^T gravity, dg/dq (n, n) = -m gravity . d2c
+            weight -= kg * Jc.T @ gravity
+            gradient -= kg * np.einsum("k,kij->ij", gravity, _second(A, Jc))
+        return weight, gradient
 
     def joint_angles(self, hand: ArrayLike, swivel_rad: float) -> FloatArray:
         """The four angles of a hand's place (3,) and a swivel.
@@ -101,19 +146,11 @@ class SpatialArm:
         A, u, v = _axes(q)
         links, r = self.links, list(moving)
         elbow = -links.upper_arm_m * u
-        J, bend = _moved(A, elbow, elbow - links.forearm_hand_m * v)
-        parts = (
-            (links.upper_arm_kg, -links.upper_arm_com_m * u),
-            (links.forearm_hand_kg, elbow - links.forearm_hand_com_m * v),
-        )
+        J = _first(A, elbow, elbow - links.forearm_hand_m * v)
+        bend, parts = _second(A, J), self._parts(u, v)
         weight = gradient = None
         if self.gravity_m_s2 is not None:
-            gravity, weight, gradient = np.array(self.gravity_m_s2), np.zeros(4), np.zeros((4, 4))
-            for (kg, centre), last in zip(parts, (3, 4), strict=True):
-                Jc, bend_c = _moved(A, elbow, centre, last)
-                # V = -m gravity . c: g (n,) = -m J_c^T gravity, dg/dq (n, n) = -m gravity . d2c
-                weight -= kg * Jc.T @ gravity
-                gradient -= kg * np.einsum("k,kij->ij", gravity, bend_c)
+            weight, gradient = self._weight(A, parts, elbow)
             weight, gradient = weight[r], gradient[np.ix_(r, r)]
         return ArmPosture(
             joint_angles=q[r],
@@ -138,7 +175,7 @@ class SpatialArm:
         lengths = (links.upper_arm_m, links.forearm_hand_m)
         M, elbow = np.zeros((4, 4)), -links.upper_arm_m * long[0]
         for i, (kg, centre) in enumerate(parts):
-            Jc, _ = _moved(A, elbow, centre, 3 + i)
+            Jc = _first(A, elbow, centre, 3 + i)
             Jw = np.where(np.arange(4) < 3 + i, A, 0.0)
             about = long[i] @ Jw
             round_kgm2 = kg * ((thin[i] or 0.0) * lengths[i]) ** 2
@@ -184,19 +221,32 @@ def _angles(u: FloatArray, v: FloatArray) -> FloatArray:
     return np.array([q1, q2, np.arctan2(-front @ x, front @ y), np.arctan2(s4, c4)])
 
 
-def _moved(
-    A: FloatArray, elbow: FloatArray, point: FloatArray, last: int = 4
-) -> tuple[FloatArray, FloatArray]:
-    """First (3, 4) and second (3, 4, 4) derivatives of a point that the first `last` joints move.
+def _first(A: FloatArray, elbow: FloatArray, point: FloatArray, last: int = 4) -> FloatArray:
+    """First derivatives (3, 4) of a point that the first `last` joints move.
 
-    ``dp/dq_i = a_i x (p - o_i)``, ``d2p/dq_i dq_j = a_i x (a_j x (p - o_j))`` for i nearer to the
-    trunk than j.
+    ``dp/dq_i = a_i x (p - o_i)``.
     """
-    origins = np.column_stack([np.zeros((3, 3)), elbow])
-    J = np.zeros((3, 4))
-    J[:, :last] = np.cross(A.T, (point[:, None] - origins).T).T[:, :last]
-    bend = np.zeros((3, 4, 4))
-    for i in range(last):
-        for j in range(i, last):
-            bend[:, i, j] = bend[:, j, i] = np.cross(A[:, i], J[:, j])
-    return J, bend
+    arm = np.empty((3, 4))
+    arm[:, :3], arm[:, 3] = point[:, None], point - elbow
+    J = _cross(A, arm)
+    J[:, last:] = 0.0
+    return J
+
+
+def _second(A: FloatArray, J: FloatArray) -> FloatArray:
+    """Second derivatives (3, 4, 4) of a point from the first ones.
+
+    ``d2p/dq_i dq_j = a_i x (a_j x (p - o_j))`` for i nearer to the trunk than j.
+    """
+    bend = _cross(A[:, :, None], J[:, None, :])
+    return np.where(_OUTWARDS, bend, bend.transpose(0, 2, 1))
+
+
+#: Joints i, j of which i is the nearer to the trunk, or the same.
+_OUTWARDS: Final = np.triu(np.ones((4, 4), dtype=bool))
+
+
+def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Cross products along the first axis; `np.cross` takes most of a live update's time."""
+    (x, y, z), (X, Y, Z) = a, b
+    return np.stack([y * Z - z * Y, z * X - x * Z, x * Y - y * X])

@@ -2,8 +2,9 @@
 
 Columns: ``muscle, q_shoulder_rad, q_elbow_rad, G_shoulder_m, G_elbow_m`` (``G = dL/dq``, positive
 where the muscle lengthens), every muscle at every posture of one rectangular grid of at least 4 x 4
-angles; optional ``max_tension_N`` (one value for each muscle) and ``stiffness_per_tension_per_m``
-(one value). Lines that start with # are comments.
+angles. An arm of n joints has ``q_1_rad`` to ``q_n_rad`` and ``G_1_m`` to ``G_n_m``, at any
+postures (`posture_table`). Optional ``max_tension_N`` (one value for each muscle) and
+``stiffness_per_tension_per_m`` (one value). Lines that start with # are comments.
 """
 
 from __future__ import annotations
@@ -17,10 +18,11 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arm.muscle_paths import STIFFNESS_PER_TENSION, MuscularArm
+from armimpedance.arm.muscle_paths import STIFFNESS_PER_TENSION, MusclePaths, MuscularArm
+from armimpedance.arm.posture_table import paths_of_table
 from armimpedance.arm.table_paths import TablePaths
 from armimpedance.arrays import FloatArray
-from armimpedance.errors import InputError
+from armimpedance.errors import InputError, NotIdentifiableError
 from armimpedance.inputs import unchanged
 
 ANGLES: Final = ("q_shoulder_rad", "q_elbow_rad")
@@ -50,6 +52,13 @@ class _Table:
 
     file: Path
     rows: tuple[_Row, ...]
+    angles: tuple[str, ...] = ANGLES
+    arms: tuple[str, ...] = ARMS
+
+    def numbers(self, muscle: str, columns: tuple[str, ...]) -> FloatArray:
+        """The columns (P, n) of a muscle's rows."""
+        mine = (row.numbers for row in self.rows if row.muscle == muscle)
+        return np.array([[numbers[name] for name in columns] for numbers in mine])
 
     def wrong(self, row: _Row, problem: str, column: str, expected: str) -> InputError:
         return InputError(problem, file=self.file, row=row.line, column=column, expected=expected)
@@ -66,11 +75,13 @@ def read_moment_arm_table(path: str | Path) -> MuscularArm:
     """
     table = _read(Path(path))
     muscles = tuple(dict.fromkeys(row.muscle for row in table.rows))
-    shoulder, elbow = (_grid_angles(table, column) for column in ANGLES)
-    arms = _on_grid(table, muscles, shoulder, elbow)
     try:
-        paths = TablePaths(muscles, shoulder, elbow, arms)
+        paths, limits = _paths(table, muscles)
+    except NotIdentifiableError as error:
+        raise InputError(str(error), file=path, expected="more postures, off one line") from error
     except InputError as error:
+        if error.file is not None:
+            raise
         raise InputError(error.problem, file=path, expected=error.expected) from error
     tensions = [_constant(table, TENSION, muscle) for muscle in muscles]
     per_tension = _constant(table, PER_TENSION)
@@ -84,9 +95,20 @@ def read_moment_arm_table(path: str | Path) -> MuscularArm:
         paths=paths,
         max_tension=np.array([EQUAL_TENSION_N if t is None else t for t in tensions]),
         stiffness_per_tension=per_tension or STIFFNESS_PER_TENSION,
-        angle_range=paths.angle_range,
+        angle_range=limits,
         source="; ".join(notes),
     )
+
+
+def _paths(table: _Table, muscles: tuple[str, ...]) -> tuple[MusclePaths, FloatArray]:
+    """The muscles' paths, and the range (n, 2) of each angle that they hold for, rad."""
+    if table.angles == ANGLES:
+        shoulder, elbow = (_grid_angles(table, column) for column in ANGLES)
+        planar = TablePaths(muscles, shoulder, elbow, _on_grid(table, muscles, shoulder, elbow))
+        return planar, planar.angle_range
+    q = [table.numbers(muscle, table.angles) for muscle in muscles]
+    spatial = paths_of_table(muscles, q, [table.numbers(m, table.arms) for m in muscles])
+    return spatial, spatial.box
 
 
 def _read(file: Path) -> _Table:
@@ -100,11 +122,21 @@ def _read(file: Path) -> _Table:
         first = next(lines, None)
         if first is None:
             raise InputError("is empty", file=file, expected=", ".join(("muscle", *ANGLES, *ARMS)))
-        names = _header(file, *first)
-        rows = tuple(_row(file, number, names, cells) for number, cells in lines)
+        angles, arms = _columns(first[1])
+        names = _header(file, *first, ("muscle", *angles, *arms))
+        rows = tuple(_row(file, number, names, cells, angles, arms) for number, cells in lines)
     if not rows:
         raise InputError("no rows under the header", file=file, expected="one row per posture")
-    return _Table(file, rows)
+    return _Table(file, rows, angles, arms)
+
+
+def _columns(header: list[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Names of the angles' and of the moment arms' columns: of shoulder and elbow, or numbered."""
+    if ANGLES[0] in header or "q_1_rad" not in header:
+        return ANGLES, ARMS
+    joints = next(j for j in range(1, len(header) + 2) if f"q_{j}_rad" not in header)
+    n = range(1, joints)
+    return tuple(f"q_{j}_rad" for j in n), tuple(f"G_{j}_m" for j in n)
 
 
 def _lines(file: Path, stream: Iterator[str]) -> Iterator[tuple[int, list[str]]]:
@@ -117,8 +149,8 @@ def _lines(file: Path, stream: Iterator[str]) -> Iterator[tuple[int, list[str]]]
         raise InputError(f"not CSV: {error}", file=file, row=reader.line_num) from None
 
 
-def _header(file: Path, line: int, names: list[str]) -> list[str]:
-    for name in ("muscle", *ANGLES, *ARMS):
+def _header(file: Path, line: int, names: list[str], needed: tuple[str, ...]) -> list[str]:
+    for name in needed:
         if name not in names:
             there = ", ".join(names)
             raise InputError(
@@ -130,14 +162,21 @@ def _header(file: Path, line: int, names: list[str]) -> list[str]:
     return names
 
 
-def _row(file: Path, line: int, names: list[str], cells: list[str]) -> _Row:
+def _row(
+    file: Path,
+    line: int,
+    names: list[str],
+    cells: list[str],
+    angles: tuple[str, ...],
+    arms: tuple[str, ...],
+) -> _Row:
     if len(cells) != len(names):
         expected = f"{len(names)}, as in the header"
         raise InputError(f"{len(cells)} cells", file=file, row=line, expected=expected)
     given = dict(zip(names, cells, strict=True))
     if not given["muscle"]:
         raise InputError("empty", file=file, row=line, column="muscle", expected="a name")
-    limits = {**dict.fromkeys(ANGLES, 2 * math.pi), **dict.fromkeys(ARMS, _LONGEST_ARM_M)}
+    limits = {**dict.fromkeys(angles, 2 * math.pi), **dict.fromkeys(arms, _LONGEST_ARM_M)}
     limits |= {name: math.inf for name in (TENSION, PER_TENSION) if name in given}
     numbers = {
         name: _number(file, line, name, given[name], limit) for name, limit in limits.items()

@@ -15,6 +15,8 @@ activation: K_j and B_j of one posture over the six muscles' activations (column
 muscles: both together, moment arms that keep to an arm's published ones as far as data allow.
 
 Rows come from: armimpedance map hand.csv --recording session --to joint --out joint.csv
+In space (four angles, with three joints where the elbow was held) muscles alone makes a model, with
+a table of moment arms: columns muscle, q_1_rad to q_4_rad, G_1_m to G_4_m (dL/dq).
 """
 
 from __future__ import annotations

@@ -67,6 +67,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
         metavar="N/M/S",
         help="commanded_N_m changes no faster (default: no limit)",
     )
+    parser.add_argument(
+        "--elbow",
+        choices=("held", "free"),
+        help="in space: whether the upper arm is kept from turning about its own axis (default: "
+        "the recording's column `elbow`, else free)",
+    )
     parser.add_argument("--samples", type=_count, metavar="N", help="end after so many")
 
 
@@ -88,6 +94,7 @@ def run(args: argparse.Namespace) -> int:
         levels=whose if raw or args.signal == "envelope" else None,
         envelope=args.signal == "envelope",
         limit_N_m_s=args.limit,
+        elbow=args.elbow,
     )
     with _output(args) as write:
         served = serve(live, packets_of(live, _source(args, replayed)), write, _tell)

@@ -9,9 +9,10 @@ Examples:
   armimpedance predict arm.json --postures grid.csv --to moment-arms --joint elbow --out elbow.sto
   armimpedance predict muscles.json --activations emg.csv --to muscle --out muscles.sto
 
-Postures have the columns q_shoulder_rad and q_elbow_rad, activations alpha_1 ... (0 to 1). Given
-both, row goes with row; a single row goes with all rows of the other. Where the model was never
-measured the row says so (columns extrapolated, reason). Intervals are those of the model's mean.
+Postures have the columns q_shoulder_rad and q_elbow_rad, in space q_1_rad to q_4_rad, activations
+alpha_1 ... (0 to 1). Given both, row goes with row; a single row goes with all rows of the other.
+Where the model was never measured the row says so (columns extrapolated, reason). Intervals are
+those of the model's mean.
 
 --to moment-arms: r = -dL/dq of each muscle in m (OpenSim's sign: a flexor's is positive), of an arm
 (planar6, arm26, a table) or as fitted (fit muscles). With --joint the columns are the muscles
@@ -25,7 +26,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from armimpedance.cli.parts.muscle_tables import JOINTS
+from armimpedance.cli.parts.muscle_tables import JOINTS, NUMBERED
 
 if TYPE_CHECKING:
     from armimpedance.muscles import HandPrediction, JointPrediction
@@ -44,16 +45,24 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add_out(parser, "the predictions", TABLE, long=True, required=True)
     add_figure(parser, "K and B of every row, what is extrapolated set apart")
     parser.add_argument("--to", choices=("joint", "hand", *_TABLES), default="joint")
-    parser.add_argument("--joint", choices=JOINTS, help="--to moment-arms: of this joint alone")
+    parser.add_argument(
+        "--joint", choices=(*JOINTS, *NUMBERED), help="--to moment-arms: of this joint alone"
+    )
     parser.add_argument(
         "--recording", type=Path, metavar="RECORDING", help="--to hand: whose arm's lengths"
     )
     parser.add_argument(
         "--force",
-        nargs=2,
+        nargs="+",
         type=float,
-        metavar=("FX", "FY"),
-        help="--to hand: force by the hand on its environment, N (default: none)",
+        metavar="N",
+        help="--to hand: force by the hand on its environment along each axis, N (default: none)",
+    )
+    parser.add_argument(
+        "--elbow",
+        choices=("held", "free"),
+        help="--to hand, in space: whether the upper arm is kept from turning about its own axis "
+        "(default: the recording's column `elbow`, else free)",
     )
 
 
@@ -77,7 +86,7 @@ def run(args: argparse.Namespace) -> int:
     predicted = predict(args.model, postures=args.postures, activations=args.activations)
     shown: JointPrediction | HandPrediction = predicted
     if args.to == "hand":
-        shown = at_hand(predicted, recording=args.recording, force_N=args.force)
+        shown = at_hand(predicted, recording=args.recording, force_N=args.force, elbow=args.elbow)
     write_result(predictions_content(shown), args)
     outside = int(predicted.extrapolated.sum())
     note = f", {outside} of them extrapolated" if outside else ", none extrapolated"
@@ -111,17 +120,18 @@ def _write_muscles(args: argparse.Namespace) -> int:
 def _check(args: argparse.Namespace) -> None:
     from armimpedance.errors import InputError
 
-    options = ("recording", "force", "joint", "figure", "postures", "activations")
+    options = ("recording", "force", "elbow", "joint", "figure", "postures", "activations")
     given = [name for name in options if getattr(args, name) is not None]
     refused = {
-        "joint": ("recording", "force", "joint"),
+        "joint": ("recording", "force", "elbow", "joint"),
         "hand": ("joint",),
-        "moment-arms": ("recording", "force", "figure", "activations"),
-        "muscle": ("recording", "force", "figure", "joint", "postures"),
+        "moment-arms": ("recording", "force", "elbow", "figure", "activations"),
+        "muscle": ("recording", "force", "elbow", "figure", "joint", "postures"),
     }[args.to]
     for name in given:
         if name in refused:
-            where = {"recording": "--to hand", "force": "--to hand", "joint": "--to moment-arms"}
+            where = dict.fromkeys(("recording", "force", "elbow"), "--to hand")
+            where["joint"] = "--to moment-arms"
             problem = f"--{name} with --to {args.to}"
             raise InputError(problem, expected=where.get(name, "it without"))
     needed = {"hand": "recording", "moment-arms": "postures", "muscle": "activations"}

@@ -60,6 +60,13 @@ class Ellipsoid:
         """``l2/l1`` and ``l3/l1``, (2,)."""
         return self.semi_axes[1:] / self.semi_axes[0]
 
+    @property
+    def directions(self) -> FloatArray:
+        """The axes as rows (3, 3), each turned so that its largest component is positive."""
+        rows = self.axes.T
+        largest = np.abs(rows).argmax(axis=1)
+        return np.asarray(rows * np.sign(rows[np.arange(3), largest])[:, None])
+
     def interval(self, level: float = 0.95) -> FloatArray:
         """Limits (low, high) of the three half-axes and of the size, (4, 2).
 
@@ -110,17 +117,16 @@ class Ellipsoid:
     def _off_axis(self, u: FloatArray, level: float) -> FloatArray:
         """Squared distance of directions (n, 3) from an axis, parts of what chance does."""
         limit = 2 * float(fdtri(2, min(self.dof, _MANY), _checked(level)))
-        found = np.empty(len(u))
         S = (np.eye(9) + _TRANSPOSE) / 2
         covariance = S @ self.covariance @ S.T
-        for i, one in enumerate(u):
-            across = np.linalg.svd(one[None])[2][1:]
-            w = across @ self.matrix @ one
-            by = np.kron(across, one[None])
-            spread = by @ covariance @ by.T
-            scale = np.trace(spread) + 1e-300
-            found[i] = w @ np.linalg.pinv(spread / scale, rcond=1e-12) @ w / scale / limit
-        return found
+        # two directions across each u, (n, 2, 3), and A u along them, w (n, 2)
+        across = np.linalg.svd(u[:, None])[2][:, 1:]
+        w = np.einsum("nai,ij,nj->na", across, self.matrix, u)
+        by = np.einsum("nai,nj->naij", across, u).reshape(len(u), 2, 9)
+        spread = by @ covariance @ by.transpose(0, 2, 1)
+        scale = np.trace(spread, axis1=1, axis2=2) + 1e-300
+        inverse = np.linalg.pinv(spread / scale[:, None, None], rcond=1e-12)
+        return np.asarray(np.einsum("na,nab,nb->n", w, inverse, w) / scale / limit)
 
 
 #: vec of a matrix to vec of its transpose.

@@ -11,7 +11,7 @@ import numpy as np
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
 from armimpedance.files.table_row import TableRow, table_rows
-from armimpedance.muscles import JointRows
+from armimpedance.muscles import JointRows, angle_columns
 
 _WHAT = "a table of joint-level rows (armimpedance map --to joint)"
 _ACTIVATION = re.compile(r"alpha_(\d+)")
@@ -20,9 +20,11 @@ _ACTIVATION = re.compile(r"alpha_(\d+)")
 def read_joint_rows(paths: Sequence[str | Path]) -> JointRows:
     """Rows of one or more files, one after the other.
 
-    Needed are `level` (joint), `q_shoulder_rad`, `q_elbow_rad`, `K_11 … K_22`, `B_11 … B_22`.
-    Taken where every row has them: `sd_K_ij` and `sd_B_ij` (weights), `alpha_1 …` with
-    `sd_alpha_1 …`, `torque_1_Nm` and `torque_2_Nm`; `muscles` names those of the activations.
+    Needed are `level` (joint), `q_shoulder_rad`, `q_elbow_rad`, `K_11 … K_22`, `B_11 … B_22`; of
+    more joints `q_1_rad …` and all elements. An arm in space whose upper arm was kept from turning
+    has four angles and the elements of three joints. Taken where every row has them: `sd_K_ij` and
+    `sd_B_ij` (weights), `alpha_1 …` with `sd_alpha_1 …`, `torque_1_Nm …`; `muscles` names those of
+    the activations.
 
     Parameters
     ----------
@@ -58,19 +60,16 @@ def read_joint_rows(paths: Sequence[str | Path]) -> JointRows:
         if row.text("level") != "joint":
             expected = "joint; armimpedance map --to joint makes such rows"
             raise row.error(repr(row.text("level")), "level", expected)
-        if row.cells.get("K_33"):
-            raise row.error(
-                "three joints", "K_33", "two: shoulder and elbow; of more, Python makes JointRows"
-            )
     muscles = _muscles(rows)
-    angles = ("q_shoulder_rad", "q_elbow_rad")
-    torque = ("torque_1_Nm", "torque_2_Nm")
+    angles, moving = _joints(rows)
+    r = len(moving)
+    torque = [f"torque_{j}_Nm" for j in range(1, r + 1)]
     return JointRows(
         joint_angles=np.array([[row.angle(name) for name in angles] for row in rows]),
-        stiffness=np.array([row.matrix("K", 2) for row in rows]),
-        viscosity=np.array([row.matrix("B", 2) for row in rows]),
-        stiffness_sd=_where_all(rows, "sd_K_11", lambda row: _sd(row, "sd_K")),
-        viscosity_sd=_where_all(rows, "sd_B_11", lambda row: _sd(row, "sd_B")),
+        stiffness=np.array([row.matrix("K", r) for row in rows]),
+        viscosity=np.array([row.matrix("B", r) for row in rows]),
+        stiffness_sd=_where_all(rows, "sd_K_11", lambda row: _sd(row, "sd_K", r)),
+        viscosity_sd=_where_all(rows, "sd_B_11", lambda row: _sd(row, "sd_B", r)),
         activation=_where_all(rows, "alpha_1", lambda row: _activation(row, muscles)),
         activation_sd=_where_all(rows, "sd_alpha_1", lambda row: _activation_sd(row, muscles)),
         torque=_where_all(
@@ -78,7 +77,42 @@ def read_joint_rows(paths: Sequence[str | Path]) -> JointRows:
         ),
         labels=tuple(_label(row) for row in rows),
         muscles=_names(rows),
+        moving=moving,
     )
+
+
+def _joints(rows: Sequence[TableRow]) -> tuple[tuple[str, ...], tuple[int, ...]]:
+    """Columns of the angles, and which joints the matrices are of: the same in every row."""
+    found = [_joints_of(row) for row in rows]
+    for row, one in zip(rows, found, strict=True):
+        if one != found[0]:
+            problem = f"{len(one[1])} of {len(one[0])} joints, while other rows have "
+            first = f"{len(found[0][1])} of {len(found[0][0])}"
+            raise row.error(problem + first, one[0][0], "the same joints in every row")
+    return found[0]
+
+
+def _joints_of(row: TableRow) -> tuple[tuple[str, ...], tuple[int, ...]]:
+    angles = posture_columns(row)
+    n, measured = len(angles), 2
+    while row.cells.get(f"K_{measured + 1}{measured + 1}"):
+        measured += 1
+    moving = JointRows.moving_of(n, measured)
+    if moving is None:
+        raise row.error(
+            f"{measured} joints and {n} angles",
+            f"K_{measured}{measured}",
+            "as many, or three of an arm in space (four angles) whose elbow was held",
+        )
+    return angles, moving
+
+
+def posture_columns(row: TableRow) -> tuple[str, ...]:
+    """The columns of the joint angles: of shoulder and elbow, or ``q_1_rad`` and so on."""
+    n = 0
+    while row.cells.get(f"q_{n + 1}_rad"):
+        n += 1
+    return angle_columns(max(n, 2) if n else 2)
 
 
 def _names(rows: Sequence[TableRow]) -> tuple[str, ...]:
@@ -135,8 +169,8 @@ def _where_all(
     return np.array([read(row) for row in rows])
 
 
-def _sd(row: TableRow, symbol: str) -> FloatArray:
-    sd = row.matrix(symbol, 2)
+def _sd(row: TableRow, symbol: str, joints: int) -> FloatArray:
+    sd = row.matrix(symbol, joints)
     for i, j in np.argwhere(sd <= 0):
         raise row.error(f"{sd[i, j]:g}", f"{symbol}_{i + 1}{j + 1}", "a standard error above 0")
     return sd

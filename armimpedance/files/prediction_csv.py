@@ -8,10 +8,16 @@ from typing import Any, Final
 import numpy as np
 
 from armimpedance.arrays import FloatArray
-from armimpedance.ellipses import NotPositiveDefiniteError, ellipse
+from armimpedance.ellipses import (
+    Ellipsoid,
+    NotPositiveDefiniteError,
+    ellipse,
+    ellipsoid_of_matrix,
+)
 from armimpedance.errors import InputError
+from armimpedance.files.joint_rows_csv import posture_columns
 from armimpedance.files.quantities import limits_of
-from armimpedance.files.result_row import Cells, ellipse_cells
+from armimpedance.files.result_row import Cells, ellipse_cells, ellipsoid_cells
 from armimpedance.files.table_row import TableRow, table_rows
 from armimpedance.files.tables import table_content
 from armimpedance.files.written.content import Content
@@ -21,7 +27,7 @@ _MATRICES: Final = (("K", "stiffness"), ("B", "viscosity"))
 
 
 def read_postures(path: str | Path) -> FloatArray:
-    """Columns `q_shoulder_rad`, `q_elbow_rad` of a file, (P, 2).
+    """Columns `q_shoulder_rad`, `q_elbow_rad` of a file, (P, 2); `q_1_rad` to `q_n_rad`, (P, n).
 
     Parameters
     ----------
@@ -29,7 +35,7 @@ def read_postures(path: str | Path) -> FloatArray:
 
     Returns
     -------
-    (P, 2)
+    (P, n)
         rad.
 
     Raises
@@ -38,7 +44,7 @@ def read_postures(path: str | Path) -> FloatArray:
         With file, row and column.
     """
     rows = table_rows(Path(path), "a table with q_shoulder_rad and q_elbow_rad")
-    names = ("q_shoulder_rad", "q_elbow_rad")
+    names = posture_columns(rows[0])
     return np.array([[row.angle(name) for name in names] for row in rows])
 
 
@@ -78,7 +84,8 @@ def predictions_content(predicted: JointPrediction | HandPrediction) -> Content:
     Columns: `level`, the posture, `alpha_i` where the model has activations, `K_ij`, `B_ij` with
     `sd_` and 95 % limits `ci_low_`, `ci_high_`, the ellipses' `K_size, K_orientation_deg, K_shape`
     (of the hand: from the line shoulder to hand; of the joints: from the first axis) with limits,
-    `extrapolated` (0 or 1) and `reason`. Where a matrix is not positive definite its ellipse stays
+    `extrapolated` (0 or 1) and `reason`. Of three axes the ellipsoid: `K_axis_1` and so on with
+    their directions, `K_size` the volume. Where a matrix is not positive definite its ellipse stays
     empty.
 
     Parameters
@@ -109,6 +116,14 @@ def _ellipse_rows(predicted: Predicted, symbol: str, field: str) -> list[Cells]:
     if isinstance(predicted, HandPrediction):
         reference = predicted.reference_angle_rad
     covariance = predicted.element_covariance(field)
+    k = matrices.shape[-1]
+    if k == 3:
+        return [
+            ellipse_cells(symbol, {}) | ellipsoid_cells(symbol, _ellipsoid(A, C, predicted.dof))
+            for A, C in zip(matrices, covariance, strict=True)
+        ]
+    if k != 2:
+        return [ellipse_cells(symbol, {}) for _ in matrices]
     rows = []
     for A, C, line in zip(matrices, covariance, reference, strict=True):
         try:
@@ -117,6 +132,13 @@ def _ellipse_rows(predicted: Predicted, symbol: str, field: str) -> list[Cells]:
         except NotPositiveDefiniteError:
             rows.append(ellipse_cells(symbol, {}))
     return rows
+
+
+def _ellipsoid(A: FloatArray, covariance: FloatArray, dof: float) -> Ellipsoid | None:
+    try:
+        return ellipsoid_of_matrix(A, covariance, dof)
+    except NotPositiveDefiniteError:
+        return None
 
 
 def joined(postures: FloatArray | None, activations: FloatArray | None) -> tuple[Any, Any]:

@@ -16,7 +16,7 @@ import pandas as pd
 
 from armimpedance.arrays import FloatArray
 from armimpedance.conventions import AXES, element_names
-from armimpedance.ellipses import FIELDS
+from armimpedance.ellipses import FIELDS, Ellipsoid, ellipsoid_of
 from armimpedance.errors import InputError
 from armimpedance.files.quantities import (
     ellipse_values,
@@ -53,7 +53,8 @@ PLAIN_COLUMNS = frozenset(
 _RESULT_COLUMN = re.compile(
     r"(position_\d_(m|rad)|force_\d_(N|Nm)|q_(shoulder|elbow|\d)_rad|torque_\d_Nm|(sd_)?alpha_\d+|shoulder_[xyz]_m"
     r"|((sd|ci_low|ci_high|efficiency)_)?[MBK]_\d\d|M_with_handle_\d\d"
-    r"|((ci_low|ci_high)_)?[MBK]_(size|orientation_deg|shape)|(sd_)?[MBK]_antisymmetric)"
+    r"|((ci_low|ci_high)_)?[MBK]_(size|orientation_deg|shape|axis_[123])|(sd_)?[MBK]_antisymmetric"
+    r"|[MBK]_axis_[123]_([xyz]|turn_deg))"
 )
 
 
@@ -200,6 +201,8 @@ def _ellipse_cells(estimate: ImpedanceEstimate) -> Cells:
     cells: Cells = {}
     for field, symbol in zip(FIELDS, "MBK", strict=True):
         cells |= ellipse_cells(symbol, ellipse_values(estimate, field))
+        if estimate.k == 3:
+            cells |= ellipsoid_cells(symbol, ellipsoid_of(estimate, field))
     return cells
 
 
@@ -213,6 +216,31 @@ def ellipse_cells(symbol: str, found: Mapping[str, tuple[float, float, float]]) 
         column = f"{symbol}_{name}"
         columns = (column, f"ci_low_{column}", f"ci_high_{column}")
         cells |= dict(zip(columns, found.get(name, (None, None, None)), strict=True))
+    return cells
+
+
+def ellipsoid_cells(symbol: str, found: Ellipsoid | None) -> Cells:
+    """``K_axis_1`` to ``K_axis_3``: half-axes with limits and directions; empty: no ellipsoid.
+
+    ``K_size`` is the volume, ``K_axis_1_x`` and so on the direction (its largest component is
+    positive), ``K_axis_1_turn_deg`` how far it may turn towards either other axis at
+    95 %; 90: all the way.
+    """
+    cells: Cells = {}
+    names = [f"{symbol}_axis_{i}" for i in (1, 2, 3)]
+    limits = np.full((4, 2), np.nan) if found is None else found.interval()
+    for i, name in enumerate((*names, f"{symbol}_size")):
+        value = np.nan if found is None else float(np.append(found.semi_axes, found.size)[i])
+        columns = (name, f"ci_low_{name}", f"ci_high_{name}")
+        cells |= dict(zip(columns, map(_known, (value, *limits[i].tolist())), strict=True))
+    for i, name in enumerate(names):
+        direction, turn = np.full(3, np.nan), np.nan
+        if found is not None:
+            direction, turn = found.directions[i], float(np.degrees(found.turns_of(i).max()))
+        cells |= {
+            f"{name}_{axis}": _known(float(x)) for axis, x in zip(AXES, direction, strict=True)
+        }
+        cells[f"{name}_turn_deg"] = _known(turn)
     return cells
 
 

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 from armimpedance.arrays import FloatArray
-from armimpedance.ellipses import FIELDS
+from armimpedance.ellipses import FIELDS, Ellipsoid, ellipsoid_of
 from armimpedance.files.quantities import (
     antisymmetric,
     ellipse_values,
@@ -78,10 +80,27 @@ def _matrices(estimate: ImpedanceEstimate) -> dict[str, Any]:
         out[f"efficiency_{symbol}"] = None if efficiency is None else _list(efficiency[i])
         ellipse = ellipse_values(estimate, field)
         out[f"{symbol}_ellipse"] = _named(ellipse) if ellipse else None
+        if estimate.k == 3:
+            out[f"{symbol}_ellipsoid"] = _ellipsoid(ellipsoid_of(estimate, field))
         if estimate.k == 2:
             value, sd = antisymmetric(estimate, symbol)
             out[f"{symbol}_antisymmetric"], out[f"sd_{symbol}_antisymmetric"] = value, sd
     return out
+
+
+def _ellipsoid(found: Ellipsoid | None) -> dict[str, Any] | None:
+    """Half-axes, volume and directions with what they may be at 95 %."""
+    if found is None:
+        return None
+    limits = found.interval()
+    return {
+        "half_axes": found.semi_axes.tolist(),
+        "ci_half_axes": limits[:3].tolist(),
+        "directions": found.directions.tolist(),
+        "turn_deg": np.degrees(found.turns().max(axis=1)).tolist(),
+        "size": found.size,
+        "ci_size": limits[3].tolist(),
+    }
 
 
 def _named(values: dict[str, tuple[float, float, float]]) -> dict[str, float]:

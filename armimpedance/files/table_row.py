@@ -93,6 +93,16 @@ class TableRow:
 def table_rows(path: Path, what: str = "a RESULTS.csv") -> list[TableRow]:
     """All rows of a CSV file that are not empty.
 
+    Parameters
+    ----------
+    path : path
+    what : str
+        What the file should be, for the error.
+
+    Returns
+    -------
+    list of TableRow
+
     Raises
     ------
     InputError

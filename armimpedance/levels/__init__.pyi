@@ -8,5 +8,9 @@ from .muscle_share import (
 )
 from .posture import arm_posture_for as arm_posture_for, kinematic_arm as kinematic_arm
 from .redundant import feasible_joint_stiffness as feasible_joint_stiffness
-from .spatial_posture import is_in_space as is_in_space, spatial_posture_for as spatial_posture_for
+from .spatial_posture import (
+    is_in_space as is_in_space,
+    spatial_arm as spatial_arm,
+    spatial_posture_for as spatial_posture_for,
+)
 from .symmetry import antisymmetric_part as antisymmetric_part, symmetric_part as symmetric_part

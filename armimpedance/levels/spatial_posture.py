@@ -73,6 +73,31 @@ def spatial_posture_for(
     NotIdentifiableError
         Singular posture.
     """
+    arm = spatial_arm(subject, gravity_m_s2)
+    weightless = subject is None or not subject.mass_kg
+    q, source = _angles(estimate, arm, swivel_rad)
+    posture = arm.posture(q, HELD if elbow == "held" else FREE)
+    return (replace(posture, inertia=None) if weightless else posture), q, source
+
+
+def spatial_arm(subject: Subject | None, gravity_m_s2: Sequence[float] | None = None) -> SpatialArm:
+    """The arm in space of a subject, whose body mass need not be known where no gravity acts.
+
+    Parameters
+    ----------
+    subject : Subject or None
+    gravity_m_s2 : (3,), optional
+        Along the hand's axes; without, what the arm's weight adds is left out.
+
+    Returns
+    -------
+    SpatialArm
+
+    Raises
+    ------
+    InputError
+        No subject, one without lengths and height, or gravity of other axes or on an unknown mass.
+    """
     if gravity_m_s2 is not None and len(gravity_m_s2) != _IN_SPACE:
         raise InputError(f"gravity of {len(gravity_m_s2)} axes", expected="3, as the arm in space")
     links = kinematic_arm(subject)
@@ -84,10 +109,7 @@ def spatial_posture_for(
             expected="the subject's mass: the arm's weight is a part of the hand's stiffness",
         )
     gravity = None if gravity_m_s2 is None else tuple(float(part) for part in gravity_m_s2)
-    arm = SpatialArm(links, gravity)  # type: ignore[arg-type]
-    q, source = _angles(estimate, arm, swivel_rad)
-    posture = arm.posture(q, HELD if elbow == "held" else FREE)
-    return (replace(posture, inertia=None) if weightless else posture), q, source
+    return SpatialArm(links, gravity)  # type: ignore[arg-type]
 
 
 def _angles(

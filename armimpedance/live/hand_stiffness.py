@@ -41,17 +41,21 @@ class HandEquations:
     arm : Arm
     posture_step_rad : float
         A posture counts as the last one while no joint has moved by more.
+    moving : tuple of int
+        The joints that move, r of n.
     """
 
-    def __init__(self, form: StiffnessForm, arm: Arm, posture_step_rad: float) -> None:
-        self._form, self._arm, self._step = form, arm, posture_step_rad
+    def __init__(
+        self, form: StiffnessForm, arm: Arm, posture_step_rad: float, moving: tuple[int, ...]
+    ) -> None:
+        self._form, self._arm, self._step, self._moving = form, arm, posture_step_rad, moving
         self._terms = PostureTerms(form)
         self._kept: PosturePart | None = None
-        self._i, self._j = elements(form.joints)
+        self._i, self._j = elements(len(moving))
         self._diagonal = np.equal(*elements(arm.axes))
         self._order = np.arange(len(form.rising))
         self._passive = np.zeros(len(self._i))
-        self._passive[self._i == self._j] = form.passive
+        self._passive[self._i == self._j] = form.passive[list(moving)]
 
     def posture(self, q: FloatArray) -> PosturePart:
         """The posture part at q (n,).
@@ -63,7 +67,7 @@ class HandEquations:
         """
         kept = self._kept
         if kept is None or np.abs(q - kept.q).max() > self._step:
-            kept = self._kept = PosturePart(self._form, self._terms, self._arm, q)
+            kept = self._kept = PosturePart(self._form, self._terms, self._arm, q, self._moving)
         return kept
 
     def at(
@@ -79,7 +83,7 @@ class HandEquations:
         packed = f @ posture.squares + rise @ posture.curvatures + self._passive + posture.gravity
         if force is not None:
             gamma = np.tensordot(force, self._arm.jacobian_derivative(posture.q), 1)
-            packed = packed + gamma[self._i, self._j]
+            packed = packed + gamma[np.ix_(self._moving, self._moving)][self._i, self._j]
         K_j, packed, definite = self._definite(packed)
         hand = posture.hand_part(form, K_j)
         at_hand = hand.to_hand @ packed
@@ -97,13 +101,13 @@ class HandEquations:
 
     def _definite(self, packed: FloatArray) -> tuple[FloatArray, FloatArray, bool]:
         """Joint stiffness (n, n) and packed, lifted to positive definite where it is not."""
-        K_j = unpacked(packed, self._form.joints)
+        K_j = unpacked(packed, len(self._moving))
         values, vectors = np.linalg.eigh(K_j)
         least = max(LEAST_PART * values[-1], _LEAST)
         if values[0] >= least:
             return K_j, packed, True
         packed = ((vectors * np.maximum(values, least)) @ vectors.T)[self._i, self._j]
-        return unpacked(packed, self._form.joints), packed, False
+        return unpacked(packed, len(self._moving)), packed, False
 
     def _traces(self, hand: HandPart, f: FloatArray, rise: FloatArray) -> FloatArray:
         """What each muscle gives (m,) to the trace."""
@@ -120,7 +124,9 @@ class HandEquations:
         )
         muscles = basis[:, :, None] * hand.squares[:, None]
         muscles[:, 1:] += basis[:, 1:, None] * hand.curvatures[:, None]
-        slopes = np.concatenate([corrections, muscles.reshape(-1, muscles.shape[-1]), hand.passive])
+        passive = np.zeros((self._form.joints, muscles.shape[-1]))
+        passive[list(self._moving)] = hand.passive
+        slopes = np.concatenate([corrections, muscles.reshape(-1, muscles.shape[-1]), passive])
         parts = (self._form.scatter * f)[:, None] * hand.squares
         return np.asarray(slopes.T @ self._form.covariance @ slopes + parts.T @ parts)
 

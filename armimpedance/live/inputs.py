@@ -4,23 +4,21 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Any, Final, cast
+from typing import Any, Final, Literal, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from armimpedance.analyses import read_recording
+from armimpedance.analyses import arm_of_whose, moving_joints, read_recording
 from armimpedance.arm import Arm
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
 from armimpedance.files import read_model
-from armimpedance.levels import kinematic_arm
 from armimpedance.live.emg_levels import EmgLevels
 from armimpedance.live.form import StiffnessForm, form_of
 from armimpedance.muscles import MuscleModel
-from armimpedance.recordings import read_subject
-from armimpedance.records import Subject
 
+Elbow = Literal["held", "free"]
 #: No joint angle (rad), place (m), force (N), displacement (m), EMG (V, behind any amplifier) or
 #: error of an activation is larger: other units are.
 _LARGEST: Final = {
@@ -60,16 +58,25 @@ def arm_for(whose: Any, joints: int) -> Arm:
     InputError
         The arm is not known, or has another number of joints.
     """
-    if isinstance(whose, str | os.PathLike):
-        whose = read_subject(whose)
-    arm: Any = whose
-    if isinstance(whose, Subject):
-        arm = kinematic_arm(whose)
-    elif not hasattr(whose, "jacobian"):
-        arm = kinematic_arm(whose.subject, whose.gravity_m_s2)
+    arm: Any = whose if hasattr(whose, "jacobian") else arm_of_whose(whose, joints)
     if arm.joints != joints:
         raise InputError(f"an arm of {arm.joints} joints", expected=f"{joints}, as the model")
     return cast(Arm, arm)
+
+
+def moving_for(whose: Any, joints: int, elbow: Elbow | None) -> tuple[int, ...]:
+    """The joints that move: all of an arm that is given as such.
+
+    Raises
+    ------
+    InputError
+        The elbow of an arm that is given as such, or of a planar one, is asked about.
+    """
+    if not hasattr(whose, "jacobian"):
+        return moving_joints(joints, whose, elbow)
+    if elbow is not None:
+        raise InputError("elbow of an arm that is given", expected="it with a recording")
+    return tuple(range(joints))
 
 
 def levels_for(levels: Any, muscles: tuple[str, ...]) -> EmgLevels:

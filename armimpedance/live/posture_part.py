@@ -8,7 +8,7 @@ from armimpedance.arm import SINGULAR_CONDITION, Arm
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
 from armimpedance.live.form import StiffnessForm
-from armimpedance.muscles import congruence, elements
+from armimpedance.muscles import congruence, elements, kept_elements
 
 
 class PostureTerms:
@@ -59,9 +59,9 @@ class PosturePart:
     Attributes
     ----------
     q : (n,)
-    jacobian : (d, n)
-    arms : (m, n)
-        Moment arms of the muscles, m.
+    jacobian : (d, r)
+    arms : (m, r)
+        Moment arms of the muscles about the joints that move, m.
     squares, curvatures : (m, E)
         Packed ``g g^T`` and ``d2L / kappa``.
     gravity : (E,)
@@ -70,11 +70,18 @@ class PosturePart:
         Whether the model knows such postures.
     """
 
-    def __init__(self, form: StiffnessForm, terms: PostureTerms, arm: Arm, q: FloatArray) -> None:
-        m = len(form.muscles)
-        i, j = elements(form.joints)
+    def __init__(
+        self,
+        form: StiffnessForm,
+        terms: PostureTerms,
+        arm: Arm,
+        q: FloatArray,
+        moving: tuple[int, ...],
+    ) -> None:
+        m, moves = len(form.muscles), list(moving)
+        i, j = elements(len(moving))
         self.q = q
-        self.jacobian = J = arm.jacobian(q)
+        self.jacobian = J = arm.jacobian(q)[:, moves]
         self.square = J.shape[0] == J.shape[1]
         inverse = np.asarray(_inverse(J) if self.square else np.linalg.pinv(J), dtype=float)
         if not np.abs(J).max() * np.abs(inverse).max() < SINGULAR_CONDITION:
@@ -84,10 +91,12 @@ class PosturePart:
             )
         self.position = arm.hand_position(q)
         every_arm, every_curvature = terms.at(q)
+        every_arm = every_arm[:, moves]
+        every_curvature = every_curvature[:, kept_elements(form.joints, moving)]
         self.arms, self.arm_changes = every_arm[:m], every_arm[m:]
         self.curvatures, self.curvature_changes = every_curvature[:m], every_curvature[m:]
         self.squares = self.arms[:, i] * self.arms[:, j]
-        self.gravity = arm.gravity_gradient(q)[i, j]
+        self.gravity = arm.gravity_gradient(q)[np.ix_(moves, moves)][i, j]
         self.measured = form.was_measured(q)
         # a square Jacobian sets the joints whatever their stiffness is
         self.at_hand = HandPart(form, self, inverse) if self.square else None

@@ -9,6 +9,7 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.ellipses import Ellipse, ellipse
+from armimpedance.muscles import elements
 from armimpedance.regression import t_factor
 
 
@@ -26,8 +27,8 @@ class LiveStiffness:
         Joint angles, rad.
     activation : (m,)
         Of each muscle, 0..1; the last good one where a channel is lost.
-    joint_stiffness : (n, n)
-        With the terms of hand force and weight, N m/rad.
+    joint_stiffness : (r, r)
+        Of the joints that move, with the terms of hand force and weight, N m/rad.
     stiffness : (d, d)
         Of the hand, positive definite, N/m.
     commanded : (d, d)
@@ -86,6 +87,25 @@ class LiveStiffness:
         """Half the length (E,) of the elements' confidence intervals, N/m."""
         return np.asarray(t_factor(self.dof, level) * self.sd)
 
+    def axes(self, level: float = 0.95) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Half-axes of `stiffness`, the longest first, their half-widths, and their directions.
+
+        Returns
+        -------
+        lengths, half_widths : (d,), (d,)
+            N/m; ``dl = v^T dK v`` for the eigenvector v of l.
+        directions : (d, d)
+            Rows.
+        """
+        lengths, vectors = np.linalg.eigh(self.stiffness)
+        rows = vectors.T[::-1]
+        i, j = elements(len(rows))
+        # v^T dK v on packed elements, those beside the diagonal twice: (d, E)
+        weights = rows[:, i] * rows[:, j] * np.where(i == j, 1.0, 2.0)
+        variance = np.einsum("de,ef,df->d", weights, self.covariance, weights)
+        half = t_factor(self.dof, level) * np.sqrt(np.maximum(variance, 0.0))
+        return lengths[::-1], half, rows
+
     @property
     def ellipse(self) -> Ellipse | None:
         """The ellipse with its intervals; None where the hand has other than two axes."""
@@ -101,15 +121,16 @@ class LiveStiffness:
 
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers, as the streams write them."""
-        lengths, directions = np.linalg.eigh(self.stiffness)
+        lengths, half, directions = self.axes()
         return {
             "time_s": self.time_s,
             "delay_s": self.delay_s,
             "K_N_m": self.stiffness.tolist(),
             "ci95_half_N_m": self.half_width().tolist(),
             "commanded_N_m": self.commanded.tolist(),
-            "axes_N_m": lengths[::-1].tolist(),
-            "directions": directions.T[::-1].tolist(),
+            "axes_N_m": lengths.tolist(),
+            "axes_ci95_half_N_m": half.tolist(),
+            "directions": directions.tolist(),
             "share": self.share.tolist(),
             "extrapolating": self.extrapolating,
             "definite": self.definite,

@@ -17,7 +17,7 @@ from armimpedance.live.emg_channels import EmgChannels
 from armimpedance.live.emg_levels import EmgLevels
 from armimpedance.live.form import StiffnessForm
 from armimpedance.live.hand_stiffness import HandEquations
-from armimpedance.live.inputs import arm_for, form_for, levels_for, vector
+from armimpedance.live.inputs import Elbow, arm_for, form_for, levels_for, moving_for, vector
 from armimpedance.live.result import LiveStiffness
 from armimpedance.live.spring import VaryingSpring
 from armimpedance.muscles import MuscleModel
@@ -45,6 +45,9 @@ class Live:
         The EMG is an envelope: rectified and smoothed before it comes here.
     limit_N_m_s : float, optional
         Largest rate of change of the commanded stiffness, N/m per s; none: no limit.
+    elbow : {"held", "free"}, optional
+        In space: whether the upper arm is kept from turning about its own axis. Default: what the
+        recording's column `elbow` says, else free.
     posture_step_rad : float
         Keep what depends on the posture until a joint has moved by more than this; 0: every
         posture is computed anew.
@@ -73,6 +76,7 @@ class Live:
         envelope: bool = False,
         limit_N_m_s: float | None = None,
         posture_step_rad: float = 0.0,
+        elbow: Elbow | None = None,
     ) -> None:
         if not (np.isfinite(rate_hz) and rate_hz > 0):
             raise InputError(f"a rate of {rate_hz:g} Hz", expected="more than 0")
@@ -81,7 +85,8 @@ class Live:
         self.form = form_for(model)
         self.arm = arm_for(recording, self.form.joints)
         self._rate, self._limit = rate_hz, limit_N_m_s
-        self._equations = HandEquations(self.form, self.arm, posture_step_rad)
+        self.moving = moving_for(recording, self.form.joints, elbow)
+        self._equations = HandEquations(self.form, self.arm, posture_step_rad, self.moving)
         self._channels: Channels = ActivationChannels(self.form.muscles, self.form.highest)
         if levels is not None:
             known = levels_for(levels, self.form.muscles)
@@ -186,6 +191,6 @@ class Live:
         if q is not None:
             return vector(q, "q", self.form.joints)
         arm: Any = self.arm
-        if hand is None or not hasattr(arm, "joint_angles"):
+        if hand is None or arm.joints != arm.axes or not hasattr(arm, "joint_angles"):
             raise InputError("a sample without a posture", expected="joint angles q")
         return np.asarray(arm.joint_angles(vector(hand, "hand", arm.axes)), dtype=float)

@@ -2,7 +2,7 @@ from .activation.elements import element_fits as element_fits
 from .activation.fit import fit_activation_model as fit_activation_model
 from .activation.model import ActivationModel as ActivationModel
 from .activation.table import ACTIVATION_MODELS as ACTIVATION_MODELS
-from .angle_scaling import AngleScaling as AngleScaling
+from .angle_scaling import AngleScaling as AngleScaling, angle_columns as angle_columns
 from .at_hand import HandPrediction as HandPrediction, at_hand as at_hand
 from .combined.fit import fit_muscle_model as fit_muscle_model
 from .combined.model import MuscleModel as MuscleModel
@@ -21,6 +21,7 @@ from .region import Region as Region
 from .rows import (
     ELEMENTS as ELEMENTS,
     JointRows as JointRows,
+    kept_elements as kept_elements,
     matrix as matrix,
     triple as triple,
 )

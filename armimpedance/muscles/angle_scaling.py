@@ -31,10 +31,10 @@ def joint_names(n: int) -> tuple[str, ...]:
 
 
 def angle_columns(n: int) -> tuple[str, ...]:
-    """Columns of joint angles in a table: ``q_shoulder_rad, q_elbow_rad``, or ``q1_rad ...``."""
+    """Columns of joint angles in a table: ``q_shoulder_rad, q_elbow_rad``, or ``q_1_rad ...``."""
     if n == 2:
         return tuple(f"q_{joint}_rad" for joint in JOINTS)
-    return tuple(f"q{j}_rad" for j in range(1, n + 1))
+    return tuple(f"q_{j}_rad" for j in range(1, n + 1))
 
 
 @dataclass(frozen=True)

@@ -8,12 +8,14 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from armimpedance.arm import TwoLinkArm
+from armimpedance.arm import Arm
 from armimpedance.arrays import FloatArray
+from armimpedance.conventions import AXES
 from armimpedance.errors import InputError, NotIdentifiableError
-from armimpedance.muscles.packed import congruence
+from armimpedance.muscles.angle_scaling import angle_columns
+from armimpedance.muscles.packed import congruence, unpacked
 from armimpedance.muscles.prediction import JointPrediction, Predicted, named_numbers
-from armimpedance.muscles.rows import triple
+from armimpedance.muscles.rows import kept_elements, triple
 
 #: A posture with a worse condition of the Jacobian is singular: the arm is stretched.
 _SINGULAR = 1e8
@@ -25,21 +27,21 @@ class HandPrediction(Predicted):
 
     Attributes
     ----------
-    hand_position : (P, 2)
+    hand_position : (P, d)
         Position of the hand from the shoulder, m.
-    stiffness, viscosity : (P, 3)
-        ``xx, xy, yy``, N/m and N s/m.
-    stiffness_covariance, viscosity_covariance : (P, 3, 3)
+    stiffness, viscosity : (P, E)
+        ``xx, xy, yy``, in space ``xx, xy, xz, yy, yz, zz``, N/m and N s/m.
+    stiffness_covariance, viscosity_covariance : (P, E, E)
     dof : float
     joint : JointPrediction
         The prediction at the joints that it follows from.
     """
 
-    hand_position: Annotated[FloatArray, "p 2"]
-    stiffness: Annotated[FloatArray, "p 3"]
-    viscosity: Annotated[FloatArray, "p 3"]
-    stiffness_covariance: Annotated[FloatArray, "p 3 3"]
-    viscosity_covariance: Annotated[FloatArray, "p 3 3"]
+    hand_position: Annotated[FloatArray, "p d"]
+    stiffness: Annotated[FloatArray, "p e"]
+    viscosity: Annotated[FloatArray, "p e"]
+    stiffness_covariance: Annotated[FloatArray, "p e e"]
+    viscosity_covariance: Annotated[FloatArray, "p e e"]
     dof: float
     joint: JointPrediction
 
@@ -47,9 +49,11 @@ class HandPrediction(Predicted):
     def place(self) -> list[dict[str, Any]]:
         """Level, joint angles, hand position and activations, by their columns' names."""
         rows = []
+        columns = angle_columns(self.joint.joint_angles.shape[1])
+        hands = [f"hand_{axis}_m" for axis in AXES[: self.hand_position.shape[1]]]
         for joint, hand in zip(self.joint.place, self.hand_position, strict=True):
-            angles = {name: joint.pop(name) for name in ("q_shoulder_rad", "q_elbow_rad")}
-            at = named_numbers(("hand_x_m", "hand_y_m"), hand)
+            angles = {name: joint.pop(name) for name in columns}
+            at = named_numbers(hands, hand)
             del joint["level"]
             rows.append({"level": "hand", **angles, **at, **joint})
         return rows
@@ -66,16 +70,26 @@ class HandPrediction(Predicted):
 
 
 def at_hand(
-    prediction: JointPrediction, arm: TwoLinkArm, force: ArrayLike | None = None
+    prediction: JointPrediction,
+    arm: Arm,
+    force: ArrayLike | None = None,
+    *,
+    moving: tuple[int, ...] | None = None,
 ) -> HandPrediction:
-    """``K_e = J^-T (K_j + Gamma(F) + dg/dq) J^-1``, ``B_e = J^-T B_j J^-1`` at each posture.
+    """``K_e = (J (K_j + Gamma(F) + dg/dq)^-1 J^T)^-1`` at each posture: compliances add.
+
+    For as many joints as axes it is ``J^-T (K_j + Gamma(F) + dg/dq) J^-1``, ``B_e = J^-T B_j
+    J^-1``. Of more joints the viscosity is that of the viscous joints alone, as in
+    `levels.to_hand`.
 
     Parameters
     ----------
     prediction : JointPrediction
-    arm : TwoLinkArm
-    force : (2,) or (P, 2), optional
+    arm : Arm
+    force : (d,) or (P, d), optional
         Force by the hand on the environment, N; none: no force.
+    moving : tuple of int, optional
+        Joints that move, from 0; the others are held. Default: all.
 
     Returns
     -------
@@ -86,39 +100,53 @@ def at_hand(
     NotIdentifiableError
         A posture is singular.
     InputError
-        More than two joints, or the force has another shape.
+        Another number of joints than the arm's, or the force has another shape.
     """
-    q = prediction.joint_angles
-    if q.shape[1] != 2:
-        raise InputError(
-            f"a prediction of {q.shape[1]} joints", expected="two; of more, `Live` says the hand's"
-        )
-    J = arm.jacobian(q)
+    q, n = prediction.joint_angles, arm.joints
+    if q.shape[1] != n:
+        raise InputError(f"a prediction of {q.shape[1]} joints", expected=f"{n}, as the arm")
+    free = tuple(range(n)) if moving is None else moving
+    J = np.array([arm.jacobian(x) for x in q])[:, :, free]
     if (np.linalg.cond(J) > _SINGULAR).any():
         row = int(np.argmax(np.linalg.cond(J)))
         raise NotIdentifiableError(
             f"posture {row + 1}: the arm is stretched, its joints do not set the hand's stiffness"
         )
-    F = np.zeros((len(q), 2)) if force is None else np.asarray(force, dtype=float)
-    if F.shape not in ((2,), (len(q), 2)):
-        raise InputError(f"hand force of shape {F.shape}", expected=f"(2,) or ({len(q)}, 2)")
-    derivative = arm.jacobian_derivative(q)
-    gamma = np.einsum("pk,pkij->pij", np.broadcast_to(F, (len(q), 2)), derivative)
-    T = congruence(np.asarray(np.linalg.inv(J), dtype=float))
-    joint_K = prediction.stiffness + triple(gamma + arm.gravity_gradient(q))
+    F = np.zeros((len(q), arm.axes)) if force is None else np.asarray(force, dtype=float)
+    if F.shape not in ((arm.axes,), (len(q), arm.axes)):
+        wanted = f"({arm.axes},) or ({len(q)}, {arm.axes})"
+        raise InputError(f"hand force of shape {F.shape}", expected=wanted)
+    bend = np.array([arm.jacobian_derivative(x) for x in q])
+    gamma = np.einsum("pk,pkij->pij", np.broadcast_to(F, (len(q), arm.axes)), bend)
+    added = triple(gamma + np.array([arm.gravity_gradient(x) for x in q]))
+    kept = kept_elements(n, free)
+    K, B = (prediction.stiffness + added)[:, kept], prediction.viscosity[:, kept]
 
-    def moved(triples: FloatArray) -> FloatArray:
-        return np.asarray(np.einsum("pij,pj->pi", T, triples))
+    def moved(which: str, loaded: FloatArray) -> tuple[FloatArray, FloatArray]:
+        T = congruence(_motion(J, loaded))
+        covariance = getattr(prediction, f"{which}_covariance")[:, kept][:, :, kept]
+        return np.einsum("pij,pj->pi", T, loaded), T @ covariance @ T.transpose(0, 2, 1)
 
-    def spread(covariance: FloatArray) -> FloatArray:
-        return np.asarray(T @ covariance @ T.transpose(0, 2, 1))
-
+    stiffness, stiffness_covariance = moved("stiffness", K)
+    viscosity, viscosity_covariance = moved("viscosity", B)
     return HandPrediction(
-        hand_position=arm.hand_position(q),
-        stiffness=moved(joint_K),
-        viscosity=moved(prediction.viscosity),
-        stiffness_covariance=spread(prediction.stiffness_covariance),
-        viscosity_covariance=spread(prediction.viscosity_covariance),
+        hand_position=np.array([arm.hand_position(x) for x in q]),
+        stiffness=stiffness,
+        viscosity=viscosity,
+        stiffness_covariance=stiffness_covariance,
+        viscosity_covariance=viscosity_covariance,
         dof=prediction.dof,
         joint=prediction,
     )
+
+
+def _motion(J: FloatArray, joint: FloatArray) -> FloatArray:
+    """The joints' motion V (P, r, d) under a unit of the hand's, packed joint matrices (P, E).
+
+    ``V = A^-1 J^T (J A^-1 J^T)^-1``; a square J sets it whatever A is.
+    """
+    d, r = J.shape[1:]
+    if d == r:
+        return np.asarray(np.linalg.inv(J), dtype=float)
+    yielding = np.linalg.solve(unpacked(joint, r), J.transpose(0, 2, 1))
+    return np.asarray(yielding @ np.linalg.inv(J @ yielding))

@@ -23,7 +23,7 @@ def joint_rows(estimates: Sequence[ImpedanceEstimate]) -> JointRows:
     ----------
     estimates : sequence of ImpedanceEstimate
         Estimates of two joints or more, the same number in all, with joint angles
-        (`levels.to_joint`).
+        (`levels.to_joint`); in space four angles, and three joints where the elbow was held.
 
     Returns
     -------
@@ -39,9 +39,11 @@ def joint_rows(estimates: Sequence[ImpedanceEstimate]) -> JointRows:
         raise InputError("no estimates", expected="one or more of level joint")
     for estimate in estimates:
         _check(estimate)
-    joints = {estimate.k for estimate in estimates}
+    joints = {(estimate.k, len(np.asarray(estimate.joint_angles))) for estimate in estimates}
     if len(joints) > 1:
-        raise InputError(f"estimates of {min(joints)} and of {max(joints)} joints in one fit")
+        (few, _), (many, _) = min(joints), max(joints)
+        raise InputError(f"estimates of {few} and of {many} joints in one fit")
+    ((measured, angles),) = joints
     _, viscosity_sd, stiffness_sd = np.array([e.sd for e in estimates]).swapaxes(0, 1)
     return JointRows(
         joint_angles=np.array([e.joint_angles for e in estimates]),
@@ -54,6 +56,7 @@ def joint_rows(estimates: Sequence[ImpedanceEstimate]) -> JointRows:
         torque=_where_all(estimates, "torque"),
         labels=tuple(group_name(e.keys) for e in estimates),
         muscles=_muscles(estimates),
+        moving=JointRows.moving_of(angles, measured) or (),
     )
 
 
@@ -73,7 +76,8 @@ def _check(estimate: ImpedanceEstimate) -> None:
         )
     if estimate.k < 2:
         raise InputError(f"{name}: {estimate.k} joints", expected="shoulder and elbow, or more")
-    if estimate.joint_angles is None or len(estimate.joint_angles) != estimate.k:
+    angles = () if estimate.joint_angles is None else estimate.joint_angles
+    if JointRows.moving_of(len(angles), estimate.k) is None:
         raise InputError(f"{name}: no joint angles", expected=f"{estimate.k}, such as the elbow's")
 
 

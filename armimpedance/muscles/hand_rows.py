@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from armimpedance.arm import Arm
-from armimpedance.arrays import FloatArray, FrozenRecord
+from armimpedance.arrays import FloatArray, FrozenRecord, IntArray
 from armimpedance.errors import InputError
 from armimpedance.muscles.packed import congruence, elements
 from armimpedance.muscles.rows import muscle_columns, triple, triple_sd
@@ -89,6 +89,16 @@ class HandRows(FrozenRecord):
     def joints(self) -> int:
         """Number of joints n."""
         return self.joint_angles.shape[1]
+
+    @property
+    def moving(self) -> tuple[int, ...]:
+        """All joints."""
+        return tuple(range(self.joints))
+
+    @property
+    def kept(self) -> IntArray:
+        """All elements of the joints."""
+        return np.arange(len(elements(self.joints)[0]))
 
     @property
     def viscosity_sd(self) -> FloatArray:

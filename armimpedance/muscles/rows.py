@@ -8,7 +8,8 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from armimpedance.arrays import FloatArray, FrozenRecord
+from armimpedance.arm import FREE, HELD
+from armimpedance.arrays import FloatArray, FrozenRecord, IntArray
 from armimpedance.errors import InputError
 from armimpedance.muscles.packed import elements, order_of, unpacked
 
@@ -30,36 +31,40 @@ _ROUNDING = 1e-9
 
 @dataclass(frozen=True)
 class JointRows(FrozenRecord):
-    """P conditions at the joint level: n joints, in the plane shoulder and elbow.
+    """P conditions at the joint level: n joints of which r move, in the plane shoulder and elbow.
 
     Attributes
     ----------
     joint_angles : (P, n)
         rad.
-    stiffness, viscosity : (P, n, n)
+    stiffness, viscosity : (P, r, r)
         Matrices as measured, not necessarily symmetric; N m/rad, N m s/rad.
-    stiffness_sd, viscosity_sd : (P, n, n) or None
+    stiffness_sd, viscosity_sd : (P, r, r) or None
         Standard errors of the elements, positive.
     activation, activation_sd : (P, m) or None
         Activation of each muscle, 0..1, and its standard error.
-    torque : (P, n) or None
+    torque : (P, r) or None
         Joint torque that the muscles bear, ``tau = J^T F``, N m.
     labels : (P,) tuple of str
         Origin of each row, for messages: a condition, or a file and its line.
     muscles : (m,) tuple of str
         Names of the muscles of `activation`; empty where they are not known.
+    moving : (r,) tuple of int
+        Numbers, from 0, of the joints that the matrices are of: one that was held has an angle and
+        no stiffness. Default: all.
     """
 
     joint_angles: Annotated[FloatArray, "p n"]
-    stiffness: Annotated[FloatArray, "p n n"]
-    viscosity: Annotated[FloatArray, "p n n"]
-    stiffness_sd: Annotated[FloatArray, "p n n"] | None = None
-    viscosity_sd: Annotated[FloatArray, "p n n"] | None = None
+    stiffness: Annotated[FloatArray, "p r r"]
+    viscosity: Annotated[FloatArray, "p r r"]
+    stiffness_sd: Annotated[FloatArray, "p r r"] | None = None
+    viscosity_sd: Annotated[FloatArray, "p r r"] | None = None
     activation: Annotated[FloatArray, "p _"] | None = None
     activation_sd: Annotated[FloatArray, "p _"] | None = None
-    torque: Annotated[FloatArray, "p n"] | None = None
+    torque: Annotated[FloatArray, "p r"] | None = None
     labels: tuple[str, ...] = ()
     muscles: tuple[str, ...] = ()
+    moving: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -69,6 +74,18 @@ class JointRows(FrozenRecord):
             object.__setattr__(self, "labels", labels)
         if len(self.labels) != p:
             raise InputError(f"{len(self.labels)} labels for {p} rows")
+        n, r = self.joints, self.stiffness.shape[1]
+        moving = self.moving or tuple(range(n))
+        object.__setattr__(self, "moving", moving)
+        if (
+            len(moving) != r
+            or sorted(set(moving)) != list(moving)
+            or not set(moving) <= {*range(n)}
+        ):
+            raise InputError(
+                f"matrices of {r} joints, angles of {n}, of which {len(moving)} move",
+                expected="as many as move, in order",
+            )
         columns = None if self.activation is None else self.activation.shape[1]
         if self.muscles and columns is not None and len(self.muscles) != columns:
             raise InputError(
@@ -102,6 +119,21 @@ class JointRows(FrozenRecord):
         """Number of joints n."""
         return self.joint_angles.shape[1]
 
+    @property
+    def kept(self) -> IntArray:
+        """Which of the packed elements of n joints are those of the joints that move."""
+        return kept_elements(self.joints, self.moving)
+
+    @staticmethod
+    def moving_of(joints: int, measured: int) -> tuple[int, ...] | None:
+        """The joints that move where matrices are of `measured` of them; None: nobody can say.
+
+        An arm in space of which three joints were measured has its upper arm kept from turning.
+        """
+        if measured == joints:
+            return tuple(range(joints))
+        return HELD if (joints, measured) == (len(FREE), len(HELD)) else None
+
     def require_planar(self) -> None:
         """Refuse rows of other joints than shoulder and elbow.
 
@@ -109,7 +141,7 @@ class JointRows(FrozenRecord):
         ------
         InputError
         """
-        if self.joints != 2:
+        if self.joints != 2 or len(self.moving) != 2:
             raise InputError(
                 f"rows of {self.joints} joints",
                 expected="shoulder and elbow; of more joints only `fit muscles` makes a model",
@@ -135,7 +167,7 @@ class JointRows(FrozenRecord):
         taken: dict[str, Any] = {
             name: None if value is None else value[chosen]
             for name, value in self.__dict__.items()
-            if name not in ("labels", "muscles")
+            if name not in ("labels", "muscles", "moving")
         }
         return replace(self, **taken, labels=tuple(self.labels[i] for i in chosen))
 
@@ -158,6 +190,22 @@ class JointRows(FrozenRecord):
             activation_sd=None if sd is None else sd[:, columns],
             muscles=tuple(names),
         )
+
+
+def kept_elements(n: int, moving: tuple[int, ...]) -> IntArray:
+    """Which of the packed elements of n joints belong to those that move.
+
+    Parameters
+    ----------
+    n : int
+    moving : (r,) tuple of int
+
+    Returns
+    -------
+    (E_r,) int
+    """
+    i, j = elements(n)
+    return np.flatnonzero(np.isin(i, moving) & np.isin(j, moving))
 
 
 def muscle_columns(measured: tuple[str, ...], names: tuple[str, ...]) -> list[int]:

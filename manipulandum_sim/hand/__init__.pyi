@@ -19,6 +19,7 @@ from .disturbances import (
     custom as custom,
     smooth_step as smooth_step,
 )
+from .emg import REST_V as REST_V, raw_emg as raw_emg
 from .equilibrium import (
     COCONTRACTION_SHARE as COCONTRACTION_SHARE,
     hand_jacobian as hand_jacobian,

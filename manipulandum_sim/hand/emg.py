@@ -8,7 +8,6 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray
 from manipulandum_sim.emg_carrier import RUN_IN, in_band
-from manipulandum_sim.hand.muscles import N_MUSCLES
 
 #: Noise of electrodes and amplifier, sd (V).
 BASELINE_V: Final = 2e-6
@@ -24,18 +23,19 @@ def raw_emg(
     activation: FloatArray,
     samples: int,
     rate_hz: float = 1000.0,
+    mvc_V: FloatArray = MVC_V,
 ) -> FloatArray:
-    """EMG (T, S, 6) in V at constant activations (T, 6).
+    """EMG (T, S, m) in V at constant activations (T, m).
 
-    The mean of the rectified noise is ``activation MVC_V``, baseline noise comes on top; a trial's
+    The mean of the rectified noise is ``activation mvc_V``, baseline noise comes on top; a trial's
     samples depend on the seed and its key alone.
     """
-    white = np.empty((len(keys), N_MUSCLES, RUN_IN + samples))
+    white = np.empty((len(keys), len(mvc_V), RUN_IN + samples))
     for t, key in enumerate(keys):
         sequence = np.random.SeedSequence(seed, spawn_key=(*key, 1))
         np.random.default_rng(sequence).standard_normal(out=white[t])
     noise = in_band(white, axis=-1, rate_hz=rate_hz)
     # mean |N(0, sd)| = sd sqrt(2 / pi)
-    sd = np.hypot(activation * MVC_V * np.sqrt(np.pi / 2), BASELINE_V)
+    sd = np.hypot(activation * mvc_V * np.sqrt(np.pi / 2), BASELINE_V)
     noise *= sd[..., None]
     return np.ascontiguousarray(noise.transpose(0, 2, 1))

@@ -32,6 +32,8 @@ _TABLE: Final = {
     "brachialis": ((0, 0, 0, 2.2), (0, 0, 0, -0.5), 0.0, 950, 8.6),
 }
 SPACE_MUSCLES: Final = tuple(_TABLE)
+#: Rectified mean of each muscle's EMG in its maximum voluntary contraction (V).
+SPACE_MVC_V: Final = np.linspace(0.7e-3, 0.3e-3, len(_TABLE))
 #: Posture of the moment arms in the table, rad.
 MIDDLE_RAD: Final = (0.2, 0.9, 0.0, 1.4)
 #: Short-range stiffness: tension over fibre length, times this (Cui and colleagues 2008: 23.4).

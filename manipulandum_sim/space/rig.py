@@ -78,6 +78,8 @@ class SpaceRig:
         Name in `SPACE_NOISE`.
     command : bool
         Whether the commanded place is recorded beside the measured one.
+    emg : bool
+        Whether raw EMG of every muscle is recorded.
     handle_mass_kg : float
         Between the force sensor and the hand; its weight is tared.
     robot_kg : (3,)
@@ -95,6 +97,7 @@ class SpaceRig:
     damping_ratio: float = 0.7
     noise: str = "nominal"
     command: bool = True
+    emg: bool = False
     handle_mass_kg: float = CAST_MASS_KG
     robot_kg: tuple[float, float, float] = (2.4, 2.0, 1.6)
 

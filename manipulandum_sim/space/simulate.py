@@ -17,6 +17,7 @@ from armimpedance.skeleton import GRAVITY_M_S2
 from manipulandum_sim.hand import (
     LED_EVERY,
     RATE_HZ,
+    REST_V,
     Draws,
     Run,
     Schedule,
@@ -24,10 +25,12 @@ from manipulandum_sim.hand import (
     find_subject,
     make_schedule,
     quantised,
+    raw_emg,
     voluntary_force,
 )
 from manipulandum_sim.space.directions import angles_deg, sphere_directions
 from manipulandum_sim.space.drive import Drive, SpaceTrack, integrate_space
+from manipulandum_sim.space.muscles import SPACE_MUSCLES, SPACE_MVC_V
 from manipulandum_sim.space.plant import Plant, plant_at
 from manipulandum_sim.space.rig import AFTER_S, SpaceRig
 from manipulandum_sim.space.truth import SpaceTruth, find_space_truth
@@ -58,22 +61,42 @@ class SpaceCondition:
 
     Attributes
     ----------
-    posture : str
-        Name in `POSTURES_RAD`.
+    posture : str or (4,) tuple of float
+        Name in `POSTURES_RAD`, or the angles, rad.
     cocontraction : float
         Least activation of every muscle.
     force : (3,)
         By the hand on the robot, N.
     """
 
-    posture: str = "nominal"
+    posture: str | tuple[float, ...] = "nominal"
     cocontraction: float = NOMINAL_COCONTRACTION
     force: tuple[float, float, float] = NOMINAL_FORCE_N
 
     @property
     def name(self) -> str:
         """The condition in the trial table."""
-        return f"{self.posture}_{100 * self.cocontraction:g}"
+        where = self.posture
+        if not isinstance(where, str):
+            where = "q_" + "_".join(f"{np.degrees(angle):.1f}" for angle in where)
+        return f"{where}_{100 * self.cocontraction:g}"
+
+    @property
+    def angles(self) -> FloatArray:
+        """(4,), rad.
+
+        Raises
+        ------
+        InputError
+            There is no such posture, or not four finite angles.
+        """
+        if isinstance(self.posture, str) and self.posture not in POSTURES_RAD:
+            raise InputError(f"posture {self.posture!r}", expected=" or ".join(POSTURES_RAD))
+        given = POSTURES_RAD[self.posture] if isinstance(self.posture, str) else self.posture
+        found = np.array(given, dtype=float)
+        if found.shape != (4,) or not np.isfinite(found).all():
+            raise InputError(f"{len(found)} angles of a posture", expected="four finite ones, rad")
+        return found
 
     def plant(self, subject: SimulatedSubject, rig: SpaceRig) -> Plant:
         """The arm in balance.
@@ -83,11 +106,8 @@ class SpaceCondition:
         InputError
             There is no such posture, or the muscles cannot bear the force.
         """
-        if self.posture not in POSTURES_RAD:
-            raise InputError(f"posture {self.posture!r}", expected=" or ".join(POSTURES_RAD))
-        posture = np.array(POSTURES_RAD[self.posture])
         held = rig.elbow == "held"
-        return plant_at(subject, posture, np.array(self.force), self.cocontraction, held)
+        return plant_at(subject, self.angles, np.array(self.force), self.cocontraction, held)
 
 
 def simulate_space(
@@ -169,7 +189,9 @@ class _Session:
             parts.append(self._sensed(rows, lengths[rows]))
             if progress:
                 progress(int(rows[-1]) + 1, len(lengths))
-        place, force, angles, told = (np.concatenate(part) for part in zip(*parts, strict=True))
+        place, force, angles, told, emg = (
+            np.concatenate(part) for part in zip(*parts, strict=True)
+        )
         names = command_columns("hand", 3)
         commanded = rig.command and rig.control == "position"
         return Recording(
@@ -181,6 +203,8 @@ class _Session:
             position=place,
             force=force,
             joint_angles=angles,
+            emg=emg if rig.emg else None,
+            muscles=SPACE_MUSCLES if rig.emg else (),
             extra=dict(zip(names, told.T, strict=True)) if commanded else {},
             handle_mass_kg=rig.handle_mass_kg,
             shoulder_m=np.zeros(3),
@@ -198,7 +222,7 @@ class _Session:
         return blocks
 
     def _sensed(self, rows: IntArray, lengths: IntArray) -> tuple[FloatArray, ...]:
-        """Place, force, angles and command of some trials, one after another."""
+        """Place, force, angles, command and EMG of some trials, one after another."""
         rig, schedule = self.rig, self.schedule
         row = int(schedule.condition[rows[0]])
         hand, hold = self.truth.hand[row], -self.truth.force[row]
@@ -209,7 +233,15 @@ class _Session:
         lag = (np.arange(rig.samples) - drive.onset[:, None]) / RATE_HZ
         told = hand + drive.unit[:, None] * drive.profile(lag)[0][..., None]
         keep = np.arange(rig.samples) < lengths[:, None]
-        return tuple(part[keep] for part in (*self._sensors(track, draws), told))
+        parts = (*self._sensors(track, draws), told, self._emg(keys, self.plants[row]))
+        return tuple(part[keep] for part in parts)
+
+    def _emg(self, keys: list[tuple[int, ...]], plant: Plant) -> FloatArray:
+        """Of some trials with one plant, (T, S, m); without EMG m is 0."""
+        if not self.rig.emg:
+            return np.zeros((len(keys), self.rig.samples, 0))
+        activation = np.tile(plant.tension / plant.muscles.greatest, (len(keys), 1))
+        return raw_emg(self.seed, keys, activation, self.rig.samples, RATE_HZ, SPACE_MVC_V)
 
     def _sensors(self, track: SpaceTrack, draws: _SpaceDraws) -> tuple[FloatArray, ...]:
         level = self.rig.level
@@ -237,6 +269,10 @@ class _Session:
             "target_activation": activation[schedule.condition],
         }
         columns |= {f"target_force_{axis}_N": force[:, i] for i, axis in enumerate("xyz")}
+        if self.rig.emg:
+            known = zip(SPACE_MUSCLES, SPACE_MVC_V, strict=True)
+            columns |= {f"mvc_{muscle}_V": volt for muscle, volt in known}
+            columns |= {f"rest_{muscle}_V": REST_V for muscle in SPACE_MUSCLES}
         return pd.DataFrame(columns)
 
 

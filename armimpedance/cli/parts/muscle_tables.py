@@ -12,6 +12,8 @@ if TYPE_CHECKING:
     from armimpedance.arrays import FloatArray
 
 JOINTS = ("shoulder", "elbow")
+#: Joints of an arm in space and others are numbered.
+NUMBERED = ("1", "2", "3", "4", "5", "6", "7")
 #: An angle this far beyond the range is still inside (rounding in a file).
 _EDGE_RAD = 1e-6
 
@@ -39,21 +41,26 @@ def moment_arm_rows(args: argparse.Namespace) -> tuple[list[dict[str, Any]], int
     import numpy as np
 
     from armimpedance.files import read_postures
+    from armimpedance.muscles import angle_columns
 
     q = read_postures(args.postures)
     muscles, lengthening, limits = _moment_arms(args.model, q)
+    n = q.shape[1]
+    joints = JOINTS if n == len(JOINTS) else NUMBERED[:n]
+    if args.joint is not None and args.joint not in joints:
+        problem = f"--joint {args.joint} of an arm of {n} joints"
+        raise InputError(problem, expected=" or ".join(joints))
     arms = -lengthening
     beyond = np.maximum(limits[:, 0] - q, q - limits[:, 1]).max(axis=1)
     outside = [float(angle) > _EDGE_RAD for angle in beyond]
     if args.joint is not None:
-        column = JOINTS.index(args.joint)
+        column = joints.index(args.joint)
         rows = [dict(zip(muscles, row, strict=True)) for row in arms[..., column].tolist()]
         return rows, sum(outside)
-    names = [f"r_{joint}_{muscle}_m" for joint in JOINTS for muscle in muscles]
+    names = [f"r_{joint}_{muscle}_m" for joint in joints for muscle in muscles]
     rows = [
         {
-            "q_shoulder_rad": float(angles[0]),
-            "q_elbow_rad": float(angles[1]),
+            **dict(zip(angle_columns(n), angles.tolist(), strict=True)),
             **dict(zip(names, row.T.ravel().tolist(), strict=True)),
             "extrapolated": int(far),
         }
@@ -68,13 +75,20 @@ def _moment_arms(source: Path, q: FloatArray) -> tuple[tuple[str, ...], FloatArr
     from armimpedance.files import read_model
     from armimpedance.muscles import MuscleModel
 
+    def checked(joints: int) -> None:
+        if q.shape[1] != joints:
+            problem = f"postures of {q.shape[1]} joints"
+            raise InputError(problem, expected=f"{joints}, as {source.name}")
+
     if source.suffix != ".json":
         arm = arm_named(str(source))
+        checked(arm.paths.joints)
         return arm.paths.muscles, arm.paths.moment_arms(q), arm.angle_range
     model = read_model(source)
     if not isinstance(model, MuscleModel):
         expected = "a model of the kind muscles, an arm's name or a table of moment arms"
         raise InputError("no moment arms of single muscles", file=source, expected=expected)
+    checked(len(model.box))
     return model.muscles, model.paths.moment_arms(q), model.box
 
 

@@ -22,8 +22,11 @@ TRUTH_FILE: Final = "truth.json"
 #: The robot of a therapy session before it was identified.
 DRAWINGS_FILE: Final = "drawings.json"
 
+#: Moment arms of another person, as anatomy has them, beside a session with EMG in space.
+MOMENT_ARMS_FILE: Final = "moment_arms.csv"
+
 #: What may lie beside the files of a session.
-BESIDE: Final = (TRUTH_FILE, DRAWINGS_FILE)
+BESIDE: Final = (TRUTH_FILE, DRAWINGS_FILE, MOMENT_ARMS_FILE)
 
 #: Level of noise -> noise of a filmed marker, m.
 MARKER_NOISE_M: Final = {"nominal": 0.5e-3, "sensor": 0.5e-3, "none": 0.0}

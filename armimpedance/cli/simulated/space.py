@@ -4,9 +4,14 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
-from typing import Final
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
 
-from armimpedance.cli.parts.simulation import Rig, Simulated, given
+from armimpedance.cli.parts.simulation import MOMENT_ARMS_FILE, Rig, Simulated, given
+
+if TYPE_CHECKING:
+    from manipulandum_sim.space import SpaceCondition
 
 
 def _add_options(parser: argparse.ArgumentParser) -> None:
@@ -19,6 +24,18 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--posture", nargs="+", default=["nominal"], metavar="NAME", help="nominal, far, near, …"
+    )
+    parser.add_argument(
+        "--postures",
+        type=Path,
+        metavar="FILE.csv",
+        help="q_1_rad to q_4_rad of each, in place of --posture and --cocontraction; and where it "
+        "has them cocontraction, force_x_N, force_y_N, force_z_N",
+    )
+    parser.add_argument(
+        "--emg",
+        action="store_true",
+        help=f"of twelve muscles; {MOMENT_ARMS_FILE} lies beside it: another person's, 10 %% off",
     )
     parser.add_argument(
         "--cocontraction", type=float, nargs="+", default=[12.0], metavar="PERCENT", help="(12)"
@@ -34,22 +51,18 @@ def _simulate(
     name: str, arguments: argparse.Namespace, progress: Callable[[int, int], None]
 ) -> Simulated:
     del name  # one rig only
-    from manipulandum_sim.space import SpaceCondition, simulate_space
+    from manipulandum_sim.space import simulate_space, write_moment_arms
 
     asked = arguments.amplitude_mm
-    force = given(force=None if arguments.force is None else tuple(arguments.force))
     recording, truth = simulate_space(
-        [
-            SpaceCondition(posture, percent / 100, **force)
-            for posture in arguments.posture
-            for percent in arguments.cocontraction
-        ],
+        _conditions(arguments),
         seed=arguments.seed,
         subject=arguments.subject or "A",
         sets=arguments.sets,
         progress=progress,
         elbow=arguments.elbow,
         noise=arguments.noise,
+        emg=arguments.emg,
         **given(
             directions=arguments.directions,
             disturbance=arguments.disturbance,
@@ -58,7 +71,29 @@ def _simulate(
             control=arguments.control,
         ),
     )
-    return Simulated(recording, truth)
+    anatomy = {MOMENT_ARMS_FILE: partial(write_moment_arms, seed=arguments.seed)}
+    return Simulated(recording, truth, anatomy if arguments.emg else {})
+
+
+def _conditions(arguments: argparse.Namespace) -> list[SpaceCondition]:
+    """Every posture at every level, or the rows of a table."""
+    from armimpedance.files import table_rows
+    from manipulandum_sim.space import SpaceCondition
+
+    force = given(force=None if arguments.force is None else tuple(arguments.force))
+    if arguments.postures is None:
+        return [
+            SpaceCondition(posture, percent / 100, **force)
+            for posture in arguments.posture
+            for percent in arguments.cocontraction
+        ]
+    level, made = arguments.cocontraction[0] / 100, []
+    for row in table_rows(arguments.postures, "a table with q_1_rad to q_4_rad"):
+        pushed = row.vector("force_{}_N", "xyz")
+        own = force if pushed is None else {"force": tuple(pushed.tolist())}
+        angles = tuple(row.angle(f"q_{j}_rad") for j in range(1, 5))
+        made.append(SpaceCondition(angles, row.optional("cocontraction", level), **own))
+    return made
 
 
 RIGS: Final = (

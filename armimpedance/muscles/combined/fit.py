@@ -171,6 +171,8 @@ def _measured(
         activation_sd=exact if rows.activation_sd is None else rows.activation_sd,
         known=known,
         least=np.where(known, 1.0, least),
+        kept=rows.kept,
+        moving=rows.moving,
         hand=rows if isinstance(rows, HandRows) else None,
     )
 

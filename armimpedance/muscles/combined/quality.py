@@ -49,7 +49,10 @@ def muscle_quality(
     ):
         fit = measured.fitted(form, found.x, which)[0]
         symbol = "K_e" if which == "K" and measured.hand is not None else which
-        for e, element in enumerate(element_labels(order_of(data.shape[1]))):
+        labels = np.array(element_labels(form.equations.layout.joints))[measured.kept].tolist()
+        if measured.hand is not None:
+            labels = element_labels(order_of(data.shape[1]))
+        for e, element in enumerate(labels if data.shape[1] else ()):
             quality.append(
                 element_quality(
                     f"{symbol}_{element}",

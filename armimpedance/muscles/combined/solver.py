@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
+from armimpedance.arrays import FloatArray, IntArray
 from armimpedance.errors import EstimationError
 from armimpedance.muscles.combined.equations import EvaluatedEquations
 from armimpedance.muscles.hand_rows import HandRows
@@ -46,6 +46,10 @@ class Measured:
         Whether the sd of K, B, torque are what they say: their factors are then at least 1.
     least : (3,)
         Factors are not below these.
+    kept : (E,) int
+        Which of the packed elements of all joints were measured: a joint may have been held.
+    moving : tuple of int
+        The joints whose torque was.
     hand : HandRows or None
         The stiffness is that of a hand on free joints, in these rows.
     """
@@ -59,6 +63,8 @@ class Measured:
     activation_sd: FloatArray
     known: tuple[bool, bool, bool]
     least: FloatArray
+    kept: IntArray
+    moving: tuple[int, ...]
     hand: HandRows | None = None
 
     def fitted(
@@ -66,11 +72,10 @@ class Measured:
     ) -> tuple[FloatArray, FloatArray]:
         """What the form says of the rows' "K" or "B", (P, E), and derivatives (P, E, n)."""
         value, slope = form.stiffness(x) if which == "K" else form.viscosity(x)
-        if which == "B":
-            count = self.viscosity.shape[1]
-            return value[:, :count], slope[:, :count]
         if self.hand is None:
-            return value, slope
+            return value[:, self.kept], slope[:, self.kept]
+        if which == "B":
+            return value[:, :0], slope[:, :0]
         value, to_hand = self.hand.seen(value)
         return value, to_hand @ slope
 
@@ -78,9 +83,9 @@ class Measured:
         self, form: EvaluatedEquations, x: FloatArray, which: str, parts: FloatArray
     ) -> FloatArray:
         """Changes (P, E_n, k) of the joints' K or B as the rows show them, (P, E, k)."""
-        if which == "B":
-            return parts[:, : self.viscosity.shape[1]]
-        return parts if self.hand is None else self.hand.seen(form.stiffness(x)[0])[1] @ parts
+        if self.hand is None:
+            return parts[:, self.kept]
+        return parts[:, :0] if which == "B" else self.hand.seen(form.stiffness(x)[0])[1] @ parts
 
 
 @dataclass(frozen=True)
@@ -209,7 +214,8 @@ def _weighted(
         (measured.fitted(form, x, "B"), measured.viscosity),
     ]
     if measured.torque is not None:
-        parts.append((form.torque(x), measured.torque))
+        value, slope = form.torque(x)
+        parts.append(((value[:, measured.moving], slope[:, measured.moving]), measured.torque))
     errors, slopes = [], []
     for ((value, slope), data), weight in zip(parts, weights, strict=True):
         errors.append(np.einsum("pij,pj->pi", weight, value - data).ravel())

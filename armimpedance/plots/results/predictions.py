@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from armimpedance.conventions import UNITS
 from armimpedance.errors import InputError
-from armimpedance.muscles import HandPrediction, JointPrediction, JointRows
+from armimpedance.muscles import HandPrediction, JointPrediction, JointRows, matrix
 from armimpedance.plots.ellipses.parts import one_legend
 from armimpedance.plots.paper.letters import panel_letters
 from armimpedance.plots.predicted import plot_predicted_against_measured
@@ -36,23 +36,25 @@ def plot_predictions(predicted: JointPrediction | HandPrediction) -> Figure:
     Returns
     -------
     Figure
-        K above B: the ellipses, then a panel for each element.
+        K above B: the ellipses, then a panel for each element; of three axes or joints and more
+        a panel for each element of the diagonal.
     """
     joint = predicted.joint if isinstance(predicted, HandPrediction) else predicted
     level = "hand" if isinstance(predicted, HandPrediction) else "joint"
+    k = predicted.stiffness_matrices.shape[-1]
+    planar, color = k == 2, OKABE_ITO["blue"]
     with print_style():
-        figure, grid = row_axes(len(joint.joint_angles), 4, bands=2, narrow=1)
-        for symbol, which, (ellipses, *axes) in zip(
-            "KB", ("stiffness", "viscosity"), grid, strict=True
-        ):
+        columns, narrow = (4, 1) if planar else (k, 0)
+        figure, grid = row_axes(len(joint.joint_angles), columns, bands=2, narrow=narrow)
+        for symbol, which, axes in zip("KB", ("stiffness", "viscosity"), grid, strict=True):
             values = getattr(predicted, f"{which}_matrices")
-            half = predicted.half_width(which)
-            matrix_half = half[:, [0, 1, 1, 2]].reshape(-1, 2, 2)
-            color = OKABE_ITO["blue"]
-            one = Series("measured region", values, matrix_half, color, faded=joint.extrapolated)
-            draw_ellipses(ellipses, [one], symbol)
-            draw_elements(axes, [one], symbol, UNITS[level][symbol], part="upper")
-            name_rows(ellipses, _names(joint), bands=2)
+            half = matrix(predicted.half_width(which))
+            one = Series("measured region", values, half, color, faded=joint.extrapolated)
+            if planar:
+                draw_ellipses(axes[0], [one], symbol)
+            part: Literal["upper", "diagonal"] = "upper" if planar else "diagonal"
+            draw_elements(axes[narrow:], [one], symbol, UNITS[level][symbol], part=part)
+            name_rows(axes[0], _names(joint), bands=2)
         panel_letters([ax for row in grid for ax in row])
         if joint.extrapolated.any():
             handles, labels = grid[0][1].get_legend_handles_labels()
@@ -61,7 +63,7 @@ def plot_predictions(predicted: JointPrediction | HandPrediction) -> Figure:
 
 
 #: Elements of a joint matrix: shoulder, both, elbow.
-_ELEMENTS = ("ss", "se", "ee")
+_PLANAR = {(0, 0): "ss", (0, 1): "se", (1, 1): "ee"}
 
 
 def plot_model_fit(predicted: JointPrediction, rows: JointRows) -> Figure:
@@ -77,7 +79,8 @@ def plot_model_fit(predicted: JointPrediction, rows: JointRows) -> Figure:
     Returns
     -------
     Figure
-        K above B, a panel for each element, with 95 % intervals of both where they are known.
+        K above B, a panel for each element, with 95 % intervals of both where they are known; of
+        three joints and more the diagonal.
 
     Raises
     ------
@@ -86,22 +89,29 @@ def plot_model_fit(predicted: JointPrediction, rows: JointRows) -> Figure:
     """
     if len(predicted.joint_angles) != len(rows.joint_angles):
         raise InputError("predictions of other rows", expected="one for each row")
+    numbered = {(i, i): f"{j + 1}{j + 1}" for i, j in enumerate(rows.moving)}
+    names = _PLANAR if rows.joints == 2 else numbered
+    places = list(names)
     with print_style():
         figure = new_figure(TWO_COLUMNS_IN, 4.9)
-        grid = figure.subplots(2, 3)
+        grid = figure.subplots(2, len(places))
         for symbol, which, axes in zip("KB", ("stiffness", "viscosity"), grid, strict=True):
             matrices, sd = getattr(rows, which), getattr(rows, f"{which}_sd")
-            half = predicted.half_width(which)
-            for column, (i, j) in enumerate(((0, 0), (0, 1), (1, 1))):
+            said, half = (
+                getattr(predicted, f"{which}_matrices"),
+                matrix(predicted.half_width(which)),
+            )
+            for column, (i, j) in enumerate(places):
+                a, b = rows.moving[i], rows.moving[j]
                 # the symmetric part, as the model has it; the larger error of its two elements
                 measured = (matrices[:, i, j] + matrices[:, j, i]) / 2
                 error = 0 * measured if sd is None else np.maximum(sd[:, i, j], sd[:, j, i])
                 plot_predicted_against_measured(
-                    *(getattr(predicted, which)[:, column], measured),
-                    *(half[:, column], 1.96 * error),
+                    *(said[:, a, b], measured),
+                    *(half[:, a, b], 1.96 * error),
                     ["rows that were fitted"] * len(measured),
                     axes[column],
-                    label=f"{symbol}_{_ELEMENTS[column]} ({unit_text(UNITS['joint'][symbol])})",
+                    label=f"{symbol}_{names[i, j]} ({unit_text(UNITS['joint'][symbol])})",
                 )
         panel_letters(list(grid.flat))
         one_legend(figure, list(grid.flat))
@@ -116,4 +126,4 @@ def _names(joint: JointPrediction) -> list[str]:
             f"{number}: α {', '.join(f'{a:.2g}' for a in alpha[:3])}…"
             for number, alpha in enumerate(joint.activation, start=1)
         ]
-    return [f"{n}: {q[0]:.0f}°, {q[1]:.0f}°" for n, q in enumerate(degrees, start=1)]
+    return [f"{n}: {', '.join(f'{x:.0f}°' for x in q)}" for n, q in enumerate(degrees, start=1)]

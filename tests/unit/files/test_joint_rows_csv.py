@@ -85,7 +85,7 @@ def test_our_own_results_are_read(tmp_path, make_estimate):
         ({"sd_K_21": 0.0}, "row 3, column sd_K_21: 0", "above 0"),
         ({"alpha_2": 1.3}, "row 3, column alpha_2: 1.3", "0 to 1"),
         ({"alpha_6": -0.01}, "row 3, column alpha_6", "0 to 1"),
-        ({"K_33": 4.0}, "row 3, column K_33: three joints", "shoulder and elbow"),
+        ({"K_33": 4.0}, "row 3, column K_33: 3 joints", "four angles"),
     ],
 )
 def test_a_bad_cell_is_named(tmp_path, changes, place, expected):
