@@ -47,7 +47,7 @@ def main() -> None:
         for name in ("pyproject.toml", "Makefile", "CITATION.cff", "README.md"):
             shutil.copy(ROOT / name, work)
         python = str(place / "bin" / "python")
-        options = ("-q", "-n", "2", "--dist", "loadgroup", "-p", "no:cacheprovider")
+        options = ("-q", "-n", "2", "--dist", "loadfile", "-p", "no:cacheprovider")
         run(python, "-m", "pytest", *options, *arguments.tests, cwd=work)
 
 

@@ -26,9 +26,6 @@ from armimpedance.records import Recording
 settings.register_profile("armimpedance", deadline=None, derandomize=True)
 settings.load_profile("armimpedance")
 
-#: Fixtures that several modules look at, and that are dear; one process holds them all.
-SHARED = ("therapy_people", "therapy_alone", "therapy_calibration", "therapy_mockup")
-
 RATE = 1000.0
 M = np.array([[1.731, -0.655], [-0.655, 1.001]])
 B = np.array([[8.63, -6.40], [-6.40, 13.86]])
@@ -103,18 +100,6 @@ def linear_recording(
         force=np.concatenate(forces),
         **fields,
     )
-
-
-@pytest.hookimpl(tryfirst=True)
-def pytest_collection_modifyitems(items):
-    """Tests that look at one thing made beforehand run in one process, which makes it once."""
-    for item in items:
-        made = item._fixtureinfo.name2fixturedefs
-        wide = {name: found[-1].scope for name, found in made.items()}
-        ours = [n for n, scope in wide.items() if scope != "function" and n in SHARED]
-        module = any(s == "module" for s in wide.values())
-        if ours or module:
-            item.add_marker(pytest.mark.xdist_group("therapy" if ours else str(item.path)))
 
 
 @pytest.fixture(scope="session")
