@@ -1,7 +1,7 @@
 """Run the tests against the oldest versions that `pyproject.toml` allows, or the newest there are.
 
     python release/versions.py OUT --python python3.13 --resolution highest
-    python release/versions.py OUT --resolution lowest-direct -- tests/unit/levels
+    python release/versions.py OUT tests/unit/levels --resolution lowest-direct
 
 An environment of its own, the wheel, and the tests in a folder without the package's source.
 """
@@ -25,9 +25,7 @@ def main() -> None:
     parser.add_argument("out", type=Path)
     parser.add_argument("--python", default=sys.executable)
     parser.add_argument("--resolution", choices=("lowest-direct", "highest"), default="highest")
-    parser.add_argument(
-        "tests", nargs="*", default=["tests/oracles", "tests/recovery", "tests/unit"]
-    )
+    parser.add_argument("tests", nargs="*", default=TESTS)
     arguments = parser.parse_args()
     wheel, _ = built(arguments.out.resolve())
     uv = str(Path(sys.executable).with_name("uv"))
