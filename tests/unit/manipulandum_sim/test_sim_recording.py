@@ -50,13 +50,13 @@ def test_the_ideal_servo_is_the_limit_of_stiff_ones(reflex):
     settings = {"seed": 2, "sets": 1, "reflex": reflex, **QUIET}
     ideal, _ = simulate_condition(servo=IDEAL, **settings)
     errors = []
-    for stiffness in (2e4, 1e5, 5e5):
+    for stiffness in (5e3, 2e4, 8e4):
         driven, _ = simulate_condition(servo=Servo(stiffness), **settings)
         assert np.abs(driven.position - ideal.position).max() < 5 / stiffness
         errors.append(np.abs(driven.force - ideal.force).max() / np.abs(ideal.force).max())
     # what the servo lags behind makes a force error that goes with 1/sqrt(stiffness)
     assert errors[0] > 1.8 * errors[1] > 1.8**2 * errors[2]
-    assert errors[2] < 0.05
+    assert errors[2] < 0.1
 
 
 def test_small_exact_motions_return_the_truth():
