@@ -17,10 +17,13 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 from rows import Answer, write_submission
-from scipy.signal import butter, filtfilt
+from scipy.signal import butter, csd, filtfilt
 
 CUTOFF_HZ = 15.0
 WINDOW_S = 1.0
+#: Samples of a segment of a spectrum.
+SEGMENT = 1024
+PLACE, FORCE = ["x_m", "y_m"], ["fx_N", "fy_N"]
 
 
 def trials_of(record: Path) -> tuple[pd.DataFrame, list[pd.DataFrame], dict]:
@@ -59,14 +62,18 @@ def hand(record: Path) -> Answer:
     rate, W, Y = told["sample_rate_hz"], [], []
     for (_, row), samples in zip(table.iterrows(), trials, strict=True):
         time = samples["time_s"].to_numpy()
-        x = smooth(samples[["x_m", "y_m"]].to_numpy(), rate)
-        force = smooth(samples[["fx_N", "fy_N"]].to_numpy(), rate)
+        x = smooth(samples[PLACE].to_numpy(), rate)
+        force = smooth(samples[FORCE].to_numpy(), rate)
         before = time < row["onset_s"]
         x, force = x - x[before].mean(axis=0), force - force[before].mean(axis=0)
         kept = (time >= row["onset_s"]) & (time <= row["end_s"] + 0.2)
         W.append(derivatives(x, rate)[kept])
         Y.append(-force[kept])
-    theta, half = least_squares(np.concatenate(W), np.concatenate(Y))
+    return of_hand(*least_squares(np.concatenate(W), np.concatenate(Y)), told)
+
+
+def of_hand(theta: np.ndarray, half: np.ndarray, told: dict) -> Answer:
+    """Rows of M, B, K from coefficients (6, 2) of acceleration, velocity, place, handle off."""
     handle = told.get("handle_mass_kg", 0.0) * np.eye(2)
     rows = []
     for n, name in enumerate("MBK"):
@@ -77,6 +84,61 @@ def hand(record: Path) -> Answer:
                 v, w = values[i, j], width[i, j]
                 rows.append((f"{name}_{i + 1}{j + 1}", v, v - w, v + w))
     return Answer(rows)
+
+
+def random_columns(record: Path) -> tuple[np.ndarray, np.ndarray, dict]:
+    """Place and force on the hand (trials, S, 2) of random perturbations, means taken off."""
+    _, trials, told = trials_of(record)
+    x, force = (np.stack([t[c].to_numpy() for t in trials]) for c in (PLACE, FORCE))
+    return x - x.mean(axis=1, keepdims=True), force.mean(axis=1, keepdims=True) - force, told
+
+
+def random_hand(record: Path) -> Answer:
+    """M, B, K of random displacements, by least squares on filtered channels."""
+    x, force, told = random_columns(record)
+    rate, inner = told["sample_rate_hz"], slice(100, -100)
+    W = np.concatenate([derivatives(smooth(one, rate), rate)[inner] for one in x])
+    Y = np.concatenate([smooth(one, rate)[inner] for one in force])
+    return of_hand(*least_squares(W, Y), told)
+
+
+def random_spectra(record: Path) -> Answer:
+    """M, B, K from the spectra of force by those of place, a line at a time.
+
+    Z (2, 2) = S_fx S_xx^-1 per frequency; K - w^2 M from its real part, w B from its imaginary one.
+    """
+    x, force, told = random_columns(record)
+    rate = told["sample_rate_hz"]
+
+    def spectra(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+        """(frequencies, 2, 2), of all trials together."""
+        line = [
+            [
+                np.mean(
+                    [
+                        csd(q[:, j], p[:, i], rate, nperseg=SEGMENT)[1]
+                        for p, q in zip(a, b, strict=True)
+                    ],
+                    0,
+                )
+                for j in (0, 1)
+            ]
+            for i in (0, 1)
+        ]
+        return np.moveaxis(np.array(line), -1, 0)
+
+    frequency = np.fft.rfftfreq(SEGMENT, 1 / rate)
+    kept = (frequency >= 2) & (frequency <= CUTOFF_HZ)
+    w = 2 * np.pi * frequency[kept]
+    Z = (spectra(force, x)[kept] @ np.linalg.inv(spectra(x, x)[kept])).reshape(-1, 4)
+    real, of_real = least_squares(np.column_stack([-(w**2), np.ones_like(w)]), Z.real)
+    imaginary, of_imaginary = least_squares(w[:, None], Z.imag)
+
+    def stacked(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+        """(6, 2): the transposes of M, B and K on top of each other."""
+        return np.concatenate([m.reshape(2, 2).T for m in (a[0], b[0], a[1])])
+
+    return of_hand(stacked(real, imaginary), stacked(of_real, of_imaginary), told)
 
 
 def joint_columns(record: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -123,8 +185,10 @@ def main(benchmark: str, out: str) -> None:
     hands = dict.fromkeys(("hand_ideal", "hand_soft", "hand_reflex", "hand_mixed"), hand)
     joints = dict.fromkeys(("joint_torque", "joint_position", "joint_reflex"), joint)
     courses = dict.fromkeys(("joint_smooth", "joint_square"), varying)
-    methods = {**hands, **joints, **courses}
+    methods = {**hands, "hand_random": random_hand, **joints, **courses}
     write_submission(Path(benchmark), Path(out) / "lab_script.csv", methods)
+    spectra = {"hand_random": random_spectra}
+    write_submission(Path(benchmark), Path(out) / "lab_spectra.csv", spectra)
 
 
 if __name__ == "__main__":

@@ -53,6 +53,12 @@ def hand(record: Path, method: str | None = None) -> Answer:
     return Answer(of_estimate(found), bool(found.warnings))
 
 
+def random_hand(record: Path) -> Answer:
+    """M, B, K under random displacements."""
+    (found,) = ai.random(record / "recording")
+    return Answer(of_estimate(found), bool(found.warnings))
+
+
 def joint(record: Path, method: str | None = None) -> Answer:
     """I, B, K."""
     found = ai.elbow(record / "recording", method=method)
@@ -174,6 +180,7 @@ def submissions() -> dict[str, Mapping[str, Method]]:
     made: dict[str, Mapping[str, Method]] = {
         "armimpedance": {
             **every(HANDS, hand),
+            "hand_random": random_hand,
             **every(JOINTS, joint),
             "joint_smooth": partial(varying, method="smoother"),
             "joint_square": partial(varying, method="cascade"),

@@ -50,3 +50,26 @@ def test_hand_truth_is_the_plants_without_its_handle_and_reflex():
 def test_a_relaxed_joint_comes_with_its_rest_angle(tmp_path):
     drawn("relaxed_joint", "p01", None).beside(tmp_path)
     assert 1.2 < json.loads((tmp_path / "told.json").read_text())["rest_angle_rad"] < 1.7
+
+
+def test_a_random_hand_is_asked_for_what_its_simulator_holds_true_some_with_a_reflex(monkeypatch):
+    from manipulandum_sim import random_hand
+
+    simulate, calls = random_hand.simulate_random, []
+
+    def noted(**call):
+        calls.append(call)
+        return None, None
+
+    monkeypatch.setattr(random_hand, "simulate_random", noted)
+    made = [drawn("hand_random", name, None) for name in ("p01", "p02", "p03", "p04")]
+    for one in made:
+        one.recordings()
+    # one of each kind; the truth is found without a simulation and has to be the simulator's own
+    kinds = {call["reflex"] is not None: n for n, call in enumerate(calls)}
+    assert set(kinds) == {True, False}
+    for n in kinds.values():
+        _, truth = simulate(**calls[n] | {"trials": 1, "duration_s": 2.0})
+        for group in made[n].groups:
+            own = getattr(truth, f"{group.name}_e").ravel()
+            assert list(group.values.values()) == pytest.approx(own, rel=1e-9)
