@@ -31,6 +31,8 @@ _COLUMNS: Final[Mapping[str, Cell]] = {
     "width, %": _percent("width"),
     "interval score": lambda s: s.interval_score,
     "silently wrong, %": _percent("silently_wrong"),
+    # who warns of everything is never silently wrong: it has to be seen
+    "warned, %": _percent("warned"),
     "unsaid, %": lambda s: 100 * (s.asked - s.answered) / s.asked,
 }
 

@@ -114,6 +114,45 @@ def test_no_width_wins(truth):
         assert naked.interval_score == pytest.approx(40 * 0.02)
 
 
+def test_an_interval_of_zero_width_is_one_and_holds_nothing_but_the_truth_itself(truth):
+    for row in score(truth, said(truth, 0.02, width=0.0)):
+        assert (row.coverage, row.width) == (0, 0)
+        assert row.interval_score == pytest.approx(40 * 0.02)
+    assert all(r.silently_wrong == 1 for r in score(truth, said(truth, 0.3, width=0.0)))
+
+
+def test_half_open_intervals_are_endless_and_never_beat_an_honest_one(truth):
+    for low, high in ((-math.inf, 0.0), (0.0, math.inf)):
+        claims = {place(k): Claim(k.value, k.value + low, k.value + high) for k in truth}
+        assert all(math.isinf(r.interval_score) for r in score(truth, claims))
+
+
+def test_an_interval_elsewhere_than_its_value_is_scored_by_where_it_lies(truth):
+    # a right value does not lend its interval anything, nor the interval the value
+    apart = {
+        place(k): Claim(k.value, k.value + 0.5 * k.scale, k.value + 0.6 * k.scale) for k in truth
+    }
+    for row in score(truth, apart):
+        assert (row.total, row.coverage) == (0, 0)
+        assert row.interval_score == pytest.approx(0.1 + 40 * 0.5)
+
+
+def test_who_warns_of_everything_is_seen_to_and_who_leaves_out_what_is_hard_gains_nothing(truth):
+    always = score(truth, said(truth, 0.3, warned=True))
+    assert all((r.silently_wrong, r.warned) == (0, 1) for r in always)
+    # one wrong record of each half left out: its rows are still asked
+    bad = {"p01", "s01"}
+    mixed = said(truth) | {p: c for p, c in said(truth, 0.3, width=0.02).items() if p[1] in bad}
+    for whole, part in zip(
+        score(truth, mixed),
+        score(truth, {p: c for p, c in mixed.items() if p[1] not in bad}),
+        strict=True,
+    ):
+        assert part.answered < part.asked == whole.asked
+        # worse than right, better than 30 % off at 2 % width
+        assert 0.02 < part.interval_score < whole.interval_score
+
+
 def test_the_order_of_rows_changes_no_bit(truth):
     rng = random.Random(5)  # noqa: S311
     claims = {p: Claim(c.value * rng.lognormvariate(0, 1)) for p, c in said(truth).items()}

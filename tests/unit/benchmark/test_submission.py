@@ -41,6 +41,10 @@ def test_rows_in_any_order_with_or_without_what_is_optional(tmp_path):
     assert math.isinf(first.high)
     assert first.has_interval
     assert not claims[("joint", "s01", "I")].has_interval
+    # NaN is as good as empty, of a limit as of a value
+    bare = read_submission(written(tmp_path, HEAD + "joint,p01,I,1,nan,NaN,,,\n"), ASKED)
+    assert bare[("joint", "p01", "I")].answers
+    assert not bare[("joint", "p01", "I")].has_interval
 
 
 HEAD = "task,record,quantity,value,low,high,unit,warned,time_s\n"
@@ -60,6 +64,8 @@ GOOD = "joint,p01,I,1,0,2,kg m^2,0,1\n"
         ("joint,p01,I,1e300,,,,,\n", 2, "value"),
         ("joint,p01,I,1,2,1,,,\n", 2, "low"),
         ("joint,p01,I,1,inf,inf,,,\n", 2, "low"),
+        ("joint,p01,I,1,nan,2,,,\n", 2, "low"),
+        ("joint,p01,I,1,0,nan,,,\n", 2, "high"),
         ("joint,p01,I,1,0,,,,\n", 2, "high"),
         ("joint,p01,I,1,,,,perhaps,\n", 2, "warned"),
         ("joint,p01,I,1,,,,,-1\n", 2, "time_s"),
