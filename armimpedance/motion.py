@@ -151,6 +151,14 @@ class MotionRecording(InTrials):
     emg : EmgSignals or None
     subject : Subject
     provenance : tuple of str
+
+    Examples
+    --------
+    >>> from manipulandum_sim.body import simulate_body
+    >>> motion, _ = simulate_body(("all_joints",))
+    >>> motion
+    MotionRecording of 1 trial, 23.6 s at 100 Hz
+    conditions: all_joints
     """
 
     sample_rate_hz: float

@@ -23,6 +23,15 @@ class RandomEstimates(Estimates):
     ----------
     fits : tuple of RandomFit
         In the order of the estimates: reflex, lag and frequency response.
+
+    Examples
+    --------
+    >>> from armimpedance.analyses import random
+    >>> from manipulandum_sim.random_hand import simulate_random
+    >>> recording, _ = simulate_random(seed=1, trials=2, duration_s=6.0)
+    >>> hand = random(recording)
+    >>> hand.to_frame()["n_trials"].tolist(), len(hand.fits)
+    ([2], 1)
     """
 
     fits: tuple[RandomFit, ...] = ()

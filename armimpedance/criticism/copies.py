@@ -54,6 +54,7 @@ def check_copies(recording: Recording, window: Window | None = None) -> Finding:
     --------
     >>> from manipulandum_sim.hand import simulate
     >>> recording, _ = simulate("cocontraction", seed=1, sets=1, conditions=["cocontraction_10"])
+    >>> from armimpedance.criticism import check_copies
     >>> check_copies(recording).verdict
     'ok'
     """

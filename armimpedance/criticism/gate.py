@@ -30,6 +30,8 @@ def refuse_stops(findings: Sequence[Finding], despite: Collection[str] = ()) -> 
 
     Examples
     --------
+    >>> from armimpedance.criticism import refuse_stops
+    >>> from armimpedance.findings import Finding
     >>> found = [Finding("force sign", "unusable", "a limb cannot give energy")]
     >>> [one.name for one in refuse_stops(found, despite=["force sign"])]
     ['force sign']

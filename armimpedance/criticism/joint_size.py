@@ -56,6 +56,7 @@ def check_joint_size(
 
     Examples
     --------
+    >>> from armimpedance.criticism import check_joint_size
     >>> check_joint_size("inertia", 70.0, 1.0).verdict
     'warning'
     """

@@ -25,6 +25,7 @@ def check_response(recording: Recording) -> tuple[Finding, ...]:
     --------
     >>> from manipulandum_sim.hand import simulate
     >>> recording, _ = simulate("cocontraction", seed=1, sets=1, conditions=["cocontraction_10"])
+    >>> from armimpedance.impedance import check_response
     >>> [check.name for check in check_response(recording)][:4]
     ['units', 'reach', 'axes', 'delay']
     """

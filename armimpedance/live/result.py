@@ -58,6 +58,16 @@ class LiveStiffness:
         samples hold a displacement.
     direction_rad : float
         Direction of the line shoulder -> hand (in the plane of the first two axes).
+
+    Examples
+    --------
+    >>> from armimpedance import Live, fit_muscles, estimate, to_joint
+    >>> from manipulandum_sim.hand import simulate
+    >>> session, _ = simulate("cocontraction", seed=1, sets=1)
+    >>> model = fit_muscles(to_joint(estimate(session), recording=session), order=0)
+    >>> now = Live(model, session).update([0.1] * 6, q=[1.04, 1.57])
+    >>> now.stiffness.shape, now.definite
+    ((2, 2), True)
     """
 
     time_s: float

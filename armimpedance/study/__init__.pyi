@@ -3,7 +3,7 @@ from .engines.dask import Dask as Dask
 from .engines.engine import Engine as Engine
 from .engines.processes import Processes as Processes
 from .engines.slurm import SlurmJobs as SlurmJobs, array_script as array_script
-from .group import Gathered as Gathered, run_group as run_group
+from .group import run_group as run_group
 from .log import StudyLog as StudyLog
 from .participants import (
     STORE as STORE,

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from rst import code, directive, title, toctree
-from tests_of import use_of
+from uses_of import use_of
 
 import armimpedance
 
@@ -93,7 +93,7 @@ def _entry(room: str, name: str) -> str:
     where = f"{module}::{name}"
     if room and getattr(armimpedance, name, None) is thing:
         return f":doc:`ai.{name} <../ai/{name}>`: {_first_line(room, name)}\n"
-    return f"{_described(where, thing)}\n{_test_of(name, thing)}"
+    return f"{_described(where, thing)}\n{_use_of(room, name, thing)}"
 
 
 def _described(where: str, thing: Any) -> str:
@@ -104,12 +104,25 @@ def _described(where: str, thing: Any) -> str:
     return directive("py:data", where.replace("::", "."), f"``{_shown(thing)}``\n")
 
 
-def _test_of(name: str, thing: Any) -> str:
-    """A test that uses the name, where its docstring has no example."""
-    use = None if has_example(thing) else use_of(name)
+def _use_of(room: str, name: str, thing: Any) -> str:
+    """A use of the name, where its docstring has no example."""
+    use = None if has_example(thing) else use_of(room, name)
     if use is None:
         return ""
-    return directive("dropdown", f"A test that uses it: {use.where}", code(use.source, "python"))
+    return directive("dropdown", f"{use.what}: {use.where}", code(use.source, "python"))
+
+
+def names_without_an_example() -> list[str]:
+    """Names of which neither the docstring nor a use shows anything."""
+    missing = []
+    for room in ["", *rooms()]:
+        module = importlib.import_module(f"armimpedance.{room}" if room else "armimpedance")
+        for name in names_of(room):
+            thing = getattr(module, name)
+            shown = has_example(thing) or (room and use_of(room, name))
+            if not shown and not (room and getattr(armimpedance, name, None) is thing):
+                missing.append(f"{module.__name__}.{name}")
+    return missing
 
 
 def has_example(thing: Any) -> bool:

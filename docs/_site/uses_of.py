@@ -1,54 +1,89 @@
-"""The shortest test that uses a name: an example that runs, where the docstring has none."""
+"""The shortest use of a name that is kept right by its own checks, where the docstring has none."""
 
 from __future__ import annotations
 
 import ast
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from textwrap import dedent
 
 ROOT = Path(__file__).resolve().parents[2]
-#: A longer test shows too much beside the name.
+#: Where a use is looked for -> what it is; a test shows most and is taken before all others.
+PLACES = {
+    "tests": "A test that uses it",
+    "figures": "A figure that uses it",
+    "benchmarks": "A study that uses it",
+    "armimpedance": "Where another room uses it",
+}
+#: A longer use shows too much beside the name.
 MOST_LINES = 30
+SINGLE = (ast.Assign, ast.AnnAssign, ast.Expr, ast.Return)
 
 
 @dataclass(frozen=True)
 class Use:
-    """A test, and where it stands."""
+    """A function or statement, what it is, and where it stands."""
 
+    what: str
     where: str
     source: str
 
 
-def use_of(name: str) -> Use | None:
-    """The shortest test in whose body the name stands, of a file that imports it from us."""
-    return _uses().get(name)
+def use_of(room: str, name: str) -> Use | None:
+    """The shortest use outside of the room, of a file that imports the name from it.
+
+    A function that is short enough to be read, else a single statement.
+    """
+    for whole in (True, False):
+        for place in PLACES:
+            use = _uses(place, whole).get((room, name))
+            if use is not None:
+                return use
+    return None
 
 
 @cache
-def _uses() -> dict[str, Use]:
-    found: dict[str, Use] = {}
-    for file in sorted((ROOT / "tests").rglob("test_*.py")):
+def _uses(place: str, whole: bool) -> dict[tuple[str, str], Use]:
+    found: dict[tuple[str, str], Use] = {}
+    for file in sorted((ROOT / place).rglob("*.py")):
         text = file.read_text()
-        tree = ast.parse(text)
-        imported = _imported(tree)
-        for test in tree.body:
-            if not isinstance(test, ast.FunctionDef) or not test.name.startswith("test_"):
-                continue
-            source = ast.get_source_segment(text, test) or ""
-            use = Use(f"{file.relative_to(ROOT)}::{test.name}", source)
-            for name in imported & _names(test):
-                if name not in found or len(source) < len(found[name].source):
-                    found[name] = use
-    return {n: use for n, use in found.items() if use.source.count("\n") < MOST_LINES}
+        if "armimpedance." not in text:
+            continue
+        lines, tree = text.splitlines(), ast.parse(text)
+        own = file.relative_to(ROOT / place).parts[0] if place == "armimpedance" else None
+        imported = {key: local for key, local in _imported(tree) if key[0] != own}
+        for title, node, last in _pieces(tree, place, whole) if imported else ():
+            parts = (part for part in ast.walk(node) if isinstance(part, ast.Name))
+            names = {part.id for part in parts if part.lineno <= last}
+            source = dedent("\n".join(lines[node.lineno - 1 : last]))
+            use = Use(PLACES[place], f"{file.relative_to(ROOT)}{title}", source)
+            for key in (key for key, local in imported.items() if local in names):
+                known = found.get(key)
+                if known is None or len(source) < len(known.source):
+                    found[key] = use
+    return found
 
 
-def _imported(tree: ast.Module) -> set[str]:
-    """What a file imports from the package, also inside of its functions."""
-    imports = (node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom))
-    ours = (node for node in imports if (node.module or "").startswith("armimpedance"))
-    return {alias.name for node in ours for alias in node.names if alias.asname is None}
+def _imported(tree: ast.Module) -> Iterator[tuple[tuple[str, str], str]]:
+    """((Room, name), name in the file) of what is imported from us, inside of functions too."""
+    for node in ast.walk(tree):
+        parts = (node.module or "").split(".") if isinstance(node, ast.ImportFrom) else []
+        if isinstance(node, ast.ImportFrom) and parts[:1] == ["armimpedance"] and parts[1:]:
+            yield from (((parts[1], part.name), part.asname or part.name) for part in node.names)
 
 
-def _names(test: ast.FunctionDef) -> set[str]:
-    return {node.id for node in ast.walk(test) if isinstance(node, ast.Name)}
+def _pieces(tree: ast.Module, place: str, whole: bool) -> Iterator[tuple[str, ast.stmt, int]]:
+    """What may be shown of a file, each with its last line.
+
+    Whole functions, of tests the tests; or single statements and the heads of functions.
+    """
+    for node in ast.walk(tree):
+        if isinstance(node, SINGLE) and not whole:
+            yield "", node, node.end_lineno or node.lineno
+        elif isinstance(node, ast.FunctionDef):
+            last = (node.end_lineno or 0) if whole else node.body[0].lineno - 1
+            test = place == "tests" and node.name.startswith("test_")
+            if (place != "tests" or test) and last - node.lineno < MOST_LINES:
+                yield f"::{node.name}", node, last

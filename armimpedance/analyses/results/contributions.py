@@ -54,6 +54,15 @@ class Contributions(WrittenResult, FrozenRecord, Sequence[Contribution]):
         says why.
     notes : tuple of str
         What a reader must know of the session.
+
+    Examples
+    --------
+    A simulated session takes longer than an example may; the tutorial on therapy runs these lines:
+
+    >>> import armimpedance as ai
+    >>> session = ai.contribution("session", robot="robot.json", arm="arm.json")  # doctest: +SKIP
+    >>> session.to_frame()[["trial", "share_percent"]]  # doctest: +SKIP
+    >>> session.to_csv("contribution.csv")  # doctest: +SKIP
     """
 
     results: tuple[Contribution, ...]

@@ -174,6 +174,17 @@ class PassiveArm(FrozenRecord):
         The support of each passive movement, for (19).
     mass_sd : float
         Sd of the factor between true and stated masses; 0 for a mock-up that was weighed.
+
+    Examples
+    --------
+    A mock-up of one weighed pipe, whose stiffness nobody has measured:
+
+    >>> from armimpedance import PassiveArm
+    >>> from armimpedance.therapy import ArmSegment
+    >>> pipe = ArmSegment("pipe", "upper_arm", mass_kg=1.2, com_m=0.15)
+    >>> PassiveArm("mock-up", "ARMin", 0.30, (pipe,), mass_sd=0.0).elastic_of("elevation")
+    Traceback (most recent call last):
+    armimpedance.errors.InputError: subject mock-up: no passive calibration of axis elevation...
     """
 
     subject: str
