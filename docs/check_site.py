@@ -28,6 +28,8 @@ ONLY_SAID = {"canonical", "index", "search", "next", "prev", "author", "license"
 #: Pages that are written for the site stay short enough to be read in one go.
 OURS = ("index.md", "tutorials/*.md", "how_to/*.md", "theory/*.md", "reference/*.md")
 MOST_WORDS = 1500
+#: Processor seconds that the code of a tutorial may take, written by `_site/seconds.py`.
+MOST_SECONDS = 60.0
 #: What a shell prints where a command of a tutorial did not run; a notebook goes on after it.
 NOT_RUN = ("No such file or directory", "command not found", "Traceback (most recent call last)")
 
@@ -115,6 +117,20 @@ def commands_that_failed(page: Path) -> Iterator[str]:
             yield f"{page}: {re.sub('<[^>]*>', '', line).strip()}"
 
 
+def seconds_of(page: Path) -> float | None:
+    """Processor seconds that the code of a page took."""
+    said = re.search(r'<meta name="seconds" content="([\d.]+)"', page.read_text())
+    return float(said[1]) if said else None
+
+
+def slow_tutorials(tutorials: list[Path]) -> Iterator[str]:
+    """Tutorials whose code runs longer than a reader should wait, or was not timed."""
+    for page in tutorials:
+        seconds = seconds_of(page)
+        if page.stem != "index" and (seconds is None or not 0 < seconds <= MOST_SECONDS):
+            yield f"{page}: {seconds} s (expected at most {MOST_SECONDS:g} s of the processor)"
+
+
 def long_pages() -> Iterator[str]:
     """Pages of ours that are too long."""
     for page in (page for pattern in OURS for page in DOCS.glob(pattern)):
@@ -130,11 +146,14 @@ def main(folder: str) -> int:
     problems = [found for page in pages for found in dead_links(page)]
     problems += [found for page in pages for found in fetched_from_elsewhere(page)]
     problems += [found for sheet in site.rglob("*.css") for found in styles_from_elsewhere(sheet)]
-    tutorials = site.glob("tutorials/*.html")
+    tutorials = sorted(site.glob("tutorials/*.html"))
     problems += [found for page in tutorials for found in commands_that_failed(page)]
+    problems += slow_tutorials(tutorials)
     problems += [*names_without_a_page(site), *commands_without_a_run(), *long_pages()]
     for problem in problems:
         print(problem)
+    times = ", ".join(f"{page.stem} {seconds_of(page)}" for page in tutorials)
+    print(f"tutorials, processor seconds: {times}")
     print(f"site: {len(pages)} pages, {len(problems)} problems")
     return int(bool(problems))
 

@@ -37,6 +37,7 @@ extensions = [
     "written_pages",
     "picture_grid",
     "accessible",
+    "seconds",
 ]
 exclude_patterns = ["README.md", "_site", "_static", "**/.ipynb_checkpoints", "jupyter_execute"]
 source_suffix = {".rst": "restructuredtext", ".md": "myst-nb"}
