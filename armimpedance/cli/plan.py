@@ -7,6 +7,7 @@ Examples:
   armimpedance plan --design --duration-s 0.25 --max-acceleration 4 --out-profile profile.csv
   armimpedance plan --design --separate-reflex --out-profile profile.csv
   armimpedance plan --movement reaches --phase 50% --k-percent 10
+  armimpedance plan --live planar6 --recording session --error-percent 10 --out-calibration cal.csv
 
 "K within X %": the 95 % interval of each diagonal element of K is at most +- X % of the element.
 Arm and noise are those of a pilot recording, or the arm of a row of RESULTS, or a relaxed arm of
@@ -15,6 +16,9 @@ amplitude; with --shape and --amplitude-mm they are refused. The profile is writ
 
 --movement takes a pilot of reaches (see `armimpedance movement --help`), ten free and eight pushed
 ones of a phase at least, and compares pushes by the trials that they need.
+
+--live says which postures, levels of co-contraction and hand forces calibrate the live stiffness of
+the hand (`armimpedance live`) to a wanted error in five minutes or less.
 """
 
 from __future__ import annotations
@@ -29,6 +33,7 @@ if TYPE_CHECKING:
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
+    from armimpedance.cli.calibration.plan import add_live
     from armimpedance.cli.estimate import add_force_by
     from armimpedance.cli.parts.despite import add_despite
 
@@ -67,6 +72,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     _add_disturbance(parser)
     _add_robot(parser)
     _add_movement(parser)
+    add_live(parser)
 
 
 def _add_movement(parser: argparse.ArgumentParser) -> None:
@@ -141,6 +147,11 @@ def _add_robot(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Plan, write profile and figure, print; an unmet wish is an error after the table."""
+    from armimpedance.cli.calibration.plan import plan_live, refuse_own
+
+    if args.live is not None:
+        return plan_live(args)
+    refuse_own(args)
     if args.movement is not None:
         return _of_movement(args)
     from armimpedance.analyses import plan

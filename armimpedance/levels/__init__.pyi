@@ -14,3 +14,4 @@ from .spatial_posture import (
     spatial_posture_for as spatial_posture_for,
 )
 from .symmetry import antisymmetric_part as antisymmetric_part, symmetric_part as symmetric_part
+from .tension import tensions_for as tensions_for

@@ -1,3 +1,9 @@
+from .calibration import (
+    CalibrationPlan as CalibrationPlan,
+    CalibrationWish as CalibrationWish,
+    plan_calibration as plan_calibration,
+)
+from .conditions import Conditions as Conditions, Workspace as Workspace, holdable as holdable
 from .emg_levels import EmgLevels as EmgLevels
 from .form import StiffnessForm as StiffnessForm
 from .result import LiveStiffness as LiveStiffness

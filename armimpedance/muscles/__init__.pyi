@@ -3,9 +3,14 @@ from .activation.fit import fit_activation_model as fit_activation_model
 from .activation.model import ActivationModel as ActivationModel
 from .activation.table import ACTIVATION_MODELS as ACTIVATION_MODELS
 from .angle_scaling import AngleScaling as AngleScaling, angle_columns as angle_columns
-from .at_hand import HandPrediction as HandPrediction, at_hand as at_hand
+from .at_hand import (
+    HandPrediction as HandPrediction,
+    at_hand as at_hand,
+    hand_motion as hand_motion,
+)
 from .combined.fit import fit_muscle_model as fit_muscle_model
 from .combined.model import MuscleModel as MuscleModel
+from .combined.typical import TypicalMuscles as TypicalMuscles, typical_muscles as typical_muscles
 from .fitted_model import FittedModel as FittedModel
 from .from_estimates import joint_rows as joint_rows
 from .hand_rows import HandRows as HandRows

@@ -123,7 +123,7 @@ def at_hand(
     K, B = (prediction.stiffness + added)[:, kept], prediction.viscosity[:, kept]
 
     def moved(which: str, loaded: FloatArray) -> tuple[FloatArray, FloatArray]:
-        T = congruence(_motion(J, loaded))
+        T = congruence(hand_motion(J, loaded))
         covariance = getattr(prediction, f"{which}_covariance")[:, kept][:, :, kept]
         return np.einsum("pij,pj->pi", T, loaded), T @ covariance @ T.transpose(0, 2, 1)
 
@@ -140,10 +140,20 @@ def at_hand(
     )
 
 
-def _motion(J: FloatArray, joint: FloatArray) -> FloatArray:
-    """The joints' motion V (P, r, d) under a unit of the hand's, packed joint matrices (P, E).
+def hand_motion(J: FloatArray, joint: FloatArray) -> FloatArray:
+    """The joints' motion V under a unit of the hand's: ``V = A^-1 J^T (J A^-1 J^T)^-1``.
 
-    ``V = A^-1 J^T (J A^-1 J^T)^-1``; a square J sets it whatever A is.
+    A square J sets it whatever A is.
+
+    Parameters
+    ----------
+    J : (P, d, r)
+    joint : (P, E)
+        Packed joint matrices A.
+
+    Returns
+    -------
+    (P, r, d)
     """
     d, r = J.shape[1:]
     if d == r:

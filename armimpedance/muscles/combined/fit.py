@@ -124,9 +124,9 @@ def fit_muscle_model(
     equations = MuscleEquations(lengths, activation_order, highest, kappa, curvature)
     form = equations.at(rows.joint_angles, alpha)
     measured = _measured(rows, torque_sd if torque else None, torque=torque)
-    prior = _prior(equations, arm, proportion_sd, torque=torque)
+    prior = prior_of(equations, arm, proportion_sd, torque=torque)
     steps = Steps(progress, 1 + shuffles(rows.joints))
-    found = solve_posterior(form, measured, prior, _start(equations, prior))
+    found = solve_posterior(form, measured, prior, start_of(equations, prior))
     steps.step()
     quality = muscle_quality(form, measured, prior, found, seed, steps)
     summary = muscle_summary(form, measured, prior, found)
@@ -182,7 +182,7 @@ def _unknown(values: FloatArray) -> FloatArray:
     return np.full_like(values, 0.1 * np.sqrt((values**2).mean()))
 
 
-def _prior(
+def prior_of(
     equations: MuscleEquations, arm: MuscularArm, proportion_sd: float, *, torque: bool
 ) -> Prior:
     layout = equations.layout
@@ -210,7 +210,7 @@ def _prior(
     return Prior(np.zeros(n), sd, low)
 
 
-def _start(equations: MuscleEquations, prior: Prior) -> FloatArray:
+def start_of(equations: MuscleEquations, prior: Prior) -> FloatArray:
     """The anatomical arm, its muscles at sizes that the prior makes likely."""
     layout = equations.layout
     x = np.zeros(len(prior.sd))

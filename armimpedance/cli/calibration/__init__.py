@@ -1,0 +1,1 @@
+"""A calibration of the live stiffness: `armimpedance plan --live`."""
