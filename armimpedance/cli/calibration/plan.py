@@ -179,6 +179,7 @@ def _text(plan: CalibrationPlan) -> str:
         f"foretold within {plan.expected_percent[-1]:.1f} % (root mean square over the workspace, "
         f"Frobenius norm; wanted {plan.wish.error_percent:g} %), of which errors of the "
         f"activations alone make {plan.floor_percent:.1f} %. It counts with moment arms within "
-        "20 % of the table's and with muscles whose stiffness goes with activation as `fit muscles` has it."
+        "20 % of the table's and with muscles whose stiffness goes with activation as "
+        "`fit muscles` has it."
     )
     return "\n".join([*lines, "", textwrap.fill(said, 100)])
