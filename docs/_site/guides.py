@@ -36,7 +36,14 @@ GROUPS = {
     "guides/trust": (
         "How far to trust it",
         "What breaks a result, what was measured, and who does it better.",
-        ("what_can_go_wrong", "robustness", "peers", "benchmark", "benchmark_rows", "benchmark_table"),
+        (
+            "what_can_go_wrong",
+            "robustness",
+            "peers",
+            "benchmark",
+            "benchmark_rows",
+            "benchmark_table",
+        ),
     ),
     "guides/project": (
         "The project",
