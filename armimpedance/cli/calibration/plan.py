@@ -11,7 +11,11 @@ if TYPE_CHECKING:
     from armimpedance.live import CalibrationPlan, CalibrationWish, Workspace
 
 #: Options of `plan` that say nothing of a calibration, and those that say nothing of anything else.
-_ELSEWHERE = ("pilot", "results", "condition", "noise", "k_percent", "orientation_deg", "figure")
+_ELSEWHERE = (
+    *("pilot", "results", "condition", "noise", "k_percent", "orientation_deg", "figure"),
+    *("movement", "phase", "max_force_n", "max_displacement_mm", "duration_s", "amplitude_mm"),
+    *("servo", "bandwidth_hz", "robot_kg", "out_profile"),
+)
 OWN = (
     *("recording", "error_percent", "minutes", "condition_s", "condition_percent"),
     *("activation_percent", "box_deg", "levels", "force_n", "elbow", "out_calibration"),
@@ -88,9 +92,10 @@ def plan_live(args: argparse.Namespace) -> int:
     muscles = arm_named(args.live)
     wish, space = _wish(args), _workspace(args, muscles.angle_range)
     made = plan_calibration(muscles, args.recording, wish, space, elbow=args.elbow)
-    print(_text(made))
     if args.out_calibration is not None:
         write_content(table_content(_rows(made)), args.out_calibration)
+    print(_text(made))
+    if args.out_calibration is not None:
         print(f"\n{len(made.conditions)} conditions written to {args.out_calibration}")
     if not made.met:
         raise InputError(
