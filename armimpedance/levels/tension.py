@@ -48,6 +48,10 @@ def tensions_for(
     labels : sequence of str, optional
         Name of each condition in messages; default ``row 1`` and so on.
 
+    Returns
+    -------
+    (..., m)
+
     Raises
     ------
     InputError

@@ -3,7 +3,7 @@ from .calibration import (
     CalibrationWish as CalibrationWish,
     plan_calibration as plan_calibration,
 )
-from .conditions import Conditions as Conditions, Workspace as Workspace, holdable as holdable
+from .conditions import Workspace as Workspace, holdable as holdable
 from .emg_levels import EmgLevels as EmgLevels
 from .form import StiffnessForm as StiffnessForm
 from .result import LiveStiffness as LiveStiffness

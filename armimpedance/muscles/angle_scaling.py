@@ -31,7 +31,17 @@ def joint_names(n: int) -> tuple[str, ...]:
 
 
 def angle_columns(n: int) -> tuple[str, ...]:
-    """Columns of joint angles in a table: ``q_shoulder_rad, q_elbow_rad``, or ``q_1_rad ...``."""
+    """Columns of joint angles in a table: ``q_shoulder_rad, q_elbow_rad``, or ``q_1_rad ...``.
+
+    Parameters
+    ----------
+    n : int
+        Number of joints.
+
+    Returns
+    -------
+    tuple of str
+    """
     if n == 2:
         return tuple(f"q_{joint}_rad" for joint in JOINTS)
     return tuple(f"q_{j}_rad" for j in range(1, n + 1))
