@@ -108,7 +108,8 @@ class Workspace:
         grid = product(*(np.linspace(low, high, count) for low, high in self.box))
         forces = [np.zeros(axes)]
         if self.force_N:
-            forces += [s * self.force_N * e for e in np.eye(axes) for s in (1.0, -1.0)]
+            # no zero with a sign
+            forces += [s * self.force_N * e + 0.0 for e in np.eye(axes) for s in (1.0, -1.0)]
         every = list(product(grid, self.levels, forces))
         q, level, force = zip(*every, strict=True)
         return np.array(q), np.array(level), np.array(force)
