@@ -100,7 +100,7 @@ def test_what_it_says_to_type_works_and_gives_what_it_told(
     assert ("--force-by" in words) == ("motors" in every)
     assert ("--events" in words) == ("events" not in every)
     converted = read(tmp_path / "session").trials
-    told = pd.read_csv("trials.csv")
+    told = pd.read_csv("trials.csv", float_precision="round_trip")
     told = told[told["state"] == "sound"].reset_index(drop=True)
     for column in converted.columns.drop(["onset_s", "end_s"], errors="ignore"):
         assert converted[column].tolist() == told[column].tolist(), column
