@@ -1,4 +1,4 @@
-"""Ellipses of positive definite 2 x 2 matrices, with intervals by two roads."""
+"""Ellipses and ellipsoids of positive definite matrices, with intervals by two roads."""
 
 import lazy_loader
 

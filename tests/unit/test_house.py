@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import runpy
 import subprocess
 import sys
 import tomllib
@@ -102,6 +103,13 @@ def _breaches(path: Path) -> Iterator[str]:
         simulated = heavy in ("manipulandum_sim", "armimpedance_figures") and room != "cli"
         if upward or misplaced or simulated:
             yield f"{relative} imports {module}"
+
+
+def test_the_page_and_the_drawing_of_the_house_are_those_of_its_rooms():
+    drawing = runpy.run_path(str(ROOT / "docs/draw_house.py"))
+    assert [set(floor) for floor in drawing["floors"]()] == RANKS[1:]
+    drawn = (ROOT / "docs/house.svg").read_text(encoding="utf-8")
+    assert drawn == drawing["picture"](), "python docs/draw_house.py"
 
 
 def test_rooms_import_downwards_only_and_heavy_packages_where_they_are_used():
