@@ -13,10 +13,10 @@ from armimpedance.analyses.sources import PathLike
 from armimpedance.comparison import Discrimination, Group, discriminate_groups
 from armimpedance.errors import InputError
 from armimpedance.files import read_parameter
-from armimpedance.passive import PassiveFits
+from armimpedance.passive import PassiveFit, PassiveFits
 from armimpedance.regression import NamedParameter
 
-Person = PathLike | PassiveFits | NamedParameter
+Person = PathLike | PassiveFits | PassiveFit | NamedParameter
 
 
 def discriminate(
@@ -30,8 +30,9 @@ def discriminate(
     Parameters
     ----------
     groups : mapping of two names to people
-        Each person is the path of a FIT.json, what `passive` returned, or one fitted parameter. A
-        mapping of people says what they are called; otherwise it is the file's name, or a number.
+        Each person is the path of a FIT.json, what `passive` returned, the fit of one of its
+        joints, or one fitted parameter. A mapping of people says what they are called; otherwise it
+        is the file's name, or a number.
     parameter : str
         Which one; of a fitted parameter its own name counts.
     joint : int, optional
@@ -74,6 +75,8 @@ def _group(
     joint: int | None,
 ) -> Group:
     """A group and the values of its people."""
+    if not isinstance(people, Mapping | Sequence) or isinstance(people, str):
+        raise InputError(f"group {name}: {type(people).__name__}", expected="a list of people")
     named = list(people.items() if isinstance(people, Mapping) else map(_named, people, count(1)))
     files = [os.fspath(p) for _, p in named if isinstance(p, str | os.PathLike)]
     twice = [file for file in files if files.count(file) > 1]
@@ -98,6 +101,12 @@ def _value(person: Person, parameter: str, joint: int | None) -> NamedParameter:
         return person
     if isinstance(person, str | os.PathLike):
         return read_parameter(Path(person), parameter, joint)
+    if isinstance(person, PassiveFit):
+        return person.parameters[parameter]
+    if not isinstance(person, PassiveFits):
+        raise InputError(
+            f"a person as {type(person).__name__}", expected="what passive gives, or its FIT.json"
+        )
     if joint is None and len(person) > 1:
         known = ", ".join(str(fit.number) for fit in person)
         raise InputError(f"{parameter} of several joints", expected=f"a joint: {known}")

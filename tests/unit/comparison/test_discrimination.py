@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.stats import norm, ttest_ind
 
+import armimpedance as ai
 from armimpedance.__main__ import main
 from armimpedance.analyses import discriminate
 from armimpedance.comparison.discrimination import (
@@ -181,6 +182,27 @@ def test_files_fits_and_parameters_tell_the_same(tmp_path):
     assert told.first.people == ("a0", "a1", "a2")
     with pytest.raises(InputError, match="3 groups"):
         discriminate({**files, "c": files["a"]})
+
+
+@pytest.mark.parametrize(
+    "people", [[1.0, 2.0, 3.0], "a.json", np.ones(3), [None, None, None]], ids=str
+)
+def test_who_is_no_person_is_told(people):
+    with pytest.raises(InputError):
+        discriminate({"a": people, "b": people})
+
+
+def test_the_fit_of_one_joint_is_a_person():
+    from manipulandum_sim.passive import simulate_passive
+
+    whole = []
+    for seed in (1, 2):
+        markers, _ = simulate_passive("release", seed=seed, trials=1, duration_s=2.0)
+        whole.append(ai.passive(markers, rest_angle=1.5, mass_sd_percent=3))
+    whole.append(whole[0])
+    alone = [fits["right_elbow_flexion"] for fits in whole]
+    told = discriminate({"alone": alone, "whole": whole})
+    assert (told.first.values == told.second.values).all()
 
 
 def test_a_result_shows_itself_in_a_few_lines_and_escaped():
