@@ -31,7 +31,10 @@ MOST_WORDS = 1500
 #: Processor seconds that the code of a tutorial may take, written by `_site/seconds.py`.
 MOST_SECONDS = 60.0
 #: What a shell prints where a command of a tutorial did not run; a notebook goes on after it.
-NOT_RUN = ("No such file or directory", "command not found", "Traceback (most recent call last)")
+NOT_RUN = (
+    *("No such file or directory", "command not found", "Broken pipe"),
+    "Traceback (most recent call last)",
+)
 
 
 @dataclass
