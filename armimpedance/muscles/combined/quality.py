@@ -20,6 +20,8 @@ from armimpedance.regression import FitSummary, Parameters
 _SHUFFLES = 5
 #: A parameter whose sd the data did not narrow below this part of the prior's is the prior's.
 _PRIOR_ONLY = 0.9
+#: So many of them are named.
+_NAMED = 10
 
 
 def shuffles(joints: int) -> int:
@@ -176,7 +178,9 @@ def _warnings(names: tuple[str, ...], narrowed: FloatArray, found: Posterior) ->
         f"{len(names)} parameters, of which the rows settle {found.spent:.0f}; the prior the rest"
     ]
     if untold:
-        said.append(f"not told by the rows: {', '.join(untold)}")
+        more = len(untold) - _NAMED
+        tail = [f"and {more} more"] if more > 0 else []
+        said.append(f"not told by the rows: {', '.join(untold[:_NAMED] + tail)}")
     return tuple(said)
 
 
