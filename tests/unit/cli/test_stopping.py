@@ -39,7 +39,12 @@ def at_work(out: Path, work: str = "time.sleep(60)", **options) -> subprocess.Po
     """A process that is writing a file."""
     call = [sys.executable, "-c", AT_WORK.format(work=work), str(out)]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    process = subprocess.Popen(call, **pipes, **options)
+    # who starts the tests in the background has them ignore Ctrl-C, and so would this process
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        process = subprocess.Popen(call, **pipes, **options)
+    finally:
+        signal.signal(signal.SIGINT, before)
     assert process.stdout is not None
     assert process.stdout.readline() == "at work\n"
     return process
