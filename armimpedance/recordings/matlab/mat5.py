@@ -63,7 +63,7 @@ def _loaded(data: bytes, file: Path) -> dict[str, Node]:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            found = loadmat(cast(Any, io.BytesIO(data)), mat_dtype=False, spmatrix=False)
+            found = loadmat(cast(Any, io.BytesIO(data)), mat_dtype=False)
     except (
         *(MatReadError, ValueError, TypeError, KeyError, IndexError, OSError, AttributeError),
         *(UnicodeError, OverflowError, MemoryError, NotImplementedError, zlib.error),
