@@ -42,7 +42,7 @@ def main() -> None:
         # some tests read the pages and the build's own settings; none may import the source
         for name in ("tests", "docs", "benchmarks", "figures", "release"):
             shutil.copytree(ROOT / name, work / name, ignore=shutil.ignore_patterns("__pycache__"))
-        for name in ("pyproject.toml", "Makefile", "CITATION.cff", "README.md"):
+        for name in ("pyproject.toml", "Makefile", "CITATION.cff", "README.md", "CHANGELOG.md"):
             shutil.copy(ROOT / name, work)
         python = str(place / "bin" / "python")
         options = ("-q", "-n", "2", "--dist", "loadfile", "-p", "no:cacheprovider")
