@@ -208,12 +208,14 @@ def _integrate(
     inertia: float, B: FloatArray, K: FloatArray, torque: FloatArray, departs: Departures
 ) -> FloatArray:
     """Runge-Kutta of fourth order over pairs of fine steps; (T, S) angle on the fine grid."""
+    answers = departs.answer != 0 or departs.answer_rate != 0
+    if not answers and departs.cubic == 0:
+        return _integrate_linear(inertia, B, K, torque)
     h = 2 / (FINER * RATE_HZ)
     theta, rate = np.zeros(len(torque)), np.zeros(len(torque))
     out, rates = np.zeros_like(torque), np.zeros_like(torque)
     # Past angles stand at every other fine step; between two of them their mean.
     ago = 2 * round(departs.delay_s * FINER * RATE_HZ / 2)
-    answers = departs.answer != 0 or departs.answer_rate != 0
 
     def late(n: int) -> FloatArray | float:
         if not answers or n < ago + 2:
@@ -222,23 +224,67 @@ def _integrate(
         past = [departs.answer * out[:, k] + departs.answer_rate * rates[:, k] for k in ends]
         return np.asarray(sum(past) / len(past))
 
-    def acceleration(n: int, x: FloatArray, v: FloatArray) -> FloatArray:
-        bends = departs.cubic * x**3 if departs.cubic else 0.0
-        return np.asarray((torque[:, n] - B[n] * v - K[n] * x - bends - late(n)) / inertia)
-
     for n in range(0, torque.shape[1] - 2, 2):
         out[:, n], rates[:, n] = theta, rate
-        a1 = acceleration(n, theta, rate)
-        v2 = rate + h / 2 * a1
-        a2 = acceleration(n + 1, theta + h / 2 * rate, v2)
-        v3 = rate + h / 2 * a2
-        a3 = acceleration(n + 1, theta + h / 2 * v2, v3)
-        v4 = rate + h * a3
-        a4 = acceleration(n + 2, theta + h * v3, v4)
-        theta = theta + h / 6 * (rate + 2 * v2 + 2 * v3 + v4)
-        rate = rate + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
+
+        def acceleration(half: int, x: FloatArray, v: FloatArray, n: int = n) -> FloatArray:
+            at = n + half
+            bends = departs.cubic * x**3
+            return np.asarray((torque[:, at] - B[at] * v - K[at] * x - bends - late(at)) / inertia)
+
+        theta, rate = _runge_kutta(acceleration, theta, rate, h)
     out[:, torque.shape[1] - 2 :] = theta[:, None]
     return out
+
+
+def _integrate_linear(
+    inertia: float, B: FloatArray, K: FloatArray, torque: FloatArray
+) -> FloatArray:
+    """The same of a joint without departures: all steps' matrices at once, then a recursion."""
+    h, (trials, samples) = 2 / (FINER * RATE_HZ), torque.shape
+    firsts = np.arange(0, samples - 2, 2)
+
+    def stepped(given: FloatArray, theta: float, rate: float) -> FloatArray:
+        """What each step alone makes of a beginning, (2, q, steps) for torques (q, S)."""
+
+        def acceleration(half: int, x: FloatArray, v: FloatArray) -> FloatArray:
+            at = firsts + half
+            return np.asarray((given[:, at] - B[at] * v - K[at] * x) / inertia)
+
+        begin = np.zeros((2, len(given), len(firsts)))
+        begin += np.array([theta, rate])[:, None, None]
+        return np.stack(_runge_kutta(acceleration, *begin, h))
+
+    none = np.zeros((1, samples))
+    step = np.concatenate([stepped(none, 1.0, 0.0), stepped(none, 0.0, 1.0)], axis=1)
+    pushed = stepped(torque, 0.0, 0.0)
+    out, state = np.zeros_like(torque), np.zeros((2, trials))
+    for n, Phi, push in zip(
+        firsts, np.moveaxis(step, 2, 0), np.moveaxis(pushed, 2, 0), strict=True
+    ):
+        out[:, n] = state[0]
+        # (theta, rate) (2, T) = Phi (2, 2) (theta, rate) + what the torque adds (2, T)
+        state = Phi @ state + push
+    out[:, samples - 2 :] = state[0][:, None]
+    return out
+
+
+def _runge_kutta(
+    acceleration: Callable[[int, FloatArray, FloatArray], FloatArray],
+    theta: FloatArray,
+    rate: FloatArray,
+    h: float,
+) -> tuple[FloatArray, FloatArray]:
+    """Angle and rate a step later; `acceleration` at its start (0), middle (1) and end (2)."""
+    a1 = acceleration(0, theta, rate)
+    v2 = rate + h / 2 * a1
+    a2 = acceleration(1, theta + h / 2 * rate, v2)
+    v3 = rate + h / 2 * a2
+    a3 = acceleration(1, theta + h / 2 * v2, v3)
+    v4 = rate + h * a3
+    a4 = acceleration(2, theta + h * v3, v4)
+    theta = theta + h / 6 * (rate + 2 * v2 + 2 * v3 + v4)
+    return theta, rate + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
 
 
 def noisy(
