@@ -37,7 +37,7 @@ COMMANDS = {
     "body": "masses and inertias of a moving body from contact forces; a robot's from its torques",
     "elbow": "one joint under a random perturbation: I, B, K, over time, over EMG",
     "movement": "inertia, viscosity and stiffness of the hand while it reaches",
-    "random": "the hand under random perturbations in two or three axes: M, B, K and a reflex",
+    "random": "a hand, wrist or ankle under random perturbations in 2 or 3 axes: M, B, K, reflex",
     "therapy": "how much of a movement with a therapy robot is the patient's own",
     "discriminate": "can one number tell two groups of people apart?",
     "report": "one page to show: verdict, pictures, intervals, checks, methods paragraph",

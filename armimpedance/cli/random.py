@@ -1,16 +1,18 @@
-"""M, B, K and a reflex of the hand under random perturbations in two or three axes.
+"""M, B, K and a reflex of a hand, wrist or ankle under random perturbations in two or three axes.
 
 Examples:
   armimpedance simulate random --out session              something to try it on
   armimpedance random session --out hand.csv --figure response.png
   armimpedance simulate random --axes 3 --imposed force --reflex 0.25 --out session
   armimpedance random session --band 2 15 --out hand.json
+  armimpedance simulate wrist --out wrist                 about two axes, N m and rad
+  armimpedance random wrist --out wrist.csv
 
-The robot moves the hand, or pushes it, at random along all axes for seconds to minutes.
+The robot moves the limb, or pushes it, at random along all axes for seconds to minutes.
 recording.json says "perturbation": "stochastic"; the columns command_x, command_y and command_z of
-the samples hold what the robot was told, in any unit: they tell what the hand does of its own
-accord from what was done to it. A recording without them is taken where recording.json says
-"imposed": "position".
+the samples (of joints q1_command_rad or tau1_perturbation_Nm, and so on) hold what the robot was
+told, in any unit: they tell what the limb does of its own accord from what was done to it. A
+recording without them is taken where recording.json says "imposed": "position".
 
 K is what answers at once; a delayed answer, where the record shows one, is told beside it with its
 delay. Where it cannot be decided the intervals hold both.

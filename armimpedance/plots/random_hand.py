@@ -1,4 +1,4 @@
-"""The frequency response of a hand under random perturbations, element by element."""
+"""The frequency response of a hand or a joint under random perturbations, element by element."""
 
 from __future__ import annotations
 
@@ -60,18 +60,20 @@ def plot_response_matrix(fit: RandomFit, axes: Any = None) -> Any:
 def _draw_row(ax: Axes, fit: RandomFit, i: int) -> None:
     """Sizes of the elements of one force over the motions of all axes."""
     response, names = fit.response, _names(fit)
+    how = "along" if fit.estimate.level == "hand" else "about"
     f = response.frequency_hz
     for j, color in zip(range(fit.estimate.k), _COLORS, strict=False):
         size, sd = np.abs(response.impedance[:, i, j]), response.sd[:, i, j]
         low, high = np.maximum(size - _BAND * sd, size / 10), size + _BAND * sd
         ax.fill_between(f, low, high, color=OKABE_ITO[color], alpha=0.2, linewidth=0)
-        label = f"motion along {names[j]}"
+        label = f"motion {how} {names[j]}"
         ax.plot(f, size, ".", color=OKABE_ITO[color], markersize=2.5, label=label)
         ax.plot(f, np.abs(response.model[:, i, j]), color=OKABE_ITO[color], linewidth=0.8)
     ax.set_yscale("log")
+    ax.yaxis.set_major_formatter("{x:g}")
     unit = unit_text(UNITS[fit.estimate.level]["K"])
     label_axes(ax, "", f"|Z| of {names[i]} ({unit})")
 
 
 def _names(fit: RandomFit) -> tuple[str, ...]:
-    return ("x", "y", "z") if fit.estimate.level == "hand" else ("1", "2", "3")
+    return ("x", "y", "z") if fit.estimate.level == "hand" else ("axis 1", "axis 2", "axis 3")

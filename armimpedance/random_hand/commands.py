@@ -53,7 +53,7 @@ def commands_of(recording: Recording) -> Commands:
         raise InputError(
             "the samples do not hold what the robot was told: in a loop of limb and robot the "
             "force answers the motion and the motion the force",
-            column=", ".join(names),
+            column=", ".join(names if recording.kind == "hand" else families[2]),
             expected="the robot's commands, or imposed 'position' in recording.json",
         )
     text = (
@@ -93,8 +93,8 @@ def check_follows(trial: FloatArray, shares: FloatArray) -> None:
         return
     which = ", ".join(f"{int(t)}" for t in trial[wrong][:5])
     raise InputError(
-        f"the hand does not follow its commands in trial {which}: they explain "
+        f"the limb does not follow its commands in trial {which}: they explain "
         f"{100 * max(float(shares[wrong].max()), 0.0):.0f} % of its motion",
-        column="command_x",
+        column="commands",
         expected="each trial's own commands on the clock of its samples",
     )

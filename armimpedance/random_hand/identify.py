@@ -18,6 +18,7 @@ from armimpedance.random_hand.departures import Averaged, averaged
 from armimpedance.random_hand.doubts import doubts_of, of_elbow, refuse_impossible
 from armimpedance.random_hand.equations import equations_at, noise_weight, residual
 from armimpedance.random_hand.explained import Explained, explained_by, share_explained
+from armimpedance.random_hand.joints import check_joints, unlikely_units
 from armimpedance.random_hand.lines import Complex, Lines, lines_of
 from armimpedance.random_hand.misfit import misfit_of
 from armimpedance.random_hand.response import response_matrix
@@ -73,7 +74,8 @@ def identify_random(
     Raises
     ------
     InputError
-        The recording lacks commands, is short, or its hand does not follow its commands.
+        The recording lacks commands, is short, its limb does not follow its commands, or, of
+        joints, it holds degrees or does not say which torque it holds.
     NotIdentifiableError
         The motion does not tell M, B and K apart.
     EstimationError
@@ -87,10 +89,12 @@ def identify_random(
         )
     if recording.axes < 2:
         raise InputError("one axis", expected="two or three (`elbow` takes one joint)")
+    of_joints = check_joints(recording)
     commands, groups = commands_of(recording), tuple(groups_of(recording, by))
     made = []
     for done, (keys, rows) in enumerate(groups, 1):
-        made.append(_of_group(recording, commands, keys, rows, band_hz))
+        fit = _of_group(recording, commands, keys, rows, band_hz)
+        made.append(replace(fit, estimate=fit.estimate.marked(of_joints)))
         if progress is not None:
             progress(done, len(groups))
     return made
@@ -211,7 +215,8 @@ def _fit(
         response,
     )
     elbow = elbow_told(recording, rows) if d == 3 and recording.kind == "hand" else "held"
-    warnings = (*commands.warnings, *doubts_of(fit, misfit), *of_elbow(elbow))
+    told = (*commands.warnings, *unlikely_units(fit.estimate))
+    warnings = (*told, *doubts_of(fit, misfit), *of_elbow(elbow))
     return replace(fit, estimate=fit.estimate.with_warning(*warnings))
 
 

@@ -1,6 +1,7 @@
 """Random perturbations: error and coverage of M, B and K beside the bound and two plain ways.
 
     python benchmarks/random_hand/accuracy.py --axes 2 3 --sessions 30 --seed 2000
+    python benchmarks/random_hand/accuracy.py --joints wrist ankle --sessions 40 --seed 7400
     python benchmarks/random_hand/accuracy.py --axes 3 --returning 78
 
 Each session is one record of 60 s, 2 to 20 Hz; own force 1 N slow and .3 N tremor. Errors are
@@ -26,11 +27,20 @@ from armimpedance.analyses import estimate
 from armimpedance.random_hand import identify_random, lines_of
 from armimpedance.records import Recording
 from manipulandum_sim.hand import Reflex
-from manipulandum_sim.random_hand import RandomRig, RandomTruth, simulate_random, tremor_filter
+from manipulandum_sim.random_hand import (
+    JointRig,
+    RandomRig,
+    RandomTruth,
+    simulate_random,
+    simulate_random_joint,
+    tremor_filter,
+)
 from manipulandum_sim.space import simulate_space
 
 BAND_HZ = (2.0, 20.0)
 REFLEX = Reflex(0.25, 0.040)
+#: Of the muscles' stiffness; about a quarter of a joint's, whose tissue and weight have a share.
+JOINT_REFLEX = Reflex(0.36, 0.040)
 NAMES = "MBK"
 
 
@@ -45,15 +55,15 @@ def impedance(truth: RandomTruth, s: np.ndarray) -> np.ndarray:
     return truth.M_e_with_handle * s**2 + truth.B_e * s + truth.K_e + late
 
 
-def bound(recording: Recording, truth: RandomTruth, rig: RandomRig) -> np.ndarray:
+def bound(recording: Recording, truth: RandomTruth, rig: RandomRig | JointRig) -> np.ndarray:
     """Least rms error of M, B, K (3,), parts of the truth, from the commands of one session."""
     command = np.stack(list(recording.extra.values()), axis=1)
     lines = lines_of(recording, np.arange(1), command).within(BAND_HZ)
     s, d = lines.s[..., None], lines.axes
     Z, (K, B) = impedance(truth, s), rig.spring
-    robot = np.diag(np.array(rig.robot_kg[:d])) * s**2 + (B * s + K) * np.eye(d)
-    carried = np.diag(rig.moved_kg) * s**2 + (B * s + K) * np.eye(d)
-    drive = np.broadcast_to(np.eye(d), Z.shape) if rig.imposed == "force" else carried
+    robot = np.diag(rig.beyond) * s**2 + (B * s + K) * np.eye(d)
+    carried = np.diag(rig.carried) * s**2 + (B * s + K) * np.eye(d)
+    drive = np.broadcast_to(np.eye(d), Z.shape) if rig.imposed != "position" else carried
     X = np.linalg.solve(Z + robot, drive @ lines.command[..., None])[..., 0]
     weight = np.linalg.inv(noise_spectrum(rig, lines.frequency_hz, Z, recording.sample_rate_hz))
     u = [s[..., 0] ** n * X for n in (2, 1, 0)]
@@ -77,7 +87,9 @@ def bound(recording: Recording, truth: RandomTruth, rig: RandomRig) -> np.ndarra
     return np.sqrt(lines.widening * np.array(each)) / size
 
 
-def noise_spectrum(rig: RandomRig, f: np.ndarray, Z: np.ndarray, rate: float) -> np.ndarray:
+def noise_spectrum(
+    rig: RandomRig | JointRig, f: np.ndarray, Z: np.ndarray, rate: float
+) -> np.ndarray:
     """Spectrum (L, d, d) of the person's own force and the sensors, in units of the lines."""
     level, d = rig.level, rig.axes
     z = np.exp(-2j * np.pi * f / rate)
@@ -126,14 +138,14 @@ def script(recording: Recording) -> np.ndarray:
     return np.swapaxes(theta.reshape(3, d, d), 1, 2)
 
 
-def judged(recording: Recording, truth: RandomTruth, rig: RandomRig) -> Iterator[str]:
+def judged(recording: Recording, truth: RandomTruth, rig: RandomRig | JointRig) -> Iterator[str]:
     """The lines of one case; each trial of the recording is a session."""
     true = matrices_of(truth)
     size = np.linalg.norm(true, axis=(1, 2))
     ways: dict[str, list[np.ndarray]] = {"ours": [], "script": [], "H1": []}
     bounds, held, delays, named, seconds = [], [], [], [], 0.0
     handle = np.zeros_like(true)
-    handle[0] = rig.handle_mass_kg * np.eye(rig.axes)
+    handle[0] = np.diag(rig.carried - rig.beyond)
     for row in range(recording.n_trials):
         one = recording.select(np.array([row]))
         began = time.process_time()
@@ -179,11 +191,27 @@ def returning(trials: int, sessions: int, seed: int) -> Iterator[str]:
     yield "  ".join(f"{n} rms {r:5.2f} held {h:5.1f} %" for n, r, h in parts)
 
 
+def cases(asked: argparse.Namespace) -> Iterator[tuple[str, Any, Any, dict[str, Any]]]:
+    """Name, simulator, rig and its fields of every case that is asked for."""
+    common = {"trials": asked.sessions, "duration_s": asked.duration_s}
+    if asked.joints:
+        for joint, imposed, reflex in product(
+            asked.joints, ("position", "torque"), (None, JOINT_REFLEX)
+        ):
+            fields = {"joint": joint, "imposed": imposed, "reflex": reflex} | common
+            yield joint, simulate_random_joint, JointRig, fields
+        return
+    for axes, imposed, reflex in product(asked.axes, asked.imposed, (None, REFLEX)):
+        fields = {"axes": axes, "imposed": imposed, "reflex": reflex} | common
+        yield f"{axes} axes", simulate_random, RandomRig, fields
+
+
 def main() -> None:
     """Run the cases that are asked for."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--axes", type=int, nargs="+", default=[2, 3])
     parser.add_argument("--imposed", nargs="+", default=["position", "force"])
+    parser.add_argument("--joints", nargs="+", choices=("wrist", "ankle"), help="no hand, these")
     parser.add_argument("--sessions", type=int, default=30)
     parser.add_argument("--seed", type=int, default=2000)
     parser.add_argument("--duration-s", type=float, default=60.0)
@@ -192,12 +220,11 @@ def main() -> None:
     if asked.returning:
         print(*returning(asked.returning, asked.sessions, asked.seed), sep="\n")
         return
-    for axes, imposed, reflex in product(asked.axes, asked.imposed, (None, REFLEX)):
-        fields: dict[str, Any] = {"axes": axes, "imposed": imposed, "reflex": reflex}
-        fields |= {"trials": asked.sessions, "duration_s": asked.duration_s}
-        recording, truth = simulate_random(seed=asked.seed, **fields)
-        print(f"{axes} axes, {imposed} imposed, {'reflex' if reflex else 'no reflex'}", flush=True)
-        for line in judged(recording, truth, RandomRig(**fields)):
+    for name, simulate, rig, fields in cases(asked):
+        recording, truth = simulate(seed=asked.seed, **fields)
+        late = "reflex" if fields["reflex"] else "no reflex"
+        print(f"{name}, {fields['imposed']} imposed, {late}", flush=True)
+        for line in judged(recording, truth, rig(**fields)):
             print(line, flush=True)
 
 

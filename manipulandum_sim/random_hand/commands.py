@@ -9,7 +9,7 @@ from scipy.signal import lfilter
 
 from armimpedance.arrays import FloatArray
 from manipulandum_sim.hand import NoiseLevel
-from manipulandum_sim.random_hand.rig import CORNER_HZ, RATE_HZ, TREMOR_WIDTH_HZ, RandomRig
+from manipulandum_sim.random_hand.rig import CORNER_HZ, RATE_HZ, TREMOR_WIDTH_HZ, Driver
 
 #: A command rises and falls over this time (s) at a trial's ends.
 RISE_S: Final = 0.5
@@ -17,7 +17,7 @@ RISE_S: Final = 0.5
 FINE: Final = 2
 
 
-def random_command(rig: RandomRig, rng: np.random.Generator) -> FloatArray:
+def random_command(rig: Driver, rng: np.random.Generator) -> FloatArray:
     """Course of one trial and its first two derivatives at every half sample, (3, 2 S - 1, d)."""
     count, rate = FINE * (rig.samples - 1) + 1, FINE * RATE_HZ
     frequency = np.fft.rfftfreq(count, 1 / rate)[:, None]
@@ -52,7 +52,7 @@ def _rise(t: FloatArray, end: float) -> tuple[FloatArray, FloatArray, FloatArray
 
 
 def own_force(level: NoiseLevel, samples: int, axes: int, rng: np.random.Generator) -> FloatArray:
-    """The person's own force at the samples, (S, d), N: slow, and a tremor of some width."""
+    """The person's own force (or torque) at the samples, (S, d): slow, and a tremor with width."""
     white = rng.standard_normal((2, samples, axes))
     keep = np.exp(-1 / (level.voluntary_time * RATE_HZ))
     start = keep * white[0, :1]

@@ -2,7 +2,8 @@
 
     (A + J^T m J) qdd = pull + J^T (F_robot + F_own - m Jdot qd)
 
-with m the mass of robot and handle along each axis. The sensor sits between robot and handle.
+with m the mass of robot and handle along each axis. The sensor sits between robot and handle. Of a
+joint the same holds about its axes: rad, N m and kg m^2 in the place of m, N and kg.
 """
 
 from __future__ import annotations
@@ -14,11 +15,11 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray
 from manipulandum_sim.random_hand.limbs import Held, Limb
-from manipulandum_sim.random_hand.rig import RATE_HZ, RandomRig
+from manipulandum_sim.random_hand.rig import RATE_HZ, Driver
 
 
 class RandomTrack(NamedTuple):
-    """What happened at every sample: hand place and force at the sensor, (S, T, d)."""
+    """What happened at every sample: place and force at the sensor, (S, T, d)."""
 
     place: FloatArray
     sensor: FloatArray
@@ -30,7 +31,7 @@ class RandomDrive:
 
     Attributes
     ----------
-    rig : RandomRig
+    rig : Driver
     limb : Limb
     hand, hold : (d,)
         Place at rest (m), and force of the robot that balances the hand there (N).
@@ -40,7 +41,7 @@ class RandomDrive:
         Force of the person's own at the samples, linear between them.
     """
 
-    rig: RandomRig
+    rig: Driver
     limb: Limb
     hand: FloatArray
     hold: FloatArray
@@ -62,7 +63,7 @@ class RandomDrive:
                 past.append(now.stretch)
             place[n] = now.place
             a = (now.J @ qdd1[..., None])[..., 0] + now.drift
-            sensor[n] = np.array(self.rig.robot_kg[:d]) * a - push
+            sensor[n] = self.rig.beyond * a - push
             if n + 1 == samples:
                 break
             v2 = qd + h / 2 * qdd1
@@ -96,11 +97,11 @@ class RandomDrive:
     ) -> tuple[FloatArray, Held, FloatArray]:
         """Accelerations (T, r), the limb, and the motors' force (T, d), at a half sample."""
         rig, now = self.rig, self.limb.at(q, qd, heard)
-        m = rig.moved_kg
+        m = rig.carried
         K, B = rig.spring
         p, v, a = self.command[:, half]
         away = now.place - self.hand
-        if rig.imposed == "force":
+        if rig.imposed != "position":
             push = self.hold + p - K * away - B * now.velocity
         else:
             push = self.hold + K * (p - away) + B * (v - now.velocity) + m * a

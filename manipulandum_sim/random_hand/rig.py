@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final, Literal, get_args
+from typing import Final, Literal, Protocol, get_args
 
 import numpy as np
 
@@ -25,6 +25,74 @@ SOFT_NS_M: Final = 6.0
 CORNER_HZ: Final = 4.0
 #: Width of the tremor's peak (Hz).
 TREMOR_WIDTH_HZ: Final = 2.0
+
+
+class Driver(Protocol):
+    """A robot that moves a limb at random: of a hand in m, N, kg, of a joint in rad, N m, kg m^2.
+
+    Attributes
+    ----------
+    imposed : str
+        "position", or else what the robot pushes with.
+    band_hz : (low, high)
+    reflex : Reflex or None
+    force_lag_s : float
+        By how much the force is recorded later than the position.
+    axes, trials, samples : int
+        Directions, trials, and samples of each.
+    level : NoiseLevel
+    carried, beyond : (d,)
+        Inertia that the limb carries along each axis, and what of it is beyond the sensor.
+    spring : (float, float)
+        Stiffness and viscosity by which the robot pulls the limb to its place.
+    size : float
+        Rms of what is commanded.
+    """
+
+    @property
+    def imposed(self) -> str: ...
+    @property
+    def band_hz(self) -> tuple[float, float]: ...
+    @property
+    def reflex(self) -> Reflex | None: ...
+    @property
+    def force_lag_s(self) -> float: ...
+    @property
+    def axes(self) -> int: ...
+    @property
+    def trials(self) -> int: ...
+    @property
+    def samples(self) -> int: ...
+    @property
+    def level(self) -> NoiseLevel: ...
+    @property
+    def carried(self) -> FloatArray: ...
+    @property
+    def beyond(self) -> FloatArray: ...
+    @property
+    def spring(self) -> tuple[float, float]: ...
+    @property
+    def size(self) -> float: ...
+
+
+def check_run(trials: int, duration_s: float, band_hz: tuple[float, float]) -> None:
+    """Refuse a session that no robot can run.
+
+    Raises
+    ------
+    InputError
+    """
+    low, high = band_hz
+    if not (0 < low < high < RATE_HZ / 4 and trials >= 1 and duration_s >= 2):
+        raise InputError(
+            f"{trials} trials of {duration_s} s, {low} to {high} Hz",
+            expected=f"1 or more of 2 s or more, 0 < low < high < {RATE_HZ / 4:g} Hz",
+        )
+
+
+def servo(stiffness: float, damping_ratio: float, inertia: float) -> tuple[float, float]:
+    """Stiffness and viscosity of a servo that moves an inertia."""
+    return stiffness, float(2 * damping_ratio * np.sqrt(stiffness * inertia))
 
 
 @dataclass(frozen=True)
@@ -80,12 +148,7 @@ class RandomRig:
             if getattr(self, name) not in values:
                 wanted = " or ".join(map(str, values))
                 raise InputError(f"{name} {getattr(self, name)!r}", expected=wanted)
-        low, high = self.band_hz
-        if not (0 < low < high < RATE_HZ / 4 and self.trials >= 1 and self.duration_s >= 2):
-            raise InputError(
-                f"{self.trials} trials of {self.duration_s} s, {low} to {high} Hz",
-                expected=f"1 or more of 2 s or more, 0 < low < high < {RATE_HZ / 4:g} Hz",
-            )
+        check_run(self.trials, self.duration_s, self.band_hz)
         if not (0 < self.amplitude_m <= 0.02 and 0 < self.force_n <= 30):
             raise InputError(
                 f"a command of {self.amplitude_m} m, {self.force_n} N",
@@ -107,17 +170,21 @@ class RandomRig:
         return round(self.duration_s * RATE_HZ) + 1
 
     @property
-    def moved_kg(self) -> FloatArray:
+    def beyond(self) -> FloatArray:
+        """Mass of the robot beyond the sensor, along each axis (d,)."""
+        return np.array(self.robot_kg[: self.axes])
+
+    @property
+    def carried(self) -> FloatArray:
         """All that the hand carries, along each axis (d,)."""
-        return np.array(self.robot_kg[: self.axes]) + self.handle_mass_kg
+        return self.beyond + self.handle_mass_kg
 
     @property
     def spring(self) -> tuple[float, float]:
         """What pulls the hand to the commanded place: N/m and N s/m."""
         if self.imposed == "force":
             return SOFT_N_M, SOFT_NS_M
-        mass = float(self.moved_kg.mean())
-        return self.stiffness, float(2 * self.damping_ratio * np.sqrt(self.stiffness * mass))
+        return servo(self.stiffness, self.damping_ratio, float(self.carried.mean()))
 
     @property
     def size(self) -> float:

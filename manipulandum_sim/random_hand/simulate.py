@@ -24,7 +24,7 @@ from manipulandum_sim.hand import (
 from manipulandum_sim.random_hand.commands import FINE, own_force, random_command
 from manipulandum_sim.random_hand.drive import RandomDrive, RandomTrack
 from manipulandum_sim.random_hand.limbs import Limb, PlanarLimb, SpaceLimb
-from manipulandum_sim.random_hand.rig import RATE_HZ, RandomRig
+from manipulandum_sim.random_hand.rig import RATE_HZ, Driver, RandomRig
 from manipulandum_sim.random_hand.truth import RandomTruth
 from manipulandum_sim.space import SpaceCondition, SpaceRig, find_space_truth
 
@@ -66,15 +66,38 @@ def simulate_random(
     """
     person, used = find_subject(subject), RandomRig(**rig)
     limb, truth = (_space if used.axes == 3 else _planar)(person, used, cocontraction)
+    place, force, command = run_session(used, limb, truth, seed, RANDOM_KEY)
+    return _recording(person, used, truth, place, force, command, seed), truth
+
+
+def run_session(
+    rig: Driver, limb: Limb, truth: RandomTruth, seed: int, key: int
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Place, force and command of all trials as recorded, (S, T, d).
+
+    Parameters
+    ----------
+    rig : Driver
+    limb : Limb
+    truth : RandomTruth
+        Place and force at rest are used.
+    seed, key : int
+        Every trial draws from a generator of (seed, key, number).
+    """
     draws = [
-        np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(RANDOM_KEY, t)))
-        for t in range(used.trials)
+        np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(key, t)))
+        for t in range(rig.trials)
     ]
-    command = np.stack([random_command(used, rng) for rng in draws], axis=2)
-    own = [own_force(used.level, used.samples, used.axes, rng) for rng in draws]
-    drive = RandomDrive(used, limb, truth.hand, -truth.force, command, np.stack(own, axis=1))
-    place, force = _sensed(used, drive.integrate(), draws)
-    return _recording(person, used, truth, place, force, command[0, ::FINE], seed), truth
+    command = np.stack([random_command(rig, rng) for rng in draws], axis=2)
+    own = [own_force(rig.level, rig.samples, rig.axes, rng) for rng in draws]
+    drive = RandomDrive(rig, limb, truth.hand, -truth.force, command, np.stack(own, axis=1))
+    place, force = _sensed(rig, drive.integrate(), draws)
+    return place, force, command[0, ::FINE]
+
+
+def flat(channel: FloatArray) -> FloatArray:
+    """Samples (S, T, d) of all trials, one trial after the other."""
+    return channel.transpose(1, 0, 2).reshape(-1, channel.shape[2])
 
 
 def _planar(
@@ -108,7 +131,7 @@ def _truth_of(true: Any, R: FloatArray, delay_s: float) -> RandomTruth:
 
 
 def _sensed(
-    rig: RandomRig, track: RandomTrack, draws: list[np.random.Generator]
+    rig: Driver, track: RandomTrack, draws: list[np.random.Generator]
 ) -> tuple[FloatArray, FloatArray]:
     """Place and force as recorded, (S, T, d)."""
     level, (samples, trials, d) = rig.level, track.place.shape
@@ -133,10 +156,6 @@ def _recording(
     seed: int,
 ) -> Recording:
     samples, trials, d = place.shape
-
-    def flat(channel: FloatArray) -> FloatArray:
-        return channel.transpose(1, 0, 2).reshape(-1, d)
-
     table = pd.DataFrame({"trial": np.arange(1, trials + 1), "condition": truth.condition})
     if d == 3:
         table["elbow"] = rig.elbow

@@ -1,4 +1,4 @@
-"""What is true of a hand under a random perturbation."""
+"""What is true of a hand, or a joint, under a random perturbation."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ class RandomTruth(FrozenRecord):
     ----------
     condition : str
     hand, force : (d,)
-        Hand location (m) and force by the hand (N) at rest.
+        Hand location (m) and force by the hand (N) at rest; of a joint its angles (rad) and
+        torques (N m), and so forth.
     M_e, B_e, K_e : (d, d)
         The limb's own, without the reflex.
     M_e_with_handle : (d, d)
