@@ -36,7 +36,7 @@ demo: setup
 	$(BIN)/python -m armimpedance demo --out $(OUT)/demo $(if $(QUICK),--quick)
 
 test: setup
-	$(BIN)/python -m pytest -q -n 2 --dist loadfile
+	$(BIN)/python -m pytest -q -n 2
 
 test-browser: setup
 	$(BIN)/python tests/browser/set_up.py

@@ -45,7 +45,7 @@ def main() -> None:
         for name in ("pyproject.toml", "Makefile", "CITATION.cff", "README.md", "CHANGELOG.md"):
             shutil.copy(ROOT / name, work)
         python = str(place / "bin" / "python")
-        options = ("-q", "-n", "2", "--dist", "loadfile", "-p", "no:cacheprovider")
+        options = ("-q", "-n", "2", "-p", "no:cacheprovider")
         run(python, "-m", "pytest", *options, *arguments.tests, cwd=work)
 
 

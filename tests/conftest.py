@@ -26,6 +26,26 @@ from armimpedance.records import Recording
 settings.register_profile("armimpedance", deadline=None, derandomize=True)
 settings.load_profile("armimpedance")
 
+#: Modules that look at the same simulated sessions: one process makes each session once.
+_TOGETHER = {
+    "tests/recovery/test_therapy_recovery.py": "therapy sessions",
+    "tests/unit/cli/test_therapy_commands.py": "therapy sessions",
+    "tests/unit/manipulandum_sim/test_therapy_session_runs.py": "therapy sessions",
+}
+
+
+def pytest_xdist_make_scheduler(config, log):
+    """Share out the tests by their files, and by sessions that several files look at."""
+    from xdist.scheduler import LoadFileScheduling
+
+    class Scheduling(LoadFileScheduling):
+        def _split_scope(self, nodeid):
+            file = super()._split_scope(nodeid)
+            return _TOGETHER.get(file, file)
+
+    return Scheduling(config, log)
+
+
 RATE = 1000.0
 M = np.array([[1.731, -0.655], [-0.655, 1.001]])
 B = np.array([[8.63, -6.40], [-6.40, 13.86]])
