@@ -62,6 +62,7 @@ def inspect(
     recording: AnyRecording | PathLike,
     *,
     force_by: Literal["limb", "device"] | None = None,
+    title: str | None = None,
     **options: Any,
 ) -> Inspection:
     """Say what a recording holds, whether it can be used, and what is missing.
@@ -72,6 +73,8 @@ def inspect(
         What is looked at; a path may be of any format that `read` opens.
     force_by : {"limb", "device"}, optional
         Whose force on the other a Kinarm's sensor holds.
+    title : str, optional
+        What the recording is called in the result; its path if absent.
     **options
         What the file does not say itself; see `read`.
 
@@ -98,7 +101,8 @@ def inspect(
     ['check', 'verdict', 'message']
     """
     opened = read(recording, force_by=force_by, **options)
-    title = os.fspath(recording) if isinstance(recording, str | os.PathLike) else "A recording"
+    if title is None:
+        title = os.fspath(recording) if isinstance(recording, str | os.PathLike) else "A recording"
     return Inspection(describe(opened, title), tuple(_findings(opened)), tuple(_facts(opened)))
 
 

@@ -64,13 +64,12 @@ def run(arguments: argparse.Namespace) -> int:
         reads=[arguments.recording, path],
     )
     skeleton = None if path is None else read_skeleton(path)
-    options = reading_options(arguments)
-    opened = read(arguments.recording, skeleton=skeleton, **options)
+    opened = read(arguments.recording, skeleton=skeleton, **reading_options(arguments))
     if arguments.figure is not None and not isinstance(opened, Recording):
         raise InputError(
             "--figure: a recording of markers", expected="one of the hand or of joints"
         )
-    inspected = inspect(arguments.recording, skeleton=skeleton, **options)
+    inspected = inspect(opened, title=str(arguments.recording))
     if arguments.out is not None:
         write_content(inspected.content, arguments.out)
     print(inspected)
