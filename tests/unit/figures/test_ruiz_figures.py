@@ -26,7 +26,7 @@ from armimpedance_figures.source_figure import write
 from manipulandum_sim.elbow.device import RATE_HZ
 
 OURS = {n: f for n, f in CATALOGUE.items() if n.startswith(("ruiz2011", "elbow_study"))}
-FEW_METHODS = ("windows", "smoother", EXACT)
+FEW_METHODS = ("windows", EXACT)
 
 
 @pytest.fixture(scope="module")
