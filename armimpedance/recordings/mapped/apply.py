@@ -206,8 +206,10 @@ def _samples(
             values = quantity.unit.to_si(values)
             values = -values if quantity.signs[axis] < 0 else values
         columns[name] = values
-    meant = sample_columns(tuple(columns), mapping.metadata.kind, mapping.metadata.muscles or None)
-    named = {"trial", "time_s", *_named(mapping)} - set(mapping.keep)
+    kind = mapping.metadata.kind
+    meant = sample_columns(tuple(columns), kind, mapping.metadata.muscles or None)
+    told = {*command_columns(kind, len(meant.position)), *perturbation_columns(len(meant.position))}
+    named = {"trial", "time_s", *_named(mapping)} - set(mapping.keep) - told
     if clash := sorted(set(meant.named) ^ named):
         expected = "the name of one that means nothing else; it cannot be kept under this one"
         raise InputError(

@@ -49,6 +49,9 @@ _ORDER: Final[tuple[Role, ...]] = (
 _AXIS: Final = {
     **{w: a for a in "xyz" for w in (a, f"f{a}", f"p{a}", f"force{a}", f"m{a}", f"t{a}")},
     "shoulder": "1", "schulter": "1", "elbow": "2", "ellbogen": "2", "l1ang": "1", "l2ang": "2",
+    # the two rotations of a wrist or an ankle
+    **dict.fromkeys(("fe", "flexion", "dp", "dorsiflexion", "plantarflexion", "pf"), "1"),
+    **dict.fromkeys(("rud", "deviation", "ie", "inversion", "eversion"), "2"),
 }  # fmt: skip
 #: Units that names end in; "min" and "in" are other words there.
 _ENDINGS: Final = (
@@ -129,7 +132,7 @@ def _without_axis(word: str, number: str) -> str:
         return ""
     if word not in _AXIS:
         return word
-    return word[0] if len(word) == 2 and word[0] in "fmtp" else ""
+    return word[0] if len(word) == 2 and word[1] in "xyz" else ""
 
 
 def words_of(name: str) -> list[str]:

@@ -11,8 +11,10 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 from armimpedance.__main__ import main
+from armimpedance.analyses import random
 from armimpedance.errors import InputError
 from armimpedance.random_hand import identify_random
+from armimpedance.recordings import propose_mapping
 from manipulandum_sim.hand import Reflex
 from manipulandum_sim.random_hand import JointRig, find_joint, simulate_random_joint
 
@@ -120,6 +122,27 @@ def test_what_a_laboratory_forgets_is_refused_or_named():
 def test_a_rig_that_cannot_be_is_refused(wrong):
     with pytest.raises(InputError):
         JointRig(**wrong)
+
+
+@pytest.mark.parametrize("imposed", ["position", "torque"])
+def test_a_laboratorys_table_in_degrees_gives_the_same(imposed, tmp_path):
+    recording, _ = simulate_random_joint(seed=14, imposed=imposed, trials=5, duration_s=4.0)
+    told = np.stack(list(recording.extra.values()))
+    moved = imposed == "position"
+    trial = np.repeat(recording.trials["trial"], np.diff(recording.offsets))
+    columns = {"trial": trial, "time_ms": 1e3 * recording.time_s}
+    columns |= dict(zip(["FE_deg", "RUD_deg"], np.degrees(recording.position.T), strict=True))
+    columns |= dict(zip(["Torque_FE_Nm", "Torque_RUD_Nm"], -recording.force.T, strict=True))
+    columns |= dict(zip(["Cmd_FE", "Cmd_RUD"], np.degrees(told) if moved else told, strict=True))
+    pd.DataFrame(columns).to_csv(tmp_path / "wrist.csv", index=False)
+    proposed = propose_mapping(tmp_path / "wrist.csv")
+    section, unit = ("commanded", "deg") if moved else ("added_torque", "N m")
+    text = proposed.text.replace('# by = "device"', 'by = "device"')
+    head = f'torque = "interaction"\nperturbation = "stochastic"\nimposed = "{imposed}"\n'
+    tail = f'\n[{section}]\ncolumns = ["Cmd_FE", "Cmd_RUD"]\nunit = "{unit}"\n'
+    proposed.place.write_text(head + text + tail, encoding="utf-8")
+    ours, theirs = (random(one)[0] for one in (recording, tmp_path / "wrist.csv"))
+    assert np.allclose(ours.parameters, theirs.parameters, rtol=1e-6)
 
 
 def test_the_commands_as_a_user_calls_them(tmp_path):
