@@ -22,7 +22,7 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 from time import thread_time_ns
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -34,10 +34,12 @@ from armimpedance.live import EmgLevels, Live, StiffnessForm
 from armimpedance.muscles import MuscleModel, Region, at_hand, fit_muscle_model, matrix
 from manipulandum_sim.emg_carrier import carrier
 from manipulandum_sim.hand import find_subject, hand_jacobian, simulate
+from manipulandum_sim.space import simulate_space
 
 STUDY = Study("A")
 PERSON = find_subject("A").record
 EVERY = (POSTURES, COCONTRACTION, FORCE)
+ELBOWS: tuple[Literal["held", "free"], ...] = ("held", "free")
 
 
 def fitted(seed: int) -> MuscleModel:
@@ -108,27 +110,28 @@ class SevenJoints:
         return np.zeros((len(q), len(q)))
 
 
-def seven_joints() -> Live:
-    """26 made-up muscles, lengths of order 2 in seven angles, 52 corrections."""
+def made_up(joints: int, muscles: int) -> StiffnessForm:
+    """Made-up muscles: lengths of order 2 in all angles, two corrections each."""
     rng = np.random.default_rng(0)
-    exponents = monomial_exponents(7, 2)
-    lengths = rng.normal(0, 0.02, (26, len(exponents))) * (rng.random((26, len(exponents))) < 0.4)
-    form = StiffnessForm(
-        muscles=tuple(f"m{i}" for i in range(26)),
+    exponents = monomial_exponents(joints, 2)
+    shape = (muscles, len(exponents))
+    return StiffnessForm(
+        muscles=tuple(f"m{i}" for i in range(muscles)),
         exponents=exponents,
-        lengths=lengths,
-        muscle=np.repeat(np.arange(26), 2),
-        change=rng.normal(0, 0.002, (52, len(exponents))),
-        box=np.tile([-0.5, 1.5], (7, 1)),
+        lengths=rng.normal(0, 0.02, shape) * (rng.random(shape) < 0.4),
+        muscle=np.repeat(np.arange(muscles), 2),
+        change=rng.normal(0, 0.002, (2 * muscles, len(exponents))),
+        box=np.tile([-0.5, 1.5], (joints, 1)),
         rising=np.eye(2),
-        highest=np.full(26, 0.4),
-        stiffness=rng.uniform(2e3, 8e3, (26, 2)),
+        highest=np.full(muscles, 0.4),
+        stiffness=rng.uniform(2e3, 8e3, (muscles, 2)),
         per_tension=1 / 75,
-        passive=np.full(7, 1.0),
-        covariance=np.diag(np.r_[np.ones(52), np.full(52, 300.0**2), np.full(7, 0.1**2)]),
+        passive=np.full(joints, 1.0),
+        covariance=np.diag(
+            np.r_[np.ones(2 * muscles), np.full(2 * muscles, 300.0**2), np.full(joints, 0.1**2)]
+        ),
         dof=30.0,
     )
-    return Live(form, SevenJoints(), posture_step_rad=0.0)
 
 
 def timed(name: str, update: Callable[[int], Any], count: int = 20_000) -> None:
@@ -150,7 +153,8 @@ def speed() -> None:
     raw = rng.normal(0, 1e-4, (4096, 6))
     live = Live(model, PERSON)
     by_emg = Live(model, PERSON, levels=levels(), limit_N_m_s=2e4)
-    arm = seven_joints()
+    arm = Live(made_up(7, 26), SevenJoints(), posture_step_rad=0.0)
+    spatial = {e: Live(made_up(4, 23), simulate_space(seed=1, sets=1)[0], elbow=e) for e in ELBOWS}
     joints, active = rng.uniform(0.2, 0.8, (512, 7)), rng.uniform(0, 0.4, (512, 26))
     timed("planar, 6 muscles, new", on(live, alpha, q))
     timed("planar, 6 muscles, kept", on(live, alpha, q[:1]))
@@ -160,6 +164,14 @@ def speed() -> None:
     timed("a result as a line of JSON", lambda _: json.dumps(one.to_dict()))
     timed("7 joints, 26 muscles, 3 axes, new", on(arm, active, joints), 5000)
     timed("7 joints, 26 muscles, 3 axes, kept", on(arm, active, joints[:1]))
+    for elbow, one in spatial.items():
+        timed(
+            f"arm in space, elbow {elbow}, 23 muscles, new", on(one, active[:, :23], joints[:, :4])
+        )
+        timed(
+            f"arm in space, elbow {elbow}, 23 muscles, kept",
+            on(one, active[:, :23], joints[:1, :4]),
+        )
 
 
 def on(live: Live, samples: np.ndarray, q: np.ndarray) -> Callable[[int], Any]:
