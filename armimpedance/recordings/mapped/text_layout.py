@@ -7,6 +7,7 @@ import csv
 import re
 from collections import Counter
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Final
 
@@ -102,7 +103,9 @@ def text_layout(file: Path) -> TextLayout:
         raise InputError("no rows of numbers in its beginning", file=file, expected=expected)
     best = max(tries, key=lambda t: t.score)
     names, units, header = _header(lines, best)
-    rows = [cells_of(line, best.delimiter) for line in lines[best.first :]]
+    plain = _all_numbers(best.delimiter, best.decimal)
+    below = (line for line in lines[best.first :] if not plain.fullmatch(line))
+    rows = [cells_of(line, best.delimiter) for line in below]
     texts = tuple(
         any(not _is_value(row[i], best.decimal) for row in rows if i < len(row))
         for i in range(best.width)
@@ -116,6 +119,8 @@ def cells_of(line: str, delimiter: str) -> list[str]:
     """The cells of one line, without blanks around them."""
     if delimiter == " ":
         return line.split()
+    if line and '"' not in line and len(line) < csv.field_size_limit():
+        return [cell.strip() for cell in line.split(delimiter)]
     try:
         return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter), [])]
     except csv.Error:
@@ -175,7 +180,11 @@ def _try(lines: list[str], delimiter: str, decimal: str) -> _Try | None:
     if decimal == delimiter:
         return None
     rows = [cells_of(line, delimiter) for line in lines]
-    numbers = [_numbers(row, decimal) for row in rows]
+    plain = _all_numbers(delimiter, decimal)
+    numbers = [
+        len(row) if plain.fullmatch(line) else _numbers(row, decimal)
+        for line, row in zip(lines, rows, strict=True)
+    ]
     holds = [_holds_numbers(row, count) for row, count in zip(rows, numbers, strict=True)]
     widths = Counter(len(row) for row, fits in zip(rows, holds, strict=True) if fits)
     if not widths:
@@ -203,6 +212,15 @@ def _try(lines: list[str], delimiter: str, decimal: str) -> _Try | None:
         header = bool(above) and len(above[-1][1]) in (width, width - 1)
         return _Try(delimiter, decimal, first, (header, usual, round(share, 2), width), width)
     return None
+
+
+@cache
+def _all_numbers(delimiter: str, decimal: str) -> re.Pattern[str]:
+    """What matches a line that holds numbers in all of its cells, without looking at each."""
+    number = f"(?>{_NUMBER.pattern})".replace(r"\.", re.escape(decimal))
+    around = "[ \t]*" if delimiter == " " else " *"
+    between = "[ \t]+" if delimiter == " " else f"{around}{re.escape(delimiter)}{around}"
+    return re.compile(f"{around}{number}(?:{between}{number})*{around}", re.I)
 
 
 def _holds_numbers(row: list[str], numbers: int) -> bool:
