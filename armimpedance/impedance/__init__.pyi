@@ -1,7 +1,16 @@
 from .bound import bound as bound, bound_of as bound_of, inverse_information as inverse_information
 from .checks import check_response as check_response
 from .doubts.allowance import allowing as allowing
-from .doubts.inner import elbow_told as elbow_told
+from .doubts.inner import (
+    INNER_DAMPING as INNER_DAMPING,
+    INNER_DIRECTIONS as INNER_DIRECTIONS,
+    INNER_HZ as INNER_HZ,
+    Elbow as Elbow,
+    averaged_inner as averaged_inner,
+    elbow_told as elbow_told,
+    half_sphere as half_sphere,
+    with_inner as with_inner,
+)
 from .estimation import (
     Options as Options,
     estimate as estimate,

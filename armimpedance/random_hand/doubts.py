@@ -75,14 +75,17 @@ def doubts_of(fit: RandomFit, misfit: Misfit) -> list[str]:
 
 
 def of_elbow(told: str | None) -> list[str]:
-    """A warning where the elbow of an arm in space was not held, or nobody said."""
+    """A warning where a reflex was seen and the elbow of an arm in space was not held, or may be.
+
+    Which of the two is what a record shows cannot be told, so that no inner mode is taken off.
+    """
     if told == "held":
         return []
     whose = "was free" if told == "free" else "may have been free (column elbow of trials.csv)"
     return [
-        f"inner mode: the elbow {whose}; its swivel hides stiffness from fast perturbations, "
-        "without a misfit that shows: a third of K along the softest axis and more; the intervals "
-        "do not hold it: hold the elbow, or take K from displacements that stay out (`estimate`)"
+        f"inner mode: the elbow {whose}; beside a reflex its swivel is not allowed for: it hides a "
+        "third of K along the softest axis and more, and the intervals do not hold it: hold the "
+        "elbow, or take K from displacements that stay out (`estimate`)"
     ]
 
 

@@ -60,12 +60,19 @@ def equations_at(
         Inverse of the noise's spectrum.
     delay_s : float or None
     """
+    kernel = None if delay_s is None else np.exp(-lines.s * delay_s)
+    return with_kernel(lines, explained, weight, kernel)
+
+
+def with_kernel(
+    lines: Lines, explained: Explained, weight: Complex, kernel: Complex | None
+) -> Equations:
+    """The equations with R by any ``kernel(s)`` (L, 1) in place of ``exp(-s t)``, or without."""
     s, d = lines.s, lines.axes
     u = [lines.motion[2], lines.motion[1], lines.motion[0]]
     z = [s**2 * explained.motion, s * explained.motion, explained.motion]
-    if delay_s is not None:
-        late = np.exp(-s * delay_s)
-        u, z = [*u, late * lines.motion[0]], [*z, late * explained.motion]
+    if kernel is not None:
+        u, z = [*u, kernel * lines.motion[0]], [*z, kernel * explained.motion]
     U, Z = np.hstack(u), np.hstack(z)
     y, y_told = -lines.force, -explained.force
     lag, lag_told = -s * y, -s * y_told

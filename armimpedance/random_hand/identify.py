@@ -18,6 +18,7 @@ from armimpedance.random_hand.departures import Averaged, averaged
 from armimpedance.random_hand.doubts import doubts_of, of_elbow, refuse_impossible
 from armimpedance.random_hand.equations import equations_at, noise_weight, residual
 from armimpedance.random_hand.explained import Explained, explained_by, share_explained
+from armimpedance.random_hand.inner import allow_for_inner
 from armimpedance.random_hand.joints import check_joints, unlikely_units
 from armimpedance.random_hand.lines import Complex, Lines, lines_of
 from armimpedance.random_hand.misfit import misfit_of
@@ -206,17 +207,21 @@ def _fit(
     response = response_matrix(lines, explained.motion, shape, reflex.delay_s)
     misfit = misfit_of(lines, explained.motion, solved.left, solved.weight)
     lag_s = solved.lag_s + float(answer.values[-1])
+    elbow = elbow_told(recording, rows) if d == 3 and recording.kind == "hand" else "held"
+    one = _estimate(recording, keys, rows, matrices, solved, response.multiple, band)
+    seen = reflex.probability > 0.5
+    if elbow != "held" and not seen:
+        one = allow_for_inner(one, lines, explained, solved.weight, elbow)
     fit = RandomFit(
-        _estimate(recording, keys, rows, matrices, solved, response.multiple, band),
+        one,
         reflex,
         lag_s,
         answer.lag_probability,
         band,
         response,
     )
-    elbow = elbow_told(recording, rows) if d == 3 and recording.kind == "hand" else "held"
     told = (*commands.warnings, *unlikely_units(fit.estimate))
-    warnings = (*told, *doubts_of(fit, misfit), *of_elbow(elbow))
+    warnings = (*told, *doubts_of(fit, misfit), *(of_elbow(elbow) if seen else ()))
     return replace(fit, estimate=fit.estimate.with_warning(*warnings))
 
 

@@ -24,7 +24,7 @@ from armimpedance.impedance.doubts.columns import COLUMNS, family
 from armimpedance.impedance.doubts.inner import (
     FEWEST_AXES,
     Elbow,
-    averaged,
+    averaged_inner,
     elbow_told,
     with_inner,
 )
@@ -183,4 +183,4 @@ def _inner(one: ImpedanceEstimate, model: Model, elbow: Elbow | None) -> Impedan
     wider = {c: t_factor(d.dof) / t_factor(np.inf) for c, d in found.items()}
     sizes = {c: (d.size, scale * d.expected, wider[c]) for c, d in found.items()}
     shifts = {c: model.shift(c) for c in found}
-    return with_inner(one, averaged(sizes, shifts, elbow), correct=one.method == BOUNDED)
+    return with_inner(one, averaged_inner(sizes, shifts, elbow), correct=one.method == BOUNDED)

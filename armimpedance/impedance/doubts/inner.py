@@ -34,9 +34,9 @@ Elbow = Literal["held", "free"]
 #: Axes from which on a limb has joints that the hand does not show.
 FEWEST_AXES: Final = 3
 #: Natural frequencies (Hz) that are tried, one damping ratio for all, and how many directions.
-FREQUENCIES_HZ: Final = (1.2, 1.8, 2.7, 4.0)
-DAMPING: Final = 0.5
-DIRECTIONS: Final = 24
+INNER_HZ: Final = (1.2, 1.8, 2.7, 4.0)
+INNER_DAMPING: Final = 0.5
+INNER_DIRECTIONS: Final = 24
 #: Size of S beforehand, parts of K's mean diagonal, and the probability of a mode at all.
 USUAL: Final = 0.3
 BEFOREHAND: Final = {"free": 0.99, None: 0.9}
@@ -106,10 +106,10 @@ def inner_columns(
     x = window.position[used] - window.position_at_onset[used][:, None]
     scale = float(np.trace(theta.reshape(3, d, d)[2])) / d
     columns = {}
-    for hz in FREQUENCIES_HZ:
+    for hz in INNER_HZ:
         late = x - _slow(x, hz, window.sample_rate_hz)
         late = np.tensordot(late, equation.modes.smooth, axes=(1, 1))
-        for i, n in enumerate(half_sphere(DIRECTIONS)):
+        for i, n in enumerate(half_sphere(INNER_DIRECTIONS)):
             along = np.tensordot(late, n, axes=(1, 0))
             columns[f"inner {hz} {i}"] = scale * n[None, :, None] * along[:, None]
     return columns
@@ -126,7 +126,7 @@ def half_sphere(count: int) -> FloatArray:
 def _slow(x: FloatArray, hz: float, rate_hz: float) -> FloatArray:
     """What a mode at rest makes of a displacement (T, S, d): low-pass of the second order."""
     w = 2 * np.pi * hz
-    A = np.array([[0.0, 1.0], [-(w**2), -2 * DAMPING * w]])
+    A = np.array([[0.0, 1.0], [-(w**2), -2 * INNER_DAMPING * w]])
     values, vectors = np.linalg.eig(A)
     step = ((vectors * np.exp(values / rate_hz)) @ np.linalg.inv(vectors)).real
     push = np.linalg.solve(A, step - np.eye(2)) @ np.array([0.0, w**2])
@@ -138,7 +138,7 @@ def _slow(x: FloatArray, hz: float, rate_hz: float) -> FloatArray:
     return out
 
 
-def averaged(
+def averaged_inner(
     found: dict[str, tuple[float, float, float]], shifts: dict[str, FloatArray], elbow: Elbow | None
 ) -> Inner:
     """Mean over the modes and none.

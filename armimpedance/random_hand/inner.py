@@ -1,0 +1,86 @@
+"""A mode inside the limb, as of a free elbow, under random perturbations.
+
+At once the limb answers with ``K + S n n^T``, at rest with K, between them (w natural frequency, z
+damping, see `impedance.doubts.inner`) with
+
+    K + S n n^T g(s),      g(s) = (s^2 + 2 z w s) / (s^2 + 2 z w s + w^2).
+
+For one w and n that is one more column of the impedance equation, linear in S; over many of them
+the answer is a mean, as for returning disturbances.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from armimpedance.arrays import FloatArray
+from armimpedance.estimates import ImpedanceEstimate
+from armimpedance.impedance import (
+    INNER_DAMPING,
+    INNER_DIRECTIONS,
+    INNER_HZ,
+    Elbow,
+    averaged_inner,
+    half_sphere,
+    with_inner,
+)
+from armimpedance.random_hand.equations import with_kernel
+from armimpedance.random_hand.explained import Explained
+from armimpedance.random_hand.lines import Complex, Lines
+
+
+def allow_for_inner(
+    one: ImpedanceEstimate,
+    lines: Lines,
+    explained: Explained,
+    weight: Complex,
+    elbow: Elbow | None,
+) -> ImpedanceEstimate:
+    """The estimate with an inner mode taken off, as likely as it is, and in its intervals.
+
+    Parameters
+    ----------
+    one : ImpedanceEstimate
+        Of second order.
+    lines : Lines
+    explained : Explained
+    weight : (L, d, d) complex
+        Inverse of the noise's spectrum.
+    elbow : {"free", None}
+    """
+    d, s = one.k, lines.s
+    scale = float(np.trace(one.stiffness)) / d
+    found: dict[str, tuple[float, float, float]] = {}
+    shifts: dict[str, FloatArray] = {}
+    order = _by_matrix(d)
+    for hz in INNER_HZ:
+        w = 2 * np.pi * hz
+        late = s**2 + 2 * INNER_DAMPING * w * s
+        equations = with_kernel(lines, explained, weight, late / (late + w**2))
+        for i, n in enumerate(half_sphere(INNER_DIRECTIONS)):
+            D = _along(n, scale, d)
+            A, b = D.T @ equations.A[:-1, :-1] @ D, D.T @ equations.b[:-1]
+            meat = D.T @ equations.meat[:-1, :-1] @ D
+            unit = 1 / np.sqrt(np.diag(meat))
+            inverse = np.linalg.inv(A * unit[:, None] * unit) * unit[:, None] * unit
+            size = float((inverse @ b)[-1])
+            error = float(np.sqrt((inverse @ meat @ inverse.T)[-1, -1]))
+            name = f"inner {hz} {i}"
+            found[name] = (size, error, 1.0)
+            # M, B, K (S) = A_11^-1 (b_1 - A_12 S): the last column of the inverse, by its corner
+            shifts[name] = (-inverse[:-1, -1] / inverse[-1, -1])[order]
+    return with_inner(one, averaged_inner(found, shifts, elbow), correct=True)
+
+
+def _along(n: FloatArray, scale: float, d: int) -> FloatArray:
+    """From rows of [M B K] and S to rows of [M B K G], G = scale S n n^T."""
+    rows = np.arange(4 * d * d).reshape(d, 4, d)
+    D = np.zeros((4 * d * d, 3 * d * d + 1))
+    D[rows[:, :3].ravel(), np.arange(3 * d * d)] = 1.0
+    D[rows[:, 3].ravel(), -1] = scale * np.outer(n, n).ravel()
+    return D
+
+
+def _by_matrix(d: int) -> np.ndarray:
+    """Where the elements of M, then B, then K stand in rows of [M B K]."""
+    return np.arange(3 * d * d).reshape(d, 3, d).transpose(1, 0, 2).ravel()
