@@ -24,7 +24,7 @@ from armimpedance.impedance import (
     half_sphere,
     with_inner,
 )
-from armimpedance.random_hand.equations import with_kernel
+from armimpedance.random_hand.equations import Equations, with_kernel
 from armimpedance.random_hand.explained import Explained
 from armimpedance.random_hand.lines import Complex, Lines
 
@@ -48,28 +48,36 @@ def allow_for_inner(
         Inverse of the noise's spectrum.
     elbow : {"free", None}
     """
-    d, s = one.k, lines.s
+    d = one.k
     scale = float(np.trace(one.stiffness)) / d
     found: dict[str, tuple[float, float, float]] = {}
     shifts: dict[str, FloatArray] = {}
-    order = _by_matrix(d)
     for hz in INNER_HZ:
-        w = 2 * np.pi * hz
-        late = s**2 + 2 * INNER_DAMPING * w * s
-        equations = with_kernel(lines, explained, weight, late / (late + w**2))
+        equations = with_kernel(lines, explained, weight, _kernel(lines.s, hz))
         for i, n in enumerate(half_sphere(INNER_DIRECTIONS)):
-            D = _along(n, scale, d)
-            A, b = D.T @ equations.A[:-1, :-1] @ D, D.T @ equations.b[:-1]
-            meat = D.T @ equations.meat[:-1, :-1] @ D
-            unit = 1 / np.sqrt(np.diag(meat))
-            inverse = np.linalg.inv(A * unit[:, None] * unit) * unit[:, None] * unit
-            size = float((inverse @ b)[-1])
-            error = float(np.sqrt((inverse @ meat @ inverse.T)[-1, -1]))
             name = f"inner {hz} {i}"
+            size, error, shifts[name] = _sized(equations, _along(n, scale, d), d)
             found[name] = (size, error, 1.0)
-            # M, B, K (S) = A_11^-1 (b_1 - A_12 S): the last column of the inverse, by its corner
-            shifts[name] = (-inverse[:-1, -1] / inverse[-1, -1])[order]
     return with_inner(one, averaged_inner(found, shifts, elbow), correct=True)
+
+
+def _kernel(s: Complex, hz: float) -> Complex:
+    """g(s) of one natural frequency."""
+    w = 2 * np.pi * hz
+    late = s**2 + 2 * INNER_DAMPING * w * s
+    return np.asarray(late / (late + w**2))
+
+
+def _sized(equations: Equations, D: FloatArray, d: int) -> tuple[float, float, FloatArray]:
+    """S with its standard error, and by how much M, B, K (3 d^2,) are wrong for one unit of it."""
+    A, b = D.T @ equations.A[:-1, :-1] @ D, D.T @ equations.b[:-1]
+    meat = D.T @ equations.meat[:-1, :-1] @ D
+    unit = 1 / np.sqrt(np.diag(meat))
+    inverse = np.linalg.inv(A * unit[:, None] * unit) * unit[:, None] * unit
+    error = float(np.sqrt((inverse @ meat @ inverse.T)[-1, -1]))
+    # M, B, K (S) = A_11^-1 (b_1 - A_12 S): the last column of the inverse, by its corner
+    shift = -inverse[:-1, -1] / inverse[-1, -1]
+    return float((inverse @ b)[-1]), error, shift[_by_matrix(d)]
 
 
 def _along(n: FloatArray, scale: float, d: int) -> FloatArray:
