@@ -253,7 +253,7 @@ def _integrate_linear(
 
         begin = np.zeros((2, len(given), len(firsts)))
         begin += np.array([theta, rate])[:, None, None]
-        return np.stack(_runge_kutta(acceleration, *begin, h))
+        return np.stack(_runge_kutta(acceleration, begin[0], begin[1], h))
 
     none = np.zeros((1, samples))
     step = np.concatenate([stepped(none, 1.0, 0.0), stepped(none, 0.0, 1.0)], axis=1)
