@@ -19,6 +19,8 @@ from armimpedance.muscles.rows import kept_elements, triple
 
 #: A posture with a worse condition of the Jacobian is singular: the arm is stretched.
 _SINGULAR = 1e8
+#: N m s/rad: rounding of a viscosity that a model does not know.
+_NO_VISCOSITY = 1e-9
 
 
 @dataclass(frozen=True, repr=False)
@@ -123,7 +125,9 @@ def at_hand(
     K, B = (prediction.stiffness + added)[:, kept], prediction.viscosity[:, kept]
 
     def moved(which: str, loaded: FloatArray) -> tuple[FloatArray, FloatArray]:
-        T = congruence(hand_motion(J, loaded))
+        # a model of hands with a free elbow knows no viscosity: 0, with what the prior leaves open
+        least = np.linalg.eigvalsh(unpacked(loaded, len(free)))[:, :1]
+        T = congruence(hand_motion(J, np.where(np.abs(least) > _NO_VISCOSITY, loaded, K)))
         covariance = getattr(prediction, f"{which}_covariance")[:, kept][:, :, kept]
         return np.einsum("pij,pj->pi", T, loaded), T @ covariance @ T.transpose(0, 2, 1)
 

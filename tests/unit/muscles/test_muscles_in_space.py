@@ -15,6 +15,7 @@ from armimpedance.muscles import (
     HandRows,
     JointRows,
     Region,
+    at_hand as to_hand,
     fit_activation_model,
     fit_posture_model,
 )
@@ -276,6 +277,10 @@ def test_muscles_are_fitted_to_hands_whose_joints_are_free():
     inside = np.abs(said.stiffness - triple(K_new)) <= said.half_width("stiffness")
     assert 0.85 < inside.mean() <= 1.0
     assert any("b_front" in warning for warning in model.warnings)
+    # no row has a viscosity: the hand's is nothing, give or take all that the prior leaves open
+    predicted = to_hand(said, SwivelArm())
+    assert np.abs(predicted.viscosity).max() < 1e-6
+    assert (predicted.sd("viscosity") > 0.1).all()
 
 
 def test_a_live_hand_is_that_of_the_predicted_joints_and_a_model_in_a_file_is_the_same(tmp_path):
