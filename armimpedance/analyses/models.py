@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, Final, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -29,6 +29,13 @@ Progress = Callable[[int, int], None]
 #: Rows of the joint level: a path or several of RESULTS.csv, estimates, or the rows themselves;
 #: for muscles also those of a hand whose joints are all free.
 Rows = JointRows | HandRows | PathLike | Sequence[PathLike] | Sequence[ImpedanceEstimate]
+
+#: What is told of a model whose rows are in doubt together.
+_IN_ALL_ROWS: Final = (
+    "rows in doubt together: their estimates warn of {}; what makes one row wrong so makes all "
+    "wrong alike, and the model's intervals, which take rows as independent, do not hold it: mend "
+    "the record, or take the intervals as several times too narrow"
+)
 
 
 def fit_posture(
@@ -274,7 +281,10 @@ def fit_model(kind: str, rows: Rows, **options: Any) -> FittedModel:
     >>> fit_model("moment-arms", rows, order=0).predict([0.8, 1.5]).stiffness.round(6).tolist()
     [[15.5, 6.0, 15.5]]
     """
-    return MODEL_KINDS.named(kind).fit(_joint_rows(rows), **options)
+    given = _joint_rows(rows)
+    model = MODEL_KINDS.named(kind).fit(given, **options)
+    doubts = given.doubts if isinstance(given, JointRows) else ()
+    return model.with_warning(_IN_ALL_ROWS.format(", ".join(doubts))) if doubts else model
 
 
 def _joint_rows(rows: Rows) -> JointRows | HandRows:

@@ -78,6 +78,9 @@ def read_joint_rows(paths: Sequence[str | Path]) -> JointRows:
         labels=tuple(_label(row) for row in rows),
         muscles=_names(rows),
         moving=moving,
+        doubts=JointRows.doubts_in(
+            warning for row in rows for warning in row.cells.get("warnings", "").split("; ")
+        ),
     )
 
 

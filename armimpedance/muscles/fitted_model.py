@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from html import escape
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from armimpedance.arrays import FrozenRecord
 from armimpedance.errors import InputError
@@ -45,6 +45,11 @@ class FittedModel(FrozenRecord):
     def warnings(self) -> tuple[str, ...]:
         """The warnings of the fit."""
         return self.summary.warnings
+
+    def with_warning(self: Model, warning: str) -> Model:
+        """The same model with one warning more."""
+        summary = replace(self.summary, warnings=(*self.summary.warnings, warning))
+        return cast(Model, replace(cast(Any, self), summary=summary))
 
     def to_frame(self) -> pd.DataFrame:
         """One row a parameter: value, standard error, 95 % limits, unit."""

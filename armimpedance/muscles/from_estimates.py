@@ -57,6 +57,7 @@ def joint_rows(estimates: Sequence[ImpedanceEstimate]) -> JointRows:
         labels=tuple(group_name(e.keys) for e in estimates),
         muscles=_muscles(estimates),
         moving=JointRows.moving_of(angles, measured) or (),
+        doubts=JointRows.doubts_in(warning for e in estimates for warning in e.warnings),
     )
 
 

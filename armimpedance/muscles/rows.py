@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import Annotated, Any
+from typing import Annotated, Any, Final
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -29,6 +30,13 @@ def element_labels(n: int) -> tuple[str, ...]:
 _ROUNDING = 1e-9
 
 
+#: What an estimate may warn of that is the same person's or rig's in all conditions.
+ALIKE: Final = (
+    *("delay", "reflex", "amplitude", "friction", "voluntary"),
+    *("gain", "inner mode", "own motion"),
+)
+
+
 @dataclass(frozen=True)
 class JointRows(FrozenRecord):
     """P conditions at the joint level: n joints of which r move, in the plane shoulder and elbow.
@@ -52,6 +60,9 @@ class JointRows(FrozenRecord):
     moving : (r,) tuple of int
         Numbers, from 0, of the joints that the matrices are of: one that was held has an angle and
         no stiffness. Default: all.
+    doubts : tuple of str
+        Departures that the rows' estimates warn of, such as "reflex": they make all rows wrong
+        alike.
     """
 
     joint_angles: Annotated[FloatArray, "p n"]
@@ -65,6 +76,7 @@ class JointRows(FrozenRecord):
     labels: tuple[str, ...] = ()
     muscles: tuple[str, ...] = ()
     moving: tuple[int, ...] = ()
+    doubts: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -125,6 +137,12 @@ class JointRows(FrozenRecord):
         return kept_elements(self.joints, self.moving)
 
     @staticmethod
+    def doubts_in(warnings: Iterable[str]) -> tuple[str, ...]:
+        """Which departures warnings begin with that make all conditions wrong alike."""
+        told = {warning.split(":")[0].strip() for warning in warnings}
+        return tuple(name for name in ALIKE if name in told)
+
+    @staticmethod
     def moving_of(joints: int, measured: int) -> tuple[int, ...] | None:
         """The joints that move where matrices are of `measured` of them; None: nobody can say.
 
@@ -167,7 +185,7 @@ class JointRows(FrozenRecord):
         taken: dict[str, Any] = {
             name: None if value is None else value[chosen]
             for name, value in self.__dict__.items()
-            if name not in ("labels", "muscles", "moving")
+            if name not in ("labels", "muscles", "moving", "doubts")
         }
         return replace(self, **taken, labels=tuple(self.labels[i] for i in chosen))
 

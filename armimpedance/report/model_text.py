@@ -16,7 +16,9 @@ _LEGEND = (
     "R is the correlation of measured and fitted values, E the sum of squared errors ((N m/rad)^2 "
     "for K, (N m s/rad)^2 for B); adj. R2 charges the fit for its coefficients; R left out is the "
     "correlation with predictions made without the row itself; R of noise is what the same fit "
-    "reaches when the rows are shuffled. A fit whose R is not well above R of noise says nothing."
+    "reaches when the rows are shuffled. A fit whose R is not well above R of noise says nothing. "
+    "Intervals take the rows' errors as independent: what makes all rows wrong alike (a reflex "
+    "that no row shows, lengths or a force gain that are wrong) is not in them."
 )
 
 

@@ -116,7 +116,16 @@ def inner_columns(
 
 
 def half_sphere(count: int) -> FloatArray:
-    """Unit vectors (count, 3), evenly over half a sphere: a spiral of the golden angle."""
+    """Unit vectors evenly over half a sphere: a spiral of the golden angle.
+
+    Parameters
+    ----------
+    count : int
+
+    Returns
+    -------
+    (count, 3)
+    """
     steps = np.arange(count) + 0.5
     z, turn = steps / count, np.pi * (1 + np.sqrt(5.0)) * steps
     level = np.sqrt(1 - z**2)
@@ -149,6 +158,10 @@ def averaged_inner(
     shifts : column -> (3 d^2,)
         By how much M, B, K are wrong for one unit.
     elbow : {"free", None}
+
+    Returns
+    -------
+    Inner
     """
     names, prior = list(found), BEFOREHAND[elbow]
     told = [_half_normal(size, error * wider) for size, error, wider in found.values()]
@@ -189,6 +202,10 @@ def with_inner(one: ImpedanceEstimate, inner: Inner, *, correct: bool) -> Impeda
     inner : Inner
     correct : bool
         Take off what is likely wrong; else the intervals hold it.
+
+    Returns
+    -------
+    ImpedanceEstimate
     """
     d = one.k
     wrong, spread = inner.wrong, inner.spread
