@@ -56,9 +56,10 @@ def _of_limb(recording: Recording) -> list[str]:
     what = f"{recording.perturbation} perturbation"
     if moves_a_robot(recording):
         what = "movements of a robot, torques of its motors"
+    mass = f"; mass between sensor and hand {recording.handle_mass_kg:g} kg"
     lines = [
         f"{recording.kind}, {axes}, {what}",
-        f"; mass between sensor and hand {recording.handle_mass_kg:g} kg",
+        mass if recording.kind == "hand" or recording.handle_mass_kg else "",
         f"trial columns: {', '.join(map(str, recording.trials.columns))}",
     ]
     if recording.emg is not None:

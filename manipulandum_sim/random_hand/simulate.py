@@ -160,7 +160,7 @@ def _recording(
     if d == 3:
         table["elbow"] = rig.elbow
     size = f"{rig.force_n:g} N" if rig.imposed == "force" else f"{1e3 * rig.amplitude_m:g} mm"
-    late = f", {rig.reflex.gain:g} of the stiffness late by a reflex" if rig.reflex else ""
+    late = f", a reflex of {rig.reflex.gain:g} of the stiffness" if rig.reflex else ""
     told = f"simulated random {rig.imposed}, {size} rms, noise {rig.noise!r}{late}"
     return Recording(
         kind="hand",

@@ -54,7 +54,7 @@ def simulate_random_joint(
     unit = "rad" if used.imposed == "position" else "N m"
     axes = " and ".join(DIRECTIONS[used.joint])
     told = f"simulated {used.joint}, {axes}, random {used.imposed}, {used.size:g} {unit} rms"
-    late = f", {used.reflex.gain:g} of the muscles' late by a reflex" if used.reflex else ""
+    late = f", a reflex of {used.reflex.gain:g} of the muscles' stiffness" if used.reflex else ""
     recording = Recording(
         kind="joint",
         sample_rate_hz=RATE_HZ,
