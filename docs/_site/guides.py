@@ -19,13 +19,23 @@ GROUPS = {
     "guides/hand": (
         "The hand",
         "From pushes to inertia, viscosity and stiffness, before, during and after an experiment.",
-        ("plan", "estimate", "reflex", "compare", "movement", "random", "space", "live"),
+        (
+            "plan",
+            "estimate",
+            "reflex",
+            "compare",
+            "movement",
+            "random",
+            "random_accuracy",
+            "space",
+            "live",
+        ),
     ),
     "guides/muscles": ("Muscles", "Models over posture and muscle activation.", ("muscles",)),
     "guides/joints": (
         "One joint, relaxed joints, bodies",
         "A joint under a random perturbation, a relaxed joint, masses and inertias.",
-        ("elbow", "passive", "body"),
+        ("elbow", "random_joints", "passive", "body"),
     ),
     "guides/therapy": ("Therapy robots", "How much of a movement is the patient's.", ("therapy",)),
     "guides/results": (
