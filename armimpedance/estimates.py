@@ -13,12 +13,14 @@ from typing import Annotated, Any, Final
 
 import numpy as np
 
-from armimpedance.arrays import LEAST_DOF, FloatArray, FrozenRecord
+from armimpedance.arrays import LEAST_DOF, FloatArray, FrozenRecord, frozen_array
 from armimpedance.conventions import MATRICES, UNITS, Level, group_name, parameter_names
 from armimpedance.errors import RecordError
 
 #: Elements of K that a short text shows.
 _MOST_SHOWN: Final = 9
+#: Fields that are mappings.
+_MAPPINGS: Final = ("keys", "shared_errors")
 
 
 @dataclass(frozen=True)
@@ -76,6 +78,10 @@ class ImpedanceEstimate(FrozenRecord):
         Names of those muscles, in their order; empty where they are not known.
     shoulder_m : (k_hand,) or None
         Place of the shoulder in the frame of `position`.
+    shared_errors : mapping of str to (3 k^2,)
+        What one standard deviation of something that makes all estimates of a recording wrong
+        alike, such as a "reflex", makes wrong in M, B and K. Its square is in `covariance`; who
+        fits several estimates together needs it apart, since it does not average out.
     warnings : tuple of str
     provenance : tuple of str
 
@@ -108,6 +114,7 @@ class ImpedanceEstimate(FrozenRecord):
     activation_sd: Annotated[FloatArray, "_"] | None = None
     muscles: tuple[str, ...] = ()
     shoulder_m: Annotated[FloatArray, "_"] | None = None
+    shared_errors: Mapping[str, FloatArray] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
     provenance: tuple[str, ...] = ()
 
@@ -118,15 +125,21 @@ class ImpedanceEstimate(FrozenRecord):
         if len(self.covariance) != 3 * self.k**2:
             shape = f"shape ({3 * self.k**2}, {3 * self.k**2})"
             raise RecordError(f"covariance has shape {self.covariance.shape}", expected=shape)
+        shared = {
+            name: frozen_array(error, f"shared_errors of {name}", (3 * self.k**2,))
+            for name, error in self.shared_errors.items()
+        }
+        object.__setattr__(self, "shared_errors", MappingProxyType(shared))
         if not self.dof >= LEAST_DOF:
             raise RecordError(f"{self.dof:g} degrees of freedom", expected=f"{LEAST_DOF:g} or more")
 
     def __getstate__(self) -> dict[str, Any]:
         # a read-only view of a mapping cannot go to another process
-        return {**self.__dict__, "keys": dict(self.keys)}
+        return {**self.__dict__, **{name: dict(getattr(self, name)) for name in _MAPPINGS}}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__.update({**state, "keys": MappingProxyType(state["keys"])})
+        self.__dict__.update(state)
+        self.__dict__.update({name: MappingProxyType(state[name]) for name in _MAPPINGS})
 
     def marked(self, sentences: Sequence[str]) -> ImpedanceEstimate:
         """The same with these sentences before its warnings: what checks of the data said."""
@@ -163,6 +176,10 @@ class ImpedanceEstimate(FrozenRecord):
         own = np.diag(self.covariance)
         ratio = np.diag(self.bound) / np.where(own > 0, own, np.inf)
         return np.asarray(ratio.reshape(3, self.k, self.k))
+
+    def shared_through(self, T: FloatArray) -> dict[str, FloatArray]:
+        """`shared_errors` after a linear map T (q, 3 k^2) of M, B, K."""
+        return {name: T @ error for name, error in self.shared_errors.items()}
 
     def with_warning(self, *sentences: str) -> ImpedanceEstimate:
         """A copy that carries these warnings too."""

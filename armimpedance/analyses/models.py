@@ -32,9 +32,12 @@ Rows = JointRows | HandRows | PathLike | Sequence[PathLike] | Sequence[Impedance
 
 #: What is told of a model whose rows are in doubt together.
 _IN_ALL_ROWS: Final = (
-    "rows in doubt together: their estimates warn of {}; what makes one row wrong so makes all "
-    "wrong alike, and the model's intervals, which take rows as independent, do not hold it: mend "
-    "the record, or take the intervals as several times too narrow"
+    "rows in doubt together: their estimates warn of {}, which makes all rows wrong alike; "
+)
+_ALLOWED: Final = "the intervals allow for it, and may still be too narrow: mend the record"
+_NOT_ALLOWED: Final = (
+    "the rows have no shared_errors that say by how much, so that the intervals do not hold it: "
+    "mend the record, or take the intervals as several times too narrow"
 )
 
 
@@ -283,8 +286,10 @@ def fit_model(kind: str, rows: Rows, **options: Any) -> FittedModel:
     """
     given = _joint_rows(rows)
     model = MODEL_KINDS.named(kind).fit(given, **options)
-    doubts = given.doubts if isinstance(given, JointRows) else ()
-    return model.with_warning(_IN_ALL_ROWS.format(", ".join(doubts))) if doubts else model
+    if not isinstance(given, JointRows) or not given.doubts:
+        return model
+    allowed = _NOT_ALLOWED if given.stiffness_shared is None else _ALLOWED
+    return model.with_warning(_IN_ALL_ROWS.format(", ".join(given.doubts)) + allowed)
 
 
 def _joint_rows(rows: Rows) -> JointRows | HandRows:

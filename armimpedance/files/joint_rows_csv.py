@@ -81,6 +81,7 @@ def read_joint_rows(paths: Sequence[str | Path]) -> JointRows:
         doubts=JointRows.doubts_in(
             warning for row in rows for warning in row.cells.get("warnings", "").split("; ")
         ),
+        **JointRows.shared_of([row.shared_errors(r) for row in rows], r),
     )
 
 

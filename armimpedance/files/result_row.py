@@ -44,6 +44,7 @@ PLAIN_COLUMNS = frozenset(
         "n_rows",
         "dof",
         "covariance",
+        "shared_errors",
         "muscles",
         "warnings",
         "provenance",
@@ -130,6 +131,11 @@ def lower_triangle(covariance: FloatArray) -> list[float]:
     return [float(v) for v in covariance[np.tril_indices(len(covariance))]]
 
 
+def shared_lists(estimate: ImpedanceEstimate) -> dict[str, list[float]]:
+    """The errors of M, B, K that all rows share, a list for each cause."""
+    return {name: error.tolist() for name, error in estimate.shared_errors.items()}
+
+
 def row_blocks(estimate: ImpedanceEstimate) -> dict[str, Cells]:
     """One row of RESULTS.csv, block by block; what is not known is left out or None."""
     return {
@@ -147,6 +153,7 @@ def row_blocks(estimate: ImpedanceEstimate) -> dict[str, Cells]:
         "quality": quality_cells(estimate),
         "text": {
             "covariance": json.dumps(lower_triangle(estimate.covariance)),
+            "shared_errors": json.dumps(shared_lists(estimate)) if estimate.shared_errors else None,
             "muscles": "; ".join(estimate.muscles) or None,
             "warnings": "; ".join(estimate.warnings),
             "provenance": "; ".join(estimate.provenance),

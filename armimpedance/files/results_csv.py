@@ -148,9 +148,10 @@ def read_results(path: str | os.PathLike[str]) -> list[ImpedanceEstimate]:
 
     Needed are `n_trials`, `method`, `level`, all of `M_ij, B_ij, K_ij`, and either `covariance`
     or all of `sd_M_ij, sd_B_ij, sd_K_ij`: with the latter alone the covariance is diagonal and the
-    estimate says so in a warning. Without `dof` it is taken as `n_trials - 1`. Intervals, ellipses
-    and antisymmetric parts are not read: they follow from the rest. Columns that are not the
-    results' own are the group's; there, what looks like a number is one (`condition` stays text).
+    estimate says so in a warning. `shared_errors` may be missing. Without `dof` it is taken as
+    `n_trials - 1`. Intervals, ellipses and antisymmetric parts are not read: they follow from the
+    rest. Columns that are not the results' own are the group's; there, what looks like a number is
+    one (`condition` stays text).
     A column without a name, such as a data frame's row numbers, is passed over.
 
     Parameters
@@ -209,6 +210,7 @@ def _estimate(row: TableRow) -> ImpedanceEstimate:
             activation_sd=row.vector("sd_alpha_{}", range(1, 100)),
             muscles=_sentences(row, "muscles"),
             **places,
+            shared_errors=row.shared_errors(k),
             warnings=(*_sentences(row, "warnings"), *warnings),
             provenance=_sentences(row, "provenance"),
         )

@@ -19,6 +19,7 @@ from armimpedance.files.result_row import (
     group_cells,
     lower_triangle,
     quality_cells,
+    shared_lists,
 )
 from armimpedance.records import ImpedanceEstimate
 
@@ -62,6 +63,7 @@ def _as_object(estimate: ImpedanceEstimate) -> dict[str, Any]:
         **_matrices(estimate),
         **quality_cells(estimate),
         "covariance": lower_triangle(estimate.covariance),
+        "shared_errors": shared_lists(estimate),
         "warnings": list(estimate.warnings),
         "provenance": list(estimate.provenance),
     }

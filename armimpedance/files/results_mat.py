@@ -38,6 +38,7 @@ def _struct(estimate: ImpedanceEstimate) -> dict[str, Any]:
         "inertia_with_handle": estimate.inertia_with_handle,
         "covariance": estimate.covariance,
         "covariance_names": parameter_names(estimate.k),
+        "shared_errors": dict(estimate.shared_errors),
         "position": estimate.position,
         "force": estimate.force,
         "joint_angles": estimate.joint_angles,

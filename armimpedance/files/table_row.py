@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,7 +11,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from armimpedance.arrays import FloatArray
+from armimpedance.arrays import LARGEST, FloatArray
 from armimpedance.conventions import LARGEST_ANGLE_RAD, element_names
 from armimpedance.errors import InputError
 from armimpedance.files.written.formula import unguarded
@@ -88,6 +89,21 @@ class TableRow:
         """The elements ``symbol_11 … symbol_kk``, all of them numbers, (k, k)."""
         values = [self.number(name) for name in element_names(symbol, k)]
         return np.array(values).reshape(k, k)
+
+    def shared_errors(self, k: int) -> dict[str, FloatArray]:
+        """The errors of M, B, K (3 k^2,) that all rows share, by their causes; none where empty."""
+        text = self.cells.get("shared_errors", "")
+        count = 3 * k * k
+        expected = f"a JSON object of lists of {count} finite numbers, or nothing"
+        try:
+            found = dict(json.loads(text or "{}"))
+            errors = {name: np.array(values, dtype=float) for name, values in found.items()}
+        except (ValueError, TypeError, OverflowError, RecursionError):
+            raise self.error("not what rows share", "shared_errors", expected) from None
+        for name, values in errors.items():
+            if values.shape != (count,) or not (np.abs(values) < LARGEST).all():
+                raise self.error(f"not the errors by {name}", "shared_errors", expected)
+        return errors
 
 
 def table_rows(path: Path, what: str = "a RESULTS.csv") -> list[TableRow]:

@@ -43,23 +43,25 @@ def with_arm_errors(
     made = mapped(subject)
     if subject is None:
         return made
-    covariance = np.array(made.covariance)
-    for less, more in _neighbours(subject):
+    covariance, shared = np.array(made.covariance), dict(made.shared_errors)
+    for name, less, more in _neighbours(subject):
         # d (3 k^2,) for one standard deviation of one measure
         d = (mapped(more).parameters - mapped(less).parameters) / (2 * _STEP)
         covariance += np.outer(d, d)
-    made = replace(made, covariance=covariance)
+        shared[name] = d
+    made = replace(made, covariance=covariance, shared_errors=shared)
     guessed = subject.upper_arm_m is None or subject.forearm_hand_m is None
     if guessed and subject.length_sd_m is None:
         return made.with_warning(_LENGTHS_FROM_HEIGHT)
     return made
 
 
-def _neighbours(subject: Subject) -> Iterator[tuple[Subject, Subject]]:
-    """The subject with a little less and a little more of each measure that has an sd."""
+def _neighbours(subject: Subject) -> Iterator[tuple[str, Subject, Subject]]:
+    """Each measure that has an sd, the subject with a little less of it and with a little more."""
     if subject.mass_kg is not None and subject.mass_sd_kg is not None:
         step = _STEP * subject.mass_sd_kg
         yield (
+            "mass_kg",
             replace(subject, mass_kg=subject.mass_kg - step),
             replace(subject, mass_kg=subject.mass_kg + step),
         )
@@ -70,6 +72,7 @@ def _neighbours(subject: Subject) -> Iterator[tuple[Subject, Subject]]:
     lengths = {"upper_arm_m": arm.upper_arm_m, "forearm_hand_m": arm.forearm_hand_m}
     for name, length in lengths.items():
         yield (
+            name,
             replace(subject, **{**lengths, name: length - step}),  # type: ignore[arg-type]
             replace(subject, **{**lengths, name: length + step}),  # type: ignore[arg-type]
         )

@@ -125,6 +125,7 @@ def to_joint(
         stiffness=stiffness,
         covariance=T @ hand.covariance @ T.T,
         bound=None if hand.bound is None else T @ hand.bound @ T.T,
+        shared_errors=hand.shared_through(T),
         joint_angles=posture.joint_angles,
         torque=None if estimate.force is None else posture.torque_under(estimate.force),
         warnings=(
@@ -191,6 +192,7 @@ def to_hand(
         stiffness=stiffness,
         covariance=T @ estimate.covariance @ T.T,
         bound=None if estimate.bound is None else T @ estimate.bound @ T.T,
+        shared_errors=estimate.shared_through(T),
         joint_angles=posture.joint_angles,
         warnings=tuple(dict.fromkeys((*estimate.warnings, *warnings))),
         provenance=(*estimate.provenance, f"mapped from joint to hand {note}"),

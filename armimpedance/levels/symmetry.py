@@ -39,7 +39,7 @@ def symmetric_part(estimate: ImpedanceEstimate) -> ImpedanceEstimate:
     """
     k = estimate.k
     # vec(A_s) (k^2,) = (I + P)/2 (k^2, k^2) vec(A) (k^2,)
-    average = np.kron(np.eye(3), (np.eye(k * k) + transposition(k)) / 2)
+    average = np.kron(np.eye(3), (np.eye(k * k) + transposition(k)) / 2).astype(float)
 
     def part(matrix: FloatArray | None) -> FloatArray:
         matrix = np.asarray(matrix)
@@ -53,6 +53,7 @@ def symmetric_part(estimate: ImpedanceEstimate) -> ImpedanceEstimate:
         stiffness=part(estimate.stiffness),
         covariance=average @ estimate.covariance @ average.T,
         bound=None if estimate.bound is None else average @ estimate.bound @ average.T,
+        shared_errors=estimate.shared_through(average),
         provenance=(*estimate.provenance, "symmetric part taken"),
     )
 

@@ -58,6 +58,7 @@ def joint_rows(estimates: Sequence[ImpedanceEstimate]) -> JointRows:
         muscles=_muscles(estimates),
         moving=JointRows.moving_of(angles, measured) or (),
         doubts=JointRows.doubts_in(warning for e in estimates for warning in e.warnings),
+        **JointRows.shared_of([e.shared_errors for e in estimates], measured),
     )
 
 

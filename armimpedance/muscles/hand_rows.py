@@ -40,6 +40,8 @@ class HandRows(FrozenRecord):
     labels : (P,) tuple of str
     muscles : (m,) tuple of str
         Names of the muscles of `activation`; empty where they are not known.
+    stiffness_shared : (P, s, d, d) or None
+        As of `JointRows`.
     """
 
     joint_angles: Annotated[FloatArray, "p n"]
@@ -52,6 +54,7 @@ class HandRows(FrozenRecord):
     torque: Annotated[FloatArray, "p n"] | None = None
     labels: tuple[str, ...] = ()
     muscles: tuple[str, ...] = ()
+    stiffness_shared: Annotated[FloatArray, "p s d d"] | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -119,6 +122,12 @@ class HandRows(FrozenRecord):
         if symbol == "B":
             return self.viscosity_sd, self.viscosity_sd
         return triple(self.stiffness), triple_sd(self.stiffness, self.stiffness_sd)
+
+    def shared(self, symbol: str) -> FloatArray:
+        """What the rows' common causes make wrong in packed K, (s, P, E); of the viscosity none."""
+        if symbol == "B" or self.stiffness_shared is None:
+            return np.zeros((0, *self.elements(symbol)[0].shape))
+        return triple(self.stiffness_shared.swapaxes(0, 1))
 
     def of_muscles(self, names: tuple[str, ...]) -> HandRows:
         """The same rows with the activations of these muscles, in this order.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated, Any, Final
 
@@ -63,6 +63,9 @@ class JointRows(FrozenRecord):
     doubts : tuple of str
         Departures that the rows' estimates warn of, such as "reflex": they make all rows wrong
         alike.
+    stiffness_shared, viscosity_shared : (P, s, r, r) or None
+        What each of s causes that all rows have in common makes wrong in each row, one standard
+        deviation of it; it is part of the rows' standard errors, and does not average out.
     """
 
     joint_angles: Annotated[FloatArray, "p n"]
@@ -77,6 +80,8 @@ class JointRows(FrozenRecord):
     muscles: tuple[str, ...] = ()
     moving: tuple[int, ...] = ()
     doubts: tuple[str, ...] = ()
+    stiffness_shared: Annotated[FloatArray, "p s r r"] | None = None
+    viscosity_shared: Annotated[FloatArray, "p s r r"] | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -143,6 +148,21 @@ class JointRows(FrozenRecord):
         return tuple(name for name in ALIKE if name in told)
 
     @staticmethod
+    def shared_of(errors: Sequence[Mapping[str, FloatArray]], joints: int) -> dict[str, Any]:
+        """`stiffness_shared` and `viscosity_shared` of rows; none where no row names a cause.
+
+        Of each row what each cause makes wrong in M, B, K of so many joints, (3 r^2,). A cause of
+        one name is the same in all rows; a row that does not name it has none of it.
+        """
+        names = dict.fromkeys(name for one in errors for name in one)
+        if not names:
+            return {}
+        none = np.zeros(3 * joints**2)
+        found = np.array([[one.get(name, none) for name in names] for one in errors])
+        parts = found.reshape(len(errors), len(names), 3, joints, joints)
+        return {"viscosity_shared": parts[:, :, 1], "stiffness_shared": parts[:, :, 2]}
+
+    @staticmethod
     def moving_of(joints: int, measured: int) -> tuple[int, ...] | None:
         """The joints that move where matrices are of `measured` of them; None: nobody can say.
 
@@ -176,6 +196,13 @@ class JointRows(FrozenRecord):
         which = "stiffness" if symbol == "K" else "viscosity"
         measured, sd = getattr(self, which), getattr(self, f"{which}_sd")
         return triple(measured), None if sd is None else triple_sd(measured, sd)
+
+    def shared(self, symbol: str) -> FloatArray:
+        """What the rows' common causes make wrong in packed K or B, (s, P, E), one sd of each."""
+        errors = self.stiffness_shared if symbol == "K" else self.viscosity_shared
+        if errors is None:
+            return np.zeros((0, self.n_rows, len(elements(len(self.moving))[0])))
+        return triple(errors.swapaxes(0, 1))
 
     def select(self, rows: ArrayLike) -> JointRows:
         """These rows only (numbers from 0, or a mask)."""

@@ -17,8 +17,8 @@ _LEGEND = (
     "for K, (N m s/rad)^2 for B); adj. R2 charges the fit for its coefficients; R left out is the "
     "correlation with predictions made without the row itself; R of noise is what the same fit "
     "reaches when the rows are shuffled. A fit whose R is not well above R of noise says nothing. "
-    "Intervals take the rows' errors as independent: what makes all rows wrong alike (a reflex "
-    "that no row shows, lengths or a force gain that are wrong) is not in them."
+    "Intervals take the errors of single rows as independent; what makes all rows wrong alike (a "
+    "reflex, a force gain, lengths) is in them as far as the rows' shared_errors say."
 )
 
 

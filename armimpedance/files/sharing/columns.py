@@ -209,5 +209,7 @@ _TEXTS: Final = {
     "warnings": "what the fit warns of; empty where it does not",
     "provenance": "what was done, one sentence each",
     "covariance": "lower triangle of the covariance of M, B, K, row by row",
+    "shared_errors": "errors of M, B, K, row by row, that one cause makes in all rows alike: one "
+    "standard deviation of each cause, part of the covariance",
     "muscles": "names of the muscles",
 }

@@ -17,7 +17,15 @@ from armimpedance.findings import Finding
 _DIGITS: Final = 4
 _DIGITS_OF_HALF: Final = 2
 #: Columns whose texts may be of any length.
-_LONG_TEXTS: Final = ("covariance", "warnings", "provenance", "notes", "reason", "verdict")
+_LONG_TEXTS: Final = (
+    "covariance",
+    "shared_errors",
+    "warnings",
+    "provenance",
+    "notes",
+    "reason",
+    "verdict",
+)
 _MOST_DECIMALS: Final = 8
 
 

@@ -13,13 +13,15 @@ the Bayes factor of a normal mean, see H. Jeffreys, *Theory of Probability* (Oxf
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
 import numpy as np
+from scipy.special import ndtri
 
 from armimpedance.arrays import FloatArray, IntArray
+from armimpedance.conventions import AXES
 from armimpedance.impedance.doubts.columns import COLUMNS, family
 from armimpedance.impedance.doubts.inner import (
     FEWEST_AXES,
@@ -29,6 +31,7 @@ from armimpedance.impedance.doubts.inner import (
     with_inner,
 )
 from armimpedance.impedance.doubts.model import Model, pooled
+from armimpedance.impedance.doubts.shared import in_common
 from armimpedance.impedance.doubts.symmetry import LARGEST_GAIN, gain_of, rows_of
 from armimpedance.impedance.doubts.told import MOST_CONDITIONS, POSITIVE, models_of
 from armimpedance.impedance.estimation import BOUNDED, groups_of
@@ -78,13 +81,15 @@ def allowing(
     known = [longest[group] for group in sorted(longest, key=lambda g: _rank(g, longest[g]))]
     likely, uneven = _likely(known), _uneven(known)
     # A model is as large as its trials' windows: of the others one at a time is kept.
-    wider = []
+    wider, errors = [], []
     for group, (one, rows) in enumerate(zip(estimates, groups, strict=True)):
         model = longest[group] if group in longest else next(models_of(recording, [rows]))
-        one = one if model is None else _wider(one, model, likely, uneven)
+        errors.append({} if model is None else _errors(model, likely, uneven))
+        one = one if model is None else _wider(one, errors[-1])
         elbow = elbow_told(recording, rows) if one.k >= FEWEST_AXES else "held"
         wider.append(one if model is None or elbow == "held" else _inner(one, model, elbow))
-    return wider
+    shared = in_common(errors)
+    return [replace(one, shared_errors=own) for one, own in zip(wider, shared, strict=True)]
 
 
 def _rank(group: int, model: Model) -> tuple[int, int]:
@@ -93,7 +98,7 @@ def _rank(group: int, model: Model) -> tuple[int, int]:
 
 
 def _longest(recording: Recording, groups: Sequence[IntArray]) -> dict[int, Model]:
-    """The models of the four groups with most usable trials, by their number in `groups`."""
+    """The models of the groups with most usable trials, by their number in `groups`."""
     found: dict[int, Model] = {}
     order = sorted(range(len(groups)), key=lambda group: (-len(groups[group]), group))
     models = models_of(recording, [groups[group] for group in order])
@@ -111,7 +116,7 @@ def _longest(recording: Recording, groups: Sequence[IntArray]) -> dict[int, Mode
 
 
 def _likely(models: Sequence[Model]) -> dict[str, tuple[float, float]]:
-    """Probability of every column that matters, and the mean square of its number."""
+    """Probability of every column that matters, for its tails, and its number's mean square."""
     found = {column: pooled(models, column) for names in COLUMNS.values() for column in names}
     # one measure of noise for all: that of single columns is known from few trials only
     scale = float(np.median([one.error / one.expected for one in found.values()]))
@@ -127,7 +132,26 @@ def _likely(models: Sequence[Model]) -> dict[str, tuple[float, float]]:
     top = max(0.0, *odds.values())
     total = np.exp(-top) + sum(np.exp(each - top) for each in odds.values())
     likely = {column: float(np.exp(each - top) / total) for column, each in odds.items()}
-    return {column: (p, squares[column]) for column, p in likely.items() if p > _UNLIKELY}
+    together = {
+        name: sum(p for column, p in likely.items() if family(column) == name) for name in COLUMNS
+    }
+    return {
+        column: (p * _tails(together[family(column)]), squares[column])
+        for column, p in likely.items()
+        if p > _UNLIKELY
+    }
+
+
+def _tails(probability: float) -> float:
+    """By how much a normal variance must be larger to hold 95 % of a mixture with zero.
+
+    A number that is zero with probability 1 - p and else normal lies beyond x with probability
+    ``2 p (1 - Phi(x))``, x in its standard deviations.
+    """
+    if probability <= 0.05:
+        return 1.0
+    limit = ndtri(1 - 0.025 / probability) / ndtri(0.975)
+    return float(max(limit**2 / probability, 1.0))
 
 
 def _uneven(models: Sequence[Model]) -> float:
@@ -140,7 +164,8 @@ def _uneven(models: Sequence[Model]) -> float:
         return 0.0
     factor, square = _odds(one.size, one.error**2, USUAL_GAIN**2)
     odds = np.exp(min(factor, 50.0)) * GAIN_BEFOREHAND / (1 - GAIN_BEFOREHAND)
-    return float(odds / (1 + odds) * square)
+    p = float(odds / (1 + odds))
+    return p * _tails(p) * square
 
 
 def _odds(k: float, error2: float, usual2: float) -> tuple[float, float]:
@@ -150,18 +175,26 @@ def _odds(k: float, error2: float, usual2: float) -> tuple[float, float]:
     return float(factor), float((part * k) ** 2 + part * error2)
 
 
-def _wider(
-    one: ImpedanceEstimate, model: Model, likely: dict[str, tuple[float, float]], uneven: float
-) -> ImpedanceEstimate:
+def _errors(
+    model: Model, likely: Mapping[str, tuple[float, float]], uneven: float
+) -> dict[str, FloatArray]:
+    """What each departure makes wrong, (columns, 3 d^2), in roots of mean squares."""
+    found: dict[str, list[FloatArray]] = {}
+    for column, (probability, square) in likely.items():
+        error = np.sqrt(probability * square) * model.shift(column)
+        found.setdefault(family(column), []).append(error)
+    d = model.equation.axes
+    for axis in range(d if uneven else 0):
+        # either axis may be the wrong one
+        found[f"gain {AXES[axis]}"] = [np.sqrt(uneven / d) * rows_of(model, axis)]
+    return {name: np.array(errors) for name, errors in found.items()}
+
+
+def _wider(one: ImpedanceEstimate, errors: Mapping[str, FloatArray]) -> ImpedanceEstimate:
     """One group's estimate with the mean square of what each departure makes wrong."""
     more: FloatArray = np.zeros_like(one.covariance)
-    for column, (probability, square) in likely.items():
-        g = model.shift(column)
-        more += probability * square * np.outer(g, g)
-    for axis in range(one.k):
-        rows = rows_of(model, axis)
-        # either axis may be the wrong one
-        more += uneven / one.k * np.outer(rows, rows)
+    for each in errors.values():
+        more += each.T @ each
     own = np.diag(one.covariance)
     ratio = float(np.sqrt(1 + np.max(np.diag(more) / np.where(own > 0, own, np.inf))))
     note = (

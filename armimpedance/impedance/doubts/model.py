@@ -175,16 +175,22 @@ class Model:
 
 
 def pooled(models: Sequence[Model], column: str, beside: str | None = None) -> Departure:
-    """One departure over all conditions, weighted by what each knows of it."""
+    """One departure over all conditions, weighted by what each is expected to know of it.
+
+    Errors of few trials are rough. Weights of them would make the mean look more certain than it
+    is; their mean is less rough. Its degrees of freedom are Satterthwaite's.
+    """
     found = [model.departure(column, beside) for model in models]
-    weight = np.array([1 / one.error**2 for one in found])
-    total = float(weight.sum())
+    weight = np.array([one.expected**-2 for one in found])
+    weight /= weight.sum()
+    # var(sum_i w_i k_i) = sum_i w_i^2 error_i^2
+    parts = (weight * [one.error for one in found]) ** 2
     return Departure(
-        size=float(weight @ [one.size for one in found]) / total,
-        error=total**-0.5,
+        size=float(weight @ [one.size for one in found]),
+        error=float(np.sqrt(parts.sum())),
         expected=float(np.sum([one.expected**-2 for one in found])) ** -0.5,
-        share=float(weight @ [one.share for one in found]) / total,
+        share=float(weight @ [one.share for one in found]),
         known=float(np.median([one.known for one in found])),
-        dof=sum(one.dof for one in found),
+        dof=float(parts.sum() ** 2 / (parts**2 @ [1 / one.dof for one in found])),
         level=LEVEL[family(column)],
     )

@@ -44,9 +44,10 @@ LEAST_SHARE: Final = 0.01
 LEAST_DELAY_S: Final = 5e-5
 #: Part of a mode's stiffness that a short disturbance shows in K.
 USUAL_PART: Final = 0.5
-#: With fewer trials nothing can be told; of more conditions than this the longest are judged.
+#: With fewer trials nothing can be told; of more conditions than this those with most trials are
+#: judged, so that memory has an end.
 FEWEST_TRIALS: Final = 8
-MOST_CONDITIONS: Final = 4
+MOST_CONDITIONS: Final = 32
 
 
 def check_departures(recording: Recording) -> tuple[Finding, ...]:

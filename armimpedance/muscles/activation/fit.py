@@ -14,7 +14,11 @@ from armimpedance.errors import EstimationError, InputError
 from armimpedance.muscles.activation.bernstein import increments, to_powers
 from armimpedance.muscles.activation.checks import check_rows
 from armimpedance.muscles.activation.design import muscle_patterns
-from armimpedance.muscles.activation.equations import ActivationEquations, solve_equations
+from armimpedance.muscles.activation.equations import (
+    ActivationEquations,
+    SolvedEquations,
+    solve_equations,
+)
 from armimpedance.muscles.activation.misfit import misfit_of
 from armimpedance.muscles.activation.model import ActivationModel
 from armimpedance.muscles.activation.quality import activation_quality
@@ -24,6 +28,7 @@ from armimpedance.muscles.activation.table import ACTIVATION_MODELS, ActivationM
 from armimpedance.muscles.progress import Progress, Steps
 from armimpedance.muscles.quality import ElementQuality
 from armimpedance.muscles.rows import JointRows
+from armimpedance.muscles.shared_errors import spread_of
 
 #: Orders N of the source's Table 2, and what is refused beyond.
 HIGHEST_ORDER: Final = 5
@@ -121,12 +126,28 @@ def fit_activation_model(
     K, B = solved
     G = arm.paths.moment_arms(q)
     misfits = misfit_of(of_K, K, G), misfit_of(of_B, B, G)
+    spreads = [
+        _shared_spread(one, rows.shared(symbol)) for symbol, one in zip("KB", solved, strict=True)
+    ]
     # a bounded solution stays where it is: its intervals alone become wider
     K, B = (
         misfit.allowed_for(one, moved=not kind.bounded)
         for one, misfit in zip((K, B), misfits, strict=True)
     )
+    K, B = (
+        replace(one, covariance=one.covariance + more)
+        for one, more in zip((K, B), spreads, strict=True)
+    )
+    misfits = misfits[0].widened(spreads[0]), misfits[1].widened(spreads[1])
     return activation_result(kind.name, arm, q, (of_K, of_B), (K, B), rank, tuple(quality), misfits)
+
+
+def _shared_spread(solved: SolvedEquations, shared: FloatArray) -> FloatArray:
+    """What errors (s, P, 3) that all rows share add to the covariance of theta."""
+    outputs = solved.weight.shape[-1]
+    beside_torque = np.pad(shared, ((0, 0), (0, 0), (0, outputs - shared.shape[-1])))
+    design = solved.weight @ solved.design
+    return spread_of(solved.covariance, design, solved.weight, beside_torque)
 
 
 def _kappa(arm: MuscularArm, asked: float | str | None, *, torque: bool) -> float:

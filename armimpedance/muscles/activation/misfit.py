@@ -78,6 +78,10 @@ class Misfit:
         theta = self.theta if moved else solved.theta
         return replace(solved, theta=theta, covariance=self.covariance)
 
+    def widened(self, more: FloatArray) -> Misfit:
+        """The same with so much more (p, p) in the covariance of single muscles."""
+        return replace(self, of_muscles=self.of_muscles + more)
+
     def matrix_covariance(self, covariance: FloatArray) -> FloatArray:
         """Covariance of theta, the constant matrix taking what no theta follows."""
         out = np.array(covariance)

@@ -22,6 +22,7 @@ from armimpedance.muscles.progress import Progress, Steps
 from armimpedance.muscles.quality import ElementQuality
 from armimpedance.muscles.region import Region
 from armimpedance.muscles.rows import JointRows
+from armimpedance.muscles.shared_errors import spread_of
 from armimpedance.regression import FitSummary
 
 HIGHEST_MOMENT_ARM_ORDER: Final = 3
@@ -129,8 +130,19 @@ def fit_muscle_model(
     found = solve_posterior(form, measured, prior, start_of(equations, prior))
     steps.step()
     quality = muscle_quality(form, measured, prior, found, seed, steps)
+    found = _with_shared(found, rows)
     summary = muscle_summary(form, measured, prior, found)
     return _model(arm.name, rows, form, found, quality, summary)
+
+
+def _with_shared(found: Posterior, rows: JointRows | HandRows) -> Posterior:
+    """The posterior with what errors that all rows share add to its covariance."""
+    covariance = np.array(found.covariance)
+    for symbol, block, weight in zip("KB", found.blocks, found.weights, strict=False):
+        P, E = weight.shape[:2]
+        design = found.jacobian[block].reshape(P, E, len(covariance))
+        covariance += spread_of(found.covariance, design, weight, rows.shared(symbol))
+    return replace(found, covariance=covariance)
 
 
 def _check_orders(

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import ArrayLike
 
+from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
 from armimpedance.muscles.activation.checks import plausible_size
 from armimpedance.muscles.angle_scaling import AngleScaling, require_spread, stated_scaling
-from armimpedance.muscles.posture.data import posture_data
+from armimpedance.muscles.posture.data import PostureData, posture_data
+from armimpedance.muscles.posture.fitted import FittedMatrix
 from armimpedance.muscles.posture.misfit import judged_fit
 from armimpedance.muscles.posture.model import PostureModel, posture_polynomial
 from armimpedance.muscles.posture.quality import posture_quality, posture_summary
@@ -17,6 +22,7 @@ from armimpedance.muscles.posture.terms import checked_order
 from armimpedance.muscles.progress import Progress
 from armimpedance.muscles.region import Region
 from armimpedance.muscles.rows import JointRows
+from armimpedance.muscles.shared_errors import main_errors
 
 
 def fit_posture_model(
@@ -79,6 +85,14 @@ def fit_posture_model(
         method.fit(one, order, np.random.default_rng(own), _part(progress, i), judged)
         for i, (one, own) in enumerate(zip(data, seeds, strict=True))
     ]
+
+    def again(moved: PostureData) -> FloatArray:
+        return method.fit(moved, order, np.random.default_rng(0), _silent, False).coefficients
+
+    fitted = [
+        _with_shared(made, one, rows.shared(one.symbol), again)
+        for made, one in zip(fitted, data, strict=True)
+    ]
     judgements = [judged_fit(d, f, rows.labels) for d, f in zip(data, fitted, strict=True)]
     fitted = [made for made, _ in judgements]
     checks = (*judgements[0][1], *judgements[1][1], plausible_size(data[0].values))
@@ -96,6 +110,26 @@ def fit_posture_model(
     )
 
 
+def _with_shared(
+    fitted: FittedMatrix,
+    data: PostureData,
+    shared: FloatArray,
+    again: Callable[[PostureData], FloatArray],
+) -> FittedMatrix:
+    """The fit with what errors that all rows share add to its covariance."""
+    covariance = np.array(fitted.covariance)
+    for error in main_errors(shared, data.sd):
+        for moved in (data.values + error, data.values - error):
+            # d (3 terms,) of one standard deviation; half for each of both ways
+            d = (again(replace(data, values=moved)) - fitted.coefficients).T.ravel()
+            covariance += np.outer(d, d) / 2
+    return replace(fitted, covariance=covariance)
+
+
+def _silent(_done: int, _total: int) -> None:
+    """Shows no progress."""
+
+
 def _scaling(rows: JointRows, box: ArrayLike | None) -> AngleScaling:
     if box is None:
         return AngleScaling.of(rows.joint_angles)
@@ -105,5 +139,5 @@ def _scaling(rows: JointRows, box: ArrayLike | None) -> AngleScaling:
 def _part(progress: Progress | None, matrix: int) -> Progress:
     """Progress of one of the two matrices as progress of both."""
     if progress is None:
-        return lambda _done, _total: None
+        return _silent
     return lambda done, total: progress(matrix * total + done, 2 * total)

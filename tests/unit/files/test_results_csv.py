@@ -28,6 +28,10 @@ def same(a: ImpedanceEstimate, b: ImpedanceEstimate) -> None:
         elif name == "quality":
             # nan is not equal to itself, but its text is
             assert repr(left) == repr(right)
+        elif name == "shared_errors":
+            assert {n: e.tobytes() for n, e in left.items()} == {
+                n: e.tobytes() for n, e in right.items()
+            }
         elif name == "keys":
             assert dict(left) == dict(right)
             assert [type(v) for v in left.values()] == [type(v) for v in right.values()]
@@ -87,6 +91,9 @@ def estimates(draw):
         activation_sd=draw(st.none() | arrays(np.float64, st.integers(1, 12), elements=NUMBERS)),
         muscles=tuple(draw(st.lists(SENTENCES, max_size=3))),
         shoulder_m=draw(vector),
+        shared_errors=draw(
+            st.dictionaries(WORDS, arrays(np.float64, 3 * k * k, elements=NUMBERS), max_size=2)
+        ),
         warnings=tuple(draw(st.lists(SENTENCES, max_size=2))),
         provenance=tuple(draw(st.lists(SENTENCES, max_size=2))),
     )
@@ -218,6 +225,12 @@ def test_a_file_without_covariance_gives_independent_errors_and_says_so(tmp_path
         ("covariance", "[1, 2", ("row 2", "column covariance", "78 finite numbers")),
         ("covariance", "[1, 2]", ("row 2", "column covariance", "78 finite numbers")),
         ("covariance", json.dumps([float("nan")] * 78), ("row 2", "column covariance")),
+        ("shared_errors", "[1, 2", ("row 2", "column shared_errors", "12 finite numbers")),
+        ("shared_errors", "7", ("row 2", "column shared_errors", "12 finite numbers")),
+        ("shared_errors", '{"reflex": 1}', ("row 2", "column shared_errors", "reflex")),
+        ("shared_errors", '{"reflex": ["a"]}', ("row 2", "column shared_errors")),
+        ("shared_errors", json.dumps({"x": [float("inf")] * 12}), ("row 2", "finite numbers")),
+        ("shared_errors", "[" * 5000, ("row 2", "column shared_errors")),
         ("covariance", json.dumps([-1.0] * 78), ("row 2", "column covariance", "negative")),
         ("position_2_m", "", ("row 2", "column position_2_m", "axes: 2")),
         ("force_1_N", "", ("row 2", "column force_1_N", "empty")),

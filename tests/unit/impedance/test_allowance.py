@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.impedance.doubts.allowance import allowing
+from armimpedance.impedance.doubts.allowance import _tails, allowing
+from armimpedance.impedance.doubts.shared import in_common
 from armimpedance.impedance.estimation import estimate
 
 BY = ("condition",)
@@ -71,3 +72,42 @@ def test_too_few_trials_stay_as_they_are(limb):
     recording = limb.record(sets=1, directions=4, force_noise=0.1)
     (plain,) = estimate(recording)
     assert allowing([plain], recording, BY) == [plain]
+
+
+def test_what_all_conditions_share_is_part_of_their_covariance(limb):
+    recording = answering(limb.record(sets=2, force_noise=0.1, seed=4), limb.K, 0.3)
+    (plain,) = estimate(recording)
+    (wide,) = allowing([plain], recording, BY)
+    more = wide.covariance - plain.covariance
+    assert "reflex" in wide.shared_errors
+    errors = np.array(list(wide.shared_errors.values()))
+    rest = more - errors.T @ errors
+    size = np.abs(more).max()
+    assert (np.linalg.eigvalsh(rest) > -1e-9 * size).all()
+    # columns of one departure differ little: the vectors hold nearly all of it
+    assert np.trace(rest) < 0.1 * np.trace(more)
+    # a reflex makes K larger, whatever the sign that a decomposition gives
+    assert np.trace(wide.shared_errors["reflex"][-4:].reshape(2, 2)) > 0
+
+
+def test_departures_of_all_groups_come_together():
+    one, other = np.array([[1.0, 2.0, 0.5]]), np.array([[-2.0, 1.0, 3.0]])
+    columns = [np.vstack([one, 0.5 * one]), np.vstack([other, 0.5 * other])]
+    first, none, second = in_common([{"reflex": columns[0]}, {}, {"reflex": columns[1]}])
+    assert none == {}
+    # collinear columns lose nothing, and the covariance between groups is theirs
+    np.testing.assert_allclose(
+        np.outer(first["reflex"], second["reflex"]), columns[0].T @ columns[1], atol=1e-12
+    )
+    assert first["reflex"] @ one[0] > 0
+
+
+def test_a_normal_interval_is_as_wide_as_that_of_a_mixture():
+    rng = np.random.default_rng(2)
+    n = 400_000
+    for p in (0.1, 0.2, 0.5, 1.0):
+        there = rng.random(n) < p
+        drawn = np.where(there, rng.standard_normal(n), 0.0)
+        held = np.mean(np.abs(drawn) <= 1.959964 * np.sqrt(p * _tails(p)))
+        assert held >= 0.95 - 4 * np.sqrt(0.95 * 0.05 / n)
+    assert _tails(0.01) == 1.0

@@ -44,6 +44,14 @@ def test_intervals_hold_arms_of_other_lengths(known):
     assert (told.sd[2, 0, 0] < 1e-3) == (known == "position")
 
 
+def test_what_lengths_do_is_named_for_those_who_fit_many_places():
+    told = mapped(replace(WHO, length_sd_m=0.01), joint_angles=np.array([0.7, 1.4]))
+    assert set(told.shared_errors) == {"upper_arm_m", "forearm_hand_m"}
+    spread = sum(np.outer(d, d) for d in told.shared_errors.values())
+    np.testing.assert_allclose(told.covariance, spread, atol=1e-6 * np.abs(spread).max())
+    assert not mapped(WHO, joint_angles=np.array([0.7, 1.4])).shared_errors
+
+
 def test_the_bodys_mass_matters_where_gravity_acts_and_only_there():
     q = {"joint_angles": np.array([0.7, 1.4])}
     unsure = replace(WHO, mass_sd_kg=7.0)

@@ -254,3 +254,37 @@ def test_the_torque_that_the_muscles_bear_is_that_of_the_hand_force():
     dX = ARM.hand_position(POSTURE.joint_angles + dq) - POSTURE.hand_position
     assert mapped.torque @ dq == pytest.approx(FORCE @ dX, rel=1e-4)
     assert to_joint(estimate(force=None), POSTURE).torque is None
+
+
+@pytest.mark.parametrize("symmetric", [True, False])
+def test_what_rows_share_is_mapped_as_the_matrices_are(symmetric):
+    error = np.random.default_rng(4).normal(size=12)
+    M_e, B_e, K_e = error.reshape(3, 2, 2)
+    bare = to_joint(estimate(), POSTURE, symmetric=symmetric)
+    moved = to_joint(estimate(matrices=(M + M_e, B + B_e, K + K_e)), POSTURE, symmetric=symmetric)
+    shared = to_joint(
+        estimate(shared_errors={"reflex": error}), POSTURE, symmetric=symmetric
+    ).shared_errors
+    np.testing.assert_allclose(shared["reflex"], moved.parameters - bare.parameters, rtol=1e-9)
+
+
+def test_what_joints_share_reaches_the_hand_by_its_derivative():
+    # three joints, two axes: not linear, so that small errors are asked
+    rng = np.random.default_rng(6)
+    posture = THREE.posture(np.array([0.5, 1.1, 0.4]))
+    roots = rng.normal(size=(3, 3, 3))
+    whole = [root @ root.T + 3 * np.eye(3) for root in roots]
+    error = rng.normal(size=(3, 3, 3))
+    given = {"level": "joint", "matrices": whole, "force": None, "covariance": some_covariance(3)}
+    step = 1e-6
+    up, down = (
+        to_hand(
+            estimate(
+                **(given | {"matrices": [w + s * e for w, e in zip(whole, error, strict=True)]})
+            ),
+            posture,
+        ).parameters
+        for s in (step, -step)
+    )
+    said = to_hand(estimate(**given, shared_errors={"gain x": error.ravel()}), posture)
+    np.testing.assert_allclose(said.shared_errors["gain x"], (up - down) / (2 * step), rtol=1e-5)

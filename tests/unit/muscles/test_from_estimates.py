@@ -34,6 +34,7 @@ def estimate(number, **changes):
         "torque": rng.normal(size=2),
         "activation": rng.uniform(size=6),
         "activation_sd": rng.uniform(size=6),
+        "shared_errors": {"reflex": rng.normal(size=12), "gain x": rng.normal(size=12)},
     }
     return ImpedanceEstimate(**(fields | changes))
 
@@ -62,6 +63,11 @@ def test_the_same_rows_come_from_a_table_on_disk(tmp_path):
         np.testing.assert_allclose(getattr(here, name), getattr(there, name), rtol=1e-12)
     for name in ("activation", "activation_sd", "torque"):
         np.testing.assert_allclose(getattr(here, name), getattr(there, name), rtol=1e-12)
+    for name, block in (("viscosity_shared", 1), ("stiffness_shared", 2)):
+        np.testing.assert_array_equal(getattr(here, name), getattr(there, name))
+        for p, one in enumerate(given):
+            gain = one.shared_errors["gain x"].reshape(3, 2, 2)[block]
+            np.testing.assert_array_equal(getattr(here, name)[p, 1], gain)
 
 
 @pytest.mark.parametrize("field", ["activation", "activation_sd", "torque"])
@@ -97,6 +103,7 @@ def test_labels_name_all_keys():
                 "viscosity": np.eye(1),
                 "stiffness": np.eye(1),
                 "covariance": np.eye(3),
+                "shared_errors": {},
             },
             "posture_01: 1 joints",
         ),
