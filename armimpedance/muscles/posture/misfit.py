@@ -64,6 +64,12 @@ def judged_fit(
     smallest = f"a course of {least:.2g} {unit} rms"
     if seen or scatter.verdict == "warning":
         fitted = _widened(fitted, missed)
+    if not seen and not np.isfinite(least):
+        said = (
+            f"{len(X)} postures for {X.shape[1]} coefficients of an element of {symbol} leave too "
+            "little over to show any course: record more, or lower the order"
+        )
+        return fitted, (Finding("lack of fit", "cannot tell", said), scatter)
     if not seen:
         said = f"what {symbol} leaves over shows no course over posture"
         return fitted, (Finding("lack of fit", "ok", said, smallest), scatter)
@@ -114,8 +120,13 @@ def _course(data: PostureData, X: FloatArray) -> tuple[bool, FloatArray, FloatAr
 
 
 def _least(slopes: FloatArray, limit: float) -> float:
-    """Rms of a course, the same for all elements, whose mean share is the limit."""
+    """Rms of a course, the same for all elements, whose mean share is the limit; inf: there is none.
+
+    The share of a course without any other residual is the largest.
+    """
     two, one, variance = slopes.T
+    if float((two / one).sum()) <= limit:
+        return float("inf")
     low, high = 0.0, float(np.sqrt((variance / one).max())) * 100
     for _ in range(60):
         middle = (low + high) / 2
