@@ -120,9 +120,9 @@ def _course(data: PostureData, X: FloatArray) -> tuple[bool, FloatArray, FloatAr
 
 
 def _least(slopes: FloatArray, limit: float) -> float:
-    """Rms of a course, the same for all elements, whose mean share is the limit; inf: there is none.
+    """Rms of a course, the same for all elements, whose mean share is the limit.
 
-    The share of a course without any other residual is the largest.
+    Infinite where even a course without any other residual has less.
     """
     two, one, variance = slopes.T
     if float((two / one).sum()) <= limit:

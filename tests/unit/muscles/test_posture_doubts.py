@@ -43,6 +43,11 @@ def checks(made):
     return {one.name for one in made.summary.checks if one.verdict == "warning"}
 
 
+def _untold(made):
+    """Names of the checks that cannot tell."""
+    return [one.name for one in made.summary.checks if one.verdict == "cannot tell"]
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_rows_that_obey_the_model_raise_nothing(seed):
     made = fit_posture_model(rows(seed, told=1.5 * SD), order=1, judged=False)
@@ -95,8 +100,18 @@ def test_one_wrong_row_is_named():
 def test_few_postures_cannot_tell():
     q = np.random.default_rng(7).uniform([0.5, 0.9], [1.6, 2.1], (9, 2))
     made = fit_posture_model(rows(7, q=q), order=1, judged=False)
-    untold = [c for c in made.summary.checks if c.verdict == "cannot tell"]
-    assert [c.name for c in untold] == ["lack of fit", "lack of fit"]
+    assert _untold(made) == ["lack of fit", "lack of fit"]
+
+
+def test_no_course_is_promised_where_none_could_be_seen():
+    # twenty places leave five numbers of an element over, of which a course takes all or none
+    q = np.random.default_rng(7).uniform([0.5, 0.9], [1.6, 2.1], (20, 2))
+    for ripple in (0.0, 30.0):
+        given = rows(7, ripple=ripple, q=q)
+        made = fit_posture_model(given, order=2, model="separable", judged=False)
+        course = [c.verdict for c in made.summary.checks if c.name == "lack of fit"]
+        assert "ok" not in course
+    assert not _untold(fit_posture_model(rows(7), order=1, judged=False))
 
 
 @pytest.mark.parametrize("factor", [1e3, 1e-3])
