@@ -22,6 +22,7 @@ from .models import (
     fit_model as fit_model,
     fit_muscles as fit_muscles,
     fit_posture as fit_posture,
+    free_hand_rows as free_hand_rows,
 )
 from .movement import movement as movement, plan_movement as plan_movement
 from .passive import passive as passive

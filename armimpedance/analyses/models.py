@@ -10,9 +10,11 @@ from typing import Any, Final, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from armimpedance.analyses.sources import PathLike
-from armimpedance.arm import MuscularArm
-from armimpedance.files import read_joint_rows
+from armimpedance.analyses.levels import Whose, arm_of_whose, moving_joints
+from armimpedance.analyses.sources import PathLike, naming
+from armimpedance.arm import FREE, MuscularArm, SpatialArm
+from armimpedance.errors import InputError
+from armimpedance.files import read_joint_rows, read_results
 from armimpedance.muscles import (
     MODEL_KINDS,
     ActivationModel,
@@ -22,6 +24,7 @@ from armimpedance.muscles import (
     MuscleModel,
     PostureModel,
     joint_rows,
+    rows_of_hand,
 )
 from armimpedance.records import ImpedanceEstimate
 
@@ -183,6 +186,7 @@ def fit_activation(
 def fit_muscles(
     rows: Rows,
     *,
+    recording: Whose | None = None,
     arm: MuscularArm | str = "planar6",
     order: int = 2,
     activation_order: int = 1,
@@ -198,6 +202,9 @@ def fit_muscles(
     ----------
     rows : JointRows, Estimates, sequence of ImpedanceEstimate, path or paths
         At the joints, any postures and activations; a path is that of a RESULTS.csv.
+    recording : Recording, Subject or path, optional
+        Given, the rows are of the hand in three axes with a free elbow, which cannot be mapped to
+        the joints one by one; it says whose arm it is, and how gravity acts.
     arm : MuscularArm or str
         The muscles whose moment arms are corrected: "planar6", "arm26" or the path of a table; of
         more than two joints a `MuscularArm`.
@@ -250,7 +257,59 @@ def fit_muscles(
         "seed": seed,
         "progress": progress,
     }
-    return cast(MuscleModel, fit_model("muscles", rows, **options))
+    given = rows if recording is None else free_hand_rows(rows, recording)
+    return cast(MuscleModel, fit_model("muscles", given, **options))
+
+
+def free_hand_rows(rows: Rows, recording: Whose) -> HandRows:
+    """Estimates of a hand in space whose elbow was free, as rows for `fit_muscles`.
+
+    Parameters
+    ----------
+    rows : Estimates, sequence of ImpedanceEstimate, path or paths
+        At the hand, in three axes, with four joint angles and activations.
+    recording : Recording, Subject or path
+        Whose arm it is, and how gravity acts.
+
+    Returns
+    -------
+    HandRows
+
+    Raises
+    ------
+    InputError
+        A file cannot be read, the elbow was held, arm or gravity are not known, or an estimate is
+        of another kind; the message names it.
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> from armimpedance.analyses import free_hand_rows
+    >>> from manipulandum_sim.space import simulate_space
+    >>> session, _ = simulate_space(seed=1, sets=1, directions=6, emg=True, elbow="free")
+    >>> free_hand_rows(ai.estimate(session, method="exact"), session).stiffness.shape
+    (1, 3, 3)
+    """
+    if isinstance(rows, HandRows):
+        return rows
+    if isinstance(rows, JointRows):
+        raise InputError("rows of joints with a recording", expected="estimates of the hand")
+    if moving_joints(len(FREE), recording, None) != FREE:
+        expected = "it mapped: map hand.csv --recording session --to joint"
+        raise InputError("a hand whose elbow was held", expected=expected)
+    arm = cast(SpatialArm, arm_of_whose(recording, len(FREE)))
+    if arm.gravity_m_s2 is None:
+        expected = "gravity_m_s2 of the recording, [0, 0, 0] where the arm's weight is borne"
+        raise InputError("an arm in space whose gravity is not told", expected=expected)
+    given = [rows] if isinstance(rows, str | os.PathLike) else list(cast(Sequence[Any], rows))
+    estimates: list[ImpedanceEstimate] = []
+    for one in given:
+        with naming(one):
+            if isinstance(one, str | os.PathLike):
+                estimates += read_results(Path(one))
+            else:
+                estimates.append(one)
+    return rows_of_hand(estimates, arm)
 
 
 def fit_model(kind: str, rows: Rows, **options: Any) -> FittedModel:
@@ -286,7 +345,7 @@ def fit_model(kind: str, rows: Rows, **options: Any) -> FittedModel:
     """
     given = _joint_rows(rows)
     model = MODEL_KINDS.named(kind).fit(given, **options)
-    if not isinstance(given, JointRows) or not given.doubts:
+    if not given.doubts:
         return model
     allowed = _NOT_ALLOWED if given.stiffness_shared is None else _ALLOWED
     return model.with_warning(_IN_ALL_ROWS.format(", ".join(given.doubts)) + allowed)

@@ -16,14 +16,19 @@ muscles: both together, moment arms that keep to an arm's published ones as far 
 
 Rows come from: armimpedance map hand.csv --recording session --to joint --out joint.csv
 In space (four angles, with three joints where the elbow was held) muscles alone makes a model, with
-a table of moment arms: columns muscle, q_1_rad to q_4_rad, G_1_m to G_4_m (dL/dq).
+a table of moment arms: columns muscle, q_1_rad to q_4_rad, G_1_m to G_4_m (dL/dq). A hand whose
+elbow was free is fitted as it is, without mapping, and says whose arm it is:
+  armimpedance fit muscles hand.csv --recording session --arm arms.csv --order 1 --out arm.json
 """
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, cast
+
+if TYPE_CHECKING:
+    from armimpedance.muscles import HandRows, JointRows
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
@@ -96,6 +101,12 @@ def _add_muscles(parser: argparse.ArgumentParser) -> None:
         metavar="P",
         help="muscles: how far moment arms may be from the arm's, one sd (default: 20)",
     )
+    parser.add_argument(
+        "--recording",
+        type=Path,
+        metavar="RECORDING",
+        help="muscles: rows are of the hand in space, elbow free; whose arm it is",
+    )
 
 
 def run(args: argparse.Namespace) -> int:
@@ -105,36 +116,54 @@ def run(args: argparse.Namespace) -> int:
     from armimpedance.cli.parts.figure import draw_picture
     from armimpedance.cli.parts.outputs import FIGURE, FIT, Output, check_outputs
     from armimpedance.cli.parts.progress import bar
-    from armimpedance.files import read_joint_rows, write_model
-    from armimpedance.muscles import kind_of
+    from armimpedance.files import write_model
+    from armimpedance.muscles import JointRows, kind_of
     from armimpedance.plots import plot_model_fit
     from armimpedance.report import model_text
 
     check_seed(args.seed)
     check_outputs(
-        Output("--out", args.out, FIT), Output("--figure", args.figure, FIGURE), reads=args.results
+        Output("--out", args.out, FIT),
+        Output("--figure", args.figure, FIGURE),
+        reads=[*args.results, args.recording],
     )
     options = _options(args)
-    rows = read_joint_rows(args.results)
+    rows = _rows(args)
     with bar("fitting") as progress:
         model = fit_model(args.kind, rows, **options, seed=args.seed, progress=progress)
     write_model(model, args.out)
-    print(f"{rows.n_rows} rows, model {args.kind}\n\n{model_text(model)}")
+    print(f"{len(rows.joint_angles)} rows, model {args.kind}\n\n{model_text(model)}")
     print(f"\nwritten to {args.out}")
 
     def draw() -> Any:
         given = {"postures": rows.joint_angles, "activations": rows.activation}
         needed = {name: given[name] for name in kind_of(model).needs}
-        return plot_model_fit(predict(model, **needed), rows)
+        return plot_model_fit(predict(model, **needed), cast(JointRows, rows))
 
     draw_picture(
         args,
         draw,
         "Joint stiffness (above) and viscosity (below) as measured over those that the model makes "
-        f"of the same {rows.n_rows} rows ({args.kind}), with 95 % intervals; s shoulder, e elbow. "
-        "These rows were fitted: how well others are predicted is said with the model.",
+        f"of the same {len(rows.joint_angles)} rows ({args.kind}), with 95 % intervals; s "
+        "shoulder, e elbow. These rows were fitted: how well others are predicted is said with "
+        "the model.",
     )
     return 0
+
+
+def _rows(args: argparse.Namespace) -> JointRows | HandRows:
+    """The rows of the joints, or of a hand whose elbow was free."""
+    from armimpedance.analyses import free_hand_rows
+    from armimpedance.errors import InputError
+    from armimpedance.files import read_joint_rows
+
+    if args.recording is None:
+        return read_joint_rows(args.results)
+    if args.kind != "muscles":
+        raise InputError(f"--recording with fit {args.kind}", expected="it with fit muscles")
+    if args.figure is not None:
+        raise InputError("--figure of rows of the hand", expected="one of predict --to hand")
+    return free_hand_rows(args.results, args.recording)
 
 
 def _options(args: argparse.Namespace) -> dict[str, Any]:

@@ -13,6 +13,7 @@ from .combined.model import MuscleModel as MuscleModel
 from .combined.typical import TypicalMuscles as TypicalMuscles, typical_muscles as typical_muscles
 from .fitted_model import FittedModel as FittedModel
 from .from_estimates import joint_rows as joint_rows
+from .from_hand import rows_of_hand as rows_of_hand
 from .hand_rows import HandRows as HandRows
 from .model_kinds import MODEL_KINDS as MODEL_KINDS, kind_of as kind_of
 from .packed import congruence as congruence, elements as elements, unpacked as unpacked

@@ -51,18 +51,25 @@ def joint_rows(estimates: Sequence[ImpedanceEstimate]) -> JointRows:
         viscosity=np.array([e.viscosity for e in estimates]),
         stiffness_sd=_where_known(stiffness_sd),
         viscosity_sd=_where_known(viscosity_sd),
-        activation=_where_all(estimates, "activation"),
-        activation_sd=_where_all(estimates, "activation_sd"),
-        torque=_where_all(estimates, "torque"),
+        activation=where_all(estimates, "activation"),
+        activation_sd=where_all(estimates, "activation_sd"),
+        torque=where_all(estimates, "torque"),
         labels=tuple(group_name(e.keys) for e in estimates),
-        muscles=_muscles(estimates),
+        muscles=muscles_of(estimates),
         moving=JointRows.moving_of(angles, measured) or (),
         doubts=JointRows.doubts_in(warning for e in estimates for warning in e.warnings),
         **JointRows.shared_of([e.shared_errors for e in estimates], measured),
     )
 
 
-def _muscles(estimates: Sequence[ImpedanceEstimate]) -> tuple[str, ...]:
+def muscles_of(estimates: Sequence[ImpedanceEstimate]) -> tuple[str, ...]:
+    """Names of the muscles whose activations all estimates have.
+
+    Raises
+    ------
+    InputError
+        They have those of different ones.
+    """
     named = {estimate.muscles for estimate in estimates}
     if len(named) > 1:
         raise InputError("estimates of different muscles in one fit", expected="the same muscles")
@@ -88,7 +95,7 @@ def _where_known(sd: FloatArray) -> FloatArray | None:
     return sd if (sd > 0).all() else None
 
 
-def _where_all(estimates: Sequence[ImpedanceEstimate], field: str) -> FloatArray | None:
+def where_all(estimates: Sequence[ImpedanceEstimate], field: str) -> FloatArray | None:
     """What every estimate has, (P, .); None where one lacks it.
 
     Raises

@@ -41,6 +41,7 @@ class HandRows(FrozenRecord):
     muscles : (m,) tuple of str
         Names of the muscles of `activation`; empty where they are not known.
     stiffness_shared : (P, s, d, d) or None
+    doubts : tuple of str
         As of `JointRows`.
     """
 
@@ -55,6 +56,7 @@ class HandRows(FrozenRecord):
     labels: tuple[str, ...] = ()
     muscles: tuple[str, ...] = ()
     stiffness_shared: Annotated[FloatArray, "p s d d"] | None = None
+    doubts: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -13,6 +13,7 @@ from armimpedance.arm import FREE, HELD
 from armimpedance.arrays import FloatArray, FrozenRecord, IntArray
 from armimpedance.errors import InputError
 from armimpedance.muscles.packed import elements, order_of, unpacked
+from armimpedance.muscles.shared_errors import shared_blocks
 
 #: The elements of a symmetric 2 x 2 matrix in the order in which models hold them.
 ELEMENTS = ("ss", "se", "ee")
@@ -151,15 +152,11 @@ class JointRows(FrozenRecord):
     def shared_of(errors: Sequence[Mapping[str, FloatArray]], joints: int) -> dict[str, Any]:
         """`stiffness_shared` and `viscosity_shared` of rows; none where no row names a cause.
 
-        Of each row what each cause makes wrong in M, B, K of so many joints, (3 r^2,). A cause of
-        one name is the same in all rows; a row that does not name it has none of it.
+        See `shared_errors.shared_blocks`.
         """
-        names = dict.fromkeys(name for one in errors for name in one)
-        if not names:
+        if not any(errors):
             return {}
-        none = np.zeros(3 * joints**2)
-        found = np.array([[one.get(name, none) for name in names] for one in errors])
-        parts = found.reshape(len(errors), len(names), 3, joints, joints)
+        parts = shared_blocks(errors, joints)
         return {"viscosity_shared": parts[:, :, 1], "stiffness_shared": parts[:, :, 2]}
 
     @staticmethod

@@ -7,6 +7,7 @@ deviation of such a cause, it adds ``d d^T`` to their covariance.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 import numpy as np
@@ -15,6 +16,28 @@ from armimpedance.arrays import FloatArray
 
 #: Part of the causes' variance, in the rows' own variances, that is followed.
 _FOLLOWED: Final = 0.99
+
+
+def shared_blocks(errors: Sequence[Mapping[str, FloatArray]], axes: int) -> FloatArray:
+    """What each cause makes wrong in M, B and K of each row.
+
+    A cause of one name is the same in all rows; a row that does not name it has none of it.
+
+    Parameters
+    ----------
+    errors : sequence of mapping of str to (3 d^2,)
+        Of P rows, by the names of the causes.
+    axes : int
+        d.
+
+    Returns
+    -------
+    (P, s, 3, d, d)
+    """
+    names = dict.fromkeys(name for one in errors for name in one)
+    none = np.zeros(3 * axes**2)
+    found = [[one.get(name, none) for name in names] for one in errors]
+    return np.reshape(found, (len(errors), len(names), 3, axes, axes)).astype(float)
 
 
 def main_errors(shared: FloatArray, sd: FloatArray | None) -> FloatArray:

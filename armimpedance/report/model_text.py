@@ -13,8 +13,8 @@ from armimpedance.report.numbers import aligned_table, fixed
 
 _WIDTH = 100
 _LEGEND = (
-    "R is the correlation of measured and fitted values, E the sum of squared errors ((N m/rad)^2 "
-    "for K, (N m s/rad)^2 for B); adj. R2 charges the fit for its coefficients; R left out is the "
+    "R is the correlation of measured and fitted values, E the sum of squared errors, in the "
+    "rows' units squared; adj. R2 charges the fit for its coefficients; R left out is the "
     "correlation with predictions made without the row itself; R of noise is what the same fit "
     "reaches when the rows are shuffled. A fit whose R is not well above R of noise says nothing. "
     "Intervals take the errors of single rows as independent; what makes all rows wrong alike (a "

@@ -89,7 +89,10 @@ def allowing(
         elbow = elbow_told(recording, rows) if one.k >= FEWEST_AXES else "held"
         wider.append(one if model is None or elbow == "held" else _inner(one, model, elbow))
     shared = in_common(errors)
-    return [replace(one, shared_errors=own) for one, own in zip(wider, shared, strict=True)]
+    return [
+        replace(one, shared_errors={**one.shared_errors, **own})
+        for one, own in zip(wider, shared, strict=True)
+    ]
 
 
 def _rank(group: int, model: Model) -> tuple[int, int]:

@@ -225,10 +225,22 @@ def with_inner(one: ImpedanceEstimate, inner: Inner, *, correct: bool) -> Impeda
         one,
         covariance=one.covariance + spread,
         bound=None if one.bound is None else one.bound + spread,
+        shared_errors={**one.shared_errors, "inner mode": _main(spread, wrong)},
         provenance=(*one.provenance, _note(inner, correct)),
     )
     told = _told(plain, one, inner)
     return one if told is None else replace(one, warnings=(*one.warnings, told))
+
+
+def _main(spread: FloatArray, wrong: FloatArray) -> FloatArray:
+    """The largest axis (3 d^2,) of a covariance, on the side of what is wrong.
+
+    One prior says in all conditions how large a mode is: where it says too little of one, it does
+    of the others.
+    """
+    values, vectors = np.linalg.eigh(spread)
+    main = np.sqrt(max(values[-1], 0.0)) * vectors[:, -1]
+    return np.asarray(-main if main @ wrong < 0 else main)
 
 
 def _note(inner: Inner, correct: bool) -> str:

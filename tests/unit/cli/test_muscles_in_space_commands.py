@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import io
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from armimpedance.analyses import estimate, read_recording, to_joint
+from armimpedance.analyses import estimate, free_hand_rows, read_recording, to_joint
 from armimpedance.cli.main import run as main
 from armimpedance.errors import InputError
-from armimpedance.muscles import joint_rows
+from armimpedance.files import write_results
+from armimpedance.muscles import joint_rows, matrix, triple
 from armimpedance.recordings import write_recording
+from armimpedance.records import ImpedanceEstimate, Quality
 from manipulandum_sim.hand import find_subject
 from manipulandum_sim.space import (
     SpaceCondition,
@@ -159,6 +162,90 @@ def test_the_live_hand_is_the_predicted_one(lab, elbow, capsys, monkeypatch):
     assert elbow == "free" or all(now["definite"] for now in told)
 
 
+def hand_estimates(asked: list[SpaceCondition], seed: int, error: float) -> list[ImpedanceEstimate]:
+    """What `estimate` says of hands with free elbows, with errors of a part of K."""
+    rng, (truth, alpha) = np.random.default_rng(seed), truth_of(asked, "free")
+    K = (truth.K_e + truth.K_e.swapaxes(1, 2)) / 2
+    size = np.sqrt(np.einsum("pii->pi", K))
+    sd = error * size[:, :, None] * size[:, None, :]
+    e = np.triu(rng.normal(size=K.shape))
+    noisy = K + sd * (e + np.triu(e, 1).swapaxes(1, 2))
+    quality = Quality(26, 26, 1.0, 1.0, 1.0, 1.0, 27, 0.0)
+    return [
+        ImpedanceEstimate(
+            "hand",
+            "weighted",
+            truth.M_e[p],
+            truth.B_e[p],
+            noisy[p],
+            np.diag(np.concatenate([np.ones(18), sd[p].ravel() ** 2])),
+            30.0,
+            quality,
+            keys={"condition": str(p)},
+            force=np.array(asked[p].force),
+            joint_angles=truth.posture[p],
+            activation=alpha[p],
+            activation_sd=np.full(12, 1e-3),
+            muscles=tuple(SPACE_MUSCLES),
+            shared_errors={"inner mode": np.full(27, 1.0 + p)},
+            warnings=("inner mode: an elbow that swivels",),
+        )
+        for p in range(len(asked))
+    ]
+
+
+@pytest.fixture(scope="module")
+def free(lab: Path) -> Path:
+    """The same folder with a session whose elbow was free."""
+    recording = read_recording(lab / "session")
+    trials = recording.trials.assign(elbow="free")
+    write_recording(replace(recording, trials=trials), lab / "free")
+    return lab
+
+
+def test_rows_of_a_free_hand_are_what_the_plants_joints_make(free):
+    asked = conditions(4, 5, 1.0)
+    truth, _ = truth_of(asked, "free")
+    given = hand_estimates(asked, 0, 1e-12)
+    write_results(given, free / "hand.csv")
+    for source in (given, free / "hand.csv"):
+        rows = free_hand_rows(source, free / "free")
+        # derivatives of the plant's torque, apart from the mapping; its weight's gradient is some
+        # .02 N m/rad from that of the tables
+        seen = matrix(rows.seen(triple(truth.K_j))[0])
+        np.testing.assert_allclose(seen, rows.stiffness, atol=2e-3 * seen.max())
+        assert rows.doubts == ("inner mode",)
+        np.testing.assert_array_equal(rows.shared("K")[0, :, 0], 1.0 + np.arange(5))
+        assert rows.muscles == tuple(SPACE_MUSCLES)
+    assert free_hand_rows(rows, free / "free") is rows
+
+
+def test_hands_of_a_free_elbow_tell_the_muscles_and_so_other_hands(free, capsys):
+    write_results(hand_estimates(conditions(1, 24, 1.0), 1, 0.04), free / "hand.csv")
+    arguments = ["fit", "muscles", str(free / "hand.csv"), "--recording", str(free / "free")]
+    arguments += ["--arm", str(free / "arms.csv"), "--order", "1", "--out", str(free / "f.json")]
+    assert main(arguments) == 0
+    told = capsys.readouterr().out
+    assert "24 rows" in told
+    assert "inner mode" in told
+    asked = conditions(2, 6, 0.8)
+    truth, alpha = truth_of(asked, "free")
+    table = pd.DataFrame(np.hstack([truth.posture, alpha]), columns=[*ANGLES, *ALPHAS])
+    where = ("--postures", "asked.csv", "--activations", "asked.csv", "--to", "hand")
+    found = []
+    for p in range(len(asked)):
+        table[p : p + 1].to_csv(free / "asked.csv", index=False)
+        force = [str(x) for x in asked[p].force]
+        found.append(
+            said(free, "predict", "f.json", *where, "--recording", "free", "--force", *force)
+        )
+    rows, K = pd.concat(found), (truth.K_e + truth.K_e.swapaxes(1, 2)) / 2
+    error = np.linalg.norm(hand_of(rows) - K, axis=(1, 2)) / np.linalg.norm(K, axis=(1, 2))
+    assert np.median(error) < 0.1
+    low, high = hand_of(rows, "ci_low_"), hand_of(rows, "ci_high_")
+    assert ((low <= K) & (high >= K)).mean() > 0.9
+
+
 def test_half_axes_have_the_intervals_of_small_turns_and_stretches(lab):
     rows = said(lab, "predict", "arm.json", "--postures", "joint.csv", "--activations",
                 "joint.csv", "--to", "hand", "--recording", "session")  # fmt: skip
@@ -208,11 +295,33 @@ def test_a_simulated_session_has_the_activations_of_its_muscles(lab):
         (["fit", "muscles", "two.csv", "--arm", "arms.csv"], "2 joints and 4 angles"),
         (["fit", "muscles", "joint.csv", "--arm", "wrong.csv"], "no smooth length"),
         (["fit", "muscles", "joint.csv", "--arm", "apart.csv"], "other postures"),
+        (["fit", "muscles", "joint.csv", "--arm", "arms.csv", "--recording", "free"], "n_trials"),
+        (["fit", "muscles", "one.csv", "--arm", "arms.csv", "--recording", "session"], "was held"),
+        (["fit", "muscles", "flat.csv", "--arm", "arms.csv", "--recording", "free"], "2 axes"),
+        (["fit", "muscles", "still.csv", "--arm", "arms.csv", "--recording", "free"], "activation"),
+        (["fit", "muscles", "three.csv", "--arm", "arms.csv", "--recording", "free"], "angles"),
+        (["fit", "muscles", "one.csv", "--arm", "arms.csv", "--recording", "light"], "gravity"),
+        (["fit", "activation", "one.csv", "--recording", "free"], "fit activation"),
         (["predict", "arm.json", "--postures", "planar.csv", "--activations", "joint.csv"], "2"),
         (["predict", "planar6", "--postures", "joint.csv", "--to", "moment-arms"], "4 joints"),
     ],
 )
-def test_what_cannot_be_is_refused_in_one_line(lab, capsys, arguments, problem):
+def test_what_cannot_be_is_refused_in_one_line(free, capsys, arguments, problem):
+    lab = free
+    (one,) = hand_estimates(conditions(4, 1, 1.0), 0, 0.04)
+    two = {name: getattr(one, name)[:2, :2] for name in ("inertia", "viscosity", "stiffness")}
+    two |= {"inertia_with_handle": None, "covariance": np.eye(12), "shared_errors": {}}
+    two |= {"force": one.force[:2]}
+    for name, changed in {
+        "one": {},
+        "flat": two,
+        "still": {"activation": None, "activation_sd": None},
+        "three": {"joint_angles": one.joint_angles[:3]},
+    }.items():
+        write_results([replace(one, **changed)], lab / f"{name}.csv")
+    light = replace(read_recording(lab / "free"), gravity_m_s2=None)
+    if not (lab / "light").exists():
+        write_recording(light, lab / "light")
     joint, arms = pd.read_csv(lab / "joint.csv"), pd.read_csv(lab / "arms.csv")
     pd.concat([joint, joint.assign(K_44=1.0)]).to_csv(lab / "mixed.csv", index=False)
     joint.assign(K_33=np.nan).to_csv(lab / "two.csv", index=False)
