@@ -33,7 +33,7 @@ from armimpedance.records import ImpedanceEstimate, Recording
 from armimpedance.report import counted, with_half_width
 
 #: Columns of a file of results that no reader of a page wants.
-_LEFT_OUT: Final = ("covariance", "provenance")
+_LEFT_OUT: Final = ("covariance", "shared_errors", "provenance")
 _CHECKED: Final = "Each check says the smallest violation that it would have seen."
 
 
