@@ -1,12 +1,13 @@
 """Muscles fitted to hands with free elbows: how far other hands are off, and what bands hold.
 
-    python benchmarks/space/free_hands.py A7 B11 C12
+    python benchmarks/space/free_hands.py A7 B11 A12
 
 For each person and seed: a session of 24 postures, at the corners of a box of 40, 34, 34 and 46
-degrees and inside, 26 pushes each; K of the hand by `estimate`; `fit muscles` to the hands as they
-are, with the moment arms of another person; K of 50 other hands inside the box, activations known.
-Printed: error of whole matrices that were measured, of those that are predicted (median, largest of
-95 %), what bands of all elements hold, their half width; then the same with torque.
+degrees and inside (those at which the muscles bear the arm), 26 pushes each; K of the hand by
+`estimate`; `fit muscles` to the hands as they are, with the moment arms of another person; K of 50
+other hands inside the box, activations known. Printed: error of whole matrices that were measured,
+of those that are predicted (median, largest of 95 %), what bands of all elements hold, their half
+width; then the same with torque.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ import numpy as np
 
 import armimpedance as ai
 from armimpedance.analyses import arm_of_whose, free_hand_rows
+from armimpedance.errors import InputError
 from armimpedance.muscles import MuscleModel, at_hand, matrix
 from manipulandum_sim.hand import find_subject
 from manipulandum_sim.space import (
@@ -53,6 +55,15 @@ def postures(rng: np.random.Generator) -> tuple[list[SpaceCondition], list[Space
     )
 
 
+def is_borne(person: str, one: SpaceCondition) -> bool:
+    """Whether the person's muscles bear the arm's weight there."""
+    try:
+        one.plant(find_subject(person), SpaceRig(elbow="free"))
+    except InputError:
+        return False
+    return True
+
+
 def relative(found: np.ndarray, true: np.ndarray) -> np.ndarray:
     """Errors of whole matrices, parts of their size."""
     return np.asarray(np.linalg.norm(found - true, axis=(1, 2)) / np.linalg.norm(true, axis=(1, 2)))
@@ -60,7 +71,10 @@ def relative(found: np.ndarray, true: np.ndarray) -> np.ndarray:
 
 def session(person: str, seed: int) -> None:
     """Print two lines."""
-    measured, asked = postures(np.random.default_rng(seed))
+    measured, asked = (
+        [one for one in some if is_borne(person, one)]
+        for some in postures(np.random.default_rng(seed))
+    )
     recording, own = simulate_space(
         measured, seed=seed, subject=person, sets=1, emg=True, elbow="free"
     )
