@@ -110,7 +110,7 @@ def to_joint(
         raise NotIdentifiableError(
             f"{n} joints, {d} hand axes: the joint impedance is not unique, its stiffness on the "
             f"diagonal is at least {least} N m/rad; feasible_joint_stiffness describes all that "
-            "fit the hand's",
+            "fit the hand's, and `fit muscles --recording` takes hands of many places",
             ("M", "B", "K"),
         )
     warnings = _posture_warnings(J)
