@@ -37,7 +37,6 @@ from .results.estimates import Estimates as Estimates
 from .results.labelled import LabelledEstimate as LabelledEstimate, LabelledMatrix as LabelledMatrix
 from .sources import (
     naming as naming,
-    of_condition as of_condition,
     read as read,
     read_recording as read_recording,
     without_trials as without_trials,

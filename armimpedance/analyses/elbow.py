@@ -9,7 +9,7 @@ from typing import Any, Final, Literal
 import numpy as np
 
 from armimpedance.analyses.inspection import checked
-from armimpedance.analyses.sources import PathLike, naming, of_condition, read_recording
+from armimpedance.analyses.sources import PathLike, naming, read_recording
 from armimpedance.elbow import (
     ElbowFit,
     from_recording,
@@ -102,7 +102,7 @@ def elbow(
         "lowest_hz": lowest_hz,
     }
     with naming(recording):
-        chosen = of_condition(read_recording(recording), condition)
+        chosen = read_recording(recording, condition=condition)
         selections, tell = _parts(chosen), progress or (lambda *_: None)
         samples = from_recording(chosen, joint, imposed)
         marks = checked(chosen, despite)

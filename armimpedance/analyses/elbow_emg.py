@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any, Final, Literal
 
 from armimpedance.analyses.inspection import checked
-from armimpedance.analyses.sources import PathLike, naming, of_condition, read_recording
+from armimpedance.analyses.sources import PathLike, naming, read_recording
 from armimpedance.arrays import FloatArray
 from armimpedance.criticism import check_joint_size
 from armimpedance.elbow import (
@@ -107,7 +107,7 @@ def emg_law(
         with naming(imcj):
             calibration = calibrate_imcj(read_recording(imcj), roles=roles, joint=joint)
     with naming(recording):
-        trials = of_condition(read_recording(recording), condition)
+        trials = read_recording(recording, condition=condition)
         pair = two_muscles(trials, flexor, extensor)
         marks = checked(trials, despite)
         fits, left_out = _each_trial(trials, joint, options, progress)

@@ -10,7 +10,7 @@ import numpy as np
 
 from armimpedance.analyses.elbow_emg import two_muscles
 from armimpedance.analyses.inspection import checked
-from armimpedance.analyses.sources import PathLike, naming, of_condition, read_recording
+from armimpedance.analyses.sources import PathLike, naming, read_recording
 from armimpedance.arrays import FloatArray
 from armimpedance.elbow import (
     CASCADE_METHODS,
@@ -108,7 +108,7 @@ def elbow_over_time(
     if method in CASCADE_METHODS.names:
         _refuse_others(method, window_s, flexor, extensor, emg_cutoff_hz)
         with naming(recording):
-            trials = of_condition(read_recording(recording), condition)
+            trials = read_recording(recording, condition=condition)
             samples = from_recording(trials, joint)
             marks = checked(trials, despite)
             found = identify_cascade(
@@ -129,7 +129,7 @@ def elbow_over_time(
     if given and chosen.needs != "amplitude":
         raise InputError(f"{', '.join(given)} with method {method!r}", expected="method 'emg'")
     with naming(recording):
-        trials = of_condition(read_recording(recording), condition)
+        trials = read_recording(recording, condition=condition)
         samples = from_recording(trials, joint)
         marks = checked(trials, despite)
         notes: tuple[str, ...] = ()

@@ -68,6 +68,7 @@ def read(
 def read_recording(
     source: AnyRecording | PathLike,
     *,
+    condition: str | None = None,
     force_by: Literal["limb", "device"] | None = None,
     **options: Any,
 ) -> Recording:
@@ -76,6 +77,8 @@ def read_recording(
     Parameters
     ----------
     source : recording or path
+    condition : str, optional
+        Only the trials of this condition.
     force_by : {"limb", "device"}, optional
     **options
         See `read`.
@@ -87,11 +90,13 @@ def read_recording(
     Raises
     ------
     InputError
-        As `read`; or it is a recording of markers or of joint motion, which other verbs take.
+        As `read`; it is a recording of markers or of joint motion, which other verbs take; or
+        there is no such condition.
     """
     recording = read(source, force_by=force_by, **options)
     if isinstance(recording, Recording):
-        return recording
+        with naming(source):
+            return of_condition(recording, condition)
     what = "markers" if isinstance(recording, MarkerRecording) else "joint motion"
     raise InputError(
         f"a recording of {what}: `passive` and `body` take it",

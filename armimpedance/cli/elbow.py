@@ -142,7 +142,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _at_one_point(options: dict[str, Any], arguments: argparse.Namespace) -> None:
-    from armimpedance.analyses import elbow, of_condition, read_recording
+    from armimpedance.analyses import elbow, read_recording
     from armimpedance.cli.parts.figure import draw_picture
     from armimpedance.cli.parts.progress import bar
     from armimpedance.elbow import from_recording
@@ -156,7 +156,7 @@ def _at_one_point(options: dict[str, Any], arguments: argparse.Namespace) -> Non
     print(elbow_text(fit))
 
     def draw() -> Any:
-        trials = of_condition(read_recording(arguments.recording), arguments.condition)
+        trials = read_recording(arguments.recording, condition=arguments.condition)
         return plot_frequency_response(
             from_recording(trials, arguments.joint, arguments.imposed), fit
         )
