@@ -11,6 +11,7 @@ from math import isnan
 from typing import Any, Final, overload
 
 from armimpedance.comparison import Pair, SubjectsChange
+from armimpedance.files.sentences import in_one_cell
 from armimpedance.files.written.content import About, Content, Quantity
 from armimpedance.files.written.words import meaning_of
 from armimpedance.findings import Finding
@@ -88,7 +89,7 @@ class _Rows(Sequence[Row]):
         return self._of(self.pairs[pair])[row]
 
     def _of(self, pair: Pair) -> list[Row]:
-        notes = "; ".join(pair.notes)
+        notes = in_one_cell(pair.notes)
         rows = [*map(_change_cells, pair.changes), *_test_cells(pair)]
         return [
             _row((pair.first, pair.second, *cells, pair.basis, notes)) | self.more for cells in rows
@@ -125,7 +126,7 @@ def comparison_content(
     """
     columns, rows = comparison_rows(pairs, over_subjects)
     if warnings:
-        said = {"warnings": "; ".join(warnings)}
+        said = {"warnings": in_one_cell(warnings)}
         columns = (*columns, *said)
         rows = replace(rows, more=said) if isinstance(rows, _Rows) else [row | said for row in rows]
     about = About(checks=tuple(checks))

@@ -10,6 +10,7 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
+from armimpedance.files.sentences import of_one_cell
 from armimpedance.files.table_row import TableRow, table_rows
 from armimpedance.muscles import JointRows, angle_columns
 
@@ -79,7 +80,7 @@ def read_joint_rows(paths: Sequence[str | Path]) -> JointRows:
         muscles=_names(rows),
         moving=moving,
         doubts=JointRows.doubts_in(
-            warning for row in rows for warning in row.cells.get("warnings", "").split("; ")
+            warning for row in rows for warning in of_one_cell(row.cells.get("warnings"))
         ),
         **JointRows.shared_of([row.shared_errors(r) for row in rows], r),
     )
@@ -132,7 +133,7 @@ def _names(rows: Sequence[TableRow]) -> tuple[str, ...]:
                 column="muscles",
                 expected="the same in every row or none in any",
             )
-    return tuple(named.split("; ")) if named else ()
+    return of_one_cell(named)
 
 
 def _label(row: TableRow) -> str:

@@ -15,6 +15,7 @@ from typing import Any
 
 from armimpedance.errors import InputError
 from armimpedance.files.result_row import group_cells, require_results
+from armimpedance.files.sentences import in_one_cell
 from armimpedance.files.tables import table_content, write_content
 from armimpedance.files.written.content import Content
 from armimpedance.levels import Combination, FeasibleRange, MuscleEstimate, MuscleShare
@@ -113,8 +114,8 @@ def _cells(estimate: MuscleEstimate) -> Cells:
         },
         **_share_cells("K", estimate.stiffness),
         **_share_cells("B", estimate.viscosity),
-        "warnings": "; ".join(estimate.warnings),
-        "provenance": "; ".join(estimate.provenance),
+        "warnings": in_one_cell(estimate.warnings),
+        "provenance": in_one_cell(estimate.provenance),
     }
 
 

@@ -23,6 +23,7 @@ from armimpedance.files.quantities import (
     half_widths,
     is_recording_of_joints,
 )
+from armimpedance.files.sentences import in_one_cell
 from armimpedance.levels import antisymmetric_part
 from armimpedance.records import ImpedanceEstimate
 
@@ -154,9 +155,9 @@ def row_blocks(estimate: ImpedanceEstimate) -> dict[str, Cells]:
         "text": {
             "covariance": json.dumps(lower_triangle(estimate.covariance)),
             "shared_errors": json.dumps(shared_lists(estimate)) if estimate.shared_errors else None,
-            "muscles": "; ".join(estimate.muscles) or None,
-            "warnings": "; ".join(estimate.warnings),
-            "provenance": "; ".join(estimate.provenance),
+            "muscles": in_one_cell(estimate.muscles) or None,
+            "warnings": in_one_cell(estimate.warnings),
+            "provenance": in_one_cell(estimate.provenance),
         },
     }
 

@@ -23,6 +23,7 @@ from armimpedance.files.result_row import (
 )
 from armimpedance.files.results_json import result_objects
 from armimpedance.files.results_mat import result_structs
+from armimpedance.files.sentences import of_one_cell
 from armimpedance.files.table_row import TableRow, table_rows
 from armimpedance.files.tables import write_content
 from armimpedance.files.written.content import Cells, Content, Quantity
@@ -300,8 +301,7 @@ def _check_variances(row: TableRow, covariance: FloatArray) -> None:
 
 
 def _sentences(row: TableRow, column: str) -> tuple[str, ...]:
-    text = row.cells.get(column, "")
-    return tuple(text.split("; ")) if text else ()
+    return of_one_cell(row.cells.get(column))
 
 
 def _group(row: TableRow) -> dict[str, Any]:

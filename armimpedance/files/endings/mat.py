@@ -10,6 +10,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, Final
 
+from armimpedance.files.sentences import of_one_cell
 from armimpedance.files.written.content import Cells, Content
 from armimpedance.files.written.ending import Ending
 
@@ -50,11 +51,7 @@ def _struct(columns: Any, row: Cells, units: dict[str, str]) -> dict[str, Any]:
     cells = {name: row.get(name) for name in columns}
     sentences = ("warnings", "provenance", "notes")
     keys = {n: c for n, c in cells.items() if isinstance(c, str) and n not in sentences}
-    lists = {
-        name: tuple(part for part in str(cells[name] or "").split("; ") if part)
-        for name in sentences
-        if name in cells
-    }
+    lists = {name: of_one_cell(str(cells[name] or "")) for name in sentences if name in cells}
     numbers = {n: float("nan") if c is None else c for n, c in cells.items() if n not in keys}
     numbers = {n: c for n, c in numbers.items() if n not in lists}
     return {"keys": keys, **numbers, **({"units": units} if units else {}), **lists}

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from statistics import median
 from typing import Any, Final
 
+from armimpedance.files.sentences import of_one_cell
 from armimpedance.files.workbook.cells import plain
 from armimpedance.files.written.content import Content, Quantity
 from armimpedance.files.written.words import meaning_of
@@ -193,7 +194,7 @@ def _of_rows(content: Content, column: str) -> dict[str, list[str]]:
         text = row.get(column)
         if isinstance(text, str) and text:
             name = ", ".join(str(row[key]) for key in naming if row.get(key) is not None)
-            for sentence in text.split("; "):
+            for sentence in of_one_cell(text):
                 found.setdefault(sentence, []).append(name)
     return found
 

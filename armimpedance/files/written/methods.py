@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from importlib.metadata import version
 from typing import Final
 
+from armimpedance.files.sentences import of_one_cell
 from armimpedance.files.written.content import Content
 from armimpedance.findings import Finding
 
@@ -41,9 +42,9 @@ def methods_paragraph(content: Content) -> str:
 
 def _shared_steps(content: Content) -> list[str]:
     """Steps of the provenance that every row has, in their order; none where there are many."""
-    steps = [str(row.get("provenance") or "").split("; ") for row in content.rows]
+    steps = [of_one_cell(str(row.get("provenance") or "")) for row in content.rows]
     shared = [step for step in (steps[0] if steps else ()) if all(step in own for own in steps)]
-    return [step for step in shared if step][:_MOST_STEPS]
+    return shared[:_MOST_STEPS]
 
 
 def _checked(checks: Sequence[Finding]) -> list[str]:

@@ -115,6 +115,15 @@ def test_reading_and_writing_again_gives_the_same_bytes(tmp_path, make_estimate)
     assert first.read_bytes() == second.read_bytes()
 
 
+def test_a_warning_comes_back_as_one(tmp_path, make_estimate):
+    path = tmp_path / "RESULTS.csv"
+    said = ("reflex: 2.1 % of K; the interval allows for it", "clock: steady")
+    write_results([dataclasses.replace(make_estimate(), warnings=said)], path)
+    (back,) = read_results(path)
+    assert [text.split(":")[0] for text in back.warnings] == ["reflex", "clock"]
+    assert back.warnings[0].split() == said[0].replace(";", ",").split()
+
+
 def test_columns_of_the_contract_hold_what_they_are_named_after(tmp_path, make_estimate):
     estimate = make_estimate()
     path = tmp_path / "RESULTS.csv"
