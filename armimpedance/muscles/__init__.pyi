@@ -16,7 +16,14 @@ from .from_estimates import joint_rows as joint_rows
 from .from_hand import rows_of_hand as rows_of_hand
 from .hand_rows import HandRows as HandRows
 from .model_kinds import MODEL_KINDS as MODEL_KINDS, kind_of as kind_of
-from .packed import congruence as congruence, elements as elements, unpacked as unpacked
+from .packed import (
+    congruence as congruence,
+    elements as elements,
+    kept_elements as kept_elements,
+    matrix as matrix,
+    triple as triple,
+    unpacked as unpacked,
+)
 from .posture.fit import fit_posture_model as fit_posture_model
 from .posture.model import PostureModel as PostureModel
 from .posture.program import GramProgram as GramProgram
@@ -24,10 +31,4 @@ from .posture.table import POSTURE_MODELS as POSTURE_MODELS
 from .prediction import JointPrediction as JointPrediction, Predicted as Predicted
 from .quality import ElementQuality as ElementQuality, correlation as correlation
 from .region import Region as Region
-from .rows import (
-    ELEMENTS as ELEMENTS,
-    JointRows as JointRows,
-    kept_elements as kept_elements,
-    matrix as matrix,
-    triple as triple,
-)
+from .rows import ELEMENTS as ELEMENTS, JointRows as JointRows

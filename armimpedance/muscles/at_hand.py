@@ -13,9 +13,8 @@ from armimpedance.arrays import FloatArray
 from armimpedance.conventions import AXES
 from armimpedance.errors import InputError, NotIdentifiableError
 from armimpedance.muscles.angle_scaling import angle_columns
-from armimpedance.muscles.packed import congruence, unpacked
+from armimpedance.muscles.packed import congruence, kept_elements, triple, unpacked
 from armimpedance.muscles.prediction import JointPrediction, Predicted, named_numbers
-from armimpedance.muscles.rows import kept_elements, triple
 
 #: A posture with a worse condition of the Jacobian is singular: the arm is stretched.
 _SINGULAR = 1e8

@@ -16,8 +16,8 @@ from numpy.typing import ArrayLike
 from armimpedance.arm import Arm
 from armimpedance.arrays import FloatArray, FrozenRecord, IntArray
 from armimpedance.errors import InputError
-from armimpedance.muscles.packed import congruence, elements
-from armimpedance.muscles.rows import muscle_columns, triple, triple_sd
+from armimpedance.muscles.packed import congruence, elements, triple, triple_sd
+from armimpedance.muscles.rows import muscle_columns
 
 
 @dataclass(frozen=True)

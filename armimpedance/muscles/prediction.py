@@ -11,8 +11,7 @@ import numpy as np
 from armimpedance.arrays import BoolArray, FloatArray, FrozenRecord
 from armimpedance.conventions import element_names
 from armimpedance.muscles.angle_scaling import angle_columns
-from armimpedance.muscles.packed import order_of, unpacked
-from armimpedance.muscles.rows import matrix
+from armimpedance.muscles.packed import matrix, order_of, unpacked
 from armimpedance.regression import t_factor
 
 if TYPE_CHECKING:

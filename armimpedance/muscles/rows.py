@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from armimpedance.arm import FREE, HELD
 from armimpedance.arrays import FloatArray, FrozenRecord, IntArray
 from armimpedance.errors import InputError
-from armimpedance.muscles.packed import elements, order_of, unpacked
+from armimpedance.muscles.packed import elements, kept_elements, triple, triple_sd
 from armimpedance.muscles.shared_errors import shared_blocks
 
 #: The elements of a symmetric 2 x 2 matrix in the order in which models hold them.
@@ -24,11 +24,6 @@ def element_labels(n: int) -> tuple[str, ...]:
     if n == 2:
         return ELEMENTS
     return tuple(f"{i + 1}{j + 1}" for i, j in zip(*elements(n), strict=True))
-
-
-#: Cross terms that differ by less, as a part of the largest element, are one number: a symmetric
-#: matrix that was mapped from the hand is symmetric up to rounding.
-_ROUNDING = 1e-9
 
 
 #: What an estimate may warn of that is the same person's or rig's in all conditions.
@@ -234,22 +229,6 @@ class JointRows(FrozenRecord):
         )
 
 
-def kept_elements(n: int, moving: tuple[int, ...]) -> IntArray:
-    """Which of the packed elements of n joints belong to those that move.
-
-    Parameters
-    ----------
-    n : int
-    moving : (r,) tuple of int
-
-    Returns
-    -------
-    (E_r,) int
-    """
-    i, j = elements(n)
-    return np.flatnonzero(np.isin(i, moving) & np.isin(j, moving))
-
-
 def muscle_columns(measured: tuple[str, ...], names: tuple[str, ...]) -> list[int]:
     """Where each of these muscles stands among the measured ones.
 
@@ -266,50 +245,3 @@ def muscle_columns(measured: tuple[str, ...], names: tuple[str, ...]) -> list[in
             expected=f"muscles of the arm among the measured {', '.join(measured)}",
         )
     return [measured.index(name) for name in names]
-
-
-def triple(matrices: ArrayLike) -> FloatArray:
-    """Packed elements (..., E) of matrices (..., n, n), a cross term the mean of both.
-
-    Of shoulder and elbow they are ``ss, se, ee``.
-
-    Parameters
-    ----------
-    matrices : (..., n, n)
-
-    Returns
-    -------
-    (..., E)
-    """
-    A = np.asarray(matrices, dtype=float)
-    i, j = elements(A.shape[-1])
-    return np.asarray((A[..., i, j] + A[..., j, i]) / 2)
-
-
-def matrix(triples: ArrayLike) -> FloatArray:
-    """Symmetric matrices (..., n, n) of packed elements (..., E), such as ``ss, se, ee``.
-
-    Parameters
-    ----------
-    triples : (..., E)
-
-    Returns
-    -------
-    (..., n, n)
-    """
-    t = np.asarray(triples, dtype=float)
-    return unpacked(t, order_of(t.shape[-1]))
-
-
-def triple_sd(measured: ArrayLike, sd: ArrayLike) -> FloatArray:
-    """Standard errors (P, E) of `triple` from those of the elements (P, n, n).
-
-    Where both cross terms are one number up to rounding (a symmetric part was taken before) so is
-    their error; else they count as independent.
-    """
-    A, s = np.asarray(measured, dtype=float), np.asarray(sd, dtype=float)
-    i, j = elements(A.shape[-1])
-    size = np.abs(A).max(axis=(-2, -1))[..., None]
-    same = np.abs(A[..., i, j] - A[..., j, i]) <= _ROUNDING * size
-    apart = np.hypot(s[..., i, j], s[..., j, i]) / 2
-    return np.where(same, (s[..., i, j] + s[..., j, i]) / 2, apart)

@@ -17,7 +17,8 @@ from numpy.typing import ArrayLike
 
 from armimpedance.arm import MuscularArm
 from armimpedance.arrays import FloatArray
-from armimpedance.muscles.rows import ELEMENTS, triple
+from armimpedance.muscles.packed import triple
+from armimpedance.muscles.rows import ELEMENTS
 
 
 def muscle_patterns(

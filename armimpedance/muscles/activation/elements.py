@@ -19,8 +19,9 @@ from armimpedance.errors import InputError, NotIdentifiableError
 from armimpedance.muscles.activation.checks import check_rows
 from armimpedance.muscles.activation.design import powers
 from armimpedance.muscles.activation.rank import RANK_TOLERANCE
+from armimpedance.muscles.packed import triple
 from armimpedance.muscles.quality import ElementQuality, correlations, element_quality
-from armimpedance.muscles.rows import ELEMENTS, JointRows, triple
+from armimpedance.muscles.rows import ELEMENTS, JointRows
 
 #: Shuffles of the rows for the null R.
 _SHUFFLES = 200

@@ -17,10 +17,10 @@ from armimpedance.muscles.angle_scaling import AngleScaling
 from armimpedance.muscles.combined.equations import EvaluatedEquations, MuscleEquations
 from armimpedance.muscles.combined.lengths import CorrectedLengths
 from armimpedance.muscles.fitted_model import FittedModel
+from armimpedance.muscles.packed import matrix
 from armimpedance.muscles.prediction import JointPrediction
 from armimpedance.muscles.quality import ElementQuality
 from armimpedance.muscles.region import Region
-from armimpedance.muscles.rows import matrix
 from armimpedance.regression import FitSummary, Parameters
 
 #: An activation this far beyond the measured range is still inside (rounding in a file).

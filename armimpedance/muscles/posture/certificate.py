@@ -15,8 +15,8 @@ from numpy.typing import ArrayLike
 
 from armimpedance.arrays import FloatArray, FrozenRecord, IntArray
 from armimpedance.errors import InputError
+from armimpedance.muscles.packed import matrix
 from armimpedance.muscles.posture.terms import exponents
-from armimpedance.muscles.rows import matrix
 
 #: Postures per joint at which eigenvalues are looked at.
 GRID = 61

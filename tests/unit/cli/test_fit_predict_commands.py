@@ -8,7 +8,7 @@ import pytest
 
 from armimpedance.arm.muscular_arms import arm_named
 from armimpedance.cli.main import run as main
-from armimpedance.muscles.rows import matrix
+from armimpedance.muscles.packed import matrix
 
 ARM = arm_named("planar6")
 POSTURE = (1.04, 1.57)

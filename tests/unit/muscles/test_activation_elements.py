@@ -10,7 +10,8 @@ import pytest
 from armimpedance.arm.muscular_arms import arm_named
 from armimpedance.errors import InputError, NotIdentifiableError
 from armimpedance.muscles.activation.elements import element_fits
-from armimpedance.muscles.rows import JointRows, matrix, triple
+from armimpedance.muscles.packed import matrix, triple
+from armimpedance.muscles.rows import JointRows
 
 ARM = arm_named("planar6")
 

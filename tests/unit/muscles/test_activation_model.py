@@ -15,7 +15,8 @@ from armimpedance.muscles.activation.design import muscle_patterns
 from armimpedance.muscles.activation.fit import fit_activation_model
 from armimpedance.muscles.activation.model import ActivationModel
 from armimpedance.muscles.activation.table import ACTIVATION_MODELS
-from armimpedance.muscles.rows import JointRows, matrix, triple
+from armimpedance.muscles.packed import matrix, triple
+from armimpedance.muscles.rows import JointRows
 
 POSTURE = np.array([1.04, 1.57])
 ARM = arm_named("planar6")

@@ -7,8 +7,8 @@ from armimpedance.arm.two_link import TwoLinkArm
 from armimpedance.errors import InputError, NotIdentifiableError
 from armimpedance.levels.joint import to_hand, to_joint
 from armimpedance.muscles.at_hand import at_hand
+from armimpedance.muscles.packed import matrix, triple
 from armimpedance.muscles.prediction import JointPrediction
-from armimpedance.muscles.rows import matrix, triple
 from armimpedance.records import ImpedanceEstimate, Quality
 
 ARM = TwoLinkArm(0.30, 0.34, 1.9, 1.5, 0.13, 0.17, 0.018, 0.024)

@@ -16,7 +16,8 @@ from armimpedance.muscles.combined.fit import fit_muscle_model
 from armimpedance.muscles.combined.lengths import corrected_lengths
 from armimpedance.muscles.combined.model import MuscleModel
 from armimpedance.muscles.least_squares import whitening
-from armimpedance.muscles.rows import JointRows, matrix
+from armimpedance.muscles.packed import matrix
+from armimpedance.muscles.rows import JointRows
 
 ARM = arm_named("planar6")
 NOMINAL = np.array([1.04, 1.57])

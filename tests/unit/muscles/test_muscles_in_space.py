@@ -22,8 +22,7 @@ from armimpedance.muscles import (
 from armimpedance.muscles.combined.equations import MuscleEquations
 from armimpedance.muscles.combined.fit import fit_muscle_model
 from armimpedance.muscles.combined.lengths import corrected_lengths
-from armimpedance.muscles.packed import elements, order_of, unpacked
-from armimpedance.muscles.rows import matrix, triple
+from armimpedance.muscles.packed import elements, matrix, order_of, triple, unpacked
 
 BOX = np.array([[-0.4, 0.9], [0.5, 1.4], [0.8, 1.8]])
 HIGHEST = 0.4

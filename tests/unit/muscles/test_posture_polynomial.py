@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from armimpedance.errors import InputError, NotIdentifiableError
+from armimpedance.muscles.packed import triple
 from armimpedance.muscles.posture.fit import fit_posture_model
 from armimpedance.muscles.posture.terms import exponents, monomials
-from armimpedance.muscles.rows import JointRows, triple
+from armimpedance.muscles.rows import JointRows
 
 BOX = np.array([[0.3, 1.6], [0.8, 2.2]])
 

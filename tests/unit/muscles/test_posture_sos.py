@@ -10,6 +10,7 @@ import pytest
 from armimpedance.errors import EstimationError, InputError
 from armimpedance.impedance.cones import nearest_semidefinite
 from armimpedance.muscles.angle_scaling import AngleScaling
+from armimpedance.muscles.packed import matrix, triple
 from armimpedance.muscles.posture.certificate import (
     Gram,
     GramShape,
@@ -27,7 +28,7 @@ from armimpedance.muscles.posture.sos import PENALTIES, choose, posterior
 from armimpedance.muscles.posture.tangent import tangent
 from armimpedance.muscles.posture.terms import exponents, monomials
 from armimpedance.muscles.region import Region
-from armimpedance.muscles.rows import JointRows, matrix, triple
+from armimpedance.muscles.rows import JointRows
 
 LOW, HIGH = np.array([0.3, 0.8]), np.array([1.6, 2.2])
 ARMS = np.array(

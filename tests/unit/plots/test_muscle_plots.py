@@ -17,9 +17,10 @@ from armimpedance.arm.two_link import TwoLinkArm
 from armimpedance.ellipses import ellipse, ellipse_of
 from armimpedance.errors import InputError
 from armimpedance.muscles.at_hand import at_hand
+from armimpedance.muscles.packed import matrix
 from armimpedance.muscles.posture.fit import fit_posture_model
 from armimpedance.muscles.prediction import JointPrediction
-from armimpedance.muscles.rows import JointRows, matrix
+from armimpedance.muscles.rows import JointRows
 from armimpedance.plots.ellipses.fields import (
     mean_axis_deg,
     measured_field,
