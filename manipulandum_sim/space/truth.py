@@ -9,7 +9,7 @@ inertia are.
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 from typing import Annotated, Final
 
@@ -17,7 +17,7 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray, FrozenRecord
 from armimpedance.errors import InputError
-from manipulandum_sim.hand import STEP_M, STEP_RAD, STEP_RATE, derivative
+from manipulandum_sim.hand import STEP_M, STEP_RAD, STEP_RATE
 from manipulandum_sim.space.plant import Plant
 from manipulandum_sim.truth_file import row_of, write_values
 
@@ -133,15 +133,15 @@ def _one(plant: Plant, force: FloatArray) -> dict[str, FloatArray]:
         "posture": plant.posture,
         "hand": now.place[0],
         "tension": plant.tension,
-        "M_e": -derivative(lambda a: hand_force(plant, a, "acceleration"), zero, STEP_RATE)[0],
-        "B_e": -derivative(lambda v: hand_force(plant, v, "velocity"), zero, STEP_RATE)[0],
-        "K_e": -derivative(lambda x: hand_force(plant, x, "place"), now.place, STEP_M)[0],
+        "M_e": -_derivative(lambda a: hand_force(plant, a, "acceleration"), zero, STEP_RATE)[0],
+        "B_e": -_derivative(lambda v: hand_force(plant, v, "velocity"), zero, STEP_RATE)[0],
+        "K_e": -_derivative(lambda x: hand_force(plant, x, "place"), now.place, STEP_M)[0],
         "M_j": now.M[0],
-        "B_j": -derivative(drag, still, STEP_RATE)[0],
-        "K_j": -derivative(torque, q, STEP_RAD)[0],
-        "gravity_gradient": derivative(weight, q, STEP_RAD)[0],
+        "B_j": -_derivative(drag, still, STEP_RATE)[0],
+        "K_j": -_derivative(torque, q, STEP_RAD)[0],
+        "gravity_gradient": _derivative(weight, q, STEP_RAD)[0],
         "jacobian": now.J[0],
-        "G": derivative(plant.muscles.length, q, STEP_RAD)[0],
+        "G": _derivative(plant.muscles.length, q, STEP_RAD)[0],
         "swivel_hz": hz,
         "swivel_damping": damping,
     }
@@ -212,9 +212,9 @@ def settled(plant: Plant, place: FloatArray) -> FloatArray:
         swivel = np.linalg.svd(J)[2][:, 3:]  # (N, r - 3, r)
         push = _resting(plant, q)
         miss = place - now.place
-        slope = derivative(lambda values: _resting(plant, values), q, STEP_RAD)
+        slope = _derivative(lambda values: _resting(plant, values), q, STEP_RAD)
         # the hand's place and the torque about the swivel: as many equations as joints
-        force = np.linalg.lstsq(np.swapaxes(J[0], 0, 1), push[0], rcond=None)[0]
+        force = (np.linalg.pinv(np.swapaxes(J, 1, 2)) @ push[..., None])[..., 0]
         slope = slope - _turned_force(plant, q, force)
         A = np.concatenate([J, swivel @ slope], axis=1)
         b = np.concatenate([miss, -(swivel @ push[..., None])[..., 0]], axis=1)
@@ -233,14 +233,14 @@ def _resting(plant: Plant, q: FloatArray) -> FloatArray:
 
 
 def _turned_force(plant: Plant, q: FloatArray, force: FloatArray) -> FloatArray:
-    """``d(J^T F)/dq`` (N, r, r) for a force (3,) that stays."""
+    """``d(J^T F)/dq`` (N, r, r) for forces (N, 3) that stay."""
 
     def borne(values: FloatArray) -> FloatArray:
         full = plant.full(values)
         J = plant.arm.dynamics(full, np.zeros_like(full)).J[:, :, list(plant.moving)]
-        return np.asarray(np.einsum("nkr,k->nr", J, force))
+        return np.asarray(np.einsum("nkr,nk->nr", J, np.tile(force, (len(J) // len(force), 1))))
 
-    return derivative(borne, q, STEP_RAD)
+    return _derivative(borne, q, STEP_RAD)
 
 
 def _swivel(plant: Plant, force: FloatArray) -> tuple[float, float]:
@@ -252,17 +252,33 @@ def _swivel(plant: Plant, force: FloatArray) -> tuple[float, float]:
     full = plant.posture[None]
     now = plant.arm.dynamics(full, np.zeros_like(full))
     n = np.linalg.svd(now.J[0][:, r])[2][3]
-    K = -derivative(lambda v: _resting(plant, v), q, STEP_RAD)[0]
-    K = K + _turned_force(plant, q, force)[0]
+    K = -_derivative(lambda v: _resting(plant, v), q, STEP_RAD)[0]
+    K = K + _turned_force(plant, q, force[None])[0]
 
     def drag(rates: FloatArray) -> FloatArray:
         whole = np.zeros((len(rates), len(plant.posture)))
         whole[:, r] = rates
         return plant.torque(np.repeat(full, len(rates), axis=0), whole)[:, r]
 
-    B = -derivative(drag, np.zeros_like(q), STEP_RATE)[0]
+    B = -_derivative(drag, np.zeros_like(q), STEP_RATE)[0]
     mass, damping, stiffness = n @ now.M[0][r][:, r] @ n, n @ B @ n, n @ K @ n
     return (
         float(np.sqrt(stiffness / mass) / (2 * np.pi)),
         float(damping / (2 * np.sqrt(stiffness * mass))),
     )
+
+
+def _derivative(
+    function: Callable[[FloatArray], FloatArray], at: FloatArray, step: float
+) -> FloatArray:
+    """Five-point central differences (N, ..., k) of (N, k) -> (N, ...), all points in one call.
+
+    A row of the function's values depends on that row of its arguments alone; it may have any
+    number of rows.
+    """
+    N, k = at.shape
+    # (4, k, N, k): steps, variables, rows
+    away = np.array([1.0, -1.0, 2.0, -2.0])[:, None, None] * step * np.eye(k)
+    values = function((at + away[:, :, None]).reshape(-1, k))
+    near, back, far, beyond = values.reshape(4, k, N, *values.shape[1:])
+    return np.moveaxis((8 * (near - back) - (far - beyond)) / (12 * step), 0, -1)
