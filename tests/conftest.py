@@ -34,6 +34,7 @@ _TOGETHER = {
 }
 
 
+@pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config, log):
     """Share out the tests by their files, and by sessions that several files look at."""
     from xdist.scheduler import LoadFileScheduling
