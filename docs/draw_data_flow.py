@@ -18,6 +18,25 @@ LANES = {
         ("ImpedanceEstimate", "joints: levels"),
         ("PostureModel, ...", "muscles"),
     ),
+    "hand, random perturbation": (
+        ("Lines", "random_hand"),
+        ("Equations", "random_hand"),
+        ("RandomFit", "random_hand"),
+        ("ImpedanceEstimate", "hand: random_hand"),
+        ("ImpedanceEstimate", "joints: levels"),
+    ),
+    "moving hand": (
+        ("Courses, Pushes", "movement"),
+        ("PhaseWindows", "movement"),
+        ("Equations", "movement"),
+        ("ImpedanceEstimate", "phases: movement"),
+    ),
+    "live": (
+        ("EmgLevels", "live: rest, maximum"),
+        ("Activity", "live: each sample"),
+        ("StiffnessForm", "live: a MuscleModel"),
+        ("LiveStiffness", "live: each sample"),
+    ),
     "elbow": (
         ("JointSamples", "elbow"),
         ("Prepared", "elbow"),
