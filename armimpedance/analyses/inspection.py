@@ -216,8 +216,10 @@ def _in_groups(recording: Recording, by: Sequence[str]) -> Recording:
     """The recording with its groups as conditions; as it is where a column is not there."""
     if tuple(by) == ("condition",) or not set(by) <= set(recording.trials):
         return recording
-    rows = recording.trials[list(by)].to_dict("records")
-    names = [group_name({str(column): value for column, value in row.items()}) for row in rows]
+    # without a column: a frame of no columns forgets its rows (pandas 2)
+    rows = zip(*(recording.trials[column] for column in by), strict=True) if by else ()
+    names = [group_name(dict(zip(by, row, strict=True))) for row in rows]
+    names = names or [group_name({})] * len(recording.trials)
     return replace(recording, trials=recording.trials.assign(condition=names))
 
 

@@ -9,6 +9,7 @@ import sys
 import tomllib
 from collections.abc import Iterator
 from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -285,10 +286,15 @@ def test_every_folder_is_installed():
     listed = set(
         tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]["packages"]
     )
-    folders = set()
-    for init in ROOT.glob("*/**/__init__.py"):
-        parts = list(init.parent.relative_to(ROOT).parts)
-        if parts[0] in ("armimpedance", "manipulandum_sim", "figures"):
-            parts[0] = "armimpedance_figures" if parts[0] == "figures" else parts[0]
-            folders.add(".".join(parts))
+    # of a package that is installed without its source the folders are where it is installed
+    roots = {
+        name: Path(str(find_spec(name).origin)).parent
+        for name in ("armimpedance", "manipulandum_sim")
+    }
+    roots["armimpedance_figures"] = ROOT / "figures"
+    folders = {
+        ".".join((name, *init.parent.relative_to(root).parts))
+        for name, root in roots.items()
+        for init in root.glob("**/__init__.py")
+    }
     assert listed == folders

@@ -205,7 +205,7 @@ def _scaled(covariance: FloatArray, sd: FloatArray) -> FloatArray:
 
 def _interval(believed: Posterior, which: int, among: BoolArray) -> tuple[float, float, float]:
     """Mean and 95 % limits of T (3), K_r (4) or B_r (5) over some parts of the mixture."""
-    weight = believed.weight[among] / believed.weight[among].sum()
+    weight = believed.share(among)
     mean = believed.mean[among][:, [which]]
     sd = np.sqrt(believed.covariance[among][:, which, which])[:, None]
     centre = weight @ mean
@@ -224,7 +224,7 @@ def _lateness(made: Contest, believed: Posterior) -> Lateness:
 def _reflex(made: Contest, believed: Posterior) -> Reflex:
     value, low, high = _interval(believed, 4, believed.answers)
     rate, slow, fast = _interval(believed, 5, believed.answers)
-    weight = believed.weight[believed.answers] / believed.weight[believed.answers].sum()
+    weight = believed.share(believed.answers)
     delay = believed.delay_s[believed.answers]
     order = np.argsort(delay)
     share = np.cumsum(weight[order])

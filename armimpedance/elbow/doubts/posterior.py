@@ -35,7 +35,8 @@ class Posterior:
 
     Attributes
     ----------
-    weight : (c,)
+    log_weight : (c,)
+        Up to a constant: a part that is all but impossible still has its place among its like.
     mean : (c, 6)
     covariance : (c, 6, 6)
     shift : (c, 3)
@@ -46,7 +47,7 @@ class Posterior:
     delay_s : (c,)
     """
 
-    weight: FloatArray
+    log_weight: FloatArray
     mean: FloatArray
     covariance: FloatArray
     shift: FloatArray
@@ -54,6 +55,16 @@ class Posterior:
     late_angle: BoolArray
     answers: BoolArray
     delay_s: FloatArray
+
+    @property
+    def weight(self) -> FloatArray:
+        """Of all parts (c,); their sum is 1."""
+        return self.share(np.ones(len(self.log_weight), dtype=bool))
+
+    def share(self, among: BoolArray) -> FloatArray:
+        """Weights of some parts among themselves; their sum is 1."""
+        weight = np.exp(self.log_weight[among] - self.log_weight[among].max())
+        return np.asarray(weight / weight.sum())
 
     @property
     def of_neither(self) -> float:
@@ -79,8 +90,7 @@ def posterior(made: Contest, stiffness: float) -> Posterior:
         for lateness, size, belief in _priors(kind)
     ]
     whole = [np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(Posterior)]
-    weight = np.exp(whole[0] - whole[0].max())
-    return Posterior(weight / weight.sum(), *whole[1:])
+    return Posterior(*whole)
 
 
 def _priors(kind: Kind) -> Iterator[tuple[float | None, float | None, float]]:
@@ -95,7 +105,7 @@ def _priors(kind: Kind) -> Iterator[tuple[float | None, float | None, float]]:
 def _part(
     made: Contest, kind: Kind, belief: float, lateness: float | None, answer: float | None
 ) -> Posterior:
-    """One normal part of each delay; `weight` is the logarithm of belief and evidence."""
+    """One normal part of each delay; its weight is belief times evidence."""
     fit = made.fits[kind]
     m, p = fit.values.shape
     free = 3 + kind.further
@@ -119,7 +129,7 @@ def _part(
     alone = np.linalg.inv(N[:, own[:, None], own])
     limb = np.einsum("mij,mj->mi", alone, b[:, own])
     return Posterior(
-        weight=evidence + np.log(belief / m),
+        log_weight=evidence + np.log(belief / m),
         mean=mean,
         covariance=covariance,
         shift=mean[:, :3] - limb[:, :3],
@@ -137,7 +147,8 @@ def half_widths(
 
     Parameters
     ----------
-    weight : (c,)
+    log_weight : (c,)
+        Up to a constant: a part that is all but impossible still has its place among its like.
     mean, sd : (c, p)
     centre : (p,)
     """

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from armimpedance.elbow import JointSamples, from_recording, identify_elbow
-from armimpedance.elbow.doubts.posterior import half_widths
+from armimpedance.elbow.doubts.posterior import Posterior, half_widths
 from armimpedance.elbow.doubts.whittle import Spectrum, fit_models
 from armimpedance.report import elbow_text
 from manipulandum_sim.elbow import Departures, simulate_bench
@@ -199,3 +199,26 @@ def test_a_mixture_holds_its_far_part_where_that_is_likely():
     near = half_widths(np.array([0.97, 0.03]), mean, sd, np.zeros(1))
     far = half_widths(np.array([0.8, 0.2]), mean, sd, np.zeros(1))
     assert near[0] < 4 < 9 < far[0]
+
+
+def test_parts_keep_their_shares_among_themselves_however_unlikely_all_of_them_are():
+    none = np.zeros(4)
+    late = np.array([True, True, False, False])
+
+    def shares(log_weight: list[float]) -> Posterior:
+        room = np.zeros((4, 6, 6))
+        return Posterior(
+            np.array(log_weight),
+            room[:, 0],
+            room,
+            room[:, :3, 0],
+            room[:, :3, :3],
+            late,
+            ~late,
+            none,
+        )
+
+    likely, hopeless = shares([0.0, 1.0, 0.0, 2.0]), shares([-2000.0, -1999.0, 0.0, 2.0])
+    np.testing.assert_allclose(hopeless.share(late), likely.share(late), rtol=1e-12)
+    assert hopeless.of_lateness == 0.0
+    assert hopeless.of_answer == pytest.approx(1.0)

@@ -192,7 +192,8 @@ def test_noise_has_the_sd_that_was_asked_for(session):
         GREEDY[:1], seed=3, angle_noise_rad=0.003, force_noise_N=2.0, moment_noise_Nm=0.7
     )
     where = quiet.samples_of(0)
-    np.testing.assert_array_equal(same.q, truth.q[where])
+    # the last bits depend on how many samples are solved at once
+    np.testing.assert_allclose(same.q, truth.q[where], atol=1e-10)
     errors = noisy.coordinates - same.q
     wrench = noisy.wrenches - quiet.wrenches[where]
     for found, sd in (
@@ -207,9 +208,11 @@ def test_noise_has_the_sd_that_was_asked_for(session):
 def test_a_trial_does_not_depend_on_the_others(session):
     recording, _ = session
     alone, _ = simulate_body(["walk"], seed=3, **QUIET)
-    np.testing.assert_array_equal(alone.coordinates, recording.coordinates[recording.samples_of(1)])
+    among = recording.coordinates[recording.samples_of(1)]
+    np.testing.assert_allclose(alone.coordinates, among, atol=1e-10)
     twice, _ = simulate_body(["walk", "walk"], seed=3, **QUIET)
-    np.testing.assert_array_equal(alone.coordinates, twice.coordinates[twice.samples_of(0)])
+    first = twice.coordinates[twice.samples_of(0)]
+    np.testing.assert_allclose(alone.coordinates, first, atol=1e-10)
     assert len(twice.coordinates) != 2 * len(alone.coordinates)
 
 

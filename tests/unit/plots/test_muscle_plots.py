@@ -138,8 +138,12 @@ def test_the_mean_of_axes_does_not_mind_where_they_wrap():
 
 
 def faces_of(ax):
+    """Corners (k, 3) of each face."""
     (sheet,) = (c for c in ax.collections if isinstance(c, Poly3DCollection))
-    return sheet
+    if hasattr(sheet, "_faces"):
+        return list(sheet._faces)
+    # Matplotlib 3.10.0 has all corners in a row
+    return [sheet._vec[:3, part].T for part in sheet._segslices]
 
 
 def test_points_stand_where_they_were_measured_on_stems_from_the_model():
@@ -163,7 +167,7 @@ def test_points_above_the_surface_are_filled_and_those_below_are_open():
 def test_no_coloured_cell_reaches_where_the_model_extrapolates():
     surface = dome()
     ax = plot_surface(surface)
-    x, y, _ = np.array([f for face in faces_of(ax)._faces for f in face]).T
+    x, y, _ = np.array([f for face in faces_of(ax) for f in face]).T
     assert np.abs(x).max() <= 0.6 + 1e-9
     assert np.abs(y).max() <= 0.6 + 1e-9
     nets = [c for c in ax.collections if isinstance(c, Line3DCollection)]
@@ -176,7 +180,7 @@ def test_no_cell_is_drawn_around_a_missing_value():
     values = np.array(surface.values)
     values[11, 10] = np.nan
     with_hole = faces_of(plot_surface(replace(surface, values=values)))
-    assert len(with_hole._faces) == len(faces_of(plot_surface(surface))._faces) - 4
+    assert len(with_hole) == len(faces_of(plot_surface(surface))) - 4
 
 
 def test_a_surface_is_seen_from_the_side_to_which_it_falls():

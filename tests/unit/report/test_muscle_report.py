@@ -57,7 +57,7 @@ def test_a_row_holds_what_the_estimate_holds(table):
     assert (row["condition"], row["level"], row["arm"]) == ("quiet", "muscle", "planar6")
     assert row["n_trials"] == 40
     assert row["q_elbow_rad"] == 1.5
-    assert row["tension_brachialis_N"] == found.tension[2]
+    assert row["tension_brachialis_N"] == pytest.approx(found.tension[2], rel=1e-14)
     for symbol, share in (("K", found.stiffness), ("B", found.viscosity)):
         for c in share.combinations:
             assert row[f"{symbol}_sum_{c.name}"] == c.value
