@@ -15,7 +15,15 @@ import numpy as np
 from armimpedance.analyses.results.estimates import Estimates
 from armimpedance.analyses.results.muscle_estimates import MuscleEstimates
 from armimpedance.analyses.sources import PathLike, naming, read_recording
-from armimpedance.arm import FREE, HELD, Arm, MuscularArm, arm_named
+from armimpedance.arm import (
+    FREE_WRIST,
+    HELD,
+    LOCKED_WRIST,
+    Arm,
+    MuscularArm,
+    arm_named,
+    joints_that_move,
+)
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import ArmImpedanceError, InputError
 from armimpedance.files import condition_of, read_results
@@ -41,6 +49,8 @@ Results = Sequence[ImpedanceEstimate] | PathLike
 Whose = Recording | Subject | PathLike
 #: Shoulder and elbow.
 PLANAR: Final = (0, 1)
+#: Joints of an arm in space.
+_IN_SPACE: Final = (LOCKED_WRIST, FREE_WRIST)
 #: Whether the upper arm was kept from turning about its own axis.
 Elbow = Literal["held", "free"]
 Made = TypeVar("Made")
@@ -242,7 +252,7 @@ def arm_of_whose(whose: Whose, joints: int = 2) -> Arm:
     ----------
     whose : Recording, Subject or path
     joints : int
-        Two links in a plane, or the four joints of an arm in space.
+        Two links in a plane; the four joints of an arm in space, or seven with a free wrist.
 
     Returns
     -------
@@ -255,11 +265,11 @@ def arm_of_whose(whose: Whose, joints: int = 2) -> Arm:
         other axes, or nobody knows arms of so many joints.
     """
     who = _who((), whose)
-    if joints == len(FREE):
+    if joints in _IN_SPACE:
         # one posture at a time, and no dynamics beside the weight
-        return cast(Arm, spatial_arm(who.subject, who.gravity_m_s2))
+        return cast(Arm, spatial_arm(who.subject, who.gravity_m_s2, joints))
     if joints != len(PLANAR):
-        expected = "2 or 4; in Python an arm of your own"
+        expected = "2, 4 or 7; in Python an arm of your own"
         raise InputError(f"a model of {joints} joints", expected=expected)
     return kinematic_arm(who.subject, who.gravity_m_s2)
 
@@ -283,12 +293,11 @@ def moving_joints(joints: int, recording: Whose, elbow: Elbow | None) -> tuple[i
     InputError
         The elbow of a planar arm is asked about.
     """
-    if joints != len(FREE):
+    if joints not in _IN_SPACE:
         if elbow is not None:
             raise InputError(f"the elbow of an arm of {joints} joints", expected="it in space only")
         return tuple(range(joints))
-    told = elbow or _elbow_of(recording)
-    return HELD if told == "held" else FREE
+    return joints_that_move(joints, elbow or _elbow_of(recording) or "free")
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from armimpedance.analyses.levels import Whose, arm_of_whose, moving_joints
 from armimpedance.analyses.sources import PathLike, naming
-from armimpedance.arm import FREE, MuscularArm, SpatialArm
+from armimpedance.arm import FREE_WRIST, LOCKED_WRIST, MuscularArm, SpatialArm
 from armimpedance.errors import InputError
 from armimpedance.files import read_joint_rows, read_results
 from armimpedance.muscles import (
@@ -267,7 +267,8 @@ def free_hand_rows(rows: Rows, recording: Whose) -> HandRows:
     Parameters
     ----------
     rows : Estimates, sequence of ImpedanceEstimate, path or paths
-        At the hand, in three axes, with four joint angles and activations.
+        At the hand, in three axes, with activations and four joint angles, or seven where the
+        wrist was free, too.
     recording : Recording, Subject or path
         Whose arm it is, and how gravity acts.
 
@@ -294,13 +295,9 @@ def free_hand_rows(rows: Rows, recording: Whose) -> HandRows:
         return rows
     if isinstance(rows, JointRows):
         raise InputError("rows of joints with a recording", expected="estimates of the hand")
-    if moving_joints(len(FREE), recording, None) != FREE:
+    if len(moving_joints(LOCKED_WRIST, recording, None)) < LOCKED_WRIST:
         expected = "it mapped: map hand.csv --recording session --to joint"
         raise InputError("a hand whose elbow was held", expected=expected)
-    arm = cast(SpatialArm, arm_of_whose(recording, len(FREE)))
-    if arm.gravity_m_s2 is None:
-        expected = "gravity_m_s2 of the recording, [0, 0, 0] where the arm's weight is borne"
-        raise InputError("an arm in space whose gravity is not told", expected=expected)
     given = [rows] if isinstance(rows, str | os.PathLike) else list(cast(Sequence[Any], rows))
     estimates: list[ImpedanceEstimate] = []
     for one in given:
@@ -309,6 +306,12 @@ def free_hand_rows(rows: Rows, recording: Whose) -> HandRows:
                 estimates += read_results(Path(one))
             else:
                 estimates.append(one)
+    first = next((e.joint_angles for e in estimates if e.joint_angles is not None), ())
+    joints = len(first) if len(first) in (LOCKED_WRIST, FREE_WRIST) else LOCKED_WRIST
+    arm = cast(SpatialArm, arm_of_whose(recording, joints))
+    if arm.gravity_m_s2 is None:
+        expected = "gravity_m_s2 of the recording, [0, 0, 0] where the arm's weight is borne"
+        raise InputError("an arm in space whose gravity is not told", expected=expected)
     return rows_of_hand(estimates, arm)
 
 

@@ -1,4 +1,9 @@
-from .anthropometry import WINTER as WINTER, SegmentRatios as SegmentRatios, arm_of as arm_of
+from .anthropometry import (
+    WINTER as WINTER,
+    SegmentRatios as SegmentRatios,
+    arm_of as arm_of,
+    hand_rod as hand_rod,
+)
 from .muscle_paths import MuscularArm as MuscularArm
 from .muscular_arms import arm_named as arm_named
 from .operational import (
@@ -12,7 +17,13 @@ from .polynomial_paths import (
     monomial_exponents as monomial_exponents,
 )
 from .protocol import Arm as Arm
+from .rods import FREE_WRIST as FREE_WRIST, LOCKED_WRIST as LOCKED_WRIST, Rod as Rod
 from .skeleton_model import skeleton_model as skeleton_model
 from .skeletons import body_skeleton as body_skeleton, elbow_skeleton as elbow_skeleton
-from .spatial_arm import FREE as FREE, HELD as HELD, SpatialArm as SpatialArm
+from .spatial_arm import (
+    FREE as FREE,
+    HELD as HELD,
+    SpatialArm as SpatialArm,
+    joints_that_move as joints_that_move,
+)
 from .two_link import TwoLinkArm as TwoLinkArm

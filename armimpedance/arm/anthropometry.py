@@ -22,6 +22,7 @@ from typing import Final, Literal
 
 import numpy as np
 
+from armimpedance.arm.rods import Rod
 from armimpedance.arm.two_link import TwoLinkArm
 from armimpedance.errors import InputError
 from armimpedance.records import Subject
@@ -191,6 +192,36 @@ def arm_of(subject: Subject, *, table: Table = "winter", sex: Sex = "male") -> T
         sex=sex,
         upper_arm_m=subject.upper_arm_m,
         forearm_hand_m=subject.forearm_hand_m,
+    )
+
+
+def hand_rod(links: TwoLinkArm, *, table: Table = "winter", sex: Sex = "male") -> Rod:
+    """The hand beyond a free wrist, as a part of forearm and hand.
+
+    Parameters
+    ----------
+    links : TwoLinkArm
+        As `two_link_arm` makes it; forearm and hand keep their proportion.
+    table : {"winter", "de_leva"}
+    sex : {"male", "female"}
+        Winter does not distinguish.
+
+    Returns
+    -------
+    Rod
+        Its length is from the wrist to the grip's centre. Winter has no radius of gyration about
+        the long axis: that of de Leva stands in.
+    """
+    ratios, long = arm_ratios(table, sex), DE_LEVA[sex].hand
+    unit = links.forearm_hand_m / ratios.forearm_hand_length
+    share = ratios.hand.mass / (ratios.forearm.mass + ratios.hand.mass)
+    length, kg = unit * ratios.hand.length, share * links.forearm_hand_kg
+    return Rod(
+        length_m=ratios.grip * length,
+        kg=kg,
+        com_m=ratios.hand.com * length,
+        across_kgm2=kg * (ratios.hand.gyration * length) ** 2,
+        along_kgm2=kg * ((long.gyration_long or 0.0) * unit * long.length) ** 2,
     )
 
 

@@ -1,4 +1,4 @@
-"""Arms whose muscles are known: two that come with the package, and any lab's table.
+"""Arms whose muscles are known: four that come with the package, and any lab's table.
 
 What an arm says of maximum tensions matters for one thing only: how static optimisation shares a
 torque among muscles that could all make it. What one joint stiffness says of the muscles' does not
@@ -7,17 +7,17 @@ depend on it, the curvature term aside.
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from importlib.resources import files
 from pathlib import Path
-from typing import Final
+from typing import Final, cast
 
 import numpy as np
 
 from armimpedance.arm.muscle_paths import STIFFNESS_PER_TENSION, MuscularArm
+from armimpedance.arm.path_tables import PathTable, path_table, with_joints_locked
 from armimpedance.arm.polynomial_paths import PolynomialPaths, constant_paths
+from armimpedance.arm.rods import LOCKED_WRIST
 from armimpedance.arm.table_paths_csv import read_moment_arm_table
 from armimpedance.conventions import MUSCLE_SIGNS, MUSCLES
 from armimpedance.errors import InputError
@@ -41,6 +41,16 @@ PLANAR6_TENSION_N: Final = 800.0
 PLANAR6_RANGE_DEG: Final = ((15.0, 105.0), (45.0, 135.0))
 #: Where arm26's polynomials were fitted.
 ARM26_RANGE_DEG: Final = ((0.0, 90.0), (30.0, 120.0))
+#: Where those of myoarm7 were fitted, with the humerus turned inwards by -1 to 1 rad (q_1 + q_3).
+MYOARM_RANGE_RAD: Final = (
+    (-1.5, 0.3),
+    (0.4, 1.6),
+    (-0.5, 1.7),
+    (0.5, 2.1),
+    (-1.0, 1.0),
+    (-0.4, 0.2),
+    (-0.6, 0.6),
+)
 
 
 @dataclass(frozen=True)
@@ -81,22 +91,12 @@ def arm26() -> MuscularArm:
     Credit: The OpenSim Development Team (Reinbolt, Seth, Habib, Hamner), adapted from Holzbaur,
     Murray and Delp 2005 (Ann Biomed Eng 33:829-840), CC BY 3.0; the file has all of it.
     """
-    with (files("armimpedance.arm") / "muscles" / "arm26.csv").open(encoding="utf-8") as stream:
-        terms = list(csv.DictReader(line for line in stream if not line.startswith("#")))
-    muscles = tuple(dict.fromkeys(term["muscle"] for term in terms))
-    powers = sorted({(int(t["shoulder_power"]), int(t["elbow_power"])) for t in terms})
-    coefficients = np.zeros((len(muscles), len(powers)))
-    tension = np.zeros(len(muscles))
-    for term in terms:
-        row = muscles.index(term["muscle"])
-        column = powers.index((int(term["shoulder_power"]), int(term["elbow_power"])))
-        coefficients[row, column] = float(term["length_m"])
-        tension[row] = float(term["max_tension_N"])
     box = np.deg2rad(ARM26_RANGE_DEG)
+    table = path_table("arm26", ("shoulder", "elbow"), box)
     return MuscularArm(
         name="arm26",
-        paths=PolynomialPaths(muscles, np.array(powers), coefficients, box),
-        max_tension=tension,
+        paths=table.paths,
+        max_tension=table.max_tension,
         stiffness_per_tension=STIFFNESS_PER_TENSION,
         angle_range=box,
         source="OpenSim arm26 (CC BY 3.0, sagittal plane, no single-joint shoulder muscle); "
@@ -105,12 +105,53 @@ def arm26() -> MuscularArm:
     )
 
 
+def _myoarm_table() -> PathTable:
+    """The table behind `myoarm7`: paths, maximum tensions and fibres of 32 muscles."""
+    radians = np.tile([-1.0, 1.0], (len(MYOARM_RANGE_RAD), 1))
+    return path_table("myoarm", tuple(f"q_{j}" for j in range(1, 8)), radians)
+
+
+def myoarm7() -> MuscularArm:
+    """MyoSuite's right arm in space with a free wrist: 32 muscles over the seven angles.
+
+    Moment arms are of order 2, fitted to the model's over `MYOARM_RANGE_RAD` with the humerus
+    turned inwards by -1 to 1 rad, 1.5 mm off (rms; the arms themselves 19 mm). Least like the model
+    is TRIlong at the shoulder, 7 mm of 23, where its path comes off the bone. The girdle moves with
+    the upper arm as the model has it; muscles of the fingers are left out, so that a grip stiffens
+    no wrist. Stiffness per tension is not part of the model; it is taken from Selen et al. 2009.
+
+    Credit: myo-sim of the MyoSuite authors (Apache 2.0), geometry after Saul et al. 2015 (Comput
+    Methods Biomech Biomed Engin 18:1445) and Holzbaur et al. 2005; the file has all of it.
+    """
+    table = _myoarm_table()
+    return MuscularArm(
+        name="myoarm7",
+        paths=table.paths,
+        max_tension=table.max_tension,
+        stiffness_per_tension=STIFFNESS_PER_TENSION,
+        angle_range=np.array(MYOARM_RANGE_RAD),
+        source="MyoSuite's arm (Apache 2.0) after Saul et al. 2015, moment arms of order 2; "
+        "stiffness per tension after Selen et al. 2009",
+    )
+
+
+def myoarm4() -> MuscularArm:
+    """The arm of `myoarm7` with its wrist locked at zero angles: 30 muscles, four angles."""
+    whole = myoarm7()
+    paths = with_joints_locked(cast(PolynomialPaths, whole.paths), LOCKED_WRIST)
+    stays = np.isin(whole.paths.muscles, paths.muscles)
+    tension, box = whole.max_tension[stays], whole.angle_range[:LOCKED_WRIST]
+    return replace(whole, name="myoarm4", paths=paths, max_tension=tension, angle_range=box)
+
+
 #: The arms that come with the package.
 ARMS: Final = {
     arm.name: arm
     for arm in (
         BuiltInArm("planar6", "horizontal, six muscles, constant moment arms", planar6),
         BuiltInArm("arm26", "OpenSim's, sagittal, moment arms of order 2", arm26),
+        BuiltInArm("myoarm4", "MyoSuite's, in space, wrist locked, order 2", myoarm4),
+        BuiltInArm("myoarm7", "MyoSuite's, in space, wrist free, order 2", myoarm7),
     )
 }
 
@@ -121,7 +162,8 @@ def arm_named(name_or_path: MuscularArm | str | Path) -> MuscularArm:
     Parameters
     ----------
     name_or_path : str or path
-        "planar6", "arm26", or the path of a table of moment arms. An arm is returned as it is.
+        "planar6", "arm26", "myoarm4", "myoarm7", or the path of a table of moment arms. An arm is
+        returned as it is.
 
     Returns
     -------

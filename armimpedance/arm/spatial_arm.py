@@ -1,29 +1,45 @@
-"""The arm in space as two links: three hinges in the shoulder, one in the elbow, the wrist locked.
+"""The arm in space: three hinges in the shoulder, one in the elbow, and three more of a free wrist.
 
 Frame of a right arm: origin at the shoulder, x to the subject's right, y forward, z up. At zero
-angles the arm hangs. The hinges turn about the vertical (positive to the left), then forward and up
-(elevation), then about the upper arm's own axis (axial); the elbow bends forward. The swivel is the
-turn of the elbow about the line from shoulder to hand: zero with the elbow lowest, positive where
-it moves to the right.
+angles the arm hangs, the palm to the left. The hinges turn about the vertical (positive to the
+left), then forward and up (elevation), then about the upper arm's own axis (axial); the elbow bends
+forward. With the wrist locked these four are all. With a free one the forearm pronates, the hand
+deviates to the thumb's side, and then it flexes. The swivel is the turn of the elbow about the line
+from shoulder to hand: zero with the elbow lowest, positive where it moves to the right.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Final
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from armimpedance.arm.anthropometry import DE_LEVA
+from armimpedance.arm.rods import (
+    FREE_WRIST,
+    LOCKED_WRIST,
+    MOVED_BY,
+    Places,
+    Rod,
+    first_derivative,
+    parted,
+    places,
+    second_derivative,
+)
 from armimpedance.arm.two_link import TwoLinkArm
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError, NotIdentifiableError
 from armimpedance.records import ArmPosture
 
-#: All joints, and those that move where the upper arm is kept from turning about its own axis.
+#: The joints of a locked wrist, and those that move where the upper arm is kept from turning about
+#: its own axis.
 FREE: Final = (0, 1, 2, 3)
 HELD: Final = (0, 1, 3)
+#: The joint that turns the upper arm about its own axis.
+_AXIAL: Final = 2
 #: Sine of an angle below which the directions that it separates count as one.
 _SMALLEST_SINE: Final = 1e-3
 
@@ -35,62 +51,78 @@ class SpatialArm:
     Attributes
     ----------
     links : TwoLinkArm
-        Lengths, masses, centres, moments of inertia across the long axes.
+        Lengths, masses, centres, moments of inertia across the long axes; forearm and hand are one.
     gravity_m_s2 : (x, y, z) or None
         None: not known.
+    hand : Rod, optional
+        What moves beyond a free wrist, a part of the second link. Without it the wrist is locked.
     """
 
     links: TwoLinkArm
     gravity_m_s2: tuple[float, float, float] | None = None
+    hand: Rod | None = None
 
-    joints, axes = len(FREE), 3
+    axes = 3
+
+    @property
+    def joints(self) -> int:
+        """Number n of joints: 4, or 7 with a free wrist."""
+        return LOCKED_WRIST if self.hand is None else FREE_WRIST
+
+    @cached_property
+    def rods(self) -> tuple[Rod, ...]:
+        """Upper arm and forearm with hand; with a free wrist upper arm, forearm and hand."""
+        links, ratios = self.links, DE_LEVA["male"]
+        long = (ratios.upper_arm.gyration_long or 0.0, ratios.forearm.gyration_long or 0.0)
+        upper = Rod(
+            links.upper_arm_m,
+            links.upper_arm_kg,
+            links.upper_arm_com_m,
+            links.upper_arm_inertia_kgm2,
+            links.upper_arm_kg * (long[0] * links.upper_arm_m) ** 2,
+        )
+        lower = Rod(
+            links.forearm_hand_m,
+            links.forearm_hand_kg,
+            links.forearm_hand_com_m,
+            links.forearm_hand_inertia_kgm2,
+            links.forearm_hand_kg * (long[1] * links.forearm_hand_m) ** 2,
+        )
+        return (upper, lower) if self.hand is None else (upper, *parted(lower, self.hand))
 
     def hand_position(self, q: ArrayLike) -> FloatArray:
-        """Hand from the shoulder, m, (3,), at the four angles."""
-        _, u, v = _axes(_checked(q))
-        return np.asarray(-self.links.upper_arm_m * u - self.links.forearm_hand_m * v)
+        """Hand from the shoulder, m, (3,), at all angles (n,)."""
+        return self._places(q).ends[-1]
 
     def jacobian(self, q: ArrayLike) -> FloatArray:
-        """``J = dp/dq`` of all joints, (3, 4)."""
-        A, elbow, hand = self._places(q)
-        return _first(A, elbow, hand)
+        """``J = dp/dq`` of all joints, (3, n)."""
+        now = self._places(q)
+        return first_derivative(now, now.ends[-1])
 
     def jacobian_derivative(self, q: ArrayLike) -> FloatArray:
-        """``[k, i, j] = d2 p_k / dq_i dq_j``, (3, 4, 4)."""
-        A, elbow, hand = self._places(q)
-        return _second(A, _first(A, elbow, hand))
+        """``[k, i, j] = d2 p_k / dq_i dq_j``, (3, n, n)."""
+        now = self._places(q)
+        return second_derivative(now.axes, first_derivative(now, now.ends[-1]))
 
     def gravity_gradient(self, q: ArrayLike) -> FloatArray:
-        """``[i, j] = dg_i / dq_j``, N m/rad, (4, 4); zero where gravity is not known."""
+        """``[i, j] = dg_i / dq_j``, N m/rad, (n, n); zero where gravity is not known."""
         if self.gravity_m_s2 is None:
-            return np.zeros((4, 4))
-        A, u, v = _axes(_checked(q))
-        return self._weight(A, self._parts(u, v), -self.links.upper_arm_m * u)[1]
+            return np.zeros((self.joints, self.joints))
+        return self._weight(self._places(q))[1]
 
-    def _places(self, q: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """The hinges' axes (3, 4), the elbow's and the hand's place (3,)."""
-        A, u, v = _axes(_checked(q))
-        elbow = -self.links.upper_arm_m * u
-        return A, elbow, elbow - self.links.forearm_hand_m * v
+    def _places(self, q: ArrayLike) -> Places:
+        """Where everything is at these angles."""
+        return places(self.rods, _checked(q, self.joints))
 
-    def _parts(self, u: FloatArray, v: FloatArray) -> tuple[tuple[float, FloatArray], ...]:
-        """Mass and centre (3,) of both links."""
-        links, elbow = self.links, -self.links.upper_arm_m * u
-        return (
-            (links.upper_arm_kg, -links.upper_arm_com_m * u),
-            (links.forearm_hand_kg, elbow - links.forearm_hand_com_m * v),
-        )
-
-    def _weight(
-        self, A: FloatArray, parts: tuple[tuple[float, FloatArray], ...], elbow: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
-        """The weight's torque (4,) and its gradient (4, 4)."""
-        gravity, weight, gradient = np.array(self.gravity_m_s2), np.zeros(4), np.zeros((4, 4))
-        for (kg, centre), last in zip(parts, (3, 4), strict=True):
-            Jc = _first(A, elbow, centre, last)
+    def _weight(self, now: Places) -> tuple[FloatArray, FloatArray]:
+        """The weight's torque (n,) and its gradient (n, n)."""
+        n, gravity = self.joints, np.array(self.gravity_m_s2)
+        weight, gradient = np.zeros(n), np.zeros((n, n))
+        for rod, centre, last in zip(self.rods, now.centres, MOVED_BY[n], strict=True):
+            Jc = first_derivative(now, centre, last)
             # V = -m gravity . c: g (n,) = -m J_c^T gravity, dg/dq (n, n) = -m gravity . d2c
-            weight -= kg * Jc.T @ gravity
-            gradient -= kg * np.einsum("k,kij->ij", gravity, _second(A, Jc))
+            weight -= rod.kg * Jc.T @ gravity
+            gradient -= rod.kg * np.einsum("k,kij->ij", gravity, second_derivative(now.axes, Jc))
         return weight, gradient
 
     def joint_angles(self, hand: ArrayLike, swivel_rad: float) -> FloatArray:
@@ -99,10 +131,13 @@ class SpatialArm:
         Raises
         ------
         InputError
-            The hand is out of reach, straight above or below the shoulder, or not in space.
+            The hand is out of reach, straight above or below the shoulder, or not in space; or the
+            wrist is free.
         NotIdentifiableError
             The upper arm is vertical: turn and axial angle are then one.
         """
+        if self.hand is not None:
+            raise InputError("an arm with a free wrist", expected="its seven angles measured")
         p = np.asarray(hand, dtype=float)
         l1, l2 = self.links.upper_arm_m, self.links.forearm_hand_m
         r = float(np.linalg.norm(p))
@@ -122,15 +157,15 @@ class SpatialArm:
         elbow = along * n + np.sqrt(l1**2 - along**2) * out
         return _angles(-elbow / l1, (elbow - p) / l2)
 
-    def posture(self, q: ArrayLike, moving: tuple[int, ...] = FREE) -> ArmPosture:
+    def posture(self, q: ArrayLike, moving: tuple[int, ...] | None = None) -> ArmPosture:
         """Everything at one posture, of the joints that move.
 
         Parameters
         ----------
-        q : (4,)
+        q : (n,)
             All angles, rad.
-        moving : tuple of int
-            `HELD` where the upper arm is kept from turning about its own axis.
+        moving : tuple of int, optional
+            `HELD` where the upper arm is kept from turning about its own axis; default: all.
 
         Returns
         -------
@@ -140,69 +175,52 @@ class SpatialArm:
         Raises
         ------
         InputError
-            Not four finite angles.
+            Not as many finite angles as joints.
         """
-        q = _checked(q)
-        A, u, v = _axes(q)
-        links, r = self.links, list(moving)
-        elbow = -links.upper_arm_m * u
-        J = _first(A, elbow, elbow - links.forearm_hand_m * v)
-        bend, parts = _second(A, J), self._parts(u, v)
+        now, r = self._places(q), list(range(self.joints) if moving is None else moving)
+        J = first_derivative(now, now.ends[-1])
         weight = gradient = None
         if self.gravity_m_s2 is not None:
-            weight, gradient = self._weight(A, parts, elbow)
+            weight, gradient = self._weight(now)
             weight, gradient = weight[r], gradient[np.ix_(r, r)]
         return ArmPosture(
-            joint_angles=q[r],
-            hand_position=elbow - links.forearm_hand_m * v,
+            joint_angles=np.asarray(q, dtype=float)[r],
+            hand_position=now.ends[-1],
             jacobian=J[:, r],
-            jacobian_derivative=bend[:, r][:, :, r],
-            inertia=self._inertia(A, (u, v), parts)[np.ix_(r, r)],
+            jacobian_derivative=second_derivative(now.axes, J)[:, r][:, :, r],
+            inertia=self._inertia(now)[np.ix_(r, r)],
             gravity_torque=weight,
             gravity_gradient=gradient,
         )
 
-    def _inertia(
-        self,
-        A: FloatArray,
-        long: tuple[FloatArray, FloatArray],
-        parts: tuple[tuple[float, FloatArray], ...],
-    ) -> FloatArray:
-        """Joint-space inertia M(q), (4, 4): links round about their long axes."""
-        links, ratios = self.links, DE_LEVA["male"]
-        across = (links.upper_arm_inertia_kgm2, links.forearm_hand_inertia_kgm2)
-        thin = (ratios.upper_arm.gyration_long, ratios.forearm.gyration_long)
-        lengths = (links.upper_arm_m, links.forearm_hand_m)
-        M, elbow = np.zeros((4, 4)), -links.upper_arm_m * long[0]
-        for i, (kg, centre) in enumerate(parts):
-            Jc = _first(A, elbow, centre, 3 + i)
-            Jw = np.where(np.arange(4) < 3 + i, A, 0.0)
-            about = long[i] @ Jw
-            round_kgm2 = kg * ((thin[i] or 0.0) * lengths[i]) ** 2
-            # M (4, 4) += m J_c^T J_c + J_w^T (across I + (along - across) l l^T) J_w
-            M += kg * Jc.T @ Jc + across[i] * Jw.T @ Jw
-            M += (round_kgm2 - across[i]) * np.outer(about, about)
+    def _inertia(self, now: Places) -> FloatArray:
+        """Joint-space inertia M(q), (n, n): links round about their long axes."""
+        n = self.joints
+        M = np.zeros((n, n))
+        parts = zip(self.rods, now.long, now.centres, MOVED_BY[n], strict=True)
+        for rod, up, centre, last in parts:
+            Jc = first_derivative(now, centre, last)
+            Jw = np.where(np.arange(n) < last, now.axes, 0.0)
+            about = up @ Jw
+            # M (n, n) += m J_c^T J_c + J_w^T (across I + (along - across) l l^T) J_w
+            M += rod.kg * Jc.T @ Jc + rod.across_kgm2 * Jw.T @ Jw
+            M += (rod.along_kgm2 - rod.across_kgm2) * np.outer(about, about)
         return M
 
 
-def _checked(q: ArrayLike) -> FloatArray:
+def joints_that_move(joints: int, elbow: str) -> tuple[int, ...]:
+    """The joints of an arm in space that move: without the axial one where the elbow is "held"."""
+    return tuple(j for j in range(joints) if elbow != "held" or j != _AXIAL)
+
+
+def _checked(q: ArrayLike, joints: int) -> FloatArray:
     angles = np.asarray(q, dtype=float)
-    if angles.shape != (4,) or not np.isfinite(angles).all():
+    if angles.shape != (joints,) or not np.isfinite(angles).all():
         raise InputError(
-            f"joint angles of shape {angles.shape}", expected="four finite ones of an arm in space"
+            f"joint angles of shape {angles.shape}",
+            expected=f"{joints} finite ones of an arm in space",
         )
     return angles
-
-
-def _axes(q: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """The hinges' axes (3, 4), and unit vectors (3,) from elbow to shoulder and hand to elbow."""
-    (c1, c2, c3, c4), (s1, s2, s3, s4) = np.cos(q), np.sin(q)
-    # columns: Rz(q1) Rx(q2)
-    tilted = np.array([[c1, -s1 * c2, s1 * s2], [s1, c1 * c2, -c1 * s2], [0.0, s2, c2]])
-    bend, u = c3 * tilted[:, 0] + s3 * tilted[:, 1], tilted[:, 2]
-    front = -s3 * tilted[:, 0] + c3 * tilted[:, 1]
-    axes = np.column_stack([[0.0, 0.0, 1.0], tilted[:, 0], u, bend])
-    return axes, u, c4 * u - s4 * front
 
 
 def _angles(u: FloatArray, v: FloatArray) -> FloatArray:
@@ -219,34 +237,3 @@ def _angles(u: FloatArray, v: FloatArray) -> FloatArray:
     y = np.cross(u, x)
     front = (c4 * u - v) / s4
     return np.array([q1, q2, np.arctan2(-front @ x, front @ y), np.arctan2(s4, c4)])
-
-
-def _first(A: FloatArray, elbow: FloatArray, point: FloatArray, last: int = 4) -> FloatArray:
-    """First derivatives (3, 4) of a point that the first `last` joints move.
-
-    ``dp/dq_i = a_i x (p - o_i)``.
-    """
-    arm = np.empty((3, 4))
-    arm[:, :3], arm[:, 3] = point[:, None], point - elbow
-    J = _cross(A, arm)
-    J[:, last:] = 0.0
-    return J
-
-
-def _second(A: FloatArray, J: FloatArray) -> FloatArray:
-    """Second derivatives (3, 4, 4) of a point from the first ones.
-
-    ``d2p/dq_i dq_j = a_i x (a_j x (p - o_j))`` for i nearer to the trunk than j.
-    """
-    bend = _cross(A[:, :, None], J[:, None, :])
-    return np.where(_OUTWARDS, bend, bend.transpose(0, 2, 1))
-
-
-#: Joints i, j of which i is the nearer to the trunk, or the same.
-_OUTWARDS: Final = np.triu(np.ones((4, 4), dtype=bool))
-
-
-def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Cross products along the first axis; `np.cross` takes most of a live update's time."""
-    (x, y, z), (X, Y, Z) = a, b
-    return np.stack([y * Z - z * Y, z * X - x * Z, x * Y - y * X])

@@ -8,13 +8,15 @@ from typing import Final, Literal
 
 import numpy as np
 
-from armimpedance.arm import FREE, HELD, SpatialArm
+from armimpedance.arm import FREE_WRIST, LOCKED_WRIST, SpatialArm, hand_rod, joints_that_move
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
 from armimpedance.levels.posture import kinematic_arm
 from armimpedance.records import ArmPosture, ImpedanceEstimate, Subject
 
 _IN_SPACE: Final = 3
+#: Numbers of joints of an arm in space: wrist locked, wrist free.
+WRISTS: Final = (LOCKED_WRIST, FREE_WRIST)
 
 
 def is_in_space(estimate: ImpedanceEstimate) -> bool:
@@ -27,11 +29,11 @@ def is_in_space(estimate: ImpedanceEstimate) -> bool:
     Returns
     -------
     bool
-        Of the hand by its three axes, of the joints by its four angles.
+        Of the hand by its three axes, of the joints by its four angles, or seven.
     """
     if estimate.level == "hand":
         return estimate.k == _IN_SPACE
-    return estimate.joint_angles is not None and len(estimate.joint_angles) == len(FREE)
+    return estimate.joint_angles is not None and len(estimate.joint_angles) in WRISTS
 
 
 def spatial_posture_for(
@@ -42,10 +44,10 @@ def spatial_posture_for(
     gravity_m_s2: Sequence[float] | None = None,
     swivel_rad: float | None = None,
 ) -> tuple[ArmPosture, FloatArray, str]:
-    """The posture, all four angles (4,), and one sentence that says where they come from.
+    """The posture, all angles (n,), and one sentence that says where they come from.
 
-    Measured joint angles if the estimate has them; else inverse kinematics from the hand's place,
-    the shoulder's and the swivel.
+    Measured joint angles if the estimate has them, seven where the wrist is free; else inverse
+    kinematics from the hand's place, the shoulder's and the swivel.
 
     Parameters
     ----------
@@ -61,8 +63,9 @@ def spatial_posture_for(
     Returns
     -------
     posture : ArmPosture
-        Of three joints (turn, elevation, elbow) or four (the axial one third).
-    q : (4,)
+        Of three joints (turn, elevation, elbow), of four (the axial one third), or of these and
+        the three of a free wrist.
+    q : (n,)
     source : str
 
     Raises
@@ -73,14 +76,19 @@ def spatial_posture_for(
     NotIdentifiableError
         Singular posture.
     """
-    arm = spatial_arm(subject, gravity_m_s2)
+    measured = estimate.joint_angles
+    arm = spatial_arm(subject, gravity_m_s2, LOCKED_WRIST if measured is None else len(measured))
     weightless = subject is None or not subject.mass_kg
     q, source = _angles(estimate, arm, swivel_rad)
-    posture = arm.posture(q, HELD if elbow == "held" else FREE)
+    posture = arm.posture(q, joints_that_move(arm.joints, elbow))
     return (replace(posture, inertia=None) if weightless else posture), q, source
 
 
-def spatial_arm(subject: Subject | None, gravity_m_s2: Sequence[float] | None = None) -> SpatialArm:
+def spatial_arm(
+    subject: Subject | None,
+    gravity_m_s2: Sequence[float] | None = None,
+    joints: int = LOCKED_WRIST,
+) -> SpatialArm:
     """The arm in space of a subject, whose body mass need not be known where no gravity acts.
 
     Parameters
@@ -88,6 +96,8 @@ def spatial_arm(subject: Subject | None, gravity_m_s2: Sequence[float] | None = 
     subject : Subject or None
     gravity_m_s2 : (3,), optional
         Along the hand's axes; without, what the arm's weight adds is left out.
+    joints : int
+        4, or 7 with a free wrist.
 
     Returns
     -------
@@ -96,8 +106,14 @@ def spatial_arm(subject: Subject | None, gravity_m_s2: Sequence[float] | None = 
     Raises
     ------
     InputError
-        No subject, one without lengths and height, or gravity of other axes or on an unknown mass.
+        No subject, one without lengths and height, gravity of other axes or on an unknown mass, or
+        another number of joints.
     """
+    if joints not in WRISTS:
+        raise InputError(
+            f"{joints} joint angles of an arm in space",
+            expected="four with the wrist locked, seven with it free",
+        )
     if gravity_m_s2 is not None and len(gravity_m_s2) != _IN_SPACE:
         raise InputError(f"gravity of {len(gravity_m_s2)} axes", expected="3, as the arm in space")
     links = kinematic_arm(subject)
@@ -109,7 +125,8 @@ def spatial_arm(subject: Subject | None, gravity_m_s2: Sequence[float] | None = 
             expected="the subject's mass: the arm's weight is a part of the hand's stiffness",
         )
     gravity = None if gravity_m_s2 is None else tuple(float(part) for part in gravity_m_s2)
-    return SpatialArm(links, gravity)  # type: ignore[arg-type]
+    hand = hand_rod(links) if joints == FREE_WRIST else None
+    return SpatialArm(links, gravity, hand)  # type: ignore[arg-type]
 
 
 def _angles(

@@ -18,7 +18,7 @@ from armimpedance.records import ImpedanceEstimate
 
 
 def rows_of_hand(estimates: Sequence[ImpedanceEstimate], arm: SpatialArm) -> HandRows:
-    """K of the hand with its standard errors, one row per estimate; four joints are free.
+    """K of the hand with its standard errors, one row per estimate; all joints are free.
 
     The torque that the muscles bear is the hand force's and, where the arm knows gravity, the
     weight's. Activations are taken with their standard errors where all estimates have them.
@@ -26,7 +26,7 @@ def rows_of_hand(estimates: Sequence[ImpedanceEstimate], arm: SpatialArm) -> Han
     Parameters
     ----------
     estimates : sequence of ImpedanceEstimate
-        Of the hand in three axes, each with four joint angles and activations.
+        Of the hand in three axes, each with all angles of the arm and activations.
     arm : SpatialArm
 
     Returns
@@ -42,7 +42,7 @@ def rows_of_hand(estimates: Sequence[ImpedanceEstimate], arm: SpatialArm) -> Han
     if not estimates:
         raise InputError("no estimates", expected="one or more of level hand")
     for estimate in estimates:
-        _check(estimate)
+        _check(estimate, arm)
     q = np.array([e.joint_angles for e in estimates])
     force = np.array([np.zeros(arm.axes) if e.force is None else e.force for e in estimates])
     postures = [arm.posture(angles) for angles in q]
@@ -62,13 +62,13 @@ def rows_of_hand(estimates: Sequence[ImpedanceEstimate], arm: SpatialArm) -> Han
     )
 
 
-def _check(estimate: ImpedanceEstimate) -> None:
+def _check(estimate: ImpedanceEstimate, arm: SpatialArm) -> None:
     name = group_name(estimate.keys)
-    if estimate.level != "hand" or estimate.k != SpatialArm.axes:
+    if estimate.level != "hand" or estimate.k != arm.axes:
         problem = f"{name}: an estimate at the {estimate.level} level of {estimate.k} axes"
         raise InputError(problem, expected="level hand, three axes")
-    if estimate.joint_angles is None or len(estimate.joint_angles) != SpatialArm.joints:
-        expected = "q_1_rad to q_4_rad: four measured angles"
+    if estimate.joint_angles is None or len(estimate.joint_angles) != arm.joints:
+        expected = f"q_1_rad to q_{arm.joints}_rad: {arm.joints} measured angles"
         raise InputError(f"{name}: no joint angles", expected=expected)
     if estimate.activation is None:
         raise InputError(f"{name}: no activation", expected="columns alpha_1, alpha_2, …")

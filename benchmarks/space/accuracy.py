@@ -32,6 +32,17 @@ CASES: Final[dict[str, tuple[float, dict[str, Any]]]] = {
     "free-5": (0.05, {"elbow": "free"}),
     "free-5-designed": (0.05, {"elbow": "free", "disturbance": "designed"}),
     "free-5-plateau": (0.05, {"elbow": "free", "disturbance": "plateau", "duration_s": 0.5}),
+    "wrist-12-elbow-held": (0.12, {"wrist": "free"}),
+    "wrist-12": (0.12, {"wrist": "free", "elbow": "free"}),
+    "wrist-5": (0.05, {"wrist": "free", "elbow": "free"}),
+    "wrist-12-plateau": (
+        0.12,
+        {"wrist": "free", "elbow": "free", "disturbance": "plateau", "duration_s": 0.5},
+    ),
+    "wrist-5-plateau": (
+        0.05,
+        {"wrist": "free", "elbow": "free", "disturbance": "plateau", "duration_s": 0.5},
+    ),
 }
 
 

@@ -1,9 +1,11 @@
-"""The spatial arm: shoulder of three hinges, elbow of one, wrist locked; its rigid dynamics.
+"""The spatial arm: three hinges in the shoulder, one in the elbow, three in a free wrist; dynamics.
 
 Frame as everywhere for a right arm: origin at the shoulder, x to the subject's right, y forward, z
-up. At zero angles the arm hangs. The hinges turn about the vertical (positive to the left), then
-forward and up (elevation), then about the upper arm's own axis, whose turning is the swivel of the
-elbow about the line from shoulder to hand as far as the hand stays; the elbow bends forward.
+up. At zero angles the arm hangs, the palm to the left. The hinges turn about the vertical (positive
+to the left), then forward and up (elevation), then about the upper arm's own axis, whose turning is
+the swivel of the elbow about the line from shoulder to hand as far as the hand stays; the elbow
+bends forward. The wrist is locked, or the forearm pronates, the hand deviates to the thumb's side
+and then flexes.
 """
 
 from __future__ import annotations
@@ -18,12 +20,27 @@ from armimpedance.skeleton import Hinge, MarkerSite, Segment, Skeleton
 from manipulandum_sim.hand import SimulatedSubject
 from manipulandum_sim.tree_dynamics import GRAVITY
 
-_X: Final = np.array([1.0, 0.0, 0.0])
-_Z: Final = np.array([0.0, 0.0, 1.0])
-#: Radius of gyration about a segment's long axis, parts of its length (de Leva 1996, men).
+_X, _Y, _Z = np.eye(3)
+#: Radius of gyration about a segment's long axis, parts of its length (de Leva 1996, men); the
+#: hand's is of its length to the knuckles.
 LONG_GYRATION: Final = (0.158, 0.121)
+HAND_LONG_GYRATION: Final = 0.401
+#: The hand after Winter (see `SimulatedSubject`): parts of the body's mass, of its height, of the
+#: hand's length to the finger tip; the grip's centre is halfway. Knuckles: de Leva 1996.
+HAND_MASS: Final = 0.006
+HAND_LENGTH: Final = 0.108
+HAND_COM: Final = 0.506
+HAND_GYRATION: Final = 0.297
+KNUCKLES: Final = 0.0495
+FOREARM_MASS: Final = 0.016
+FOREARM_COM: Final = 0.430
+FOREARM_GYRATION: Final = 0.303
 #: The joint that turns the upper arm about its own axis.
 AXIAL: Final = 2
+#: Joints of an arm whose wrist is locked.
+FOUR: Final = 4
+#: The rod that each joint turns first.
+_TURNS: Final = (0, 0, 0, 1, 1, 2, 2)
 
 
 class Dynamics(NamedTuple):
@@ -43,15 +60,16 @@ class Dynamics(NamedTuple):
 
 @dataclass(frozen=True)
 class SpaceArm:
-    """A subject's arm in space: two rods that are round about their long axes.
+    """A subject's arm in space: rods that are round about their long axes.
 
     Attributes
     ----------
-    lengths : (2,)
-        Shoulder to elbow, elbow to the grip's centre, m.
-    masses, centres : (2,)
+    lengths : (r,)
+        Shoulder to elbow, elbow to the grip's centre; with a free wrist elbow to wrist, wrist to
+        grip. m.
+    masses, centres : (r,)
         kg; centre of mass from the upper end, m.
-    across, along : (2,)
+    across, along : (r,)
         Moments of inertia about the centre of mass, kg m^2: across the long axis and along it.
     """
 
@@ -62,8 +80,10 @@ class SpaceArm:
     along: FloatArray
 
     @classmethod
-    def of(cls, subject: SimulatedSubject) -> SpaceArm:
+    def of(cls, subject: SimulatedSubject, free_wrist: bool = False) -> SpaceArm:
         """The arm of a subject: the planar subjects' lengths, masses and inertias."""
+        if free_wrist:
+            return cls._with_hand(subject)
         parts = (subject.upper_arm, subject.forearm_hand)
         lengths = np.array([subject.upper_arm_m, subject.forearm_hand_m])
         masses = np.array([part.mass for part in parts])
@@ -75,103 +95,137 @@ class SpaceArm:
             masses * (np.array(LONG_GYRATION) * lengths) ** 2,
         )
 
+    @classmethod
+    def _with_hand(cls, subject: SimulatedSubject) -> SpaceArm:
+        upper, hand = subject.upper_arm, HAND_LENGTH * subject.height_m
+        grip = hand / 2
+        forearm = subject.forearm_hand_m - grip
+        masses = np.array([upper.mass, *(subject.mass_kg * np.array([FOREARM_MASS, HAND_MASS]))])
+        lengths = np.array([subject.upper_arm_m, forearm, grip])
+        spans = np.array([FOREARM_GYRATION * forearm, HAND_GYRATION * hand])
+        thin = (*(LONG_GYRATION * lengths[:2]), HAND_LONG_GYRATION * KNUCKLES * subject.height_m)
+        return cls(
+            lengths,
+            masses,
+            np.array([upper.com, FOREARM_COM * forearm, HAND_COM * hand]),
+            np.array([upper.inertia, *(masses[1:] * spans**2)]),
+            masses * np.array(thin) ** 2,
+        )
+
     @property
     def joints(self) -> int:
         """Number n of joints."""
-        return 4
+        return FOUR if len(self.lengths) == 2 else len(_TURNS)
 
     def skeleton(self) -> Skeleton:
         """The same arm as a tree of segments, its hand a marker: for independent dynamics."""
         segments = [Segment("trunk", None, np.zeros(3))]
-        turns = (
+        turns: list[tuple[Hinge, ...]] = [
             (Hinge("shoulder_turn", _Z), Hinge("shoulder_elevation", _X), Hinge("axial", _Z)),
             (Hinge("elbow", _X),),
-        )
-        for i, name in enumerate(("upper_arm", "forearm")):
-            origin = -i * self.lengths[0] * _Z
+        ]
+        names = ["upper_arm", "forearm"]
+        if self.joints > FOUR:
+            turns[1] += (Hinge("pronation", _Z),)
+            turns.append((Hinge("deviation", _X), Hinge("flexion", _Y)))
+            names.append("hand")
+        for i, name in enumerate(names):
+            origin = -(self.lengths[i - 1] if i else 0.0) * _Z
             inertia = np.diag([self.across[i], self.across[i], self.along[i]])
             mass, com = float(self.masses[i]), -self.centres[i] * _Z
             up = segments[-1].name
             segments.append(Segment(name, up, origin, turns[i], mass, com, inertia))
-        hand = MarkerSite("hand", "forearm", -self.lengths[1] * _Z)
+        hand = MarkerSite("hand", names[-1], -self.lengths[-1] * _Z)
         return Skeleton(tuple(segments), (hand,), floating=False)
 
     def hand(self, q: FloatArray) -> FloatArray:
-        """Place of the hand (N, 3) at joint angles (N, 4)."""
-        _, u, v = _axes(q)
-        return np.asarray(-(self.lengths[0] * u + self.lengths[1] * v).T)
+        """Place of the hand (N, 3) at joint angles (N, n)."""
+        return np.asarray(-np.tensordot(self.lengths, np.stack(_axes(q)[1]), 1).T)
 
     def dynamics(self, q: FloatArray, qd: FloatArray, gravity: FloatArray = GRAVITY) -> Dynamics:
-        """Everything that the equations of motion need, at angles and rates (N, 4)."""
-        A, u, v = _axes(q)
-        spins, speeds = _spins(A, u, v, qd.T)
-        # how points at unit way along the two rods move with the joints, (3, 4, N) each
-        turned = np.zeros((2, *A.shape))
-        turned[0, :, :3] = _cross(A[:, :3], u[:, None])
-        turned[1] = _cross(A, v[:, None])
-        turns = np.zeros_like(turned)
-        turns[0, :, :3], turns[1] = A[:, :3], A
-        M, h = np.zeros((4, *A.shape[1:])), np.zeros(A.shape[1:])
-        for i, long in enumerate((u, v)):
-            c = [self.centres[0], 0.0] if i == 0 else [self.lengths[0], self.centres[1]]
-            Jv, carried = (-(c[0] * part[0] + c[1] * part[1]) for part in (turned, spins.carried))
-            Jw, w, alpha = turns[i], speeds[i], spins.turning[i]
+        """Everything that the equations of motion need, at angles and rates (N, n)."""
+        A, long = _axes(q)
+        rods, n = len(long), self.joints
+        spins = _spins(A, long, qd.T)
+        # how points at unit way along the rods move with the joints, (3, n, N) each
+        moved = [sum(turn <= i for turn in _TURNS[:n]) for i in range(rods)]
+        turned = np.zeros((rods, *A.shape))
+        for i, up in enumerate(long):
+            turned[i, :, : moved[i]] = _cross(A[:, : moved[i]], up[:, None])
+        M, h = np.zeros((n, *A.shape[1:])), np.zeros(A.shape[1:])
+        reached, carried = np.zeros(A.shape), np.zeros(long[0].shape)
+        for i, up in enumerate(long):
+            Jv = reached - self.centres[i] * turned[i]
+            push = self.masses[i] * (carried - self.centres[i] * spins[i].way - gravity[:, None])
+            Jw = np.zeros(A.shape)
+            Jw[:, : moved[i]] = A[:, : moved[i]]
             rest = self.along[i] - self.across[i]
-            about = (Jw * long[:, None]).sum(axis=0)
+            about = (Jw * up[:, None]).sum(axis=0)
             M = M + self.masses[i] * _pairs(Jv, Jv) + self.across[i] * _pairs(Jw, Jw)
             M = M + rest * about[:, None] * about
-            push = self.masses[i] * (carried - gravity[:, None])
-            gyro = long * (long * alpha).sum(axis=0)
-            gyro = gyro + (long * w).sum(axis=0) * _cross(w, long)
+            w, alpha = spins[i].rate, spins[i].turning
+            gyro = up * (up * alpha).sum(axis=0) + (up * w).sum(axis=0) * _cross(w, up)
             twist = self.across[i] * alpha + rest * gyro
             h = h + (Jv * push[:, None]).sum(axis=0) + (Jw * twist[:, None]).sum(axis=0)
-        l1, l2 = self.lengths
-        J = np.ascontiguousarray(np.moveaxis(-(l1 * turned[0] + l2 * turned[1]), 2, 0))
+            reached = reached - self.lengths[i] * turned[i]
+            carried = carried - self.lengths[i] * spins[i].way
+        J = np.ascontiguousarray(np.moveaxis(reached, 2, 0))
         return Dynamics(
             np.ascontiguousarray(np.moveaxis(M, 2, 0)),
             h.T,
-            -(l1 * u + l2 * v).T,
+            -np.tensordot(self.lengths, np.stack(long), 1).T,
             (J @ qd[..., None])[..., 0],
             J,
-            -(l1 * spins.carried[0] + l2 * spins.carried[1]).T,
+            carried.T,
         )
 
 
-class _Spins(NamedTuple):
-    """Where the joints do not accelerate, per rod (3, N): its turning's rate of change, and the
-    acceleration of a point at unit way along it."""
+class _Spin(NamedTuple):
+    """Of a rod whose joints do not accelerate (3, N): its rate of turning, how that changes, and
+    the acceleration of a point at unit way along it."""
 
-    turning: tuple[FloatArray, FloatArray]
-    carried: tuple[FloatArray, FloatArray]
+    rate: FloatArray
+    turning: FloatArray
+    way: FloatArray
 
 
-def _axes(q: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """The hinges' axes (3, 4, N), and unit vectors (3, N) up each rod."""
-    (c1, c2, c3, c4), (s1, s2, s3, s4) = np.cos(q.T), np.sin(q.T)
+def _axes(q: FloatArray) -> tuple[FloatArray, tuple[FloatArray, ...]]:
+    """The hinges' axes (3, n, N), and unit vectors (3, N) up each rod."""
+    cosines, sines = np.cos(q.T), np.sin(q.T)
+    (c1, c2, c3, c4), (s1, s2, s3, s4) = cosines[:4], sines[:4]
     u = np.stack([s1 * s2, -c1 * s2, c2])
     bend = np.stack([c1 * c3 - s1 * c2 * s3, s1 * c3 + c1 * c2 * s3, s2 * s3])
     front = np.stack([-c1 * s3 - s1 * c2 * c3, -s1 * s3 + c1 * c2 * c3, s2 * c3])
-    A = np.zeros((3, 4, len(q)))
+    A = np.zeros((3, *q.T.shape))
     A[2, 0] = 1.0
     A[0, 1], A[1, 1] = c1, s1
     A[:, 2], A[:, 3] = u, bend
-    return A, u, c4 * u - s4 * front
+    v = c4 * u - s4 * front
+    if q.shape[1] == FOUR:
+        return A, (u, v)
+    (c5, c6, c7), (s5, s6, s7) = cosines[4:], sines[4:]
+    front = c4 * front + s4 * u
+    side, front = c5 * bend + s5 * front, c5 * front - s5 * bend
+    palm, up = c6 * front + s6 * v, c6 * v - s6 * front
+    A[:, 4], A[:, 5], A[:, 6] = v, side, palm
+    return A, (u, v, c7 * up + s7 * side)
 
 
-def _spins(
-    A: FloatArray, u: FloatArray, v: FloatArray, qd: FloatArray
-) -> tuple[_Spins, tuple[FloatArray, FloatArray]]:
-    """`_Spins` and the rods' turning (3, N), from the joints' rates (4, N)."""
-    w2 = A[:, 0] * qd[0] + A[:, 1] * qd[1]
-    upper = w2 + A[:, 2] * qd[2]
-    fore = upper + A[:, 3] * qd[3]
-    alpha = qd[1] * _cross(A[:, 0] * qd[0], A[:, 1]) + qd[2] * _cross(w2, A[:, 2])
-    beta = alpha + qd[3] * _cross(upper, A[:, 3])
-    carried = (
-        _cross(alpha, u) + _cross(upper, _cross(upper, u)),
-        _cross(beta, v) + _cross(fore, _cross(fore, v)),
-    )
-    return _Spins((alpha, beta), carried), (upper, fore)
+def _spins(A: FloatArray, long: tuple[FloatArray, ...], qd: FloatArray) -> list[_Spin]:
+    """Each rod's `_Spin`, from the joints' rates (n, N)."""
+    w, alpha = np.zeros((2, *long[0].shape))
+    found: list[_Spin] = []
+    for j, rate in enumerate(qd):
+        if j and _TURNS[j] > _TURNS[j - 1]:
+            found.append(_spin(w, alpha, long[len(found)]))
+        # a joint's axis is carried along by the joints before it
+        alpha = alpha + rate * _cross(w, A[:, j])
+        w = w + rate * A[:, j]
+    return [*found, _spin(w, alpha, long[len(found)])]
+
+
+def _spin(w: FloatArray, alpha: FloatArray, up: FloatArray) -> _Spin:
+    return _Spin(w, alpha, _cross(alpha, up) + _cross(w, _cross(w, up)))
 
 
 def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
@@ -182,5 +236,5 @@ def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def _pairs(a: FloatArray, b: FloatArray) -> FloatArray:
-    """``a^T b`` (4, 4, N) of two (3, 4, N)."""
+    """``a^T b`` (n, n, N) of two (3, n, N)."""
     return np.asarray((a[:, :, None] * b[:, None]).sum(axis=0))

@@ -32,8 +32,6 @@ _TABLE: Final = {
     "brachialis": ((0, 0, 0, 2.2), (0, 0, 0, -0.5), 0.0, 950, 8.6),
 }
 SPACE_MUSCLES: Final = tuple(_TABLE)
-#: Rectified mean of each muscle's EMG in its maximum voluntary contraction (V).
-SPACE_MVC_V: Final = np.linspace(0.7e-3, 0.3e-3, len(_TABLE))
 #: Posture of the moment arms in the table, rad.
 MIDDLE_RAD: Final = (0.2, 0.9, 0.0, 1.4)
 #: Short-range stiffness: tension over fibre length, times this (Cui and colleagues 2008: 23.4).
@@ -62,6 +60,11 @@ class SpaceMuscles:
     change: FloatArray
     greatest: FloatArray
     fibre: FloatArray
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the m muscles."""
+        return SPACE_MUSCLES
 
     @classmethod
     def of(cls, strength: float) -> SpaceMuscles:
@@ -92,9 +95,14 @@ class SpaceMuscles:
 
     def stiffness(self, tension: FloatArray) -> FloatArray:
         """N/m at a tension (N, m) in N."""
-        own = PASSIVE_SHARE * self.greatest + SHORT_RANGE * tension
-        return np.asarray(IN_SERIES * own / self.fibre)
+        return stiffness_of(tension, self.greatest, self.fibre)
 
     def viscosity(self, tension: FloatArray) -> FloatArray:
         """N s/m at a tension (N, m) in N."""
         return LAG_S * self.stiffness(tension)
+
+
+def stiffness_of(tension: FloatArray, greatest: FloatArray, fibre: FloatArray) -> FloatArray:
+    """Stiffness (N/m) of muscles with tensions (..., m) in N, from greatest tension and fibre."""
+    own = PASSIVE_SHARE * greatest + SHORT_RANGE * tension
+    return np.asarray(IN_SERIES * own / fibre)

@@ -12,12 +12,13 @@ from scipy.optimize import lsq_linear
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
 from manipulandum_sim.hand import SimulatedSubject
-from manipulandum_sim.space.arm import AXIAL, SpaceArm
+from manipulandum_sim.space.arm import AXIAL, FOUR, SpaceArm
 from manipulandum_sim.space.muscles import SpaceMuscles
+from manipulandum_sim.space.wrist_muscles import WristMuscles
 
-#: The joints' own tissue: N m/rad and N m s/rad.
-TISSUE_STIFFNESS: Final = (1.5, 1.5, 0.8, 1.0)
-TISSUE_VISCOSITY: Final = (0.2, 0.2, 0.08, 0.15)
+#: The joints' own tissue, those of the wrist last: N m/rad and N m s/rad.
+TISSUE_STIFFNESS: Final = (1.5, 1.5, 0.8, 1.0, 0.3, 0.6, 0.5)
+TISSUE_VISCOSITY: Final = (0.2, 0.2, 0.08, 0.15, 0.02, 0.03, 0.03)
 #: No muscle works harder in a measurement.
 STRONGEST: Final = 0.9
 #: Torque that the muscles may miss, parts of what they must bear.
@@ -34,7 +35,7 @@ class Plant:
     Attributes
     ----------
     arm : SpaceArm
-    muscles : SpaceMuscles
+    muscles : SpaceMuscles or WristMuscles
     posture : (n,)
         Where the tensions are told, rad.
     tension : (m,)
@@ -44,7 +45,7 @@ class Plant:
     """
 
     arm: SpaceArm
-    muscles: SpaceMuscles
+    muscles: SpaceMuscles | WristMuscles
     posture: FloatArray
     tension: FloatArray
     moving: tuple[int, ...]
@@ -67,14 +68,15 @@ class Plant:
         length, G = self.muscles.paths(q)
         f = self.tension + stiffness * (length - rest)
         f = np.maximum(f + viscosity * (G @ qd[..., None])[..., 0], 0.0)
-        tissue = np.array(TISSUE_STIFFNESS) * (q - self.posture) + np.array(TISSUE_VISCOSITY) * qd
+        own, drag = (np.array(t[: q.shape[1]]) for t in (TISSUE_STIFFNESS, TISSUE_VISCOSITY))
+        tissue = own * (q - self.posture) + drag * qd
         # tau (N, n) = -G^T (n, m) f (m,)
         return np.asarray(-(f[:, None] @ G)[:, 0] - tissue)
 
 
-def moving_joints(elbow_held: bool) -> tuple[int, ...]:
+def moving_joints(joints: int, elbow_held: bool) -> tuple[int, ...]:
     """The joints that move: without the upper arm's turning about its axis, where it is held."""
-    return (0, 1, 3) if elbow_held else (0, 1, AXIAL, 3)
+    return tuple(j for j in range(joints) if not elbow_held or j != AXIAL)
 
 
 def plant_at(
@@ -90,7 +92,7 @@ def plant_at(
     ----------
     subject : SimulatedSubject
     posture : (n,)
-        rad.
+        rad; seven angles where the wrist is free.
     force : (3,)
         By the hand on what it holds, N.
     cocontraction : float
@@ -106,16 +108,18 @@ def plant_at(
     InputError
         The muscles cannot bear it.
     """
-    arm, muscles = SpaceArm.of(subject), SpaceMuscles.of(subject.strength)
     posture = np.asarray(posture, dtype=float)
+    free_wrist = len(posture) > FOUR
+    arm = SpaceArm.of(subject, free_wrist)
+    muscles = WristMuscles.of(subject) if free_wrist else SpaceMuscles.of(subject.strength)
     still = arm.dynamics(posture[None], np.zeros((1, arm.joints)))
     needed = still.h[0] + still.J[0].T @ force
     tension = _least_effort(muscles, posture, needed, cocontraction)
-    return Plant(arm, muscles, posture, tension, moving_joints(elbow_held))
+    return Plant(arm, muscles, posture, tension, moving_joints(arm.joints, elbow_held))
 
 
 def _least_effort(
-    muscles: SpaceMuscles, posture: FloatArray, torque: FloatArray, least: float
+    muscles: SpaceMuscles | WristMuscles, posture: FloatArray, torque: FloatArray, least: float
 ) -> FloatArray:
     """The tensions (m,) of least squared activation that make a torque (n,)."""
     if not 0 <= least < STRONGEST:

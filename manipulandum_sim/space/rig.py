@@ -20,6 +20,7 @@ from manipulandum_sim.hand import (
 from manipulandum_sim.space.directions import sphere_directions
 
 Elbow = Literal["held", "free"]
+Wrist = Literal["locked", "free"]
 Control = Literal["position", "force"]
 #: The record goes on this long after the disturbance is back (s).
 AFTER_S: Final = 0.3
@@ -71,6 +72,8 @@ class SpaceRig:
         A set of `sphere_directions`.
     elbow : {"held", "free"}
         Whether the upper arm's turning about its axis is held.
+    wrist : {"locked", "free"}
+        Free: the forearm turns and the hand bends about a handle on a ball joint.
     control : {"position", "force"}
     stiffness, damping_ratio : float
         Of the servo in N/m, and that of robot and handle alone.
@@ -92,6 +95,7 @@ class SpaceRig:
     duration_s: float = 0.3
     directions: int = 26
     elbow: Elbow = "held"
+    wrist: Wrist = "locked"
     control: Control = "position"
     stiffness: float = 20_000.0
     damping_ratio: float = 0.7
@@ -123,6 +127,7 @@ class SpaceRig:
         asked: dict[str, tuple[str, tuple[str, ...]]] = {
             "disturbance": (self.disturbance, tuple(SHAPES)),
             "elbow": (self.elbow, get_args(Elbow)),
+            "wrist": (self.wrist, get_args(Wrist)),
             "control": (self.control, get_args(Control)),
             "noise": (self.noise, tuple(SPACE_NOISE)),
         }
@@ -168,5 +173,6 @@ class SpaceRig:
             held = f"servo of {self.stiffness:g} N/m, damping ratio {self.damping_ratio:g}"
         return (
             f"simulated robot of three axes: {driven} in {self.duration_s:g} s, "
-            f"{self.directions} directions; {held}; elbow {self.elbow}; noise {self.noise!r}",
+            f"{self.directions} directions; {held}; elbow {self.elbow}; wrist {self.wrist}; "
+            f"noise {self.noise!r}",
         )

@@ -28,10 +28,10 @@ from manipulandum_sim.hand import (
     raw_emg,
     voluntary_force,
 )
+from manipulandum_sim.space.conditions import SpaceCondition
 from manipulandum_sim.space.directions import angles_deg, sphere_directions
 from manipulandum_sim.space.drive import Drive, SpaceTrack, integrate_space
-from manipulandum_sim.space.muscles import SPACE_MUSCLES, SPACE_MVC_V
-from manipulandum_sim.space.plant import Plant, plant_at
+from manipulandum_sim.space.plant import Plant
 from manipulandum_sim.space.rig import AFTER_S, SpaceRig
 from manipulandum_sim.space.truth import SpaceTruth, find_space_truth
 
@@ -41,73 +41,7 @@ BLOCK: Final = 512
 SPACE_KEY: Final = 300
 REPEAT_KEY: Final = 301
 
-#: Turn, elevation, axial and elbow, rad: the hand in front of the chest, and four places about it.
-POSTURES_RAD: Final = {
-    "nominal": (-0.9, 0.9, 1.0, 1.5),
-    "far": (-0.5, 0.9, 0.7, 0.9),
-    "near": (-1.0, 0.8, 1.0, 1.9),
-    "high": (-0.8, 1.3, 0.7, 1.4),
-    "low": (-0.7, 0.6, 0.9, 1.3),
-}
-NOMINAL_FORCE_N: Final = (0.0, -5.0, 3.0)
-NOMINAL_COCONTRACTION: Final = 0.12
-
 Progress = Callable[[int, int], None]
-
-
-@dataclass(frozen=True)
-class SpaceCondition:
-    """What is asked of the subject.
-
-    Attributes
-    ----------
-    posture : str or (4,) tuple of float
-        Name in `POSTURES_RAD`, or the angles, rad.
-    cocontraction : float
-        Least activation of every muscle.
-    force : (3,)
-        By the hand on the robot, N.
-    """
-
-    posture: str | tuple[float, ...] = "nominal"
-    cocontraction: float = NOMINAL_COCONTRACTION
-    force: tuple[float, float, float] = NOMINAL_FORCE_N
-
-    @property
-    def name(self) -> str:
-        """The condition in the trial table."""
-        where = self.posture
-        if not isinstance(where, str):
-            where = "q_" + "_".join(f"{np.degrees(angle):.1f}" for angle in where)
-        return f"{where}_{100 * self.cocontraction:g}"
-
-    @property
-    def angles(self) -> FloatArray:
-        """(4,), rad.
-
-        Raises
-        ------
-        InputError
-            There is no such posture, or not four finite angles.
-        """
-        if isinstance(self.posture, str) and self.posture not in POSTURES_RAD:
-            raise InputError(f"posture {self.posture!r}", expected=" or ".join(POSTURES_RAD))
-        given = POSTURES_RAD[self.posture] if isinstance(self.posture, str) else self.posture
-        found = np.array(given, dtype=float)
-        if found.shape != (4,) or not np.isfinite(found).all():
-            raise InputError(f"{len(found)} angles of a posture", expected="four finite ones, rad")
-        return found
-
-    def plant(self, subject: SimulatedSubject, rig: SpaceRig) -> Plant:
-        """The arm in balance.
-
-        Raises
-        ------
-        InputError
-            There is no such posture, or the muscles cannot bear the force.
-        """
-        held = rig.elbow == "held"
-        return plant_at(subject, self.angles, np.array(self.force), self.cocontraction, held)
 
 
 def simulate_space(
@@ -204,7 +138,7 @@ class _Session:
             force=force,
             joint_angles=angles,
             emg=emg if rig.emg else None,
-            muscles=SPACE_MUSCLES if rig.emg else (),
+            muscles=self._muscles if rig.emg else (),
             extra=dict(zip(names, told.T, strict=True)) if commanded else {},
             handle_mass_kg=rig.handle_mass_kg,
             shoulder_m=np.zeros(3),
@@ -212,6 +146,10 @@ class _Session:
             subject=person.record,
             provenance=(*rig.sentences, f"seed {self.seed}"),
         )
+
+    @property
+    def _muscles(self) -> tuple[str, ...]:
+        return self.plants[0].muscles.names
 
     def _blocks(self) -> list[IntArray]:
         """Rows of the schedule, some of one condition at a time."""
@@ -241,7 +179,12 @@ class _Session:
         if not self.rig.emg:
             return np.zeros((len(keys), self.rig.samples, 0))
         activation = np.tile(plant.tension / plant.muscles.greatest, (len(keys), 1))
-        return raw_emg(self.seed, keys, activation, self.rig.samples, RATE_HZ, SPACE_MVC_V)
+        return raw_emg(self.seed, keys, activation, self.rig.samples, RATE_HZ, self._mvc_V)
+
+    @property
+    def _mvc_V(self) -> FloatArray:  # noqa: N802
+        """Rectified mean of each muscle's EMG in its maximum voluntary contraction, V."""
+        return np.linspace(0.7e-3, 0.3e-3, len(self._muscles))
 
     def _sensors(self, track: SpaceTrack, draws: _SpaceDraws) -> tuple[FloatArray, ...]:
         level = self.rig.level
@@ -266,13 +209,14 @@ class _Session:
             "onset_s": onset,
             "end_s": onset + self.rig.duration_s,
             "elbow": self.rig.elbow,
+            "wrist": self.rig.wrist,
             "target_activation": activation[schedule.condition],
         }
         columns |= {f"target_force_{axis}_N": force[:, i] for i, axis in enumerate("xyz")}
         if self.rig.emg:
-            known = zip(SPACE_MUSCLES, SPACE_MVC_V, strict=True)
+            known = zip(self._muscles, self._mvc_V, strict=True)
             columns |= {f"mvc_{muscle}_V": volt for muscle, volt in known}
-            columns |= {f"rest_{muscle}_V": REST_V for muscle in SPACE_MUSCLES}
+            columns |= {f"rest_{muscle}_V": REST_V for muscle in self._muscles}
         return pd.DataFrame(columns)
 
 

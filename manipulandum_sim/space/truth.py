@@ -14,11 +14,13 @@ from dataclasses import dataclass, fields
 from typing import Annotated, Final
 
 import numpy as np
+from scipy.linalg import eigh
 
 from armimpedance.arrays import FloatArray, FrozenRecord
 from armimpedance.errors import InputError
 from manipulandum_sim.hand import STEP_M, STEP_RAD, STEP_RATE
 from manipulandum_sim.space.plant import Plant
+from manipulandum_sim.space.slow_motion import slow_motion
 from manipulandum_sim.truth_file import row_of, write_values
 
 #: Newton's rounds and what they leave, m and N m.
@@ -40,6 +42,9 @@ class SpaceTruth(FrozenRecord):
     tension : (C, m)
     M_e, B_e, K_e : (C, 3, 3)
         ``-dF/da`` and ``-dF/dv`` at once, ``-dF/dx`` at rest; the limb's own inertia.
+    M_e_slow, B_e_slow : (C, 3, 3)
+        Of a motion so slow that inner joints keep their balance (`slow_motion`); with as many
+        joints as directions they are M_e and B_e.
     M_e_with_handle : (C, 3, 3)
     M_j, B_j, K_j : (C, n, n)
         Of all joints, by torques of the muscles and tissue alone.
@@ -47,8 +52,8 @@ class SpaceTruth(FrozenRecord):
     jacobian : (C, 3, n)
     G : (C, m, n)
     swivel_hz, swivel_damping : (C,)
-        Natural frequency and damping ratio of what moves while the hand is held; 0 where nothing
-        does.
+        Natural frequency and damping ratio of the slowest motion of the arm while the hand is held;
+        0 where nothing moves.
     """
 
     conditions: Annotated[tuple[str, ...], "C"]
@@ -60,6 +65,8 @@ class SpaceTruth(FrozenRecord):
     M_e: Annotated[FloatArray, "C 3 3"]
     B_e: Annotated[FloatArray, "C 3 3"]
     K_e: Annotated[FloatArray, "C 3 3"]
+    M_e_slow: Annotated[FloatArray, "C 3 3"]
+    B_e_slow: Annotated[FloatArray, "C 3 3"]
     M_e_with_handle: Annotated[FloatArray, "C 3 3"]
     M_j: Annotated[FloatArray, "C n n"]
     B_j: Annotated[FloatArray, "C n n"]
@@ -127,8 +134,13 @@ def _one(plant: Plant, force: FloatArray) -> dict[str, FloatArray]:
     def weight(values: FloatArray) -> FloatArray:
         return arm.dynamics(values, np.zeros_like(values)).h
 
-    zero = np.zeros((1, 3))
+    zero, r = np.zeros((1, 3)), list(plant.moving)
     hz, damping = _swivel(plant, force)
+    B_j = -_derivative(drag, still, STEP_RATE)[0]
+    bent = -_derivative(lambda v: _resting(plant, v), q[:, r], STEP_RAD)[0]
+    bent = bent + _turned_force(plant, q[:, r], force[None])[0]
+    part = np.ix_(r, r)
+    slow = slow_motion(now.J[0][:, r], now.M[0][part], B_j[part], bent)
     return {
         "posture": plant.posture,
         "hand": now.place[0],
@@ -136,8 +148,10 @@ def _one(plant: Plant, force: FloatArray) -> dict[str, FloatArray]:
         "M_e": -_derivative(lambda a: hand_force(plant, a, "acceleration"), zero, STEP_RATE)[0],
         "B_e": -_derivative(lambda v: hand_force(plant, v, "velocity"), zero, STEP_RATE)[0],
         "K_e": -_derivative(lambda x: hand_force(plant, x, "place"), now.place, STEP_M)[0],
+        "M_e_slow": slow[0],
+        "B_e_slow": slow[1],
         "M_j": now.M[0],
-        "B_j": -_derivative(drag, still, STEP_RATE)[0],
+        "B_j": B_j,
         "K_j": -_derivative(torque, q, STEP_RAD)[0],
         "gravity_gradient": _derivative(weight, q, STEP_RAD)[0],
         "jacobian": now.J[0],
@@ -244,14 +258,14 @@ def _turned_force(plant: Plant, q: FloatArray, force: FloatArray) -> FloatArray:
 
 
 def _swivel(plant: Plant, force: FloatArray) -> tuple[float, float]:
-    """Natural frequency (Hz) and damping ratio of what moves while the hand is held."""
+    """Natural frequency (Hz) and damping ratio of the slowest motion while the hand is held."""
     r = list(plant.moving)
     if len(r) == 3:
         return 0.0, 0.0
     q = plant.posture[None][:, r]
     full = plant.posture[None]
     now = plant.arm.dynamics(full, np.zeros_like(full))
-    n = np.linalg.svd(now.J[0][:, r])[2][3]
+    inner = np.linalg.svd(now.J[0][:, r])[2][3:]
     K = -_derivative(lambda v: _resting(plant, v), q, STEP_RAD)[0]
     K = K + _turned_force(plant, q, force[None])[0]
 
@@ -261,6 +275,8 @@ def _swivel(plant: Plant, force: FloatArray) -> tuple[float, float]:
         return plant.torque(np.repeat(full, len(rates), axis=0), whole)[:, r]
 
     B = -_derivative(drag, np.zeros_like(q), STEP_RATE)[0]
+    M = inner @ now.M[0][r][:, r] @ inner.T
+    n = inner.T @ eigh(inner @ (K + K.T) / 2 @ inner.T, M)[1][:, 0]
     mass, damping, stiffness = n @ now.M[0][r][:, r] @ n, n @ B @ n, n @ K @ n
     return (
         float(np.sqrt(stiffness / mass) / (2 * np.pi)),

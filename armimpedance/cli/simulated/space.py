@@ -23,6 +23,12 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
         "--elbow", choices=("held", "free"), default="held", help="the upper arm's turning"
     )
     parser.add_argument(
+        "--wrist",
+        choices=("locked", "free"),
+        default="locked",
+        help="free: seven joints, the handle on a ball joint; 32 muscles (--arm myoarm7)",
+    )
+    parser.add_argument(
         "--posture", nargs="+", default=["nominal"], metavar="NAME", help="nominal, far, near, …"
     )
     parser.add_argument(
@@ -30,12 +36,14 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
         type=Path,
         metavar="FILE.csv",
         help="q_1_rad to q_4_rad of each, in place of --posture and --cocontraction; and where it "
-        "has them cocontraction, force_x_N, force_y_N, force_z_N",
+        "has them q_5_rad to q_7_rad of a free wrist, cocontraction, force_x_N, "
+        "force_y_N, force_z_N",
     )
     parser.add_argument(
         "--emg",
         action="store_true",
-        help=f"of twelve muscles; {MOMENT_ARMS_FILE} lies beside it: another person's, 10 %% off",
+        help=f"of twelve muscles; {MOMENT_ARMS_FILE} lies beside it: another person's, 10 %% off "
+        "(with a free wrist of 32: myoarm7 is another person's)",
     )
     parser.add_argument(
         "--cocontraction", type=float, nargs="+", default=[12.0], metavar="PERCENT", help="(12)"
@@ -61,6 +69,7 @@ def _simulate(
         sets=arguments.sets,
         progress=progress,
         elbow=arguments.elbow,
+        wrist=arguments.wrist,
         noise=arguments.noise,
         emg=arguments.emg,
         **given(
@@ -72,7 +81,8 @@ def _simulate(
         ),
     )
     anatomy = {MOMENT_ARMS_FILE: partial(write_moment_arms, seed=arguments.seed)}
-    return Simulated(recording, truth, anatomy if arguments.emg else {})
+    locked = arguments.wrist == "locked"
+    return Simulated(recording, truth, anatomy if arguments.emg and locked else {})
 
 
 def _conditions(arguments: argparse.Namespace) -> list[SpaceCondition]:
@@ -91,8 +101,11 @@ def _conditions(arguments: argparse.Namespace) -> list[SpaceCondition]:
     for row in table_rows(arguments.postures, "a table with q_1_rad to q_4_rad"):
         pushed = row.vector("force_{}_N", "xyz")
         own = force if pushed is None else {"force": tuple(pushed.tolist())}
-        angles = tuple(row.angle(f"q_{j}_rad") for j in range(1, 5))
-        made.append(SpaceCondition(angles, row.optional("cocontraction", level), **own))
+        angles = row.vector("q_{}_rad", range(1, 8), row.angle)
+        if angles is None:
+            raise row.error("empty", "q_1_rad", "the angles of a posture, rad")
+        share = row.optional("cocontraction", level)
+        made.append(SpaceCondition(tuple(angles.tolist()), share, **own))
     return made
 
 

@@ -21,6 +21,7 @@ from typing import Final, Literal
 import numpy as np
 from scipy.special import ndtr
 
+from armimpedance.arm import FREE_WRIST
 from armimpedance.arrays import FloatArray, IntArray
 from armimpedance.errors import InputError
 from armimpedance.estimates import ImpedanceEstimate
@@ -37,6 +38,8 @@ FEWEST_AXES: Final = 3
 INNER_HZ: Final = (1.2, 1.8, 2.7, 4.0)
 INNER_DAMPING: Final = 0.5
 INNER_DIRECTIONS: Final = 24
+#: Those of a mass that a free wrist carries along while it is slow.
+WRIST_HZ: Final = (3.0, 5.0, 8.0)
 #: Size of S beforehand, parts of K's mean diagonal, and the probability of a mode at all.
 USUAL: Final = 0.3
 BEFOREHAND: Final = {"free": 0.99, None: 0.9}
@@ -104,14 +107,18 @@ def inner_columns(
         return {}
     used = window.usable
     x = window.position[used] - window.position_at_onset[used][:, None]
-    scale = float(np.trace(theta.reshape(3, d, d)[2])) / d
+    rate = window.sample_rate_hz
+    mass, _, scale = (float(np.trace(part)) / d for part in theta.reshape(3, d, d))
+    angles = window.joint_angles_at_onset
+    carried = WRIST_HZ if angles is not None and angles.shape[1] == FREE_WRIST else ()
+    signals = {f"inner {hz}": scale * (x - _slow(x, hz, rate)[0]) for hz in INNER_HZ}
+    signals |= {f"inner {hz} carried": mass * _slow(x, hz, rate)[1] for hz in carried}
     columns = {}
-    for hz in INNER_HZ:
-        late = x - _slow(x, hz, window.sample_rate_hz)
-        late = np.tensordot(late, equation.modes.smooth, axes=(1, 1))
+    for name, signal in signals.items():
+        late = np.tensordot(signal, equation.modes.smooth, axes=(1, 1))
         for i, n in enumerate(half_sphere(INNER_DIRECTIONS)):
             along = np.tensordot(late, n, axes=(1, 0))
-            columns[f"inner {hz} {i}"] = scale * n[None, :, None] * along[:, None]
+            columns[f"{name} {i}"] = n[None, :, None] * along[:, None]
     return columns
 
 
@@ -132,19 +139,21 @@ def half_sphere(count: int) -> FloatArray:
     return np.stack([level * np.cos(turn), level * np.sin(turn), z], axis=1)
 
 
-def _slow(x: FloatArray, hz: float, rate_hz: float) -> FloatArray:
-    """What a mode at rest makes of a displacement (T, S, d): low-pass of the second order."""
+def _slow(x: FloatArray, hz: float, rate_hz: float) -> tuple[FloatArray, FloatArray]:
+    """What a mode at rest makes of a displacement (T, S, d), low-pass of the second order, and its
+    second derivative."""
     w = 2 * np.pi * hz
     A = np.array([[0.0, 1.0], [-(w**2), -2 * INNER_DAMPING * w]])
     values, vectors = np.linalg.eig(A)
     step = ((vectors * np.exp(values / rate_hz)) @ np.linalg.inv(vectors)).real
     push = np.linalg.solve(A, step - np.eye(2)) @ np.array([0.0, w**2])
-    out, state = np.zeros_like(x), np.zeros((2, len(x), x.shape[2]))
+    (out, bent), state = np.zeros((2, *x.shape)), np.zeros((2, len(x), x.shape[2]))
     for n in range(1, x.shape[1]):
         middle = (x[:, n] + x[:, n - 1]) / 2
         state = np.tensordot(step, state, axes=1) + push[:, None, None] * middle
         out[:, n] = state[0]
-    return out
+        bent[:, n] = w**2 * (x[:, n] - state[0]) - 2 * INNER_DAMPING * w * state[1]
+    return out, bent
 
 
 def averaged_inner(

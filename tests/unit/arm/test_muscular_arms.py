@@ -18,7 +18,7 @@ ARM26 = Path(__file__).resolve().parents[2] / "reference_data" / "arm26_moment_a
 def test_every_arm_is_whole(name):
     arm = arm_named(name)
     assert arm.name == name
-    assert len(arm.paths.muscles) == 6
+    assert len(arm.paths.muscles) == len(arm.max_tension) >= 6
     assert (arm.max_tension > 0).all()
     assert (arm.angle_range[:, 1] > arm.angle_range[:, 0]).all()
     assert arm.source
