@@ -2,14 +2,16 @@ from .bound import bound as bound, bound_of as bound_of, inverse_information as 
 from .checks import check_response as check_response
 from .doubts.allowance import allowing as allowing
 from .doubts.inner import (
-    INNER_DAMPING as INNER_DAMPING,
-    INNER_DIRECTIONS as INNER_DIRECTIONS,
-    INNER_HZ as INNER_HZ,
     Elbow as Elbow,
     averaged_inner as averaged_inner,
     elbow_told as elbow_told,
-    half_sphere as half_sphere,
     with_inner as with_inner,
+)
+from .doubts.inner_columns import (
+    INNER_DAMPING as INNER_DAMPING,
+    INNER_DIRECTIONS as INNER_DIRECTIONS,
+    INNER_HZ as INNER_HZ,
+    half_sphere as half_sphere,
 )
 from .estimation import (
     Options as Options,

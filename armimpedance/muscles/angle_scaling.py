@@ -8,6 +8,7 @@ are.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import product
 from typing import Annotated
 
 import numpy as np
@@ -23,6 +24,9 @@ LEAST_HALF_RANGE_RAD = 0.009
 _BOX_ROUNDING_RAD = 1e-3
 
 JOINTS = ("shoulder", "elbow")
+#: Angles of which a grid is made at most, and the power of two of the points of more.
+_MOST_IN_A_GRID = 4
+_SOBOL_POWER = 9
 
 
 def joint_names(n: int) -> tuple[str, ...]:
@@ -97,8 +101,18 @@ class AngleScaling(FrozenRecord):
         return np.asarray(self.centre + np.asarray(scaled, dtype=float) * self.half_range)
 
     def grid(self, count: int) -> FloatArray:
-        """Joint angles (count^n, n) in rad that cover the box, its edges included."""
+        """Joint angles (count^n, n) in rad that cover the box, its edges included.
+
+        A grid of more than four angles has too many points: they are the box' corners and Sobol's
+        points inside.
+        """
         n = len(self.box)
+        if n > _MOST_IN_A_GRID:
+            from scipy.stats.qmc import Sobol
+
+            corners = np.array(list(product((-1.0, 1.0), repeat=n)))
+            inside = Sobol(n, scramble=False).random_base2(_SOBOL_POWER)
+            return self.angles(np.vstack([corners, 2 * inside - 1]))
         u = np.linspace(-1.0, 1.0, count)
         return self.angles(np.stack(np.meshgrid(*[u] * n, indexing="ij"), axis=-1).reshape(-1, n))
 

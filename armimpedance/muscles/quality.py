@@ -76,10 +76,13 @@ def explained(measured: FloatArray, fitted: FloatArray) -> tuple[float, float]:
     """R^2 and variance accounted for over all elements together, of values (P, e).
 
     ``1 - |error|^2 / |values about their means|^2``; the second takes the mean error off too.
+    Neither exists where nothing varies.
     """
     error, varying = measured - fitted, measured - measured.mean(axis=0)
     total = float((varying**2).sum())
     about = error - error.mean(axis=0)
+    if not total:  # one row has nothing to explain
+        return float("nan"), float("nan")
     return 1 - float((error**2).sum()) / total, 1 - float((about**2).sum()) / total
 
 

@@ -7,7 +7,7 @@ to it counts as inside.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Final
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -80,11 +80,17 @@ class Region(FrozenRecord):
         return np.asarray(np.linalg.norm(p - self.nearest(p), axis=-1) <= self.tolerance)
 
 
+#: A hull of more dimensions has too many sides; all points together span the same.
+_MOST_DIMENSIONS: Final = 4
+
+
 def _hull(points: FloatArray) -> FloatArray:
     """Vertices (V, n) of the hull, in the plane counter-clockwise; of points on a line its ends."""
     from scipy.spatial import ConvexHull, QhullError
 
     different = np.unique(points, axis=0)
+    if points.shape[1] > _MOST_DIMENSIONS:
+        return different
     try:
         return np.asarray(different[ConvexHull(different).vertices])
     except QhullError:

@@ -24,12 +24,12 @@ from armimpedance.arrays import FloatArray, IntArray
 from armimpedance.conventions import AXES
 from armimpedance.impedance.doubts.columns import COLUMNS, family
 from armimpedance.impedance.doubts.inner import (
-    FEWEST_AXES,
     Elbow,
     averaged_inner,
-    elbow_told,
+    freedom_told,
     with_inner,
 )
+from armimpedance.impedance.doubts.inner_columns import FEWEST_AXES
 from armimpedance.impedance.doubts.model import Model, pooled
 from armimpedance.impedance.doubts.shared import in_common
 from armimpedance.impedance.doubts.symmetry import LARGEST_GAIN, gain_of, rows_of
@@ -86,7 +86,7 @@ def allowing(
         model = longest[group] if group in longest else next(models_of(recording, [rows]))
         errors.append({} if model is None else _errors(model, likely, uneven))
         one = one if model is None else _wider(one, errors[-1])
-        elbow = elbow_told(recording, rows) if one.k >= FEWEST_AXES else "held"
+        elbow = freedom_told(recording, rows) if one.k >= FEWEST_AXES else "held"
         wider.append(one if model is None or elbow == "held" else _inner(one, model, elbow))
     shared = in_common(errors)
     return [

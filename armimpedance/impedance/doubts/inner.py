@@ -25,21 +25,15 @@ from armimpedance.arm import FREE_WRIST
 from armimpedance.arrays import FloatArray, IntArray
 from armimpedance.errors import InputError
 from armimpedance.estimates import ImpedanceEstimate
-from armimpedance.impedance.weighing.modal import ModalEquation
-from armimpedance.records import Recording, Window
+from armimpedance.impedance.doubts.inner_columns import CARRIED
+from armimpedance.records import Recording
 from armimpedance.regression import t_factor
 
 #: Column of the trial table: whether the upper arm was kept from turning about its axis.
 ELBOW: Final = "elbow"
 Elbow = Literal["held", "free"]
-#: Axes from which on a limb has joints that the hand does not show.
-FEWEST_AXES: Final = 3
-#: Natural frequencies (Hz) that are tried, one damping ratio for all, and how many directions.
-INNER_HZ: Final = (1.2, 1.8, 2.7, 4.0)
-INNER_DAMPING: Final = 0.5
-INNER_DIRECTIONS: Final = 24
-#: Those of a mass that a free wrist carries along while it is slow.
-WRIST_HZ: Final = (3.0, 5.0, 8.0)
+#: And whether forearm and hand could turn: "locked" or "free".
+WRIST: Final = "wrist"
 #: Size of S beforehand, parts of K's mean diagonal, and the probability of a mode at all.
 USUAL: Final = 0.3
 BEFOREHAND: Final = {"free": 0.99, None: 0.9}
@@ -61,12 +55,41 @@ class Inner:
         Covariance about that mean.
     hz : float
         Natural frequency that is likeliest.
+    wrist : bool
+        Whether a free wrist was allowed for, too.
     """
 
     probability: float
     wrong: FloatArray
     spread: FloatArray
     hz: float
+    wrist: bool = False
+
+
+def freedom_told(recording: Recording, rows: IntArray) -> Elbow | None:
+    """Whether joints beyond the hand's axes were held or free in these trials; None: nobody said.
+
+    Parameters
+    ----------
+    recording : Recording
+    rows : (R,) int
+        Trials.
+
+    Returns
+    -------
+    {"held", "free"} or None
+        "free" where the elbow or the wrist was: seven angles say so, or the column `wrist`.
+
+    Raises
+    ------
+    InputError
+        The column `elbow` says something else.
+    """
+    angles, trials = recording.joint_angles, recording.trials
+    seven = angles is not None and angles.shape[1] == FREE_WRIST
+    if seven or (WRIST in trials and (trials[WRIST].iloc[rows] == "free").any()):
+        return "free"
+    return elbow_told(recording, rows)
 
 
 def elbow_told(recording: Recording, rows: IntArray) -> Elbow | None:
@@ -98,64 +121,6 @@ def elbow_told(recording: Recording, rows: IntArray) -> Elbow | None:
     return "free" if "free" in said else "held"
 
 
-def inner_columns(
-    window: Window, equation: ModalEquation, theta: FloatArray
-) -> dict[str, FloatArray]:
-    """The columns (T, d, n) of inner modes along many directions; none in fewer than three axes."""
-    d = equation.axes
-    if d < FEWEST_AXES:
-        return {}
-    used = window.usable
-    x = window.position[used] - window.position_at_onset[used][:, None]
-    rate = window.sample_rate_hz
-    mass, _, scale = (float(np.trace(part)) / d for part in theta.reshape(3, d, d))
-    angles = window.joint_angles_at_onset
-    carried = WRIST_HZ if angles is not None and angles.shape[1] == FREE_WRIST else ()
-    signals = {f"inner {hz}": scale * (x - _slow(x, hz, rate)[0]) for hz in INNER_HZ}
-    signals |= {f"inner {hz} carried": mass * _slow(x, hz, rate)[1] for hz in carried}
-    columns = {}
-    for name, signal in signals.items():
-        late = np.tensordot(signal, equation.modes.smooth, axes=(1, 1))
-        for i, n in enumerate(half_sphere(INNER_DIRECTIONS)):
-            along = np.tensordot(late, n, axes=(1, 0))
-            columns[f"{name} {i}"] = n[None, :, None] * along[:, None]
-    return columns
-
-
-def half_sphere(count: int) -> FloatArray:
-    """Unit vectors evenly over half a sphere: a spiral of the golden angle.
-
-    Parameters
-    ----------
-    count : int
-
-    Returns
-    -------
-    (count, 3)
-    """
-    steps = np.arange(count) + 0.5
-    z, turn = steps / count, np.pi * (1 + np.sqrt(5.0)) * steps
-    level = np.sqrt(1 - z**2)
-    return np.stack([level * np.cos(turn), level * np.sin(turn), z], axis=1)
-
-
-def _slow(x: FloatArray, hz: float, rate_hz: float) -> tuple[FloatArray, FloatArray]:
-    """What a mode at rest makes of a displacement (T, S, d), low-pass of the second order, and its
-    second derivative."""
-    w = 2 * np.pi * hz
-    A = np.array([[0.0, 1.0], [-(w**2), -2 * INNER_DAMPING * w]])
-    values, vectors = np.linalg.eig(A)
-    step = ((vectors * np.exp(values / rate_hz)) @ np.linalg.inv(vectors)).real
-    push = np.linalg.solve(A, step - np.eye(2)) @ np.array([0.0, w**2])
-    (out, bent), state = np.zeros((2, *x.shape)), np.zeros((2, len(x), x.shape[2]))
-    for n in range(1, x.shape[1]):
-        middle = (x[:, n] + x[:, n - 1]) / 2
-        state = np.tensordot(step, state, axes=1) + push[:, None, None] * middle
-        out[:, n] = state[0]
-        bent[:, n] = w**2 * (x[:, n] - state[0]) - 2 * INNER_DAMPING * w * state[1]
-    return out, bent
-
-
 def averaged_inner(
     found: dict[str, tuple[float, float, float]], shifts: dict[str, FloatArray], elbow: Elbow | None
 ) -> Inner:
@@ -185,7 +150,7 @@ def averaged_inner(
     # E[(k g)(k g)^T] over the modes, less that of the mean
     spread = (G.T * (p * squares)) @ G - np.outer(wrong, wrong)
     hz = float(names[int(np.argmax(p * means))].split()[1])
-    return Inner(float(p.sum()), wrong, spread, hz)
+    return Inner(float(p.sum()), wrong, spread, hz, any(CARRIED in name for name in names))
 
 
 def _half_normal(size: float, error: float) -> tuple[float, float, float]:
@@ -253,12 +218,19 @@ def _main(spread: FloatArray, wrong: FloatArray) -> FloatArray:
 
 
 def _note(inner: Inner, correct: bool) -> str:
+    if inner.wrist:
+        whose, hint = (
+            "elbow and a free wrist",
+            "lock the wrist and measure four angles to leave it out",
+        )
+    else:
+        whose, hint = "elbow", "`elbow` 'held' in the trial table leaves it out"
     done = (
         "is taken off M, B, K and stands in their intervals" if correct else "is in the intervals"
     )
     return (
-        f"a mode inside the limb, as of a free elbow (probability {inner.probability:.2f}), "
-        f"{done}; `elbow` 'held' in the trial table leaves it out"
+        f"a mode inside the limb, as of a free {whose} (probability {inner.probability:.2f}), "
+        f"{done}; {hint}"
     )
 
 
@@ -274,11 +246,17 @@ def _told(plain: ImpedanceEstimate, one: ImpedanceEstimate, inner: Inner) -> str
     could = abs(float(w @ inner.wrong[2 * q :])) + float(
         np.sqrt(max(float(w @ inner.spread[2 * q :, 2 * q :] @ w), 0.0))
     )
-    if could < LEAST_TOLD * abs(before):
+    if could < LEAST_TOLD * abs(before) and not inner.wrist:
         return None
+    axis = f"K along its softest axis is {before:.3g} as of a second-order limb, {after:.3g} +- "
+    if inner.wrist:
+        return (
+            f"inner mode: a free wrist gives way (some {inner.hz:g} Hz): {axis}{half:.2g} with "
+            "that allowed for; M and B are those of slow motion; lock the wrist, or stay out for "
+            "a second"
+        )
     return (
         f"inner mode: an elbow that swivels (some {inner.hz:g} Hz) hides stiffness from a short "
-        f"disturbance: K along its softest axis is {before:.3g} as of a second-order limb, "
-        f"{after:.3g} +- {half:.2g} with the swivel allowed for; hold the elbow, or stay out for "
-        "0.3 s and longer"
+        f"disturbance: {axis}{half:.2g} with the swivel allowed for; hold the elbow, or stay out "
+        "for 0.3 s and longer"
     )

@@ -16,7 +16,7 @@ from scipy.special import stdtrit
 from armimpedance.arrays import FloatArray
 from armimpedance.conventions import Kind
 from armimpedance.impedance.doubts.columns import columns_of, family
-from armimpedance.impedance.doubts.inner import inner_columns
+from armimpedance.impedance.doubts.inner_columns import inner_columns
 from armimpedance.impedance.weighing.expected_motion import expected_motion
 from armimpedance.impedance.weighing.modal import ModalEquation, weighted_equations
 from armimpedance.impedance.weighing.weighted_fit import compensated_equations, weighted_fit

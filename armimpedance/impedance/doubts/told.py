@@ -15,7 +15,8 @@ from armimpedance.arrays import IntArray
 from armimpedance.errors import ArmImpedanceError
 from armimpedance.findings import Finding
 from armimpedance.impedance.doubts.columns import COLUMNS, late_s
-from armimpedance.impedance.doubts.inner import elbow_told
+from armimpedance.impedance.doubts.inner import freedom_told
+from armimpedance.impedance.doubts.inner_columns import CARRIED
 from armimpedance.impedance.doubts.model import Departure, Model, pooled
 from armimpedance.impedance.doubts.own_motion import check_own_motion
 from armimpedance.impedance.doubts.repeats import lack_of_fit
@@ -112,7 +113,7 @@ def _check_inner(recording: Recording, models: Sequence[Model]) -> tuple[Finding
     columns = [name for name in models[0].columns if name.startswith("inner")]
     if not columns:
         return ()
-    elbow = elbow_told(recording, np.arange(recording.n_trials))
+    elbow = freedom_told(recording, np.arange(recording.n_trials))
     if elbow == "held":
         return ()
     found = {column: pooled(models, column) for column in columns}
@@ -120,6 +121,12 @@ def _check_inner(recording: Recording, models: Sequence[Model]) -> tuple[Finding
     one = found[best]
     hz = float(best.split()[1])
     smallest = f"{100 * USUAL_PART * one.limit:.2g} % of K"
+    if one.size > one.limit and CARRIED in best:
+        text = (
+            f"a free wrist lets go of forearm and hand at some {hz:g} Hz and makes K along its "
+            "soft axes too small: lock the wrist, or stay out for a second"
+        )
+        return (Finding("inner mode", "warning", text, smallest),)
     if one.size > one.limit:
         text = (
             f"a mode inside the limb, some {hz:g} Hz, makes K along one direction up to "

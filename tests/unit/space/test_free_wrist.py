@@ -1,0 +1,202 @@
+"""A hand on a ball joint: seven joints, the published muscles, what the estimate makes of them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+import armimpedance as ai
+from armimpedance.analyses import free_hand_rows
+from armimpedance.arm import HELD, SpatialArm, TwoLinkArm, arm_named, arm_of, hand_rod
+from armimpedance.errors import InputError, NotIdentifiableError
+from armimpedance.muscles import at_hand
+from armimpedance.records import Recording
+from manipulandum_sim.hand import find_subject
+from manipulandum_sim.space import SpaceArm, SpaceCondition, SpaceTruth, simulate_space
+from manipulandum_sim.space.slow_motion import slow_motion
+from manipulandum_sim.space.wrist_muscles import WristMuscles
+
+GRAVITY = (0.0, 0.0, -9.80665)
+LINKS = arm_of(find_subject("A").record)
+ARM = SpatialArm(LINKS, GRAVITY, hand_rod(LINKS))
+LOCKED = SpatialArm(LINKS, GRAVITY)
+RNG = np.random.default_rng(5)
+ANGLES = RNG.uniform(
+    [-1.5, 0.3, -1.5, 0.3, -1, -0.4, -0.6], [1.5, 2.5, 1.5, 2.4, 1, 0.3, 0.6], (5, 7)
+)
+
+
+def simulated(arm: SpatialArm) -> SpaceArm:
+    """The simulator's arm of the same rods."""
+    return SpaceArm(*np.array(arm.rods).T[[0, 1, 2, 3, 4]])
+
+
+@pytest.mark.parametrize("q", ANGLES)
+def test_place_weight_and_inertia_are_those_of_the_simulated_arm(q):
+    posture, other = ARM.posture(q), simulated(ARM).dynamics(q[None], np.zeros((1, 7)))
+    np.testing.assert_allclose(posture.hand_position, other.place[0], atol=1e-14)
+    np.testing.assert_allclose(posture.jacobian, other.J[0], atol=1e-14)
+    np.testing.assert_allclose(posture.gravity_torque, other.h[0], atol=1e-12)
+    np.testing.assert_allclose(posture.inertia, other.M[0], atol=1e-13)
+
+
+@pytest.mark.parametrize("q", ANGLES)
+def test_second_derivatives_are_differences_of_the_first(q):
+    h, posture = 1e-5, ARM.posture(q)
+    for j, step in enumerate(h * np.eye(7)):
+        ahead, behind = ARM.posture(q + step), ARM.posture(q - step)
+        bend = (ahead.jacobian - behind.jacobian) / (2 * h)
+        np.testing.assert_allclose(posture.jacobian_derivative[:, :, j], bend, atol=1e-9)
+        weight = (ahead.gravity_torque - behind.gravity_torque) / (2 * h)
+        np.testing.assert_allclose(posture.gravity_gradient[:, j], weight, atol=1e-8)
+
+
+@pytest.mark.parametrize("q", ANGLES)
+def test_a_straight_wrist_is_the_locked_one(q):
+    straight, locked = ARM.posture([*q[:5], 0.0, 0.0], (0, 1, 2, 3)), LOCKED.posture(q[:4])
+    for name in ("hand_position", "jacobian", "jacobian_derivative", "gravity_torque"):
+        np.testing.assert_allclose(getattr(straight, name), getattr(locked, name), atol=1e-13)
+    np.testing.assert_allclose(straight.inertia, locked.inertia, atol=1e-13)
+    np.testing.assert_allclose(straight.gravity_gradient, locked.gravity_gradient, atol=1e-13)
+    # the forearm's turning does not move a hand that is straight
+    np.testing.assert_allclose(ARM.jacobian([*q[:5], 0.0, 0.0])[:, 4], 0.0, atol=1e-14)
+
+
+def test_an_arm_of_another_number_of_angles_is_refused():
+    with pytest.raises(InputError, match="7"):
+        ARM.posture(np.zeros(4))
+    with pytest.raises(InputError):
+        ARM.joint_angles([0.1, 0.4, 0.0], 0.0)
+    with pytest.raises(InputError):
+        SpaceCondition((0.1,) * 5).angles  # noqa: B018
+    with pytest.raises(InputError, match="locked"):
+        simulate_space([SpaceCondition((-0.9, 0.9, 1.0, 1.5, 0.0, 0.0, 0.0))], seed=1, sets=1)
+
+
+def test_a_person_s_moment_arms_are_derivatives_of_lengths_and_like_the_published_ones():
+    muscles, published = WristMuscles.of(find_subject("A")), arm_named("myoarm7")
+    q, step = np.array([[-0.9, 0.9, 1.0, 1.5, 0.2, 0.0, -0.25]]), 1e-5
+    G = muscles.jacobian(q)[0]
+    differences = [
+        (muscles.length(q + step * u) - muscles.length(q - step * u))[0] / (2 * step)
+        for u in np.eye(7)
+    ]
+    np.testing.assert_allclose(G, np.array(differences).T, atol=1e-10)
+    others = published.paths.moment_arms(q[0])
+    assert muscles.names == published.paths.muscles
+    off = np.linalg.norm(G - others) / np.linalg.norm(others)
+    assert 0.03 < off < 0.3
+    assert not np.array_equal(G, WristMuscles.of(find_subject("B")).jacobian(q)[0])
+
+
+def test_the_published_arms_have_anatomy_s_signs():
+    arm = arm_named("myoarm7")
+    arms = arm.paths.moment_arms([-0.5, 0.9, 0.5, 1.4, 0, 0, 0])
+    G = dict(zip(arm.paths.muscles, arms, strict=True))
+    turn, elevation, axial, elbow, pronation, deviation, flexion = range(7)
+    # a muscle shortens along what it does: dL/dq below 0
+    assert G["BIClong"][elbow] < -0.02
+    assert G["TRIlat"][elbow] > 0.015
+    assert G["PECM1"][turn] < 0  # turns the arm to the left
+    assert G["DELT3"][turn] > 0
+    assert G["DELT1"][elevation] < 0
+    assert G["LAT2"][elevation] > 0
+    assert G["SUBSC"][axial] < 0  # inwards
+    assert G["INFSP"][axial] > 0
+    assert G["PT"][pronation] < 0
+    assert G["SUP"][pronation] > 0
+    assert G["ECRL"][deviation] < 0  # to the thumb's side
+    assert G["FCU"][deviation] > 0
+    assert G["FCR"][flexion] < 0
+    assert G["ECU"][flexion] > 0
+
+
+def test_the_arm_with_its_wrist_locked_is_the_other_at_zero_angles():
+    four, seven = arm_named("myoarm4"), arm_named("myoarm7")
+    q = np.random.default_rng(2).uniform(-0.3, 1.2, (6, 4))
+    stays = np.isin(seven.paths.muscles, four.paths.muscles)
+    whole = seven.paths.moment_arms(np.column_stack([q, np.zeros((6, 3))]))[..., :4]
+    np.testing.assert_allclose(four.paths.moment_arms(q), whole[:, stays], atol=1e-15)
+    np.testing.assert_array_equal(whole[:, ~stays], 0.0)
+    np.testing.assert_array_equal(four.max_tension, seven.max_tension[stays])
+
+
+@cache
+def session() -> tuple[Recording, SpaceTruth]:
+    return simulate_space(seed=72, sets=3, wrist="free", elbow="free", emg=True)
+
+
+def test_the_truth_is_the_mapping_s_and_slow_motion_is_the_limit_of_small_frequencies():
+    _, truth = session()
+    J, step = truth.jacobian[0], 1e-4
+    arm, q = SpaceArm.of(find_subject("A"), free_wrist=True), truth.posture
+
+    def borne(angles):
+        return arm.dynamics(angles, np.zeros_like(angles)).J[0].T @ truth.force[0]
+
+    turned = [(borne(q + step * u) - borne(q - step * u)) / (2 * step) for u in np.eye(7)]
+    K = truth.K_j[0] + truth.gravity_gradient[0] + np.stack(turned, axis=-1)
+    M, B = truth.M_j[0], truth.B_j[0]
+    K_e = np.linalg.inv(J @ np.linalg.solve(K, J.T))
+    assert np.linalg.norm(K_e - truth.K_e[0]) < 1e-6 * np.linalg.norm(K_e)
+    inertia, viscosity = slow_motion(J, M, B, K)
+    np.testing.assert_allclose(truth.B_e_slow[0], viscosity, rtol=1e-5, atol=1e-4)
+    np.testing.assert_allclose(truth.M_e_slow[0], inertia, rtol=1e-4, atol=1e-5)
+    s = 1j * 0.05
+    Z = np.linalg.inv(J @ np.linalg.solve(M * s**2 + B * s + K, J.T))
+    np.testing.assert_allclose(Z.imag / s.imag, viscosity, rtol=1e-3, atol=1e-2)
+    np.testing.assert_allclose((K_e - Z.real) / s.imag**2, inertia, rtol=1e-2, atol=1e-2)
+
+
+def test_the_estimate_names_what_gives_way_and_holds_the_stiffness():
+    recording, truth = session()
+    (found,) = ai.estimate(recording)
+    K = truth.K_e[0]
+    assert len(found.joint_angles) == 7
+    assert any("wrist" in warning for warning in found.warnings)
+    low, high = (limits[2].reshape(3, 3) for limits in found.interval())
+    # of nine elements seldom more than two lie outside of their own 95 %
+    assert ((low <= K) & (truth.K_e[0] <= high)).sum() >= 7
+    assert np.linalg.norm(found.stiffness - K) < 0.1 * np.linalg.norm(K)
+    # viscosity is that of slow motion, not at once
+    slow, once = (np.linalg.norm(found.viscosity - B[0]) for B in (truth.B_e_slow, truth.B_e))
+    assert slow < 0.3 * once
+
+
+def test_a_held_elbow_does_not_silence_a_free_wrist():
+    recording, _ = session()
+    held = replace(recording, trials=recording.trials.assign(elbow="held"))
+    assert any("wrist" in warning for warning in ai.estimate(held)[0].warnings)
+
+
+def test_seven_joints_do_not_follow_from_three_axes():
+    recording, _ = session()
+    hand = ai.estimate(recording)
+    for elbow in ("free", "held"):
+        with pytest.raises(NotIdentifiableError):
+            ai.to_joint(hand, recording=recording, elbow=elbow)
+
+
+def test_muscles_fitted_to_hands_tell_another_hand():
+    recording, truth = session()
+    rows = free_hand_rows(ai.estimate(recording), recording)
+    assert rows.joints == 7
+    places = np.array([[-0.8, 0.9, 0.9, 1.4, 0.1, 0.0, -0.2], [-0.6, 0.8, 0.7, 1.2, 0.3, 0.1, 0.1]])
+    model = ai.fit_muscles(rows, arm="myoarm7", order=1)
+    alpha = np.repeat(rows.activation[:1], 2, axis=0)
+    said = at_hand(model.predict(places, alpha), ARM, np.zeros((2, 3)))
+    values = np.linalg.eigvalsh(said.stiffness_matrices)
+    assert (values > 0).all()
+    assert (values < 1e4).all()
+
+
+def test_a_hand_s_part_of_the_link_leaves_a_forearm():
+    forearm = ARM.rods[1]
+    assert min(forearm) > 0
+    light = TwoLinkArm(0.3, 0.34, 2.0, 1.4, 0.13, 0.17, 0.02, 0.02)
+    assert min(SpatialArm(light, None, hand_rod(light)).rods[1][:3]) > 0
+    assert ARM.joints == 7
+    assert HELD == (0, 1, 3)
