@@ -203,11 +203,12 @@ def fit_muscles(
     rows : JointRows, Estimates, sequence of ImpedanceEstimate, path or paths
         At the joints, any postures and activations; a path is that of a RESULTS.csv.
     recording : Recording, Subject or path, optional
-        Given, the rows are of the hand in three axes with a free elbow, which cannot be mapped to
-        the joints one by one; it says whose arm it is, and how gravity acts.
+        Given, the rows are of the hand in three axes with a free elbow (and wrist, where seven
+        angles are measured), which cannot be mapped to the joints one by one; it says whose arm it
+        is, and how gravity acts.
     arm : MuscularArm or str
-        The muscles whose moment arms are corrected: "planar6", "arm26" or the path of a table; of
-        more than two joints a `MuscularArm`.
+        The muscles whose moment arms are corrected: "planar6", "arm26", in space "myoarm4" or
+        "myoarm7" (wrist locked, free), or the path of a table.
     order : int
         L of the corrections to the moment arms, from 0 to 3.
     activation_order : int

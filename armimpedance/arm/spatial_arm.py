@@ -209,7 +209,24 @@ class SpatialArm:
 
 
 def joints_that_move(joints: int, elbow: str) -> tuple[int, ...]:
-    """The joints of an arm in space that move: without the axial one where the elbow is "held"."""
+    """The joints of an arm in space that move: without the axial one where the elbow is held.
+
+    Parameters
+    ----------
+    joints : int
+        4, or 7 with a free wrist.
+    elbow : {"held", "free"}
+
+    Returns
+    -------
+    tuple of int
+
+    Examples
+    --------
+    >>> from armimpedance.arm import joints_that_move
+    >>> joints_that_move(7, "held")
+    (0, 1, 3, 4, 5, 6)
+    """
     return tuple(j for j in range(joints) if elbow != "held" or j != _AXIAL)
 
 

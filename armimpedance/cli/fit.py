@@ -69,7 +69,7 @@ def _add_muscles(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--arm",
         metavar="NAME|TABLE.csv",
-        help="moment arms: planar6 (default), arm26, or a table of your own",
+        help="moment arms: planar6 (default), arm26; in space myoarm4, myoarm7; or a table",
     )
     parser.add_argument(
         "--torque",

@@ -9,15 +9,16 @@ Examples:
   armimpedance predict arm.json --postures grid.csv --to moment-arms --joint elbow --out elbow.sto
   armimpedance predict muscles.json --activations emg.csv --to muscle --out muscles.sto
 
-Postures have the columns q_shoulder_rad and q_elbow_rad, in space q_1_rad to q_4_rad, activations
-alpha_1 ... (0 to 1). Given both, row goes with row; a single row goes with all rows of the other.
+Postures have the columns q_shoulder_rad and q_elbow_rad, in space q_1_rad to q_4_rad (q_7_rad with
+a free wrist), activations alpha_1 ... (0 to 1). Given both, row goes with row; a single row goes
+with all rows of the other.
 Where the model was never measured the row says so (columns extrapolated, reason). Intervals are
 those of the model's mean.
 
 --to moment-arms: r = -dL/dq of each muscle in m (OpenSim's sign: a flexor's is positive), of an arm
-(planar6, arm26, a table) or as fitted (fit muscles). With --joint the columns are the muscles
-alone, as OpenSim's analysis writes them. --to muscle: stiffness of each muscle, N/m; of a model of
-one posture (fit activation) what activation adds to it.
+(planar6, arm26, myoarm4, myoarm7, a table) or as fitted (fit muscles). With --joint the columns are
+the muscles alone, as OpenSim's analysis writes them. --to muscle: stiffness of each muscle, N/m; of
+a model of one posture (fit activation) what activation adds to it.
 """
 
 from __future__ import annotations

@@ -28,6 +28,7 @@ GROUPS = {
             "random",
             "random_accuracy",
             "space",
+            "space_wrist",
             "live",
         ),
     ),

@@ -26,7 +26,9 @@ def add_live(parser: argparse.ArgumentParser) -> None:
     """Options of a calibration."""
     live = parser.add_argument_group("a calibration of the live stiffness")
     live.add_argument(
-        "--live", metavar="NAME|TABLE.csv", help="moment arms: planar6, arm26, or a table"
+        "--live",
+        metavar="NAME|TABLE.csv",
+        help="moment arms: planar6, arm26; in space myoarm4, myoarm7; or a table",
     )
     live.add_argument("--recording", type=Path, metavar="RECORDING", help="whose arm it is")
     live.add_argument(

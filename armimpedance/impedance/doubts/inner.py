@@ -69,6 +69,8 @@ class Inner:
 def freedom_told(recording: Recording, rows: IntArray) -> Elbow | None:
     """Whether joints beyond the hand's axes were held or free in these trials; None: nobody said.
 
+    A wrist that is free counts as much as an elbow.
+
     Parameters
     ----------
     recording : Recording
@@ -78,18 +80,43 @@ def freedom_told(recording: Recording, rows: IntArray) -> Elbow | None:
     Returns
     -------
     {"held", "free"} or None
-        "free" where the elbow or the wrist was: seven angles say so, or the column `wrist`.
+        "free" where the elbow or the wrist was.
 
     Raises
     ------
     InputError
         The column `elbow` says something else.
     """
-    angles, trials = recording.joint_angles, recording.trials
+    return "free" if is_wrist_free(recording, rows) else elbow_told(recording, rows)
+
+
+def is_wrist_free(recording: Recording, rows: IntArray) -> bool:
+    """Whether forearm and hand could turn in these trials.
+
+    Parameters
+    ----------
+    recording : Recording
+    rows : (R,) int
+        Trials.
+
+    Returns
+    -------
+    bool
+        What the column `wrist` says, else whether seven angles were recorded.
+
+    Raises
+    ------
+    InputError
+        The column says something else than locked or free.
+    """
+    said = set()
+    if WRIST in recording.trials:
+        said = {str(v) for v in recording.trials[WRIST].iloc[rows].dropna()} - {""}
+    if unknown := sorted(said - {"locked", "free"}):
+        raise InputError(f"wrist {unknown[0]!r}", column=WRIST, expected="locked or free")
+    angles = recording.joint_angles
     seven = angles is not None and angles.shape[1] == FREE_WRIST
-    if seven or (WRIST in trials and (trials[WRIST].iloc[rows] == "free").any()):
-        return "free"
-    return elbow_told(recording, rows)
+    return "free" in said if said else seven
 
 
 def elbow_told(recording: Recording, rows: IntArray) -> Elbow | None:
@@ -252,8 +279,8 @@ def _told(plain: ImpedanceEstimate, one: ImpedanceEstimate, inner: Inner) -> str
     if inner.wrist:
         return (
             f"inner mode: a free wrist gives way (some {inner.hz:g} Hz): {axis}{half:.2g} with "
-            "that allowed for; M and B are those of slow motion; lock the wrist, or stay out for "
-            "a second"
+            "that allowed for; take no M and B from a short disturbance; lock the wrist, or stay "
+            "out for a second"
         )
     return (
         f"inner mode: an elbow that swivels (some {inner.hz:g} Hz) hides stiffness from a short "

@@ -12,7 +12,6 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arm import FREE_WRIST
 from armimpedance.arrays import FloatArray
 from armimpedance.impedance.weighing.modal import ModalEquation
 from armimpedance.records import Window
@@ -30,7 +29,7 @@ CARRIED: Final = "carried"
 
 
 def inner_columns(
-    window: Window, equation: ModalEquation, theta: FloatArray
+    window: Window, equation: ModalEquation, theta: FloatArray, free_wrist: bool
 ) -> dict[str, FloatArray]:
     """The columns (T, d, n) of inner modes along many directions; none in fewer than three axes."""
     d = equation.axes
@@ -40,8 +39,7 @@ def inner_columns(
     x = window.position[used] - window.position_at_onset[used][:, None]
     rate = window.sample_rate_hz
     mass, _, scale = (float(np.trace(part)) / d for part in theta.reshape(3, d, d))
-    angles = window.joint_angles_at_onset
-    carried = WRIST_HZ if angles is not None and angles.shape[1] == FREE_WRIST else ()
+    carried = WRIST_HZ if free_wrist else ()
     signals = {f"inner {hz}": scale * (x - _slow(x, hz, rate)[0]) for hz in INNER_HZ}
     signals |= {f"inner {hz} {CARRIED}": mass * _slow(x, hz, rate)[1] for hz in carried}
     columns = {}

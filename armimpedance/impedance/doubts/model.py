@@ -109,7 +109,7 @@ class Model:
     way: float
 
     @classmethod
-    def of(cls, window: Window, kind: Kind) -> Model:
+    def of(cls, window: Window, kind: Kind, free_wrist: bool = False) -> Model:
         """Fit the window without departures, and make their columns."""
         found = weighted_fit(window, kind)
         V = np.linalg.inv(found.noise.covariance(found.parameters))
@@ -118,7 +118,7 @@ class Model:
         plain = compensated_equations(found.equation, found.noise, V, Z, kind)
         solved = solve_equations(plain)
         columns, way = columns_of(window, found.equation, Z, solved.parameters)
-        columns |= inner_columns(window, found.equation, solved.parameters)
+        columns |= inner_columns(window, found.equation, solved.parameters, free_wrist)
         theta, covariance = solved.parameters, solved.covariance
         return cls(found.equation, V, Z, plain, theta, covariance, columns, way)
 

@@ -15,8 +15,8 @@ from armimpedance.arrays import IntArray
 from armimpedance.errors import ArmImpedanceError
 from armimpedance.findings import Finding
 from armimpedance.impedance.doubts.columns import COLUMNS, late_s
-from armimpedance.impedance.doubts.inner import freedom_told
-from armimpedance.impedance.doubts.inner_columns import CARRIED
+from armimpedance.impedance.doubts.inner import freedom_told, is_wrist_free
+from armimpedance.impedance.doubts.inner_columns import CARRIED, FEWEST_AXES
 from armimpedance.impedance.doubts.model import Departure, Model, pooled
 from armimpedance.impedance.doubts.own_motion import check_own_motion
 from armimpedance.impedance.doubts.repeats import lack_of_fit
@@ -124,7 +124,8 @@ def _check_inner(recording: Recording, models: Sequence[Model]) -> tuple[Finding
     if one.size > one.limit and CARRIED in best:
         text = (
             f"a free wrist lets go of forearm and hand at some {hz:g} Hz and makes K along its "
-            "soft axes too small: lock the wrist, or stay out for a second"
+            "soft axes too small, and looks like a reflex: lock the wrist, or stay out for a "
+            "second"
         )
         return (Finding("inner mode", "warning", text, smallest),)
     if one.size > one.limit:
@@ -203,13 +204,21 @@ def _models(recording: Recording) -> list[Model]:
 
 
 def models_of(recording: Recording, groups: Sequence[IntArray]) -> Iterator[Model | None]:
-    """The fit of each group of trials, made as it is asked for; None where it cannot be made."""
+    """The fit of each group of trials, made as it is asked for; None where it cannot be made.
+
+    Raises
+    ------
+    InputError
+        The column `wrist` of a recording in space is not as it should be.
+    """
     timing = disturbance_times(recording)
+    in_space = recording.position.shape[1] >= FEWEST_AXES
     for rows in groups:
+        wrist = in_space and is_wrist_free(recording, rows)
         try:
             window = cut_windows(recording, rows, timing)
             enough = window.usable.sum() >= FEWEST_TRIALS
-            model = Model.of(window, recording.kind) if enough else None
+            model = Model.of(window, recording.kind, wrist) if enough else None
         except ArmImpedanceError:
             model = None
         yield model

@@ -172,6 +172,17 @@ def test_a_held_elbow_does_not_silence_a_free_wrist():
     assert any("wrist" in warning for warning in ai.estimate(held)[0].warnings)
 
 
+def test_a_column_says_it_where_angles_were_not_measured():
+    recording, _ = session()
+    unknown = replace(recording, joint_angles=None)
+    assert any("wrist" in warning for warning in ai.estimate(unknown)[0].warnings)
+    locked = replace(recording, trials=recording.trials.assign(wrist="locked"))
+    assert not any("wrist" in warning for warning in ai.estimate(locked)[0].warnings)
+    odd = replace(recording, trials=recording.trials.assign(wrist="loose"))
+    with pytest.raises(InputError, match="loose"):
+        ai.estimate(odd)
+
+
 def test_seven_joints_do_not_follow_from_three_axes():
     recording, _ = session()
     hand = ai.estimate(recording)
