@@ -109,11 +109,7 @@ def is_wrist_free(recording: Recording, rows: IntArray) -> bool:
     InputError
         The column says something else than locked or free.
     """
-    said = set()
-    if WRIST in recording.trials:
-        said = {str(v) for v in recording.trials[WRIST].iloc[rows].dropna()} - {""}
-    if unknown := sorted(said - {"locked", "free"}):
-        raise InputError(f"wrist {unknown[0]!r}", column=WRIST, expected="locked or free")
+    said = _said(recording, rows, WRIST, "locked")
     angles = recording.joint_angles
     seven = angles is not None and angles.shape[1] == FREE_WRIST
     return "free" in said if said else seven
@@ -138,14 +134,21 @@ def elbow_told(recording: Recording, rows: IntArray) -> Elbow | None:
     InputError
         The column says something else.
     """
-    if ELBOW not in recording.trials:
-        return None
-    said = {str(v) for v in recording.trials[ELBOW].iloc[rows].dropna()} - {""}
-    if unknown := sorted(said - {"held", "free"}):
-        raise InputError(f"elbow {unknown[0]!r}", column=ELBOW, expected="held or free")
+    said = _said(recording, rows, ELBOW, "held")
     if not said:
         return None
     return "free" if "free" in said else "held"
+
+
+def _said(recording: Recording, rows: IntArray, column: str, kept: str) -> set[str]:
+    """The words of a column of these trials, of `kept` and "free"; none without the column."""
+    if column not in recording.trials:
+        return set()
+    said = {str(v) for v in recording.trials[column].iloc[rows].dropna()} - {""}
+    if unknown := sorted(said - {kept, "free"}):
+        problem, expected = f"{column} {unknown[0]!r}", f"{kept} or free"
+        raise InputError(problem, column=column, expected=expected)
+    return said
 
 
 def averaged_inner(
