@@ -27,7 +27,7 @@ from armimpedance.arm import (
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import ArmImpedanceError, InputError
 from armimpedance.files import condition_of, read_results
-from armimpedance.impedance import elbow_told
+from armimpedance.impedance import WRIST, elbow_told, is_wrist_free
 from armimpedance.levels import (
     MuscleEstimate,
     arm_posture_for,
@@ -53,6 +53,8 @@ PLANAR: Final = (0, 1)
 _IN_SPACE: Final = (LOCKED_WRIST, FREE_WRIST)
 #: Whether the upper arm was kept from turning about its own axis.
 Elbow = Literal["held", "free"]
+#: Whether forearm and hand were kept from turning.
+Wrist = Literal["locked", "free"]
 Made = TypeVar("Made")
 
 _UPRIGHT: Final = (
@@ -115,8 +117,9 @@ def to_joint(
     ('shoulder', 'elbow')
     """
     who = replace(_who(estimates, recording), elbow=elbow, swivel_deg=swivel_deg)
-    if elbow is None and any(is_in_space(row) for row in _rows(estimates)):
-        who = replace(who, elbow=_elbow_of(recording))
+    if any(is_in_space(row) for row in _rows(estimates)):
+        told, wrist = _told_of(recording)
+        who = replace(who, elbow=elbow or told, wrist=wrist)
 
     def mapped(row: ImpedanceEstimate) -> ImpedanceEstimate:
         return _at_joint(row, who, force_term)
@@ -297,7 +300,8 @@ def moving_joints(joints: int, recording: Whose, elbow: Elbow | None) -> tuple[i
         if elbow is not None:
             raise InputError(f"the elbow of an arm of {joints} joints", expected="it in space only")
         return tuple(range(joints))
-    return joints_that_move(joints, elbow or _elbow_of(recording) or "free")
+    told, wrist = _told_of(recording)
+    return joints_that_move(joints, elbow or told or "free", wrist)
 
 
 @dataclass(frozen=True)
@@ -309,6 +313,7 @@ class _Who:
     gravity_m_s2: tuple[float, ...] | None = None
     elbow: Elbow | None = None
     swivel_deg: float | None = None
+    wrist: Wrist | None = None
 
 
 def _who(estimates: Results, recording: Whose | None) -> _Who:
@@ -326,13 +331,16 @@ def _who(estimates: Results, recording: Whose | None) -> _Who:
 def _posture(row: ImpedanceEstimate, who: _Who) -> tuple[ArmPosture, FloatArray, str]:
     """The posture of a row, all its angles, and where it and gravity come from."""
     if is_in_space(row):
-        held = who.elbow == "held" or (row.level == "joint" and row.k == len(HELD))
+        at_joints = row.level == "joint"
+        held = who.elbow == "held" or (at_joints and row.k == len(HELD))
+        locked = who.wrist == "locked" or (at_joints and row.k <= LOCKED_WRIST)
         posture, q, source = spatial_posture_for(
             row,
             who.subject,
             elbow="held" if held else "free",
             gravity_m_s2=who.gravity_m_s2,
             swivel_rad=None if who.swivel_deg is None else radians(who.swivel_deg),
+            wrist="locked" if locked else None,
         )
         return posture, q, f"{source}, elbow {'held' if held else 'free'}"
     if who.elbow is not None or who.swivel_deg is not None:
@@ -343,12 +351,15 @@ def _posture(row: ImpedanceEstimate, who: _Who) -> tuple[ArmPosture, FloatArray,
     return posture, posture.joint_angles, f"{source}; {_plane(who.gravity_m_s2)}"
 
 
-def _elbow_of(recording: Whose | None) -> Elbow | None:
-    """What the trials of a recording say of the elbow: held only where it was throughout."""
+def _told_of(recording: Whose | None) -> tuple[Elbow | None, Wrist | None]:
+    """What the trials of a recording say of elbow and wrist: kept only where throughout."""
     if recording is None or isinstance(recording, Subject):
-        return None
+        return None, None
     found = recording if isinstance(recording, Recording) else read_recording(recording)
-    return elbow_told(found, np.arange(len(found.trials)))
+    rows = np.arange(len(found.trials))
+    if WRIST not in found.trials:
+        return elbow_told(found, rows), None
+    return elbow_told(found, rows), "free" if is_wrist_free(found, rows) else "locked"
 
 
 def _plane(gravity_m_s2: tuple[float, ...] | None) -> str:

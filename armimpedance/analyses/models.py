@@ -307,6 +307,11 @@ def free_hand_rows(rows: Rows, recording: Whose) -> HandRows:
                 estimates += read_results(Path(one))
             else:
                 estimates.append(one)
+    if len(moving_joints(FREE_WRIST, recording, None)) < FREE_WRIST and any(
+        e.joint_angles is not None and len(e.joint_angles) == FREE_WRIST for e in estimates
+    ):
+        expected = "four angles, or the elbow held and the hand mapped"
+        raise InputError("seven angles of a hand whose wrist was locked", expected=expected)
     first = next((e.joint_angles for e in estimates if e.joint_angles is not None), ())
     joints = len(first) if len(first) in (LOCKED_WRIST, FREE_WRIST) else LOCKED_WRIST
     arm = cast(SpatialArm, arm_of_whose(recording, joints))

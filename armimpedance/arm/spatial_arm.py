@@ -38,8 +38,9 @@ from armimpedance.records import ArmPosture
 #: its own axis.
 FREE: Final = (0, 1, 2, 3)
 HELD: Final = (0, 1, 3)
-#: The joint that turns the upper arm about its own axis.
+#: The joint that turns the upper arm about its own axis, and those of the wrist.
 _AXIAL: Final = 2
+_WRIST: Final = (4, 5, 6)
 #: Sine of an angle below which the directions that it separates count as one.
 _SMALLEST_SINE: Final = 1e-3
 
@@ -208,7 +209,7 @@ class SpatialArm:
         return M
 
 
-def joints_that_move(joints: int, elbow: str) -> tuple[int, ...]:
+def joints_that_move(joints: int, elbow: str, wrist: str | None = None) -> tuple[int, ...]:
     """The joints of an arm in space that move: without the axial one where the elbow is held.
 
     Parameters
@@ -216,6 +217,8 @@ def joints_that_move(joints: int, elbow: str) -> tuple[int, ...]:
     joints : int
         4, or 7 with a free wrist.
     elbow : {"held", "free"}
+    wrist : {"locked", "free"}, optional
+        Seven angles may be known of a wrist that is locked.
 
     Returns
     -------
@@ -227,7 +230,9 @@ def joints_that_move(joints: int, elbow: str) -> tuple[int, ...]:
     >>> joints_that_move(7, "held")
     (0, 1, 3, 4, 5, 6)
     """
-    return tuple(j for j in range(joints) if elbow != "held" or j != _AXIAL)
+    kept = {_AXIAL} if elbow == "held" else set()
+    kept |= set(_WRIST) if wrist == "locked" else set()
+    return tuple(j for j in range(joints) if j not in kept)
 
 
 def _checked(q: ArrayLike, joints: int) -> FloatArray:

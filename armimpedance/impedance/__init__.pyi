@@ -2,9 +2,11 @@ from .bound import bound as bound, bound_of as bound_of, inverse_information as 
 from .checks import check_response as check_response
 from .doubts.allowance import allowing as allowing
 from .doubts.inner import (
+    WRIST as WRIST,
     Elbow as Elbow,
     averaged_inner as averaged_inner,
     elbow_told as elbow_told,
+    is_wrist_free as is_wrist_free,
     with_inner as with_inner,
 )
 from .doubts.inner_columns import (

@@ -43,6 +43,7 @@ def spatial_posture_for(
     elbow: Literal["held", "free"],
     gravity_m_s2: Sequence[float] | None = None,
     swivel_rad: float | None = None,
+    wrist: Literal["locked", "free"] | None = None,
 ) -> tuple[ArmPosture, FloatArray, str]:
     """The posture, all angles (n,), and one sentence that says where they come from.
 
@@ -59,6 +60,8 @@ def spatial_posture_for(
         Along the hand's axes; without, its part of the stiffness is left out.
     swivel_rad : float, optional
         Needed where the angles were not measured.
+    wrist : {"locked", "free"}, optional
+        Of seven measured angles; default: free.
 
     Returns
     -------
@@ -80,7 +83,7 @@ def spatial_posture_for(
     arm = spatial_arm(subject, gravity_m_s2, LOCKED_WRIST if measured is None else len(measured))
     weightless = subject is None or not subject.mass_kg
     q, source = _angles(estimate, arm, swivel_rad)
-    posture = arm.posture(q, joints_that_move(arm.joints, elbow))
+    posture = arm.posture(q, joints_that_move(arm.joints, elbow, wrist))
     return (replace(posture, inertia=None) if weightless else posture), q, source
 
 

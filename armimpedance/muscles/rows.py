@@ -9,7 +9,7 @@ from typing import Annotated, Any, Final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from armimpedance.arm import FREE, HELD
+from armimpedance.arm import FREE, FREE_WRIST, HELD, LOCKED_WRIST
 from armimpedance.arrays import FloatArray, FrozenRecord, IntArray
 from armimpedance.errors import InputError
 from armimpedance.muscles.packed import elements, kept_elements, triple, triple_sd
@@ -162,7 +162,10 @@ class JointRows(FrozenRecord):
         """
         if measured == joints:
             return tuple(range(joints))
-        return HELD if (joints, measured) == (len(FREE), len(HELD)) else None
+        if joints not in (LOCKED_WRIST, FREE_WRIST):
+            return None
+        # of seven angles those of a locked wrist are known beside
+        return next((known for known in (HELD, FREE) if len(known) == measured), None)
 
     def require_planar(self) -> None:
         """Refuse rows of other joints than shoulder and elbow.

@@ -82,8 +82,7 @@ class SpaceCondition:
             There is no such posture, or the muscles cannot bear the force.
         """
         held, q = rig.elbow == "held", self.angles
-        if rig.wrist == "locked" and len(q) > FOUR:
-            raise InputError(f"{len(q)} angles of a locked wrist", expected="four, or a free wrist")
         if rig.wrist == "free" and len(q) == FOUR:
             q = np.array([*q, *GRIP_RAD])
-        return plant_at(subject, q, np.array(self.force), self.cocontraction, held)
+        locked = rig.wrist == "locked"
+        return plant_at(subject, q, np.array(self.force), self.cocontraction, held, locked)

@@ -74,9 +74,10 @@ class Plant:
         return np.asarray(-(f[:, None] @ G)[:, 0] - tissue)
 
 
-def moving_joints(joints: int, elbow_held: bool) -> tuple[int, ...]:
+def moving_joints(joints: int, elbow_held: bool, wrist_locked: bool) -> tuple[int, ...]:
     """The joints that move: without the upper arm's turning about its axis, where it is held."""
-    return tuple(j for j in range(joints) if not elbow_held or j != AXIAL)
+    last = FOUR if wrist_locked else joints
+    return tuple(j for j in range(last) if not elbow_held or j != AXIAL)
 
 
 def plant_at(
@@ -85,6 +86,7 @@ def plant_at(
     force: FloatArray,
     cocontraction: float,
     elbow_held: bool,
+    wrist_locked: bool = False,
 ) -> Plant:
     """The arm in balance with its weight and the hand's force.
 
@@ -92,12 +94,12 @@ def plant_at(
     ----------
     subject : SimulatedSubject
     posture : (n,)
-        rad; seven angles where the wrist is free.
+        rad; seven angles where the wrist is free, or its angles are known.
     force : (3,)
         By the hand on what it holds, N.
     cocontraction : float
         Least activation of every muscle, as a part of its greatest tension.
-    elbow_held : bool
+    elbow_held, wrist_locked : bool
 
     Returns
     -------
@@ -109,13 +111,15 @@ def plant_at(
         The muscles cannot bear it.
     """
     posture = np.asarray(posture, dtype=float)
-    free_wrist = len(posture) > FOUR
-    arm = SpaceArm.of(subject, free_wrist)
-    muscles = WristMuscles.of(subject) if free_wrist else SpaceMuscles.of(subject.strength)
+    seven = len(posture) > FOUR
+    arm = SpaceArm.of(subject, seven)
+    muscles = WristMuscles.of(subject) if seven else SpaceMuscles.of(subject.strength)
     still = arm.dynamics(posture[None], np.zeros((1, arm.joints)))
     needed = still.h[0] + still.J[0].T @ force
     tension = _least_effort(muscles, posture, needed, cocontraction)
-    return Plant(arm, muscles, posture, tension, moving_joints(arm.joints, elbow_held))
+    return Plant(
+        arm, muscles, posture, tension, moving_joints(arm.joints, elbow_held, wrist_locked)
+    )
 
 
 def _least_effort(

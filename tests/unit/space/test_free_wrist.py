@@ -72,8 +72,6 @@ def test_an_arm_of_another_number_of_angles_is_refused():
         ARM.joint_angles([0.1, 0.4, 0.0], 0.0)
     with pytest.raises(InputError):
         SpaceCondition((0.1,) * 5).angles  # noqa: B018
-    with pytest.raises(InputError, match="locked"):
-        simulate_space([SpaceCondition((-0.9, 0.9, 1.0, 1.5, 0.0, 0.0, 0.0))], seed=1, sets=1)
 
 
 def test_a_person_s_moment_arms_are_derivatives_of_lengths_and_like_the_published_ones():
@@ -189,6 +187,24 @@ def test_seven_joints_do_not_follow_from_three_axes():
     for elbow in ("free", "held"):
         with pytest.raises(NotIdentifiableError):
             ai.to_joint(hand, recording=recording, elbow=elbow)
+
+
+def test_a_locked_wrist_whose_angles_are_known_leaves_the_joints_of_a_held_elbow():
+    bent = (-0.9, 0.9, 1.0, 1.5, 0.4, -0.1, -0.3)
+    recording, truth = simulate_space([SpaceCondition(bent)], seed=73, sets=2)
+    hand = ai.estimate(recording)
+    (joint,) = ai.to_joint(hand, recording=recording)
+    r = np.ix_(HELD, HELD)
+    true = np.stack([truth.M_j[0][r], truth.B_j[0][r], truth.K_j[0][r]])
+    low, high = joint.interval()
+    # nine elements each, of which seldom more than two lie outside of their own 95 %
+    assert (((low <= true) & (true <= high)).mean(axis=(1, 2)) > 0.7).all()
+    assert (np.abs(joint.parameters.reshape(3, 3, 3) - true) < 4 * joint.sd).all()
+    (back,) = ai.to_hand([joint], recording=recording)
+    K = hand[0].stiffness
+    np.testing.assert_allclose(back.stiffness, (K + K.T) / 2, atol=1e-9)
+    with pytest.raises(InputError, match="locked"):
+        free_hand_rows(hand, replace(recording, trials=recording.trials.assign(elbow="free")))
 
 
 def test_muscles_fitted_to_hands_tell_another_hand():
