@@ -90,13 +90,8 @@ def check_departures(recording: Recording) -> tuple[Finding, ...]:
         "friction": "dry friction makes B",
         "voluntary": f"a push from some {1e3 * late_s(names['voluntary']):.0f} ms on makes K",
     }
-    found = []
-    for name, one in single.items():
-        text, smallest = _delay_text(one) if name == "delay" else _share_text(what[name], one)
-        if name in told:
-            found.append(Finding(name, "warning", f"{text}; {ADVICE[name]}", smallest))
-        else:
-            found.append(Finding(name, "ok", text, smallest))
+    wrist = any(CARRIED in column for column in models[0].columns)
+    found = [_finding(name, one, name in told, what, wrist) for name, one in single.items()]
     inner = _check_inner(recording, models)
     told = (*told, *(one.name for one in inner if one.verdict == "warning"))
     return (
@@ -106,6 +101,19 @@ def check_departures(recording: Recording) -> tuple[Finding, ...]:
         *lack_of_fit(models, explained=bool(told)),
         *check_symmetry(models),
     )
+
+
+def _finding(
+    name: str, one: Departure, told: bool, what: Mapping[str, str], wrist: bool
+) -> Finding:
+    """What is said of one departure, told or not."""
+    text, smallest = _delay_text(one) if name == "delay" else _share_text(what[name], one)
+    if not told:
+        return Finding(name, "ok", text, smallest)
+    if name == "reflex" and wrist:
+        text = f"{text}, or a free wrist gives way: lock it to tell"
+        return Finding(name, "cannot tell", text, smallest)
+    return Finding(name, "warning", f"{text}; {ADVICE[name]}", smallest)
 
 
 def _check_inner(recording: Recording, models: Sequence[Model]) -> tuple[Finding, ...]:
@@ -124,8 +132,7 @@ def _check_inner(recording: Recording, models: Sequence[Model]) -> tuple[Finding
     if one.size > one.limit and CARRIED in best:
         text = (
             f"a free wrist lets go of forearm and hand at some {hz:g} Hz and makes K along its "
-            "soft axes too small, and looks like a reflex: lock the wrist, or stay out for a "
-            "second"
+            "soft axes too small: lock the wrist, or stay out for a second"
         )
         return (Finding("inner mode", "warning", text, smallest),)
     if one.size > one.limit:

@@ -12,6 +12,7 @@ import armimpedance as ai
 from armimpedance.analyses import free_hand_rows
 from armimpedance.arm import HELD, SpatialArm, TwoLinkArm, arm_named, arm_of, hand_rod
 from armimpedance.errors import InputError, NotIdentifiableError
+from armimpedance.impedance import check_response
 from armimpedance.muscles import at_hand
 from armimpedance.records import Recording
 from manipulandum_sim.hand import find_subject
@@ -162,6 +163,14 @@ def test_the_estimate_names_what_gives_way_and_holds_the_stiffness():
     # viscosity is that of slow motion, not at once
     slow, once = (np.linalg.norm(found.viscosity - B[0]) for B in (truth.B_e_slow, truth.B_e))
     assert slow < 0.3 * once
+
+
+def test_a_wrist_that_gives_way_is_not_taken_for_a_reflex():
+    quiet, _ = simulate_space(seed=74, sets=1, wrist="free", elbow="free", noise="sensor")
+    found = {one.name: one for one in check_response(quiet)}
+    assert found["reflex"].verdict == "cannot tell"
+    assert found["inner mode"].verdict == "warning"
+    assert not any(one.startswith("reflex") for one in ai.estimate(quiet)[0].warnings)
 
 
 def test_a_held_elbow_does_not_silence_a_free_wrist():
