@@ -40,6 +40,11 @@ def joint(stiffness=POSSIBLE, condition="quiet", **changes):
     return ImpedanceEstimate(**(fields | changes))
 
 
+def near(value):
+    """Not all versions of pandas read a text's last bit."""
+    return pytest.approx(value, rel=1e-14, nan_ok=True)
+
+
 @pytest.fixture
 def table(tmp_path):
     def write(estimates, arm):
@@ -57,18 +62,18 @@ def test_a_row_holds_what_the_estimate_holds(table):
     assert (row["condition"], row["level"], row["arm"]) == ("quiet", "muscle", "planar6")
     assert row["n_trials"] == 40
     assert row["q_elbow_rad"] == 1.5
-    assert row["tension_brachialis_N"] == pytest.approx(found.tension[2], rel=1e-14)
+    assert row["tension_brachialis_N"] == near(found.tension[2])
     for symbol, share in (("K", found.stiffness), ("B", found.viscosity)):
         for c in share.combinations:
-            assert row[f"{symbol}_sum_{c.name}"] == c.value
-            assert row[f"sd_{symbol}_sum_{c.name}"] == c.sd
-            assert row[f"ci_high_{symbol}_sum_{c.name}"] == c.high
+            assert row[f"{symbol}_sum_{c.name}"] == near(c.value)
+            assert row[f"sd_{symbol}_sum_{c.name}"] == near(c.sd)
+            assert row[f"ci_high_{symbol}_sum_{c.name}"] == near(c.high)
         for r in (*share.single, *share.groups):
             name = f"{symbol}_{r.name}"
             shown = [row[f"{p}_{name}"] for p in ("feasible_low", "feasible_high")]
             limits = [row[f"{p}_{name}"] for p in ("ci_low", "ci_high")]
-            assert shown == [r.low, r.high]
-            assert limits == [r.outer_low, r.outer_high]
+            assert shown == near([r.low, r.high])
+            assert limits == near([r.outer_low, r.outer_high])
         # no single muscle of six is known
         assert np.isnan(row[f"{symbol}_brachialis"])
 
@@ -77,8 +82,8 @@ def test_a_muscle_that_is_determined_has_its_value(table):
     read, (found,) = table([joint()], three_muscles())
     row, values = read.iloc[0], {c.name: c for c in found.stiffness.combinations}
     for name in ("flexor", "bender", "both"):
-        assert row[f"K_{name}"] == values[name].value
-        assert row[f"sd_K_{name}"] == values[name].sd
+        assert row[f"K_{name}"] == near(values[name].value)
+        assert row[f"sd_K_{name}"] == near(values[name].sd)
     assert row["K_both"] == pytest.approx(8 / 0.0016)
 
 
