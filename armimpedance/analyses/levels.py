@@ -16,8 +16,8 @@ from armimpedance.analyses.results.estimates import Estimates
 from armimpedance.analyses.results.muscle_estimates import MuscleEstimates
 from armimpedance.analyses.sources import PathLike, naming, read_recording
 from armimpedance.arm import (
-    FREE_WRIST,
     HELD,
+    IN_SPACE,
     LOCKED_WRIST,
     Arm,
     MuscularArm,
@@ -49,8 +49,6 @@ Results = Sequence[ImpedanceEstimate] | PathLike
 Whose = Recording | Subject | PathLike
 #: Shoulder and elbow.
 PLANAR: Final = (0, 1)
-#: Joints of an arm in space.
-_IN_SPACE: Final = (LOCKED_WRIST, FREE_WRIST)
 #: Whether the upper arm was kept from turning about its own axis.
 Elbow = Literal["held", "free"]
 #: Whether forearm and hand were kept from turning.
@@ -268,7 +266,7 @@ def arm_of_whose(whose: Whose, joints: int = 2) -> Arm:
         other axes, or nobody knows arms of so many joints.
     """
     who = _who((), whose)
-    if joints in _IN_SPACE:
+    if joints in IN_SPACE:
         # one posture at a time, and no dynamics beside the weight
         return cast(Arm, spatial_arm(who.subject, who.gravity_m_s2, joints))
     if joints != len(PLANAR):
@@ -296,7 +294,7 @@ def moving_joints(joints: int, recording: Whose, elbow: Elbow | None) -> tuple[i
     InputError
         The elbow of a planar arm is asked about.
     """
-    if joints not in _IN_SPACE:
+    if joints not in IN_SPACE:
         if elbow is not None:
             raise InputError(f"the elbow of an arm of {joints} joints", expected="it in space only")
         return tuple(range(joints))

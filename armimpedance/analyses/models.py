@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from armimpedance.analyses.levels import Whose, arm_of_whose, moving_joints
-from armimpedance.analyses.sources import PathLike, naming
+from armimpedance.analyses.sources import PathLike, naming, read_recording
 from armimpedance.arm import FREE_WRIST, LOCKED_WRIST, MuscularArm, SpatialArm
 from armimpedance.errors import InputError
 from armimpedance.files import read_joint_rows, read_results
@@ -296,6 +296,8 @@ def free_hand_rows(rows: Rows, recording: Whose) -> HandRows:
         return rows
     if isinstance(rows, JointRows):
         raise InputError("rows of joints with a recording", expected="estimates of the hand")
+    if isinstance(recording, str | os.PathLike):
+        recording = read_recording(recording)
     if len(moving_joints(LOCKED_WRIST, recording, None)) < LOCKED_WRIST:
         expected = "it mapped: map hand.csv --recording session --to joint"
         raise InputError("a hand whose elbow was held", expected=expected)
@@ -307,13 +309,11 @@ def free_hand_rows(rows: Rows, recording: Whose) -> HandRows:
                 estimates += read_results(Path(one))
             else:
                 estimates.append(one)
-    if len(moving_joints(FREE_WRIST, recording, None)) < FREE_WRIST and any(
-        e.joint_angles is not None and len(e.joint_angles) == FREE_WRIST for e in estimates
-    ):
+    known = {0 if e.joint_angles is None else len(e.joint_angles) for e in estimates}
+    joints = FREE_WRIST if known == {FREE_WRIST} else LOCKED_WRIST
+    if len(moving_joints(joints, recording, None)) < joints:
         expected = "four angles, or the elbow held and the hand mapped"
         raise InputError("seven angles of a hand whose wrist was locked", expected=expected)
-    first = next((e.joint_angles for e in estimates if e.joint_angles is not None), ())
-    joints = len(first) if len(first) in (LOCKED_WRIST, FREE_WRIST) else LOCKED_WRIST
     arm = cast(SpatialArm, arm_of_whose(recording, joints))
     if arm.gravity_m_s2 is None:
         expected = "gravity_m_s2 of the recording, [0, 0, 0] where the arm's weight is borne"

@@ -17,7 +17,11 @@ from .polynomial_paths import (
     monomial_exponents as monomial_exponents,
 )
 from .protocol import Arm as Arm
-from .rods import FREE_WRIST as FREE_WRIST, LOCKED_WRIST as LOCKED_WRIST
+from .rods import (
+    FREE_WRIST as FREE_WRIST,
+    IN_SPACE as IN_SPACE,
+    LOCKED_WRIST as LOCKED_WRIST,
+)
 from .skeleton_model import skeleton_model as skeleton_model
 from .skeletons import body_skeleton as body_skeleton, elbow_skeleton as elbow_skeleton
 from .spatial_arm import (

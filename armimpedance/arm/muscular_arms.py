@@ -15,7 +15,7 @@ from typing import Final, cast
 import numpy as np
 
 from armimpedance.arm.muscle_paths import STIFFNESS_PER_TENSION, MuscularArm
-from armimpedance.arm.path_tables import PathTable, path_table, with_joints_locked
+from armimpedance.arm.path_tables import path_table, with_joints_locked
 from armimpedance.arm.polynomial_paths import PolynomialPaths, constant_paths
 from armimpedance.arm.rods import LOCKED_WRIST
 from armimpedance.arm.table_paths_csv import read_moment_arm_table
@@ -105,12 +105,6 @@ def arm26() -> MuscularArm:
     )
 
 
-def _myoarm_table() -> PathTable:
-    """The table behind `myoarm7`: paths, maximum tensions and fibres of 32 muscles."""
-    radians = np.tile([-1.0, 1.0], (len(MYOARM_RANGE_RAD), 1))
-    return path_table("myoarm", tuple(f"q_{j}" for j in range(1, 8)), radians)
-
-
 def myoarm7() -> MuscularArm:
     """MyoSuite's right arm in space with a free wrist: 32 muscles over the seven angles.
 
@@ -123,7 +117,8 @@ def myoarm7() -> MuscularArm:
     Credit: myo-sim of the MyoSuite authors (Apache 2.0), geometry after Saul et al. 2015 (Comput
     Methods Biomech Biomed Engin 18:1445) and Holzbaur et al. 2005; the file has all of it.
     """
-    table = _myoarm_table()
+    radians = np.tile([-1.0, 1.0], (len(MYOARM_RANGE_RAD), 1))
+    table = path_table("myoarm", tuple(f"q_{j}" for j in range(1, 8)), radians)
     return MuscularArm(
         name="myoarm7",
         paths=table.paths,

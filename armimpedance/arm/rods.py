@@ -13,6 +13,7 @@ from armimpedance.arrays import FloatArray
 
 #: Joints of an arm in space with its wrist locked, and with its wrist free.
 LOCKED_WRIST, FREE_WRIST = 4, 7
+IN_SPACE: Final = (LOCKED_WRIST, FREE_WRIST)
 #: The rod at whose upper end each joint lies; how many joints move each rod.
 STARTS_AT: Final = (0, 0, 0, 1, 1, 2, 2)
 MOVED_BY: Final = {LOCKED_WRIST: (3, 4), FREE_WRIST: (3, 5, 7)}

@@ -8,15 +8,20 @@ from typing import Final, Literal
 
 import numpy as np
 
-from armimpedance.arm import FREE_WRIST, LOCKED_WRIST, SpatialArm, hand_rod, joints_that_move
+from armimpedance.arm import (
+    FREE_WRIST,
+    IN_SPACE,
+    LOCKED_WRIST,
+    SpatialArm,
+    hand_rod,
+    joints_that_move,
+)
 from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
 from armimpedance.levels.posture import kinematic_arm
 from armimpedance.records import ArmPosture, ImpedanceEstimate, Subject
 
-_IN_SPACE: Final = 3
-#: Numbers of joints of an arm in space: wrist locked, wrist free.
-WRISTS: Final = (LOCKED_WRIST, FREE_WRIST)
+_AXES: Final = 3
 
 
 def is_in_space(estimate: ImpedanceEstimate) -> bool:
@@ -32,8 +37,8 @@ def is_in_space(estimate: ImpedanceEstimate) -> bool:
         Of the hand by its three axes, of the joints by its four angles, or seven.
     """
     if estimate.level == "hand":
-        return estimate.k == _IN_SPACE
-    return estimate.joint_angles is not None and len(estimate.joint_angles) in WRISTS
+        return estimate.k == _AXES
+    return estimate.joint_angles is not None and len(estimate.joint_angles) in IN_SPACE
 
 
 def spatial_posture_for(
@@ -112,12 +117,12 @@ def spatial_arm(
         No subject, one without lengths and height, gravity of other axes or on an unknown mass, or
         another number of joints.
     """
-    if joints not in WRISTS:
+    if joints not in IN_SPACE:
         raise InputError(
             f"{joints} joint angles of an arm in space",
             expected="four with the wrist locked, seven with it free",
         )
-    if gravity_m_s2 is not None and len(gravity_m_s2) != _IN_SPACE:
+    if gravity_m_s2 is not None and len(gravity_m_s2) != _AXES:
         raise InputError(f"gravity of {len(gravity_m_s2)} axes", expected="3, as the arm in space")
     links = kinematic_arm(subject)
     weightless = subject is None or not subject.mass_kg
@@ -145,5 +150,5 @@ def _angles(
     source = f"posture from the hand's place and a swivel of {np.degrees(swivel_rad):.3g} deg"
     shoulder = estimate.shoulder_m
     if shoulder is None:
-        shoulder, source = np.zeros(_IN_SPACE), f"{source}, shoulder taken at the origin"
+        shoulder, source = np.zeros(_AXES), f"{source}, shoulder taken at the origin"
     return arm.joint_angles(estimate.position - shoulder, swivel_rad), source

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from armimpedance.arm import FREE, FREE_WRIST, HELD, LOCKED_WRIST
+from armimpedance.arm import FREE, HELD, IN_SPACE
 from armimpedance.arrays import FloatArray, FrozenRecord, IntArray
 from armimpedance.errors import InputError
 from armimpedance.muscles.packed import elements, kept_elements, triple, triple_sd
@@ -162,7 +162,7 @@ class JointRows(FrozenRecord):
         """
         if measured == joints:
             return tuple(range(joints))
-        if joints not in (LOCKED_WRIST, FREE_WRIST):
+        if joints not in IN_SPACE:
             return None
         # of seven angles those of a locked wrist are known beside
         return next((known for known in (HELD, FREE) if len(known) == measured), None)

@@ -21,7 +21,7 @@ import mujoco
 import myo_sim
 import numpy as np
 
-from armimpedance.arm import fit_paths
+from armimpedance.arm import arm_named, fit_paths
 
 JOINTS = (
     *("elv_angle_r", "shoulder_elv_r", "shoulder_rot_r", "elbow_flexion_r"),
@@ -33,10 +33,8 @@ MUSCLES = (
     *("TRIlong", "TRIlat", "TRImed", "ANC", "BIClong", "BICshort", "BRA", "BRD"),
     *("SUP", "PT", "PQ", "ECRL", "ECRB", "ECU", "FCR", "FCU", "PL"),
 )
-#: Angles that are asked for, the range of the arm "myoarm7", rad.
-RANGE = np.array(
-    [[-1.5, 0.3], [0.4, 1.6], [-0.5, 1.7], [0.5, 2.1], [-1.0, 1.0], [-0.4, 0.2], [-0.6, 0.6]]
-)
+#: Angles that are asked for, rad.
+RANGE = arm_named("myoarm7").angle_range
 #: Rotation of the humerus that is asked for, rad.
 ROTATION = (-1.0, 1.0)
 #: A muscle spans a joint about which its moment arm is more than this (rms), m.

@@ -7,6 +7,7 @@ give, turning with posture by some 20 to 40 % over a radian. They are no publish
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Final
 
@@ -44,8 +45,44 @@ PASSIVE_SHARE: Final = 0.10
 LAG_S: Final = 0.045
 
 
+class Muscles(ABC):
+    """Paths and mechanics of m muscles over n joints: what all kinds share.
+
+    Attributes
+    ----------
+    names : (m,) tuple of str
+    greatest, fibre : (m,)
+        Greatest tension (N) and fibre length (m).
+    """
+
+    names: tuple[str, ...]
+    greatest: FloatArray
+    fibre: FloatArray
+
+    @abstractmethod
+    def paths(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Lengths (N, m) up to a constant, and ``G = dL/dq`` (N, m, n), at angles (N, n)."""
+
+    def length(self, q: FloatArray) -> FloatArray:
+        """The first of `paths`."""
+        return self.paths(q)[0]
+
+    def jacobian(self, q: FloatArray) -> FloatArray:
+        """The second of `paths`."""
+        return self.paths(q)[1]
+
+    def stiffness(self, tension: FloatArray) -> FloatArray:
+        """N/m at a tension (N, m) in N."""
+        own = PASSIVE_SHARE * self.greatest + SHORT_RANGE * tension
+        return np.asarray(IN_SERIES * own / self.fibre)
+
+    def viscosity(self, tension: FloatArray) -> FloatArray:
+        """N s/m at a tension (N, m) in N."""
+        return LAG_S * self.stiffness(tension)
+
+
 @dataclass(frozen=True)
-class SpaceMuscles:
+class SpaceMuscles(Muscles):
     """Paths and mechanics of m muscles over n joints.
 
     Attributes
@@ -60,11 +97,7 @@ class SpaceMuscles:
     change: FloatArray
     greatest: FloatArray
     fibre: FloatArray
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Of the m muscles."""
-        return SPACE_MUSCLES
+    names: tuple[str, ...] = SPACE_MUSCLES
 
     @classmethod
     def of(cls, strength: float) -> SpaceMuscles:
@@ -77,32 +110,10 @@ class SpaceMuscles:
         fibre = 1e-2 * np.array([row[4] for row in _TABLE.values()])
         return cls(arms, change, greatest, fibre)
 
-    def length(self, q: FloatArray) -> FloatArray:
-        """Lengths (N, m) beyond those of the middle posture, at angles (N, n)."""
-        return self.paths(q)[0]
-
-    def jacobian(self, q: FloatArray) -> FloatArray:
-        """``G = dL/dq`` (N, m, n) at angles (N, n)."""
-        return self.paths(q)[1]
-
     def paths(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Both of `length` and `jacobian`."""
+        """Lengths (N, m) beyond those of the middle posture, and ``G = dL/dq`` (N, m, n)."""
         u = q - np.array(MIDDLE_RAD)
         # (N, m, n) = (N, n) (m, n, n)
         turned = (u @ self.change.reshape(-1, u.shape[1]).T).reshape(len(u), *self.arms.shape)
         length = -((self.arms + turned / 2) @ u[..., None])[..., 0]
         return np.asarray(length), -(self.arms + turned)
-
-    def stiffness(self, tension: FloatArray) -> FloatArray:
-        """N/m at a tension (N, m) in N."""
-        return stiffness_of(tension, self.greatest, self.fibre)
-
-    def viscosity(self, tension: FloatArray) -> FloatArray:
-        """N s/m at a tension (N, m) in N."""
-        return LAG_S * self.stiffness(tension)
-
-
-def stiffness_of(tension: FloatArray, greatest: FloatArray, fibre: FloatArray) -> FloatArray:
-    """Stiffness (N/m) of muscles with tensions (..., m) in N, from greatest tension and fibre."""
-    own = PASSIVE_SHARE * greatest + SHORT_RANGE * tension
-    return np.asarray(IN_SERIES * own / fibre)

@@ -13,7 +13,7 @@ from armimpedance.arrays import FloatArray
 from armimpedance.errors import InputError
 from manipulandum_sim.hand import SimulatedSubject
 from manipulandum_sim.space.arm import AXIAL, FOUR, SpaceArm
-from manipulandum_sim.space.muscles import SpaceMuscles
+from manipulandum_sim.space.muscles import Muscles, SpaceMuscles
 from manipulandum_sim.space.wrist_muscles import WristMuscles
 
 #: The joints' own tissue, those of the wrist last: N m/rad and N m s/rad.
@@ -35,7 +35,7 @@ class Plant:
     Attributes
     ----------
     arm : SpaceArm
-    muscles : SpaceMuscles or WristMuscles
+    muscles : Muscles
     posture : (n,)
         Where the tensions are told, rad.
     tension : (m,)
@@ -45,7 +45,7 @@ class Plant:
     """
 
     arm: SpaceArm
-    muscles: SpaceMuscles | WristMuscles
+    muscles: Muscles
     posture: FloatArray
     tension: FloatArray
     moving: tuple[int, ...]
@@ -113,7 +113,7 @@ def plant_at(
     posture = np.asarray(posture, dtype=float)
     seven = len(posture) > FOUR
     arm = SpaceArm.of(subject, seven)
-    muscles = WristMuscles.of(subject) if seven else SpaceMuscles.of(subject.strength)
+    muscles: Muscles = WristMuscles.of(subject) if seven else SpaceMuscles.of(subject.strength)
     still = arm.dynamics(posture[None], np.zeros((1, arm.joints)))
     needed = still.h[0] + still.J[0].T @ force
     tension = _least_effort(muscles, posture, needed, cocontraction)
@@ -123,7 +123,7 @@ def plant_at(
 
 
 def _least_effort(
-    muscles: SpaceMuscles | WristMuscles, posture: FloatArray, torque: FloatArray, least: float
+    muscles: Muscles, posture: FloatArray, torque: FloatArray, least: float
 ) -> FloatArray:
     """The tensions (m,) of least squared activation that make a torque (n,)."""
     if not 0 <= least < STRONGEST:

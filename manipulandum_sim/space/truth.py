@@ -14,13 +14,12 @@ from dataclasses import dataclass, fields
 from typing import Annotated, Final
 
 import numpy as np
-from scipy.linalg import eigh
 
 from armimpedance.arrays import FloatArray, FrozenRecord
 from armimpedance.errors import InputError
 from manipulandum_sim.hand import STEP_M, STEP_RAD, STEP_RATE
 from manipulandum_sim.space.plant import Plant
-from manipulandum_sim.space.slow_motion import slow_motion
+from manipulandum_sim.space.slow_motion import slow_motion, slowest_mode
 from manipulandum_sim.truth_file import row_of, write_values
 
 #: Newton's rounds and what they leave, m and N m.
@@ -135,12 +134,12 @@ def _one(plant: Plant, force: FloatArray) -> dict[str, FloatArray]:
         return arm.dynamics(values, np.zeros_like(values)).h
 
     zero, r = np.zeros((1, 3)), list(plant.moving)
-    hz, damping = _swivel(plant, force)
     B_j = -_derivative(drag, still, STEP_RATE)[0]
     bent = -_derivative(lambda v: _resting(plant, v), q[:, r], STEP_RAD)[0]
     bent = bent + _turned_force(plant, q[:, r], force[None])[0]
     part = np.ix_(r, r)
-    slow = slow_motion(now.J[0][:, r], now.M[0][part], B_j[part], bent)
+    joints = (now.J[0][:, r], now.M[0][part], B_j[part], bent)
+    slow, (hz, damping) = slow_motion(*joints), slowest_mode(*joints)
     return {
         "posture": plant.posture,
         "hand": now.place[0],
@@ -255,33 +254,6 @@ def _turned_force(plant: Plant, q: FloatArray, force: FloatArray) -> FloatArray:
         return np.asarray(np.einsum("nkr,nk->nr", J, np.tile(force, (len(J) // len(force), 1))))
 
     return _derivative(borne, q, STEP_RAD)
-
-
-def _swivel(plant: Plant, force: FloatArray) -> tuple[float, float]:
-    """Natural frequency (Hz) and damping ratio of the slowest motion while the hand is held."""
-    r = list(plant.moving)
-    if len(r) == 3:
-        return 0.0, 0.0
-    q = plant.posture[None][:, r]
-    full = plant.posture[None]
-    now = plant.arm.dynamics(full, np.zeros_like(full))
-    inner = np.linalg.svd(now.J[0][:, r])[2][3:]
-    K = -_derivative(lambda v: _resting(plant, v), q, STEP_RAD)[0]
-    K = K + _turned_force(plant, q, force[None])[0]
-
-    def drag(rates: FloatArray) -> FloatArray:
-        whole = np.zeros((len(rates), len(plant.posture)))
-        whole[:, r] = rates
-        return plant.torque(np.repeat(full, len(rates), axis=0), whole)[:, r]
-
-    B = -_derivative(drag, np.zeros_like(q), STEP_RATE)[0]
-    M = inner @ now.M[0][r][:, r] @ inner.T
-    n = inner.T @ eigh(inner @ (K + K.T) / 2 @ inner.T, M)[1][:, 0]
-    mass, damping, stiffness = n @ now.M[0][r][:, r] @ n, n @ B @ n, n @ K @ n
-    return (
-        float(np.sqrt(stiffness / mass) / (2 * np.pi)),
-        float(damping / (2 * np.sqrt(stiffness * mass))),
-    )
 
 
 def _derivative(

@@ -19,7 +19,7 @@ import numpy as np
 
 from armimpedance.arrays import FloatArray
 from manipulandum_sim.hand import SimulatedSubject
-from manipulandum_sim.space.muscles import LAG_S, MIDDLE_RAD, stiffness_of
+from manipulandum_sim.space.muscles import MIDDLE_RAD, Muscles
 
 #: Standard deviation of an angle's count from person to person.
 APART: Final = 0.1
@@ -35,7 +35,7 @@ _TRIPLES: Final[_Factors] = list(combinations_with_replacement(range(_JOINTS + 1
 
 
 @dataclass(frozen=True)
-class WristMuscles:
+class WristMuscles(Muscles):
     """Paths and mechanics of m muscles over seven joints.
 
     Attributes
@@ -73,16 +73,8 @@ class WristMuscles:
         coefficients = np.linalg.lstsq(_products(v, _TRIPLES), lengths)[0].T
         return cls(names, np.asarray(coefficients, float), subject.strength * greatest, fibre)
 
-    def length(self, q: FloatArray) -> FloatArray:
-        """Lengths (N, m) up to a constant, at angles (N, 7)."""
-        return self.paths(q)[0]
-
-    def jacobian(self, q: FloatArray) -> FloatArray:
-        """``G = dL/dq`` (N, m, 7) at angles (N, 7)."""
-        return self.paths(q)[1]
-
     def paths(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Both of `length` and `jacobian`."""
+        """Lengths (N, m) up to a constant, and ``G = dL/dq`` (N, m, 7)."""
         v = q - np.array(STRAIGHT_RAD)
         length = _products(v, _TRIPLES) @ self.coefficients.T
         G = _products(v, _PAIRS) @ self._slopes.T
@@ -98,14 +90,6 @@ class WristMuscles:
                     rest = _PAIRS.index((*triple[:place], *triple[place + 1 :]))
                     slopes[:, factor - 1, rest] += self.coefficients[:, term]
         return slopes.reshape(-1, len(_PAIRS))
-
-    def stiffness(self, tension: FloatArray) -> FloatArray:
-        """N/m at a tension (N, m) in N."""
-        return stiffness_of(tension, self.greatest, self.fibre)
-
-    def viscosity(self, tension: FloatArray) -> FloatArray:
-        """N s/m at a tension (N, m) in N."""
-        return LAG_S * self.stiffness(tension)
 
 
 def _terms() -> Iterator[dict[str, str]]:

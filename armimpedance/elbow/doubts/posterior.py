@@ -147,8 +147,7 @@ def half_widths(
 
     Parameters
     ----------
-    log_weight : (c,)
-        Up to a constant: a part that is all but impossible still has its place among its like.
+    weight : (c,)
     mean, sd : (c, p)
     centre : (p,)
     """

@@ -85,7 +85,7 @@ def freedom_told(recording: Recording, rows: IntArray) -> Elbow | None:
     Raises
     ------
     InputError
-        The column `elbow` says something else.
+        A column says something else.
     """
     return "free" if is_wrist_free(recording, rows) else elbow_told(recording, rows)
 
@@ -248,13 +248,9 @@ def _main(spread: FloatArray, wrong: FloatArray) -> FloatArray:
 
 
 def _note(inner: Inner, correct: bool) -> str:
+    whose, hint = "elbow", "`elbow` 'held' in the trial table leaves it out"
     if inner.wrist:
-        whose, hint = (
-            "elbow and a free wrist",
-            "lock the wrist and measure four angles to leave it out",
-        )
-    else:
-        whose, hint = "elbow", "`elbow` 'held' in the trial table leaves it out"
+        whose, hint = "elbow and wrist", "a locked wrist leaves it out"
     done = (
         "is taken off M, B, K and stands in their intervals" if correct else "is in the intervals"
     )

@@ -39,9 +39,9 @@ def inner_columns(
     x = window.position[used] - window.position_at_onset[used][:, None]
     rate = window.sample_rate_hz
     mass, _, scale = (float(np.trace(part)) / d for part in theta.reshape(3, d, d))
-    carried = WRIST_HZ if free_wrist else ()
     signals = {f"inner {hz}": scale * (x - _slow(x, hz, rate)[0]) for hz in INNER_HZ}
-    signals |= {f"inner {hz} {CARRIED}": mass * _slow(x, hz, rate)[1] for hz in carried}
+    if free_wrist:
+        signals |= {f"inner {hz} {CARRIED}": mass * _carried(x, hz, rate) for hz in WRIST_HZ}
     columns = {}
     for name, signal in signals.items():
         late = np.tensordot(signal, equation.modes.smooth, axes=(1, 1))
@@ -69,17 +69,24 @@ def half_sphere(count: int) -> FloatArray:
 
 
 def _slow(x: FloatArray, hz: float, rate_hz: float) -> tuple[FloatArray, FloatArray]:
-    """What a mode at rest makes of a displacement (T, S, d), low-pass of the second order, and its
-    second derivative."""
+    """What a mode at rest makes of a displacement (T, S, d), and its rate of change.
+
+    A low-pass of the second order.
+    """
     w = 2 * np.pi * hz
     A = np.array([[0.0, 1.0], [-(w**2), -2 * INNER_DAMPING * w]])
     values, vectors = np.linalg.eig(A)
     step = ((vectors * np.exp(values / rate_hz)) @ np.linalg.inv(vectors)).real
     push = np.linalg.solve(A, step - np.eye(2)) @ np.array([0.0, w**2])
-    (out, bent), state = np.zeros((2, *x.shape)), np.zeros((2, len(x), x.shape[2]))
+    out, state = np.zeros((2, *x.shape)), np.zeros((2, len(x), x.shape[2]))
     for n in range(1, x.shape[1]):
         middle = (x[:, n] + x[:, n - 1]) / 2
         state = np.tensordot(step, state, axes=1) + push[:, None, None] * middle
-        out[:, n] = state[0]
-        bent[:, n] = w**2 * (x[:, n] - state[0]) - 2 * INNER_DAMPING * w * state[1]
-    return out, bent
+        out[:, :, n] = state
+    return out[0], out[1]
+
+
+def _carried(x: FloatArray, hz: float, rate_hz: float) -> FloatArray:
+    """The second derivative of what `_slow` makes, from the mode's equation."""
+    w, (place, speed) = 2 * np.pi * hz, _slow(x, hz, rate_hz)
+    return np.asarray(w**2 * (x - place) - 2 * INNER_DAMPING * w * speed)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import armimpedance as ai
-from armimpedance.arm import HELD, SpatialArm, TwoLinkArm
+from armimpedance.arm import HELD, SpatialArm, TwoLinkArm, hand_rod
 from armimpedance.arm.anthropometry import DE_LEVA
 from armimpedance.errors import InputError, NotIdentifiableError
 from armimpedance.records import Recording
@@ -30,22 +30,39 @@ ARM = SpatialArm(
 ANGLES = np.random.default_rng(3).uniform([-1.5, 0.3, -1.5, 0.3], [1.5, 2.5, 1.5, 2.4], (6, 4))
 
 
-@pytest.mark.parametrize("q", ANGLES)
-def test_place_weight_and_inertia_are_those_of_the_simulated_arm(q):
-    posture, other = ARM.posture(q), OTHER.dynamics(q[None], np.zeros((1, 4)))
+FREE_WRIST = SpatialArm(ARM.links, GRAVITY, hand_rod(ARM.links))
+#: Both arms at six postures each.
+CASES = [
+    *((ARM, q) for q in ANGLES),
+    *(
+        (FREE_WRIST, np.append(q, [0.8, -0.3, 0.5] * np.sin(i + q[:3])))
+        for i, q in enumerate(ANGLES)
+    ),
+]
+
+
+@pytest.mark.parametrize(("arm", "q"), CASES)
+def test_place_weight_and_inertia_are_those_of_the_simulated_arm(arm, q):
+    # length, kg, centre, across and along of every rod
+    simulated = SpaceArm(*np.array(arm.rods).T)
+    posture, other = arm.posture(q), simulated.dynamics(q[None], np.zeros((1, len(q))))
     np.testing.assert_allclose(posture.hand_position, other.place[0], atol=1e-14)
     np.testing.assert_allclose(posture.jacobian, other.J[0], atol=1e-14)
     np.testing.assert_allclose(posture.gravity_torque, other.h[0], atol=1e-12)
-    thin = np.array([DE_LEVA["male"].upper_arm.gyration_long, 0.121]) * OTHER.lengths
-    np.testing.assert_allclose(OTHER.along, OTHER.masses * thin**2, rtol=1e-12)
     np.testing.assert_allclose(posture.inertia, other.M[0], atol=1e-13)
 
 
-@pytest.mark.parametrize("q", ANGLES)
-def test_second_derivatives_are_differences_of_the_first(q):
-    h, posture = 1e-5, ARM.posture(q)
-    for j, step in enumerate(h * np.eye(4)):
-        ahead, behind = ARM.posture(q + step), ARM.posture(q - step)
+def test_links_are_as_round_as_the_simulated_ones():
+    thin = np.array([DE_LEVA["male"].upper_arm.gyration_long, 0.121]) * OTHER.lengths
+    np.testing.assert_allclose(OTHER.along, OTHER.masses * thin**2, rtol=1e-12)
+    np.testing.assert_allclose([rod.along_kgm2 for rod in ARM.rods], OTHER.along, rtol=1e-12)
+
+
+@pytest.mark.parametrize(("arm", "q"), CASES)
+def test_second_derivatives_are_differences_of_the_first(arm, q):
+    h, posture = 1e-5, arm.posture(q)
+    for j, step in enumerate(h * np.eye(len(q))):
+        ahead, behind = arm.posture(q + step), arm.posture(q - step)
         bend = (ahead.jacobian - behind.jacobian) / (2 * h)
         np.testing.assert_allclose(posture.jacobian_derivative[:, :, j], bend, atol=1e-9)
         weight = (ahead.gravity_torque - behind.gravity_torque) / (2 * h)
