@@ -16,6 +16,10 @@ from armimpedance.planning.profile import Profile
 from armimpedance.planning.setting import Setting
 from armimpedance.planning.wish import Wish
 
+#: Trials at which intervals of candidates are compared.
+_COMPARED_TRIALS: Final = 40
+#: A reflex beside K that makes its interval so many times as wide is told.
+_WIDER: Final = 1.3
 #: How well a reflex's delay is known beforehand (s).
 _DELAY_RANGE_S: Final = 0.005
 #: A hand that reaches less of the commanded peak than this is worth a word.
@@ -64,9 +68,26 @@ class Candidate(FrozenRecord):
         return self.precision is not None and not cautious
 
     @property
+    def doubt(self) -> str:
+        """What `estimate` will allow for and the interval of `precision` does not; empty: nothing.
+
+        A disturbance that cannot tell a reflex from stiffness leaves it in the interval.
+        """
+        if self.precision is None or self.apart is None:
+            return ""
+        alone, both = (p.k_part(_COMPARED_TRIALS) for p in (self.precision, self.apart))
+        if both < _WIDER * alone:
+            return ""
+        return (
+            f"{self.name} of {self.duration_s:.3g} s cannot tell a reflex from stiffness; "
+            "`estimate` allows for one, so that its interval of K will be wider than planned, at "
+            f"most {both / alone:.1f} times, least where a session has several conditions"
+        )
+
+    @property
     def cost(self) -> tuple[int, float]:
         """Trials needed, then K's interval: candidates are compared by these."""
-        half = np.inf if self.precision is None else self.precision.k_part(40)
+        half = np.inf if self.precision is None else self.precision.k_part(_COMPARED_TRIALS)
         return self.trials or 0, half
 
 

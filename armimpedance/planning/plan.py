@@ -115,9 +115,10 @@ class Plan(FrozenRecord):
         best = self.best
         if self.obstacle or best is None:
             return f"{self.wish.text}: cannot be met, {self.obstacle}"
-        return (
+        head = (
             f"{self.wish.text}: {best.trials:,} trials with {best.name} of {best.duration_s:.3g} s"
         )
+        return f"{head}; {best.doubt}" if best.doubt else head
 
     def __repr__(self) -> str:
         ranked = sorted(

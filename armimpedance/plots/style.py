@@ -194,7 +194,7 @@ def label_axes(ax: Axes, x: str, y: str) -> None:
 def save(
     figure: Figure, path_stem: str | Path, formats: Sequence[str] = ("png", "svg")
 ) -> list[Path]:
-    """Write the figure as ``path_stem.png`` (300 dpi), ``.svg``, ``.pdf``.
+    """Write the figure as ``path_stem.png`` (300 dpi) and ``.svg``, on request as ``.pdf``.
 
     The same figure gives the same bytes: no time and no version stands in the files. A file is
     written under a temporary name and renamed.

@@ -26,6 +26,12 @@ UNSYMMETRIC: Final = 0.05
 SURE: Final = 4.0
 #: Intervals of K wider than this part of K say little.
 WIDE: Final = 0.5
+#: What forearm and hand do about a handle looks like a late answer, and is taken for a reflex.
+FREE_WRIST: Final = (
+    "inner mode: the wrist was free: forearm and hand let go of the handle at a few Hz, which is "
+    "taken for a reflex and a lag and makes K a fifth too small, and the intervals do not hold it: "
+    "lock the wrist, or take K from displacements that stay out (`estimate`)"
+)
 
 
 def refuse_impossible(answer: Averaged, d: int) -> None:

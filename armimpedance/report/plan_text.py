@@ -134,4 +134,5 @@ def _advice(plan: Plan) -> str:
     best = plan.best
     if plan.obstacle or best is None:
         return ""
-    return f"Fewest trials: {best.trials:,} with {best.name} of {best.duration_s:.3g} s."
+    fewest = f"Fewest trials: {best.trials:,} with {best.name} of {best.duration_s:.3g} s."
+    return textwrap.fill(f"{fewest} But {best.doubt}.", _WIDTH) if best.doubt else fewest

@@ -116,6 +116,8 @@ class RandomRig:
     reflex : Reflex or None
     elbow : {"held", "free"}
         In space, whether the upper arm's turning about its axis is held.
+    wrist : {"locked", "free"}
+        In space, whether forearm and hand turn about the handle.
     noise : str
         Name in `SPACE_NOISE`.
     force_lag_s : float
@@ -137,6 +139,7 @@ class RandomRig:
     damping_ratio: float = 0.7
     reflex: Reflex | None = None
     elbow: Literal["held", "free"] = "held"
+    wrist: Literal["locked", "free"] = "locked"
     noise: str = "nominal"
     force_lag_s: float = 0.0
     handle_mass_kg: float = CAST_MASS_KG
@@ -154,10 +157,12 @@ class RandomRig:
                 f"a command of {self.amplitude_m} m, {self.force_n} N",
                 expected="more than 0, at most 0.02 m and 30 N rms",
             )
-        if self.elbow not in ("held", "free") or (self.elbow == "free" and self.axes == 2):
-            raise InputError(f"elbow {self.elbow!r} in {self.axes} axes", expected="held")
-        if self.elbow == "free" and self.reflex:
-            raise InputError("a reflex with a free elbow", expected="one of them")
+        for joint, kept in (("elbow", "held"), ("wrist", "locked")):
+            said = getattr(self, joint)
+            if said not in (kept, "free") or (said == "free" and self.axes == 2):
+                raise InputError(f"{joint} {said!r} in {self.axes} axes", expected=kept)
+            if said == "free" and self.reflex:
+                raise InputError(f"a reflex with a free {joint}", expected="one of them")
 
     @property
     def level(self) -> NoiseLevel:

@@ -116,7 +116,7 @@ def _space(
     person: SimulatedSubject, rig: RandomRig, cocontraction: float
 ) -> tuple[Limb, RandomTruth]:
     asked = SpaceCondition(cocontraction=cocontraction)
-    plant = asked.plant(person, SpaceRig(elbow=rig.elbow))
+    plant = asked.plant(person, SpaceRig(elbow=rig.elbow, wrist=rig.wrist))
     force = np.array([asked.force])
     true = find_space_truth([plant], force, ["random"], rig.handle_mass_kg, rig.elbow)
     limb = SpaceLimb(plant, rig.reflex.gain if rig.reflex else 0.0)
@@ -158,7 +158,7 @@ def _recording(
     samples, trials, d = place.shape
     table = pd.DataFrame({"trial": np.arange(1, trials + 1), "condition": truth.condition})
     if d == 3:
-        table["elbow"] = rig.elbow
+        table["elbow"], table["wrist"] = rig.elbow, rig.wrist
     size = f"{rig.force_n:g} N" if rig.imposed == "force" else f"{1e3 * rig.amplitude_m:g} mm"
     late = f", a reflex of {rig.reflex.gain:g} of the stiffness" if rig.reflex else ""
     told = f"simulated random {rig.imposed}, {size} rms, noise {rig.noise!r}{late}"

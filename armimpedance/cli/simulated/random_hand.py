@@ -31,6 +31,9 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--elbow", choices=("held", "free"), default="held", help="in three axes (held)"
     )
+    parser.add_argument(
+        "--wrist", choices=("locked", "free"), default="locked", help="in three axes (locked)"
+    )
 
 
 def _add_joint_options(parser: argparse.ArgumentParser) -> None:
@@ -63,6 +66,7 @@ def _simulate(
         subject=arguments.subject or "A",
         axes=arguments.axes,
         elbow=arguments.elbow,
+        wrist=arguments.wrist,
         **_session(arguments),
         **given(amplitude_m=None if asked is None else asked / 1e3, force_n=arguments.force_n),
     )

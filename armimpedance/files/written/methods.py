@@ -53,5 +53,5 @@ def _checked(checks: Sequence[Finding]) -> list[str]:
         return []
     names = ", ".join(dict.fromkeys(check.name for check in asked))
     failed = ", ".join(dict.fromkeys(check.name for check in asked if check.verdict != "ok"))
-    ending = f"; not met or not decidable: {failed}" if failed else "; all were met"
+    ending = f"; violated or not decidable: {failed}" if failed else "; no violation was seen"
     return [f"These assumptions were held against the data: {names}{ending}"]

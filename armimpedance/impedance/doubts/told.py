@@ -109,6 +109,8 @@ def _finding(
     """What is said of one departure, told or not."""
     text, smallest = _delay_text(one) if name == "delay" else _share_text(what[name], one)
     if not told:
+        if name in POSITIVE and one.size < 0:
+            text = f"{text}, a sign that no {name} has"
         return Finding(name, "ok", text, smallest)
     if name == "reflex" and wrist:
         text = f"{text}, or a free wrist gives way: lock it to tell"

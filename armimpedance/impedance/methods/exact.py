@@ -23,7 +23,7 @@ def prepare(window: Window, kind: Kind) -> Prepared:
 METHOD = Method(
     assumes="the limb's virtual position drifts at a constant velocity at most; the hand may "
     "end anywhere, still or moving",
-    reference="both-sided correction of Tsuji (1997), eqs. (22)-(26); docs/estimate/methods.md",
+    reference="both-sided correction of Tsuji (1997), eqs. (22)-(26)",
     prepare=prepare,
     differs=NO_LINEAR_LIMB,
 )

@@ -153,7 +153,7 @@ def against(tests: TestFunctions, window: Window, spacing: int) -> Response:
 
 METHOD = Method(
     assumes="as exact; noise of the position is small against the motion over 0.16 s",
-    reference="test functions orthogonal to offset and ramp; docs/estimate/methods.md",
+    reference="test functions orthogonal to offset and ramp",
     prepare=prepare,
     differs=f"{NO_LINEAR_LIMB}, or noise of the position is large",
 )

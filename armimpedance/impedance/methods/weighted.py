@@ -43,6 +43,6 @@ def prepare(window: Window, kind: Kind) -> Prepared:
 METHOD = Method(
     assumes="noise is alike in all trials of a group; otherwise as exact",
     reference="feasible generalised least squares, compensated for the position's noise as in "
-    "W. A. Fuller, Measurement Error Models (1987); docs/estimate/methods.md",
+    "W. A. Fuller, Measurement Error Models (1987)",
     prepare=prepare,
 )

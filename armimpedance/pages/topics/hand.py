@@ -22,7 +22,7 @@ from armimpedance.pages.asked import Asked
 from armimpedance.pages.build import page_from, reviewed
 from armimpedance.pages.linked import ellipse_numbers, ellipse_outlines, linked_ellipses
 from armimpedance.pages.linked_trials import linked_trials, trial_data
-from armimpedance.pages.methods_text import COVARIANCES, methods_of, software
+from armimpedance.pages.methods_text import COVARIANCES, methods_of, shared_steps, software
 from armimpedance.pages.moving_hand_text import NAGAR, is_moving, moving_sentences
 from armimpedance.pages.page import Block, Methods, Page, Printed, Section, Table
 from armimpedance.pages.pictures import picture
@@ -298,7 +298,7 @@ def _methods(
     )
     sentences = [
         *(moving_sentences(estimates, _trials(estimates)) if moving else posture),
-        *dict.fromkeys(_as_sentence(step) for e in estimates[:1] for step in e.provenance),
+        *map(_as_sentence, shared_steps([e.provenance for e in estimates])),
         f"Intervals are 95 % intervals of the t distribution ({dof} degrees of freedom), their "
         f"standard errors from {COVARIANCES.get(asked.covariance, asked.covariance)}"
         if recording is not None

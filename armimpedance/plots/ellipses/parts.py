@@ -27,6 +27,9 @@ ONE_PLACE_M = 0.01
 OVERLAP = 1.3
 #: Shading of a 95 % band.
 BAND_ALPHA = 0.35
+#: About how wide a legend's line sample with its gaps is, a letter, and what stands left of a panel
+#: (in); the width of a panel of no figure.
+_SAMPLE_IN, _LETTER_IN, _MARGIN_IN, _PANEL_IN = 0.45, 0.062, 0.5, 3.35
 
 
 def default_scale(
@@ -200,9 +203,11 @@ def square_limits(ax: Axes) -> None:
 
 
 def legend_above(ax: Axes, columns: int = 3) -> None:
-    """A legend above the axes with each label once."""
+    """A legend above the axes with each label once, in fewer columns where names are long."""
     handles, labels = ax.get_legend_handles_labels()
     once = dict(zip(labels, handles, strict=True))
+    entry_in = _SAMPLE_IN + _LETTER_IN * max((len(label) for label in once), default=0)
+    columns = max(1, min(columns, int(_panel_in(ax) / entry_in)))
     ax.legend(
         list(once.values()),
         list(once),
@@ -211,6 +216,13 @@ def legend_above(ax: Axes, columns: int = 3) -> None:
         ncols=columns,
         borderaxespad=0.2,
     )
+
+
+def _panel_in(ax: Axes) -> float:
+    """About the width of a panel (in), before the figure is laid out."""
+    spec, figure = ax.get_subplotspec(), ax.get_figure(root=True)
+    width = figure.get_size_inches()[0] if figure is not None else _PANEL_IN
+    return float(width) / (spec.get_gridspec().ncols if spec is not None else 1) - _MARGIN_IN
 
 
 def one_legend(figure: Figure, axes: Sequence[Axes], columns: int = 4) -> None:

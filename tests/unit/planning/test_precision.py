@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+import armimpedance as ai
 from armimpedance.errors import InputError
 from armimpedance.impedance.bound import bound
 from armimpedance.impedance.weighing.modal import ModalEquation
@@ -206,3 +207,13 @@ def test_an_arm_must_be_one():
         PlannedArm(np.stack([np.eye(2), np.eye(2), -np.eye(2)]))
     with pytest.raises(InputError, match="servo"):
         Servo(-1.0)
+
+
+def test_a_plan_says_where_estimate_cannot_exclude_a_reflex():
+    asked = {"k_percent": 10, "shape": "minimum_jerk", "max_acceleration": 6.0}
+    short, long = (ai.plan(duration_s=T, **asked) for T in (0.15, 0.3))
+    assert not short.best.doubt
+    # beside a reflex K is known half as well or worse, which has to stand where a plan is read
+    assert long.best.apart.k_part(40) > 2 * long.best.precision.k_part(40)
+    assert long.best.doubt
+    assert long.best.doubt in repr(long)

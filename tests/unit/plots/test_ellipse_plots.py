@@ -11,7 +11,7 @@ from armimpedance.plots import (
     plot_ellipses_over_levels,
 )
 from armimpedance.plots.ellipses.parts import default_scale
-from armimpedance.plots.style import new_axes
+from armimpedance.plots.style import new_axes, print_style
 
 K = np.array([[104.8, -74.4], [-74.4, 179.3]])
 
@@ -170,3 +170,14 @@ def test_the_callers_axes_and_labels_are_kept(make_estimate):
     ax.set_xlabel("mine")
     assert plot_ellipse(make_estimate(), ax) is ax
     assert ax.get_xlabel() == "mine"
+
+
+@pytest.mark.parametrize("letters", [3, 16, 30])
+def test_names_of_any_length_stand_within_the_saved_figure(letters, make_estimate):
+    three = [make_estimate(stiffness=k * K) for k in (1, 2, 3)]
+    with print_style():
+        ax = plot_ellipses_over_levels(three, labels=[c * letters for c in "aon"])
+        ax.figure.canvas.draw()
+        legend, paper = ax.get_legend().get_window_extent(), ax.figure.bbox
+    assert legend.x0 >= 0
+    assert legend.x1 <= paper.x1 + 1

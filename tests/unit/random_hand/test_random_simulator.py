@@ -45,9 +45,18 @@ def test_the_reflex_at_the_hand_is_what_a_delayed_stretch_pulls():
         {"band_hz": (5.0, 2.0)},
         {"elbow": "free"},
         {"axes": 3, "elbow": "free", "reflex": Reflex()},
+        {"wrist": "free"},
+        {"axes": 3, "wrist": "free", "reflex": Reflex()},
         {"force_n": 0.0},
     ],
 )
 def test_a_rig_that_cannot_be_is_refused(wrong):
     with pytest.raises(InputError):
         RandomRig(**wrong)
+
+
+@pytest.mark.parametrize("wrist", ["locked", "free"])
+def test_a_free_wrist_is_named_and_a_locked_one_is_not(wrist):
+    recording, _ = simulate_random(seed=4, axes=3, wrist=wrist, trials=1, duration_s=10.0)
+    warnings = identify_random(recording)[0].estimate.warnings
+    assert any("wrist" in one for one in warnings) == (wrist == "free")
