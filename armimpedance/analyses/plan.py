@@ -116,9 +116,9 @@ def plan(
     Examples
     --------
     >>> from armimpedance.analyses import plan
-    >>> plan(k_percent=10, shape="minimum_jerk", duration_s=0.3)
-    K within 10 %: 136 trials with minimum_jerk of 0.3 s
-    minimum_jerk, 0.3 s: 136 trials
+    >>> plan(k_percent=10, shape="minimum_jerk", duration_s=0.2)
+    K within 10 %: 104 trials with minimum_jerk of 0.2 s
+    minimum_jerk, 0.2 s: 104 trials
     """
     _refuse_without_effect(pilot, results, condition, noise, force_by)
     wish = _wish(k_percent, orientation_deg, max_trials)

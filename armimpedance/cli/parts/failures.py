@@ -33,6 +33,10 @@ _BROUGHT_BY: Final = {
     "pinocchio": "pip install pin; on Windows: conda install -c conda-forge pinocchio"
 }
 
+#: A library of the system that a package wants, in the loader's words, and who has it.
+_NO_LIBRARY: Final = re.compile(r"^(\S+\.so\S*): cannot open shared object file")
+_LIBRARIES: Final = {"libgomp.so.1": "Debian, Ubuntu: apt-get install libgomp1; Fedora: libgomp"}
+
 #: Options whose files a command writes.
 _WRITTEN: Final = {"out", "figure", "samples", "out_profile", "output", "folder", "out_folder"}
 
@@ -74,6 +78,9 @@ def told(error: BaseException) -> tuple[str, int]:
         return _line(f"{where}{error.strerror or error}"), status
     if isinstance(error, ModuleNotFoundError) and error.name in _BROUGHT_BY:
         return f"the package {error.name} is not installed ({_BROUGHT_BY[error.name]})", FAILED
+    if isinstance(error, ImportError) and (lacks := _NO_LIBRARY.match(str(error))):
+        hint = _LIBRARIES.get(lacks[1], "install it with the system's packages")
+        return f"this system lacks the library {lacks[1]} ({hint})", FAILED
     what = _line(f"{type(error).__name__}: {error}")
     asked = f"set {TRACEBACK}=1 to see where, and report it, please"
     return shortened(f"an error that was not foreseen: {what}", 280) + f" ({asked})", FAILED

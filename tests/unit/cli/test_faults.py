@@ -124,6 +124,14 @@ def test_every_error_is_one_printable_line_and_a_status(error, status):
     assert 0 < len(line) <= LONGEST_MESSAGE
 
 
+def test_a_library_that_the_system_lacks_is_named_with_its_package():
+    error = ImportError("libgomp.so.1: cannot open shared object file: No such file or directory")
+    line, code = told(error)
+    assert code == 1
+    assert "libgomp1" in line
+    assert "ImportError" not in line
+
+
 def test_an_error_of_ours_is_one_line_unless_the_traceback_is_asked_for(
     session, monkeypatch, capsys
 ):
