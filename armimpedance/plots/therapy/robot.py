@@ -28,6 +28,8 @@ _COLUMNS: Final = 3
 _UP, _DOWN, _LAW = OKABE_ITO["blue"], OKABE_ITO["vermillion"], "black"
 #: Points of a drawn law.
 _FINE: Final = 300
+#: The friction axis reaches so many times the largest friction.
+_ROOM: Final = 1.15
 
 
 def plot_friction(sweeps: AxisSweeps, ax: Axes | None = None) -> Axes:
@@ -52,6 +54,8 @@ def plot_friction(sweeps: AxisSweeps, ax: Axes | None = None) -> Axes:
     used = np.array([p.used for p in points])
     low, high = speed.min() / 1.6, speed.max() * 1.3
     lowest = float(np.rad2deg(sweeps.lowest_used_rad_s))
+    from matplotlib.ticker import LogLocator, NullFormatter
+
     with print_style():
         ax = new_axes(ONE_COLUMN_IN, _ROW_IN) if ax is None else ax
         ax.set_xscale("log")
@@ -71,8 +75,11 @@ def plot_friction(sweeps: AxisSweeps, ax: Axes | None = None) -> Axes:
                     mfc=fill, label=label if fill != "none" else None,
                 )  # fmt: skip
         ax.set_xlim(low, high)
-        ax.set_ylim(0, None)
+        # an axis whose friction is the same at all speeds has no margin of its own
+        ax.set_ylim(0, _ROOM * max(max(p.up_Nm, -p.down_Nm) for p in points))
+        ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         ax.xaxis.set_major_formatter("{x:g}")
+        ax.xaxis.set_minor_formatter(NullFormatter())
         label_axes(ax, "speed (deg/s)", "friction (N m)")
     return ax
 
