@@ -19,7 +19,9 @@ from armimpedance.errors import WorkerError
 #: A command that says when it is at work, has a file open, and would take for ever.
 AT_WORK = """
 import sys, time
-from armimpedance.__main__ import main
+from armimpedance.__main__ import _fill_standard_streams, main
+# as in the program, before all else is loaded: a library may keep the lowest free number
+_fill_standard_streams()
 import armimpedance.cli.explore as command
 from armimpedance.outputs import staged_file
 
