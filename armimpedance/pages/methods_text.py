@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from importlib.metadata import version
+from itertools import chain
 from typing import Final
 
 from armimpedance.findings import Finding
@@ -18,7 +19,7 @@ COVARIANCES: Final = {
     "bootstrap": "drawing trials with replacement",
 }
 #: A number that stands by itself, not one in a name such as "cr3".
-_NUMBER: Final = re.compile(r"(?<![\w.])\d+(?:\.\d+)?(?![\w])")
+_NUMBER: Final = re.compile(r"(?<![\w.])\d+(?:\.\d+)?(?:e[+-]?\d+)?(?!\w|\.\d)")
 CITED: Final = "armimpedance: impedance of the human arm, version {}."
 
 
@@ -43,9 +44,9 @@ def shared_steps(steps: Sequence[Sequence[str]]) -> list[str]:
     shared = []
     for step in dict.fromkeys(steps[0] if steps else ()):
         words = _NUMBER.split(step)
-        like = [one for own in steps for one in own if _NUMBER.split(one) == words]
-        if len(like) >= len(steps):
-            columns = zip(*map(_NUMBER.findall, like), strict=True)
+        like = [[one for one in own if _NUMBER.split(one) == words] for own in steps]
+        if all(like):
+            columns = zip(*map(_NUMBER.findall, chain(*like)), strict=True)
             numbers = [_span(column) for column in columns]
             shared.append("".join(a + b for a, b in zip(words, [*numbers, ""], strict=True)))
     return list(dict.fromkeys(shared))

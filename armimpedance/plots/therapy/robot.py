@@ -76,7 +76,8 @@ def plot_friction(sweeps: AxisSweeps, ax: Axes | None = None) -> Axes:
                 )  # fmt: skip
         ax.set_xlim(low, high)
         # an axis whose friction is the same at all speeds has no margin of its own
-        ax.set_ylim(0, _ROOM * max(max(p.up_Nm, -p.down_Nm) for p in points))
+        largest = max(max(p.up_Nm, -p.down_Nm) for p in points)
+        ax.set_ylim(0, max(ax.get_ylim()[1], _ROOM * largest))
         ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         ax.xaxis.set_major_formatter("{x:g}")
         ax.xaxis.set_minor_formatter(NullFormatter())
