@@ -185,13 +185,46 @@ class ImpedanceEstimate(FrozenRecord):
         """A copy that carries these warnings too."""
         return replace(self, warnings=(*self.warnings, *sentences))
 
-    def interval(self) -> FloatArray:
-        """95 % limits of M, B, K: the lower ones, then the upper ones, (2, 3, k, k)."""
-        values = np.stack([self.inertia, self.viscosity, self.stiffness])
+    def not_definite(self) -> tuple[str, ...]:
+        """Warnings where M, B or K is not positive definite, by chance or beyond it."""
+        d, warnings = self.k, []
+        named = {"inertia": self.inertia, "viscosity": self.viscosity, "stiffness": self.stiffness}
+        for index, (name, matrix) in enumerate(named.items()):
+            values, vectors = np.linalg.eigh((matrix + matrix.T) / 2)
+            lowest, direction = float(values[0]), vectors[:, 0]
+            if lowest > 1e-13 * abs(values[-1]):
+                continue
+            block = slice(index * d * d, (index + 1) * d * d)
+            # v^T A v, (d,) (d, d) (d,), is linear in A: its variance is w^T C w, w = v (x) v
+            w = np.kron(direction, direction)
+            variance = float(w @ self.covariance[block, block] @ w)
+            half = self._factor * float(np.sqrt(max(variance, 0.0)))
+            text = f"{name} is not positive definite (smallest eigenvalue {lowest:.3g})"
+            if lowest + half < 0:
+                text = (
+                    f"plausible: {name} is not positive definite, smallest eigenvalue {lowest:.3g} "
+                    f"+- {half:.2g}: no passive limb; check sign, axes and units, and that nobody "
+                    "moved along"
+                )
+            elif name == "viscosity":
+                continue
+            if name == "stiffness" and d > 2:
+                text += "; a free elbow that swivels does that too: hold it, or stay out longer"
+            warnings.append(text)
+        return tuple(warnings)
+
+    @property
+    def _factor(self) -> float:
+        """Half of a 95 % interval in standard deviations."""
         # where it is used: to read a recording takes none of SciPy
         from scipy.special import ndtri, stdtrit
 
-        half = (ndtri(0.975) if np.isinf(self.dof) else stdtrit(self.dof, 0.975)) * self.sd
+        return float(ndtri(0.975) if np.isinf(self.dof) else stdtrit(self.dof, 0.975))
+
+    def interval(self) -> FloatArray:
+        """95 % limits of M, B, K: the lower ones, then the upper ones, (2, 3, k, k)."""
+        values = np.stack([self.inertia, self.viscosity, self.stiffness])
+        half = self._factor * self.sd
         return np.stack([values - half, values + half])
 
     def to_dict(self) -> dict[str, Any]:

@@ -91,3 +91,24 @@ def warnings_of(findings: Iterable[Finding]) -> tuple[str, ...]:
     return tuple(
         f.sentence for f in findings if f.verdict in ("warning", "unusable", "cannot tell")
     )
+
+
+def checked_sentence(findings: Iterable[Finding]) -> str:
+    """What a methods paragraph says of the checks; "" where none was made.
+
+    Parameters
+    ----------
+    findings : iterable of Finding
+
+    Returns
+    -------
+    str
+        One sentence: what was held against the data, and what is violated or cannot be told.
+    """
+    asked = [f for f in findings if f.name and f.verdict != "missing"]
+    if not asked:
+        return ""
+    names = ", ".join(dict.fromkeys(f.name for f in asked))
+    failed = ", ".join(dict.fromkeys(f.name for f in asked if f.verdict != "ok"))
+    ending = f"violated or not decidable: {failed}" if failed else "no violation was seen"
+    return f"These assumptions were held against the data: {names}; {ending}."

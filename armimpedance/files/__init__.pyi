@@ -27,6 +27,7 @@ from .results_csv import (
     results_content as results_content,
     write_results as write_results,
 )
+from .sentences import shared_steps as shared_steps
 from .table_row import table_rows as table_rows
 from .tables import (
     table_content as table_content,

@@ -22,7 +22,6 @@ from armimpedance.regression import (
     TrialFactors,
     fit,
     solve_equations,
-    t_factor,
 )
 from armimpedance.signals import mean_activation
 
@@ -139,7 +138,7 @@ def to_estimate(
     with_handle, viscosity, stiffness = ordered[0].reshape(3, d, d)
     # Between sensor and hand the handle's mass moves with the hand: M_measured = M_limb + m I.
     own = with_handle - group.handle_mass_kg * np.eye(d) if group.kind == "hand" else with_handle
-    return ImpedanceEstimate(
+    one = ImpedanceEstimate(
         level=group.kind,
         method=method,
         inertia=own,
@@ -151,9 +150,10 @@ def to_estimate(
         quality=_quality(solved, factors, to_fit_order(ordered[0], d), coherence),
         keys=group.keys,
         shoulder_m=group.shoulder_m,
-        warnings=(*solved.warnings, *_few(solved), *_plausibility(ordered, own, dof)),
+        warnings=(*solved.warnings, *_few(solved)),
         provenance=(f"method {method}, covariance {covariance}",),
     )
+    return one.with_warning(*one.not_definite())
 
 
 def _solved(
@@ -202,37 +202,3 @@ def _few(solved: Fit) -> tuple[str, ...]:
         f"only {solved.n_trials} clusters (trials, or blocks of one): intervals rest on t with "
         f"{solved.dof:g} degrees of freedom",
     )
-
-
-def _plausibility(ordered: FloatArray, own: FloatArray, dof: float) -> tuple[str, ...]:
-    """Warnings where M, B or K of a group is not positive definite, by chance or beyond it.
-
-    `ordered` holds M (with the handle), B, K row by row above their covariance; `own` is M without
-    the handle.
-    """
-    d, warnings = len(own), []
-    named = zip(("inertia", "viscosity", "stiffness"), ordered[0].reshape(3, d, d), strict=True)
-    for index, (name, measured) in enumerate(named):
-        matrix = own if name == "inertia" else measured
-        values, vectors = np.linalg.eigh((matrix + matrix.T) / 2)
-        lowest, direction = float(values[0]), vectors[:, 0]
-        if lowest > 1e-13 * abs(values[-1]):
-            continue
-        block = slice(index * d * d, (index + 1) * d * d)
-        # v^T A v, (d,) (d, d) (d,), is linear in A: its variance is w^T C w, w = v (x) v
-        w = np.kron(direction, direction)
-        variance = float(w @ ordered[1:][block, block] @ w)
-        half = t_factor(dof) * float(np.sqrt(max(variance, 0.0)))
-        text = f"{name} is not positive definite (smallest eigenvalue {lowest:.3g})"
-        if lowest + half < 0:
-            text = (
-                f"plausible: {name} is not positive definite, smallest eigenvalue {lowest:.3g} "
-                f"+- {half:.2g}: no passive limb; check sign, axes and units, and that nobody "
-                "moved along"
-            )
-        elif name == "viscosity":
-            continue
-        if name == "stiffness" and d > 2:
-            text += "; a free elbow that swivels does that too: hold it, or stay out longer"
-        warnings.append(text)
-    return tuple(warnings)

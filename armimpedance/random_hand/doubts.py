@@ -26,12 +26,6 @@ UNSYMMETRIC: Final = 0.05
 SURE: Final = 4.0
 #: Intervals of K wider than this part of K say little.
 WIDE: Final = 0.5
-#: What forearm and hand do about a handle looks like a late answer, and is taken for a reflex.
-FREE_WRIST: Final = (
-    "inner mode: the wrist was free: forearm and hand let go of the handle at a few Hz, which is "
-    "taken for a reflex and a lag and makes K a fifth too small, and the intervals do not hold it: "
-    "lock the wrist, or take K from displacements that stay out (`estimate`)"
-)
 
 
 def refuse_impossible(answer: Averaged, d: int) -> None:
@@ -92,6 +86,20 @@ def of_elbow(told: str | None) -> list[str]:
         f"inner mode: the elbow {whose}; beside a reflex its swivel is not allowed for: it hides a "
         "third of K along the softest axis and more, and the intervals do not hold it: hold the "
         "elbow, or take K from displacements that stay out (`estimate`)"
+    ]
+
+
+def of_wrist(*, free: bool) -> list[str]:
+    """A warning where the wrist of an arm in space was free.
+
+    What forearm and hand do about a handle looks like a late answer.
+    """
+    if not free:
+        return []
+    return [
+        "inner mode: the wrist was free; forearm and hand let go of the handle at a few Hz, which "
+        "is taken for a reflex and hides most of K along its softest axis, and the intervals do "
+        "not hold it: lock the wrist, or take K from displacements that stay out (`estimate`)"
     ]
 
 

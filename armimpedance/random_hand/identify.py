@@ -15,7 +15,7 @@ from armimpedance.estimates import ImpedanceEstimate, Quality
 from armimpedance.impedance import elbow_told, groups_of, is_wrist_free
 from armimpedance.random_hand.commands import Commands, check_follows, commands_of
 from armimpedance.random_hand.departures import Averaged, averaged
-from armimpedance.random_hand.doubts import FREE_WRIST, doubts_of, of_elbow, refuse_impossible
+from armimpedance.random_hand.doubts import doubts_of, of_elbow, of_wrist, refuse_impossible
 from armimpedance.random_hand.equations import equations_at, noise_weight, residual
 from armimpedance.random_hand.explained import Explained, explained_by, share_explained
 from armimpedance.random_hand.inner import allow_for_inner
@@ -209,7 +209,6 @@ def _fit(
     lag_s = solved.lag_s + float(answer.values[-1])
     in_space = d == 3 and recording.kind == "hand"
     elbow = elbow_told(recording, rows) if in_space else "held"
-    wrist = (FREE_WRIST,) if in_space and is_wrist_free(recording, rows) else ()
     one = _estimate(recording, keys, rows, matrices, solved, response.multiple, band)
     seen = reflex.probability > 0.5
     if elbow != "held" and not seen:
@@ -223,7 +222,13 @@ def _fit(
         response,
     )
     told = (*commands.warnings, *unlikely_units(fit.estimate))
-    warnings = (*told, *doubts_of(fit, misfit), *(of_elbow(elbow) if seen else ()), *wrist)
+    warnings = (
+        *told,
+        *doubts_of(fit, misfit),
+        *fit.estimate.not_definite(),
+        *(of_elbow(elbow) if seen else ()),
+        *of_wrist(free=in_space and is_wrist_free(recording, rows)),
+    )
     return replace(fit, estimate=fit.estimate.with_warning(*warnings))
 
 

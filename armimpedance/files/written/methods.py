@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from importlib.metadata import version
 from typing import Final
 
-from armimpedance.files.sentences import of_one_cell
+from armimpedance.files.sentences import of_one_cell, shared_steps
 from armimpedance.files.written.content import Content
-from armimpedance.findings import Finding
+from armimpedance.findings import checked_sentence
 
 #: More steps than this stand in the sheet of the provenance only.
 _MOST_STEPS: Final = 6
@@ -36,22 +35,11 @@ def methods_paragraph(content: Content) -> str:
     said += [f"{step[0].upper()}{step[1:]}" for step in _shared_steps(content)]
     if any(one.lower is not None for one in content.long):
         said.append("Intervals are 95 % intervals")
-    said += _checked(content.about.checks)
+    said += [checked_sentence(content.about.checks)]
     return " ".join(s if s.endswith((".", "!", "?")) else f"{s}." for s in said if s)
 
 
 def _shared_steps(content: Content) -> list[str]:
     """Steps of the provenance that every row has, in their order; none where there are many."""
     steps = [of_one_cell(str(row.get("provenance") or "")) for row in content.rows]
-    shared = [step for step in (steps[0] if steps else ()) if all(step in own for own in steps)]
-    return shared[:_MOST_STEPS]
-
-
-def _checked(checks: Sequence[Finding]) -> list[str]:
-    asked = [check for check in checks if check.name and check.verdict != "missing"]
-    if not asked:
-        return []
-    names = ", ".join(dict.fromkeys(check.name for check in asked))
-    failed = ", ".join(dict.fromkeys(check.name for check in asked if check.verdict != "ok"))
-    ending = f"; violated or not decidable: {failed}" if failed else "; no violation was seen"
-    return [f"These assumptions were held against the data: {names}{ending}"]
+    return shared_steps(steps)[:_MOST_STEPS]

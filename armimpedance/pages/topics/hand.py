@@ -15,14 +15,20 @@ from armimpedance.analyses import (
 )
 from armimpedance.conventions import MATRICES, UNITS, group_name
 from armimpedance.ellipses import FIELDS
-from armimpedance.files import condition_of, half_widths, read_left_out, read_results
+from armimpedance.files import (
+    condition_of,
+    half_widths,
+    read_left_out,
+    read_results,
+    shared_steps,
+)
 from armimpedance.findings import Finding
 from armimpedance.impedance import METHODS
 from armimpedance.pages.asked import Asked
 from armimpedance.pages.build import page_from, reviewed
 from armimpedance.pages.linked import ellipse_numbers, ellipse_outlines, linked_ellipses
 from armimpedance.pages.linked_trials import linked_trials, trial_data
-from armimpedance.pages.methods_text import COVARIANCES, methods_of, shared_steps, software
+from armimpedance.pages.methods_text import COVARIANCES, methods_of, software
 from armimpedance.pages.moving_hand_text import NAGAR, is_moving, moving_sentences
 from armimpedance.pages.page import Block, Methods, Page, Printed, Section, Table
 from armimpedance.pages.pictures import picture

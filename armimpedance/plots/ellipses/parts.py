@@ -27,9 +27,9 @@ ONE_PLACE_M = 0.01
 OVERLAP = 1.3
 #: Shading of a 95 % band.
 BAND_ALPHA = 0.35
-#: About how wide a legend's line sample with its gaps is, a letter, and what stands left of a panel
-#: (in); the width of a panel of no figure.
-_SAMPLE_IN, _LETTER_IN, _MARGIN_IN, _PANEL_IN = 0.45, 0.062, 0.5, 3.35
+#: About how wide a legend's line sample with its gaps is, a letter, and what stands left of
+#: a panel (in).
+_SAMPLE_IN, _LETTER_IN, _MARGIN_IN = 0.45, 0.062, 0.5
 
 
 def default_scale(
@@ -220,9 +220,8 @@ def legend_above(ax: Axes, columns: int = 3) -> None:
 
 def _panel_in(ax: Axes) -> float:
     """About the width of a panel (in), before the figure is laid out."""
-    spec, figure = ax.get_subplotspec(), ax.get_figure(root=True)
-    width = figure.get_size_inches()[0] if figure is not None else _PANEL_IN
-    return float(width) / (spec.get_gridspec().ncols if spec is not None else 1) - _MARGIN_IN
+    spec, width_in = ax.get_subplotspec(), ax.figure.get_figure(root=True).get_size_inches()[0]
+    return float(width_in) / (spec.get_gridspec().ncols if spec is not None else 1) - _MARGIN_IN
 
 
 def one_legend(figure: Figure, axes: Sequence[Axes], columns: int = 4) -> None:

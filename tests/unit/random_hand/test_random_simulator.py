@@ -58,5 +58,8 @@ def test_a_rig_that_cannot_be_is_refused(wrong):
 @pytest.mark.parametrize("wrist", ["locked", "free"])
 def test_a_free_wrist_is_named_and_a_locked_one_is_not(wrist):
     recording, _ = simulate_random(seed=4, axes=3, wrist=wrist, trials=1, duration_s=10.0)
-    warnings = identify_random(recording)[0].estimate.warnings
-    assert any("wrist" in one for one in warnings) == (wrist == "free")
+    one = identify_random(recording)[0].estimate
+    assert any("wrist" in text for text in one.warnings) == (wrist == "free")
+    # a stiffness that no limb has at rest is said to be none
+    definite = np.linalg.eigvalsh(one.stiffness + one.stiffness.T)[0] > 0
+    assert any("stiffness is not positive definite" in text for text in one.warnings) != definite

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from armimpedance.pages.methods_text import shared_steps
+from armimpedance.files import shared_steps
 
 
 def test_numbers_of_all_groups_stand_as_a_range():
@@ -14,6 +14,8 @@ def test_a_step_of_one_group_is_not_said_of_all():
     assert shared_steps([("filtered", "an odd step"), ("filtered",)]) == ["filtered"]
     twice = ("trial 3 left out", "trial 5 left out")
     assert shared_steps([twice, ("filtered",)]) == []
+    assert shared_steps([("without trials 3, 5",), ("without trials 2, 7",)]) == []
+    assert shared_steps([("without trials 3, 5",), ("without trials 3, 5",)]) != []
     assert shared_steps([]) == []
 
 
