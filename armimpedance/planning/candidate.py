@@ -18,7 +18,8 @@ from armimpedance.planning.wish import Wish
 
 #: Trials at which intervals of candidates are compared.
 _COMPARED_TRIALS: Final = 40
-#: A reflex beside K that makes its interval so many times as wide is told.
+#: A reflex beside K that makes its interval so many times as wide is told; where it is 1.25 times
+#: `estimate` finds 1.1 times the planned width (benchmarks/plan_and_estimate.py).
 _WIDER: Final = 1.3
 #: How well a reflex's delay is known beforehand (s).
 _DELAY_RANGE_S: Final = 0.005
@@ -80,8 +81,8 @@ class Candidate(FrozenRecord):
             return ""
         return (
             f"{self.name} of {self.duration_s:.3g} s cannot tell a reflex from stiffness; "
-            "`estimate` allows for one, so that its interval of K will be wider than planned, at "
-            f"most {both / alone:.1f} times, least where a session has several conditions"
+            "`estimate` allows for one, so that its interval of K will be wider than planned, up "
+            f"to some {both / alone:.1f} times in a session of one condition"
         )
 
     @property
