@@ -74,8 +74,13 @@ class Candidate(FrozenRecord):
 
         A disturbance that cannot tell a reflex from stiffness leaves it in the interval.
         """
-        if self.precision is None or self.apart is None:
+        if self.precision is None:
             return ""
+        if self.apart is None:
+            return (
+                f"whether {self.name} tells a reflex from stiffness is not known; `estimate` allows "
+                "for one, so that its interval of K may be wider than planned"
+            )
         alone, both = (p.k_part(_COMPARED_TRIALS) for p in (self.precision, self.apart))
         if both < _WIDER * alone:
             return ""

@@ -217,3 +217,5 @@ def test_a_plan_says_where_estimate_cannot_exclude_a_reflex():
     assert long.best.apart.k_part(40) > 2 * long.best.precision.k_part(40)
     assert long.best.doubt
     assert long.best.doubt in repr(long)
+    # of a disturbance that was recorded, not planned, nothing is known of a reflex
+    assert dataclasses.replace(short.best, apart=None).doubt
