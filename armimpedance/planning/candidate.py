@@ -78,8 +78,8 @@ class Candidate(FrozenRecord):
             return ""
         if self.apart is None:
             return (
-                f"whether {self.name} tells a reflex from stiffness is not known; `estimate` allows "
-                "for one, so that its interval of K may be wider than planned"
+                f"whether {self.name} tells a reflex from stiffness is not known; `estimate` "
+                "allows for one, so that its interval of K may be wider than planned"
             )
         alone, both = (p.k_part(_COMPARED_TRIALS) for p in (self.precision, self.apart))
         if both < _WIDER * alone:

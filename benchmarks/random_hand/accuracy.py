@@ -170,9 +170,11 @@ def judged(recording: Recording, truth: RandomTruth, rig: RandomRig | JointRig) 
     yield "  bound  " + "  ".join(f"{n} {b:5.2f}" for n, b in zip(NAMES, least, strict=True))
     yield "  held   " + "  ".join(f"{n} {h:5.1f} %" for n, h in zip(NAMES, share, strict=True))
     at = 1e3 * np.array(delays)
-    off = np.sqrt(((at[:, 0] - 1e3 * truth.reflex_delay_s) ** 2).mean())
+    if rig.reflex:
+        off = np.sqrt(((at[:, 0] - 1e3 * truth.reflex_delay_s) ** 2).mean())
+        yield f"  delay {at[:, 0].mean():.1f} ms, rms error {off:.1f}, said {at[:, 1].mean():.1f}"
     yield (
-        f"  delay {at[:, 0].mean():.1f} ms (rms error {off:.1f}, said {at[:, 1].mean():.1f}), "
+        "  reflex's "
         f"probability {at[:, 2].mean() / 1e3:.3f}, {seconds / recording.n_trials:.2f} s a session; "
         f"warned {dict(Counter(sum(named, [])))}"
     )
