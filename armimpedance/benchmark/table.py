@@ -90,7 +90,10 @@ def described(score: Score) -> str:
     -------
     str
     """
-    told = [f"{name} {_number(cell(score))}" for name, cell in _COLUMNS.items()]
+    told = []
+    for heading, cell in _COLUMNS.items():
+        name, _, unit = heading.partition(", ")
+        told.append(f"{name} {_number(cell(score))} {unit}".rstrip())
     return f"{score.task} {score.half} {score.group}: {', '.join(told)}"
 
 
