@@ -10,7 +10,7 @@
 Every name is loaded when it is first used, so that ``armimpedance --help`` starts as fast as the
 interpreter. Four topics have a verb and a room of one name: ``ai.elbow``, ``ai.passive``,
 ``ai.body`` and ``ai.movement`` are the verbs; what stands in the rooms is imported from them, as in
-``from armimpedance.elbow import ElbowFit``.
+``from armimpedance.joint.elbow import ElbowFit``.
 """
 
 import ast

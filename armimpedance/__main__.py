@@ -15,7 +15,7 @@ def main(argv: list[str] | None = None) -> int:
     # Pictures go to files; a backend for windows may be missing or misspelt.
     os.environ["MPLBACKEND"] = "Agg"
     try:
-        from armimpedance.cli.main import run
+        from armimpedance.app.cli.main import run
 
         return run(sys.argv[1:] if argv is None else argv)
     except KeyboardInterrupt:  # while modules are loaded

@@ -26,11 +26,11 @@ from functools import cached_property
 import numpy as np
 from scipy.optimize import nnls
 
-from armimpedance.arm import arm_named, arm_of
-from armimpedance.errors import NotIdentifiableError
-from armimpedance.impedance import estimate
-from armimpedance.levels import arm_posture_for, to_joint
-from armimpedance.muscles import (
+from armimpedance.core.errors import NotIdentifiableError
+from armimpedance.hand.levels import arm_posture_for, to_joint
+from armimpedance.hand.still import estimate
+from armimpedance.limb.arm import arm_named, arm_of
+from armimpedance.muscles.models import (
     ActivationModel,
     JointPrediction,
     JointRows,

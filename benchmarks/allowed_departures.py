@@ -24,9 +24,9 @@ from broken import damage
 from broken.hand_plant import Hand
 
 import armimpedance as ai
-from armimpedance.impedance import estimate
-from armimpedance.records import ImpedanceEstimate, Recording
-from armimpedance.regression import t_factor
+from armimpedance.core.records import ImpedanceEstimate, Recording
+from armimpedance.hand.still import estimate
+from armimpedance.numerics.regression import t_factor
 
 LIMBS = {
     "nothing broken": Hand(),

@@ -33,8 +33,8 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 
-from armimpedance.motion import MotionRecording
-from armimpedance.skeleton import Hinge, Segment, Skeleton
+from armimpedance.core.motion import MotionRecording
+from armimpedance.core.skeleton import Hinge, Segment, Skeleton
 
 SAMPLES, TRIALS, RATE = 12_000, 6, 100.0
 REPEATS = 3
@@ -73,7 +73,7 @@ def skeleton(tree: list[tuple[str, str | None, int]], *, floating: bool) -> Skel
 
 def recorded(kind: str) -> MotionRecording:
     """A noisy recording of that skeleton; written down once, read by both sides."""
-    from armimpedance.signals import smoothed_derivatives
+    from armimpedance.numerics.signals import smoothed_derivatives
     from manipulandum_sim.tree_dynamics import contact_wrench, inverse_dynamics
 
     of, rng = (body if kind == "body" else robot)(), np.random.default_rng(1)
@@ -106,7 +106,7 @@ def recorded(kind: str) -> MotionRecording:
 
 def our_choice(recording: MotionRecording):
     """Rows and columns of either kind."""
-    from armimpedance.body import RowChoice
+    from armimpedance.joint.body import RowChoice
 
     if recording.skeleton.floating:
         return RowChoice()
@@ -116,7 +116,7 @@ def our_choice(recording: MotionRecording):
 
 def ours(recording: MotionRecording) -> dict[str, object]:
     """Equations, base parameters, fit; predictions (N, R) from a second pass over the samples."""
-    from armimpedance.body import base_parameters, body_equations, each_trial, fit_base
+    from armimpedance.joint.body import base_parameters, body_equations, each_trial, fit_base
 
     choice, start = our_choice(recording), time.perf_counter()
     equations = body_equations(recording, choice)
@@ -138,9 +138,9 @@ def figaroh_inputs(recording: MotionRecording) -> SimpleNamespace:
     """Model, motion and left side as FIGAROH wants them, made outside of its time."""
     import pinocchio as pin
 
-    from armimpedance.arm import skeleton_model
-    from armimpedance.body import each_trial
-    from armimpedance.signals import smoothed_derivatives
+    from armimpedance.joint.body import each_trial
+    from armimpedance.limb.arm import skeleton_model
+    from armimpedance.numerics.signals import smoothed_derivatives
 
     ends = zip(recording.offsets[:-1], recording.offsets[1:], strict=True)
     parts = [smoothed_derivatives(recording.coordinates[a:b], RATE, None) for a, b in ends]
@@ -218,7 +218,7 @@ def one_side(side: str, kind: str, folder: Path) -> None:
     recording = recorded(kind)
     if side == "ours":
         our_choice(recording)
-        import armimpedance.body.estimate  # noqa: F401
+        import armimpedance.joint.body.estimate  # noqa: F401
     before = peak_mb()
     result = (ours if side == "ours" else figaroh)(recording)
     before = float(result.pop("before_mb", before))  # type: ignore[arg-type]

@@ -26,8 +26,9 @@ from typing import Any
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.body import (
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.motion import MotionRecording
+from armimpedance.joint.body import (
     METHODS,
     BodyFit,
     RowChoice,
@@ -37,7 +38,6 @@ from armimpedance.body import (
     identify_body,
     inertial_parameters,
 )
-from armimpedance.motion import MotionRecording
 from manipulandum_sim.body import simulate_body
 
 CUTOFF_HZ = 6.0

@@ -46,8 +46,8 @@ from broken.advice import ADVICE
 from broken.cell import Cell, clean, effect, run_cell
 from tqdm import tqdm
 
-from armimpedance.impedance import in_order
-from armimpedance.outputs import staged_file
+from armimpedance.core.outputs import staged_file
+from armimpedance.hand.still import in_order
 
 #: What is asked: silently wrong in a cell, clean records alarmed in all and by one check.
 WRONG, ALARMED, ALARMED_BY_ONE = 0.02, 0.05, 0.02

@@ -19,15 +19,9 @@ import numpy as np
 from limbs import experiments, frobenius_percent
 from tqdm import tqdm
 
-from armimpedance.arrays import FloatArray
-from armimpedance.errors import ArmImpedanceError
-from armimpedance.impedance import (
-    METHODS,
-    Group,
-    Options,
-    estimate_window,
-    in_order,
-)
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import ArmImpedanceError
+from armimpedance.hand.still import METHODS, Group, Options, estimate_window, in_order
 from manipulandum_sim.hand import Servo
 
 BLOCK = 10

@@ -26,7 +26,7 @@ from scipy.special import chdtri
 from scipy.stats import ncx2
 from tqdm import tqdm
 
-from armimpedance.comparison import (
+from armimpedance.hand.comparison import (
     ComparedGroup,
     changes,
     groups_of_recording,
@@ -34,7 +34,7 @@ from armimpedance.comparison import (
     permutation_test,
     random_effects,
 )
-from armimpedance.impedance import METHODS, Options
+from armimpedance.hand.still import METHODS, Options
 from manipulandum_sim.hand import (
     DISTURBANCES,
     NOMINAL,

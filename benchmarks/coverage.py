@@ -22,15 +22,15 @@ from pathlib import Path
 import numpy as np
 from limbs import LINEAR, experiments, frobenius_percent, true_bound
 
-from armimpedance.arrays import FloatArray
-from armimpedance.cli.simulate_study import carry_out
-from armimpedance.cli.simulate_study.blocks import Blocks
-from armimpedance.cli.simulate_study.cells import Cell
-from armimpedance.cli.simulate_study.config import Config, read_config
-from armimpedance.cli.simulate_study.results import sessions_of
-from armimpedance.cli.simulate_study.summary import errors_of
-from armimpedance.impedance import METHODS
-from armimpedance.study import Processes
+from armimpedance.app.study import Processes
+from armimpedance.core.arrays import FloatArray
+from armimpedance.hand.still import METHODS
+from armimpedance.lab.simulate_study import carry_out
+from armimpedance.lab.simulate_study.blocks import Blocks
+from armimpedance.lab.simulate_study.cells import Cell
+from armimpedance.lab.simulate_study.config import Config, read_config
+from armimpedance.lab.simulate_study.results import sessions_of
+from armimpedance.lab.simulate_study.summary import errors_of
 
 CONFIG = Path(__file__).parent / "configs/coverage.toml"
 #: Rig of the study -> limb of the bounds.

@@ -21,8 +21,7 @@ import numpy as np
 from limbs import LINEAR, linear_window
 from tqdm import tqdm
 
-from armimpedance.impedance import Group, Options, estimate, estimate_window
-from armimpedance.planning import (
+from armimpedance.hand.planning import (
     SHAPES,
     Goal,
     Limits,
@@ -34,6 +33,7 @@ from armimpedance.planning import (
     noise_named,
     precision,
 )
+from armimpedance.hand.still import Group, Options, estimate, estimate_window
 from manipulandum_sim.hand import Servo, simulate_condition
 
 TRIALS = 40

@@ -20,12 +20,12 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from armimpedance.analyses import read_recording
-from armimpedance.files import write_results
-from armimpedance.impedance import Options, estimate
+from armimpedance.core.records import Recording
+from armimpedance.hand.show import write_results
+from armimpedance.hand.still import Options, estimate
+from armimpedance.numerics.signals import lowpass
 from armimpedance.recordings import write_recording
-from armimpedance.records import Recording
-from armimpedance.signals import lowpass
+from armimpedance.show.verbs.sources import read_recording
 
 RATE = 1000.0
 SAMPLES = 801

@@ -21,16 +21,16 @@ from pathlib import Path
 import numpy as np
 from limbs import LINEAR, linear_window
 
-from armimpedance.cli.simulate_study import carry_out
-from armimpedance.cli.simulate_study.blocks import Blocks
-from armimpedance.cli.simulate_study.config import read_config
-from armimpedance.cli.simulate_study.results import sessions_of
-from armimpedance.cli.simulate_study.rig import TRUTH
-from armimpedance.cli.simulate_study.summary import errors_of
-from armimpedance.impedance import METHODS, Options, estimate
-from armimpedance.records import ImpedanceEstimate
-from armimpedance.regression import fit
-from armimpedance.study import Processes
+from armimpedance.app.study import Processes
+from armimpedance.core.records import ImpedanceEstimate
+from armimpedance.hand.still import METHODS, Options, estimate
+from armimpedance.lab.simulate_study import carry_out
+from armimpedance.lab.simulate_study.blocks import Blocks
+from armimpedance.lab.simulate_study.config import read_config
+from armimpedance.lab.simulate_study.results import sessions_of
+from armimpedance.lab.simulate_study.rig import TRUTH
+from armimpedance.lab.simulate_study.summary import errors_of
+from armimpedance.numerics.regression import fit
 from manipulandum_sim.hand import IDEAL, Servo, simulate_condition
 
 CONFIG = Path(__file__).parent / "configs/hand_accuracy.toml"

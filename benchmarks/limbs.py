@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.cli.simulate_study.rigs.linear import LIMB, linear_window as window_of
-from armimpedance.impedance import bound, modal_equation, through_impedance
-from armimpedance.records import Window
-from armimpedance.signals import cut_windows, position_noise
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.records import Window
+from armimpedance.hand.still import bound, modal_equation, through_impedance
+from armimpedance.lab.simulate_study.rigs.linear import LIMB, linear_window as window_of
+from armimpedance.numerics.signals import cut_windows, position_noise
 from manipulandum_sim.hand import simulate_condition
 
 RATE = 1000.0
@@ -67,7 +67,7 @@ def true_bound(
     """Cramer-Rao bound (12, 12) of M, B, K for the noise that the simulation has.
 
     The force's noise is computed from its definition, nothing is estimated; the position's from
-    the record (`signals.encoder`), or left out for a motion that is known.
+    the record (`numerics.signals.encoder`), or left out for a motion that is known.
     """
     clean = experiments(limb, "none", 0, 1, trials=trials, **design)
     noisy = experiments(limb, noise, 0, 1, trials=trials, **design).windows[0]

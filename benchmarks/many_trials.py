@@ -16,8 +16,8 @@ import time
 
 from estimate_speed import make_recording
 
-from armimpedance.errors import ArmImpedanceError
-from armimpedance.impedance import METHODS, Options, estimate
+from armimpedance.core.errors import ArmImpedanceError
+from armimpedance.hand.still import METHODS, Options, estimate
 
 ASKED_S = 30.0
 WORKERS = 2

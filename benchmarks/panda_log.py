@@ -20,9 +20,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from armimpedance.body import BodyFit, RowChoice, each_trial, identify_body
-from armimpedance.motion import MotionRecording
-from armimpedance.skeleton import Hinge, Segment, Skeleton
+from armimpedance.core.motion import MotionRecording
+from armimpedance.core.skeleton import Hinge, Segment, Skeleton
+from armimpedance.joint.body import BodyFit, RowChoice, each_trial, identify_body
 
 #: Modified Denavit-Hartenberg parameters a (m), d (m), alpha (rad) of the seven joints, as the
 #: maker prints them (Franka Emika, Franka Control Interface documentation).
@@ -78,7 +78,7 @@ def read_log(path: Path) -> MotionRecording:
 
 def sensors(path: Path) -> None:
     """Noise and steps of angles, velocities and torques, joint by joint."""
-    from armimpedance.signals import lowpass
+    from armimpedance.numerics.signals import lowpass
 
     log = pd.read_csv(path)
     for what, unit in (("q_fer", "rad"), ("qd_fer", "rad/s"), ("tau_fer", "N m")):
@@ -145,7 +145,8 @@ def main() -> int:
 
 def draw(motion: MotionRecording, choice: RowChoice, path: Path) -> None:
     """The last fifth, predicted from the first four."""
-    from armimpedance.plots import body_figure, save
+    from armimpedance.joint.body.show import body_figure
+    from armimpedance.show.plots import save
 
     names = list(motion.trials["condition"])
     figure = body_figure(fit_of(motion, choice, names[:-1]))

@@ -1,7 +1,7 @@
 """Passive elbow from markers at 30 frames/s: errors, the source's sds, coverage of intervals.
 
 Run: ``python benchmarks/passive_joint.py [--runs 200]``. Subject 1, test P5 of 700 frames and the
-release test of 1100, markers with 0.5 mm of noise, joint angles by `mocap.joint_motion`; the rest
+release test of 1100, markers with 0.5 mm of noise, joint angles by `limb.mocap.joint_motion`; the rest
 angle is known. Exits 1 if something asked for is missed.
 """
 
@@ -18,9 +18,9 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import least_squares
 
-from armimpedance.errors import EstimationError
-from armimpedance.mocap import joint_motion
-from armimpedance.passive import METHODS, PassiveSamples, from_motion, identify_passive
+from armimpedance.core.errors import EstimationError
+from armimpedance.joint.relaxed import METHODS, PassiveSamples, from_motion, identify_passive
+from armimpedance.limb.mocap import joint_motion
 from manipulandum_sim.passive import Chain, base_motion, find_passive_subject, simulate_passive_many
 from manipulandum_sim.studio import Studio
 

@@ -23,9 +23,9 @@ import numpy as np
 from designed_disturbance import LIMB_NOISE, WEIGHTED
 from limbs import LINEAR, linear_window
 
-from armimpedance.ellipses import ellipse_of
-from armimpedance.impedance import Group, estimate, estimate_window
-from armimpedance.planning import (
+from armimpedance.core.records import ImpedanceEstimate
+from armimpedance.hand.ellipses import ellipse_of
+from armimpedance.hand.planning import (
     SHAPES,
     PlannedArm,
     PlannedMotion,
@@ -35,8 +35,8 @@ from armimpedance.planning import (
     noise_named,
     precision,
 )
-from armimpedance.records import ImpedanceEstimate
-from armimpedance.regression import t_interval
+from armimpedance.hand.still import Group, estimate, estimate_window
+from armimpedance.numerics.regression import t_interval
 from manipulandum_sim.hand import Servo as SimulatedServo, simulate_condition
 
 ASKED = 0.10

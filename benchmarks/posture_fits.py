@@ -27,7 +27,7 @@ from dataclasses import dataclass
 import numpy as np
 from tqdm import tqdm
 
-from armimpedance.muscles import (
+from armimpedance.muscles.models import (
     AngleScaling,
     GramProgram,
     JointPrediction,

@@ -20,9 +20,9 @@ import argparse
 import numpy as np
 
 import armimpedance as ai
-from armimpedance.cli.benchmark.hand import drawn_person
-from armimpedance.muscles import JointRows, triple
-from armimpedance.regression import t_factor
+from armimpedance.lab.benchmark_command.hand import drawn_person
+from armimpedance.muscles.models import JointRows, triple
+from armimpedance.numerics.regression import t_factor
 from manipulandum_sim.hand import Arm, Condition, Reflex, find_experiment, find_truth, simulate
 
 LATE_S = 0.04

@@ -21,9 +21,9 @@ import numpy as np
 from scipy.stats import t
 from tqdm import tqdm
 
-from armimpedance.impedance import ReflexVerdict, groups_of, guard_window
-from armimpedance.records import Window
-from armimpedance.signals import cut_windows, disturbance_times
+from armimpedance.core.records import Window
+from armimpedance.hand.still import ReflexVerdict, groups_of, guard_window
+from armimpedance.numerics.signals import cut_windows, disturbance_times
 from manipulandum_sim.hand import Reflex, Truth, simulate_condition
 
 DELAY_S, GAIN = 0.055, 0.25

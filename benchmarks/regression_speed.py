@@ -32,7 +32,13 @@ from dataclasses import replace
 import numpy as np
 import statsmodels.api as sm
 
-from armimpedance.regression import TrialFactors, bootstrap, fit, leave_one_out, trial_factors
+from armimpedance.numerics.regression import (
+    TrialFactors,
+    bootstrap,
+    fit,
+    leave_one_out,
+    trial_factors,
+)
 
 TRIALS, SAMPLES, REGRESSORS, OUTPUTS, RESAMPLES = 40, 400, 6, 2, 1000
 NAMES = {"regressors": list("abcdef"), "outputs": ["fx", "fy"]}

@@ -22,9 +22,8 @@ import numpy as np
 import pandas as pd
 from tqdm import tqdm
 
-from armimpedance.cli.simulated.therapy import drawings_of
-from armimpedance.records import Recording
-from armimpedance.therapy import (
+from armimpedance.core.records import Recording
+from armimpedance.joint.therapy import (
     ArmCalibration,
     Contribution,
     TherapyRobot,
@@ -39,6 +38,7 @@ from armimpedance.therapy import (
     segments_of,
     validate_robot,
 )
+from armimpedance.lab.simulated.therapy import drawings_of
 from manipulandum_sim.therapy import (
     THERAPY_SUBJECTS,
     TherapyOptions,

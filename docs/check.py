@@ -75,7 +75,7 @@ def other_tables(page: Path, text: str) -> Iterator[str]:
 
 def wrong_commands(page: Path, text: str) -> Iterator[str]:
     """`armimpedance …` lines that its parser refuses."""
-    from armimpedance.cli.main import make_parser
+    from armimpedance.app.cli.main import make_parser
 
     for _, block in FENCE.findall(text):
         for line in block.splitlines():

@@ -19,7 +19,7 @@ sys.path.append(str(DOCS / "_site"))
 from faces import names_of, rooms  # noqa: E402
 from help_pages import runs  # noqa: E402
 
-from armimpedance.cli.main import COMMANDS  # noqa: E402
+from armimpedance.app.cli.main import COMMANDS  # noqa: E402
 
 #: Tags whose addresses a browser follows by itself while it shows a page.
 FETCHED = {"script", "img", "link", "iframe", "source"}

@@ -13,7 +13,8 @@ from tempfile import TemporaryDirectory
 from playwright.sync_api import Browser, sync_playwright
 
 import armimpedance as ai
-from armimpedance.pages import write_choice, write_explore
+from armimpedance.hand.still.show import write_choice
+from armimpedance.muscles.show import write_explore
 from manipulandum_sim.hand import simulate
 
 DOCS = Path(__file__).resolve().parent

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from armimpedance.errors import InputError
+from armimpedance.core.errors import InputError
 from armimpedance_figures.guidali2013 import (
     contribution_means as guidali2013_contribution_means,
     feedback as contribution_feedback,

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from armimpedance.outputs import staged_file
-from armimpedance.plots import save_with_caption
+from armimpedance.core.outputs import staged_file
+from armimpedance.show.plots import save_with_caption
 from armimpedance_figures.tsuji1997.study import study as study_hand
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
+from armimpedance.core.arrays import FloatArray
 
 BAND_HZ: Final = (20.0, 450.0)
 ORDER: Final = 2

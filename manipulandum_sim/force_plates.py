@@ -6,8 +6,8 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.skeleton import Skeleton
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.skeleton import Skeleton
 from manipulandum_sim.tree_dynamics import SegmentMotion
 
 #: Origins (m) of the right foot's and the left foot's plate, at their centres on the floor; they

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.errors import InputError
-from armimpedance.motion import EmgSignals, MarkerRecording, MotionRecording
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import InputError
+from armimpedance.core.motion import EmgSignals, MarkerRecording, MotionRecording
 from manipulandum_sim.tree_dynamics import marker_positions, move
 
 

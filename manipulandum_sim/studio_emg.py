@@ -7,8 +7,8 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.errors import InputError
-from armimpedance.motion import EmgSignals, MotionRecording
+from armimpedance.core.errors import InputError
+from armimpedance.core.motion import EmgSignals, MotionRecording
 from manipulandum_sim.emg_carrier import RATE_HZ, carrier
 
 #: Time in which a burst rises and falls, s.

@@ -1,6 +1,6 @@
 """Newton and Euler for a tree of segments, in the world's frame, all samples at once.
 
-Own dynamics of the rigs of moving bodies; nothing of the analysis (see `armimpedance.skeleton` for
+Own dynamics of the rigs of moving bodies; nothing of the analysis (see `armimpedance.core.skeleton` for
 frames, signs and the order of the coordinates).
 """
 
@@ -11,8 +11,8 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.skeleton import GRAVITY_M_S2, Segment, Skeleton
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.skeleton import GRAVITY_M_S2, Segment, Skeleton
 
 GRAVITY: Final = np.array([0.0, 0.0, -GRAVITY_M_S2])
 _AXES: Final = np.eye(3)

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from armimpedance.errors import InputError, RecordError
-from armimpedance.outputs import staged_file
+from armimpedance.core.errors import InputError, RecordError
+from armimpedance.core.outputs import staged_file
 
 
 def write_values(

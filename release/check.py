@@ -28,7 +28,7 @@ NEEDED = (
     "armimpedance/py.typed",
     "manipulandum_sim/py.typed",
     "armimpedance/__init__.pyi",
-    "armimpedance/planning/profiles/designed.csv",
+    "armimpedance/hand/planning/profiles/designed.csv",
     "armimpedance_figures/__init__.py",
 )
 #: Tests that are quick and go through files, estimates, mapping and models.

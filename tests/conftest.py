@@ -20,7 +20,7 @@ from therapy_sessions import (  # noqa: F401 - fixtures of several folders
     therapy_people,
 )
 
-from armimpedance.records import Recording
+from armimpedance.core.records import Recording
 
 # No test depends on time, and every run tries the same examples.
 settings.register_profile("armimpedance", deadline=None, derandomize=True)

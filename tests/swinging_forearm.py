@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from armimpedance.skeleton import Hinge, Segment, Skeleton
+from armimpedance.core.skeleton import Hinge, Segment, Skeleton
 
 ELBOW = "right_elbow_flexion"
 MASS, CENTRE, INERTIA = 1.5, 0.18, 0.016

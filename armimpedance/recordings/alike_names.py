@@ -10,9 +10,9 @@ import unicodedata
 from dataclasses import replace
 from typing import Any
 
-from armimpedance.findings import Finding
+from armimpedance.core.findings import Finding
+from armimpedance.core.records import Recording
 from armimpedance.recordings.reading import AnyRecording
-from armimpedance.records import Recording
 
 
 def with_one_name_each(recording: AnyRecording) -> AnyRecording:

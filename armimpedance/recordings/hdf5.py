@@ -11,9 +11,9 @@ from typing import Any, BinaryIO, Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.errors import InputError
-from armimpedance.extras import needed
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import InputError
+from armimpedance.core.extras import needed
 
 MAGIC: Final = b"\x89HDF\r\n\x1a\n"
 

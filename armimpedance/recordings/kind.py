@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 from typing import Final, Literal, cast
 
-from armimpedance.errors import InputError
+from armimpedance.core.errors import InputError
 from armimpedance.recordings.tables.folder import METADATA_FILE
 from armimpedance.recordings.tables.metadata import recording_fields
 

@@ -9,9 +9,9 @@ import os
 from pathlib import Path
 from typing import Final
 
-from armimpedance.errors import InputError, RecordError
-from armimpedance.inputs import unchanged
-from armimpedance.method_table import MethodTable
+from armimpedance.core.errors import InputError, RecordError
+from armimpedance.core.inputs import unchanged
+from armimpedance.core.method_table import MethodTable
 from armimpedance.recordings.alike_names import with_one_name_each
 from armimpedance.recordings.mapped.columns_toml import MAPPING_FILE
 from armimpedance.recordings.reading import AnyRecording, Format, ReadOptions

@@ -7,9 +7,9 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Literal
 
-from armimpedance.motion import MarkerRecording, MotionRecording
-from armimpedance.records import Recording, Subject
-from armimpedance.skeleton import Skeleton
+from armimpedance.core.motion import MarkerRecording, MotionRecording
+from armimpedance.core.records import Recording, Subject
+from armimpedance.core.skeleton import Skeleton
 
 #: Whatever a file can hold: trials of the hand or of joints, markers, joint motion.
 AnyRecording = Recording | MarkerRecording | MotionRecording

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Final
 
-from armimpedance.errors import shortened, shown
+from armimpedance.core.errors import shortened, shown
 
 LONGEST_NAME: Final = 120
 _MOST: Final = 20

@@ -5,10 +5,10 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from armimpedance.inputs import unchanged
+from armimpedance.core.inputs import unchanged
+from armimpedance.core.records import Recording
 from armimpedance.recordings.opening import format_of
 from armimpedance.recordings.reading import ReadOptions, RecordedSubject
-from armimpedance.records import Recording
 
 
 def read_subject(

@@ -21,11 +21,11 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 
-from armimpedance.arrays import BoolArray
-from armimpedance.errors import InputError
-from armimpedance.motion import MarkerRecording
+from armimpedance.core.arrays import BoolArray
+from armimpedance.core.errors import InputError
+from armimpedance.core.motion import MarkerRecording
+from armimpedance.core.records import Recording
 from armimpedance.recordings.reading import AnyRecording
-from armimpedance.records import Recording
 
 #: No choice of trials is longer, or nested deeper: a longer one is a list of trials.
 LONGEST: Final = 2000

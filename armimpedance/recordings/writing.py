@@ -5,15 +5,15 @@ from __future__ import annotations
 import os
 from typing import Final
 
-from armimpedance.motion import MarkerRecording
-from armimpedance.outputs import RECORDING_FILES
+from armimpedance.core.motion import MarkerRecording
+from armimpedance.core.outputs import RECORDING_FILES
+from armimpedance.core.records import Recording
 from armimpedance.recordings.motion.emg_table import EMG_FILES, TableForm
 from armimpedance.recordings.motion.marker_folder import write_markers
 from armimpedance.recordings.motion.motion_folder import write_motion
 from armimpedance.recordings.motion.skeleton_json import SKELETON_FILE
 from armimpedance.recordings.reading import AnyRecording
 from armimpedance.recordings.tables.folder import write_folder
-from armimpedance.records import Recording
 
 #: What the folder of a recording of any kind may hold.
 FOLDER_FILES: Final = (*RECORDING_FILES, *EMG_FILES, SKELETON_FILE)

@@ -12,8 +12,8 @@ from broken import damage
 from broken.cell import Answer, Cell, Made, Rig, damaged, on_record, said, seed_of
 from broken.elbow_cells import numbers_of
 
-from armimpedance.analyses import body
-from armimpedance.body import essential_base_parameters
+from armimpedance.joint.body import essential_base_parameters
+from armimpedance.joint.body.show import body
 from manipulandum_sim.body import simulate_body
 
 #: Motions of a record: enough to show all 128 parameters.

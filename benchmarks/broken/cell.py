@@ -19,8 +19,8 @@ from typing import Any
 
 import numpy as np
 
-from armimpedance.errors import ArmImpedanceError
-from armimpedance.findings import Finding
+from armimpedance.core.errors import ArmImpedanceError
+from armimpedance.core.findings import Finding
 
 SEED = 20261123
 #: The 95 % interval is widened by this before it is called wrong.

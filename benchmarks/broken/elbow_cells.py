@@ -12,8 +12,8 @@ from broken import damage
 from broken.cell import Answer, Cell, Made, Rig, damaged, on_record, said, seed_of
 from broken.joint_plant import Bent, Joint, bent, courses, linear, naive_joint
 
-from armimpedance.analyses import elbow, elbow_over_time, emg_law
-from armimpedance.regression import NamedParameter
+from armimpedance.joint.elbow.show import elbow, elbow_over_time, emg_law
+from armimpedance.numerics.regression import NamedParameter
 from manipulandum_sim.elbow import simulate_bench, simulate_elbow
 
 CREEPING = Joint(0.07, 3.0, 9.0)

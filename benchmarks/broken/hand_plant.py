@@ -12,8 +12,8 @@ import numpy as np
 import pandas as pd
 from broken.cell import Made, seeds_of
 
-from armimpedance.conventions import element_names
-from armimpedance.records import Recording, Subject
+from armimpedance.core.conventions import element_names
+from armimpedance.core.records import Recording, Subject
 
 RATE_HZ = 1000.0
 M = np.array([[1.731, -0.655], [-0.655, 1.001]])

@@ -16,7 +16,7 @@ import numpy as np
 import pandas as pd
 from broken.cell import Made, seeds_of
 
-from armimpedance.records import Recording, Subject
+from armimpedance.core.records import Recording, Subject
 
 RATE_HZ = 1000.0
 #: The signals repeat after so many seconds more than the record lasts.

@@ -11,9 +11,9 @@ import numpy as np
 from broken.cell import Answer, Cell, Made, Rig, damaged, on_record, said, seeds_of
 from scipy.stats import t as student
 
-from armimpedance.analyses import fit_activation, fit_posture
-from armimpedance.arm import arm_named
-from armimpedance.muscles import JointRows, matrix
+from armimpedance.limb.arm import arm_named
+from armimpedance.muscles.models import JointRows, matrix
+from armimpedance.muscles.show import fit_activation, fit_posture
 
 POSTURE = np.array([1.04, 1.57])
 ELEMENTS = ("ss", "se", "ee")

@@ -11,8 +11,8 @@ import pandas as pd
 from broken.folder import pages
 from matplotlib.patches import Patch
 
-from armimpedance.outputs import staged_file
-from armimpedance.plots import OKABE_ITO, new_figure, print_style
+from armimpedance.core.outputs import staged_file
+from armimpedance.show.plots import OKABE_ITO, new_figure, print_style
 
 STEM: Final = "what_can_go_wrong"
 #: Share -> colour and word, in the order of the bars.

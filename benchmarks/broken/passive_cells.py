@@ -14,8 +14,8 @@ from broken.cell import Answer, Cell, Made, Rig, damaged, on_record, said, seed_
 from broken.elbow_cells import numbers_of
 from broken.swing_plant import Forearm
 
-from armimpedance.analyses import passive
-from armimpedance.records import Recording, Subject
+from armimpedance.core.records import Recording, Subject
+from armimpedance.joint.relaxed.show import passive
 from manipulandum_sim.passive import find_passive_subject, simulate_passive_many
 from manipulandum_sim.studio import Studio
 

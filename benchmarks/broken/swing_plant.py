@@ -15,8 +15,8 @@ import numpy as np
 import pandas as pd
 from broken.cell import Made, seeds_of
 
-from armimpedance.motion import MotionRecording
-from armimpedance.skeleton import GRAVITY_M_S2
+from armimpedance.core.motion import MotionRecording
+from armimpedance.core.skeleton import GRAVITY_M_S2
 
 sys.path.append(str(Path(__file__).resolve().parents[2] / "tests"))
 from swinging_forearm import CENTRE, INERTIA, MASS, SKELETON

@@ -11,8 +11,8 @@ import numpy as np
 from broken import damage
 from broken.cell import Answer, Cell, Made, Rig, damaged, on_record, said, seeds_of
 
-from armimpedance.analyses import calibrate_arm, calibrate_robot, contribution
-from armimpedance.therapy import RobotCalibration, TherapyRobot
+from armimpedance.joint.therapy import RobotCalibration, TherapyRobot
+from armimpedance.joint.therapy.show import calibrate_arm, calibrate_robot, contribution
 from manipulandum_sim.therapy import (
     THERAPY_SUBJECTS,
     TherapyOptions,

@@ -14,7 +14,7 @@ from typing import Any, Final
 import pandas as pd
 from small_files import DOORS, hand
 
-from armimpedance.cli.main import run
+from armimpedance.app.cli.main import run
 from armimpedance.recordings import write_recording
 from manipulandum_sim.body import simulate_body
 from manipulandum_sim.hand import simulate
@@ -192,7 +192,7 @@ def _bodies(shop: Path) -> None:
     body, _ = simulate_body(["squat", "walk"], sample_rate_hz=50.0)
     write_recording(body, shop / "body", "csv")
     for form in ("trc", "mot"):
-        from armimpedance.cli.parts.lab_form import FORMS
+        from armimpedance.lab.parts.lab_form import FORMS
 
         (shop / f"body_{form}").mkdir()
         recording = swing if form == "trc" else body

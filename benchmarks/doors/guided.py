@@ -19,7 +19,7 @@ import atheris
 with atheris.instrument_imports(include=["armimpedance"]):
     from small_files import DOORS
 
-    from armimpedance.errors import LONGEST_MESSAGE, ArmImpedanceError
+    from armimpedance.core.errors import LONGEST_MESSAGE, ArmImpedanceError
 
 
 def main() -> None:

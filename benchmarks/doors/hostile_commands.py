@@ -46,7 +46,7 @@ from hostile_outputs import Run, misses
 from meanings import TEXTS
 from mutations import damage
 
-from armimpedance.cli.main import run as run_call
+from armimpedance.app.cli.main import run as run_call
 
 LONGEST_S, LARGEST_MB = 5.0, 1024.0
 #: Seconds on the clock after which a run hangs.

@@ -39,7 +39,7 @@ import numpy as np
 from mutations import damage
 from small_files import DOORS
 
-from armimpedance.errors import ArmImpedanceError
+from armimpedance.core.errors import ArmImpedanceError
 
 LONGEST_S, LARGEST_MB, LONGEST_LINE = 2.0, 1024.0, 400
 #: A process that is silent for this long hangs.

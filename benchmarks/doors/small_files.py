@@ -10,10 +10,11 @@ from pathlib import Path
 from typing import Any, Final
 
 import armimpedance as ai
-from armimpedance.cli.parts.lab_form import FORMS
-from armimpedance.files import read_left_out, read_results, write_results
+from armimpedance.core.records import Recording
+from armimpedance.hand.show import read_results, write_results
+from armimpedance.lab.parts.lab_form import FORMS
 from armimpedance.recordings import read_skeleton, write_recording
-from armimpedance.records import Recording
+from armimpedance.show.files import read_left_out
 from manipulandum_sim.hand import simulate
 from manipulandum_sim.passive import simulate_passive
 
@@ -120,7 +121,7 @@ def _results(name: str) -> Door:
 
 
 def _model(folder: Path) -> None:
-    from armimpedance.files import write_model
+    from armimpedance.muscles.show import write_model
 
     recording, _ = simulate("postures", seed=1, sets=1, noise="none")
     write_model(ai.fit_posture(ai.to_joint(ai.estimate(recording))), folder / "m.json")

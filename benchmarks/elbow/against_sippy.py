@@ -31,13 +31,8 @@ from pathlib import Path
 import numpy as np
 from scipy.signal import detrend
 
-from armimpedance.elbow import (
-    METHODS,
-    JointSamples,
-    from_recording,
-    identify_elbow,
-)
-from armimpedance.signals import lowpass
+from armimpedance.joint.elbow import METHODS, JointSamples, from_recording, identify_elbow
+from armimpedance.numerics.signals import lowpass
 
 sys.path.append(str(Path(__file__).parent / "peers"))
 from discrete import continuous
@@ -113,7 +108,7 @@ def one_trial(arguments: argparse.Namespace) -> JointSamples:
 
         recording, _ = simulate_bench(*TRUTH, snr_db=20.0, seed=3)
         return from_recording(recording)
-    from armimpedance.analyses import read_recording
+    from armimpedance.show.verbs.sources import read_recording
 
     recording = read_recording(arguments.recording)
     rows_ = np.flatnonzero(recording.trials["trial"] == arguments.trial)

@@ -26,8 +26,10 @@ import numpy as np
 import pandas as pd
 from tqdm import tqdm
 
-from armimpedance.arrays import FloatArray
-from armimpedance.elbow import (
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import ArmImpedanceError
+from armimpedance.core.records import Recording
+from armimpedance.joint.elbow import (
     LinearLaw,
     calibrate_imcj,
     fit_emg_law_of,
@@ -36,9 +38,7 @@ from armimpedance.elbow import (
     identify_elbow,
     imcj,
 )
-from armimpedance.errors import ArmImpedanceError
-from armimpedance.records import Recording
-from armimpedance.signals import causal_lowpass, lowpass_delay_s, segment_amplitude
+from armimpedance.numerics.signals import causal_lowpass, lowpass_delay_s, segment_amplitude
 from manipulandum_sim.elbow import Electrodes, raw_emg, simulate_elbow
 
 MUSCLES = ("biceps", "triceps")

@@ -24,7 +24,8 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import numpy as np
 
-from armimpedance.elbow import (
+from armimpedance.core.errors import ArmImpedanceError, InputError
+from armimpedance.joint.elbow import (
     METHODS,
     JointSamples,
     estimate_joint,
@@ -32,8 +33,7 @@ from armimpedance.elbow import (
     identify_elbow,
     least_squares_arx,
 )
-from armimpedance.errors import ArmImpedanceError, InputError
-from armimpedance.regression import Parameters, t_factor
+from armimpedance.numerics.regression import Parameters, t_factor
 from manipulandum_sim.elbow import simulate_bench, simulate_elbow
 
 JOINTS = {"underdamped": (0.07, 0.6, 20.0), "overdamped": (0.07, 3.5, 9.0)}

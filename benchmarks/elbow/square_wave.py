@@ -23,8 +23,9 @@ from pathlib import Path
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.elbow import (
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import ArmImpedanceError
+from armimpedance.joint.elbow import (
     CASCADE_METHODS,
     VARYING_METHODS,
     VaryingImpedance,
@@ -32,8 +33,7 @@ from armimpedance.elbow import (
     identify_cascade,
     identify_varying,
 )
-from armimpedance.errors import ArmImpedanceError
-from armimpedance.plots import OKABE_ITO, TWO_COLUMNS_IN, new_figure, print_style
+from armimpedance.show.plots import OKABE_ITO, TWO_COLUMNS_IN, new_figure, print_style
 from manipulandum_sim.elbow import Reflex, simulate_cascade
 
 #: N m/rad, and the time between two switches, s.

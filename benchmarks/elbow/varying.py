@@ -23,10 +23,15 @@ from itertools import product
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.elbow import JointSamples, VaryingImpedance, from_recording, identify_varying
-from armimpedance.errors import ArmImpedanceError
-from armimpedance.signals import emg_amplitude
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import ArmImpedanceError
+from armimpedance.joint.elbow import (
+    JointSamples,
+    VaryingImpedance,
+    from_recording,
+    identify_varying,
+)
+from armimpedance.numerics.signals import emg_amplitude
 from manipulandum_sim.elbow import ElbowTruth, simulate_bench, simulate_elbow
 
 #: I, B, K: underdamped, and the source's range.

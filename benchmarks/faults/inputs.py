@@ -51,7 +51,7 @@ def at_first_output(case: Case, faults: Callable[[], None]) -> None:
     faults : function
         In a child it returns; at its end it raises `Enough`.
     """
-    from armimpedance import outputs
+    from armimpedance.core import outputs
 
     real, met = outputs._final_path, []
 

@@ -24,8 +24,8 @@ import numpy as np
 import pandas as pd
 from scipy.signal import cont2discrete, lfilter
 
+from armimpedance.core.records import Recording
 from armimpedance.recordings import write_recording
-from armimpedance.records import Recording
 
 #: Bytes of time, position and force of one sample of two axes.
 OWN = 8 * 5
@@ -37,7 +37,9 @@ _PREPARE = """
 import resource, sys, time
 import matplotlib, pandas, pyarrow.parquet, scipy.interpolate, scipy.linalg, scipy.signal
 import scipy.special, scipy.stats
-from armimpedance.analyses import estimate, inspect, read
+from armimpedance.hand.still.show import estimate
+from armimpedance.show.verbs.inspection import inspect
+from armimpedance.show.verbs.sources import read
 # the first of anything loads what it needs
 small = sys.argv[2]
 estimate(small); inspect(small)

@@ -29,9 +29,9 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from activation_fits import COCONTRACTION, FORCE, PLANAR6, POSTURES, Study
 
-from armimpedance.arm import monomial_exponents
-from armimpedance.live import EmgLevels, Live, StiffnessForm
-from armimpedance.muscles import MuscleModel, Region, at_hand, fit_muscle_model, matrix
+from armimpedance.limb.arm import monomial_exponents
+from armimpedance.muscles.live import EmgLevels, Live, StiffnessForm
+from armimpedance.muscles.models import MuscleModel, Region, at_hand, fit_muscle_model, matrix
 from manipulandum_sim.emg_carrier import carrier
 from manipulandum_sim.hand import find_subject, hand_jacobian, simulate
 from manipulandum_sim.space import simulate_space

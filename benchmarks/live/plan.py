@@ -23,10 +23,11 @@ from pathlib import Path
 
 import numpy as np
 
-from armimpedance.analyses import arm_of_whose
-from armimpedance.arm import MuscularArm, arm_named
-from armimpedance.errors import EstimationError
-from armimpedance.live import (
+from armimpedance.core.errors import EstimationError
+from armimpedance.core.records import Recording, Subject
+from armimpedance.hand.levels.show import arm_of_whose
+from armimpedance.limb.arm import MuscularArm, arm_named
+from armimpedance.muscles.live import (
     CalibrationPlan,
     CalibrationWish,
     Live,
@@ -34,7 +35,7 @@ from armimpedance.live import (
     holdable,
     plan_calibration,
 )
-from armimpedance.muscles import (
+from armimpedance.muscles.models import (
     JointRows,
     TypicalMuscles,
     fit_muscle_model,
@@ -42,7 +43,6 @@ from armimpedance.muscles import (
     matrix,
     typical_muscles,
 )
-from armimpedance.records import Recording, Subject
 from manipulandum_sim.space import simulate_space, write_moment_arms
 
 NOISE, OF_ACTIVATION, PLACES = 0.06, 0.1, 40

@@ -38,9 +38,9 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from myoarm import MUSCLES, RANGE, SHORT_RANGE, MyoArm
 
-from armimpedance.arm import MuscularArm, PolynomialPaths, fit_paths
-from armimpedance.live import Live
-from armimpedance.muscles import HandRows, JointRows, fit_muscle_model
+from armimpedance.limb.arm import MuscularArm, PolynomialPaths, fit_paths
+from armimpedance.muscles.live import Live
+from armimpedance.muscles.models import HandRows, JointRows, fit_muscle_model
 
 NOISE, OF_ACTIVATION, OF_ANATOMY = 0.06, 0.1, 0.2
 #: Of the joints, those that move while the upper arm is kept from turning about its axis.

@@ -11,8 +11,9 @@ from pathlib import Path
 import numpy as np
 from measure import PERSON, POSTURES, STUDY, fitted, levels, raw_emg, true_stiffness
 
-from armimpedance.live import Live
-from armimpedance.plots import OKABE_ITO, TWO_COLUMNS_IN, new_figure, one_legend, print_style
+from armimpedance.hand.show import one_legend
+from armimpedance.muscles.live import Live
+from armimpedance.show.plots import OKABE_ITO, TWO_COLUMNS_IN, new_figure, print_style
 
 #: The muscle whose electrode is off, and when (s).
 PULLED, OFF_S, ON_S = 2, 6.0, 7.0

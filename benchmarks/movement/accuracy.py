@@ -19,9 +19,9 @@ from typing import Any
 
 import numpy as np
 
-from armimpedance.errors import InputError
-from armimpedance.estimates import ImpedanceEstimate, Quality
-from armimpedance.movement import METHODS, identify_movement
+from armimpedance.core.errors import InputError
+from armimpedance.core.estimates import ImpedanceEstimate, Quality
+from armimpedance.hand.reaching import METHODS, identify_movement
 from manipulandum_sim.hand import Reflex
 from manipulandum_sim.movement import MovementRig, MovementTruth, Variability, simulate_movement
 

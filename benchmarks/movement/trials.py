@@ -16,10 +16,11 @@ from pathlib import Path
 import numpy as np
 from accuracy import CASES, of_phase, posture_inertia
 
-from armimpedance.arrays import FloatArray
-from armimpedance.errors import ArmImpedanceError
-from armimpedance.movement import METHODS, identify_movement
-from armimpedance.plots import OKABE_ITO, TWO_COLUMNS_IN, new_figure, one_legend, print_style
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import ArmImpedanceError
+from armimpedance.hand.reaching import METHODS, identify_movement
+from armimpedance.hand.show import one_legend
+from armimpedance.show.plots import OKABE_ITO, TWO_COLUMNS_IN, new_figure, print_style
 from manipulandum_sim.movement import MovementRig, simulate_movement
 
 PUSHES = ("doublet", "servo")

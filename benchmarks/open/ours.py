@@ -20,11 +20,11 @@ import numpy as np
 from rows import Answer, Method, write_submission
 
 import armimpedance as ai
-from armimpedance.body import METHODS as BODY
-from armimpedance.elbow import CASCADE_METHODS, METHODS as JOINT, VARYING_METHODS
-from armimpedance.impedance import METHODS as HAND
-from armimpedance.movement import METHODS as MOVING
-from armimpedance.passive import METHODS as RELAXED
+from armimpedance.hand.reaching import METHODS as MOVING
+from armimpedance.hand.still import METHODS as HAND
+from armimpedance.joint.body import METHODS as BODY
+from armimpedance.joint.elbow import CASCADE_METHODS, METHODS as JOINT, VARYING_METHODS
+from armimpedance.joint.relaxed import METHODS as RELAXED
 
 HANDS = ("hand_ideal", "hand_soft", "hand_reflex", "hand_mixed")
 JOINTS = ("joint_torque", "joint_position", "joint_reflex")

@@ -1,6 +1,6 @@
 """The records that every peer gets: limbs whose M, B, K are known, with the noise of people.
 
-*hand*: `armimpedance.cli.simulate_study.rigs.linear`, a linear limb that is pushed by 5 mm and back
+*hand*: `armimpedance.lab.simulate_study.rigs.linear`, a linear limb that is pushed by 5 mm and back
 within .3 s in eight directions; tremor, slow voluntary force, drift, sensors' noise and steps.
 *joint*: `manipulandum_sim.elbow.simulate_bench`, 10 s of random torque below 10 Hz, both channels
 with white noise of 20 dB. *reflex*: the same joint with a torque against the deflection of 60 ms
@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from armimpedance.cli.simulate_study.rigs.linear import LIMB, RATE_HZ, REST_S, linear_window
+from armimpedance.lab.simulate_study.rigs.linear import LIMB, RATE_HZ, REST_S, linear_window
 from manipulandum_sim.elbow import Departures, simulate_bench
 
 #: Trials of a condition.

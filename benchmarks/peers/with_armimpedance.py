@@ -10,10 +10,10 @@ import pandas as pd
 from record import Hand, Joint
 
 from armimpedance import analyses
-from armimpedance.elbow import JointSamples, estimate_joint, identify_elbow
-from armimpedance.impedance import Options, estimate
-from armimpedance.records import Recording
-from armimpedance.regression import Parameters
+from armimpedance.core.records import Recording
+from armimpedance.hand.still import Options, estimate
+from armimpedance.joint.elbow import JointSamples, estimate_joint, identify_elbow
+from armimpedance.numerics.regression import Parameters
 
 Arrays = tuple[np.ndarray, np.ndarray]
 

@@ -23,9 +23,9 @@ from typing import Any
 import numpy as np
 from scipy import signal
 
-from armimpedance.analyses import estimate
-from armimpedance.random_hand import identify_random, lines_of
-from armimpedance.records import Recording
+from armimpedance.core.records import Recording
+from armimpedance.hand.random import identify_random, lines_of
+from armimpedance.hand.still.show import estimate
 from manipulandum_sim.hand import Reflex
 from manipulandum_sim.random_hand import (
     JointRig,

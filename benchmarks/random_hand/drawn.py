@@ -16,8 +16,8 @@ import argparse
 import numpy as np
 import pandas as pd
 
-from armimpedance.random_hand import identify_random
-from armimpedance.records import Recording
+from armimpedance.core.records import Recording
+from armimpedance.hand.random import identify_random
 
 RATE_HZ, SAMPLES = 250.0, 15_000
 M = np.array([[1.14, -0.55], [-0.55, 1.75]])

@@ -18,11 +18,11 @@ from typing import Any, Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.ellipses import FIELDS, ellipsoid_of
-from armimpedance.impedance import allowing, estimate
-from armimpedance.records import ImpedanceEstimate
-from armimpedance.regression import t_factor
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.records import ImpedanceEstimate
+from armimpedance.hand.ellipses import FIELDS, ellipsoid_of
+from armimpedance.hand.still import allowing, estimate
+from armimpedance.numerics.regression import t_factor
 from manipulandum_sim.space import SpaceCondition, SpaceTruth, simulate_space
 
 #: name -> co-contraction, fields of the rig.

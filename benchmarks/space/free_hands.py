@@ -29,9 +29,10 @@ from typing import Literal
 import numpy as np
 
 import armimpedance as ai
-from armimpedance.analyses import arm_of_whose, free_hand_rows
-from armimpedance.errors import InputError
-from armimpedance.muscles import MuscleModel, at_hand, matrix
+from armimpedance.core.errors import InputError
+from armimpedance.hand.levels.show import arm_of_whose
+from armimpedance.muscles.models import MuscleModel, at_hand, matrix
+from armimpedance.muscles.show import free_hand_rows
 from manipulandum_sim.hand import find_subject
 from manipulandum_sim.space import (
     SpaceCondition,

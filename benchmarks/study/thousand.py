@@ -102,7 +102,7 @@ def timed_study(data: Path, out: Path) -> tuple[float, float, str]:
 
 def sum_of_parts(data: Path, out: Path, count: int) -> float:
     """Seconds of one session's command in one process on one core, without what it imports."""
-    from armimpedance.cli.study import command
+    from armimpedance.app.cli.study import command
 
     out.mkdir()
     sessions = sorted(data.glob("sub-*"))[:count]

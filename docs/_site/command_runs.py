@@ -16,7 +16,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from armimpedance.__main__ import main
-from armimpedance.cli.main import COMMANDS
+from armimpedance.app.cli.main import COMMANDS
 
 KEPT = Path(__file__).resolve().parents[1] / "reference/commands/runs.json"
 #: A line that begins with "." prepares what a later one needs and is not shown.
@@ -72,8 +72,8 @@ MOST_LINES = 40
 
 def people() -> None:
     """Recordings that take the simulators' commands too long: shorter ones of the same people."""
-    from armimpedance.cli.simulated.therapy import drawings_of
-    from armimpedance.files import write_robot
+    from armimpedance.joint.therapy.show import write_robot
+    from armimpedance.lab.simulated.therapy import drawings_of
     from armimpedance.recordings import write_recording
     from manipulandum_sim.body import simulate_body
     from manipulandum_sim.passive import simulate_passive

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from command_runs import KEPT
 from rst import code, directive, title, toctree
 
-from armimpedance.cli.main import COMMANDS, make_parser
+from armimpedance.app.cli.main import COMMANDS, make_parser
 
 #: Above the examples.
 WHOSE = "On simulated people, when this site was built.\n"

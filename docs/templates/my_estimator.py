@@ -1,6 +1,6 @@
 """Method `my_estimator`: say here what it does to the samples, and when it is right.
 
-Copy this file to ``armimpedance/impedance/methods/<name>.py``. It holds the simplest estimator that
+Copy this file to ``armimpedance/hand/still/methods/<name>.py``. It holds the simplest estimator that
 is right: least squares of the force on the motion, each counted from where it was at the onset.
 """
 
@@ -10,12 +10,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from armimpedance.conventions import Kind
-from armimpedance.errors import InputError
-from armimpedance.impedance.prepared import Method, Prepared
-from armimpedance.impedance.regressors import impedance_factors
-from armimpedance.records import Window
-from armimpedance.signals import choose_span, respond
+from armimpedance.core.conventions import Kind
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import Window
+from armimpedance.hand.still.prepared import Method, Prepared
+from armimpedance.hand.still.regressors import impedance_factors
+from armimpedance.numerics.signals import choose_span, respond
 
 
 def prepare(window: Window, kind: Kind) -> Prepared:

@@ -10,9 +10,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.analyses import Estimates
-from armimpedance.errors import InputError
-from armimpedance.impedance.estimation import Options, estimate
+from armimpedance.core.errors import InputError
+from armimpedance.hand.show import Estimates
+from armimpedance.hand.still.estimation import Options, estimate
 
 METHOD = "my_estimator"
 

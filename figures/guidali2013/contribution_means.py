@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.plots import TableBlock, TableRow, plot_table
-from armimpedance.report import fixed
+from armimpedance.core.arrays import FloatArray
+from armimpedance.show.plots import TableBlock, TableRow, plot_table
+from armimpedance.show.text import fixed
 from armimpedance_figures.guidali2013.groups import (
     GROUPS,
     conditions_of,

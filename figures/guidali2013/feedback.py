@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from armimpedance.plots import plot_feedback
-from armimpedance.therapy import STEADY_S
+from armimpedance.joint.therapy import STEADY_S
+from armimpedance.joint.therapy.show import plot_feedback
 from armimpedance_figures.guidali2013.study import SHOWN, SUBJECTS, TherapyStudy, design, study
 from armimpedance_figures.source_figure import SourceFigure, script
 from armimpedance_figures.table_cells import number

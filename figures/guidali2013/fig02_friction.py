@@ -6,15 +6,10 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from armimpedance.plots import (
-    OKABE_ITO,
-    TWO_COLUMNS_IN,
-    new_figure,
-    one_legend,
-    plot_friction,
-    print_style,
-)
-from armimpedance.therapy import AxisSweeps
+from armimpedance.hand.show import one_legend
+from armimpedance.joint.therapy import AxisSweeps
+from armimpedance.joint.therapy.show import plot_friction
+from armimpedance.show.plots import OKABE_ITO, TWO_COLUMNS_IN, new_figure, print_style
 from armimpedance_figures.guidali2013.printed import TABLE_3
 from armimpedance_figures.guidali2013.study import SUBJECTS, TherapyStudy, design, study
 from armimpedance_figures.source_figure import SourceFigure, script

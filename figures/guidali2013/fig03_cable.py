@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.plots import OKABE_ITO, TWO_COLUMNS_IN, new_figure, print_style
-from armimpedance.therapy import SmoothTrial, smooth_trials
+from armimpedance.core.arrays import FloatArray
+from armimpedance.joint.therapy import SmoothTrial, smooth_trials
+from armimpedance.show.plots import OKABE_ITO, TWO_COLUMNS_IN, new_figure, print_style
 from armimpedance_figures.guidali2013.study import (
     SUBJECTS,
     UNFITTED_DEG_S,

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.plots import OKABE_ITO, TWO_COLUMNS_IN, new_figure, print_style
-from armimpedance.report import with_half_width
-from armimpedance.therapy import MovementTorques
+from armimpedance.core.arrays import FloatArray
+from armimpedance.joint.therapy import MovementTorques
+from armimpedance.show.plots import OKABE_ITO, TWO_COLUMNS_IN, new_figure, print_style
+from armimpedance.show.text import with_half_width
 from armimpedance_figures.guidali2013.printed import MOCKUP_GRAVITY_NM, MOCKUP_INERTIA_KGM2
 from armimpedance_figures.guidali2013.study import SUBJECTS, MockUp, TherapyStudy, design, study
 from armimpedance_figures.source_figure import SourceFigure, script
@@ -18,7 +18,7 @@ from armimpedance_figures.table_cells import number
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from armimpedance.regression import NamedParameter
+    from armimpedance.numerics.regression import NamedParameter
 
 #: Movement -> panel's title.
 PANELS: Final = {

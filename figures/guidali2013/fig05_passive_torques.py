@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.plots import OKABE_ITO, TWO_COLUMNS_IN, new_figure, print_style
-from armimpedance.signals import spline_kernels
-from armimpedance.therapy import MovementTorques, robot_bodies, smooth_trials
+from armimpedance.core.arrays import FloatArray
+from armimpedance.joint.therapy import MovementTorques, robot_bodies, smooth_trials
+from armimpedance.numerics.signals import spline_kernels
+from armimpedance.show.plots import OKABE_ITO, TWO_COLUMNS_IN, new_figure, print_style
 from armimpedance_figures.guidali2013.study import SUBJECTS, Person, TherapyStudy, design, study
 from armimpedance_figures.source_figure import SourceFigure, script
 from armimpedance_figures.table_cells import number

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.plots import OKABE_ITO, TWO_COLUMNS_IN, new_figure, print_style
+from armimpedance.core.arrays import FloatArray
+from armimpedance.show.plots import OKABE_ITO, TWO_COLUMNS_IN, new_figure, print_style
 from armimpedance_figures.guidali2013.groups import (
     GROUPS,
     conditions_of,

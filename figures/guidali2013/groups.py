@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
+from armimpedance.core.arrays import FloatArray
 from armimpedance_figures.guidali2013.printed import CONTRIBUTIONS
 from armimpedance_figures.guidali2013.study import Measured, TherapyStudy
 

@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
+from armimpedance.core.arrays import FloatArray
 
 #: Table 2, axes 1 to 5: (17) and (16), N m.
 TABLE_2_R2: Final = (0.870, 0.962, 0.912, 0.874, 0.815)

@@ -13,10 +13,9 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.cli.simulated.therapy import drawings_of
-from armimpedance.errors import InputError
-from armimpedance.records import Recording
-from armimpedance.therapy import (
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import Recording
+from armimpedance.joint.therapy import (
     ArmCalibration,
     ArmSegment,
     AxisValidation,
@@ -36,6 +35,7 @@ from armimpedance.therapy import (
     slides,
     validate_robot,
 )
+from armimpedance.lab.simulated.therapy import drawings_of
 from manipulandum_sim.therapy import (
     THERAPY_SUBJECTS,
     TherapyTruth,

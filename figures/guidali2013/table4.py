@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.plots import TableBlock, TableRow, plot_table
-from armimpedance.regression import NamedParameter
-from armimpedance.report import with_half_width
-from armimpedance.therapy import AxisCalibration
+from armimpedance.core.arrays import FloatArray
+from armimpedance.joint.therapy import AxisCalibration
+from armimpedance.numerics.regression import NamedParameter
+from armimpedance.show.plots import TableBlock, TableRow, plot_table
+from armimpedance.show.text import with_half_width
 from armimpedance_figures.guidali2013.groups import mean_and_sd
 from armimpedance_figures.guidali2013.printed import TABLE_4, TABLE_4_MEANS, recomputed_means
 from armimpedance_figures.guidali2013.study import SUBJECTS, Person, TherapyStudy, design, study

@@ -8,10 +8,10 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.elbow import JointSamples, from_recording
-from armimpedance.records import Recording
-from armimpedance.signals import emg_amplitude, mvc_column, rest_column
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.records import Recording
+from armimpedance.joint.elbow import JointSamples, from_recording
+from armimpedance.numerics.signals import emg_amplitude, mvc_column, rest_column
 from manipulandum_sim.elbow import RATE_HZ, Electrodes, raw_emg, simulate_bench
 
 DURATION_S: Final = 10.0

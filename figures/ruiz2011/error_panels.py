@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
-from armimpedance.arrays import FloatArray
-from armimpedance.plots import OKABE_ITO, TWO_COLUMNS_IN, new_figure, one_legend, print_style
+from armimpedance.core.arrays import FloatArray
+from armimpedance.hand.show import one_legend
+from armimpedance.show.plots import OKABE_ITO, TWO_COLUMNS_IN, new_figure, print_style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

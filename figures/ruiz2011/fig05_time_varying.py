@@ -7,16 +7,11 @@ from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
 
-from armimpedance.elbow import VaryingImpedance
-from armimpedance.errors import InputError
-from armimpedance.plots import (
-    OKABE_ITO,
-    TWO_COLUMNS_IN,
-    new_figure,
-    one_legend,
-    plot_varying,
-    print_style,
-)
+from armimpedance.core.errors import InputError
+from armimpedance.hand.show import one_legend
+from armimpedance.joint.elbow import VaryingImpedance
+from armimpedance.joint.elbow.show import plot_varying
+from armimpedance.show.plots import OKABE_ITO, TWO_COLUMNS_IN, new_figure, print_style
 from armimpedance_figures.ruiz2011.bench import CONSTANT_S, DEPTH, SOURCES, Varying, varying_draws
 from armimpedance_figures.ruiz2011.frequency import NAMES, error_of, identified
 from armimpedance_figures.source_figure import SourceFigure, script

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.errors import InputError
-from armimpedance.plots import OKABE_ITO, TWO_COLUMNS_IN, new_figure, one_legend, print_style
-from armimpedance.signals import lowpass
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import InputError
+from armimpedance.hand.show import one_legend
+from armimpedance.numerics.signals import lowpass
+from armimpedance.show.plots import OKABE_ITO, TWO_COLUMNS_IN, new_figure, print_style
 from armimpedance_figures.source_figure import SourceFigure, script
 from armimpedance_figures.table_cells import number
 from manipulandum_sim.elbow import (

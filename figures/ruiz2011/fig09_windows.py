@@ -5,15 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, Literal
 
-from armimpedance.elbow import VaryingImpedance, identify_varying
-from armimpedance.plots import (
-    OKABE_ITO,
-    TWO_COLUMNS_IN,
-    new_figure,
-    one_legend,
-    plot_varying,
-    print_style,
-)
+from armimpedance.hand.show import one_legend
+from armimpedance.joint.elbow import VaryingImpedance, identify_varying
+from armimpedance.joint.elbow.show import plot_varying
+from armimpedance.show.plots import OKABE_ITO, TWO_COLUMNS_IN, new_figure, print_style
 from armimpedance_figures.ruiz2011.bench import CONSTANT_S
 from armimpedance_figures.ruiz2011.session import Session, design, study
 from armimpedance_figures.source_figure import SourceFigure, script

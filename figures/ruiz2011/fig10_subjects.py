@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.elbow import METHODS
-from armimpedance.plots import OKABE_ITO, TWO_COLUMNS_IN, new_figure, one_legend, print_style
+from armimpedance.core.arrays import FloatArray
+from armimpedance.hand.show import one_legend
+from armimpedance.joint.elbow import METHODS
+from armimpedance.show.plots import OKABE_ITO, TWO_COLUMNS_IN, new_figure, print_style
 from armimpedance_figures.ruiz2011.session import SUBJECTS, Session, design, study
 from armimpedance_figures.source_figure import SourceFigure, script
 from armimpedance_figures.table_cells import number

@@ -7,9 +7,9 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.elbow import VARYING_METHODS, VaryingImpedance, identify_varying
-from armimpedance.errors import ArmImpedanceError, InputError
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import ArmImpedanceError, InputError
+from armimpedance.joint.elbow import VARYING_METHODS, VaryingImpedance, identify_varying
 from armimpedance_figures.ruiz2011.bench import JOINTS, Joint, Varying, varying_draws
 
 FREQUENCIES_HZ: Final = (0.3, 0.5, 0.7, 1.0, 1.5, 2.0, 3.0, 4.0)

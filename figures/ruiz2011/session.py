@@ -7,9 +7,9 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.elbow import ElbowFit, JointSamples, from_recording, identify_elbow
-from armimpedance.errors import InputError
-from armimpedance.records import Recording
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import Recording
+from armimpedance.joint.elbow import ElbowFit, JointSamples, from_recording, identify_elbow
 from manipulandum_sim.elbow import ElbowTruth, simulate_elbow
 
 #: All of the source's subjects, in the words of a figure's ``subject``.

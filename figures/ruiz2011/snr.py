@@ -9,9 +9,9 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.elbow import JointSamples, estimate_joint, from_recording, least_squares_arx
-from armimpedance.errors import ArmImpedanceError, InputError
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import ArmImpedanceError, InputError
+from armimpedance.joint.elbow import JointSamples, estimate_joint, from_recording, least_squares_arx
 from armimpedance_figures.ruiz2011.bench import DURATION_S, JOINTS, Joint
 from manipulandum_sim.elbow import simulate_bench
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from armimpedance.errors import ArmImpedanceError
+from armimpedance.core.errors import ArmImpedanceError
 from armimpedance_figures.source_figure import FORMATS, SourceFigure, write_given
 from armimpedance_figures.tsuji1997 import (
     fig06_motion_and_force,

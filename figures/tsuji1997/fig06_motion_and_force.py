@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from armimpedance.plots import plot_motion_and_force
+from armimpedance.hand.still.show import plot_motion_and_force
 from armimpedance_figures.source_figure import SourceFigure, design, script
 from armimpedance_figures.tsuji1997.study import StudiedExperiment
 

@@ -4,14 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from armimpedance.ellipses import Which
-from armimpedance.plots import (
-    TWO_COLUMNS_IN,
-    new_figure,
-    one_legend,
-    plot_ellipses_over_levels,
-    print_style,
-)
+from armimpedance.hand.ellipses import Which
+from armimpedance.hand.show import one_legend, plot_ellipses_over_levels
+from armimpedance.show.plots import TWO_COLUMNS_IN, new_figure, print_style
 from armimpedance_figures.source_figure import POOLED, SourceFigure, design, script
 from armimpedance_figures.tsuji1997.study import StudiedExperiment
 

@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from armimpedance.conventions import FORCE_UNIT_N
-from armimpedance.plots import TWO_COLUMNS_IN, new_figure, plot_ellipse_rose, print_style
-from armimpedance.records import ImpedanceEstimate
+from armimpedance.core.conventions import FORCE_UNIT_N
+from armimpedance.core.records import ImpedanceEstimate
+from armimpedance.hand.show import plot_ellipse_rose
+from armimpedance.show.plots import TWO_COLUMNS_IN, new_figure, print_style
 from armimpedance_figures.source_figure import POOLED, SourceFigure, design, script
 from armimpedance_figures.tsuji1997.study import StudiedExperiment
 

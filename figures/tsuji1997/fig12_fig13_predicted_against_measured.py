@@ -7,15 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.special import stdtrit
 
-from armimpedance.arrays import FloatArray
-from armimpedance.muscles import ELEMENTS, JointPrediction
-from armimpedance.plots import (
-    TWO_COLUMNS_IN,
-    new_figure,
-    one_legend,
-    plot_predicted_against_measured,
-    print_style,
-)
+from armimpedance.core.arrays import FloatArray
+from armimpedance.hand.show import one_legend
+from armimpedance.muscles.models import ELEMENTS, JointPrediction
+from armimpedance.muscles.show import plot_predicted_against_measured
+from armimpedance.show.plots import TWO_COLUMNS_IN, new_figure, print_style
 from armimpedance_figures.source_figure import SourceFigure, design, script
 from armimpedance_figures.table_cells import number
 from armimpedance_figures.tsuji1997.over_activation import EXPERIMENTS, OverActivation, fit

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from armimpedance.plots import Surface, activation_surfaces, plot_ellipse_surfaces
+from armimpedance.muscles.show import activation_surfaces, plot_ellipse_surfaces
+from armimpedance.show.plots import Surface
 from armimpedance_figures.source_figure import SourceFigure, design, script
 from armimpedance_figures.tsuji1997.over_activation import EXPERIMENTS, OverActivation, fit
 

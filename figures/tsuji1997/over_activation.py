@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from armimpedance.arm import TwoLinkArm, arm_named, arm_of
-from armimpedance.errors import ArmImpedanceError
-from armimpedance.muscles import (
+from armimpedance.core.errors import ArmImpedanceError
+from armimpedance.limb.arm import TwoLinkArm, arm_named, arm_of
+from armimpedance.muscles.models import (
     ActivationModel,
     ElementQuality,
     JointRows,

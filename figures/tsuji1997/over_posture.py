@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from armimpedance.arm import TwoLinkArm, arm_of
-from armimpedance.muscles import PostureModel, correlation, fit_posture_model
-from armimpedance.plots import (
+from armimpedance.limb.arm import TwoLinkArm, arm_of
+from armimpedance.muscles.models import PostureModel, correlation, fit_posture_model
+from armimpedance.muscles.show import (
     PARAMETERS,
-    MeasuredPoints,
     Predicted,
     plot_ellipse_surfaces,
     posture_points,
     posture_surfaces,
 )
+from armimpedance.show.plots import MeasuredPoints
 from armimpedance_figures.source_figure import POOLED, SourceFigure, design
 from armimpedance_figures.tsuji1997.rows import rows_of, without_errors
 from armimpedance_figures.tsuji1997.study import StudiedExperiment

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from armimpedance.levels import arm_posture_for, to_joint
-from armimpedance.muscles import ElementQuality, JointRows, joint_rows
-from armimpedance.records import ImpedanceEstimate
+from armimpedance.core.records import ImpedanceEstimate
+from armimpedance.hand.levels import arm_posture_for, to_joint
+from armimpedance.muscles.models import ElementQuality, JointRows, joint_rows
 from armimpedance_figures.tsuji1997.study import StudiedExperiment
 
 

@@ -6,12 +6,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from armimpedance.arm import arm_of, hand_inertia
-from armimpedance.arrays import FloatArray
-from armimpedance.errors import InputError
-from armimpedance.impedance import estimate
-from armimpedance.levels import arm_posture_for, to_joint
-from armimpedance.records import ImpedanceEstimate, Recording, Subject
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import ImpedanceEstimate, Recording, Subject
+from armimpedance.hand.levels import arm_posture_for, to_joint
+from armimpedance.hand.still import estimate
+from armimpedance.limb.arm import arm_of, hand_inertia
 from manipulandum_sim.hand import Truth, simulate
 
 if TYPE_CHECKING:

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from armimpedance.errors import ArmImpedanceError
-from armimpedance.muscles import ElementQuality, JointRows, PostureModel, fit_posture_model
-from armimpedance.plots import TableBlock, TableRow, plot_table
+from armimpedance.core.errors import ArmImpedanceError
+from armimpedance.muscles.models import ElementQuality, JointRows, PostureModel, fit_posture_model
+from armimpedance.show.plots import TableBlock, TableRow, plot_table
 from armimpedance_figures.source_figure import SourceFigure, design, script
 from armimpedance_figures.table_cells import number, quality_rows
 from armimpedance_figures.tsuji1997.printed import (

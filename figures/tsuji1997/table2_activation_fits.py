@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from armimpedance.muscles import ActivationModel, ElementQuality
-from armimpedance.plots import TableBlock, TableRow, plot_table
+from armimpedance.muscles.models import ActivationModel, ElementQuality
+from armimpedance.show.plots import TableBlock, TableRow, plot_table
 from armimpedance_figures.source_figure import SourceFigure, design, script
 from armimpedance_figures.table_cells import correlation_text, error_text, number
 from armimpedance_figures.tsuji1997.over_activation import EXPERIMENTS, OverActivation, fit

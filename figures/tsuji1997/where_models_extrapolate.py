@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from armimpedance.arm import TwoLinkArm, arm_named, arm_of
-from armimpedance.arrays import FloatArray
-from armimpedance.errors import ArmImpedanceError, InputError
-from armimpedance.muscles import (
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import ArmImpedanceError, InputError
+from armimpedance.limb.arm import TwoLinkArm, arm_named, arm_of
+from armimpedance.muscles.models import (
     ActivationModel,
     HandPrediction,
     PostureModel,
@@ -18,14 +18,8 @@ from armimpedance.muscles import (
     fit_activation_model,
     fit_posture_model,
 )
-from armimpedance.plots import (
-    TWO_COLUMNS_IN,
-    Surface,
-    half_width_surface,
-    new_figure,
-    plot_map,
-    print_style,
-)
+from armimpedance.muscles.show import half_width_surface, plot_map
+from armimpedance.show.plots import TWO_COLUMNS_IN, Surface, new_figure, print_style
 from armimpedance_figures.source_figure import SourceFigure, design, script
 from armimpedance_figures.tsuji1997.over_activation import MOMENT_ARMS
 from armimpedance_figures.tsuji1997.rows import rows_of

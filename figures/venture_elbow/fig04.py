@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from armimpedance.plots import plot_emg_level
+from armimpedance.joint.relaxed.show import plot_emg_level
 from armimpedance_figures.source_figure import SourceFigure, script
 from armimpedance_figures.venture_elbow.study import SUBJECTS, StudiedTest, study
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from armimpedance.passive import METHODS
+from armimpedance.joint.relaxed import METHODS
 from armimpedance_figures.source_figure import SourceFigure, script
 from armimpedance_figures.venture_elbow.panels import Panel, draw_panels, panel_table
 from armimpedance_figures.venture_elbow.study import SUBJECTS, StudiedTest, design, study

@@ -7,9 +7,11 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from armimpedance.passive import PassiveFit, PassiveSamples
-from armimpedance.plots import TWO_COLUMNS_IN, new_figure, one_legend, plot_passive_fit, print_style
-from armimpedance.regression import Validation
+from armimpedance.hand.show import one_legend
+from armimpedance.joint.relaxed import PassiveFit, PassiveSamples
+from armimpedance.joint.relaxed.show import plot_passive_fit
+from armimpedance.numerics.regression import Validation
+from armimpedance.show.plots import TWO_COLUMNS_IN, new_figure, print_style
 from armimpedance_figures.table_cells import number
 
 if TYPE_CHECKING:

@@ -6,18 +6,17 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Final
 
-from armimpedance.errors import InputError
-from armimpedance.mocap import joint_motion
-from armimpedance.motion import EmgSignals, MarkerRecording
-from armimpedance.passive import (
+from armimpedance.core.errors import InputError
+from armimpedance.core.motion import EmgSignals, MarkerRecording
+from armimpedance.joint.relaxed import (
     METHODS,
-    EmgLevel,
     PassiveFit,
     PassiveSamples,
-    emg_gate,
     from_motion,
     identify_passive,
 )
+from armimpedance.limb.mocap import joint_motion
+from armimpedance.numerics.signals import EmgLevel, emg_gate
 from manipulandum_sim.passive import PassiveTruth, simulate_passive_many
 
 ELBOW: Final = "right_elbow_flexion"

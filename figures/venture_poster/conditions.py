@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from armimpedance.body import MotionChoice
-from armimpedance.plots import TableBlock, TableRow, plot_table
+from armimpedance.joint.body import MotionChoice
+from armimpedance.show.plots import TableBlock, TableRow, plot_table
 from armimpedance_figures.source_figure import SourceFigure, script
 from armimpedance_figures.table_cells import number
 from armimpedance_figures.venture_poster.study import UNNATURAL, StudiedBody, design, study

@@ -6,15 +6,10 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from armimpedance.body import each_trial
-from armimpedance.plots import (
-    TWO_COLUMNS_IN,
-    new_figure,
-    one_legend,
-    plot_row,
-    print_style,
-    row_labels,
-)
+from armimpedance.hand.show import one_legend
+from armimpedance.joint.body import each_trial
+from armimpedance.joint.body.show import plot_row, row_labels
+from armimpedance.show.plots import TWO_COLUMNS_IN, new_figure, print_style
 from armimpedance_figures.source_figure import SourceFigure, script
 from armimpedance_figures.table_cells import number
 from armimpedance_figures.venture_poster.study import StudiedBody, design, study

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from armimpedance.plots import TWO_COLUMNS_IN, new_figure, plot_discrimination, print_style
+from armimpedance.hand.comparison.show import plot_discrimination
+from armimpedance.show.plots import TWO_COLUMNS_IN, new_figure, print_style
 from armimpedance_figures.source_figure import SourceFigure, script
 from armimpedance_figures.table_cells import number
 from armimpedance_figures.venture_poster import shoulders as venture_shoulders

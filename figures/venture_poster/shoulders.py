@@ -8,11 +8,11 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.comparison import Discrimination, Group, discriminate_groups
-from armimpedance.errors import InputError
-from armimpedance.mocap import joint_motion
-from armimpedance.passive import from_motion, identify_passive
-from armimpedance.regression import NamedParameter
+from armimpedance.core.errors import InputError
+from armimpedance.hand.comparison import Discrimination, Group, discriminate_groups
+from armimpedance.joint.relaxed import from_motion, identify_passive
+from armimpedance.limb.mocap import joint_motion
+from armimpedance.numerics.regression import NamedParameter
 from manipulandum_sim.passive import (
     ELBOW,
     PASSIVE_SUBJECTS,

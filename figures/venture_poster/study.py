@@ -7,8 +7,10 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.body import (
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import InputError
+from armimpedance.core.motion import MotionRecording
+from armimpedance.joint.body import (
     BodyEquations,
     BodyFit,
     BodyValidation,
@@ -20,8 +22,6 @@ from armimpedance.body import (
     identify_body,
     motion_conditions,
 )
-from armimpedance.errors import InputError
-from armimpedance.motion import MotionRecording
 from manipulandum_sim.body import ALL, simulate_body
 
 #: Low-pass of both sides of the equation, Hz. White noise of 2 mrad on the angles, differentiated

@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
+from armimpedance.core.arrays import FloatArray
 from manipulandum_sim.body.legs import LEG_ANGLES, FootPath
 from manipulandum_sim.body.plan import BodyPlan, FreeLeg
 from manipulandum_sim.body.segments import SIDES

@@ -7,9 +7,9 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.errors import InputError
-from armimpedance.skeleton import Skeleton
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import InputError
+from armimpedance.core.skeleton import Skeleton
 from manipulandum_sim.tree_dynamics import turn_about
 
 LEG_ANGLES: Final = (

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.errors import InputError
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import InputError
 from manipulandum_sim.body.draft import Draft
 from manipulandum_sim.body.motions import MOTIONS, ON_A_STAND
 from manipulandum_sim.body.plan import BodyMotion, realise

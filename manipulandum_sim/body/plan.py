@@ -10,8 +10,8 @@ from scipy.interpolate import make_interp_spline
 from scipy.linalg import solve_banded
 from scipy.ndimage import convolve1d, minimum_filter1d
 
-from armimpedance.arrays import FloatArray
-from armimpedance.skeleton import GRAVITY_M_S2, Skeleton
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.skeleton import GRAVITY_M_S2, Skeleton
 from manipulandum_sim.body.legs import (
     LEG_ANGLES,
     FootPath,

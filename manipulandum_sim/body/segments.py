@@ -14,8 +14,8 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.skeleton import Hinge, MarkerSite, Segment, Skeleton
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.skeleton import Hinge, MarkerSite, Segment, Skeleton
 from manipulandum_sim.body.table import (
     ANKLE_HEIGHT,
     AXES_OF,

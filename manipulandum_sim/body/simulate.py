@@ -10,9 +10,9 @@ from typing import Final, Literal, overload
 import numpy as np
 import pandas as pd
 
-from armimpedance.arrays import FloatArray
-from armimpedance.errors import InputError
-from armimpedance.motion import MarkerRecording, MotionRecording
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import InputError
+from armimpedance.core.motion import MarkerRecording, MotionRecording
 from manipulandum_sim.body.motions import MOTIONS, ON_A_STAND
 from manipulandum_sim.body.performance import body_motion, still_postures
 from manipulandum_sim.body.plan import BodyMotion

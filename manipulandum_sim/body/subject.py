@@ -7,9 +7,9 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.errors import InputError
-from armimpedance.records import Subject
-from armimpedance.skeleton import Segment, Skeleton
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import Subject
+from armimpedance.core.skeleton import Segment, Skeleton
 from manipulandum_sim.body.segments import table_skeleton
 
 #: Relative standard deviation of the segments' masses of a built-in subject.

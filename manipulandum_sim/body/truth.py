@@ -6,7 +6,7 @@ import os
 from dataclasses import dataclass
 from typing import Annotated
 
-from armimpedance.arrays import FloatArray, FrozenRecord
+from armimpedance.core.arrays import FloatArray, FrozenRecord
 from manipulandum_sim.truth_file import reading_values, write_values
 
 #: Columns of `BodyTruth.parameters`.

@@ -6,7 +6,7 @@ from typing import Final, Literal, get_args
 
 import numpy as np
 
-from armimpedance.errors import InputError
+from armimpedance.core.errors import InputError
 from manipulandum_sim.elbow.device import RATE_HZ, Limits, NoiseLevel
 from manipulandum_sim.elbow.emg import Electrodes
 

@@ -14,10 +14,10 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
-from armimpedance.arrays import FloatArray
-from armimpedance.conventions import perturbation_columns
-from armimpedance.errors import InputError
-from armimpedance.records import Recording, Subject
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.conventions import perturbation_columns
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import Recording, Subject
 from manipulandum_sim.elbow.device import RATE_HZ
 
 #: A constant, or a function of time: (S,) s -> (S,).

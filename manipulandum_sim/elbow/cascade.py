@@ -14,9 +14,9 @@ from typing import Final, Literal
 import numpy as np
 import pandas as pd
 
-from armimpedance.arrays import FloatArray
-from armimpedance.errors import InputError
-from armimpedance.records import Recording, Subject
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import Recording, Subject
 from manipulandum_sim.elbow.bench import noisy
 from manipulandum_sim.elbow.device import RATE_HZ
 from manipulandum_sim.elbow.servo import coloured

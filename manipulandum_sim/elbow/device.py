@@ -11,8 +11,8 @@ from typing import Final, Literal
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.errors import InputError
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import InputError
 
 NoiseLevel = Literal["nominal", "sensor", "none"]
 

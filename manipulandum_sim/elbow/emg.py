@@ -7,8 +7,8 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.errors import InputError
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import InputError
 from manipulandum_sim.elbow.device import EMG_INPUT, RATE_HZ
 from manipulandum_sim.emg_carrier import carrier
 

@@ -6,8 +6,8 @@ from typing import Final, Literal, get_args
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.errors import InputError
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import InputError
 from manipulandum_sim.elbow.device import RATE_HZ
 
 Perturbation = Literal["white", "prbs"]

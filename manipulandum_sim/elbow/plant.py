@@ -23,7 +23,7 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, IntArray
+from armimpedance.core.arrays import FloatArray, IntArray
 from manipulandum_sim.elbow.device import (
     GYROSCOPE,
     MOTOR_COMMAND,

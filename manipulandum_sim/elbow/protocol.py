@@ -8,8 +8,8 @@ from typing import Annotated, Final, Literal, get_args
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, FrozenRecord
-from armimpedance.errors import InputError
+from armimpedance.core.arrays import FloatArray, FrozenRecord
+from armimpedance.core.errors import InputError
 from manipulandum_sim.elbow.device import Rendered
 from manipulandum_sim.elbow.subject import OPERATING_ANGLE_RAD, ElbowSubject, Law
 

@@ -8,9 +8,9 @@ from typing import Any, Final, Literal
 import numpy as np
 import pandas as pd
 
-from armimpedance.arrays import FloatArray
-from armimpedance.conventions import perturbation_columns
-from armimpedance.records import Recording
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.conventions import perturbation_columns
+from armimpedance.core.records import Recording
 from manipulandum_sim.elbow.device import RATE_HZ, Exoskeleton
 from manipulandum_sim.elbow.emg import Electrodes, raw_emg
 from manipulandum_sim.elbow.plant import ANGLE, CAUSES, CURRENT, GAUGE, GYRO, Motion

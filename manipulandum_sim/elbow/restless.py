@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
+from armimpedance.core.arrays import FloatArray
 from manipulandum_sim.elbow.device import RATE_HZ
 
 #: Slow voluntary torque, an Ornstein-Uhlenbeck process: sd N m, time constant s. A few per cent of

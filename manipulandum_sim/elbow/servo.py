@@ -13,10 +13,10 @@ from typing import Final, Literal
 import numpy as np
 import pandas as pd
 
-from armimpedance.arrays import FloatArray
-from armimpedance.conventions import command_columns
-from armimpedance.errors import InputError
-from armimpedance.records import Recording, Subject
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.conventions import command_columns
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import Recording, Subject
 from manipulandum_sim.elbow.bench import BenchTruth, noisy
 from manipulandum_sim.elbow.device import RATE_HZ
 

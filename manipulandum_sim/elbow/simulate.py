@@ -8,9 +8,9 @@ from typing import Final, get_args
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.errors import InputError
-from armimpedance.records import Recording
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import Recording
 from manipulandum_sim.elbow.arguments import (
     LEAST_S,
     TorqueColumn,

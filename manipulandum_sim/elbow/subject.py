@@ -13,10 +13,10 @@ from typing import Final, Literal, get_args
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.errors import InputError
-from armimpedance.records import Subject
-from armimpedance.skeleton import GRAVITY_M_S2
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import Subject
+from armimpedance.core.skeleton import GRAVITY_M_S2
 from manipulandum_sim.hand import (
     FOREARM_HAND_COM,
     FOREARM_HAND_GYRATION,

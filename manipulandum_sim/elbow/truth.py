@@ -8,8 +8,8 @@ from typing import Annotated, Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, FrozenRecord, IntArray
-from armimpedance.errors import RecordError
+from armimpedance.core.arrays import FloatArray, FrozenRecord, IntArray
+from armimpedance.core.errors import RecordError
 from manipulandum_sim.truth_file import reading_values, write_values
 
 #: Columns over the samples that are often the same throughout a trial, and written so.

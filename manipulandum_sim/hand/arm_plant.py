@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
+from armimpedance.core.arrays import FloatArray
 from manipulandum_sim.hand.muscles import MuscleMechanics, MusclePaths, human_mechanics, human_paths
 from manipulandum_sim.hand.subjects import SimulatedSubject
 from manipulandum_sim.hand.two_link import EndMotion, TwoLink, end_force

@@ -14,8 +14,8 @@ from typing import Any, cast
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.errors import InputError
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import InputError
 from manipulandum_sim.hand.coupled import CoupledPlant, Course, Track
 from manipulandum_sim.hand.two_link import TwoLink
 

@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, IntArray
+from armimpedance.core.arrays import FloatArray, IntArray
 from manipulandum_sim.hand.arm_plant import Arm, MuscleCommand, Stretch
 from manipulandum_sim.hand.robot import Robot, ServoGains
 from manipulandum_sim.hand.two_link import EndMotion, TwoLink, stacked

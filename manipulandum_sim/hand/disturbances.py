@@ -10,8 +10,8 @@ from typing import Any, Final
 import numpy as np
 from numpy.polynomial import Legendre, Polynomial
 
-from armimpedance.arrays import FloatArray, frozen_array
-from armimpedance.errors import InputError
+from armimpedance.core.arrays import FloatArray, frozen_array
+from armimpedance.core.errors import InputError
 
 #: Shape at s in [0, 1] -> itself and its first two derivatives, (3, ...).
 ShapeFunction = Callable[[FloatArray], FloatArray]

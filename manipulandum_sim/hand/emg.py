@@ -6,7 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
+from armimpedance.core.arrays import FloatArray
 from manipulandum_sim.emg_carrier import RUN_IN, in_band
 
 #: Noise of electrodes and amplifier, sd (V).

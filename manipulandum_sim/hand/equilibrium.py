@@ -7,8 +7,8 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.errors import InputError
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import InputError
 from manipulandum_sim.hand.arm_plant import Arm, MuscleCommand
 from manipulandum_sim.hand.muscles import N_MUSCLES, joint_basis
 

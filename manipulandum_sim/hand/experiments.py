@@ -8,8 +8,8 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.conventions import FORCE_UNIT_N, NOMINAL_POSTURE_RAD
-from armimpedance.errors import InputError
+from armimpedance.core.conventions import FORCE_UNIT_N, NOMINAL_POSTURE_RAD
+from armimpedance.core.errors import InputError
 from manipulandum_sim.hand.arm_plant import Arm
 from manipulandum_sim.hand.subjects import SimulatedSubject
 

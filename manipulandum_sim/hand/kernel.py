@@ -20,7 +20,7 @@ from llvmlite import ir
 from numba import float64, njit
 from numba.extending import intrinsic
 
-from armimpedance.arrays import FloatArray, IntArray
+from armimpedance.core.arrays import FloatArray, IntArray
 
 #: Trials that are integrated side by side: the doubles of the widest vector registers.
 LANES: Final = 8

@@ -12,8 +12,8 @@ from typing import Annotated, Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, FrozenRecord
-from armimpedance.conventions import MUSCLE_SIGNS, NOMINAL_POSTURE_RAD
+from armimpedance.core.arrays import FloatArray, FrozenRecord
+from armimpedance.core.conventions import MUSCLE_SIGNS, NOMINAL_POSTURE_RAD
 
 N_MUSCLES: Final = 6
 

@@ -7,8 +7,8 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.conventions import CAST_MASS_KG
-from armimpedance.errors import InputError
+from armimpedance.core.conventions import CAST_MASS_KG
+from armimpedance.core.errors import InputError
 from manipulandum_sim.hand.compiled import check_compiler
 from manipulandum_sim.hand.disturbances import Disturbance, find_disturbance
 from manipulandum_sim.hand.noise import NoiseLevel, find_noise

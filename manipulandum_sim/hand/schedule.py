@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, IntArray
+from armimpedance.core.arrays import FloatArray, IntArray
 from manipulandum_sim.hand.experiments import DIRECTIONS
 from manipulandum_sim.hand.rig import ONSET_S, RATE_HZ
 

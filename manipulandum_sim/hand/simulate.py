@@ -8,10 +8,10 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 
-from armimpedance.arrays import frozen
-from armimpedance.conventions import MUSCLES, command_columns
-from armimpedance.errors import InputError
-from armimpedance.records import Recording
+from armimpedance.core.arrays import frozen
+from armimpedance.core.conventions import MUSCLES, command_columns
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import Recording
 from manipulandum_sim.hand.arm_plant import Arm
 from manipulandum_sim.hand.emg import MVC_V, REST_V
 from manipulandum_sim.hand.experiments import DIRECTIONS, Condition, find_experiment, nominal_hand

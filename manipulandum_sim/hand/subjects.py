@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Final
 
-from armimpedance.errors import InputError
-from armimpedance.records import Subject
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import Subject
 
 # D. A. Winter, Biomechanics and Motor Control of Human Movement, Table 4.1: mass as a fraction of
 # the body's, centre of mass from the proximal joint and radius of gyration about it as fractions

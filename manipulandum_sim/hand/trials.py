@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, IntArray
+from armimpedance.core.arrays import FloatArray, IntArray
 from manipulandum_sim.hand.arm_plant import Arm, Motion, force_on_handle, muscle_stretch
 from manipulandum_sim.hand.compiled import integrate_compiled
 from manipulandum_sim.hand.coupled import CoupledPlant, Course, Track, integrate

@@ -13,8 +13,8 @@ from typing import Annotated, Any, Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, FrozenRecord
-from armimpedance.errors import InputError
+from armimpedance.core.arrays import FloatArray, FrozenRecord
+from armimpedance.core.errors import InputError
 from manipulandum_sim.hand.arm_plant import (
     Arm,
     Motion,

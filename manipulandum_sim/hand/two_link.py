@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
+from armimpedance.core.arrays import FloatArray
 from manipulandum_sim.hand.subjects import Segment
 
 #: A number, or one per chain of a stack.

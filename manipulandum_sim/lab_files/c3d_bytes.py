@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from armimpedance.arrays import FloatArray
+from armimpedance.core.arrays import FloatArray
 
 BLOCK: Final = 512
 

@@ -8,8 +8,8 @@ from typing import Final, Literal
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.records import Recording
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.records import Recording
 from manipulandum_sim.lab_files.trial_columns import TrialColumns, trials_of
 
 Units = Literal["SI", "small"]

@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from armimpedance.outputs import staged_file
-from armimpedance.records import Recording
+from armimpedance.core.outputs import staged_file
+from armimpedance.core.records import Recording
 from manipulandum_sim.lab_files.c3d_bytes import Groups, Value
 from manipulandum_sim.lab_files.kinarm_exam import (
     UNITS,

@@ -19,10 +19,10 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from armimpedance.arrays import FloatArray
-from armimpedance.errors import InputError
-from armimpedance.outputs import staged_file, staged_folder
-from armimpedance.records import Recording, trial_slices
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import InputError
+from armimpedance.core.outputs import staged_file, staged_folder
+from armimpedance.core.records import Recording, trial_slices
 from manipulandum_sim.lab_files.c3d_bytes import Groups, Value, c3d_bytes
 from manipulandum_sim.lab_files.kinarm_robot import (
     LENGTHS,

@@ -13,8 +13,8 @@ from typing import Final
 import numpy as np
 from scipy.signal import savgol_filter
 
-from armimpedance.arrays import FloatArray
-from armimpedance.errors import InputError
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import InputError
 
 VERSION: Final = "KINARM_EP_Rev2"
 #: Lengths of links 1 and 2 and of the crank, m, in single precision as in the file.

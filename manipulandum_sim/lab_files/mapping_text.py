@@ -8,8 +8,8 @@ from typing import Literal
 
 import pandas as pd
 
-from armimpedance.conventions import force_columns, position_columns
-from armimpedance.records import Recording
+from armimpedance.core.conventions import force_columns, position_columns
+from armimpedance.core.records import Recording
 from manipulandum_sim.lab_files.trial_columns import sample_names
 
 #: What the trial table holds beside the samples.

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from scipy.io import savemat
 
-from armimpedance.records import Recording
+from armimpedance.core.records import Recording
 from manipulandum_sim.lab_files.trial_columns import trials_of
 
 

@@ -11,8 +11,8 @@ from typing import Final, Literal
 
 import numpy as np
 
-from armimpedance.outputs import staged_file
-from armimpedance.records import Recording
+from armimpedance.core.outputs import staged_file
+from armimpedance.core.records import Recording
 from manipulandum_sim.lab_files.trial_columns import TrialColumns, trials_of
 
 #: When the simulated sessions take place: noon of the first of May 2024, in ns since 1970.

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.motion import MarkerRecording, MotionRecording
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.motion import MarkerRecording, MotionRecording
 
 
 def write_trc_files(recording: MarkerRecording, folder: Path) -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from armimpedance.records import Recording
+from armimpedance.core.records import Recording
 from manipulandum_sim.lab_files.trial_columns import trials_of
 
 

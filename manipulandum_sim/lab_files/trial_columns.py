@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from armimpedance.arrays import FloatArray
-from armimpedance.conventions import force_columns, position_columns
-from armimpedance.records import Recording
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.conventions import force_columns, position_columns
+from armimpedance.core.records import Recording
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
+from armimpedance.core.arrays import FloatArray
 from manipulandum_sim.movement.pushes import Push
 
 #: Frequencies of a course (Hz), of equal size.

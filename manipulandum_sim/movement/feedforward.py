@@ -6,7 +6,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
+from armimpedance.core.arrays import FloatArray
 from manipulandum_sim.hand import COCONTRACTION_SHARE, Arm, EndMotion, MuscleCommand, basis_at
 from manipulandum_sim.movement.path import Motion2
 

@@ -7,8 +7,8 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.errors import InputError
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import InputError
 
 #: Numbers that make one trial differ from the others: onset, duration, amplitude, three bows.
 N_DRAWS: Final = 6

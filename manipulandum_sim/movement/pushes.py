@@ -7,8 +7,8 @@ from typing import Final, Literal
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.errors import InputError
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import InputError
 from manipulandum_sim.movement.path import minimum_jerk
 
 #: A displacing servo takes hold, and lets go, over this time (s).

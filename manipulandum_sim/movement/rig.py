@@ -7,8 +7,8 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.errors import InputError
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import InputError
 from manipulandum_sim.hand import Reflex
 from manipulandum_sim.movement.feedforward import Cocontraction
 from manipulandum_sim.movement.path import ReachLine, Variability, minimum_jerk

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, IntArray
+from armimpedance.core.arrays import FloatArray, IntArray
 from manipulandum_sim.hand import RATE_HZ, Arm, MuscleCommand
 from manipulandum_sim.movement.commands import Commands
 from manipulandum_sim.movement.feedforward import feedforward

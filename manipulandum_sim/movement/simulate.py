@@ -8,9 +8,9 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 import pandas as pd
 
-from armimpedance.arrays import FloatArray, IntArray
-from armimpedance.errors import InputError
-from armimpedance.records import Recording
+from armimpedance.core.arrays import FloatArray, IntArray
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import Recording
 from manipulandum_sim.hand import (
     RATE_HZ,
     Arm,

@@ -12,7 +12,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, FrozenRecord
+from armimpedance.core.arrays import FloatArray, FrozenRecord
 from manipulandum_sim.hand import (
     STEP_M,
     STEP_RAD,

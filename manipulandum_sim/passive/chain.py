@@ -16,8 +16,8 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import BoolArray, FloatArray
-from armimpedance.skeleton import GRAVITY_M_S2, Segment, Skeleton
+from armimpedance.core.arrays import BoolArray, FloatArray
+from armimpedance.core.skeleton import GRAVITY_M_S2, Segment, Skeleton
 from manipulandum_sim.tree_dynamics import move
 
 _GRAVITY: Final = np.array([0.0, 0.0, -GRAVITY_M_S2])

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.skeleton import Skeleton
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.skeleton import Skeleton
 from manipulandum_sim.passive.chain import base_motion
 
 if TYPE_CHECKING:

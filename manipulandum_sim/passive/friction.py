@@ -13,8 +13,8 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from armimpedance.arrays import BoolArray, FloatArray
-from armimpedance.errors import EstimationError
+from armimpedance.core.arrays import BoolArray, FloatArray
+from armimpedance.core.errors import EstimationError
 from manipulandum_sim.passive.chain import Chain
 
 #: Pieces that reversals may cut one step into.

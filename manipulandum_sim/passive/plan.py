@@ -6,7 +6,7 @@ from typing import Final, NamedTuple, get_args
 
 import numpy as np
 
-from armimpedance.errors import InputError
+from armimpedance.core.errors import InputError
 from manipulandum_sim.passive.drive import Test
 from manipulandum_sim.passive.subject import PassiveSubject, find_passive_subject
 

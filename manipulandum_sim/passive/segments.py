@@ -6,8 +6,8 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.errors import InputError
-from armimpedance.skeleton import Hinge, MarkerSite, Segment, Skeleton
+from armimpedance.core.errors import InputError
+from armimpedance.core.skeleton import Hinge, MarkerSite, Segment, Skeleton
 from manipulandum_sim.hand import (
     FOREARM_HAND_COM,
     FOREARM_HAND_GYRATION,

@@ -19,10 +19,10 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.errors import InputError
-from armimpedance.records import Subject
-from armimpedance.skeleton import Skeleton
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import Subject
+from armimpedance.core.skeleton import Skeleton
 from manipulandum_sim.passive.segments import ELBOW, SHOULDER, WRIST, arm_lengths, arm_skeleton
 
 

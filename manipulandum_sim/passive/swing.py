@@ -17,9 +17,9 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
-from armimpedance.arrays import BoolArray, FloatArray
-from armimpedance.errors import InputError
-from armimpedance.motion import MarkerRecording, MotionRecording
+from armimpedance.core.arrays import BoolArray, FloatArray
+from armimpedance.core.errors import InputError
+from armimpedance.core.motion import MarkerRecording, MotionRecording
 from manipulandum_sim.passive.chain import Chain
 from manipulandum_sim.passive.drive import Drive, Push, Test, held, shaken
 from manipulandum_sim.passive.friction import JointLaw, PassivePlant

@@ -8,9 +8,9 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from armimpedance.arrays import BoolArray, FloatArray, FrozenRecord
-from armimpedance.errors import RecordError
-from armimpedance.motion import MarkerRecording, MotionRecording
+from armimpedance.core.arrays import BoolArray, FloatArray, FrozenRecord
+from armimpedance.core.errors import RecordError
+from armimpedance.core.motion import MarkerRecording, MotionRecording
 from manipulandum_sim.truth_file import reading_values, write_values
 
 _NAMES = ("joints", "coordinates")

@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 from scipy.signal import lfilter
 
-from armimpedance.arrays import FloatArray
+from armimpedance.core.arrays import FloatArray
 from manipulandum_sim.hand import NoiseLevel
 from manipulandum_sim.random_hand.rig import CORNER_HZ, RATE_HZ, TREMOR_WIDTH_HZ, Driver
 

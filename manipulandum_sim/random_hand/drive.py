@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
+from armimpedance.core.arrays import FloatArray
 from manipulandum_sim.random_hand.limbs import Held, Limb
 from manipulandum_sim.random_hand.rig import RATE_HZ, Driver
 

@@ -7,8 +7,8 @@ from typing import Final, Literal, NamedTuple, get_args
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.errors import InputError
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import InputError
 from manipulandum_sim.hand import NoiseLevel, Reflex
 from manipulandum_sim.random_hand.joints import Joint
 from manipulandum_sim.random_hand.rig import RATE_HZ, check_run, servo

@@ -17,8 +17,8 @@ from typing import Final, Literal
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.skeleton import GRAVITY_M_S2
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.skeleton import GRAVITY_M_S2
 from manipulandum_sim.random_hand.limbs import Held
 
 Joint = Literal["wrist", "ankle"]

@@ -7,7 +7,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
+from armimpedance.core.arrays import FloatArray
 from manipulandum_sim.hand import Arm, MuscleCommand
 from manipulandum_sim.space import Plant
 

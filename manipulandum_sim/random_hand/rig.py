@@ -7,9 +7,9 @@ from typing import Final, Literal, Protocol, get_args
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.conventions import CAST_MASS_KG
-from armimpedance.errors import InputError
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.conventions import CAST_MASS_KG
+from armimpedance.core.errors import InputError
 from manipulandum_sim.hand import NoiseLevel, Reflex
 from manipulandum_sim.space import SPACE_NOISE
 

@@ -7,10 +7,10 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 
-from armimpedance.arrays import FloatArray
-from armimpedance.conventions import AXES
-from armimpedance.records import Recording
-from armimpedance.skeleton import GRAVITY_M_S2
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.conventions import AXES
+from armimpedance.core.records import Recording
+from armimpedance.core.skeleton import GRAVITY_M_S2
 from manipulandum_sim.hand import (
     Arm,
     Condition,

@@ -7,8 +7,8 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 
-from armimpedance.conventions import command_columns, perturbation_columns
-from armimpedance.records import Recording
+from armimpedance.core.conventions import command_columns, perturbation_columns
+from armimpedance.core.records import Recording
 from manipulandum_sim.random_hand.joint_rig import JointRig
 from manipulandum_sim.random_hand.joints import DIRECTIONS, TwoAxisJoint, find_joint
 from manipulandum_sim.random_hand.rig import RATE_HZ

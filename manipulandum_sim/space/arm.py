@@ -15,8 +15,8 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.skeleton import Hinge, MarkerSite, Segment, Skeleton
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.skeleton import Hinge, MarkerSite, Segment, Skeleton
 from manipulandum_sim.hand import SimulatedSubject
 from manipulandum_sim.tree_dynamics import GRAVITY
 

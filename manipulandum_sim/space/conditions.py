@@ -7,8 +7,8 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.errors import InputError
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import InputError
 from manipulandum_sim.hand import SimulatedSubject
 from manipulandum_sim.space.arm import FOUR
 from manipulandum_sim.space.plant import Plant, plant_at

@@ -7,8 +7,8 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.errors import InputError
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import InputError
 
 #: How many of a cube's three coordinates a direction has -> a family of its directions.
 _FAMILIES: Final = {6: (1,), 8: (3,), 12: (2,), 14: (1, 3), 18: (1, 2), 26: (1, 2, 3)}

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, IntArray
+from armimpedance.core.arrays import FloatArray, IntArray
 from manipulandum_sim.hand import RATE_HZ
 from manipulandum_sim.space.plant import Plant
 from manipulandum_sim.space.rig import SOFT_N_M, SOFT_NS_M, SpaceRig

@@ -9,7 +9,7 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
+from armimpedance.core.arrays import FloatArray
 from manipulandum_sim.space.muscles import (
     IN_SERIES,
     MIDDLE_RAD,

@@ -13,7 +13,7 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
+from armimpedance.core.arrays import FloatArray
 
 #: name -> moment arms (cm) at the middle posture about turn, elevation, axial, elbow; their change
 #: (cm/rad) with turn, elevation, axial, elbow on the diagonal; elevation-turn coupling (cm/rad);

@@ -9,8 +9,8 @@ from typing import Final
 import numpy as np
 from scipy.optimize import lsq_linear
 
-from armimpedance.arrays import FloatArray
-from armimpedance.errors import InputError
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import InputError
 from manipulandum_sim.hand import SimulatedSubject
 from manipulandum_sim.space.arm import AXIAL, FOUR, SpaceArm
 from manipulandum_sim.space.muscles import Muscles, SpaceMuscles

@@ -7,8 +7,8 @@ from typing import Final, Literal, get_args
 
 import numpy as np
 
-from armimpedance.conventions import CAST_MASS_KG
-from armimpedance.errors import InputError
+from armimpedance.core.conventions import CAST_MASS_KG
+from armimpedance.core.errors import InputError
 from manipulandum_sim.hand import (
     DISTURBANCES,
     ONSET_S,

@@ -9,11 +9,11 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 
-from armimpedance.arrays import FloatArray, IntArray
-from armimpedance.conventions import command_columns
-from armimpedance.errors import InputError
-from armimpedance.records import Recording
-from armimpedance.skeleton import GRAVITY_M_S2
+from armimpedance.core.arrays import FloatArray, IntArray
+from armimpedance.core.conventions import command_columns
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import Recording
+from armimpedance.core.skeleton import GRAVITY_M_S2
 from manipulandum_sim.hand import (
     LED_EVERY,
     RATE_HZ,

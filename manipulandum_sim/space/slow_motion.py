@@ -15,7 +15,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg import eigh
 
-from armimpedance.arrays import FloatArray
+from armimpedance.core.arrays import FloatArray
 
 
 def slow_motion(

@@ -15,8 +15,8 @@ from typing import Annotated, Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, FrozenRecord
-from armimpedance.errors import InputError
+from armimpedance.core.arrays import FloatArray, FrozenRecord
+from armimpedance.core.errors import InputError
 from manipulandum_sim.hand import STEP_M, STEP_RAD, STEP_RATE
 from manipulandum_sim.space.plant import Plant
 from manipulandum_sim.space.slow_motion import slow_motion, slowest_mode

@@ -17,7 +17,7 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
+from armimpedance.core.arrays import FloatArray
 from manipulandum_sim.hand import SimulatedSubject
 from manipulandum_sim.space.muscles import MIDDLE_RAD, Muscles
 

@@ -12,8 +12,8 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, frozen_array
-from armimpedance.errors import InputError
+from armimpedance.core.arrays import FloatArray, frozen_array
+from armimpedance.core.errors import InputError
 
 #: Upper arm, forearm, hand. Fractions of the body's mass and height; centre of mass from the
 #: proximal end and radius of gyration about it as fractions of the segment's length.

@@ -15,10 +15,10 @@ from typing import Any, Final, Literal, get_args
 import numpy as np
 import pandas as pd
 
-from armimpedance.arrays import FloatArray, IntArray
-from armimpedance.conventions import command_columns
-from armimpedance.errors import InputError
-from armimpedance.records import Recording, Subject
+from armimpedance.core.arrays import FloatArray, IntArray
+from armimpedance.core.conventions import command_columns
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import Recording, Subject
 from manipulandum_sim.therapy.device import RATE_HZ, TherapyDevice, therapy_device
 from manipulandum_sim.therapy.plant import Motion, PositionController, Progress, run
 from manipulandum_sim.therapy.steps import smooth_step

@@ -25,7 +25,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
+from armimpedance.core.arrays import FloatArray
 from manipulandum_sim.therapy.device import RATE_HZ, TherapyDevice
 from manipulandum_sim.therapy.dynamics import Moments, SerialChain, inverse_dynamics
 from manipulandum_sim.therapy.reference import Reference

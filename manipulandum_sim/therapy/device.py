@@ -15,9 +15,9 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, frozen_array
-from armimpedance.errors import InputError
-from armimpedance.skeleton import Hinge, Segment, Skeleton
+from armimpedance.core.arrays import FloatArray, frozen_array
+from armimpedance.core.errors import InputError
+from armimpedance.core.skeleton import Hinge, Segment, Skeleton
 from manipulandum_sim.therapy.dynamics import (
     FOREARM,
     Moments,

@@ -17,9 +17,9 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, frozen_array
-from armimpedance.errors import InputError, RecordError
-from armimpedance.skeleton import GRAVITY_M_S2, Segment, Skeleton
+from armimpedance.core.arrays import FloatArray, frozen_array
+from armimpedance.core.errors import InputError, RecordError
+from armimpedance.core.skeleton import GRAVITY_M_S2, Segment, Skeleton
 
 FOREARM: Final = "forearm"
 _FORWARD, _BACK = [1, 2, 0], [2, 0, 1]

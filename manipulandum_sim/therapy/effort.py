@@ -16,8 +16,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.skeleton import GRAVITY_M_S2
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.skeleton import GRAVITY_M_S2
 from manipulandum_sim.therapy.reference import Reference
 
 #: Neuromuscular impedance of a person who leads, N m/rad and N m s/rad: elevation, horizontal.

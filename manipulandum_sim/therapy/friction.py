@@ -14,8 +14,8 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, frozen_array
-from armimpedance.errors import InputError
+from armimpedance.core.arrays import FloatArray, frozen_array
+from armimpedance.core.errors import InputError
 
 #: How far an axis gives way before it slips, rad: tau_s / s0. Assumed; that of a harmonic drive.
 GIVE_RAD: Final = 5e-4

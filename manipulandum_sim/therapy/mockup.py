@@ -8,8 +8,8 @@ from typing import Final, get_args
 import numpy as np
 import pandas as pd
 
-from armimpedance.errors import InputError
-from armimpedance.records import Recording, Subject
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import Recording, Subject
 from manipulandum_sim.therapy.arm import pipe_arm
 from manipulandum_sim.therapy.calibration import Seeds, therapy_recording
 from manipulandum_sim.therapy.control import POSITION, TherapyController, identified

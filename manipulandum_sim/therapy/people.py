@@ -7,7 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
+from armimpedance.core.arrays import FloatArray
 from manipulandum_sim.therapy.arm import LINKS, TherapyArm
 from manipulandum_sim.therapy.control import ASSIST
 from manipulandum_sim.therapy.device import RATE_HZ, TherapyDevice

@@ -12,9 +12,9 @@ from typing import Final, Literal, get_args
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.errors import InputError
-from armimpedance.skeleton import GRAVITY_M_S2
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import InputError
+from armimpedance.core.skeleton import GRAVITY_M_S2
 from manipulandum_sim.therapy.arm import TherapyArm
 from manipulandum_sim.therapy.control import ASSIST, FREE, POSITION
 from manipulandum_sim.therapy.reference import MOVEMENTS, Movement, find_movement

@@ -19,8 +19,8 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.errors import EstimationError, InputError
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import EstimationError, InputError
 from manipulandum_sim.therapy.device import RATE_HZ, TherapyDevice
 from manipulandum_sim.therapy.dynamics import (
     Moments,

@@ -8,8 +8,8 @@ from typing import Any, Final
 import numpy as np
 import pandas as pd
 
-from armimpedance.arrays import FloatArray, IntArray
-from armimpedance.records import Recording
+from armimpedance.core.arrays import FloatArray, IntArray
+from armimpedance.core.records import Recording
 from manipulandum_sim.therapy.calibration import Seeds, therapy_recording
 from manipulandum_sim.therapy.control import TherapyController
 from manipulandum_sim.therapy.device import RATE_HZ, TherapyDevice

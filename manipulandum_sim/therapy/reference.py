@@ -7,8 +7,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.errors import InputError
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import InputError
 from manipulandum_sim.therapy.steps import smooth_step
 
 #: Mean speed of a minimum-jerk movement, deg/s.

@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from armimpedance.errors import InputError
-from armimpedance.records import Recording
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import Recording
 from manipulandum_sim.therapy.control import identified
 from manipulandum_sim.therapy.device import TherapyDevice, therapy_device
 from manipulandum_sim.therapy.plan import (

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
+from armimpedance.core.arrays import FloatArray
 
 
 class Step(NamedTuple):

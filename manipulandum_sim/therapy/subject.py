@@ -15,9 +15,9 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, frozen_array
-from armimpedance.errors import InputError
-from armimpedance.records import Subject
+from armimpedance.core.arrays import FloatArray, frozen_array
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import Subject
 from manipulandum_sim.therapy.arm import TherapyArm, winter_arm
 
 #: Axes with passive stiffness, from 0: elevation, horizontal.

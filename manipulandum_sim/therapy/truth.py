@@ -8,8 +8,8 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, IntArray, frozen_array
-from armimpedance.errors import RecordError
+from armimpedance.core.arrays import FloatArray, IntArray, frozen_array
+from armimpedance.core.errors import RecordError
 from manipulandum_sim.therapy.device import RATE_HZ, TherapyDevice
 from manipulandum_sim.therapy.plant import Motion
 from manipulandum_sim.truth_file import reading_values, write_values

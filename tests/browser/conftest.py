@@ -10,9 +10,9 @@ import pytest
 from playwright.sync_api import Page, sync_playwright
 from set_up import chromium_file
 
-from armimpedance.pages.asked import Asked
-from armimpedance.pages.door import report_page
-from armimpedance.pages.rendering import write_page
+from armimpedance.app.report.door import report_page
+from armimpedance.show.pages.asked import Asked
+from armimpedance.show.pages.rendering import write_page
 from manipulandum_sim.hand import simulate
 
 HOSTILE = '<img src=x onerror="alert(1)"> & $x_1$ =1+1'

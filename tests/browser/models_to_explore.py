@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from armimpedance.arm import arm_named
-from armimpedance.levels import kinematic_arm
-from armimpedance.muscles import (
+from armimpedance.core.records import ImpedanceEstimate, Quality, Subject
+from armimpedance.hand.levels import kinematic_arm
+from armimpedance.limb.arm import arm_named
+from armimpedance.muscles.models import (
     JointRows,
     fit_activation_model,
     fit_muscle_model,
     fit_posture_model,
     matrix,
 )
-from armimpedance.records import ImpedanceEstimate, Quality, Subject
 
 ARM = arm_named("planar6")
 SUBJECT = Subject(id="X", mass_kg=70.0, upper_arm_m=0.31, forearm_hand_m=0.33)

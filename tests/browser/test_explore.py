@@ -15,14 +15,14 @@ from conftest import HOSTILE
 from models_to_explore import SUBJECT, fitted, measured_hand
 from set_up import AXE_FILE
 
-from armimpedance.arm import hand_inertia
-from armimpedance.ellipses import locus
-from armimpedance.levels import kinematic_arm
-from armimpedance.muscles import at_hand, triple
-from armimpedance.pages import write_explore
-from armimpedance.plots import confidence_band
-from armimpedance.records import ImpedanceEstimate, Quality
-from armimpedance.regression import t_factor
+from armimpedance.core.records import ImpedanceEstimate, Quality
+from armimpedance.hand.ellipses import locus
+from armimpedance.hand.levels import kinematic_arm
+from armimpedance.hand.show import confidence_band
+from armimpedance.limb.arm import hand_inertia
+from armimpedance.muscles.models import at_hand, triple
+from armimpedance.muscles.show import write_explore
+from armimpedance.numerics.regression import t_factor
 
 ARM = kinematic_arm(SUBJECT)
 KINDS = ("moment-arms", "activation", "muscles")
@@ -146,7 +146,7 @@ def test_the_scripts_numbers_are_pythons_at_a_hundred_places(models, page_of, gr
         for model in models.values()
     ]
     (tmp_path / "in.json").write_text(json.dumps({**more, "points": points}))
-    assets = files("armimpedance.pages").joinpath("assets")
+    assets = files("armimpedance.show.pages").joinpath("assets")
     scripts = [assets.joinpath(name).read_text() for name in ("arm.js", "models.js")]
     (tmp_path / "all.mjs").write_text("\n".join([*scripts, DRIVER]))
     command = ["node", str(tmp_path / "all.mjs"), str(tmp_path / "in.json")]

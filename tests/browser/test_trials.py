@@ -8,8 +8,8 @@ import pytest
 from conftest import HOSTILE
 from set_up import AXE_FILE
 
-from armimpedance.analyses import without_trials
-from armimpedance.pages import write_choice
+from armimpedance.hand.still.show import write_choice
+from armimpedance.show.verbs.sources import without_trials
 from manipulandum_sim.hand import simulate
 
 

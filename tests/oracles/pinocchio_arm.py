@@ -13,10 +13,10 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from armimpedance.arm.anthropometry import SegmentRatios, Sex, arm_ratios
-from armimpedance.arrays import FloatArray
-from armimpedance.errors import InputError
-from armimpedance.records import ArmPosture
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import ArmPosture
+from armimpedance.limb.arm.anthropometry import SegmentRatios, Sex, arm_ratios
 
 _WORLD = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
 

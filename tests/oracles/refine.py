@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import solve_triangular
 
-from armimpedance.arrays import FloatArray
-from armimpedance.errors import InputError
-from armimpedance.regression import Fit
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import InputError
+from armimpedance.numerics.regression import Fit
 
 
 def refine(fit: Fit, W: ArrayLike, Y: ArrayLike, *, steps: int = 5) -> Fit:

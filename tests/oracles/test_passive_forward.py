@@ -9,7 +9,7 @@ import pinocchio as pin
 import pytest
 from scipy.integrate import solve_ivp
 
-from armimpedance.arm.skeleton_model import skeleton_model
+from armimpedance.limb.arm.skeleton_model import skeleton_model
 from manipulandum_sim.passive.drive import Push, held, shaken
 from manipulandum_sim.passive.segments import ELBOW
 from manipulandum_sim.passive.subject import PASSIVE_SUBJECTS, hinge_values

@@ -5,9 +5,9 @@ import pinocchio as pin
 import pytest
 from pinocchio_arm import PinocchioArm, planar_chain, seven_joint_arm
 
-from armimpedance.arm.anthropometry import two_link_arm
-from armimpedance.arm.two_link import TwoLinkArm
-from armimpedance.errors import InputError
+from armimpedance.core.errors import InputError
+from armimpedance.limb.arm.anthropometry import two_link_arm
+from armimpedance.limb.arm.two_link import TwoLinkArm
 
 GRAVITY = (0.7, -9.81)
 ARM = TwoLinkArm(0.30, 0.34, 1.9, 1.5, 0.13, 0.17, 0.018, 0.024, gravity_m_s2=GRAVITY)

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from scipy.optimize import root
 
-from armimpedance.levels.joint import to_hand
-from armimpedance.records import ArmPosture, ImpedanceEstimate, Quality
+from armimpedance.core.records import ArmPosture, ImpedanceEstimate, Quality
+from armimpedance.hand.levels.joint import to_hand
 
 LENGTHS = np.array([0.30, 0.25, 0.09])
 REST = np.array([0.9, 0.8, 0.5])

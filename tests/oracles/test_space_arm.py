@@ -6,7 +6,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from armimpedance.arm.skeleton_model import MARKER_FRAME, skeleton_model
+from armimpedance.limb.arm.skeleton_model import MARKER_FRAME, skeleton_model
 from manipulandum_sim.hand import find_subject
 from manipulandum_sim.space import SpaceArm
 

@@ -6,9 +6,9 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from armimpedance.arm.skeleton_model import MARKER_FRAME, skeleton_model
-from armimpedance.errors import RecordError
-from armimpedance.skeleton import Hinge, MarkerSite, Segment, Skeleton
+from armimpedance.core.errors import RecordError
+from armimpedance.core.skeleton import Hinge, MarkerSite, Segment, Skeleton
+from armimpedance.limb.arm.skeleton_model import MARKER_FRAME, skeleton_model
 from manipulandum_sim.tree_dynamics import (
     contact_wrench,
     inverse_dynamics,

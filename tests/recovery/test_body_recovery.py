@@ -8,13 +8,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from armimpedance.body.base_parameters import base_parameters, essential_base_parameters
-from armimpedance.body.equations import body_equations
-from armimpedance.body.identify import identify_body
-from armimpedance.body.method import METHODS
-from armimpedance.body.parameters import pseudo_inertias
-from armimpedance.body.rows import RowChoice
-from armimpedance.errors import NotIdentifiableError
+from armimpedance.core.errors import NotIdentifiableError
+from armimpedance.joint.body.base_parameters import base_parameters, essential_base_parameters
+from armimpedance.joint.body.equations import body_equations
+from armimpedance.joint.body.identify import identify_body
+from armimpedance.joint.body.method import METHODS
+from armimpedance.joint.body.parameters import pseudo_inertias
+from armimpedance.joint.body.rows import RowChoice
 from manipulandum_sim.body.simulate import simulate_body
 
 MOTIONS = ("walk", "bending", "head_and_arms", "leg_swings", "all_joints")

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from armimpedance.arm.anthropometry import arm_of
-from armimpedance.ellipses import ellipse, ellipse_of
-from armimpedance.impedance.estimation import Options, estimate
-from armimpedance.levels.joint import force_term, to_joint
-from armimpedance.levels.posture import arm_posture_for
-from armimpedance.regression import t_interval
+from armimpedance.hand.ellipses import ellipse, ellipse_of
+from armimpedance.hand.levels.joint import force_term, to_joint
+from armimpedance.hand.levels.posture import arm_posture_for
+from armimpedance.hand.still.estimation import Options, estimate
+from armimpedance.limb.arm.anthropometry import arm_of
+from armimpedance.numerics.regression import t_interval
 from manipulandum_sim.hand.experiments import Condition, hand_force, nominal_hand
 from manipulandum_sim.hand.robot import IDEAL, Servo
 from manipulandum_sim.hand.simulate import simulate, simulate_condition

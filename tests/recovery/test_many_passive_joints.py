@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from armimpedance.mocap.joint_motion import joint_motion
-from armimpedance.passive.from_motion import from_motion
-from armimpedance.passive.identify import identify_passive
-from armimpedance.passive.result import summary_of
+from armimpedance.joint.relaxed.from_motion import from_motion
+from armimpedance.joint.relaxed.identify import identify_passive
+from armimpedance.joint.relaxed.result import summary_of
+from armimpedance.limb.mocap.joint_motion import joint_motion
 from manipulandum_sim.passive.swing import simulate_passive
 
 

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.mocap.joint_motion import joint_motion
-from armimpedance.passive.emg_gate import emg_gate
-from armimpedance.passive.from_motion import from_motion
-from armimpedance.passive.identify import identify_passive
+from armimpedance.joint.relaxed.from_motion import from_motion
+from armimpedance.joint.relaxed.identify import identify_passive
+from armimpedance.limb.mocap.joint_motion import joint_motion
+from armimpedance.numerics.signals.emg.silence import emg_gate
 from manipulandum_sim.passive.swing import simulate_passive
 
 ELBOW = "right_elbow_flexion"

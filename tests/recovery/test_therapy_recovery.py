@@ -9,14 +9,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from armimpedance.cli.simulated.therapy import drawings_of
-from armimpedance.therapy.arm.calibrate import identify_arm
-from armimpedance.therapy.arm.mockup import check_mockup, pipes
-from armimpedance.therapy.arm.movements import movement_torques
-from armimpedance.therapy.arm.person import segments_of
-from armimpedance.therapy.robot.calibrate import identify_robot
-from armimpedance.therapy.robot.sliding import slides
-from armimpedance.therapy.share.of_movement import contribution_of
+from armimpedance.joint.therapy.arm.calibrate import identify_arm
+from armimpedance.joint.therapy.arm.mockup import check_mockup, pipes
+from armimpedance.joint.therapy.arm.movements import movement_torques
+from armimpedance.joint.therapy.arm.person import segments_of
+from armimpedance.joint.therapy.robot.calibrate import identify_robot
+from armimpedance.joint.therapy.robot.sliding import slides
+from armimpedance.joint.therapy.share.of_movement import contribution_of
+from armimpedance.lab.simulated.therapy import drawings_of
 from manipulandum_sim.therapy.device import therapy_device
 
 STANDARD_ERRORS = 4.0

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from armimpedance.records import ImpedanceEstimate, Quality
+from armimpedance.core.records import ImpedanceEstimate, Quality
 
 
 def build_estimate(k: int = 2, seed: int = 0, **changes: Any) -> ImpedanceEstimate:

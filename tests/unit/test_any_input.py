@@ -14,10 +14,11 @@ from hypothesis import example, given, settings, strategies as st
 
 import armimpedance as ai
 from armimpedance.__main__ import main
-from armimpedance.errors import LONGEST_MESSAGE, ArmImpedanceError, InputError
-from armimpedance.files import read_left_out, read_results, write_results
-from armimpedance.json_text import json_text, read_json
+from armimpedance.core.errors import LONGEST_MESSAGE, ArmImpedanceError, InputError
+from armimpedance.core.json_text import json_text, read_json
+from armimpedance.hand.show import read_results, write_results
 from armimpedance.recordings import read_skeleton, write_recording
+from armimpedance.show.files import read_left_out
 from manipulandum_sim.hand import simulate
 
 #: How files of the known formats begin.

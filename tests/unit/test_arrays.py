@@ -9,8 +9,14 @@ from typing import Annotated, Any
 import numpy as np
 import pytest
 
-from armimpedance.arrays import BoolArray, FloatArray, FrozenRecord, IntArray, require_covariance
-from armimpedance.errors import RecordError
+from armimpedance.core.arrays import (
+    BoolArray,
+    FloatArray,
+    FrozenRecord,
+    IntArray,
+    require_covariance,
+)
+from armimpedance.core.errors import RecordError
 
 
 @dataclass(frozen=True)

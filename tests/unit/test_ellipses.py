@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from armimpedance.ellipses import NotPositiveDefiniteError, ellipse, ellipse_of, locus
-from armimpedance.errors import EstimationError, InputError
-from armimpedance.records import ImpedanceEstimate, Quality
+from armimpedance.core.errors import EstimationError, InputError
+from armimpedance.core.records import ImpedanceEstimate, Quality
+from armimpedance.hand.ellipses import NotPositiveDefiniteError, ellipse, ellipse_of, locus
 
 TURN = np.pi / 180
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from hypothesis import given, strategies as st
 
-from armimpedance.errors import LONGEST_MESSAGE, InputError, shortened
+from armimpedance.core.errors import LONGEST_MESSAGE, InputError, shortened
 
 anything = st.text(max_size=2000)
 

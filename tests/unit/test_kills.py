@@ -18,8 +18,8 @@ import pytest
 CHILDREN = """
 import errno, json, os, shutil, signal, sys
 from pathlib import Path
-from armimpedance import temporaries
-from armimpedance.outputs import staged_file, staged_folder
+from armimpedance.core import temporaries
+from armimpedance.core.outputs import staged_file, staged_folder
 
 place, kind, old, error, can_exchange = Path(sys.argv[1]), *json.loads(sys.argv[2])
 if not can_exchange:
@@ -168,7 +168,7 @@ WRITERS = {
 @pytest.mark.parametrize("kind", WRITERS)
 def test_two_writers_of_one_output_leave_one_of_the_two_whole(tmp_path, kind):
     code = (
-        "import sys\nfrom armimpedance.outputs import staged_file, staged_folder\n"
+        "import sys\nfrom armimpedance.core.outputs import staged_file, staged_folder\n"
         "for _ in range(150):\n" + WRITERS[kind]
     )
     out = tmp_path / "out"

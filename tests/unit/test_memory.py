@@ -17,15 +17,18 @@ import pyarrow as pa
 import pytest
 from scipy.signal import cont2discrete, lfilter
 
-from armimpedance.analyses import estimate, inspect, inspection, read
-from armimpedance.arrays import lengths
-from armimpedance.impedance import stochastic
-from armimpedance.impedance.doubts import allowance, told
-from armimpedance.impedance.doubts.model import Model
+from armimpedance.core.arrays import lengths
+from armimpedance.core.records import Recording
+from armimpedance.hand.still import stochastic
+from armimpedance.hand.still.doubts import allowance, told
+from armimpedance.hand.still.doubts.model import Model
+from armimpedance.hand.still.show import estimate
+from armimpedance.numerics.signals import multiple_coherence, spectra
 from armimpedance.recordings import write_recording
 from armimpedance.recordings.tables import sample_clock
-from armimpedance.records import Recording
-from armimpedance.signals import multiple_coherence, spectra
+from armimpedance.show.verbs import inspection
+from armimpedance.show.verbs.inspection import inspect
+from armimpedance.show.verbs.sources import read
 
 #: Bytes of time, position and force of one sample.
 OWN = 40
@@ -226,7 +229,7 @@ def test_lengths_are_numpys_norms_to_the_last_bit(d):
 
 def test_a_clock_is_judged_alike_in_pieces_of_any_length(tmp_path, monkeypatch):
     """The first sample that is wrong is named, wherever the pieces are cut."""
-    from armimpedance.errors import InputError
+    from armimpedance.core.errors import InputError
 
     recording = _returning(1, 8, samples=200, rate=200.0)
     time = np.array(recording.time_s)

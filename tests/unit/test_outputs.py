@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from armimpedance import temporaries
-from armimpedance.errors import InputError
-from armimpedance.outputs import staged_file, staged_folder
+from armimpedance.core import temporaries
+from armimpedance.core.errors import InputError
+from armimpedance.core.outputs import staged_file, staged_folder
 
 
 def test_file_appears_with_its_content_and_suffix(tmp_path):
@@ -137,7 +137,7 @@ def test_kill_leaves_no_half_output(tmp_path: Path, kind: str, existing: bool):
         (final / "recording.json").write_text("old")
     elif existing:
         final.write_text("old")
-    code = "import sys\nfrom armimpedance.outputs import *\n" + WRITERS[kind]
+    code = "import sys\nfrom armimpedance.core.outputs import *\n" + WRITERS[kind]
     writer = subprocess.Popen([sys.executable, "-c", code, final], stdout=subprocess.PIPE)
     assert writer.stdout is not None
     assert writer.stdout.readline() == b"writing\n"
@@ -187,7 +187,7 @@ def test_a_folder_is_there_at_every_moment_of_its_replacement(tmp_path):
     final = tmp_path / "out"
     replaced(final, "0")
     code = (
-        "import sys\nfrom armimpedance.outputs import staged_folder\n"
+        "import sys\nfrom armimpedance.core.outputs import staged_folder\n"
         "for i in range(200):\n"
         "    with staged_folder(sys.argv[1]) as path:\n"
         "        (path / 'recording.json').write_text(str(i))\n"
@@ -232,7 +232,7 @@ def test_the_longest_name_that_a_disk_takes_is_written(tmp_path):
 
 
 def test_import_is_light():
-    code = "import sys, armimpedance.outputs; assert 'numpy' not in sys.modules"
+    code = "import sys, armimpedance.core.outputs; assert 'numpy' not in sys.modules"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 

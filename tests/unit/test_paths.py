@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from armimpedance.errors import InputError
-from armimpedance.inputs import distinct_names
+from armimpedance.core.errors import InputError
+from armimpedance.core.inputs import distinct_names
 
 
 def test_names_are_as_short_as_tells_them_apart():

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from armimpedance.arrays import FloatArray, IntArray, frozen_array
-from armimpedance.errors import ArmImpedanceError, InputError
-from armimpedance.plain import from_plain, to_plain
+from armimpedance.core.arrays import FloatArray, IntArray, frozen_array
+from armimpedance.core.errors import ArmImpedanceError, InputError
+from armimpedance.core.plain import from_plain, to_plain
 
 
 @dataclass(frozen=True)

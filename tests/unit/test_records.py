@@ -9,10 +9,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from armimpedance.errors import RecordError
-from armimpedance.estimates import ImpedanceEstimate, Quality
-from armimpedance.motion import EmgSignals
-from armimpedance.records import Recording, trial_slices
+from armimpedance.core.errors import RecordError
+from armimpedance.core.estimates import ImpedanceEstimate, Quality
+from armimpedance.core.motion import EmgSignals
+from armimpedance.core.records import Recording, trial_slices
 
 N = 6
 

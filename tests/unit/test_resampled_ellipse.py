@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from armimpedance.ellipses import ellipse, resampled_ellipse
-from armimpedance.errors import EstimationError, InputError
+from armimpedance.core.errors import EstimationError, InputError
+from armimpedance.hand.ellipses import ellipse, resampled_ellipse
 
 K = np.array([[104.8, -74.4], [-74.4, 179.3]])
 

@@ -9,12 +9,12 @@ from pathlib import Path
 import pytest
 
 from armimpedance.__main__ import main
-from armimpedance.errors import InputError
-from armimpedance.files import read_results
-from armimpedance.inputs import inputs_now, unchanged
-from armimpedance.json_text import read_json
-from armimpedance.pages import build
+from armimpedance.core.errors import InputError
+from armimpedance.core.inputs import inputs_now, unchanged
+from armimpedance.core.json_text import read_json
+from armimpedance.hand.show import read_results
 from armimpedance.recordings import hdf5, open_recording, write_recording
+from armimpedance.show.pages import build
 from manipulandum_sim.hand import simulate
 
 

@@ -8,8 +8,8 @@ import time
 
 import pytest
 
-from armimpedance.errors import InputError, WorkerError
-from armimpedance.workers import crew
+from armimpedance.core.errors import InputError, WorkerError
+from armimpedance.core.workers import crew
 
 
 def process_of(number):

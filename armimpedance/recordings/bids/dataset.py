@@ -8,8 +8,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Final
 
-from armimpedance.errors import InputError
-from armimpedance.json_text import read_json
+from armimpedance.core.errors import InputError
+from armimpedance.core.json_text import read_json
 from armimpedance.recordings.bids.names import BidsName, parsed
 from armimpedance.recordings.bids.tsv import headed_rows, is_missing
 from armimpedance.recordings.mapped.units import known_unit

@@ -10,9 +10,9 @@ from typing import Any, Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.errors import InputError
-from armimpedance.extras import needed
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import InputError
+from armimpedance.core.extras import needed
 
 _FIXED_BYTES: Final = 256
 _MOST_SIGNALS: Final = 8192

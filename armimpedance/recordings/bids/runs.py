@@ -9,17 +9,12 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.errors import InputError
-from armimpedance.not_taken import not_taken
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import InputError
+from armimpedance.core.not_taken import not_taken
 from armimpedance.recordings.bids.dataset import Person, number_or_text
 from armimpedance.recordings.bids.names import OF_THE_SYSTEM, BidsName
-from armimpedance.recordings.bids.systems import (
-    System,
-    emg_systems,
-    motion_system,
-    physio_system,
-)
+from armimpedance.recordings.bids.systems import System, emg_systems, motion_system, physio_system
 from armimpedance.recordings.bids.tsv import headed_rows, is_missing
 
 #: An event of this type is a trial.

@@ -11,9 +11,9 @@ from typing import Any, Final, Literal
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.errors import InputError
-from armimpedance.json_text import is_number
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import InputError
+from armimpedance.core.json_text import is_number
 from armimpedance.recordings.bids.dataset import Person
 from armimpedance.recordings.bids.edf import open_edf, same_rates
 from armimpedance.recordings.bids.names import BidsName

@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from armimpedance.arrays import BoolArray, FloatArray
-from armimpedance.errors import InputError
+from armimpedance.core.arrays import BoolArray, FloatArray
+from armimpedance.core.errors import InputError
 from armimpedance.recordings.c3d_file import check_c3d
 from armimpedance.recordings.capture.layout import BLOCK, Layout, layout_of
 from armimpedance.recordings.capture.parameters import Parameters, read_parameters

@@ -8,8 +8,8 @@ from typing import Final, Literal
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.errors import InputError
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import InputError
 from armimpedance.recordings.capture.capture import Capture
 from armimpedance.recordings.capture.plates import LEAST_LOAD_N, Plate
 from armimpedance.recordings.capture.wrench import baseline, local_wrench

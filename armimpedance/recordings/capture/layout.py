@@ -7,7 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.errors import InputError
+from armimpedance.core.errors import InputError
 from armimpedance.recordings.capture.parameters import Parameters
 from armimpedance.recordings.capture.processor import Processor
 

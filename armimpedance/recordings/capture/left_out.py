@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Final
 
-from armimpedance.not_taken import not_taken
+from armimpedance.core.not_taken import not_taken
 from armimpedance.recordings.capture.capture import Capture
 from armimpedance.recordings.capture.plates import Plate
 

@@ -10,8 +10,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from armimpedance.arrays import FloatArray
-from armimpedance.errors import InputError, shown
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import InputError, shown
 from armimpedance.recordings.capture.processor import PROCESSORS, Processor
 
 #: The bytes of a value of each type: text, byte, integer, real.

@@ -8,7 +8,7 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from armimpedance.arrays import FloatArray
+from armimpedance.core.arrays import FloatArray
 
 #: A VAX exponent counts from 128 and its mantissa lies between 1/2 and 1: 4 times IEEE's number.
 _VAX_FACTOR: Final = 0.25

@@ -8,8 +8,8 @@ from typing import Literal
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.errors import InputError
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import InputError
 from armimpedance.recordings.capture.capture import Capture
 from armimpedance.recordings.capture.forces import PlateForces, check_level, plate_forces
 from armimpedance.recordings.capture.left_out import unused

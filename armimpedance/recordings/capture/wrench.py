@@ -10,8 +10,8 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.errors import InputError
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import InputError
 from armimpedance.recordings.capture.capture import Capture
 from armimpedance.recordings.capture.plates import LEAST_LOAD_N, Plate
 from armimpedance.recordings.capture.units import force_unit, length_unit, moment_unit

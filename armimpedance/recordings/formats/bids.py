@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from armimpedance.errors import InputError
+from armimpedance.core.errors import InputError
+from armimpedance.core.skeleton import Skeleton
 from armimpedance.recordings.bids.angles import bids_angles, has_angles
 from armimpedance.recordings.bids.dataset import is_bids, person_at
 from armimpedance.recordings.bids.markers import bids_markers, has_points
@@ -14,7 +15,6 @@ from armimpedance.recordings.formats import mapped
 from armimpedance.recordings.mapped.columns_toml import MAPPING_FILE
 from armimpedance.recordings.motion.skeleton_json import read_skeleton
 from armimpedance.recordings.reading import AnyRecording, Format, ReadOptions
-from armimpedance.skeleton import Skeleton
 
 #: Where a mapping can lie in a dataset; validators pass over `code`.
 _PLACES = ("code", ".")

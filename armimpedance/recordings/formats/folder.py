@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from armimpedance.errors import InputError
+from armimpedance.core.errors import InputError
 from armimpedance.recordings.kind import recording_kind
 from armimpedance.recordings.motion.marker_folder import read_markers
 from armimpedance.recordings.motion.motion_folder import read_motion

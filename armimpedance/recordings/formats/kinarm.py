@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from armimpedance.core.records import Recording
 from armimpedance.recordings.kinarm.exam import exam_subject, read_kinarm
 from armimpedance.recordings.kinarm.files import is_exam
 from armimpedance.recordings.kinarm.trials import Choice
 from armimpedance.recordings.reading import Format, ReadOptions, RecordedSubject
-from armimpedance.records import Recording
 
 
 def _read(path: Path, options: ReadOptions) -> Recording:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from armimpedance.core.records import Recording
 from armimpedance.recordings.bids.dataset import is_bids
 from armimpedance.recordings.mapped.apply import mapped_recording
 from armimpedance.recordings.mapped.columns_toml import read_mapping
 from armimpedance.recordings.mapped.door import files_of, is_mapped, mapping_of, read_files
 from armimpedance.recordings.reading import Format, ReadOptions, RecordedSubject
 from armimpedance.recordings.tables.folder import is_recording_folder
-from armimpedance.records import Recording
 
 
 def _read(path: Path, options: ReadOptions) -> Recording:

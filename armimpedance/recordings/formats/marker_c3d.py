@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from armimpedance.motion import MarkerRecording
+from armimpedance.core.motion import MarkerRecording
 from armimpedance.recordings.kinarm.files import is_exam_file
 from armimpedance.recordings.motion.marker_c3d import read_marker_c3d
 from armimpedance.recordings.reading import Format, ReadOptions

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from armimpedance.errors import InputError
-from armimpedance.motion import MotionRecording
+from armimpedance.core.errors import InputError
+from armimpedance.core.motion import MotionRecording
 from armimpedance.recordings.motion.opensim_motion import opensim_motion
 from armimpedance.recordings.reading import Format, ReadOptions
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from armimpedance.motion import MarkerRecording
+from armimpedance.core.motion import MarkerRecording
 from armimpedance.recordings.motion.ground_forces import with_ground_forces
 from armimpedance.recordings.motion.lab_axes import Y_UP
 from armimpedance.recordings.motion.trc import read_trc

@@ -13,7 +13,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from armimpedance.errors import InputError
+from armimpedance.core.errors import InputError
 from armimpedance.recordings.c3d_parameters import Groups, Parameter, plain_text
 
 #: Versions of headers, parameters and events; those of samples.

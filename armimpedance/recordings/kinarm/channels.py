@@ -9,9 +9,9 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, frozen
-from armimpedance.conventions import LARGEST_ANGLE_RAD
-from armimpedance.errors import InputError
+from armimpedance.core.arrays import FloatArray, frozen
+from armimpedance.core.conventions import LARGEST_ANGLE_RAD
+from armimpedance.core.errors import InputError
 from armimpedance.recordings.kinarm.exam_file import ExamFile, anything, joined
 from armimpedance.recordings.kinarm.files import ExamTrial, LeftOut
 from armimpedance.recordings.kinarm.robot import Side

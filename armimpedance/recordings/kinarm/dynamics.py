@@ -20,7 +20,7 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
+from armimpedance.core.arrays import FloatArray
 from armimpedance.recordings.kinarm.exam_file import ExamFile
 from armimpedance.recordings.kinarm.robot import Robot
 

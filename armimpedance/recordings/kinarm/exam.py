@@ -9,10 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from armimpedance.arrays import FloatArray, frozen
-from armimpedance.errors import InputError
-from armimpedance.findings import Finding
-from armimpedance.not_taken import not_taken
+from armimpedance.core.arrays import FloatArray, frozen
+from armimpedance.core.errors import InputError
+from armimpedance.core.findings import Finding
+from armimpedance.core.not_taken import not_taken
+from armimpedance.core.records import Recording, Subject
 from armimpedance.recordings.c3d_file import muscles_of
 from armimpedance.recordings.kinarm.channels import (
     channels,
@@ -37,13 +38,7 @@ from armimpedance.recordings.kinarm.force_balance import (
 )
 from armimpedance.recordings.kinarm.hand import hand_position
 from armimpedance.recordings.kinarm.others import channels_not_taken, labels_there
-from armimpedance.recordings.kinarm.robot import (
-    Robot,
-    Side,
-    choose_side,
-    robot_of,
-    with_own_names,
-)
+from armimpedance.recordings.kinarm.robot import Robot, Side, choose_side, robot_of, with_own_names
 from armimpedance.recordings.kinarm.trials import (
     Choice,
     chosen_trials,
@@ -51,7 +46,6 @@ from armimpedance.recordings.kinarm.trials import (
     with_direction,
     with_onsets,
 )
-from armimpedance.records import Recording, Subject
 
 
 def read_kinarm(

@@ -11,8 +11,8 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from armimpedance.arrays import FloatArray
-from armimpedance.errors import InputError
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import InputError
 from armimpedance.recordings.c3d_file import C3DFile
 from armimpedance.recordings.c3d_parameters import Groups, HasParameters
 

@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 from typing import Final
 
-from armimpedance.errors import InputError
-from armimpedance.findings import Finding
+from armimpedance.core.errors import InputError
+from armimpedance.core.findings import Finding
 from armimpedance.recordings.c3d_file import BLOCK, is_c3d, parse_c3d
 from armimpedance.recordings.c3d_parameters import Groups, read_groups, texts_of
 from armimpedance.recordings.kinarm.archive import Archive, archive_roots

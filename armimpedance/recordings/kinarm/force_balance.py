@@ -13,8 +13,8 @@ from typing import Final, Literal
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.findings import Finding
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.findings import Finding
 from armimpedance.recordings.kinarm.channels import link_labels
 from armimpedance.recordings.kinarm.dynamics import link_inertias
 from armimpedance.recordings.kinarm.exam_file import ExamFile

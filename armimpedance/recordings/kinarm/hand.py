@@ -8,8 +8,8 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.errors import InputError
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import InputError
 from armimpedance.recordings.kinarm.channels import channels, link_labels
 from armimpedance.recordings.kinarm.exam_file import ExamFile, anything, joined
 from armimpedance.recordings.kinarm.robot import GEOMETRIES, Robot

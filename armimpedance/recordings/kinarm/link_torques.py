@@ -8,12 +8,12 @@ from typing import Annotated, Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, FrozenRecord, IntArray
+from armimpedance.core.arrays import FloatArray, FrozenRecord, IntArray
+from armimpedance.numerics.signals import spline_kernels
 from armimpedance.recordings.kinarm.channels import FRICTION, channels, force_labels, link_labels
 from armimpedance.recordings.kinarm.dynamics import LinkInertias, hand_torque
 from armimpedance.recordings.kinarm.exam_file import ExamFile
 from armimpedance.recordings.kinarm.robot import Robot
-from armimpedance.signals import spline_kernels
 
 #: Support of the smoothing of all torques alike, s: the links move below some 20 Hz.
 SMOOTHED_S: Final = 0.06

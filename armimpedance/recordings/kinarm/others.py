@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Iterable, Sequence
 
-from armimpedance.not_taken import not_taken
+from armimpedance.core.not_taken import not_taken
 from armimpedance.recordings.kinarm.channels import force_labels
 from armimpedance.recordings.kinarm.exam_file import ExamFile, anything
 from armimpedance.recordings.kinarm.robot import Side

@@ -14,8 +14,8 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.errors import InputError
-from armimpedance.inputs import unchanged
+from armimpedance.core.errors import InputError
+from armimpedance.core.inputs import unchanged
 from armimpedance.recordings.kinarm.channels import force_labels, sound_trials, wanted_channels
 from armimpedance.recordings.kinarm.conditions import in_words
 from armimpedance.recordings.kinarm.exam_file import ExamFile, Samples

@@ -15,7 +15,7 @@ from contextlib import contextmanager
 from pathlib import Path, PurePosixPath
 from typing import Final
 
-from armimpedance.errors import InputError
+from armimpedance.core.errors import InputError
 
 #: More than any exam unpacked: an hour at 1 kHz with 100 channels is 1.4 GB.
 LARGEST_EXAM_BYTES: Final = 4 * 1024**3

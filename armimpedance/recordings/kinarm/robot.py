@@ -8,8 +8,8 @@ from typing import Final, Literal
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.errors import InputError
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import InputError
 from armimpedance.recordings.kinarm.exam_file import ExamFile, Samples, anything
 from armimpedance.recordings.kinarm.files import Exam
 

@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
-from armimpedance.errors import InputError
+from armimpedance.core.errors import InputError
 from armimpedance.recordings.kinarm.conditions import condition_names
 from armimpedance.recordings.kinarm.directions import only_strongest
 from armimpedance.recordings.kinarm.exam_file import ExamFile

@@ -9,15 +9,16 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.conventions import (
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.conventions import (
     command_columns,
     force_columns,
     perturbation_columns,
     position_columns,
 )
-from armimpedance.errors import InputError
-from armimpedance.not_taken import not_taken
+from armimpedance.core.errors import InputError
+from armimpedance.core.not_taken import not_taken
+from armimpedance.core.records import Recording
 from armimpedance.recordings.mapped.clocks import OneClock, on_one_clock
 from armimpedance.recordings.mapped.cutting import Piece, piece_time, pieces_of
 from armimpedance.recordings.mapped.mapping import ColumnMapping, Quantity
@@ -36,7 +37,6 @@ from armimpedance.recordings.tables.sample_table import (
     sample_columns,
 )
 from armimpedance.recordings.tables.trial_table import check_onsets
-from armimpedance.records import Recording
 
 #: A rate from times that is this close to a whole number of Hz is that number.
 WHOLE_RATE: Final = 1e-4

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Final
 
-from armimpedance.errors import InputError
+from armimpedance.core.errors import InputError
 
 #: So much may always be asked for...
 PLENTY: Final = 300_000_000

@@ -10,8 +10,8 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from armimpedance.arrays import BoolArray, FloatArray
-from armimpedance.errors import InputError
+from armimpedance.core.arrays import BoolArray, FloatArray
+from armimpedance.core.errors import InputError
 from armimpedance.recordings.mapped.mapping import ColumnMapping, Quantity
 from armimpedance.recordings.mapped.raw_file import RawColumn, RawRun, RawTable
 

@@ -9,9 +9,9 @@ from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any, Final, cast
 
-from armimpedance.errors import InputError
-from armimpedance.inputs import unchanged
-from armimpedance.json_text import Fields, is_number
+from armimpedance.core.errors import InputError
+from armimpedance.core.inputs import unchanged
+from armimpedance.core.json_text import Fields, is_number
 from armimpedance.recordings.mapped.mapping import (
     CUTS,
     ColumnMapping,
@@ -20,13 +20,7 @@ from armimpedance.recordings.mapped.mapping import (
     TrialCut,
     TrialValue,
 )
-from armimpedance.recordings.mapped.units import (
-    Dimension,
-    Unit,
-    known_unit,
-    scaled,
-    unit_of,
-)
+from armimpedance.recordings.mapped.units import Dimension, Unit, known_unit, scaled, unit_of
 from armimpedance.recordings.tables.metadata import metadata_of
 from armimpedance.recordings.tables.trial_table import NUMBER_COLUMNS
 

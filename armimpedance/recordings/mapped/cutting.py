@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from armimpedance.arrays import BoolArray, FloatArray, IntArray
+from armimpedance.core.arrays import BoolArray, FloatArray, IntArray
 from armimpedance.recordings.mapped.clocks import OneClock
 from armimpedance.recordings.mapped.mapping import TrialCut
 

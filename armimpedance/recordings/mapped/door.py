@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Final
 
-from armimpedance.errors import InputError
-from armimpedance.inputs import unchanged
-from armimpedance.method_table import MethodTable
+from armimpedance.core.errors import InputError
+from armimpedance.core.inputs import unchanged
+from armimpedance.core.method_table import MethodTable
 from armimpedance.recordings.mapped.apply import ReadFile
 from armimpedance.recordings.mapped.columns_toml import MAPPING_FILE
 from armimpedance.recordings.mapped.raw_file import Source, Wanted

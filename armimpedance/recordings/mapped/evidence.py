@@ -9,7 +9,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from armimpedance.arrays import FloatArray
+from armimpedance.core.arrays import FloatArray
 
 #: Sample rates that recordings of arms have.
 SLOWEST_HZ, FASTEST_HZ = 15.0, 12_000.0

@@ -6,7 +6,7 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 
-from armimpedance.errors import InputError
+from armimpedance.core.errors import InputError
 from armimpedance.recordings.mapped.columns_toml import MAPPING_FILE
 from armimpedance.recordings.mapped.door import files_of, read_files
 from armimpedance.recordings.mapped.proposal import proposal_for

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from armimpedance.errors import RecordError
+from armimpedance.core.errors import RecordError
 
 #: Whether a column is wanted, by its name; a reader may skip what is not.
 Wanted = Callable[[str], bool]

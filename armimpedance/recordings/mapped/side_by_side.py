@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from armimpedance.errors import InputError
+from armimpedance.core.errors import InputError
 from armimpedance.recordings.mapped.mapping import ColumnMapping
 from armimpedance.recordings.mapped.raw_file import RawColumn, RawRun, RawTable
 

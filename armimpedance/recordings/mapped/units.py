@@ -8,8 +8,8 @@ from typing import Final, Literal
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.errors import InputError
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import InputError
 
 Dimension = Literal["time", "length", "angle", "force", "torque", "emg", "any"]
 

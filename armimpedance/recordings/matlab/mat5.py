@@ -17,7 +17,7 @@ from typing import Any, Final, cast
 
 import numpy as np
 
-from armimpedance.errors import InputError
+from armimpedance.core.errors import InputError
 from armimpedance.recordings.mapped.claims import MOST_PACKED, PLENTY, check_claim
 from armimpedance.recordings.matlab.tree import Leaf, Node, Refused
 

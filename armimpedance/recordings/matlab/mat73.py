@@ -8,8 +8,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from armimpedance.errors import InputError
-from armimpedance.extras import needed
+from armimpedance.core.errors import InputError
+from armimpedance.core.extras import needed
 from armimpedance.recordings.hdf5 import check_heaps
 from armimpedance.recordings.mapped.claims import check_claim
 from armimpedance.recordings.matlab.tree import Leaf, Node, Refused

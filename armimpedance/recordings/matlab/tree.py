@@ -15,7 +15,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from armimpedance.not_taken import not_taken
+from armimpedance.core.not_taken import not_taken
 from armimpedance.recordings.mapped.raw_file import RawColumn, RawFile, RawRun, RawTable, Wanted
 
 #: An array with more columns than this is no record of signals.

@@ -6,8 +6,8 @@ import bz2
 from pathlib import Path
 from typing import Final
 
-from armimpedance.errors import InputError
-from armimpedance.extras import needed
+from armimpedance.core.errors import InputError
+from armimpedance.core.extras import needed
 
 #: A part of a log that is larger is no part of a log.
 LARGEST_PART: Final = 256_000_000

@@ -11,8 +11,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import BinaryIO, Final
 
-from armimpedance.errors import InputError
-from armimpedance.not_taken import not_taken
+from armimpedance.core.errors import InputError
+from armimpedance.core.not_taken import not_taken
 from armimpedance.recordings.messages.compression import LARGEST_PART, decompressed
 from armimpedance.recordings.messages.ros_topics import ros_decoder
 from armimpedance.recordings.messages.topics import Decoder, Log, Topic, nanoseconds

@@ -6,8 +6,8 @@ import sqlite3
 from pathlib import Path
 from typing import Any, Final
 
-from armimpedance.errors import InputError
-from armimpedance.not_taken import not_taken
+from armimpedance.core.errors import InputError
+from armimpedance.core.not_taken import not_taken
 from armimpedance.recordings.messages.ros_topics import ros_decoder
 from armimpedance.recordings.messages.topics import Decoder, Log, Topic, Unpack, nanoseconds
 

@@ -7,8 +7,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from armimpedance.errors import InputError
-from armimpedance.extras import needed
+from armimpedance.core.errors import InputError
+from armimpedance.core.extras import needed
 from armimpedance.recordings.mapped.raw_file import Wanted
 from armimpedance.recordings.messages.decoding import Block, decode
 from armimpedance.recordings.messages.definitions import (

@@ -13,8 +13,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from armimpedance.errors import InputError
-from armimpedance.not_taken import not_taken
+from armimpedance.core.errors import InputError
+from armimpedance.core.not_taken import not_taken
 from armimpedance.recordings.mapped.raw_file import RawColumn, RawFile, RawRun, RawTable, Wanted
 from armimpedance.recordings.messages.decoding import Block, joined_numbers, joined_texts
 from armimpedance.recordings.messages.definitions import DefinitionError

@@ -10,9 +10,9 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from armimpedance.arrays import FloatArray, IntArray
-from armimpedance.errors import InputError
-from armimpedance.motion import EmgSignals
+from armimpedance.core.arrays import FloatArray, IntArray
+from armimpedance.core.errors import InputError
+from armimpedance.core.motion import EmgSignals
 from armimpedance.recordings.motion.moving_metadata import MovingMetadata
 from armimpedance.recordings.tables.folder import (
     METADATA_FILE,

@@ -11,10 +11,10 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.errors import InputError
-from armimpedance.motion import MarkerRecording
-from armimpedance.not_taken import not_taken
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import InputError
+from armimpedance.core.motion import MarkerRecording
+from armimpedance.core.not_taken import not_taken
 from armimpedance.recordings.motion.lab_axes import lab_rotation
 from armimpedance.recordings.motion.moving_metadata import LARGEST_PLACE_M
 from armimpedance.recordings.motion.opensim_table import OpenSimTable, read_opensim_table

@@ -7,8 +7,8 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.errors import InputError
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import InputError
 
 #: Which of the file's axes point forward, to the left and up, for files whose z points up.
 Z_UP: Final = ("x", "y", "z")

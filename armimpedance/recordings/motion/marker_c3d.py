@@ -11,19 +11,14 @@ from typing import Final, Literal
 import numpy as np
 import pandas as pd
 
-from armimpedance.arrays import FloatArray
-from armimpedance.errors import InputError
-from armimpedance.motion import EmgSignals, MarkerRecording
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import InputError
+from armimpedance.core.motion import EmgSignals, MarkerRecording
 from armimpedance.recordings.c3d_file import muscles_of
 from armimpedance.recordings.capture.capture import Capture, read_capture
 from armimpedance.recordings.capture.events import Event, event_columns, events_of
 from armimpedance.recordings.capture.forces import PlateForces
-from armimpedance.recordings.capture.left_out import (
-    LeftOut,
-    beside,
-    model_outputs,
-    sentences,
-)
+from armimpedance.recordings.capture.left_out import LeftOut, beside, model_outputs, sentences
 from armimpedance.recordings.capture.taken_plates import plates_taken
 from armimpedance.recordings.motion.lab_axes import Z_UP, lab_rotation, metres_per
 from armimpedance.recordings.motion.moving_metadata import LARGEST_PLACE_M

@@ -9,10 +9,10 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.conventions import AXES
-from armimpedance.errors import InputError
-from armimpedance.motion import MarkerRecording
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.conventions import AXES
+from armimpedance.core.errors import InputError
+from armimpedance.core.motion import MarkerRecording
 from armimpedance.recordings.motion.moving_folder import (
     TableForm,
     open_folder,

@@ -7,10 +7,11 @@ import os
 from pathlib import Path
 from typing import Final
 
-from armimpedance.arrays import FloatArray
-from armimpedance.conventions import LARGEST_ANGLE_RAD
-from armimpedance.errors import InputError
-from armimpedance.motion import MotionRecording
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.conventions import LARGEST_ANGLE_RAD
+from armimpedance.core.errors import InputError
+from armimpedance.core.motion import MotionRecording
+from armimpedance.core.skeleton import ROOT_TRANSLATIONS, Skeleton
 from armimpedance.recordings.motion.moving_folder import (
     TableForm,
     open_folder,
@@ -21,7 +22,6 @@ from armimpedance.recordings.motion.moving_folder import (
 from armimpedance.recordings.motion.moving_metadata import LARGEST_PLACE_M
 from armimpedance.recordings.motion.skeleton_json import SKELETON_FILE, read_skeleton
 from armimpedance.recordings.tables.number_table import NumberTable, column_names
-from armimpedance.skeleton import ROOT_TRANSLATIONS, Skeleton
 
 #: Somebody who walks in circles turns further than any joint does.
 LARGEST_HEADING_RAD: Final = 20.0 * math.pi

@@ -13,10 +13,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from armimpedance.arrays import FloatArray, IntArray
-from armimpedance.errors import InputError
-from armimpedance.motion import WRENCH, EmgSignals, MarkerRecording, MotionRecording
-from armimpedance.outputs import RECORDING_FILES, staged_folder
+from armimpedance.core.arrays import FloatArray, IntArray
+from armimpedance.core.errors import InputError
+from armimpedance.core.motion import WRENCH, EmgSignals, MarkerRecording, MotionRecording
+from armimpedance.core.outputs import RECORDING_FILES, staged_folder
 from armimpedance.recordings.motion.emg_table import (
     CLOCK,
     EMG_FILES,

@@ -8,10 +8,11 @@ from typing import Any, Final, Literal, cast
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.errors import InputError
-from armimpedance.json_text import Fields, json_text
-from armimpedance.motion import MarkerRecording, MotionRecording
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import InputError
+from armimpedance.core.json_text import Fields, json_text
+from armimpedance.core.motion import MarkerRecording, MotionRecording
+from armimpedance.core.records import Subject
 from armimpedance.recordings.tables.metadata import (
     FORMAT,
     VERSION,
@@ -19,7 +20,6 @@ from armimpedance.recordings.tables.metadata import (
     recording_fields,
     subject_of,
 )
-from armimpedance.records import Subject
 
 MovingKind = Literal["markers", "motion"]
 

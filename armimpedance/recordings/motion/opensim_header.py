@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
-from armimpedance.errors import InputError
+from armimpedance.core.errors import InputError
 from armimpedance.recordings.motion.tabbed_text import TextFile, cells, stated_count
 
 #: So many lines without `endheader` are no header.

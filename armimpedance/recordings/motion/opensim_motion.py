@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from armimpedance.errors import InputError
-from armimpedance.motion import MotionRecording
-from armimpedance.not_taken import not_taken
+from armimpedance.core.errors import InputError
+from armimpedance.core.motion import MotionRecording
+from armimpedance.core.not_taken import not_taken
+from armimpedance.core.skeleton import Skeleton
 from armimpedance.recordings.motion.opensim_table import read_opensim_table
-from armimpedance.skeleton import Skeleton
 
 
 def opensim_motion(

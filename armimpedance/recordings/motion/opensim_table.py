@@ -10,10 +10,10 @@ from typing import Annotated
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, FrozenRecord
-from armimpedance.conventions import LARGEST_ANGLE_RAD
-from armimpedance.errors import InputError
-from armimpedance.not_taken import not_taken
+from armimpedance.core.arrays import FloatArray, FrozenRecord
+from armimpedance.core.conventions import LARGEST_ANGLE_RAD
+from armimpedance.core.errors import InputError
+from armimpedance.core.not_taken import not_taken
 from armimpedance.recordings.motion.opensim_header import OpenSimHeader, read_header
 from armimpedance.recordings.motion.tabbed_text import number_rows, stated_count, text_file
 from armimpedance.recordings.motion.table_times import sample_rate, times

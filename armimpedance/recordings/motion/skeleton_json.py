@@ -1,7 +1,7 @@
 """`skeleton.json`: segments, hinges and marker sites of one subject.
 
 ``{"format": "armimpedance-skeleton", "version": 1, "segments": [...], "markers": [...],
-"floating": true}``, the fields of `armimpedance.skeleton.Skeleton`. What a segment may leave out:
+"floating": true}``, the fields of `armimpedance.core.skeleton.Skeleton`. What a segment may leave out:
 hinges, mass, centre of mass and inertia (none, 0); a skeleton: markers (none), floating (true).
 """
 
@@ -11,11 +11,11 @@ import os
 from pathlib import Path
 from typing import Any, Final
 
-from armimpedance.errors import InputError
-from armimpedance.json_text import Fields, json_text, read_json
-from armimpedance.outputs import staged_file
-from armimpedance.plain import from_plain, to_plain
-from armimpedance.skeleton import Skeleton
+from armimpedance.core.errors import InputError
+from armimpedance.core.json_text import Fields, json_text, read_json
+from armimpedance.core.outputs import staged_file
+from armimpedance.core.plain import from_plain, to_plain
+from armimpedance.core.skeleton import Skeleton
 
 FORMAT: Final = "armimpedance-skeleton"
 VERSION: Final = 1

@@ -10,8 +10,8 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, IntArray
-from armimpedance.errors import InputError
+from armimpedance.core.arrays import FloatArray, IntArray
+from armimpedance.core.errors import InputError
 
 #: A larger table in text is taken for something else; three times as much memory is needed.
 _LARGEST_BYTES: Final = 250_000_000

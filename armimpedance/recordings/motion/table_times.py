@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
-from armimpedance.errors import InputError
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import InputError
 from armimpedance.recordings.motion.tabbed_text import NumberRows
 
 

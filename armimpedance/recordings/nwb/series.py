@@ -10,7 +10,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from armimpedance.arrays import FloatArray
+from armimpedance.core.arrays import FloatArray
 from armimpedance.recordings.hdf5 import (
     MOST_NUMBERS,
     Hdf5Error,

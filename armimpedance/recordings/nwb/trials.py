@@ -8,7 +8,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray
+from armimpedance.core.arrays import FloatArray
 from armimpedance.recordings.hdf5 import Hdf5Error, inner, is_dataset, member, numbers, texts
 from armimpedance.recordings.mapped.raw_file import RawColumn, RawTable
 from armimpedance.recordings.nwb.series import Series

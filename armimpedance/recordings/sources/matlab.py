@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Final
 
-from armimpedance.errors import InputError
-from armimpedance.not_taken import told_not_taken
+from armimpedance.core.errors import InputError
+from armimpedance.core.not_taken import told_not_taken
 from armimpedance.recordings.mapped.raw_file import RawFile, Source, Wanted
 from armimpedance.recordings.matlab.mat5 import read_mat5
 from armimpedance.recordings.matlab.mat73 import Mat73

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from armimpedance.errors import InputError
-from armimpedance.not_taken import not_taken
+from armimpedance.core.errors import InputError
+from armimpedance.core.not_taken import not_taken
 from armimpedance.recordings.mapped.raw_file import RawFile, Source, Wanted
 from armimpedance.recordings.messages.compression import LARGEST_PART, decompressed
 from armimpedance.recordings.messages.json_rows import decode_json

@@ -9,8 +9,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Final
 
-from armimpedance.errors import InputError
-from armimpedance.extras import needed
+from armimpedance.core.errors import InputError
+from armimpedance.core.extras import needed
 from armimpedance.recordings.mapped.raw_file import RawFile, Source, Wanted
 from armimpedance.recordings.messages.compression import decompressed
 from armimpedance.recordings.messages.ros1_bag import MAGIC as BAG, add_ros1_bag

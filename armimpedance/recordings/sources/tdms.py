@@ -12,9 +12,9 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from armimpedance.errors import InputError
-from armimpedance.extras import needed
-from armimpedance.not_taken import not_taken
+from armimpedance.core.errors import InputError
+from armimpedance.core.extras import needed
+from armimpedance.core.not_taken import not_taken
 from armimpedance.recordings.mapped.raw_file import (
     RawColumn,
     RawFile,

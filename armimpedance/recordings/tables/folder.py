@@ -11,10 +11,11 @@ import pyarrow as pa
 import pyarrow.csv
 import pyarrow.parquet as pq
 
-from armimpedance.arrays import FloatArray, IntArray, frozen
-from armimpedance.conventions import force_columns, position_columns
-from armimpedance.errors import InputError
-from armimpedance.outputs import staged_folder
+from armimpedance.core.arrays import FloatArray, IntArray, frozen
+from armimpedance.core.conventions import force_columns, position_columns
+from armimpedance.core.errors import InputError
+from armimpedance.core.outputs import staged_folder
+from armimpedance.core.records import Recording
 from armimpedance.recordings.tables.metadata import Metadata, metadata_text, read_metadata
 from armimpedance.recordings.tables.number_table import NumberTable
 from armimpedance.recordings.tables.sample_table import (
@@ -30,7 +31,6 @@ from armimpedance.recordings.tables.trial_table import (
     read_trials,
     trials_text,
 )
-from armimpedance.records import Recording
 
 METADATA_FILE: Final = "recording.json"
 TRIALS_FILE: Final = "trials.csv"

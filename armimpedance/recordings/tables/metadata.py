@@ -7,10 +7,10 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, Final, Literal, cast
 
-from armimpedance.conventions import IMPOSED, Imposed, Kind
-from armimpedance.errors import InputError
-from armimpedance.json_text import Fields, is_number, json_text, read_json
-from armimpedance.records import Recording, Subject
+from armimpedance.core.conventions import IMPOSED, Imposed, Kind
+from armimpedance.core.errors import InputError
+from armimpedance.core.json_text import Fields, is_number, json_text, read_json
+from armimpedance.core.records import Recording, Subject
 
 FORMAT: Final = "armimpedance-recording"
 VERSION: Final = 1

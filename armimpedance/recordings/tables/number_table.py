@@ -15,8 +15,8 @@ import pyarrow as pa
 import pyarrow.csv
 import pyarrow.parquet as pq
 
-from armimpedance.arrays import FloatArray, frozen
-from armimpedance.errors import InputError
+from armimpedance.core.arrays import FloatArray, frozen
+from armimpedance.core.errors import InputError
 
 #: Rows of a Parquet file that are unpacked together: 32 MiB, which go back to the system at once.
 STRETCH: Final = 1 << 22

@@ -8,8 +8,8 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import BoolArray, FloatArray, IntArray
-from armimpedance.errors import InputError
+from armimpedance.core.arrays import BoolArray, FloatArray, IntArray
+from armimpedance.core.errors import InputError
 from armimpedance.recordings.tables.number_table import NumberTable
 
 #: A step between two samples may differ from 1 / rate by this part of it (jitter of the clock)...

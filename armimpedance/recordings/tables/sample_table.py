@@ -9,9 +9,15 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.arrays import FloatArray, IntArray, frozen
-from armimpedance.conventions import AXES, LARGEST_ANGLE_RAD, Kind, force_columns, position_columns
-from armimpedance.errors import InputError
+from armimpedance.core.arrays import FloatArray, IntArray, frozen
+from armimpedance.core.conventions import (
+    AXES,
+    LARGEST_ANGLE_RAD,
+    Kind,
+    force_columns,
+    position_columns,
+)
+from armimpedance.core.errors import InputError
 from armimpedance.recordings.tables.metadata import LARGEST_COORDINATE_M, Metadata
 from armimpedance.recordings.tables.number_table import NumberTable, column_names, read_numbers
 from armimpedance.recordings.tables.sample_clock import check_time

@@ -14,8 +14,8 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
-from armimpedance.conventions import LARGEST_ANGLE_RAD
-from armimpedance.errors import InputError
+from armimpedance.core.conventions import LARGEST_ANGLE_RAD
+from armimpedance.core.errors import InputError
 from armimpedance.recordings.tables.number_table import check_header
 
 #: Columns that hold a number in every row, where they are there at all.

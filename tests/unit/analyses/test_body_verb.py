@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.analyses import body
-from armimpedance.errors import InputError
+from armimpedance.core.errors import InputError
+from armimpedance.joint.body.show import body
 from armimpedance.recordings import write_recording
 from manipulandum_sim.body import simulate_body
 

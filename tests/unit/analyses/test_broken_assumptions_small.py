@@ -15,8 +15,8 @@ from broken.advice import ADVICE  # noqa: E402
 from broken.hand_plant import Hand, bump  # noqa: E402
 from broken.joint_plant import Bent, Joint, bent, linear, naive_joint  # noqa: E402
 
-from armimpedance.errors import InputError  # noqa: E402
-from armimpedance.findings import Finding  # noqa: E402
+from armimpedance.core.errors import InputError  # noqa: E402
+from armimpedance.core.findings import Finding  # noqa: E402
 
 COMMANDS = {
     "elbow", "elbow --time-varying", "elbow --emg-law", "estimate", "reflex", "inspect", "map",

@@ -4,12 +4,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from armimpedance.analyses import compare, estimate
-from armimpedance.cli.main import run as main
-from armimpedance.errors import InputError
-from armimpedance.plots import plot_comparison
+from armimpedance.app.cli.main import run as main
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import Subject
+from armimpedance.hand.comparison.show import compare, plot_comparison
+from armimpedance.hand.still.show import estimate
 from armimpedance.recordings.tables.folder import write_folder
-from armimpedance.records import Subject
 
 
 def two_conditions(limb, seed):

@@ -6,10 +6,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from armimpedance.analyses import Estimates
-from armimpedance.errors import InputError
-from armimpedance.files import read_results, write_results
-from armimpedance.plots import plot_intervals
+from armimpedance.core.errors import InputError
+from armimpedance.hand.show import Estimates, plot_intervals, read_results, write_results
 
 
 @pytest.fixture
@@ -100,7 +98,7 @@ def test_an_estimate_in_full_and_intervals_over_the_groups(hand):
 
 
 def test_a_fit_shows_itself_in_few_lines():
-    from armimpedance.regression import fit, trial_factors
+    from armimpedance.numerics.regression import fit, trial_factors
 
     rng = np.random.default_rng(0)
     W = rng.standard_normal((5, 40, 13))

@@ -7,9 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.analyses import compare, estimate, estimate_all, inspect, plan, reflex
-from armimpedance.analyses.inspection import checked
-from armimpedance.errors import InputError
+from armimpedance.core.errors import InputError
+from armimpedance.hand.comparison.show import compare
+from armimpedance.hand.planning.show import plan
+from armimpedance.hand.still.show import estimate, estimate_all, reflex
+from armimpedance.show.verbs.inspection import checked, inspect
 from manipulandum_sim.elbow import simulate_elbow
 from manipulandum_sim.hand import simulate
 
@@ -85,7 +87,7 @@ def test_a_device_that_imposes_the_torque_is_named():
 
 
 def test_many_trials_are_checked_by_a_sample(hand, monkeypatch):
-    monkeypatch.setattr("armimpedance.analyses.inspection.MOST_CHECKED", 16)
+    monkeypatch.setattr("armimpedance.show.verbs.inspection.MOST_CHECKED", 16)
     assert checked(hand, disturbed=True) == ()
     with pytest.raises(InputError, match="force sign"):
         checked(replace(hand, force=-hand.force), disturbed=True)

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from armimpedance.analyses import compare
+from armimpedance.hand.comparison.show import compare
 from manipulandum_sim.hand import simulate
 
 

@@ -4,11 +4,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from armimpedance.analyses import Estimates, estimate, estimate_all, reflex
-from armimpedance.cli.main import run as main
-from armimpedance.errors import InputError
+from armimpedance.app.cli.main import run as main
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import Subject
+from armimpedance.hand.show import Estimates
+from armimpedance.hand.still.show import estimate, estimate_all, reflex
 from armimpedance.recordings.tables.folder import write_folder
-from armimpedance.records import Subject
 
 
 @pytest.fixture(scope="module")

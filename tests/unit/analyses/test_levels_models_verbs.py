@@ -7,25 +7,23 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from armimpedance.analyses import (
-    Estimates,
+from armimpedance.app.cli.main import run as main
+from armimpedance.core.errors import InputError, NotIdentifiableError
+from armimpedance.core.records import Subject
+from armimpedance.hand.levels.show import to_hand, to_joint, to_muscle
+from armimpedance.hand.show import Estimates
+from armimpedance.hand.still.show import estimate
+from armimpedance.muscles.models import MODEL_KINDS, JointRows, fit_posture_model
+from armimpedance.muscles.show import (
     at_hand,
-    estimate,
     fit_activation,
     fit_model,
     fit_muscles,
     fit_posture,
     predict,
-    to_hand,
-    to_joint,
-    to_muscle,
+    write_model,
 )
-from armimpedance.cli.main import run as main
-from armimpedance.errors import InputError, NotIdentifiableError
-from armimpedance.files import write_model
-from armimpedance.muscles import MODEL_KINDS, JointRows, fit_posture_model
 from armimpedance.recordings.tables.folder import write_folder
-from armimpedance.records import Subject
 from manipulandum_sim.hand import simulate
 
 

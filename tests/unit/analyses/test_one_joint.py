@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from armimpedance.__main__ import main
-from armimpedance.analyses import elbow, elbow_over_time, emg_law
-from armimpedance.errors import InputError
+from armimpedance.core.errors import InputError
+from armimpedance.joint.elbow.show import elbow, elbow_over_time, emg_law
 from armimpedance.recordings.tables.folder import write_folder
 from manipulandum_sim.elbow.bench import simulate_bench
 from manipulandum_sim.elbow.simulate import simulate_elbow

@@ -9,11 +9,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from armimpedance.analyses import passive
-from armimpedance.errors import EstimationError, InputError, NotIdentifiableError
-from armimpedance.passive import emg_gate, from_joint_recording, from_motion
+from armimpedance.core.errors import EstimationError, InputError, NotIdentifiableError
+from armimpedance.core.records import Recording
+from armimpedance.joint.relaxed import from_joint_recording, from_motion
+from armimpedance.joint.relaxed.show import passive
+from armimpedance.numerics.signals import emg_gate
 from armimpedance.recordings import write_recording
-from armimpedance.records import Recording
 from manipulandum_sim.passive import simulate_passive
 
 

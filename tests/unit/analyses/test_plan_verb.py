@@ -2,13 +2,12 @@
 
 import pytest
 
-from armimpedance.analyses import plan
-from armimpedance.cli.main import run as main
-from armimpedance.errors import InputError
-from armimpedance.files import write_results
-from armimpedance.impedance import estimate
-from armimpedance.planning import Servo
-from armimpedance.report import plan_text
+from armimpedance.app.cli.main import run as main
+from armimpedance.core.errors import InputError
+from armimpedance.hand.planning import Servo
+from armimpedance.hand.planning.show import plan, plan_text
+from armimpedance.hand.show import write_results
+from armimpedance.hand.still import estimate
 from manipulandum_sim.hand import simulate_condition
 
 

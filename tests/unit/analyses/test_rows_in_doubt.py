@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.analyses import fit_model
-from armimpedance.files import read_joint_rows, write_results
-from armimpedance.records import ImpedanceEstimate, Quality
+from armimpedance.core.records import ImpedanceEstimate, Quality
+from armimpedance.hand.show import write_results
+from armimpedance.muscles.show import fit_model, read_joint_rows
 
 
 def estimates(*warnings: str) -> list[ImpedanceEstimate]:

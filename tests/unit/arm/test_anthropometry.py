@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from armimpedance.arm.anthropometry import DE_LEVA, WINTER, arm_of, arm_ratios, two_link_arm
-from armimpedance.errors import InputError
-from armimpedance.records import Subject
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import Subject
+from armimpedance.limb.arm.anthropometry import DE_LEVA, WINTER, arm_of, arm_ratios, two_link_arm
 
 PUBLISHED = Path(__file__).parents[2] / "reference_data" / "arm_segments.csv"
 

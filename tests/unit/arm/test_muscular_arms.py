@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from armimpedance.arm.muscular_arms import ARMS, arm_named, with_muscles
-from armimpedance.arm.two_link import TwoLinkArm
-from armimpedance.conventions import MUSCLE_SIGNS, MUSCLES
-from armimpedance.errors import InputError
+from armimpedance.core.conventions import MUSCLE_SIGNS, MUSCLES
+from armimpedance.core.errors import InputError
+from armimpedance.limb.arm.muscular_arms import ARMS, arm_named, with_muscles
+from armimpedance.limb.arm.two_link import TwoLinkArm
 
 ARM26 = Path(__file__).resolve().parents[2] / "reference_data" / "arm26_moment_arms.csv"
 

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from armimpedance.arm.polynomial_paths import (
+from armimpedance.core.errors import ArmImpedanceError, InputError, NotIdentifiableError
+from armimpedance.limb.arm.polynomial_paths import (
     PolynomialPaths,
     constant_paths,
     fit_paths,
     monomial_exponents,
 )
-from armimpedance.errors import ArmImpedanceError, InputError, NotIdentifiableError
 
 BOX = np.array([[0.2, 1.9], [0.5, 2.2]])
 SPANS = np.array([[True, False], [False, True], [True, True]])

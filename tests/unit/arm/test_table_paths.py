@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from armimpedance.arm.polynomial_paths import PolynomialPaths, monomial_exponents
-from armimpedance.arm.table_paths import TablePaths
-from armimpedance.arm.table_paths_csv import EQUAL_TENSION_N, read_moment_arm_table
-from armimpedance.errors import InputError
+from armimpedance.core.errors import InputError
+from armimpedance.limb.arm.polynomial_paths import PolynomialPaths, monomial_exponents
+from armimpedance.limb.arm.table_paths import TablePaths
+from armimpedance.limb.arm.table_paths_csv import EQUAL_TENSION_N, read_moment_arm_table
 
 SHOULDER, ELBOW = np.deg2rad(np.arange(0, 91, 15)), np.deg2rad(np.arange(30, 121, 15))
 HEADER = "muscle,q_shoulder_rad,q_elbow_rad,G_shoulder_m,G_elbow_m"

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from armimpedance.arm.two_link import TwoLinkArm
-from armimpedance.errors import InputError
+from armimpedance.core.errors import InputError
+from armimpedance.limb.arm.two_link import TwoLinkArm
 
 ARM = TwoLinkArm(0.30, 0.34, 1.9, 1.5, 0.13, 0.17, 0.018, 0.024)
 angles = st.tuples(st.floats(-3, 3), st.floats(0.05, 3.0))

@@ -10,8 +10,8 @@ import sys
 import pytest
 
 from armimpedance.__main__ import main
-from armimpedance.benchmark import BenchmarkFolder
-from armimpedance.benchmark.folder import asked_text, read_known
+from armimpedance.lab.benchmark import BenchmarkFolder
+from armimpedance.lab.benchmark.folder import asked_text, read_known
 
 KEY = "7" * 64
 

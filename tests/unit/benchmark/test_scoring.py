@@ -7,9 +7,9 @@ import random
 
 import pytest
 
-from armimpedance.benchmark import Asked, Group, Known, record_names
-from armimpedance.benchmark.scoring import score
-from armimpedance.benchmark.submission import Claim
+from armimpedance.lab.benchmark import Asked, Group, Known, record_names
+from armimpedance.lab.benchmark.scoring import score
+from armimpedance.lab.benchmark.submission import Claim
 
 RECORDS = [*record_names("public", 4), *record_names("sealed", 3)]
 MATRIX = [[100.0, -30.0], [-20.0, 200.0]]

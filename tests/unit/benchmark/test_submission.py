@@ -6,9 +6,9 @@ import math
 
 import pytest
 
-from armimpedance.benchmark import Asked
-from armimpedance.benchmark.submission import read_submission
-from armimpedance.errors import InputError
+from armimpedance.core.errors import InputError
+from armimpedance.lab.benchmark import Asked
+from armimpedance.lab.benchmark.submission import read_submission
 
 ASKED = [
     Asked(task, record, "I", quantity, unit)

@@ -8,8 +8,8 @@ import math
 import numpy as np
 import pytest
 
-from armimpedance.benchmark import Key
-from armimpedance.cli.benchmark.task import TASKS, drawn, nameless, truth_of
+from armimpedance.lab.benchmark import Key
+from armimpedance.lab.benchmark_command.task import TASKS, drawn, nameless, truth_of
 
 KEY = Key(bytes(32))
 #: Their truth needs the whole simulation, of ten seconds and more.

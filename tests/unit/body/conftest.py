@@ -9,9 +9,9 @@ import pandas as pd
 import pytest
 from scipy.interpolate import make_interp_spline
 
-from armimpedance.body.parameters import moving_segments, pseudo_inertias
-from armimpedance.motion import MotionRecording
-from armimpedance.skeleton import Hinge, Segment, Skeleton
+from armimpedance.core.motion import MotionRecording
+from armimpedance.core.skeleton import Hinge, Segment, Skeleton
+from armimpedance.joint.body.parameters import moving_segments, pseudo_inertias
 from manipulandum_sim.tree_dynamics import contact_wrench, inverse_dynamics
 
 RATE = 100.0

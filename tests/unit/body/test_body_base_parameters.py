@@ -8,14 +8,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.arm.skeleton_model import skeleton_model
-from armimpedance.body.base_parameters import base_parameters, essential_base_parameters
-from armimpedance.body.joint_terms import robot_terms
-from armimpedance.body.parameters import inertial_parameters, parameter_names, parameter_units
-from armimpedance.body.regressor import regressor
-from armimpedance.body.rows import RowChoice
-from armimpedance.errors import InputError
-from armimpedance.skeleton import Hinge
+from armimpedance.core.errors import InputError
+from armimpedance.core.skeleton import Hinge
+from armimpedance.joint.body.base_parameters import base_parameters, essential_base_parameters
+from armimpedance.joint.body.joint_terms import robot_terms
+from armimpedance.joint.body.parameters import inertial_parameters, parameter_names, parameter_units
+from armimpedance.joint.body.regressor import regressor
+from armimpedance.joint.body.rows import RowChoice
+from armimpedance.limb.arm.skeleton_model import skeleton_model
 
 
 def triangle(skeleton, *, still_root=False, static=False, rows=None, samples=130, seed=0):

@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.body.checks import check_body
-from armimpedance.body.equations import body_equations
-from armimpedance.body.identify import identify_body
-from armimpedance.body.joint_terms import JointTerm
-from armimpedance.body.rows import RowChoice
-from armimpedance.errors import InputError, NotIdentifiableError
-from armimpedance.records import Subject
+from armimpedance.core.errors import InputError, NotIdentifiableError
+from armimpedance.core.records import Subject
+from armimpedance.joint.body.checks import check_body
+from armimpedance.joint.body.equations import body_equations
+from armimpedance.joint.body.identify import identify_body
+from armimpedance.joint.body.joint_terms import JointTerm
+from armimpedance.joint.body.rows import RowChoice
 
 
 @pytest.fixture(scope="module")

@@ -7,13 +7,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.body.base_parameters import essential_base_parameters
-from armimpedance.body.consistent import fit_consistent
-from armimpedance.body.equations import body_equations
-from armimpedance.body.estimate import fit_base
-from armimpedance.body.parameters import inertial_parameters, pseudo_inertia_basis, pseudo_inertias
-from armimpedance.body.rows import RowChoice
-from armimpedance.errors import InputError
+from armimpedance.core.errors import InputError
+from armimpedance.joint.body.base_parameters import essential_base_parameters
+from armimpedance.joint.body.consistent import fit_consistent
+from armimpedance.joint.body.equations import body_equations
+from armimpedance.joint.body.estimate import fit_base
+from armimpedance.joint.body.parameters import (
+    inertial_parameters,
+    pseudo_inertia_basis,
+    pseudo_inertias,
+)
+from armimpedance.joint.body.rows import RowChoice
 
 
 @pytest.fixture(scope="module")

@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.body.base_parameters import essential_base_parameters
-from armimpedance.body.equations import body_equations
-from armimpedance.body.estimate import clustered_covariance, fit_base, row_levels
-from armimpedance.body.parameters import inertial_parameters
-from armimpedance.body.rows import RowChoice
-from armimpedance.errors import InputError, NotIdentifiableError
+from armimpedance.core.errors import InputError, NotIdentifiableError
+from armimpedance.joint.body.base_parameters import essential_base_parameters
+from armimpedance.joint.body.equations import body_equations
+from armimpedance.joint.body.estimate import clustered_covariance, fit_base, row_levels
+from armimpedance.joint.body.parameters import inertial_parameters
+from armimpedance.joint.body.rows import RowChoice
 
 
 @pytest.fixture(scope="module")
@@ -49,8 +49,8 @@ def test_joint_rows_give_the_same(rigs, small):
 
 def test_torques_and_plates_together_give_the_same(rigs, small):
     recording, parts = rigs.moving(small, 6, trials=2)
-    from armimpedance.arm.skeleton_model import skeleton_model
-    from armimpedance.body.contacts import contact_torques
+    from armimpedance.joint.body.contacts import contact_torques
+    from armimpedance.limb.arm.skeleton_model import skeleton_model
 
     tau = np.concatenate([rigs.inverse_dynamics(small, *p[1:]) for p in parts])
     felt = contact_torques(
@@ -102,7 +102,7 @@ def test_independent_noise_needs_no_robustness(exact, small):
 
 
 def test_validation_on_triangles_is_validation_on_samples(exact, small):
-    from armimpedance.body.rows import each_trial
+    from armimpedance.joint.body.rows import each_trial
 
     recording = noisy(exact, np.random.default_rng(2))
     base = essential_base_parameters(small)

@@ -7,11 +7,11 @@ import itertools
 import numpy as np
 import pytest
 
-from armimpedance.body.base_parameters import essential_base_parameters
-from armimpedance.body.equations import body_equations
-from armimpedance.body.exciting import choose_motions, motion_conditions, scaled_condition
-from armimpedance.body.rows import RowChoice, each_trial
-from armimpedance.errors import InputError
+from armimpedance.core.errors import InputError
+from armimpedance.joint.body.base_parameters import essential_base_parameters
+from armimpedance.joint.body.equations import body_equations
+from armimpedance.joint.body.exciting import choose_motions, motion_conditions, scaled_condition
+from armimpedance.joint.body.rows import RowChoice, each_trial
 
 
 @pytest.fixture(scope="module")

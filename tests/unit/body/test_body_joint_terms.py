@@ -7,14 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.body.base_parameters import essential_base_parameters
-from armimpedance.body.equations import body_equations
-from armimpedance.body.identify import identify_body
-from armimpedance.body.joint_terms import JointTerm, passive_terms, robot_terms, term_columns
-from armimpedance.body.parameters import inertial_parameters
-from armimpedance.body.rows import RowChoice
-from armimpedance.errors import InputError
-from armimpedance.signals.filters import lowpass
+from armimpedance.core.errors import InputError
+from armimpedance.joint.body.base_parameters import essential_base_parameters
+from armimpedance.joint.body.equations import body_equations
+from armimpedance.joint.body.identify import identify_body
+from armimpedance.joint.body.joint_terms import JointTerm, passive_terms, robot_terms, term_columns
+from armimpedance.joint.body.parameters import inertial_parameters
+from armimpedance.joint.body.rows import RowChoice
+from armimpedance.numerics.signals.filters import lowpass
 
 
 def robot_log(rigs, seed, noise=0.0):
@@ -98,7 +98,7 @@ def test_passive_joints_of_a_body_are_found_together_with_its_inertia(small, rig
 def test_a_loose_joint_takes_no_torque(small, rigs):
     """Passive rows: what is measured at a passive joint is not its muscles', and is left out."""
     recording, _ = rigs.moving(small, 3, trials=1)
-    from armimpedance.body.rows import each_trial
+    from armimpedance.joint.body.rows import each_trial
 
     choice = RowChoice(passive_joints=("forearm_flexion",), standing=("trunk",))
     w = next(iter(each_trial(recording, choice))).w

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.body.identify import identify_body
-from armimpedance.body.rows import RowChoice
-from armimpedance.records import Subject
+from armimpedance.core.records import Subject
+from armimpedance.joint.body.identify import identify_body
+from armimpedance.joint.body.rows import RowChoice
 
 
 @pytest.fixture(scope="module")

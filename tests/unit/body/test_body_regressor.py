@@ -7,22 +7,22 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.arm.skeleton_model import skeleton_model
-from armimpedance.body.contacts import (
+from armimpedance.core.errors import InputError
+from armimpedance.joint.body.contacts import (
     about_world_origin,
     contact_torques,
     standing_segments,
     wrench_on_root,
 )
-from armimpedance.body.parameters import (
+from armimpedance.joint.body.parameters import (
     inertial_parameters,
     parameter_names,
     pseudo_inertias,
     with_inertial_parameters,
 )
-from armimpedance.body.regressor import regressor, root_rotation, root_wrench
-from armimpedance.body.rows import RowChoice, each_trial
-from armimpedance.errors import InputError
+from armimpedance.joint.body.regressor import regressor, root_rotation, root_wrench
+from armimpedance.joint.body.rows import RowChoice, each_trial
+from armimpedance.limb.arm.skeleton_model import skeleton_model
 from manipulandum_sim.tree_dynamics import move
 
 

@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.body.equations import body_equations
-from armimpedance.body.exciting import scaled_condition
-from armimpedance.body.identify import identify_body
-from armimpedance.body.method import METHODS
-from armimpedance.body.parameters import parameter_names
-from armimpedance.body.rows import RowChoice
-from armimpedance.errors import InputError
+from armimpedance.core.errors import InputError
+from armimpedance.joint.body.equations import body_equations
+from armimpedance.joint.body.exciting import scaled_condition
+from armimpedance.joint.body.identify import identify_body
+from armimpedance.joint.body.method import METHODS
+from armimpedance.joint.body.parameters import parameter_names
+from armimpedance.joint.body.rows import RowChoice
 
 
 @pytest.fixture(scope="module")

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from armimpedance.__main__ import main
+from armimpedance.core.records import Subject
+from armimpedance.core.skeleton import Skeleton
 from armimpedance.recordings.motion.motion_folder import write_motion
-from armimpedance.records import Subject
-from armimpedance.skeleton import Skeleton
 from manipulandum_sim.body.simulate import simulate_body
 
 MOTIONS = ("walk", "all_joints", "trunk_twist")

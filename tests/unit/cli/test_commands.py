@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 
 from armimpedance.__main__ import main
-from armimpedance.files.results_csv import read_results
+from armimpedance.hand.show.results_csv import read_results
 from armimpedance.recordings.tables.folder import write_folder
 
 
@@ -31,7 +31,7 @@ def session(limb, tmp_path_factory):
 
 
 def subject():
-    from armimpedance.records import Subject
+    from armimpedance.core.records import Subject
 
     return Subject("S", 65.0, 1.70, 0.30, 0.34)
 
@@ -274,7 +274,7 @@ def test_wrong_calls_are_one_line_and_write_nothing(
 
 
 def test_help_of_every_command_has_an_example(capsys):
-    from armimpedance.cli.main import COMMANDS
+    from armimpedance.app.cli.main import COMMANDS
 
     for name in COMMANDS:
         with pytest.raises(SystemExit):

@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from armimpedance.cli.main import run as main
+from armimpedance.app.cli.main import run as main
+from armimpedance.core.records import Subject
 from armimpedance.recordings.tables.folder import write_folder
-from armimpedance.records import Subject
 
 STIFFER = 1.3
 

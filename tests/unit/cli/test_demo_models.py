@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from armimpedance.cli.parts.demo_models import fit_models, models_text
+from armimpedance.lab.parts.demo_models import fit_models, models_text
 from armimpedance_figures.tsuji1997.study import study
 
 

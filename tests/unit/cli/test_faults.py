@@ -11,11 +11,11 @@ import warnings
 import pytest
 
 from armimpedance.__main__ import main
-from armimpedance.cli.parts.failures import library_warnings, told
-from armimpedance.cli.parts.screen import safe_screen
-from armimpedance.errors import LONGEST_MESSAGE, EstimationError, InputError
-from armimpedance.impedance import in_order
+from armimpedance.core.errors import LONGEST_MESSAGE, EstimationError, InputError
+from armimpedance.hand.still import in_order
 from armimpedance.recordings import write_recording
+from armimpedance.show.command.failures import library_warnings, told
+from armimpedance.show.command.screen import safe_screen
 from manipulandum_sim.hand import simulate
 
 
@@ -69,7 +69,13 @@ def test_a_poor_terminal_gets_a_poor_text(session, encoding):
 
 @pytest.mark.parametrize(
     "module",
-    ["armimpedance.cli.main", "armimpedance.cli.simulate", "numpy", "pandas", "pyarrow.parquet"],
+    [
+        "armimpedance.app.cli.main",
+        "armimpedance.lab.simulate",
+        "numpy",
+        "pandas",
+        "pyarrow.parquet",
+    ],
 )
 def test_an_interrupt_is_one_line_and_130_also_while_modules_are_loaded(tmp_path, module):
     code = (
@@ -138,7 +144,7 @@ def test_an_error_of_ours_is_one_line_unless_the_traceback_is_asked_for(
     def broken(*_: object, **__: object) -> None:
         raise ZeroDivisionError("of ours")
 
-    monkeypatch.setattr("armimpedance.cli.inspect.run", broken)
+    monkeypatch.setattr("armimpedance.app.cli.inspect.run", broken)
     assert main(["inspect", str(session)]) == 1
     assert len(capsys.readouterr().err.splitlines()) == 1
     monkeypatch.setenv("ARMIMPEDANCE_TRACEBACK", "1")

@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from armimpedance.arm.muscular_arms import arm_named
-from armimpedance.cli.main import run as main
-from armimpedance.muscles.packed import matrix
+from armimpedance.app.cli.main import run as main
+from armimpedance.limb.arm.muscular_arms import arm_named
+from armimpedance.muscles.models.packed import matrix
 
 ARM = arm_named("planar6")
 POSTURE = (1.04, 1.57)

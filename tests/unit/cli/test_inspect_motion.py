@@ -10,10 +10,10 @@ import pandas as pd
 import pytest
 
 from armimpedance.__main__ import main
+from armimpedance.core.records import Recording
 from armimpedance.recordings.motion.marker_folder import write_markers
 from armimpedance.recordings.motion.motion_folder import write_motion
 from armimpedance.recordings.tables.folder import write_folder
-from armimpedance.records import Recording
 from manipulandum_sim.body.simulate import simulate_body
 
 

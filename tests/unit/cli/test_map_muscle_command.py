@@ -5,8 +5,8 @@ import pandas as pd
 import pytest
 
 from armimpedance.__main__ import main
-from armimpedance.cli.parts.simulation import write_simulated
-from armimpedance.conventions import MUSCLES
+from armimpedance.core.conventions import MUSCLES
+from armimpedance.lab.parts.simulation import write_simulated
 from manipulandum_sim.hand.muscles import human_paths, joint_basis
 from manipulandum_sim.hand.simulate import simulate
 from manipulandum_sim.hand.truth import Truth

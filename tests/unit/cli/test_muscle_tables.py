@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from armimpedance.arm import arm_named
-from armimpedance.cli.main import run as main
+from armimpedance.app.cli.main import run as main
+from armimpedance.limb.arm import arm_named
 from armimpedance.recordings.motion.opensim_table import read_opensim_table
 
 #: Elbow and shoulder, m, as OpenSim 4.6 computes them in arm26.osim at the postures below

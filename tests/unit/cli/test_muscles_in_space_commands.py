@@ -11,13 +11,16 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from armimpedance.analyses import estimate, free_hand_rows, read_recording, to_joint
-from armimpedance.cli.main import run as main
-from armimpedance.errors import InputError
-from armimpedance.files import write_results
-from armimpedance.muscles import joint_rows, matrix, triple
+from armimpedance.app.cli.main import run as main
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import ImpedanceEstimate, Quality
+from armimpedance.hand.levels.show import to_joint
+from armimpedance.hand.show import write_results
+from armimpedance.hand.still.show import estimate
+from armimpedance.muscles.models import joint_rows, matrix, triple
+from armimpedance.muscles.show import free_hand_rows
 from armimpedance.recordings import write_recording
-from armimpedance.records import ImpedanceEstimate, Quality
+from armimpedance.show.verbs.sources import read_recording
 from manipulandum_sim.hand import find_subject
 from manipulandum_sim.space import (
     SpaceCondition,

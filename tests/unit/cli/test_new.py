@@ -12,10 +12,10 @@ import pytest
 
 import armimpedance as ai
 from armimpedance.__main__ import main
-from armimpedance.cli.parts.lab_form import FORMS, form_for
-from armimpedance.cli.parts.simulation import Simulated, write_as
-from armimpedance.cli.parts.starter import NOTEBOOK, SCRIPT, STARTERS
-from armimpedance.errors import InputError
+from armimpedance.core.errors import InputError
+from armimpedance.lab.parts.lab_form import FORMS, form_for
+from armimpedance.lab.parts.simulation import Simulated, write_as
+from armimpedance.lab.parts.starter import NOTEBOOK, SCRIPT, STARTERS
 from manipulandum_sim.hand import simulate
 
 

@@ -5,10 +5,10 @@ import re
 import numpy as np
 import pytest
 
-from armimpedance.cli.main import run as main
-from armimpedance.files.results_csv import write_results
-from armimpedance.impedance.estimation import estimate
-from armimpedance.planning.profile_csv import read_profile
+from armimpedance.app.cli.main import run as main
+from armimpedance.hand.planning.profile_csv import read_profile
+from armimpedance.hand.show.results_csv import write_results
+from armimpedance.hand.still.estimation import estimate
 from armimpedance.recordings.tables.folder import write_folder
 from manipulandum_sim.hand.simulate import simulate_condition
 

@@ -13,19 +13,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from armimpedance.cli.simulate_study import carry_out
-from armimpedance.cli.simulate_study.blocks import STORE, Blocks
-from armimpedance.cli.simulate_study.change import changes
-from armimpedance.cli.simulate_study.config import read_config
-from armimpedance.cli.simulate_study.hand_drawing import values_of
-from armimpedance.cli.simulate_study.hand_numbers import QUANTITIES, numbers_of
-from armimpedance.cli.simulate_study.rig import RIGS
-from armimpedance.cli.simulate_study.rigs.linear import LIMB, linear_window
-from armimpedance.cli.simulate_study.summary import wilson
-from armimpedance.comparison import changes as compared
-from armimpedance.errors import InputError
-from armimpedance.impedance import Group, Options, estimate_window
-from armimpedance.study import Dask, Processes
+from armimpedance.app.study import Dask, Processes
+from armimpedance.core.errors import InputError
+from armimpedance.hand.comparison import changes as compared
+from armimpedance.hand.still import Group, Options, estimate_window
+from armimpedance.lab.simulate_study import carry_out
+from armimpedance.lab.simulate_study.blocks import STORE, Blocks
+from armimpedance.lab.simulate_study.change import changes
+from armimpedance.lab.simulate_study.config import read_config
+from armimpedance.lab.simulate_study.hand_drawing import values_of
+from armimpedance.lab.simulate_study.hand_numbers import QUANTITIES, numbers_of
+from armimpedance.lab.simulate_study.rig import RIGS
+from armimpedance.lab.simulate_study.rigs.linear import LIMB, linear_window
+from armimpedance.lab.simulate_study.summary import wilson
 
 TINY = """
 sessions = 30
@@ -266,7 +266,7 @@ def test_what_is_no_text_is_refused(content, tmp_path):
 
 
 def test_a_folder_of_something_else_is_left_alone(tmp_path, capsys):
-    from armimpedance.cli.main import run
+    from armimpedance.app.cli.main import run
 
     (tmp_path / "mine.txt").write_text("x")
     (tmp_path / "study.toml").write_text(TINY)
@@ -423,7 +423,7 @@ def test_an_elbow_holds_its_truth(tmp_path):
 
 
 def test_plain_numbers_are_drawn_as_they_are():
-    from armimpedance.cli.simulate_study.plain_numbers import SHORTCUT, Fitted, numbers_of
+    from armimpedance.lab.simulate_study.plain_numbers import SHORTCUT, Fitted, numbers_of
 
     rng = np.random.default_rng(1)
     truth = np.array([1.0, 2.0])

@@ -12,9 +12,9 @@ from pathlib import Path
 
 import pytest
 
-from armimpedance.cli.parts.failures import told
-from armimpedance.cli.parts.stopping import Stopped, stopped_in_order
-from armimpedance.errors import WorkerError
+from armimpedance.core.errors import WorkerError
+from armimpedance.show.command.failures import told
+from armimpedance.show.command.stopping import Stopped, stopped_in_order
 
 #: A command that says when it is at work, has a file open, and would take for ever.
 AT_WORK = """
@@ -22,8 +22,8 @@ import sys, time
 from armimpedance.__main__ import _fill_standard_streams, main
 # as in the program, before all else is loaded: a library may keep the lowest free number
 _fill_standard_streams()
-import armimpedance.cli.explore as command
-from armimpedance.outputs import staged_file
+import armimpedance.muscles.show.explore_command as command
+from armimpedance.core.outputs import staged_file
 
 def run(arguments):
     with staged_file(sys.argv[1]) as path:
@@ -85,7 +85,7 @@ def test_a_signal_that_is_ignored_stays_ignored(tmp_path):
 
 def test_a_second_signal_does_not_disturb_the_tidying_up_and_a_later_one_is_heeded(monkeypatch):
     clock = [0.0]
-    monkeypatch.setattr("armimpedance.cli.parts.stopping.monotonic", lambda: clock[0])
+    monkeypatch.setattr("armimpedance.show.command.stopping.monotonic", lambda: clock[0])
     with stopped_in_order() as asked:
         with pytest.raises(Stopped):
             signal.raise_signal(signal.SIGTERM)
@@ -165,8 +165,8 @@ def test_a_worker_that_was_killed_is_no_fault_of_the_input():
 #: A command whose workers take for ever.
 WITH_WORKERS = """
 import sys, time
-from armimpedance.impedance import in_order
-from armimpedance.study import Processes
+from armimpedance.hand.still import in_order
+from armimpedance.app.study import Processes
 if __name__ == "__main__":
     {work}
 """

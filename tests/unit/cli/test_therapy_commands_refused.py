@@ -11,10 +11,10 @@ import pytest
 from therapy_bench import DRAWINGS, PERSON, PIPE, bench_in, lifted, recorded
 
 from armimpedance.__main__ import main
+from armimpedance.core.records import Subject
+from armimpedance.joint.therapy.arm.mockup import pipes
+from armimpedance.joint.therapy.arm.passive_arm import PassiveArm
 from armimpedance.recordings.tables.folder import write_folder
-from armimpedance.records import Subject
-from armimpedance.therapy.arm.mockup import pipes
-from armimpedance.therapy.arm.passive_arm import PassiveArm
 
 
 @pytest.fixture(scope="module")

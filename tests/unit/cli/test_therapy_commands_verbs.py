@@ -10,12 +10,18 @@ import pytest
 from therapy_bench import DRAWINGS, PIPE, bench_in, lifted, recorded
 
 from armimpedance.__main__ import main
-from armimpedance.analyses import calibrate_arm, calibrate_robot, check_mockup, contribution
-from armimpedance.errors import InputError
-from armimpedance.files import read_arm, read_robot
-from armimpedance.plain import to_plain
-from armimpedance.records import Subject
-from armimpedance.therapy import PassiveArm, pipes
+from armimpedance.core.errors import InputError
+from armimpedance.core.plain import to_plain
+from armimpedance.core.records import Subject
+from armimpedance.joint.therapy import PassiveArm, pipes
+from armimpedance.joint.therapy.show import (
+    calibrate_arm,
+    calibrate_robot,
+    check_mockup,
+    contribution,
+    read_arm,
+    read_robot,
+)
 
 HOSTILE = "<script>alert(1)</script>"
 

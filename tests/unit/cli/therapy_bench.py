@@ -9,15 +9,15 @@ import numpy as np
 import pandas as pd
 
 from armimpedance.__main__ import main
-from armimpedance.cli.simulated.therapy import drawings_of
-from armimpedance.files.therapy_json import write_robot
+from armimpedance.core.records import Recording, Subject
+from armimpedance.joint.therapy.arm.passive_arm import PassiveArm
+from armimpedance.joint.therapy.arm.person import segments_of
+from armimpedance.joint.therapy.arm.rigid_arm import arm_bodies
+from armimpedance.joint.therapy.robot.rigid import robot_bodies
+from armimpedance.joint.therapy.robot.therapy_robot import Loads, load_torque, parameter_count
+from armimpedance.joint.therapy.show.models_json import write_robot
+from armimpedance.lab.simulated.therapy import drawings_of
 from armimpedance.recordings.tables.folder import write_folder
-from armimpedance.records import Recording, Subject
-from armimpedance.therapy.arm.passive_arm import PassiveArm
-from armimpedance.therapy.arm.person import segments_of
-from armimpedance.therapy.arm.rigid_arm import arm_bodies
-from armimpedance.therapy.robot.rigid import robot_bodies
-from armimpedance.therapy.robot.therapy_robot import Loads, load_torque, parameter_count
 from manipulandum_sim.therapy.device import therapy_device
 
 RATE = 1000.0

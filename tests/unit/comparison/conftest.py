@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from armimpedance.conventions import parameter_names
-from armimpedance.records import ImpedanceEstimate, Quality
-from armimpedance.regression.equations import TrialEquations
+from armimpedance.core.conventions import parameter_names
+from armimpedance.core.records import ImpedanceEstimate, Quality
+from armimpedance.numerics.regression.equations import TrialEquations
 
 TRUTH = np.concatenate(
     [[1.731, -0.655, -0.655, 1.001], [8.63, -6.4, -6.4, 13.86], [104.8, -74.4, -74.4, 179.3]]

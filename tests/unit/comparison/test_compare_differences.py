@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.special import stdtrit
 
-from armimpedance.comparison.differences import changes, welch_dof, wrap_half_turn
-from armimpedance.errors import InputError
+from armimpedance.core.errors import InputError
+from armimpedance.hand.comparison.differences import changes, welch_dof, wrap_half_turn
 
 K = np.array([[104.8, -74.4], [-74.4, 179.3]])
 

@@ -5,12 +5,12 @@ import pytest
 from hypothesis import given, strategies as st
 from hypothesis.extra.numpy import arrays
 
-from armimpedance.comparison.distance import (
+from armimpedance.core.errors import InputError
+from armimpedance.hand.comparison.distance import (
     affine_invariant_distance,
     expected_square,
     upper_elements,
 )
-from armimpedance.errors import InputError
 
 entries = st.floats(-3, 3)
 

@@ -5,17 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.comparison.compare import common_strata, compare, paired
-from armimpedance.comparison.groups import (
+from armimpedance.core.errors import InputError
+from armimpedance.hand.comparison.compare import common_strata, compare, paired
+from armimpedance.hand.comparison.groups import (
     ComparedGroup,
     groups_of_estimates,
     groups_of_recording,
     name_of,
 )
-from armimpedance.comparison.parametric import parametric_test
-from armimpedance.errors import InputError
-from armimpedance.impedance.estimation import Options
-from armimpedance.regression.equations import solve_total
+from armimpedance.hand.comparison.parametric import parametric_test
+from armimpedance.hand.still.estimation import Options
+from armimpedance.numerics.regression.equations import solve_total
 
 
 def two_conditions(limb, **changes):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from armimpedance.comparison.hotelling import hotelling
+from armimpedance.hand.comparison.hotelling import hotelling
 
 
 def summary(sample):

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.comparison.compare import compare
-from armimpedance.comparison.groups import groups_of_estimates
-from armimpedance.comparison.inertia import check_inertia
-from armimpedance.impedance.estimation import estimate
+from armimpedance.hand.comparison.compare import compare
+from armimpedance.hand.comparison.groups import groups_of_estimates
+from armimpedance.hand.comparison.inertia import check_inertia
+from armimpedance.hand.still.estimation import estimate
 
 
 def groups(limb, gain, seed=0):

@@ -7,18 +7,18 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from armimpedance.comparison.compare import MOST_DRAWN_PAIRS, compare
-from armimpedance.comparison.distance import affine_invariant_distance, expected_square
-from armimpedance.comparison.first_order import Elements, first_order_tests
-from armimpedance.comparison.groups import ComparedGroup
-from armimpedance.comparison.matrix_test import holm
-from armimpedance.comparison.mixture import mixture_tail
-from armimpedance.comparison.parametric import parametric_test
-from armimpedance.comparison.permutation import permutation_test
-from armimpedance.comparison.planar import planar_ratios
-from armimpedance.errors import InputError
-from armimpedance.files.comparison_csv import comparison_content
-from armimpedance.report.comparison_text import comparison_text
+from armimpedance.core.errors import InputError
+from armimpedance.hand.comparison.compare import MOST_DRAWN_PAIRS, compare
+from armimpedance.hand.comparison.distance import affine_invariant_distance, expected_square
+from armimpedance.hand.comparison.first_order import Elements, first_order_tests
+from armimpedance.hand.comparison.groups import ComparedGroup
+from armimpedance.hand.comparison.matrix_test import holm
+from armimpedance.hand.comparison.mixture import mixture_tail
+from armimpedance.hand.comparison.parametric import parametric_test
+from armimpedance.hand.comparison.permutation import permutation_test
+from armimpedance.hand.comparison.planar import planar_ratios
+from armimpedance.hand.comparison.show.table import comparison_content
+from armimpedance.hand.comparison.show.text import comparison_text
 
 
 def perturbed(estimated, count, seed=0, stiffer=None):

@@ -5,15 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.comparison.matrix_test import exceedance, holm
-from armimpedance.comparison.permutation import (
+from armimpedance.core.errors import InputError, NotIdentifiableError
+from armimpedance.hand.comparison.matrix_test import exceedance, holm
+from armimpedance.hand.comparison.permutation import (
     arrangements,
     permutation_test,
     permuted_members,
     statistics_of,
 )
-from armimpedance.errors import InputError, NotIdentifiableError
-from armimpedance.regression.equations import solve_equations
+from armimpedance.numerics.regression.equations import solve_equations
 
 
 def directions(trials):
@@ -85,7 +85,7 @@ def test_a_stiffer_limb_is_found_in_its_stiffness_only(equations, truth):
 def test_same_seed_same_p_and_batches_do_not_matter(equations, monkeypatch):
     one, two = equations(1), equations(2)
     first = permutation_test(one, two, permutations=199, seed=4)
-    from armimpedance.comparison import permutation
+    from armimpedance.hand.comparison import permutation
 
     monkeypatch.setattr(permutation, "_BATCH_NUMBERS", 20_000)
     again = permutation_test(one, two, permutations=199, seed=4)

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from armimpedance.comparison.differences import wrap_half_turn
-from armimpedance.comparison.groups import ComparedGroup
-from armimpedance.comparison.subjects import compare_subjects, random_effects
-from armimpedance.errors import InputError
+from armimpedance.core.errors import InputError
+from armimpedance.hand.comparison.differences import wrap_half_turn
+from armimpedance.hand.comparison.groups import ComparedGroup
+from armimpedance.hand.comparison.subjects import compare_subjects, random_effects
 
 K = np.array([[104.8, -74.4], [-74.4, 179.3]])
 

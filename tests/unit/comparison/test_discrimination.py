@@ -10,15 +10,12 @@ from scipy.stats import norm, ttest_ind
 
 import armimpedance as ai
 from armimpedance.__main__ import main
-from armimpedance.analyses import discriminate
-from armimpedance.comparison.discrimination import (
-    Group,
-    discriminate_groups,
-)
-from armimpedance.comparison.two_samples import hedges_g, leave_one_out, newcombe_auc, wilson
-from armimpedance.errors import InputError
-from armimpedance.plots.discrimination import plot_discrimination
-from armimpedance.regression import NamedParameter
+from armimpedance.app.study import discriminate
+from armimpedance.core.errors import InputError
+from armimpedance.hand.comparison.discrimination import Group, discriminate_groups
+from armimpedance.hand.comparison.show.discrimination_plot import plot_discrimination
+from armimpedance.hand.comparison.two_samples import hedges_g, leave_one_out, newcombe_auc, wilson
+from armimpedance.numerics.regression import NamedParameter
 
 
 def group(name, values, sd=None):

@@ -8,8 +8,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from armimpedance.criticism import check_copies
-from armimpedance.signals import cut_windows
+from armimpedance.numerics.criticism import check_copies
+from armimpedance.numerics.signals import cut_windows
 
 
 def doubled(recording, delay_s=0.0):

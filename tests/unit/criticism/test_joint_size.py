@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.analyses import elbow
-from armimpedance.criticism import check_joint_size
-from armimpedance.errors import InputError
+from armimpedance.core.errors import InputError
+from armimpedance.joint.elbow.show import elbow
+from armimpedance.numerics.criticism import check_joint_size
 from manipulandum_sim.elbow import simulate_bench
 
 

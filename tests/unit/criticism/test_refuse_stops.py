@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from armimpedance.criticism import refuse_stops
-from armimpedance.errors import InputError
-from armimpedance.findings import Finding
+from armimpedance.core.errors import InputError
+from armimpedance.core.findings import Finding
+from armimpedance.numerics.criticism import refuse_stops
 
 FOUND = (
     Finding("rate", "ok", "1000 Hz"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from armimpedance.elbow import JointSamples, identify_elbow
+from armimpedance.joint.elbow import JointSamples, identify_elbow
 
 RATE_HZ, SECONDS = 1000.0, 10.0
 

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.analyses import elbow_over_time
-from armimpedance.elbow import from_recording, identify_cascade
-from armimpedance.elbow.cascade.cells import Cells
-from armimpedance.elbow.cascade.smooth import Strengths, smooth
-from armimpedance.errors import InputError
+from armimpedance.core.errors import InputError
+from armimpedance.joint.elbow import from_recording, identify_cascade
+from armimpedance.joint.elbow.cascade.cells import Cells
+from armimpedance.joint.elbow.cascade.smooth import Strengths, smooth
+from armimpedance.joint.elbow.show import elbow_over_time
 from manipulandum_sim.elbow import Reflex, simulate_cascade
 
 

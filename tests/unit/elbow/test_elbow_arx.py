@@ -5,18 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.elbow.result import NAMES
-from armimpedance.elbow.samples import JointSamples, from_recording
-from armimpedance.elbow.snr import spectra_of
-from armimpedance.elbow.stationary.band import band_of
-from armimpedance.elbow.stationary.identify import estimate_joint, identify_elbow
-from armimpedance.elbow.stationary.lagged import solve_structure
-from armimpedance.elbow.stationary.noise_bias import predicted_bias
-from armimpedance.elbow.stationary.preparation import prepare
-from armimpedance.elbow.stationary.table import METHODS
-from armimpedance.elbow.stationary.whiteness import ljung_box
-from armimpedance.errors import ArmImpedanceError, EstimationError, InputError
-from armimpedance.regression import t_factor
+from armimpedance.core.errors import ArmImpedanceError, EstimationError, InputError
+from armimpedance.joint.elbow.result import NAMES
+from armimpedance.joint.elbow.samples import JointSamples, from_recording
+from armimpedance.joint.elbow.snr import spectra_of
+from armimpedance.joint.elbow.stationary.band import band_of
+from armimpedance.joint.elbow.stationary.identify import estimate_joint, identify_elbow
+from armimpedance.joint.elbow.stationary.lagged import solve_structure
+from armimpedance.joint.elbow.stationary.noise_bias import predicted_bias
+from armimpedance.joint.elbow.stationary.preparation import prepare
+from armimpedance.joint.elbow.stationary.table import METHODS
+from armimpedance.joint.elbow.stationary.whiteness import ljung_box
+from armimpedance.numerics.regression import t_factor
 from manipulandum_sim.elbow.bench import simulate_bench
 
 JOINTS = {"underdamped": (0.07, 0.6, 20.0), "overdamped": (0.07, 3.5, 9.0)}

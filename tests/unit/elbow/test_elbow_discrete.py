@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from armimpedance.elbow.stationary.discrete import (
+from armimpedance.core.errors import ArmImpedanceError, EstimationError, InputError
+from armimpedance.joint.elbow.stationary.discrete import (
     DiscreteModel,
     jacobian,
     to_continuous,
     to_discrete,
 )
-from armimpedance.elbow.stationary.lagged import simulated
-from armimpedance.errors import ArmImpedanceError, EstimationError, InputError
+from armimpedance.joint.elbow.stationary.lagged import simulated
 from manipulandum_sim.elbow.bench import simulate_bench
 
 JOINTS = {

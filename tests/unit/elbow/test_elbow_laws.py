@@ -7,15 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.elbow import (
+from armimpedance.core.errors import RecordError
+from armimpedance.joint.elbow import (
     VARYING_METHODS,
     JointSamples,
     from_recording,
     identify_elbow,
     identify_varying,
 )
-from armimpedance.elbow.snr import spectra_of
-from armimpedance.errors import RecordError
+from armimpedance.joint.elbow.snr import spectra_of
 from manipulandum_sim.elbow.bench import simulate_bench
 
 RATE = 1000.0

@@ -6,13 +6,13 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from armimpedance.elbow.samples import JointSamples
-from armimpedance.elbow.snr import channel_spectrum, spectra_of
-from armimpedance.elbow.stationary import preparation
-from armimpedance.elbow.stationary.identify import identify_elbow
-from armimpedance.elbow.stationary.preparation import without_ramp
-from armimpedance.elbow.stationary.table import METHODS
-from armimpedance.errors import InputError
+from armimpedance.core.errors import InputError
+from armimpedance.joint.elbow.samples import JointSamples
+from armimpedance.joint.elbow.snr import channel_spectrum, spectra_of
+from armimpedance.joint.elbow.stationary import preparation
+from armimpedance.joint.elbow.stationary.identify import identify_elbow
+from armimpedance.joint.elbow.stationary.preparation import without_ramp
+from armimpedance.joint.elbow.stationary.table import METHODS
 from manipulandum_sim.elbow.bench import simulate_bench
 
 JOINT = (0.07, 0.6, 20.0)

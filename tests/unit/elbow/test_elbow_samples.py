@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.elbow.frequency_response import frequency_response, model_compliance
-from armimpedance.elbow.samples import JointSamples, from_recording
-from armimpedance.elbow.stationary.identify import identify_elbow
-from armimpedance.errors import InputError, RecordError
-from armimpedance.records import Subject
+from armimpedance.core.errors import InputError, RecordError
+from armimpedance.core.records import Subject
+from armimpedance.joint.elbow.frequency_response import frequency_response, model_compliance
+from armimpedance.joint.elbow.samples import JointSamples, from_recording
+from armimpedance.joint.elbow.stationary.identify import identify_elbow
 from manipulandum_sim.elbow.bench import simulate_bench
 
 JOINT = (0.07, 0.6, 20.0)

@@ -6,12 +6,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from armimpedance.analyses import emg_law
-from armimpedance.elbow.emg.crosstalk import Crosstalk
-from armimpedance.elbow.emg.law import fit_emg_law, fit_law
-from armimpedance.elbow.emg.names import check_names
-from armimpedance.records import Recording
-from armimpedance.report import law_text
+from armimpedance.core.records import Recording
+from armimpedance.joint.elbow.emg.crosstalk import Crosstalk
+from armimpedance.joint.elbow.emg.law import fit_emg_law, fit_law
+from armimpedance.joint.elbow.emg.names import check_names
+from armimpedance.joint.elbow.show import emg_law, law_text
 from manipulandum_sim.elbow import Electrodes, raw_emg, simulate_elbow
 
 TRUE = np.array([1.0, 42.0, 40.0])

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from armimpedance.errors import InputError, NotIdentifiableError
-from armimpedance.regression.errors_in_regressors import (
+from armimpedance.core.errors import InputError, NotIdentifiableError
+from armimpedance.numerics.regression.errors_in_regressors import (
     ErrorMoments,
     small_sample_term,
     solve_corrected,

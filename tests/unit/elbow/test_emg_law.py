@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from armimpedance.elbow.emg.law import fit_emg_law, fit_law
-from armimpedance.errors import InputError, NotIdentifiableError
+from armimpedance.core.errors import InputError, NotIdentifiableError
+from armimpedance.joint.elbow.emg.law import fit_emg_law, fit_law
 
 TRUE = np.array([5.0, 20.0, 12.0])
 #: 25 operating points: five levels of the flexor times five of the extensor.

@@ -9,17 +9,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.elbow.experiment.answer import NATS, answered
-from armimpedance.elbow.experiment.hull import hull, middle, shifted
-from armimpedance.elbow.experiment.local_fit import explained_motion
-from armimpedance.elbow.samples import from_recording
-from armimpedance.elbow.snr import spectra_of
-from armimpedance.elbow.stationary.band import source_of
-from armimpedance.elbow.stationary.identify import identify_elbow
-from armimpedance.elbow.stationary.preparation import prepare
-from armimpedance.elbow.stationary.table import METHODS
-from armimpedance.errors import InputError, RecordError
-from armimpedance.regression import Parameters
+from armimpedance.core.errors import InputError, RecordError
+from armimpedance.joint.elbow.experiment.answer import NATS, answered
+from armimpedance.joint.elbow.experiment.hull import hull, middle, shifted
+from armimpedance.joint.elbow.experiment.local_fit import explained_motion
+from armimpedance.joint.elbow.samples import from_recording
+from armimpedance.joint.elbow.snr import spectra_of
+from armimpedance.joint.elbow.stationary.band import source_of
+from armimpedance.joint.elbow.stationary.identify import identify_elbow
+from armimpedance.joint.elbow.stationary.preparation import prepare
+from armimpedance.joint.elbow.stationary.table import METHODS
+from armimpedance.numerics.regression import Parameters
 from manipulandum_sim.elbow import simulate_bench, simulate_servo
 
 JOINT = np.array([0.015, 1.2, 100.0])
@@ -272,7 +272,7 @@ def test_a_word_that_the_record_hardly_contradicts_is_said_and_allowed_for():
 
 
 def test_the_verb_takes_the_word_for_all_parts():
-    from armimpedance.analyses import elbow
+    from armimpedance.joint.elbow.show import elbow
 
     recording, _ = simulate_servo(*JOINT, trials=2, duration_s=6.0, told=False, command=False)
     fit = elbow(recording, imposed="position")

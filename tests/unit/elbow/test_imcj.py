@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.elbow.emg.imcj import calibrate_imcj, imcj
-from armimpedance.elbow.emg.roles import roles_of
-from armimpedance.errors import InputError, NotIdentifiableError
+from armimpedance.core.errors import InputError, NotIdentifiableError
+from armimpedance.joint.elbow.emg.imcj import calibrate_imcj, imcj
+from armimpedance.joint.elbow.emg.roles import roles_of
 from manipulandum_sim.elbow.simulate import simulate_elbow
 
 

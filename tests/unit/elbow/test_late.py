@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.elbow import JointSamples, from_recording, identify_elbow
-from armimpedance.elbow.doubts.posterior import Posterior, half_widths
-from armimpedance.elbow.doubts.whittle import Spectrum, fit_models
-from armimpedance.report import elbow_text
+from armimpedance.joint.elbow import JointSamples, from_recording, identify_elbow
+from armimpedance.joint.elbow.doubts.posterior import Posterior, half_widths
+from armimpedance.joint.elbow.doubts.whittle import Spectrum, fit_models
+from armimpedance.joint.elbow.show import elbow_text
 from manipulandum_sim.elbow import Departures, simulate_bench
 
 SWINGS = np.array([0.07, 1.2, 20.0])

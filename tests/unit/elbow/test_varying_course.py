@@ -8,14 +8,14 @@ from functools import cache
 import numpy as np
 import pytest
 
-from armimpedance.elbow.samples import COMMANDED, JointSamples, from_recording
-from armimpedance.elbow.varying.data import varying_data
-from armimpedance.elbow.varying.equation import linearise, start
-from armimpedance.elbow.varying.identify import identify_varying
-from armimpedance.elbow.varying.smoother import START_INTENSITY, settle, smooth
-from armimpedance.elbow.varying.smoother_model import Levels, smoother_model
-from armimpedance.elbow.varying.table import VARYING_METHODS
-from armimpedance.errors import InputError, NotIdentifiableError
+from armimpedance.core.errors import InputError, NotIdentifiableError
+from armimpedance.joint.elbow.samples import COMMANDED, JointSamples, from_recording
+from armimpedance.joint.elbow.varying.data import varying_data
+from armimpedance.joint.elbow.varying.equation import linearise, start
+from armimpedance.joint.elbow.varying.identify import identify_varying
+from armimpedance.joint.elbow.varying.smoother import START_INTENSITY, settle, smooth
+from armimpedance.joint.elbow.varying.smoother_model import Levels, smoother_model
+from armimpedance.joint.elbow.varying.table import VARYING_METHODS
 from manipulandum_sim.elbow.bench import simulate_bench
 
 INERTIA, B0, K0 = 0.07, 0.6, 20.0
@@ -224,7 +224,7 @@ def test_a_saturating_law_is_told():
 
 
 def test_errors_of_the_amplitudes_are_accounted_for():
-    from armimpedance.signals.filters import lowpass
+    from armimpedance.numerics.signals.filters import lowpass
 
     samples, _ = _bench(0.7)
     clean = _amplitude(samples)
@@ -245,7 +245,7 @@ def test_errors_of_the_amplitudes_are_accounted_for():
 
 @pytest.mark.parametrize("lag_s", [0.0, 0.05])
 def test_errors_of_the_amplitudes_are_no_lag(lag_s):
-    from armimpedance.signals.filters import lowpass
+    from armimpedance.numerics.signals.filters import lowpass
 
     samples, _ = _bench(0.7, 40.0, 0, lag_s)
     clean = _amplitude(samples)

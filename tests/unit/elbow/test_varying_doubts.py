@@ -5,11 +5,11 @@ import pandas as pd
 import pytest
 from scipy.signal import lfilter
 
-from armimpedance.elbow.samples import JointSamples, from_recording
-from armimpedance.elbow.varying.autoregression import Autoregression
-from armimpedance.elbow.varying.identify import identify_varying
-from armimpedance.records import Recording
-from armimpedance.report import varying_text
+from armimpedance.core.records import Recording
+from armimpedance.joint.elbow.samples import JointSamples, from_recording
+from armimpedance.joint.elbow.show import varying_text
+from armimpedance.joint.elbow.varying.autoregression import Autoregression
+from armimpedance.joint.elbow.varying.identify import identify_varying
 
 RATE, SECONDS = 1000, 10
 INERTIA, B, K = 0.07, 0.6, 20.0

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from armimpedance.elbow.samples import from_recording
-from armimpedance.elbow.varying.chain import smooth_chain
-from armimpedance.elbow.varying.data import decimated, varying_data
-from armimpedance.elbow.varying.equation import (
+from armimpedance.core.errors import EstimationError, InputError
+from armimpedance.joint.elbow.samples import from_recording
+from armimpedance.joint.elbow.varying.chain import smooth_chain
+from armimpedance.joint.elbow.varying.data import decimated, varying_data
+from armimpedance.joint.elbow.varying.equation import (
     FIRST,
     HALF,
     SECOND,
@@ -14,7 +15,6 @@ from armimpedance.elbow.varying.equation import (
     solve_weighted,
     start,
 )
-from armimpedance.errors import EstimationError, InputError
 from manipulandum_sim.elbow.bench import simulate_bench
 
 

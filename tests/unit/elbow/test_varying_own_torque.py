@@ -8,8 +8,8 @@ import pytest
 from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
-from armimpedance.elbow.samples import from_recording
-from armimpedance.elbow.varying.autoregression import (
+from armimpedance.joint.elbow.samples import from_recording
+from armimpedance.joint.elbow.varying.autoregression import (
     Autoregression,
     applied,
     by_reflection,
@@ -18,13 +18,13 @@ from armimpedance.elbow.varying.autoregression import (
     reflections_of,
     transposed,
 )
-from armimpedance.elbow.varying.beginning import begin
-from armimpedance.elbow.varying.data import varying_data
-from armimpedance.elbow.varying.departures import _probability
-from armimpedance.elbow.varying.equation import HALF, linearise, start
-from armimpedance.elbow.varying.identify import identify_varying
-from armimpedance.elbow.varying.smoother import course_of, factor_of, solve_course
-from armimpedance.elbow.varying.smoother_model import Levels, smoother_model
+from armimpedance.joint.elbow.varying.beginning import begin
+from armimpedance.joint.elbow.varying.data import varying_data
+from armimpedance.joint.elbow.varying.departures import _probability
+from armimpedance.joint.elbow.varying.equation import HALF, linearise, start
+from armimpedance.joint.elbow.varying.identify import identify_varying
+from armimpedance.joint.elbow.varying.smoother import course_of, factor_of, solve_course
+from armimpedance.joint.elbow.varying.smoother_model import Levels, smoother_model
 from manipulandum_sim.elbow.bench import simulate_bench
 from manipulandum_sim.elbow.simulate import simulate_elbow
 
@@ -180,7 +180,7 @@ def test_the_score_test_keeps_its_level():
 
 
 def test_a_process_that_was_drawn_comes_back():
-    from armimpedance.elbow.varying.voluntary import Residual, own_torque
+    from armimpedance.joint.elbow.varying.voluntary import Residual, own_torque
 
     rng = np.random.default_rng(0)
     v = lfilter([0.01], np.append(1, -PROCESS.coefficients), rng.standard_normal(20000))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from armimpedance.ellipses import ellipse, locus
+from armimpedance.hand.ellipses import ellipse, locus
 
 
 def rotation(angle):

@@ -14,15 +14,15 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from armimpedance.cli.simulated.therapy import drawings_of
-from armimpedance.errors import InputError
-from armimpedance.records import Recording, Subject
-from armimpedance.therapy.arm.mockup import pipes
-from armimpedance.therapy.arm.passive_arm import PassiveArm
-from armimpedance.therapy.arm.person import segments_of
-from armimpedance.therapy.arm.rigid_arm import arm_bodies
-from armimpedance.therapy.robot.rigid import robot_bodies
-from armimpedance.therapy.robot.therapy_robot import Loads, load_torque, parameter_count
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import Recording, Subject
+from armimpedance.joint.therapy.arm.mockup import pipes
+from armimpedance.joint.therapy.arm.passive_arm import PassiveArm
+from armimpedance.joint.therapy.arm.person import segments_of
+from armimpedance.joint.therapy.arm.rigid_arm import arm_bodies
+from armimpedance.joint.therapy.robot.rigid import robot_bodies
+from armimpedance.joint.therapy.robot.therapy_robot import Loads, load_torque, parameter_count
+from armimpedance.lab.simulated.therapy import drawings_of
 from armimpedance_figures.build_all import CATALOGUE
 from armimpedance_figures.guidali2013 import (
     contribution_means as means,

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from armimpedance.elbow.samples import from_recording
-from armimpedance.errors import InputError
+from armimpedance.core.errors import InputError
+from armimpedance.joint.elbow.samples import from_recording
 from armimpedance_figures.build_all import CATALOGUE
 from armimpedance_figures.ruiz2011 import (
     fig05_time_varying as fig05,

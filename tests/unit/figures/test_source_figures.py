@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from armimpedance.errors import InputError
-from armimpedance.plots.paper.captions import add_caption
-from armimpedance.plots.style import new_figure, print_style
+from armimpedance.core.errors import InputError
+from armimpedance.show.plots.paper.captions import add_caption
+from armimpedance.show.plots.style import new_figure, print_style
 from armimpedance_figures.build_all import CATALOGUE, chosen
 from armimpedance_figures.source_figure import FORMATS, write
 from armimpedance_figures.tsuji1997 import (

@@ -7,15 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.body.rows import each_trial
-from armimpedance.comparison.discrimination import Group, discriminate_groups
-from armimpedance.errors import InputError
-from armimpedance.motion import EmgSignals
-from armimpedance.passive.emg_gate import EmgLevel
-from armimpedance.passive.method import METHODS
-from armimpedance.plots.discrimination import plot_discrimination
-from armimpedance.plots.passive import plot_emg_level
-from armimpedance.regression import NamedParameter
+from armimpedance.core.errors import InputError
+from armimpedance.core.motion import EmgSignals
+from armimpedance.hand.comparison.discrimination import Group, discriminate_groups
+from armimpedance.hand.comparison.show.discrimination_plot import plot_discrimination
+from armimpedance.joint.body.rows import each_trial
+from armimpedance.joint.relaxed.method import METHODS
+from armimpedance.joint.relaxed.show.plot import plot_emg_level
+from armimpedance.numerics.regression import NamedParameter
+from armimpedance.numerics.signals.emg.silence import EmgLevel
 from armimpedance_figures.build_all import CATALOGUE
 from armimpedance_figures.source_figure import write
 from armimpedance_figures.venture_elbow import (

@@ -5,10 +5,10 @@ import csv
 import numpy as np
 import pytest
 
-from armimpedance.errors import InputError
-from armimpedance.files.joint_rows_csv import read_joint_rows
-from armimpedance.files.results_csv import write_results
-from armimpedance.levels.symmetry import symmetric_part
+from armimpedance.core.errors import InputError
+from armimpedance.hand.levels.symmetry import symmetric_part
+from armimpedance.hand.show.results_csv import write_results
+from armimpedance.muscles.show.rows_csv import read_joint_rows
 
 NEEDED = ["level", "q_shoulder_rad", "q_elbow_rad"]
 ELEMENTS = [f"{symbol}_{i}{j}" for symbol in "KB" for i in "12" for j in "12"]

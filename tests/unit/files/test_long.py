@@ -8,12 +8,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from armimpedance.analyses import Estimates
-from armimpedance.conventions import UNITS, element_names
-from armimpedance.errors import InputError
-from armimpedance.files.results_csv import results_content
-from armimpedance.files.tables import table_content, write_content
-from armimpedance.files.written.words import meaning_of
+from armimpedance.core.conventions import UNITS, element_names
+from armimpedance.core.errors import InputError
+from armimpedance.hand.show import Estimates
+from armimpedance.hand.show.results_csv import results_content
+from armimpedance.show.files.tables import table_content, write_content
+from armimpedance.show.files.written.words import meaning_of
 
 
 def test_long_and_wide_hold_the_same_numbers(make_estimate):

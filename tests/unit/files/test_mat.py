@@ -10,12 +10,12 @@ import pytest
 from hypothesis import given, strategies as st
 from scipy.io import loadmat
 
-from armimpedance.analyses import Estimates
-from armimpedance.conventions import UNITS
-from armimpedance.files.quantities import half_widths
-from armimpedance.files.tables import table_content, write_content
-from armimpedance.files.written.course import course_struct
-from armimpedance.files.written.matlab import Names
+from armimpedance.core.conventions import UNITS
+from armimpedance.hand.show import Estimates
+from armimpedance.hand.show.quantities import half_widths
+from armimpedance.show.files.tables import table_content, write_content
+from armimpedance.show.files.written.course import course_struct
+from armimpedance.show.files.written.matlab import Names
 
 VALID = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,62}")
 

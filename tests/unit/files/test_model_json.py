@@ -5,13 +5,13 @@ import json
 import numpy as np
 import pytest
 
-from armimpedance.errors import InputError
-from armimpedance.files.fit_json import write_fit
-from armimpedance.files.model_json import CHECKSUM, read_model, write_model
-from armimpedance.muscles.model_kinds import kind_of
-from armimpedance.muscles.posture.fit import fit_posture_model
-from armimpedance.muscles.rows import JointRows
-from armimpedance.regression import FitSummary, NamedParameter
+from armimpedance.core.errors import InputError
+from armimpedance.muscles.models.model_kinds import kind_of
+from armimpedance.muscles.models.posture.fit import fit_posture_model
+from armimpedance.muscles.models.rows import JointRows
+from armimpedance.muscles.show.model_json import CHECKSUM, read_model, write_model
+from armimpedance.numerics.regression import FitSummary, NamedParameter
+from armimpedance.show.files.fit_json import write_fit
 
 
 @pytest.fixture(scope="module")

@@ -10,10 +10,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings, strategies as st
 from hypothesis.extra.numpy import arrays
 
-from armimpedance.ellipses import ellipse_of
-from armimpedance.errors import InputError
-from armimpedance.files.results_csv import read_results, write_results
-from armimpedance.records import ImpedanceEstimate, Quality
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import ImpedanceEstimate, Quality
+from armimpedance.hand.ellipses import ellipse_of
+from armimpedance.hand.show.results_csv import read_results, write_results
 
 FIELDS = [f.name for f in dataclasses.fields(ImpedanceEstimate)]
 

@@ -5,8 +5,8 @@ import json
 
 import numpy as np
 
-from armimpedance.files.results_csv import write_results
-from armimpedance.records import Quality
+from armimpedance.core.records import Quality
+from armimpedance.hand.show.results_csv import write_results
 
 
 def refuse(constant):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from armimpedance.files import shared_steps
+from armimpedance.show.files import shared_steps
 
 
 def test_numbers_of_all_groups_stand_as_a_range():

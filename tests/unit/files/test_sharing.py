@@ -13,13 +13,13 @@ import pytest
 
 import armimpedance as ai
 from armimpedance.__main__ import main
-from armimpedance.errors import InputError
-from armimpedance.files.sharing.form import FORMS, Shared, Statement
-from armimpedance.motion import EmgSignals, MarkerRecording, MotionRecording
+from armimpedance.core.errors import InputError
+from armimpedance.core.motion import EmgSignals, MarkerRecording, MotionRecording
+from armimpedance.core.records import Recording, Subject
+from armimpedance.core.skeleton import Hinge, MarkerSite, Segment, Skeleton
 from armimpedance.recordings import ReadOptions, open_recording, write_recording
 from armimpedance.recordings.bids.names import parsed
-from armimpedance.records import Recording, Subject
-from armimpedance.skeleton import Hinge, MarkerSite, Segment, Skeleton
+from armimpedance.show.files.sharing.form import FORMS, Shared, Statement
 from manipulandum_sim.hand import simulate
 
 ARRAYS = ("time_s", "position", "force", "joint_angles", "emg", "offsets")

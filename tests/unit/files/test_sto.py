@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from armimpedance.errors import InputError
-from armimpedance.files.tables import table_content, write_content
+from armimpedance.core.errors import InputError
 from armimpedance.recordings.motion.opensim_table import read_opensim_table
+from armimpedance.show.files.tables import table_content, write_content
 
 
 def write_table(rows, path):

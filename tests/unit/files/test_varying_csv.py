@@ -7,12 +7,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from armimpedance.elbow.result import ChannelSnr, ElbowFit, Whiteness
-from armimpedance.elbow.varying_result import VaryingImpedance
-from armimpedance.errors import InputError, RecordError
-from armimpedance.files.varying_csv import write_varying
-from armimpedance.regression import Parameters
-from armimpedance.report.elbow_text import elbow_text, varying_text
+from armimpedance.core.errors import InputError, RecordError
+from armimpedance.joint.elbow.result import ChannelSnr, ElbowFit, Whiteness
+from armimpedance.joint.elbow.show.table import write_varying
+from armimpedance.joint.elbow.show.text import elbow_text, varying_text
+from armimpedance.joint.elbow.varying_result import VaryingImpedance
+from armimpedance.numerics.regression import Parameters
 
 
 def a_course(**changes):
@@ -151,7 +151,7 @@ def test_the_text_of_a_course_holds_its_range_and_warnings():
 
 
 def test_what_fit_json_adds_is_plain():
-    from armimpedance.json_text import finite
+    from armimpedance.core.json_text import finite
 
     fit = a_fit(parts={"trial 1": a_fit()})
     content = json.loads(json.dumps(finite(fit.to_dict())))

@@ -10,11 +10,11 @@ import openpyxl
 import pandas as pd
 import pytest
 
-from armimpedance.analyses import Estimates
-from armimpedance.errors import InputError
-from armimpedance.files.tables import table_content, write_content
-from armimpedance.files.written.content import About, Content
-from armimpedance.findings import Finding
+from armimpedance.core.errors import InputError
+from armimpedance.core.findings import Finding
+from armimpedance.hand.show import Estimates
+from armimpedance.show.files.tables import table_content, write_content
+from armimpedance.show.files.written.content import About, Content
 
 
 def cells_of(path, sheet="results"):

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.impedance.doubts.allowance import _tails, allowing
-from armimpedance.impedance.doubts.shared import in_common
-from armimpedance.impedance.estimation import estimate
+from armimpedance.hand.still.doubts.allowance import _tails, allowing
+from armimpedance.hand.still.doubts.shared import in_common
+from armimpedance.hand.still.estimation import estimate
 
 BY = ("condition",)
 

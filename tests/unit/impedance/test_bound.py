@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from armimpedance.impedance.bound import bound
-from armimpedance.impedance.weighing.modal import modal_equation, weighted_equations
-from armimpedance.impedance.weighing.noise import through_impedance
-from armimpedance.regression.equations import solve_total
-from armimpedance.signals.windows import cut_windows
+from armimpedance.hand.still.bound import bound
+from armimpedance.hand.still.weighing.modal import modal_equation, weighted_equations
+from armimpedance.hand.still.weighing.noise import through_impedance
+from armimpedance.numerics.regression.equations import solve_total
+from armimpedance.numerics.signals.windows import cut_windows
 
 
 def equation_of(limb, **options):

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from armimpedance.errors import InputError
-from armimpedance.impedance.weighing.components import (
+from armimpedance.core.errors import InputError
+from armimpedance.hand.still.weighing.components import (
     _inverse,
     _middle,
     _middle_of_two,

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from armimpedance.errors import InputError
-from armimpedance.impedance.cones import nearest_semidefinite, project_on_cone
+from armimpedance.core.errors import InputError
+from armimpedance.hand.still.cones import nearest_semidefinite, project_on_cone
 
 
 def _in_cone(u, slack=1e-9):

@@ -5,15 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.ellipses import ellipse_of
-from armimpedance.errors import EstimationError
-from armimpedance.files.results_csv import read_results, write_results
-from armimpedance.impedance.estimation import Options, estimate
-from armimpedance.impedance.methods import definite, exact
-from armimpedance.levels.symmetry import antisymmetric_part
-from armimpedance.report.estimate_text import estimate_text
-from armimpedance.report.text_table import summary_table
-from armimpedance.signals.windows import cut_windows
+from armimpedance.core.errors import EstimationError
+from armimpedance.hand.ellipses import ellipse_of
+from armimpedance.hand.levels.symmetry import antisymmetric_part
+from armimpedance.hand.show.results_csv import read_results, write_results
+from armimpedance.hand.show.text import estimate_text
+from armimpedance.hand.show.text_table import summary_table
+from armimpedance.hand.still.estimation import Options, estimate
+from armimpedance.hand.still.methods import definite, exact
+from armimpedance.numerics.signals.windows import cut_windows
 
 DEFINITE = Options(method="definite")
 #: Stiff along x, and pushing away along y: no passive limb.
@@ -26,7 +26,7 @@ def _prepared(recording, free=exact):
 
 def _solution(prepared):
     """Parameters in the chart, and the information and solution without constraint."""
-    from armimpedance.regression.equations import solve_total
+    from armimpedance.numerics.regression.equations import solve_total
 
     chart, equations = prepared.chart, prepared.equations
     theta = chart.expand(solve_total(chart.restrict(equations)))

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.signal import savgol_filter
 
-from armimpedance.impedance.doubts.columns import _slopes
-from armimpedance.impedance.doubts.told import check_departures
+from armimpedance.hand.still.doubts.columns import _slopes
+from armimpedance.hand.still.doubts.told import check_departures
 
 
 def told(recording):

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.errors import InputError, NotIdentifiableError
-from armimpedance.impedance.estimation import Options, estimate
+from armimpedance.core.errors import InputError, NotIdentifiableError
+from armimpedance.hand.still.estimation import Options, estimate
 
 
 def _relative_errors(limb, made):

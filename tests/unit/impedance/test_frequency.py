@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.errors import InputError
-from armimpedance.impedance.estimation import Options, estimate
-from armimpedance.impedance.methods.frequency import line_weight, replicate_noise, tapered_lines
-from armimpedance.impedance.weighing.modal import modal_equation
-from armimpedance.signals.windows import cut_windows
+from armimpedance.core.errors import InputError
+from armimpedance.hand.still.estimation import Options, estimate
+from armimpedance.hand.still.methods.frequency import line_weight, replicate_noise, tapered_lines
+from armimpedance.hand.still.weighing.modal import modal_equation
+from armimpedance.numerics.signals.windows import cut_windows
 
 BY_LINES = Options(method="frequency")
 
@@ -85,8 +85,8 @@ def test_noise_of_the_position_does_not_shrink_the_inertia(limb):
     """White noise of 0.4 mm and 1 N: the same lines with each trial's own motion as its instrument
     lose more than 10 % of M_22; with that of the other replicates all of M stays within four
     standard errors. (Against less force noise the weights turn to lines that bear the noise.)"""
-    from armimpedance.impedance.weighing.modal import weighted_equations
-    from armimpedance.regression.equations import solve_total
+    from armimpedance.hand.still.weighing.modal import weighted_equations
+    from armimpedance.numerics.regression.equations import solve_total
 
     recording = limb.record(sets=10, force_noise=1.0)
     noise = np.random.default_rng(4).normal(0, 4e-4, recording.position.shape)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from armimpedance.impedance import (
+from armimpedance.hand.still import (
     METHODS,
     Options,
     check_response,
@@ -16,8 +16,8 @@ from armimpedance.impedance import (
     reflex_guard,
     side_by_side,
 )
-from armimpedance.impedance.weighing.components import fit_components, total_covariance
-from armimpedance.signals import cut_windows
+from armimpedance.hand.still.weighing.components import fit_components, total_covariance
+from armimpedance.numerics.signals import cut_windows
 
 MATRICES = ("inertia", "viscosity", "stiffness")
 

@@ -5,15 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.errors import InputError
-from armimpedance.impedance.estimation import Options, estimate
-from armimpedance.impedance.methods import exact, instruments
-from armimpedance.impedance.methods.instruments import instrumented, mean_of_others
-from armimpedance.impedance.prepared import Prepared
-from armimpedance.impedance.regressors import impedance_factors
-from armimpedance.regression.equations import solve_equations
-from armimpedance.signals.response import choose_span, respond
-from armimpedance.signals.windows import cut_windows
+from armimpedance.core.errors import InputError
+from armimpedance.hand.still.estimation import Options, estimate
+from armimpedance.hand.still.methods import exact, instruments
+from armimpedance.hand.still.methods.instruments import instrumented, mean_of_others
+from armimpedance.hand.still.prepared import Prepared
+from armimpedance.hand.still.regressors import impedance_factors
+from armimpedance.numerics.regression.equations import solve_equations
+from armimpedance.numerics.signals.response import choose_span, respond
+from armimpedance.numerics.signals.windows import cut_windows
 
 BY_INSTRUMENTS = Options(method="instruments")
 

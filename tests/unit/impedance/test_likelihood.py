@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import minimize
 
-from armimpedance.impedance.estimation import Options, estimate
-from armimpedance.impedance.methods.likelihood import score_equations
-from armimpedance.impedance.weighing.modal import modal_equation
-from armimpedance.impedance.weighing.noise import through_impedance
-from armimpedance.regression.equations import solve_total
-from armimpedance.signals.windows import cut_windows
+from armimpedance.hand.still.estimation import Options, estimate
+from armimpedance.hand.still.methods.likelihood import score_equations
+from armimpedance.hand.still.weighing.modal import modal_equation
+from armimpedance.hand.still.weighing.noise import through_impedance
+from armimpedance.numerics.regression.equations import solve_total
+from armimpedance.numerics.signals.windows import cut_windows
 
 
 def test_noise_free_truth_comes_back(limb):

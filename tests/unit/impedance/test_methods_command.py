@@ -7,10 +7,10 @@ import pandas as pd
 import pytest
 
 from armimpedance.__main__ import main
-from armimpedance.files.results_csv import read_results
-from armimpedance.impedance.table import METHODS
+from armimpedance.core.records import Subject
+from armimpedance.hand.show.results_csv import read_results
+from armimpedance.hand.still.table import METHODS
 from armimpedance.recordings.tables.folder import read_folder, write_folder
-from armimpedance.records import Subject
 
 
 @pytest.fixture(scope="module")

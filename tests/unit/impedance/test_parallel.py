@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from armimpedance.__main__ import main
-from armimpedance.errors import InputError, NotIdentifiableError
-from armimpedance.impedance.estimation import estimate
-from armimpedance.impedance.parallel import in_order
+from armimpedance.core.errors import InputError, NotIdentifiableError
+from armimpedance.hand.still.estimation import estimate
+from armimpedance.hand.still.parallel import in_order
 from armimpedance.recordings.tables.folder import write_folder
 
 

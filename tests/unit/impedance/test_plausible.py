@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.impedance.plausible import check_limb
-from armimpedance.records import Subject
+from armimpedance.core.records import Subject
+from armimpedance.hand.still.plausible import check_limb
 
 
 @pytest.fixture(scope="module")

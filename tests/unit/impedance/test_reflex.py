@@ -7,17 +7,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.errors import InputError, NotIdentifiableError
-from armimpedance.impedance.reflex import guard as reflex
-from armimpedance.impedance.reflex.ends import window_ends
-from armimpedance.impedance.reflex.evidence import weigh
-from armimpedance.impedance.reflex.guard import guard_window, reflex_guard
-from armimpedance.impedance.reflex.scan import scan_delays
-from armimpedance.impedance.reflex.verdict import LEVEL, TELLING_SHARE
-from armimpedance.impedance.weighing.weighted_fit import weighted_fit
-from armimpedance.regression.equations import solve_equations, solve_total
-from armimpedance.report.reflex_text import headline
-from armimpedance.signals.windows import cut_windows
+from armimpedance.core.errors import InputError, NotIdentifiableError
+from armimpedance.hand.still.reflex import guard as reflex
+from armimpedance.hand.still.reflex.ends import window_ends
+from armimpedance.hand.still.reflex.evidence import weigh
+from armimpedance.hand.still.reflex.guard import guard_window, reflex_guard
+from armimpedance.hand.still.reflex.scan import scan_delays
+from armimpedance.hand.still.reflex.verdict import LEVEL, TELLING_SHARE
+from armimpedance.hand.still.show.reflex_text import headline
+from armimpedance.hand.still.weighing.weighted_fit import weighted_fit
+from armimpedance.numerics.regression.equations import solve_equations, solve_total
+from armimpedance.numerics.signals.windows import cut_windows
 
 REFLEX = np.array([[20.0, -15.0], [-15.0, 50.0]])
 DELAY_S = 0.053

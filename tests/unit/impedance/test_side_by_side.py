@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.errors import InputError, NotIdentifiableError
-from armimpedance.impedance.estimation import Options, estimate
-from armimpedance.impedance.side_by_side import side_by_side
-from armimpedance.impedance.table import METHODS
-from armimpedance.report.methods_table import methods_table
+from armimpedance.core.errors import InputError, NotIdentifiableError
+from armimpedance.hand.still.estimation import Options, estimate
+from armimpedance.hand.still.show.methods_table import methods_table
+from armimpedance.hand.still.side_by_side import side_by_side
+from armimpedance.hand.still.table import METHODS
 
 
 @pytest.fixture(scope="module")
@@ -66,7 +66,7 @@ def test_the_jackknife_of_the_difference_is_its_spread_over_experiments(limb, mo
     """Over 24 experiments, paper minus exact in K: the mean estimated variance agrees with the
     observed mean square (24 of them know it to about 25 %; three of those are granted)."""
     two = Two({name: METHODS[name] for name in ("exact", "paper")})
-    monkeypatch.setattr(sys.modules["armimpedance.impedance.side_by_side"], "METHODS", two)
+    monkeypatch.setattr(sys.modules["armimpedance.hand.still.side_by_side"], "METHODS", two)
     squares, chance = [], []
     for seed in range(24):
         recording = limb.record(sets=2, force_noise=0.2, seed=seed)

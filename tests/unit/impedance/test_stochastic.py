@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from armimpedance.errors import InputError
-from armimpedance.impedance.estimation import Options, estimate
-from armimpedance.records import Recording
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import Recording
+from armimpedance.hand.still.estimation import Options, estimate
 
 I_TRUE, B_TRUE, K_TRUE = 0.017, 1.2, 110.0
 RATE = 1000.0

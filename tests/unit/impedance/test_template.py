@@ -9,7 +9,7 @@ ROOT = Path(__file__).resolve().parents[3]
 #: A folder of methods beside the toolkit's, and the tests with the toolkit's fixtures.
 RUN = """
 import sys, pytest
-import armimpedance.impedance.methods as methods
+import armimpedance.hand.still.methods as methods
 methods.__path__.append(sys.argv[1])
 sys.exit(pytest.main(["-q", "-p", "no:cacheprovider", "--rootdir", sys.argv[2], sys.argv[2]]))
 """

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.errors import InputError
-from armimpedance.impedance.estimation import Options, estimate
-from armimpedance.impedance.methods.weak_form import drift_free_splines, weak_rows
-from armimpedance.regression.equations import solve_total
-from armimpedance.signals.windows import cut_windows
+from armimpedance.core.errors import InputError
+from armimpedance.hand.still.estimation import Options, estimate
+from armimpedance.hand.still.methods.weak_form import drift_free_splines, weak_rows
+from armimpedance.numerics.regression.equations import solve_total
+from armimpedance.numerics.signals.windows import cut_windows
 
 WEAK = Options(method="weak_form")
 

@@ -7,15 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.errors import NotIdentifiableError
-from armimpedance.impedance.estimation import Options, estimate
-from armimpedance.impedance.methods import exact, weighted
-from armimpedance.impedance.weighing.expected_motion import expected_motion
-from armimpedance.impedance.weighing.modal import modal_equation, weighted_equations
-from armimpedance.impedance.weighing.noise import NAMES
-from armimpedance.impedance.weighing.weighted_fit import weighted_fit
-from armimpedance.regression.equations import solve_total
-from armimpedance.signals.windows import cut_windows
+from armimpedance.core.errors import NotIdentifiableError
+from armimpedance.hand.still.estimation import Options, estimate
+from armimpedance.hand.still.methods import exact, weighted
+from armimpedance.hand.still.weighing.expected_motion import expected_motion
+from armimpedance.hand.still.weighing.modal import modal_equation, weighted_equations
+from armimpedance.hand.still.weighing.noise import NAMES
+from armimpedance.hand.still.weighing.weighted_fit import weighted_fit
+from armimpedance.numerics.regression.equations import solve_total
+from armimpedance.numerics.signals.windows import cut_windows
 
 WEIGHTED = Options(method="weighted")
 

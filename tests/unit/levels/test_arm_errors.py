@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.analyses import Estimates, to_joint
-from armimpedance.arm.anthropometry import two_link_arm
-from armimpedance.records import ImpedanceEstimate, Quality, Subject
+from armimpedance.core.records import ImpedanceEstimate, Quality, Subject
+from armimpedance.hand.levels.show import to_joint
+from armimpedance.hand.show import Estimates
+from armimpedance.limb.arm.anthropometry import two_link_arm
 
 WHO = Subject("A", mass_kg=70.0, upper_arm_m=0.30, forearm_hand_m=0.34)
 QUALITY = Quality(1, 1, 1.0, 1.0, 1.0, 1.0, 12, 0.0)

@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 from scipy.optimize import root
 
-from armimpedance.analyses import Estimates, to_hand, to_joint, to_muscle
-from armimpedance.arm.two_link import TwoLinkArm
-from armimpedance.errors import InputError
-from armimpedance.levels import joint as levels
-from armimpedance.muscles import JointPrediction, at_hand
-from armimpedance.records import ArmPosture, ImpedanceEstimate, Quality, Subject
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import ArmPosture, ImpedanceEstimate, Quality, Subject
+from armimpedance.hand.levels import joint as levels
+from armimpedance.hand.levels.show import to_hand, to_joint, to_muscle
+from armimpedance.hand.show import Estimates
+from armimpedance.limb.arm.two_link import TwoLinkArm
+from armimpedance.muscles.models import JointPrediction, at_hand
 
 QUALITY = Quality(1, 1, 1.0, 1.0, 1.0, 1.0, 12, 0.0)
 STEP = 1e-4

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from armimpedance.arm.muscular_arms import arm_named
-from armimpedance.arm.polynomial_paths import PolynomialPaths, monomial_exponents
-from armimpedance.arm.table_paths import TablePaths
-from armimpedance.errors import InputError
-from armimpedance.levels.muscle import curvature_term, joint_stiffness, joint_viscosity
+from armimpedance.core.errors import InputError
+from armimpedance.hand.levels.muscle import curvature_term, joint_stiffness, joint_viscosity
+from armimpedance.limb.arm.muscular_arms import arm_named
+from armimpedance.limb.arm.polynomial_paths import PolynomialPaths, monomial_exponents
+from armimpedance.limb.arm.table_paths import TablePaths
 
 STEP = 4e-3
 SHOULDER, ELBOW = np.deg2rad(np.arange(0, 121, 15)), np.deg2rad(np.arange(15, 136, 15))

@@ -5,10 +5,10 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from armimpedance.arm.muscular_arms import arm_named
-from armimpedance.errors import InputError
-from armimpedance.levels.muscle import joint_stiffness
-from armimpedance.levels.muscle_identifiable import muscle_share
+from armimpedance.core.errors import InputError
+from armimpedance.hand.levels.muscle import joint_stiffness
+from armimpedance.hand.levels.muscle_identifiable import muscle_share
+from armimpedance.limb.arm.muscular_arms import arm_named
 
 ARM = arm_named("planar6")
 G = ARM.paths.moment_arms([1.04, 1.57])

@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.arm.muscle_paths import MuscularArm
-from armimpedance.arm.muscular_arms import arm_named
-from armimpedance.arm.table_paths import TablePaths
-from armimpedance.conventions import MUSCLES
-from armimpedance.errors import InputError
-from armimpedance.levels.muscle import curvature_term, joint_stiffness
-from armimpedance.levels.muscle_map import to_muscle
-from armimpedance.records import ImpedanceEstimate, Quality
+from armimpedance.core.conventions import MUSCLES
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import ImpedanceEstimate, Quality
+from armimpedance.hand.levels.muscle import curvature_term, joint_stiffness
+from armimpedance.hand.levels.muscle_map import to_muscle
+from armimpedance.limb.arm.muscle_paths import MuscularArm
+from armimpedance.limb.arm.muscular_arms import arm_named
+from armimpedance.limb.arm.table_paths import TablePaths
 from manipulandum_sim.hand.arm_plant import Arm
 from manipulandum_sim.hand.experiments import Condition, hand_force, nominal_hand
 from manipulandum_sim.hand.muscles import human_paths, joint_basis

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from oracles.pinocchio_arm import planar_chain
 
-from armimpedance.arm.anthropometry import two_link_arm
-from armimpedance.errors import InputError
-from armimpedance.levels.posture import arm_posture_for
-from armimpedance.records import ImpedanceEstimate, Quality, Subject
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import ImpedanceEstimate, Quality, Subject
+from armimpedance.hand.levels.posture import arm_posture_for
+from armimpedance.limb.arm.anthropometry import two_link_arm
 
 SUBJECT = Subject("A", 65, 1.70, 0.30, 0.34)
 ARM = two_link_arm(65, 1.70, upper_arm_m=0.30, forearm_hand_m=0.34)

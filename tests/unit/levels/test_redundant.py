@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from oracles.pinocchio_arm import planar_chain, seven_joint_arm
 
-from armimpedance.arm.two_link import TwoLinkArm
-from armimpedance.errors import InputError, NotIdentifiableError
-from armimpedance.levels.joint import force_term
-from armimpedance.levels.redundant import feasible_joint_stiffness
+from armimpedance.core.errors import InputError, NotIdentifiableError
+from armimpedance.hand.levels.joint import force_term
+from armimpedance.hand.levels.redundant import feasible_joint_stiffness
+from armimpedance.limb.arm.two_link import TwoLinkArm
 
 THREE = planar_chain([0.30, 0.25, 0.09], [1.9, 1.1, 0.4], [0.13, 0.11, 0.05], [0.018, 0.007, 0.001])
 POSTURE = THREE.posture([0.9, 0.8, 0.5])

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from armimpedance.levels.symmetry import antisymmetric_part, symmetric_part
-from armimpedance.records import ImpedanceEstimate, Quality
+from armimpedance.core.records import ImpedanceEstimate, Quality
+from armimpedance.hand.levels.symmetry import antisymmetric_part, symmetric_part
 
 
 def estimate(k, covariance=None, seed=4, dof=39.0):

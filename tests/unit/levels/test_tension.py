@@ -4,9 +4,9 @@ import cvxpy as cp
 import numpy as np
 import pytest
 
-from armimpedance.arm.muscular_arms import arm_named
-from armimpedance.errors import InputError
-from armimpedance.levels.tension import tensions_for
+from armimpedance.core.errors import InputError
+from armimpedance.hand.levels.tension import tensions_for
+from armimpedance.limb.arm.muscular_arms import arm_named
 
 
 def reachable(name, count, seed=0, top=1.0):

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from oracles.pinocchio_arm import planar_chain, seven_joint_arm
 
-from armimpedance.arm.anthropometry import two_link_arm
-from armimpedance.arm.operational import hand_inertia
-from armimpedance.arm.two_link import TwoLinkArm
-from armimpedance.conventions import NOMINAL_POSTURE_RAD
-from armimpedance.errors import InputError, NotIdentifiableError
-from armimpedance.levels.joint import force_term, to_hand, to_joint
-from armimpedance.records import ImpedanceEstimate, Quality
+from armimpedance.core.conventions import NOMINAL_POSTURE_RAD
+from armimpedance.core.errors import InputError, NotIdentifiableError
+from armimpedance.core.records import ImpedanceEstimate, Quality
+from armimpedance.hand.levels.joint import force_term, to_hand, to_joint
+from armimpedance.limb.arm.anthropometry import two_link_arm
+from armimpedance.limb.arm.operational import hand_inertia
+from armimpedance.limb.arm.two_link import TwoLinkArm
 
 ARM = TwoLinkArm(0.30, 0.34, 1.9, 1.5, 0.13, 0.17, 0.018, 0.024)
 POSTURE = ARM.posture(NOMINAL_POSTURE_RAD)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from made_up_arm import made_stiffness
 
-from armimpedance.muscles import JointRows, MuscleModel, fit_muscle_model
+from armimpedance.muscles.models import JointRows, MuscleModel, fit_muscle_model
 
 
 @pytest.fixture(scope="session")

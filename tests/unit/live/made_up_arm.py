@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from armimpedance.arm import arm_named
-from armimpedance.arrays import FloatArray
-from armimpedance.records import Subject
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.records import Subject
+from armimpedance.limb.arm import arm_named
 
 SUBJECT = Subject(height_m=1.75, mass_kg=70.0)
 REST = np.array([1300.0, 1500.0, 5000.0, 4500.0, 2100.0, 2000.0])

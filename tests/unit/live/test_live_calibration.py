@@ -6,14 +6,14 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from armimpedance.arm import TwoLinkArm, arm_named, arm_of
-from armimpedance.cli.main import run as main
-from armimpedance.errors import InputError
-from armimpedance.live import CalibrationWish, Workspace, holdable, plan_calibration
-from armimpedance.live.calibration import _hand, _rows
-from armimpedance.muscles import TypicalMuscles, matrix, typical_muscles
+from armimpedance.app.cli.main import run as main
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import Subject
+from armimpedance.limb.arm import TwoLinkArm, arm_named, arm_of
+from armimpedance.muscles.live import CalibrationWish, Workspace, holdable, plan_calibration
+from armimpedance.muscles.live.calibration import _hand, _rows
+from armimpedance.muscles.models import TypicalMuscles, matrix, typical_muscles
 from armimpedance.recordings import write_recording
-from armimpedance.records import Subject
 from manipulandum_sim.hand import simulate
 
 MUSCLES = arm_named("planar6")

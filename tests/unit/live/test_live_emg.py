@@ -9,9 +9,9 @@ import pytest
 from made_up_arm import SUBJECT
 from scipy.signal import butter, sosfilt
 
-from armimpedance.errors import InputError
-from armimpedance.live import EmgLevels, Live
-from armimpedance.signals import causal_lowpass
+from armimpedance.core.errors import InputError
+from armimpedance.muscles.live import EmgLevels, Live
+from armimpedance.numerics.signals import causal_lowpass
 from manipulandum_sim.emg_carrier import carrier
 
 RATE = 1000.0

@@ -15,10 +15,10 @@ import numpy as np
 import pytest
 from made_up_arm import SUBJECT
 
-from armimpedance.errors import InputError
-from armimpedance.files import write_model
-from armimpedance.live import Live, packets_of, serve
-from armimpedance.live.packets import LONGEST
+from armimpedance.core.errors import InputError
+from armimpedance.muscles.live import Live, packets_of, serve
+from armimpedance.muscles.live.packets import LONGEST
+from armimpedance.muscles.show import write_model
 from manipulandum_sim.hand import simulate
 
 

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from made_up_arm import SUBJECT
 
-from armimpedance.arm import TwoLinkArm
-from armimpedance.errors import InputError
-from armimpedance.levels import kinematic_arm
-from armimpedance.live import Live, StiffnessForm
-from armimpedance.live.clock import AGREEING, Clock
-from armimpedance.live.spring import VaryingSpring
-from armimpedance.muscles import at_hand
+from armimpedance.core.errors import InputError
+from armimpedance.hand.levels import kinematic_arm
+from armimpedance.limb.arm import TwoLinkArm
+from armimpedance.muscles.live import Live, StiffnessForm
+from armimpedance.muscles.live.clock import AGREEING, Clock
+from armimpedance.muscles.live.spring import VaryingSpring
+from armimpedance.muscles.models import at_hand
 
 SQUARE = np.array([1.0, 1.5])
 

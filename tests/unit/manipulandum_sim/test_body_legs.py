@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from armimpedance.errors import InputError
+from armimpedance.core.errors import InputError
 from manipulandum_sim.body.legs import (
     LEG_ANGLES,
     FootPath,

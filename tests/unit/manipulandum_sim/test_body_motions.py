@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import make_interp_spline
 
-from armimpedance.errors import InputError
+from armimpedance.core.errors import InputError
 from manipulandum_sim.body.draft import Draft, bump, step
 from manipulandum_sim.body.motions import MOTIONS
 from manipulandum_sim.body.performance import body_motion

@@ -7,9 +7,9 @@ import pandas as pd
 import pinocchio as pin
 import pytest
 
-from armimpedance.arm.skeleton_model import skeleton_model
-from armimpedance.errors import InputError
-from armimpedance.motion import MarkerRecording
+from armimpedance.core.errors import InputError
+from armimpedance.core.motion import MarkerRecording
+from armimpedance.limb.arm.skeleton_model import skeleton_model
 from manipulandum_sim.body.simulate import simulate_body
 from manipulandum_sim.body.subject import find_body_subject
 from manipulandum_sim.body.truth import BodyTruth

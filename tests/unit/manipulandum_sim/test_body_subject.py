@@ -6,8 +6,8 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from armimpedance.arm.skeleton_model import skeleton_model
-from armimpedance.errors import InputError
+from armimpedance.core.errors import InputError
+from armimpedance.limb.arm.skeleton_model import skeleton_model
 from manipulandum_sim.body.segments import inertial_parameters
 from manipulandum_sim.body.subject import body_subject, find_body_subject
 from manipulandum_sim.tree_dynamics import marker_positions, move

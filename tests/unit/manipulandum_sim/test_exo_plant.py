@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import simpson
 
-from armimpedance.errors import InputError
+from armimpedance.core.errors import InputError
 from manipulandum_sim.elbow.device import Exoskeleton, Limits, Rendered
 from manipulandum_sim.elbow.plant import (
     HIDING_GAIN,

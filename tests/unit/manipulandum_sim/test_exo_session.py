@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from armimpedance.errors import InputError, RecordError
-from armimpedance.signals.emg.activation import mvc_column, rest_column
+from armimpedance.core.errors import InputError, RecordError
+from armimpedance.numerics.signals.emg.activation import mvc_column, rest_column
 from manipulandum_sim.elbow.device import (
     EMG_INPUT,
     GYROSCOPE,

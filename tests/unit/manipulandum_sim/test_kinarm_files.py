@@ -9,8 +9,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from armimpedance.analyses import estimate
-from armimpedance.errors import InputError
+from armimpedance.core.errors import InputError
+from armimpedance.hand.still.show import estimate
 from armimpedance.recordings.kinarm.exam import read_kinarm
 from armimpedance.recordings.kinarm.trials import Choice
 from manipulandum_sim.hand import simulate

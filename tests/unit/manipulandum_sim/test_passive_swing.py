@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.errors import InputError, RecordError
+from armimpedance.core.errors import InputError, RecordError
 from manipulandum_sim.passive.chain import Chain, base_motion
 from manipulandum_sim.passive.segments import ELBOW, SHOULDER, WRIST, arm_skeleton
 from manipulandum_sim.passive.subject import PASSIVE_SUBJECTS, PassiveJoint, passive_subject

@@ -5,7 +5,7 @@ import sys
 import numpy as np
 import pytest
 
-from armimpedance.errors import InputError
+from armimpedance.core.errors import InputError
 from manipulandum_sim.hand import compiled
 from manipulandum_sim.hand.disturbances import custom
 from manipulandum_sim.hand.noise import NoiseLevel

@@ -5,7 +5,7 @@ import warnings
 import numpy as np
 import pytest
 
-from armimpedance.errors import InputError
+from armimpedance.core.errors import InputError
 from manipulandum_sim.hand.disturbances import DISTURBANCES, custom, find_disturbance
 from manipulandum_sim.hand.rig import Rig
 from manipulandum_sim.hand.robot import IDEAL

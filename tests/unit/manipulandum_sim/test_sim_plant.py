@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.conventions import MUSCLE_SIGNS
-from armimpedance.errors import InputError
+from armimpedance.core.conventions import MUSCLE_SIGNS
+from armimpedance.core.errors import InputError
 from manipulandum_sim.hand.arm_plant import Arm, PassiveJoints
 from manipulandum_sim.hand.coupled import CoupledPlant, Course, integrate
 from manipulandum_sim.hand.equilibrium import muscle_command, muscle_jacobian, solve_activation

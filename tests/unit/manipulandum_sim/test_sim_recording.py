@@ -5,8 +5,8 @@ import sys
 import numpy as np
 import pytest
 
-from armimpedance.conventions import MUSCLES
-from armimpedance.errors import InputError
+from armimpedance.core.conventions import MUSCLES
+from armimpedance.core.errors import InputError
 from manipulandum_sim.hand.disturbances import find_disturbance
 from manipulandum_sim.hand.noise import NOMINAL, draw, quantised, voluntary_force
 from manipulandum_sim.hand.rig import Reflex

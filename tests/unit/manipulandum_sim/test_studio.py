@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from armimpedance.errors import InputError
-from armimpedance.motion import MotionRecording
-from armimpedance.skeleton import Hinge, MarkerSite, Segment, Skeleton
+from armimpedance.core.errors import InputError
+from armimpedance.core.motion import MotionRecording
+from armimpedance.core.skeleton import Hinge, MarkerSite, Segment, Skeleton
 from manipulandum_sim.passive.segments import arm_skeleton
 from manipulandum_sim.studio import Studio, film
 from manipulandum_sim.studio_emg import relaxed_emg

@@ -9,8 +9,8 @@ import pinocchio as pin
 import pytest
 from scipy.integrate import solve_ivp
 
-from armimpedance.arm.skeleton_model import skeleton_model
-from armimpedance.errors import ArmImpedanceError, EstimationError, InputError, RecordError
+from armimpedance.core.errors import ArmImpedanceError, EstimationError, InputError, RecordError
+from armimpedance.limb.arm.skeleton_model import skeleton_model
 from manipulandum_sim.therapy.device import RATE_HZ, therapy_device
 from manipulandum_sim.therapy.dynamics import (
     Moments,

@@ -7,7 +7,7 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
-from armimpedance.errors import InputError
+from armimpedance.core.errors import InputError
 from armimpedance.recordings.tables.folder import read_folder, write_folder
 from manipulandum_sim.therapy.calibration import Seeds, simulate_calibration, simulate_validation
 from manipulandum_sim.therapy.device import therapy_device

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.errors import InputError
-from armimpedance.skeleton import GRAVITY_M_S2
+from armimpedance.core.errors import InputError
+from armimpedance.core.skeleton import GRAVITY_M_S2
 from manipulandum_sim.therapy.arm import COM, GYRATION, LENGTH, MASS, pipe_arm, winter_arm
 from manipulandum_sim.therapy.control import ASSIST, FREE, POSITION, friction_share, identified
 from manipulandum_sim.therapy.device import therapy_device

@@ -8,12 +8,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from armimpedance.arm.skeletons import body_skeleton, elbow_skeleton
-from armimpedance.errors import EstimationError, InputError
-from armimpedance.mocap.joint_motion import joint_motion
-from armimpedance.mocap.kinematics import marker_jacobian, marker_tree
-from armimpedance.motion import MarkerRecording
-from armimpedance.skeleton import Hinge, MarkerSite, Segment, Skeleton
+from armimpedance.core.errors import EstimationError, InputError
+from armimpedance.core.motion import MarkerRecording
+from armimpedance.core.skeleton import Hinge, MarkerSite, Segment, Skeleton
+from armimpedance.limb.arm.skeletons import body_skeleton, elbow_skeleton
+from armimpedance.limb.mocap.joint_motion import joint_motion
+from armimpedance.limb.mocap.kinematics import marker_jacobian, marker_tree
 from manipulandum_sim.tree_dynamics import marker_positions
 
 ELBOW = elbow_skeleton(70.0, 1.75)

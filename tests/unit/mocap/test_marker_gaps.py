@@ -8,10 +8,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from armimpedance.arm.skeletons import elbow_skeleton
-from armimpedance.errors import InputError
-from armimpedance.mocap.joint_motion import joint_motion
-from armimpedance.motion import MarkerRecording
+from armimpedance.core.errors import InputError
+from armimpedance.core.motion import MarkerRecording
+from armimpedance.limb.arm.skeletons import elbow_skeleton
+from armimpedance.limb.mocap.joint_motion import joint_motion
 from manipulandum_sim.tree_dynamics import marker_positions
 
 ELBOW = elbow_skeleton(70.0, 1.75)

@@ -6,9 +6,9 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from armimpedance.arm.skeleton_model import MARKER_FRAME, skeleton_model
-from armimpedance.arm.skeletons import body_skeleton, elbow_skeleton
-from armimpedance.mocap.kinematics import marker_jacobian, marker_places, marker_tree
+from armimpedance.limb.arm.skeleton_model import MARKER_FRAME, skeleton_model
+from armimpedance.limb.arm.skeletons import body_skeleton, elbow_skeleton
+from armimpedance.limb.mocap.kinematics import marker_jacobian, marker_places, marker_tree
 from manipulandum_sim.tree_dynamics import marker_positions
 
 SKELETONS = {"elbow": elbow_skeleton(70.0, 1.75), "body": body_skeleton(73.0, 1.741)}

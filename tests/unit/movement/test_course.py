@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 import armimpedance as ai
-from armimpedance.errors import EstimationError, InputError
-from armimpedance.movement import identify_course, identify_movement
-from armimpedance.movement.over_reach import _Basis
-from armimpedance.movement.solve import CHANGE_SD, CURVE_SD
-from armimpedance.records import Recording
+from armimpedance.core.errors import EstimationError, InputError
+from armimpedance.core.records import Recording
+from armimpedance.hand.reaching import identify_course, identify_movement
+from armimpedance.hand.reaching.over_reach import _Basis
+from armimpedance.hand.reaching.solve import CHANGE_SD, CURVE_SD
 from manipulandum_sim.movement import MovementTruth, simulate_movement
 
 

@@ -10,14 +10,14 @@ import pandas as pd
 import pytest
 
 import armimpedance as ai
-from armimpedance.arm import TwoLinkArm
-from armimpedance.errors import ArmImpedanceError, EstimationError, InputError
-from armimpedance.estimates import ImpedanceEstimate
-from armimpedance.impedance import Options, estimate
-from armimpedance.movement import METHODS, identify_movement
-from armimpedance.movement.arm import inertial_gradients, inertial_rows
-from armimpedance.movement.hand_level import Instant, to_hand
-from armimpedance.records import Recording
+from armimpedance.core.errors import ArmImpedanceError, EstimationError, InputError
+from armimpedance.core.estimates import ImpedanceEstimate
+from armimpedance.core.records import Recording
+from armimpedance.hand.reaching import METHODS, identify_movement
+from armimpedance.hand.reaching.arm import inertial_gradients, inertial_rows
+from armimpedance.hand.reaching.hand_level import Instant, to_hand
+from armimpedance.hand.still import Options, estimate
+from armimpedance.limb.arm import TwoLinkArm
 from manipulandum_sim.hand import Arm, find_subject, simulate_condition
 from manipulandum_sim.movement import MovementRig, MovementTruth, find_truth, simulate_movement
 

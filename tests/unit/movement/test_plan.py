@@ -9,11 +9,11 @@ import pytest
 
 import armimpedance as ai
 from armimpedance.__main__ import main
-from armimpedance.errors import InputError
-from armimpedance.movement import identify_movement
-from armimpedance.movement.shapes import SHAPES, respond_to
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import Recording
+from armimpedance.hand.reaching import identify_movement
+from armimpedance.hand.reaching.shapes import SHAPES, respond_to
 from armimpedance.recordings import write_recording
-from armimpedance.records import Recording
 from manipulandum_sim.movement import simulate_movement
 
 

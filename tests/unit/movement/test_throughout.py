@@ -8,10 +8,10 @@ from functools import cache
 import numpy as np
 import pytest
 
-from armimpedance.errors import InputError
-from armimpedance.movement import check_pushes, identify_course, identify_movement
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import Recording
+from armimpedance.hand.reaching import check_pushes, identify_course, identify_movement
 from armimpedance.recordings import open_recording, write_recording
-from armimpedance.records import Recording
 from manipulandum_sim.movement import MovementTruth, simulate_movement
 
 

@@ -5,8 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.arm import arm_named
-from armimpedance.muscles import ActivationModel, JointRows, fit_activation_model, matrix, triple
+from armimpedance.limb.arm import arm_named
+from armimpedance.muscles.models import (
+    ActivationModel,
+    JointRows,
+    fit_activation_model,
+    matrix,
+    triple,
+)
 
 ARM = arm_named("planar6")
 POSTURE = np.array([1.04, 1.57])

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.arm.muscular_arms import arm_named
-from armimpedance.errors import InputError, NotIdentifiableError
-from armimpedance.muscles.activation.elements import element_fits
-from armimpedance.muscles.packed import matrix, triple
-from armimpedance.muscles.rows import JointRows
+from armimpedance.core.errors import InputError, NotIdentifiableError
+from armimpedance.limb.arm.muscular_arms import arm_named
+from armimpedance.muscles.models.activation.elements import element_fits
+from armimpedance.muscles.models.packed import matrix, triple
+from armimpedance.muscles.models.rows import JointRows
 
 ARM = arm_named("planar6")
 

@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 from scipy.optimize import nnls
 
-from armimpedance.arm.muscular_arms import arm_named
-from armimpedance.errors import InputError, NotIdentifiableError
-from armimpedance.muscles.activation.design import muscle_patterns
-from armimpedance.muscles.activation.fit import fit_activation_model
-from armimpedance.muscles.activation.model import ActivationModel
-from armimpedance.muscles.activation.table import ACTIVATION_MODELS
-from armimpedance.muscles.packed import matrix, triple
-from armimpedance.muscles.rows import JointRows
+from armimpedance.core.errors import InputError, NotIdentifiableError
+from armimpedance.limb.arm.muscular_arms import arm_named
+from armimpedance.muscles.models.activation.design import muscle_patterns
+from armimpedance.muscles.models.activation.fit import fit_activation_model
+from armimpedance.muscles.models.activation.model import ActivationModel
+from armimpedance.muscles.models.activation.table import ACTIVATION_MODELS
+from armimpedance.muscles.models.packed import matrix, triple
+from armimpedance.muscles.models.rows import JointRows
 
 POSTURE = np.array([1.04, 1.57])
 ARM = arm_named("planar6")

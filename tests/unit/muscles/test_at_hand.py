@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from armimpedance.arm.two_link import TwoLinkArm
-from armimpedance.errors import InputError, NotIdentifiableError
-from armimpedance.levels.joint import to_hand, to_joint
-from armimpedance.muscles.at_hand import at_hand
-from armimpedance.muscles.packed import matrix, triple
-from armimpedance.muscles.prediction import JointPrediction
-from armimpedance.records import ImpedanceEstimate, Quality
+from armimpedance.core.errors import InputError, NotIdentifiableError
+from armimpedance.core.records import ImpedanceEstimate, Quality
+from armimpedance.hand.levels.joint import to_hand, to_joint
+from armimpedance.limb.arm.two_link import TwoLinkArm
+from armimpedance.muscles.models.at_hand import at_hand
+from armimpedance.muscles.models.packed import matrix, triple
+from armimpedance.muscles.models.prediction import JointPrediction
 
 ARM = TwoLinkArm(0.30, 0.34, 1.9, 1.5, 0.13, 0.17, 0.018, 0.024)
 POSTURES = np.array([[1.04, 1.57], [0.6, 1.1], [1.4, 2.2]])

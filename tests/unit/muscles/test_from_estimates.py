@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.errors import InputError
-from armimpedance.files.joint_rows_csv import read_joint_rows
-from armimpedance.files.results_csv import write_results
-from armimpedance.muscles.from_estimates import joint_rows
-from armimpedance.records import ImpedanceEstimate, Quality
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import ImpedanceEstimate, Quality
+from armimpedance.hand.show.results_csv import write_results
+from armimpedance.muscles.models.from_estimates import joint_rows
+from armimpedance.muscles.show.rows_csv import read_joint_rows
 
 QUALITY = Quality(40, 16000, 0.979, 0.958, 2.5e4, 130.0, 12, 0.08)
 

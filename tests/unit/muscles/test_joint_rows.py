@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from armimpedance.errors import InputError
-from armimpedance.muscles.packed import matrix, triple, triple_sd
-from armimpedance.muscles.rows import JointRows
+from armimpedance.core.errors import InputError
+from armimpedance.muscles.models.packed import matrix, triple, triple_sd
+from armimpedance.muscles.models.rows import JointRows
 
 K = np.array([[[15.0, 6.0], [5.0, 16.0]], [[9.0, 2.0], [2.0, 8.0]]])
 

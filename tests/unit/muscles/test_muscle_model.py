@@ -8,16 +8,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.arm.muscular_arms import arm_named
-from armimpedance.arm.polynomial_paths import constant_paths
-from armimpedance.errors import EstimationError, InputError, NotIdentifiableError
-from armimpedance.muscles.combined.equations import MuscleEquations
-from armimpedance.muscles.combined.fit import fit_muscle_model
-from armimpedance.muscles.combined.lengths import corrected_lengths
-from armimpedance.muscles.combined.model import MuscleModel
-from armimpedance.muscles.least_squares import whitening
-from armimpedance.muscles.packed import matrix
-from armimpedance.muscles.rows import JointRows
+from armimpedance.core.errors import EstimationError, InputError, NotIdentifiableError
+from armimpedance.limb.arm.muscular_arms import arm_named
+from armimpedance.limb.arm.polynomial_paths import constant_paths
+from armimpedance.muscles.models.combined.equations import MuscleEquations
+from armimpedance.muscles.models.combined.fit import fit_muscle_model
+from armimpedance.muscles.models.combined.lengths import corrected_lengths
+from armimpedance.muscles.models.combined.model import MuscleModel
+from armimpedance.muscles.models.least_squares import whitening
+from armimpedance.muscles.models.packed import matrix
+from armimpedance.muscles.models.rows import JointRows
 
 ARM = arm_named("planar6")
 NOMINAL = np.array([1.04, 1.57])

@@ -7,11 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.arm import MuscularArm, PolynomialPaths, monomial_exponents
-from armimpedance.errors import InputError
-from armimpedance.files import write_model
-from armimpedance.live import Live
-from armimpedance.muscles import (
+from armimpedance.core.errors import InputError
+from armimpedance.limb.arm import MuscularArm, PolynomialPaths, monomial_exponents
+from armimpedance.muscles.live import Live
+from armimpedance.muscles.models import (
     HandRows,
     JointRows,
     Region,
@@ -19,10 +18,11 @@ from armimpedance.muscles import (
     fit_activation_model,
     fit_posture_model,
 )
-from armimpedance.muscles.combined.equations import MuscleEquations
-from armimpedance.muscles.combined.fit import fit_muscle_model
-from armimpedance.muscles.combined.lengths import corrected_lengths
-from armimpedance.muscles.packed import elements, matrix, order_of, triple, unpacked
+from armimpedance.muscles.models.combined.equations import MuscleEquations
+from armimpedance.muscles.models.combined.fit import fit_muscle_model
+from armimpedance.muscles.models.combined.lengths import corrected_lengths
+from armimpedance.muscles.models.packed import elements, matrix, order_of, triple, unpacked
+from armimpedance.muscles.show import write_model
 
 BOX = np.array([[-0.4, 0.9], [0.5, 1.4], [0.8, 1.8]])
 HIGHEST = 0.4

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.muscles.posture.fit import fit_posture_model
-from armimpedance.muscles.rows import JointRows
+from armimpedance.muscles.models.posture.fit import fit_posture_model
+from armimpedance.muscles.models.rows import JointRows
 
 SD = 0.5
 GRID = np.stack(

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from armimpedance.errors import InputError, NotIdentifiableError
-from armimpedance.muscles.packed import triple
-from armimpedance.muscles.posture.fit import fit_posture_model
-from armimpedance.muscles.posture.terms import exponents, monomials
-from armimpedance.muscles.rows import JointRows
+from armimpedance.core.errors import InputError, NotIdentifiableError
+from armimpedance.muscles.models.packed import triple
+from armimpedance.muscles.models.posture.fit import fit_posture_model
+from armimpedance.muscles.models.posture.terms import exponents, monomials
+from armimpedance.muscles.models.rows import JointRows
 
 BOX = np.array([[0.3, 1.6], [0.8, 2.2]])
 

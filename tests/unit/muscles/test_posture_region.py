@@ -5,14 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from armimpedance.errors import InputError, NotIdentifiableError
-from armimpedance.muscles.angle_scaling import (
-    AngleScaling,
-    require_spread,
-    stated_scaling,
+from armimpedance.core.errors import InputError, NotIdentifiableError
+from armimpedance.muscles.models.angle_scaling import AngleScaling, require_spread, stated_scaling
+from armimpedance.muscles.models.posture.terms import (
+    checked_order,
+    exponents,
+    monomials,
+    term_names,
 )
-from armimpedance.muscles.posture.terms import checked_order, exponents, monomials, term_names
-from armimpedance.muscles.region import Region
+from armimpedance.muscles.models.region import Region
 
 
 def test_the_hull_holds_its_points_all_mixtures_of_them_and_nothing_far_out():

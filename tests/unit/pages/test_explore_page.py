@@ -8,14 +8,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.cli.main import run as main
-from armimpedance.errors import InputError
-from armimpedance.files import write_model, write_results
-from armimpedance.levels import kinematic_arm
-from armimpedance.muscles import JointRows, fit_posture_model, matrix
-from armimpedance.pages import write_explore
-from armimpedance.pages.explore.whose_arm import lengths_of
-from armimpedance.records import ImpedanceEstimate, Quality, Subject
+from armimpedance.app.cli.main import run as main
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import ImpedanceEstimate, Quality, Subject
+from armimpedance.hand.levels import kinematic_arm
+from armimpedance.hand.show import write_results
+from armimpedance.muscles.models import JointRows, fit_posture_model, matrix
+from armimpedance.muscles.show import write_explore, write_model
+from armimpedance.muscles.show.explore.whose_arm import lengths_of
 
 SUBJECT = Subject(id="X", upper_arm_m=0.31, forearm_hand_m=0.33)
 ARM = kinematic_arm(SUBJECT)

@@ -12,9 +12,9 @@ import pytest
 
 import armimpedance as ai
 from armimpedance.__main__ import main
-from armimpedance.pages.asked import Asked
-from armimpedance.pages.door import report_page
-from armimpedance.pages.rendering import html_of
+from armimpedance.app.report.door import report_page
+from armimpedance.show.pages.asked import Asked
+from armimpedance.show.pages.rendering import html_of
 from manipulandum_sim.hand import simulate
 
 HOSTILE = '<script>alert("1")</script> & $x_1$ </script> =1+1'

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import armimpedance as ai
-from armimpedance.pages.asked import Asked
-from armimpedance.pages.door import report_page
-from armimpedance.pages.rendering import html_of
+from armimpedance.app.report.door import report_page
+from armimpedance.show.pages.asked import Asked
+from armimpedance.show.pages.rendering import html_of
 from manipulandum_sim.movement import simulate_movement
 
 

@@ -11,13 +11,13 @@ import pytest
 
 import armimpedance as ai
 from armimpedance.__main__ import main
-from armimpedance.files import write_model
-from armimpedance.files.fit_json import write_fit
-from armimpedance.pages import TOPICS
-from armimpedance.pages.asked import Asked
-from armimpedance.pages.door import report_page
-from armimpedance.pages.page import Picture
-from armimpedance.pages.rendering import html_of
+from armimpedance.app.report.door import report_page
+from armimpedance.muscles.show import write_model
+from armimpedance.show.files.fit_json import write_fit
+from armimpedance.show.pages import TOPICS
+from armimpedance.show.pages.asked import Asked
+from armimpedance.show.pages.page import Picture
+from armimpedance.show.pages.rendering import html_of
 from manipulandum_sim.elbow import simulate_bench
 from manipulandum_sim.hand import simulate
 from manipulandum_sim.passive import simulate_passive

@@ -9,8 +9,8 @@ import pandas as pd
 import pytest
 from swinging_forearm import CENTRE, ELBOW, INERTIA, MASS, SKELETON
 
-from armimpedance.motion import MotionRecording
-from armimpedance.skeleton import GRAVITY_M_S2
+from armimpedance.core.motion import MotionRecording
+from armimpedance.core.skeleton import GRAVITY_M_S2
 
 TRUTH = SimpleNamespace(k=2.95, h=0.031, f=0.015, q_r=1.0)
 

@@ -9,13 +9,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from armimpedance.passive.doubts.likelihood import Evidence, Noise
-from armimpedance.passive.doubts.rivals import cause_findings
-from armimpedance.passive.from_motion import from_motion
-from armimpedance.passive.from_recording import from_joint_recording
-from armimpedance.passive.joint_spline import solve_joint_spline
-from armimpedance.passive.terms import Terms
-from armimpedance.records import Recording
+from armimpedance.core.records import Recording
+from armimpedance.joint.relaxed.doubts.likelihood import Evidence, Noise
+from armimpedance.joint.relaxed.doubts.rivals import cause_findings
+from armimpedance.joint.relaxed.from_motion import from_motion
+from armimpedance.joint.relaxed.from_recording import from_joint_recording
+from armimpedance.joint.relaxed.joint_spline import solve_joint_spline
+from armimpedance.joint.relaxed.terms import Terms
 
 FREE = Terms("free")
 K, H, F, Q_R = 3.0, 0.2, 0.15, 1.4

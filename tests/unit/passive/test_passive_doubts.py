@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.analyses.passive import passive
-from armimpedance.errors import InputError
-from armimpedance.passive.from_motion import from_motion
-from armimpedance.passive.identify import identify_passive
-from armimpedance.passive.stillness import as_still_as_shown
-from armimpedance.records import Subject
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import Subject
+from armimpedance.joint.relaxed.from_motion import from_motion
+from armimpedance.joint.relaxed.identify import identify_passive
+from armimpedance.joint.relaxed.show.verb import passive
+from armimpedance.joint.relaxed.stillness import as_still_as_shown
 
 
 def verdicts(fit):

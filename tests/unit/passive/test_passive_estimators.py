@@ -8,13 +8,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from armimpedance.passive.from_motion import from_motion
-from armimpedance.passive.identify import identify_passive
-from armimpedance.passive.linear import number_of_cosines
-from armimpedance.passive.method import METHODS
-from armimpedance.passive.notes import limit_cycle_rad
-from armimpedance.passive.result import summary_of
-from armimpedance.passive.samples import PassiveSamples
+from armimpedance.joint.relaxed.from_motion import from_motion
+from armimpedance.joint.relaxed.identify import identify_passive
+from armimpedance.joint.relaxed.linear import number_of_cosines
+from armimpedance.joint.relaxed.method import METHODS
+from armimpedance.joint.relaxed.notes import limit_cycle_rad
+from armimpedance.joint.relaxed.result import summary_of
+from armimpedance.joint.relaxed.samples import PassiveSamples
 
 NAMES = ("k", "h", "f")
 

@@ -8,14 +8,14 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from armimpedance.errors import InputError, NotIdentifiableError
-from armimpedance.motion import EmgSignals
-from armimpedance.passive.emg_gate import emg_gate, recorded_emg
-from armimpedance.passive.from_motion import from_motion
-from armimpedance.passive.from_recording import from_joint_recording
-from armimpedance.passive.identify import identify_passive
-from armimpedance.passive.samples import PassiveSamples
-from armimpedance.records import Recording
+from armimpedance.core.errors import InputError, NotIdentifiableError
+from armimpedance.core.motion import EmgSignals
+from armimpedance.core.records import Recording
+from armimpedance.joint.relaxed.from_motion import from_motion
+from armimpedance.joint.relaxed.from_recording import from_joint_recording
+from armimpedance.joint.relaxed.identify import identify_passive
+from armimpedance.joint.relaxed.samples import PassiveSamples
+from armimpedance.numerics.signals.emg.silence import emg_gate, recorded_emg
 
 RATE = 1000.0
 

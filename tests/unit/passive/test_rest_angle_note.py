@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.errors import EstimationError
-from armimpedance.passive.equations import Equations
-from armimpedance.passive.identify import identify_passive
-from armimpedance.passive.method import METHODS
-from armimpedance.passive.rest_angle import free_rest_angle, rest_angle_note
-from armimpedance.passive.samples import PassiveSamples
-from armimpedance.passive.terms import Terms
+from armimpedance.core.errors import EstimationError
+from armimpedance.joint.relaxed.equations import Equations
+from armimpedance.joint.relaxed.identify import identify_passive
+from armimpedance.joint.relaxed.method import METHODS
+from armimpedance.joint.relaxed.rest_angle import free_rest_angle, rest_angle_note
+from armimpedance.joint.relaxed.samples import PassiveSamples
+from armimpedance.joint.relaxed.terms import Terms
 
 RATE, TRUE = 100.0, 0.8
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from armimpedance.passive.state_noise import StateSteps
+from armimpedance.joint.relaxed.state_noise import StateSteps
 
 S, RATIO = 25, 0.3
 

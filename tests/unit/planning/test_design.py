@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from armimpedance.errors import InputError
-from armimpedance.planning.design import (
+from armimpedance.core.errors import InputError
+from armimpedance.hand.planning.design import (
     Goal,
     Limits,
     _Problem,
@@ -12,12 +12,12 @@ from armimpedance.planning.design import (
     design,
     shortest_duration,
 )
-from armimpedance.planning.motion import PlannedMotion
-from armimpedance.planning.precision import precision
-from armimpedance.planning.profile import Profile
-from armimpedance.planning.servo import Servo
-from armimpedance.planning.setting import Setting
-from armimpedance.planning.shape_table import SHAPES
+from armimpedance.hand.planning.motion import PlannedMotion
+from armimpedance.hand.planning.precision import precision
+from armimpedance.hand.planning.profile import Profile
+from armimpedance.hand.planning.servo import Servo
+from armimpedance.hand.planning.setting import Setting
+from armimpedance.hand.planning.shape_table import SHAPES
 
 
 @pytest.mark.parametrize(

@@ -3,16 +3,16 @@
 import numpy as np
 import pytest
 
-from armimpedance.errors import InputError
-from armimpedance.planning.profile import Profile
-from armimpedance.planning.profile_csv import (
+from armimpedance.core.errors import InputError
+from armimpedance.hand.planning.profile import Profile
+from armimpedance.hand.planning.profile_csv import (
     SHIPPED,
     read_profile,
     sampled,
     shipped_profile,
     write_profile,
 )
-from armimpedance.planning.shape_table import SHAPES
+from armimpedance.hand.planning.shape_table import SHAPES
 from manipulandum_sim.hand.disturbances import DISTURBANCES
 
 T, AMPLITUDE = 0.3, 0.005

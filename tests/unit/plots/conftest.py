@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from armimpedance.records import ImpedanceEstimate, Quality, Response
+from armimpedance.core.records import ImpedanceEstimate, Quality, Response
 
 SHAPE = np.array([[104.8, -74.4], [-74.4, 179.3]])
 

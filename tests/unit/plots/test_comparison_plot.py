@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.comparison.compare import Pair
-from armimpedance.comparison.groups import ComparedGroup
-from armimpedance.comparison.matrix_test import MatrixTest
-from armimpedance.errors import InputError
-from armimpedance.plots.comparison import plot_comparison
+from armimpedance.core.errors import InputError
+from armimpedance.hand.comparison.compare import Pair
+from armimpedance.hand.comparison.groups import ComparedGroup
+from armimpedance.hand.comparison.matrix_test import MatrixTest
+from armimpedance.hand.comparison.show.plot import plot_comparison
 
 
 def groups_at(make_estimate, places, names=None):

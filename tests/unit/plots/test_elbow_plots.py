@@ -7,15 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.elbow.emg.law import fit_emg_law
-from armimpedance.elbow.emg.law_result import OperatingPoints
-from armimpedance.elbow.frequency_response import frequency_response, model_compliance
-from armimpedance.elbow.result import ChannelSnr
-from armimpedance.elbow.samples import from_recording
-from armimpedance.elbow.stationary.identify import identify_elbow
-from armimpedance.elbow.varying_result import VaryingImpedance
-from armimpedance.errors import InputError
-from armimpedance.plots.elbow import (
+from armimpedance.core.errors import InputError
+from armimpedance.joint.elbow.emg.law import fit_emg_law
+from armimpedance.joint.elbow.emg.law_result import OperatingPoints
+from armimpedance.joint.elbow.frequency_response import frequency_response, model_compliance
+from armimpedance.joint.elbow.result import ChannelSnr
+from armimpedance.joint.elbow.samples import from_recording
+from armimpedance.joint.elbow.show.plot import (
     averaged,
     plot_emg_law,
     plot_frequency_response,
@@ -23,8 +21,10 @@ from armimpedance.plots.elbow import (
     plot_varying,
     plot_varying_both,
 )
-from armimpedance.plots.style import new_axes
-from armimpedance.regression import Parameters
+from armimpedance.joint.elbow.stationary.identify import identify_elbow
+from armimpedance.joint.elbow.varying_result import VaryingImpedance
+from armimpedance.numerics.regression import Parameters
+from armimpedance.show.plots.style import new_axes
 from manipulandum_sim.elbow.bench import simulate_bench
 
 TRUTH = (0.07, 0.6, 20.0)

@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from armimpedance.errors import InputError
-from armimpedance.plots import (
+from armimpedance.core.errors import InputError
+from armimpedance.hand.show import (
     plot_ellipse,
     plot_ellipse_rose,
     plot_ellipses_in_workspace,
     plot_ellipses_over_levels,
 )
-from armimpedance.plots.ellipses.parts import default_scale
-from armimpedance.plots.style import new_axes, print_style
+from armimpedance.hand.show.ellipses.parts import default_scale
+from armimpedance.show.plots.style import new_axes, print_style
 
 K = np.array([[104.8, -74.4], [-74.4, 179.3]])
 

@@ -3,8 +3,8 @@
 import pytest
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-from armimpedance.plots.paper.layout import settled
-from armimpedance.plots.style import new_axes, new_figure, print_style, save
+from armimpedance.show.plots.paper.layout import settled
+from armimpedance.show.plots.style import new_axes, new_figure, print_style, save
 
 FORMATS = ("png", "svg", "pdf")
 

@@ -13,22 +13,22 @@ from matplotlib.patches import PathPatch
 from matplotlib.path import Path
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
-from armimpedance.arm.two_link import TwoLinkArm
-from armimpedance.ellipses import ellipse, ellipse_of
-from armimpedance.errors import InputError
-from armimpedance.muscles.at_hand import at_hand
-from armimpedance.muscles.packed import matrix
-from armimpedance.muscles.posture.fit import fit_posture_model
-from armimpedance.muscles.prediction import JointPrediction
-from armimpedance.muscles.rows import JointRows
-from armimpedance.plots.ellipses.fields import (
+from armimpedance.core.errors import InputError
+from armimpedance.hand.ellipses import ellipse, ellipse_of
+from armimpedance.limb.arm.two_link import TwoLinkArm
+from armimpedance.muscles.models.at_hand import at_hand
+from armimpedance.muscles.models.packed import matrix
+from armimpedance.muscles.models.posture.fit import fit_posture_model
+from armimpedance.muscles.models.prediction import JointPrediction
+from armimpedance.muscles.models.rows import JointRows
+from armimpedance.muscles.show.fields import (
     mean_axis_deg,
     measured_field,
     predicted_field,
     turned_near,
 )
-from armimpedance.plots.maps import plot_map
-from armimpedance.plots.muscles import (
+from armimpedance.muscles.show.maps_plot import plot_map
+from armimpedance.muscles.show.plot import (
     PARAMETERS,
     activation_surfaces,
     half_width_surface,
@@ -36,9 +36,9 @@ from armimpedance.plots.muscles import (
     posture_points,
     posture_surfaces,
 )
-from armimpedance.plots.predicted import plot_predicted_against_measured
-from armimpedance.plots.surfaces import COLORS, MeasuredPoints, Surface, plot_surface
-from armimpedance.plots.tables import TableBlock, TableRow, plot_table
+from armimpedance.muscles.show.predicted_plot import plot_predicted_against_measured
+from armimpedance.show.plots.surfaces import COLORS, MeasuredPoints, Surface, plot_surface
+from armimpedance.show.plots.tables import TableBlock, TableRow, plot_table
 
 ARM = TwoLinkArm(0.30, 0.34, 1.8, 1.4, 0.13, 0.16, 0.02, 0.02)
 

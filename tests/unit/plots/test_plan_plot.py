@@ -3,17 +3,17 @@
 import numpy as np
 import pytest
 
-from armimpedance.planning.design import Limits
-from armimpedance.planning.plan import make_plan
-from armimpedance.planning.proposals import candidates_of
-from armimpedance.planning.setting import Setting
-from armimpedance.planning.wish import Wish
-from armimpedance.plots.plan import (
+from armimpedance.hand.planning.design import Limits
+from armimpedance.hand.planning.plan import make_plan
+from armimpedance.hand.planning.proposals import candidates_of
+from armimpedance.hand.planning.setting import Setting
+from armimpedance.hand.planning.show.plot import (
     best_of_each,
     plan_figure,
     plot_courses,
     plot_interval_over_trials,
 )
+from armimpedance.hand.planning.wish import Wish
 
 
 @pytest.fixture(scope="module")

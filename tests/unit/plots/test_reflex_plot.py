@@ -7,10 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.errors import InputError
-from armimpedance.impedance.reflex.guard import guard_window
-from armimpedance.plots.reflex import MOST_GROUPS, plot_delay_profile, plot_reflex, plot_window_ends
-from armimpedance.signals.windows import cut_windows
+from armimpedance.core.errors import InputError
+from armimpedance.hand.still.reflex.guard import guard_window
+from armimpedance.hand.still.show.reflex_plot import (
+    MOST_GROUPS,
+    plot_delay_profile,
+    plot_reflex,
+    plot_window_ends,
+)
+from armimpedance.numerics.signals.windows import cut_windows
 
 
 @pytest.fixture(scope="module")

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from armimpedance.errors import InputError
-from armimpedance.plots.quality import plot_intervals
-from armimpedance.plots.responses import plot_response
-from armimpedance.plots.style import new_figure
+from armimpedance.core.errors import InputError
+from armimpedance.hand.show.intervals_plot import plot_intervals
+from armimpedance.hand.still.show.responses_plot import plot_response
+from armimpedance.show.plots.style import new_figure
 
 
 def test_response_shows_four_signals_and_the_prediction(response):

@@ -8,26 +8,23 @@ import pytest
 from matplotlib.text import Text
 
 import armimpedance as ai
-from armimpedance.errors import InputError
-from armimpedance.muscles import JointPrediction, JointRows
-from armimpedance.plots import (
-    drawn_for,
+from armimpedance.core.errors import InputError
+from armimpedance.hand.levels.show import plot_force_term
+from armimpedance.hand.still.show import (
     outlying_trials,
     plot_estimates,
     plot_fit,
-    plot_force_term,
-    plot_model_fit,
     plot_motion_and_force,
-    plot_predictions,
     plot_quality,
     plot_residuals,
     plot_trials,
-    print_style,
-    save_with_caption,
 )
-from armimpedance.plots.session.aligned import align
-from armimpedance.plots.session.fitted import fitted_force
-from armimpedance.plots.style import LEAST_POINTS, ONE_COLUMN_IN, TWO_COLUMNS_IN
+from armimpedance.hand.still.show.session.aligned import align
+from armimpedance.hand.still.show.session.fitted import fitted_force
+from armimpedance.muscles.models import JointPrediction, JointRows
+from armimpedance.muscles.show import plot_model_fit, plot_predictions
+from armimpedance.show.plots import drawn_for, print_style, save_with_caption
+from armimpedance.show.plots.style import LEAST_POINTS, ONE_COLUMN_IN, TWO_COLUMNS_IN
 from manipulandum_sim.hand import simulate
 
 HOSTILE = r"$\frac{1}{0}$ <b>_x^2 $"

@@ -7,17 +7,17 @@ import sys
 import numpy as np
 import pytest
 
-import armimpedance.plots
-from armimpedance.errors import InputError
-from armimpedance.plots import plot_ellipses_in_workspace, plot_ellipses_over_levels
-from armimpedance.plots.quality import plot_intervals
-from armimpedance.plots.responses import plot_response
-from armimpedance.plots.style import new_axes, print_style, save
+import armimpedance.show.plots
+from armimpedance.core.errors import InputError
+from armimpedance.hand.show import plot_ellipses_in_workspace, plot_ellipses_over_levels
+from armimpedance.hand.show.intervals_plot import plot_intervals
+from armimpedance.hand.still.show.responses_plot import plot_response
+from armimpedance.show.plots.style import new_axes, print_style, save
 
 
 def test_importing_the_plots_does_not_import_matplotlib():
     """Every module of the room, those in its folders too."""
-    found = pkgutil.walk_packages(armimpedance.plots.__path__, "armimpedance.plots.")
+    found = pkgutil.walk_packages(armimpedance.show.plots.__path__, "armimpedance.show.plots.")
     names = [module.name for module in found]
     assert len(names) > 10
     code = f"import {', '.join(names)}, sys; print('matplotlib' in sys.modules)"

@@ -8,9 +8,15 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from armimpedance.errors import InputError
-from armimpedance.plots.style import new_axes
-from armimpedance.plots.therapy import (
+from armimpedance.core.errors import InputError
+from armimpedance.core.skeleton import Hinge, Segment, Skeleton
+from armimpedance.joint.therapy.arm.passive_arm import Elastic, PassiveArm
+from armimpedance.joint.therapy.arm.torques import MovementTorques
+from armimpedance.joint.therapy.robot.holds import fit_holds
+from armimpedance.joint.therapy.robot.steady import SteadyPart
+from armimpedance.joint.therapy.robot.sweeps import fit_axis
+from armimpedance.joint.therapy.robot.therapy_robot import Loads, TherapyRobot, parameter_count
+from armimpedance.joint.therapy.show.plots import (
     plot_contribution,
     plot_feedback,
     plot_friction,
@@ -18,14 +24,8 @@ from armimpedance.plots.therapy import (
     plot_robot_calibration,
     plot_spring,
 )
-from armimpedance.regression import NamedParameter
-from armimpedance.skeleton import Hinge, Segment, Skeleton
-from armimpedance.therapy.arm.passive_arm import Elastic, PassiveArm
-from armimpedance.therapy.arm.torques import MovementTorques
-from armimpedance.therapy.robot.holds import fit_holds
-from armimpedance.therapy.robot.steady import SteadyPart
-from armimpedance.therapy.robot.sweeps import fit_axis
-from armimpedance.therapy.robot.therapy_robot import Loads, TherapyRobot, parameter_count
+from armimpedance.numerics.regression import NamedParameter
+from armimpedance.show.plots.style import new_axes
 
 AXES = ("elevation", "horizontal")
 COULOMB, VISCOUS = 2.0, 0.8

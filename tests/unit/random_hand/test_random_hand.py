@@ -8,9 +8,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from armimpedance.errors import EstimationError, InputError, NotIdentifiableError
-from armimpedance.random_hand import identify_random
-from armimpedance.records import Recording
+from armimpedance.core.errors import EstimationError, InputError, NotIdentifiableError
+from armimpedance.core.records import Recording
+from armimpedance.hand.random import identify_random
 
 RATE = 250.0
 M2 = np.array([[1.3, -0.5], [-0.5, 1.6]])

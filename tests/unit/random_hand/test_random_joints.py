@@ -11,9 +11,9 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 from armimpedance.__main__ import main
-from armimpedance.analyses import random
-from armimpedance.errors import InputError
-from armimpedance.random_hand import identify_random
+from armimpedance.core.errors import InputError
+from armimpedance.hand.random import identify_random
+from armimpedance.hand.random.show import random
 from armimpedance.recordings import propose_mapping
 from manipulandum_sim.hand import Reflex
 from manipulandum_sim.random_hand import JointRig, find_joint, simulate_random_joint

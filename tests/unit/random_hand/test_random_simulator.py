@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from armimpedance.errors import InputError
-from armimpedance.random_hand import identify_random
+from armimpedance.core.errors import InputError
+from armimpedance.hand.random import identify_random
 from manipulandum_sim.hand import Reflex, find_subject
 from manipulandum_sim.random_hand import RandomRig, simulate_random
 from manipulandum_sim.random_hand.limbs import SpaceLimb

@@ -10,7 +10,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from armimpedance.records import Recording
+from armimpedance.core.records import Recording
 from manipulandum_sim.hand import simulate
 from manipulandum_sim.lab_files.mcap_log import PAUSE_NS, START_NS, write_mcap
 from manipulandum_sim.lab_files.trial_columns import TrialColumns, trials_of

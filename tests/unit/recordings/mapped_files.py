@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 import scipy.io
 
-from armimpedance.records import Recording
+from armimpedance.core.records import Recording
 
 HAND = """
 kind = "hand"

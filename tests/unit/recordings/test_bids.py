@@ -13,10 +13,10 @@ import bids_bench as bench
 import numpy as np
 import pytest
 
-from armimpedance.errors import InputError
+from armimpedance.core.errors import InputError
+from armimpedance.core.skeleton import Hinge, Segment, Skeleton
 from armimpedance.recordings import ReadOptions, open_recording
 from armimpedance.recordings.sources.bids import SOURCE
-from armimpedance.skeleton import Hinge, Segment, Skeleton
 
 DIRECTIONS = {
     "A": (1, 0, 0), "P": (-1, 0, 0),

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from capture_bench import Capture, real, whole
 
-from armimpedance.errors import InputError
+from armimpedance.core.errors import InputError
 from armimpedance.recordings.capture.capture import parse_capture
 from armimpedance.recordings.capture.processor import PROCESSORS
 from armimpedance.recordings.motion.marker_c3d import read_marker_c3d

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from capture_bench import PlateTruth, a_load, corners, on_plates, real, whole
 
-from armimpedance.errors import InputError
-from armimpedance.motion import WRENCH
+from armimpedance.core.errors import InputError
+from armimpedance.core.motion import WRENCH
 from armimpedance.recordings import write_recording
 from armimpedance.recordings.capture.capture import read_capture
 from armimpedance.recordings.capture.plates import plates_of

@@ -14,11 +14,11 @@ import pandas as pd
 import pytest
 
 from armimpedance.__main__ import main
-from armimpedance.analyses import read
-from armimpedance.errors import InputError
+from armimpedance.core.errors import InputError
 from armimpedance.recordings.kinarm import overview
 from armimpedance.recordings.kinarm.exam_file import ExamFile
 from armimpedance.recordings.kinarm.overview_text import look_at_exam
+from armimpedance.show.verbs.sources import read
 
 NOTHING = np.zeros((0, 2))
 EMPTY = {"samples": 0, "links": NOTHING, "forces": NOTHING, "motors": NOTHING}

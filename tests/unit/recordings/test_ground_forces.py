@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from opensim_bench import small_trc
 
-from armimpedance.body.contacts import about_world_origin
-from armimpedance.cli.main import run as main
-from armimpedance.errors import InputError
+from armimpedance.app.cli.main import run as main
+from armimpedance.core.errors import InputError
+from armimpedance.joint.body.contacts import about_world_origin
 from armimpedance.recordings.opening import open_recording
 from armimpedance.recordings.reading import ReadOptions
 

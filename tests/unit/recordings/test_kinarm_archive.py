@@ -14,14 +14,15 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from armimpedance.analyses import estimate, inspect
-from armimpedance.errors import InputError
+from armimpedance.core.errors import InputError
+from armimpedance.hand.still.show import estimate
 from armimpedance.recordings.kinarm import packing
 from armimpedance.recordings.kinarm.exam import read_kinarm
 from armimpedance.recordings.kinarm.others import grouped
 from armimpedance.recordings.kinarm.trials import Choice
 from armimpedance.recordings.opening import open_recording
 from armimpedance.recordings.reading import ReadOptions
+from armimpedance.show.verbs.inspection import inspect
 
 TIMED = Choice(onset_event="PERT_ON", end_event="PERT_OFF")
 

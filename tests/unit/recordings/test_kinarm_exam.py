@@ -7,7 +7,7 @@ import zipfile
 import numpy as np
 import pytest
 
-from armimpedance.errors import InputError
+from armimpedance.core.errors import InputError
 from armimpedance.recordings.kinarm import packing
 from armimpedance.recordings.kinarm.exam import read_kinarm
 from armimpedance.recordings.kinarm.trials import Choice

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 import armimpedance as ai
-from armimpedance.errors import InputError
+from armimpedance.core.errors import InputError
 from armimpedance.recordings.mapped.door import SOURCES, source_of
 from manipulandum_sim.lab_files.mcap_log import START_NS, write_mcap
 
@@ -642,7 +642,7 @@ def test_each_kind_is_recognised_by_one_source_without_any_package(tmp_path):
         "for name in ('mcap', 'rosbags', 'h5py', 'nptdms', 'pynwb', 'zstandard'):\n"
         "    sys.modules[name] = None\n"
         "from pathlib import Path\n"
-        "from armimpedance.errors import InputError\n"
+        "from armimpedance.core.errors import InputError\n"
         "from armimpedance.recordings.mapped.door import source_of\n"
         f"for name in {places!r}:\n"
         f"    path = Path({str(tmp_path)!r}) / name\n"

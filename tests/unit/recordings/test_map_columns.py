@@ -10,11 +10,11 @@ import pytest
 import scipy.io
 from mapped_files import cells, long_table, struct_array, trials_of, write_mat73
 
-from armimpedance.errors import InputError
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import Recording
 from armimpedance.recordings import open_recording, propose_mapping
 from armimpedance.recordings.mapped.columns_toml import read_mapping
 from armimpedance.recordings.mapped.names import read_name
-from armimpedance.records import Recording
 from manipulandum_sim.hand import simulate
 
 

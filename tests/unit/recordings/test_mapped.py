@@ -20,13 +20,13 @@ from mapped_files import (
     write_mat73,
 )
 
-from armimpedance.analyses import estimate
-from armimpedance.errors import InputError
-from armimpedance.not_taken import told_not_taken
+from armimpedance.core.errors import InputError
+from armimpedance.core.not_taken import told_not_taken
+from armimpedance.core.records import Recording
+from armimpedance.hand.still.show import estimate
 from armimpedance.recordings import ReadOptions, open_recording
 from armimpedance.recordings.mapped.columns_toml import read_mapping
 from armimpedance.recordings.sources.csv import SOURCE
-from armimpedance.records import Recording
 from manipulandum_sim.hand import simulate
 
 ONSETS = 'onset_s = "onset"\nend_s = "end"\ncondition = "cond"'

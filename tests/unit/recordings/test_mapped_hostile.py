@@ -15,7 +15,7 @@ import pyarrow.parquet as pq
 import pytest
 from mapped_files import mat5_bytes, write_mat73
 
-from armimpedance.errors import ArmImpedanceError, InputError
+from armimpedance.core.errors import ArmImpedanceError, InputError
 from armimpedance.recordings import propose_mapping
 
 HEAD = b"MATLAB 5.0 MAT-file".ljust(124) + b"\x00\x01IM"

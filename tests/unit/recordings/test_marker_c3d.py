@@ -7,7 +7,7 @@ import struct
 import numpy as np
 import pytest
 
-from armimpedance.errors import InputError
+from armimpedance.core.errors import InputError
 from armimpedance.recordings.motion.marker_c3d import read_marker_c3d
 from armimpedance.recordings.opening import open_recording
 from armimpedance.recordings.reading import ReadOptions

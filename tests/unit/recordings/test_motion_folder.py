@@ -9,10 +9,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from armimpedance.arm.skeletons import elbow_skeleton
-from armimpedance.errors import InputError
-from armimpedance.motion import MotionRecording
-from armimpedance.plain import to_plain
+from armimpedance.core.errors import InputError
+from armimpedance.core.motion import MotionRecording
+from armimpedance.core.plain import to_plain
+from armimpedance.limb.arm.skeletons import elbow_skeleton
 from armimpedance.recordings.kind import recording_kind
 from armimpedance.recordings.motion.motion_folder import read_motion, torque_columns, write_motion
 from armimpedance.recordings.opening import open_recording

@@ -9,7 +9,7 @@ import log_bench as bench
 import numpy as np
 import pytest
 
-from armimpedance.errors import InputError
+from armimpedance.core.errors import InputError
 from armimpedance.recordings.sources.nwb import SOURCE as NWB
 from armimpedance.recordings.sources.tdms import SOURCE as TDMS
 

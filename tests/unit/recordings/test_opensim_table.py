@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from armimpedance.arm.skeletons import elbow_skeleton
-from armimpedance.errors import InputError
+from armimpedance.core.errors import InputError
+from armimpedance.limb.arm.skeletons import elbow_skeleton
 from armimpedance.recordings.motion.opensim_motion import opensim_motion
 from armimpedance.recordings.motion.opensim_table import read_opensim_table
 from armimpedance.recordings.opening import open_recording

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings, strategies as st
 from hypothesis.extra import numpy as hnp
 
-from armimpedance.errors import InputError
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import Recording, Subject
 from armimpedance.recordings.tables.folder import read_folder, write_folder
-from armimpedance.records import Recording, Subject
 
 
 def assert_same(a: Recording, b: Recording) -> None:

@@ -6,9 +6,9 @@ import json
 
 import pytest
 
-from armimpedance.arm.skeletons import body_skeleton, elbow_skeleton
-from armimpedance.errors import InputError
-from armimpedance.plain import to_plain
+from armimpedance.core.errors import InputError
+from armimpedance.core.plain import to_plain
+from armimpedance.limb.arm.skeletons import body_skeleton, elbow_skeleton
 from armimpedance.recordings.motion.skeleton_json import read_skeleton, write_skeleton
 
 

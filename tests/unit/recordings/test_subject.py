@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from armimpedance.errors import InputError
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import Subject
 from armimpedance.recordings.motion.marker_folder import write_markers
 from armimpedance.recordings.opening import FORMATS
 from armimpedance.recordings.reading import ReadOptions
 from armimpedance.recordings.subject import read_subject
-from armimpedance.records import Subject
 from manipulandum_sim.passive.swing import simulate_passive
 
 

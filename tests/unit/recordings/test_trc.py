@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from armimpedance.errors import InputError
+from armimpedance.core.errors import InputError
 from armimpedance.recordings.motion.trc import read_trc
 from armimpedance.recordings.opening import open_recording
 

@@ -9,11 +9,11 @@ import pandas as pd
 import pytest
 
 from armimpedance.__main__ import main
-from armimpedance.analyses import read
-from armimpedance.arm import elbow_skeleton
-from armimpedance.errors import InputError
-from armimpedance.motion import EmgSignals, MarkerRecording, MotionRecording
+from armimpedance.core.errors import InputError
+from armimpedance.core.motion import EmgSignals, MarkerRecording, MotionRecording
+from armimpedance.limb.arm import elbow_skeleton
 from armimpedance.recordings.where import parse_where, plain_name, with_where
+from armimpedance.show.verbs.sources import read
 
 N = 24
 COLUMNS = {

@@ -5,16 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from armimpedance.errors import EstimationError, InputError, NotIdentifiableError
-from armimpedance.regression.equations import (
+from armimpedance.core.errors import EstimationError, InputError, NotIdentifiableError
+from armimpedance.numerics.regression.equations import (
     TrialEquations,
     leave_one_out_shift,
     reweighted,
     solve_equations,
     solve_total,
 )
-from armimpedance.regression.factors import trial_factors
-from armimpedance.regression.solve import fit
+from armimpedance.numerics.regression.factors import trial_factors
+from armimpedance.numerics.regression.solve import fit
 
 T, S, P, Q = 14, 30, 3, 2
 STRATA = np.arange(T) % 4

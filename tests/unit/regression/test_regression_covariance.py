@@ -6,9 +6,9 @@ import regression_oracle as oracle
 import statsmodels.api as sm
 from hac_covariance import hac_covariance
 
-from armimpedance.errors import InputError, NotIdentifiableError
-from armimpedance.regression import ragged_factors, split_blocks, trial_factors
-from armimpedance.regression.solve import fit
+from armimpedance.core.errors import InputError, NotIdentifiableError
+from armimpedance.numerics.regression import ragged_factors, split_blocks, trial_factors
+from armimpedance.numerics.regression.solve import fit
 
 REGRESSORS, OUTPUTS = ("xdd", "xd", "x"), ("fx", "fy")
 

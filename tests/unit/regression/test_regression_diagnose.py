@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from armimpedance.errors import NotIdentifiableError
-from armimpedance.regression.diagnose import null_space
-from armimpedance.regression.factors import trial_factors
-from armimpedance.regression.solve import fit
+from armimpedance.core.errors import NotIdentifiableError
+from armimpedance.numerics.regression.diagnose import null_space
+from armimpedance.numerics.regression.factors import trial_factors
+from armimpedance.numerics.regression.solve import fit
 
 
 def factors_of(W, names):

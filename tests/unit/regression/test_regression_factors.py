@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 import regression_oracle as oracle
 
-from armimpedance.errors import InputError
-from armimpedance.regression import (
+from armimpedance.core.errors import InputError
+from armimpedance.numerics.regression import (
     TrialFactors,
     ragged_factors,
     split_blocks,
     trial_factors,
 )
-from armimpedance.regression.solve import fit
+from armimpedance.numerics.regression.solve import fit
 
 NAMES = {"regressors": ["xdd", "xd", "x"], "outputs": ["fx", "fy"]}
 

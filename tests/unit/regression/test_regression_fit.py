@@ -5,10 +5,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from armimpedance.errors import EstimationError, InputError
-from armimpedance.regression import t_interval
-from armimpedance.regression.factors import trial_factors
-from armimpedance.regression.solve import fit
+from armimpedance.core.errors import EstimationError, InputError
+from armimpedance.numerics.regression import t_interval
+from armimpedance.numerics.regression.factors import trial_factors
+from armimpedance.numerics.regression.solve import fit
 
 TRUTH = np.array([[1.7, -0.6], [8.6, -6.4], [105.0, -74.0]])
 

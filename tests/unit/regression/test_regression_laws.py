@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from armimpedance.errors import InputError, NotIdentifiableError
-from armimpedance.regression import (
+from armimpedance.core.errors import InputError, NotIdentifiableError
+from armimpedance.numerics.regression import (
     ErrorMoments,
     Parameters,
     bootstrap,

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from refine import refine
 
-from armimpedance.regression.factors import trial_factors
-from armimpedance.regression.solve import fit
+from armimpedance.numerics.regression.factors import trial_factors
+from armimpedance.numerics.regression.solve import fit
 
 FILE = Path(__file__).resolve().parents[2] / "reference_data" / "nist_strd_linear.json"
 DATA = json.loads(FILE.read_text())

@@ -4,16 +4,16 @@ import numpy as np
 import pytest
 import regression_oracle as oracle
 
-from armimpedance.errors import EstimationError, InputError, NotIdentifiableError
-from armimpedance.regression.factors import ragged_factors, trial_factors
-from armimpedance.regression.pooled import solve_positive
-from armimpedance.regression.resample import (
+from armimpedance.core.errors import EstimationError, InputError, NotIdentifiableError
+from armimpedance.numerics.regression.factors import ragged_factors, trial_factors
+from armimpedance.numerics.regression.pooled import solve_positive
+from armimpedance.numerics.regression.resample import (
     bootstrap,
     bootstrap_covariance,
     draw_counts,
     leave_one_out,
 )
-from armimpedance.regression.solve import fit
+from armimpedance.numerics.regression.solve import fit
 
 
 def problem(seed, trials=12, nearly_dependent=0.0):

@@ -4,14 +4,14 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from armimpedance.arm.muscle_paths import MuscularArm
-from armimpedance.arm.muscular_arms import arm_named
-from armimpedance.arm.polynomial_paths import constant_paths
-from armimpedance.errors import InputError
-from armimpedance.files.muscle_csv import write_muscle_results
-from armimpedance.levels.muscle_map import to_muscle
-from armimpedance.records import ImpedanceEstimate, Quality
-from armimpedance.report.muscle_text import muscle_text
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import ImpedanceEstimate, Quality
+from armimpedance.hand.levels.muscle_map import to_muscle
+from armimpedance.hand.levels.show.muscle_csv import write_muscle_results
+from armimpedance.hand.levels.show.muscle_text import muscle_text
+from armimpedance.limb.arm.muscle_paths import MuscularArm
+from armimpedance.limb.arm.muscular_arms import arm_named
+from armimpedance.limb.arm.polynomial_paths import constant_paths
 
 POSSIBLE = np.array([[20.0, 8.0], [8.0, 22.0]])
 IMPOSSIBLE = np.array([[20.0, -9.0], [-9.0, 22.0]])

@@ -3,7 +3,7 @@
 import pytest
 from hypothesis import given, strategies as st
 
-from armimpedance.report.numbers import aligned_table, with_half_width, with_interval
+from armimpedance.show.text.numbers import aligned_table, with_half_width, with_interval
 
 
 @pytest.mark.parametrize(

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from armimpedance.files.quantities import antisymmetric, principal_values
-from armimpedance.report.estimate_text import estimate_text
-from armimpedance.report.text_table import summary_table
+from armimpedance.hand.show.quantities import antisymmetric, principal_values
+from armimpedance.hand.show.text import estimate_text
+from armimpedance.hand.show.text_table import summary_table
 
 Z_95 = 1.959964
 

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from armimpedance.records import Recording
+from armimpedance.core.records import Recording
 from manipulandum_sim.elbow.emg import Electrodes, raw_emg
 
 MUSCLES = ("biceps", "triceps")

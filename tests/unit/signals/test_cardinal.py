@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import BSpline
 
-from armimpedance.signals.cardinal import cardinal_spline
+from armimpedance.numerics.signals.cardinal import cardinal_spline
 
 
 @pytest.mark.parametrize("degree", [3, 5])

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from armimpedance.errors import InputError
-from armimpedance.signals.differentiate import derivatives, operator, spline_kernels
+from armimpedance.core.errors import InputError
+from armimpedance.numerics.signals.differentiate import derivatives, operator, spline_kernels
 
 RATE = 1000.0
 

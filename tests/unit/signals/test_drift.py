@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from armimpedance.errors import InputError
-from armimpedance.signals.drift import correct_force_only, end_operator, ramp_basis
+from armimpedance.core.errors import InputError
+from armimpedance.numerics.signals.drift import correct_force_only, end_operator, ramp_basis
 
 LAG = np.arange(-50, 351) / 1000
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from armimpedance.errors import InputError
-from armimpedance.signals.emg.emg import activation, envelope
+from armimpedance.core.errors import InputError
+from armimpedance.numerics.signals.emg.emg import activation, envelope
 
 RATE = 1000.0
 

@@ -6,12 +6,16 @@ import numpy as np
 import pytest
 from scipy.signal import butter, sosfilt
 
-from armimpedance.errors import InputError
-from armimpedance.signals.causal import advanced, causal_lowpass, lowpass_delay_s
-from armimpedance.signals.emg.amplitude import emg_amplitude, segment_amplitude
-from armimpedance.signals.emg.carrier import lowpass_overlap, rectified_correlation, relative_sd
-from armimpedance.signals.emg.emg import envelope
-from armimpedance.signals.filters import lowpass
+from armimpedance.core.errors import InputError
+from armimpedance.numerics.signals.causal import advanced, causal_lowpass, lowpass_delay_s
+from armimpedance.numerics.signals.emg.amplitude import emg_amplitude, segment_amplitude
+from armimpedance.numerics.signals.emg.carrier import (
+    lowpass_overlap,
+    rectified_correlation,
+    relative_sd,
+)
+from armimpedance.numerics.signals.emg.emg import envelope
+from armimpedance.numerics.signals.filters import lowpass
 from manipulandum_sim.elbow.simulate import simulate_elbow
 
 RATE = 1000.0

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from armimpedance.signals.filtered_sign import filtered_sign
-from armimpedance.signals.filters import lowpass
+from armimpedance.numerics.signals.filtered_sign import filtered_sign
+from armimpedance.numerics.signals.filters import lowpass
 
 RATE, CUTOFF_HZ, FINER = 30.0, 6.0, 64
 

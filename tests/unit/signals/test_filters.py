@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from armimpedance.errors import InputError
-from armimpedance.signals.filters import bandpass, lowpass
+from armimpedance.core.errors import InputError
+from armimpedance.numerics.signals.filters import bandpass, lowpass
 
 RATE = 1000.0
 

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.errors import InputError
-from armimpedance.impedance.estimation import estimate
-from armimpedance.signals.emg.activation import mean_activation, mvc_column
+from armimpedance.core.errors import InputError
+from armimpedance.hand.still.estimation import estimate
+from armimpedance.numerics.signals.emg.activation import mean_activation, mvc_column
 from manipulandum_sim.hand.simulate import simulate
 
 CONDITION = "cocontraction_20"

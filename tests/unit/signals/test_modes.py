@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from armimpedance.errors import InputError
-from armimpedance.signals.modes import FEWEST, spline_modes
+from armimpedance.core.errors import InputError
+from armimpedance.numerics.signals.modes import FEWEST, spline_modes
 
 
 def test_white_noise_stays_white():

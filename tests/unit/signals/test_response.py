@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.errors import InputError
-from armimpedance.signals.response import choose_span, respond
-from armimpedance.signals.windows import cut_windows
+from armimpedance.core.errors import InputError
+from armimpedance.numerics.signals.response import choose_span, respond
+from armimpedance.numerics.signals.windows import cut_windows
 
 
 def _unbalance(limb, response):

@@ -7,9 +7,9 @@ import pandas as pd
 import pytest
 from scipy.signal import butter, sosfiltfilt
 
-from armimpedance.errors import InputError
-from armimpedance.records import Recording
-from armimpedance.signals import (
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import Recording
+from armimpedance.numerics.signals import (
     bandpass,
     check_emg,
     check_recording,
@@ -24,7 +24,7 @@ from armimpedance.signals import (
     segment_amplitude,
     spline_modes,
 )
-from armimpedance.signals.emg.carrier import mean_overlap
+from armimpedance.numerics.signals.emg.carrier import mean_overlap
 
 
 def message(recording, name):

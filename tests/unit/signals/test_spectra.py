@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from armimpedance.errors import InputError
-from armimpedance.signals.spectra import multiple_coherence
+from armimpedance.core.errors import InputError
+from armimpedance.numerics.signals.spectra import multiple_coherence
 
 RATE = 500.0
 

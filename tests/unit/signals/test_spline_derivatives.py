@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from armimpedance.errors import InputError
-from armimpedance.signals.spline_derivatives import smoothed_derivatives
+from armimpedance.core.errors import InputError
+from armimpedance.numerics.signals.spline_derivatives import smoothed_derivatives
 
 
 def test_a_swing_at_thirty_frames_keeps_its_acceleration():

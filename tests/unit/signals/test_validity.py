@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.signals.validity import check_recording
+from armimpedance.numerics.signals.validity import check_recording
 
 
 def _verdicts(recording):

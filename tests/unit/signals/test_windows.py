@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from armimpedance.errors import InputError
-from armimpedance.signals.onset import detect_movement
-from armimpedance.signals.windows import cut_windows, disturbance_times
+from armimpedance.core.errors import InputError
+from armimpedance.numerics.signals.onset import detect_movement
+from armimpedance.numerics.signals.windows import cut_windows, disturbance_times
 
 
 def test_window_is_the_record_around_the_onset(limb):

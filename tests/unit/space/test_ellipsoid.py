@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from armimpedance.ellipses import Ellipsoid, ellipsoid_of
-from armimpedance.errors import InputError
-from armimpedance.plots import plot_estimates
-from armimpedance.records import ImpedanceEstimate
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import ImpedanceEstimate
+from armimpedance.hand.ellipses import Ellipsoid, ellipsoid_of
+from armimpedance.hand.still.show import plot_estimates
 
 
 def turned(values, seed=3):

@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 
 import armimpedance as ai
-from armimpedance.analyses import arm_of_whose, free_hand_rows
-from armimpedance.arm import HELD, SpatialArm, arm_named, arm_of, hand_rod
-from armimpedance.errors import InputError, NotIdentifiableError
-from armimpedance.impedance import check_response
-from armimpedance.muscles import at_hand, matrix
-from armimpedance.records import Recording
+from armimpedance.core.errors import InputError, NotIdentifiableError
+from armimpedance.core.records import Recording
+from armimpedance.hand.levels.show import arm_of_whose
+from armimpedance.hand.still import check_response
+from armimpedance.limb.arm import HELD, SpatialArm, arm_named, arm_of, hand_rod
+from armimpedance.muscles.models import at_hand, matrix
+from armimpedance.muscles.show import free_hand_rows
 from manipulandum_sim.hand import find_subject
 from manipulandum_sim.space import (
     SpaceArm,

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armimpedance.analyses import estimate
-from armimpedance.errors import InputError
-from armimpedance.impedance import check_response
+from armimpedance.core.errors import InputError
+from armimpedance.hand.still import check_response
+from armimpedance.hand.still.show import estimate
 from manipulandum_sim.space import SpaceCondition, simulate_space
 
 

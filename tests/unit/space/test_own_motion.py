@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import armimpedance as ai
-from armimpedance.impedance import check_response
-from armimpedance.records import Recording
+from armimpedance.core.records import Recording
+from armimpedance.hand.still import check_response
 from manipulandum_sim.hand import simulate
 from manipulandum_sim.hand.robot import Servo
 from manipulandum_sim.space import SpaceTruth, simulate_space

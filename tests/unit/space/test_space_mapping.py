@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from armimpedance.errors import NotIdentifiableError
-from armimpedance.levels import feasible_joint_stiffness, force_term, to_hand, to_joint
-from armimpedance.records import ArmPosture, ImpedanceEstimate
+from armimpedance.core.errors import NotIdentifiableError
+from armimpedance.core.records import ArmPosture, ImpedanceEstimate
+from armimpedance.hand.levels import feasible_joint_stiffness, force_term, to_hand, to_joint
 from manipulandum_sim.hand import find_subject
 from manipulandum_sim.space import SpaceArm, SpaceCondition, find_space_truth
 

@@ -7,12 +7,12 @@ from functools import cache
 
 import numpy as np
 
-from armimpedance.impedance import estimate
-from armimpedance.impedance.bound import bound
-from armimpedance.impedance.weighing.modal import ModalEquation
-from armimpedance.planning import PlannedMotion, Profile, Servo, pilot_of, precision
-from armimpedance.planning.pilot import Pilot
-from armimpedance.planning.shape_table import SHAPES
+from armimpedance.hand.planning import PlannedMotion, Profile, Servo, pilot_of, precision
+from armimpedance.hand.planning.pilot import Pilot
+from armimpedance.hand.planning.shape_table import SHAPES
+from armimpedance.hand.still import estimate
+from armimpedance.hand.still.bound import bound
+from armimpedance.hand.still.weighing.modal import ModalEquation
 from manipulandum_sim.space import SpaceCondition, simulate_space, sphere_directions
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from armimpedance.errors import InputError
-from armimpedance.impedance import estimate
+from armimpedance.core.errors import InputError
+from armimpedance.hand.still import estimate
 from manipulandum_sim.hand import find_subject
 from manipulandum_sim.space import (
     SpaceArm,
@@ -158,7 +158,7 @@ def test_the_command_writes_a_recording_that_reads_back(tmp_path, capsys):
 
 
 def test_directions_above_the_plane_are_directions_of_their_own(noisy):
-    from armimpedance.signals import cut_windows
+    from armimpedance.numerics.signals import cut_windows
 
     numbers = cut_windows(noisy, np.arange(noisy.n_trials)).disturbance
     assert len(np.unique(numbers)) == 6

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import armimpedance as ai
-from armimpedance.arm import HELD, SpatialArm, TwoLinkArm, hand_rod
-from armimpedance.arm.anthropometry import DE_LEVA
-from armimpedance.errors import InputError, NotIdentifiableError
-from armimpedance.records import Recording
+from armimpedance.core.errors import InputError, NotIdentifiableError
+from armimpedance.core.records import Recording
+from armimpedance.limb.arm import HELD, SpatialArm, TwoLinkArm, hand_rod
+from armimpedance.limb.arm.anthropometry import DE_LEVA
 from manipulandum_sim.hand import find_subject
 from manipulandum_sim.space import SpaceArm, SpaceTruth, simulate_space
 

@@ -14,12 +14,12 @@ import numpy as np
 import pytest
 from scipy.stats import ttest_ind
 
-from armimpedance.cli.study import parse
-from armimpedance.study import Design, Session, run_group
-from armimpedance.study.design import Step
-from armimpedance.study.outliers import far_from_others, robust_scores
-from armimpedance.study.people_groups import compare_people, groups_of_people
-from armimpedance.study.strips import Strip, strips_of
+from armimpedance.app.cli.study import parse
+from armimpedance.app.study import Design, Session, run_group
+from armimpedance.app.study.design import Step
+from armimpedance.app.study.outliers import far_from_others, robust_scores
+from armimpedance.app.study.people_groups import compare_people, groups_of_people
+from armimpedance.app.study.strips import Strip, strips_of
 
 HOSTILE = '<img src=x onerror="alert(1)">&$\\frac$'
 

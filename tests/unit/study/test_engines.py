@@ -9,8 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from armimpedance.errors import InputError
-from armimpedance.study import (
+from armimpedance.app.study import (
     Dask,
     Processes,
     array_script,
@@ -19,6 +18,7 @@ from armimpedance.study import (
     run_participants,
     share_of,
 )
+from armimpedance.core.errors import InputError
 
 
 def double(words: list[str]) -> int:
@@ -102,7 +102,7 @@ def test_workers_that_would_give_other_bits_are_refused(tmp_path):
 
 
 def test_no_scheduler_is_said_and_not_waited_for_for_ever(tmp_path):
-    from armimpedance.errors import EstimationError
+    from armimpedance.core.errors import EstimationError
 
     data = made(tmp_path, [1])
     with pytest.raises(EstimationError, match="no scheduler"):

@@ -10,8 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from armimpedance.errors import InputError
-from armimpedance.study import (
+from armimpedance.app.study import (
     Processes,
     check_steps,
     chosen,
@@ -21,6 +20,7 @@ from armimpedance.study import (
     run_participants,
     unknown_sessions,
 )
+from armimpedance.core.errors import InputError
 
 DESIGN = """
 steps = ["double {recording} --out twice.csv", "add twice.csv --out more.csv --by 1"]
@@ -317,7 +317,7 @@ def test_a_design_that_is_wrong_is_refused_before_any_work(tmp_path, text):
 
 
 def test_a_step_that_is_no_call_of_a_command_is_refused_before_any_work(tmp_path):
-    from armimpedance.cli.study import parse
+    from armimpedance.app.cli.study import parse
 
     check_steps(read_design(None, tmp_path).steps, parse)
     (tmp_path / "study.toml").write_text('steps = ["estimate {recording} --bye condition"]')

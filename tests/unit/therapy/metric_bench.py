@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pandas as pd
 
-from armimpedance.records import Recording, Subject
-from armimpedance.skeleton import Hinge, Segment, Skeleton
-from armimpedance.therapy.arm.passive_arm import ArmSegment, Elastic, PassiveArm, Reference
-from armimpedance.therapy.arm.rigid_arm import arm_bodies
-from armimpedance.therapy.arm.torques import MovementTorques
-from armimpedance.therapy.robot.rigid import robot_bodies
-from armimpedance.therapy.robot.therapy_robot import (
+from armimpedance.core.records import Recording, Subject
+from armimpedance.core.skeleton import Hinge, Segment, Skeleton
+from armimpedance.joint.therapy.arm.passive_arm import ArmSegment, Elastic, PassiveArm, Reference
+from armimpedance.joint.therapy.arm.rigid_arm import arm_bodies
+from armimpedance.joint.therapy.arm.torques import MovementTorques
+from armimpedance.joint.therapy.robot.rigid import robot_bodies
+from armimpedance.joint.therapy.robot.therapy_robot import (
     Loads,
     TherapyRobot,
     load_gradient,

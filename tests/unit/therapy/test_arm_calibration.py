@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from arm_bench import MOVEMENTS, REST_RAD, SEGMENTS, STIFFNESS, Session, bench, heavier, repeated
 
-from armimpedance.errors import InputError
-from armimpedance.files.therapy_json import read_arm, write_arm
-from armimpedance.therapy.arm.calibrate import identify_arm
-from armimpedance.therapy.arm.movements import movement_torques
-from armimpedance.therapy.robot.sliding import slides
-from armimpedance.therapy.share.of_movement import contribution_of
+from armimpedance.core.errors import InputError
+from armimpedance.joint.therapy.arm.calibrate import identify_arm
+from armimpedance.joint.therapy.arm.movements import movement_torques
+from armimpedance.joint.therapy.robot.sliding import slides
+from armimpedance.joint.therapy.share.of_movement import contribution_of
+from armimpedance.joint.therapy.show.models_json import read_arm, write_arm
 
 
 def calibrated(session: Session, robot=None, segments=SEGMENTS, **given):

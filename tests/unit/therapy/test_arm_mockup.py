@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from arm_bench import UPPER_ARM_M, Session, bench, heavier, repeated
 
-from armimpedance.errors import InputError, RecordError
-from armimpedance.therapy.arm.mockup import check_mockup, pipes
+from armimpedance.core.errors import InputError, RecordError
+from armimpedance.joint.therapy.arm.mockup import check_mockup, pipes
 
 BOTH_WAYS = ("elevation", "lowering", "horizontal")
 #: A mock-up has no stiffness.

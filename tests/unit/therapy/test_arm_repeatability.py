@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from arm_bench import RATE, motion, wandering
 
-from armimpedance.therapy.arm.repeatability import (
+from armimpedance.joint.therapy.arm.repeatability import (
     PRIOR_DOF,
     fluctuation_covariance,
     noise_density,

@@ -20,14 +20,14 @@ from metric_bench import (
     reference,
 )
 
-from armimpedance.errors import InputError
-from armimpedance.plain import to_plain
-from armimpedance.signals import LastRows
-from armimpedance.therapy.arm.movements import movement_torques
-from armimpedance.therapy.live.live_contribution import LiveContribution
-from armimpedance.therapy.live.replay import replay
-from armimpedance.therapy.robot.smooth import kernels_for
-from armimpedance.therapy.share.of_movement import contribution_of
+from armimpedance.core.errors import InputError
+from armimpedance.core.plain import to_plain
+from armimpedance.joint.therapy.arm.movements import movement_torques
+from armimpedance.joint.therapy.live.live_contribution import LiveContribution
+from armimpedance.joint.therapy.live.replay import replay
+from armimpedance.joint.therapy.robot.smooth import kernels_for
+from armimpedance.joint.therapy.share.of_movement import contribution_of
+from armimpedance.numerics.signals import LastRows
 
 HALF = kernels_for(RATE).half
 

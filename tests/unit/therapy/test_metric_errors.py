@@ -24,12 +24,12 @@ from metric_bench import (
     true_arm,
 )
 
-from armimpedance.errors import InputError
-from armimpedance.therapy.robot.smooth import kernels_for
-from armimpedance.therapy.robot.therapy_robot import Loads
-from armimpedance.therapy.share.error_law import PARTS
-from armimpedance.therapy.share.of_movement import contribution_of
-from armimpedance.therapy.share.over_time import running_contribution, sample_contribution
+from armimpedance.core.errors import InputError
+from armimpedance.joint.therapy.robot.smooth import kernels_for
+from armimpedance.joint.therapy.robot.therapy_robot import Loads
+from armimpedance.joint.therapy.share.error_law import PARTS
+from armimpedance.joint.therapy.share.of_movement import contribution_of
+from armimpedance.joint.therapy.share.over_time import running_contribution, sample_contribution
 
 
 def plain_metrics(seen, theta, mass, line, own, arm):

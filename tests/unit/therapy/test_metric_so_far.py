@@ -16,8 +16,8 @@ from metric_bench import (
     true_arm,
 )
 
-from armimpedance.therapy.share.of_movement import contribution_of
-from armimpedance.therapy.share.over_time import STEADY_S, contribution_so_far
+from armimpedance.joint.therapy.share.of_movement import contribution_of
+from armimpedance.joint.therapy.share.over_time import STEADY_S, contribution_so_far
 
 METRICS = ("share", "projection")
 

@@ -22,10 +22,10 @@ from metric_bench import (
     true_arm,
 )
 
-from armimpedance.errors import InputError
-from armimpedance.plain import from_plain, to_plain
-from armimpedance.therapy.share.of_movement import contribution_of
-from armimpedance.therapy.share.over_time import running_contribution, sample_contribution
+from armimpedance.core.errors import InputError
+from armimpedance.core.plain import from_plain, to_plain
+from armimpedance.joint.therapy.share.of_movement import contribution_of
+from armimpedance.joint.therapy.share.over_time import running_contribution, sample_contribution
 
 SHARES = (-0.8, 0.0, 0.5, 1.0, 1.3)
 

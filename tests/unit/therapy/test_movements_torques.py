@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from arm_bench import REST_RAD, SEGMENTS, STIFFNESS, UPPER_ARM_M, Session, bench, repeated
 
-from armimpedance.errors import InputError, RecordError
-from armimpedance.therapy.arm.movements import cut_movements, movement_torques
-from armimpedance.therapy.arm.passive_arm import Elastic, PassiveArm
-from armimpedance.therapy.robot.therapy_robot import load_torque
+from armimpedance.core.errors import InputError, RecordError
+from armimpedance.joint.therapy.arm.movements import cut_movements, movement_torques
+from armimpedance.joint.therapy.arm.passive_arm import Elastic, PassiveArm
+from armimpedance.joint.therapy.robot.therapy_robot import load_torque
 
 
 def arm(**changes) -> PassiveArm:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from armimpedance.arm.anthropometry import WINTER, two_link_arm
-from armimpedance.errors import InputError
-from armimpedance.records import Subject
-from armimpedance.therapy.arm.person import segments_of, upper_arm_length
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import Subject
+from armimpedance.joint.therapy.arm.person import segments_of, upper_arm_length
+from armimpedance.limb.arm.anthropometry import WINTER, two_link_arm
 
 
 def first_moment(segments, link):

@@ -6,21 +6,20 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from armimpedance.errors import ArmImpedanceError, InputError, RecordError
-from armimpedance.files.therapy_json import read_arm, read_robot, write_arm, write_robot
-from armimpedance.records import Recording
-from armimpedance.skeleton import GRAVITY_M_S2, Hinge, Segment, Skeleton
-from armimpedance.therapy.arm.passive_arm import (
+from armimpedance.core.errors import ArmImpedanceError, InputError, RecordError
+from armimpedance.core.records import Recording
+from armimpedance.core.skeleton import GRAVITY_M_S2, Hinge, Segment, Skeleton
+from armimpedance.joint.therapy.arm.passive_arm import (
     ArmSegment,
     Elastic,
     PassiveArm,
     Reference,
     winter_segments,
 )
-from armimpedance.therapy.arm.rigid_arm import arm_bodies, arm_skeleton
-from armimpedance.therapy.robot.rigid import robot_bodies
-from armimpedance.therapy.robot.smooth import WIDTH_S, kernels_for, smooth_trials
-from armimpedance.therapy.robot.therapy_robot import (
+from armimpedance.joint.therapy.arm.rigid_arm import arm_bodies, arm_skeleton
+from armimpedance.joint.therapy.robot.rigid import robot_bodies
+from armimpedance.joint.therapy.robot.smooth import WIDTH_S, kernels_for, smooth_trials
+from armimpedance.joint.therapy.robot.therapy_robot import (
     Loads,
     TherapyRobot,
     friction_sign,
@@ -30,6 +29,7 @@ from armimpedance.therapy.robot.therapy_robot import (
     parameter_names,
     parameter_units,
 )
+from armimpedance.joint.therapy.show.models_json import read_arm, read_robot, write_arm, write_robot
 
 AXES = ("elevation", "horizontal", "rotation", "elbow", "pronation")
 FLEXION, UP = (0.0, -1.0, 0.0), (0.0, 0.0, 1.0)

@@ -9,19 +9,19 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from armimpedance.errors import InputError
-from armimpedance.records import Recording, Subject
-from armimpedance.skeleton import Hinge, Segment, Skeleton
-from armimpedance.therapy.robot.calibrate import identify_robot
-from armimpedance.therapy.robot.checks import check_recording
-from armimpedance.therapy.robot.rigid import robot_bodies
-from armimpedance.therapy.robot.therapy_robot import (
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import Recording, Subject
+from armimpedance.core.skeleton import Hinge, Segment, Skeleton
+from armimpedance.joint.therapy.robot.calibrate import identify_robot
+from armimpedance.joint.therapy.robot.checks import check_recording
+from armimpedance.joint.therapy.robot.rigid import robot_bodies
+from armimpedance.joint.therapy.robot.therapy_robot import (
     Loads,
     TherapyRobot,
     load_torque,
     parameter_count,
 )
-from armimpedance.therapy.robot.validation import validate_robot
+from armimpedance.joint.therapy.robot.validation import validate_robot
 
 RATE = 1000.0
 AXES = ("elevation", "horizontal", "elbow")

@@ -1,0 +1,172 @@
+"""Parse the call, run one command, turn errors into one line and an exit status.
+
+Standard library only at import: a command imports what it needs when it runs.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+from contextlib import suppress
+
+from armimpedance.core.errors import ArmImpedanceError, shortened, shown
+from armimpedance.show.command.failures import (
+    TRACEBACK,
+    WRONG_INPUT,
+    library_warnings,
+    naming,
+    told,
+)
+from armimpedance.show.command.parser import OneLineParser, add_commands
+from armimpedance.show.command.screen import safe_screen
+from armimpedance.show.command.stopping import Asked, stopped_in_order
+
+#: Command -> its line in the overview; the module armimpedance.app.cli.<name> holds the rest.
+COMMANDS = {
+    "new": "an example folder for a laboratory like yours: data, script, notebook",
+    "demo": "the whole study on a simulated subject: recordings, estimates, models, figures",
+    "plan": "before the experiment: trials needed, the best disturbance",
+    "simulate": "write a simulated experiment and its truth",
+    "exam": "look at a Kinarm exam: protocols, blocks, conditions, events, what to type next",
+    "inspect": "say what a recording holds and whether it can be used",
+    "estimate": "inertia, viscosity and stiffness with 95 %% intervals",
+    "map": "from the hand to the joints, from the joints to the muscles",
+    "fit": "models over posture and muscle activation, from joint-level results",
+    "predict": "joint or hand impedance where nobody measured, from a fitted model",
+    "live": "stiffness of the hand from posture and muscle activity, sample by sample",
+    "reflex": "is the stiffness the limb's own, or does a reflex stand in it?",
+    "compare": "what differs between groups of trials, and whether chance could do it",
+    "passive": "stiffness, viscosity and friction of relaxed joints (motion capture or torque)",
+    "body": "masses and inertias of a moving body from contact forces; a robot's from its torques",
+    "elbow": "one joint under a random perturbation: I, B, K, over time, over EMG",
+    "movement": "inertia, viscosity and stiffness of the hand while it reaches",
+    "random": "a hand, wrist or ankle under random perturbations in 2 or 3 axes: M, B, K, reflex",
+    "therapy": "how much of a movement with a therapy robot is the patient's own",
+    "discriminate": "can one number tell two groups of people apart?",
+    "report": "one page to show: verdict, pictures, intervals, checks, methods paragraph",
+    "trials": "look at every trial in a page, leave some out",
+    "explore": "an arm to play with: drag the hand, stiffness and viscosity follow",
+    "convert": "turn a lab's files into a recording",
+    "map-columns": "propose what the columns of a table of any layout mean",
+    "share": "recordings and results as BIDS, JSON-LD or a datasheet, for a data repository",
+    "study": "a folder of people to one table and one report; repeats only what changed",
+    "simulate-study": "many simulated sessions: coverage, power, methods against each other",
+    "benchmark": "tasks with sealed truths, submissions in any language, one table of scores",
+    "figures": "draw the sources' figures from simulated subjects",
+}
+
+OVERVIEW = """\
+Inertia, viscosity and stiffness of the human arm from small disturbances.
+
+A first session:
+  armimpedance demo --quick                       see everything work, in seconds
+  armimpedance new --for kinarm try_it            an example folder for a lab like yours
+  armimpedance plan --k-percent 5                 how many trials, which disturbance?
+  armimpedance exam exam.kinarm                   what a Kinarm exam holds, or:
+  armimpedance map-columns mine.csv               which column of your own files is what
+  armimpedance convert exam.kinarm session        a Kinarm exam, a C3D, a CSV, ...
+  armimpedance inspect session                    can it be used?
+  armimpedance estimate session --out hand.csv    one row per condition
+  armimpedance report session --out report.html   a page to show
+  armimpedance map hand.csv --recording session --to joint --out joint.csv
+  armimpedance fit moment-arms joint.csv --out posture.json
+  armimpedance explore posture.json hand.csv --out explore.html
+
+Relaxed joints and moving bodies, from motion capture:
+  armimpedance simulate p5 --out relaxed          or: convert swing.c3d relaxed --skeleton elbow ...
+  armimpedance passive relaxed --rest-angle 1.5 --out fit.json
+  armimpedance simulate body --out session
+  armimpedance body session --out body.json
+
+One joint under a random perturbation, as of an exoskeleton:
+  armimpedance simulate elbow --out session
+  armimpedance elbow session --out fit.json
+
+A hand that is pushed while it reaches:
+  armimpedance simulate reaches --out reaches
+  armimpedance movement reaches --out moving.csv
+
+How much a patient contributes to a movement with a therapy robot:
+  armimpedance therapy robot calibration --drawings drawings.json --out robot.json
+  armimpedance therapy arm session --robot robot.json --out arm.json
+  armimpedance therapy contribution session --robot robot.json --arm arm.json --out result.csv
+"""
+
+
+def make_parser(argv: Sequence[str]) -> argparse.ArgumentParser:
+    """The parser for this call; only the module of the command that it names is imported."""
+    from armimpedance import __version__
+
+    plain = argparse.RawDescriptionHelpFormatter
+    parser = OneLineParser(prog="armimpedance", description=OVERVIEW, formatter_class=plain)
+    parser.add_argument("--version", action="version", version=f"armimpedance {__version__}")
+    add_commands(parser, COMMANDS, "armimpedance.app.cli", "COMMAND", argv)
+    return parser
+
+
+def run(argv: list[str]) -> int:
+    """Run one call, and turn whatever goes wrong into one line.
+
+    Exit status: 0 done, 2 the input or the call is wrong, 130 interrupted, 143 ended by SIGTERM,
+    129 by SIGHUP, 1 anything else. A command may add its own, documented in its help: `convert`
+    has 3.
+    """
+    try:
+        with stopped_in_order() as asked:
+            return _run_call(argv, asked)
+    except KeyboardInterrupt as error:  # before or after the command itself
+        return _fail("armimpedance", error)
+
+
+def _run_call(argv: list[str], asked: Asked) -> int:
+    with safe_screen() as screen:
+        parser = make_parser(argv)
+        arguments, unknown = parser.parse_known_args(argv)
+        if unknown:
+            words = shortened(shown(" ".join(unknown)), 200)
+            _tell(arguments.prog, f"no such option here: {words} (see {arguments.prog} --help)")
+            return WRONG_INPUT
+        status = _run(arguments, asked)
+    if status == 0 and screen is not None and screen.failed is not None:
+        return _fail(arguments.prog, screen.failed)
+    return status
+
+
+def _run(arguments: argparse.Namespace, asked: Asked) -> int:
+    """Run a command; its exit status."""
+    warned: list[str] = []
+    with library_warnings(warned.append):
+        status = _status(arguments, asked)
+    # Where the input is refused, the refusal says it all.
+    for line in warned if status != WRONG_INPUT else ():
+        _tell(arguments.prog, line)
+    return status
+
+
+def _status(arguments: argparse.Namespace, asked: Asked) -> int:
+    try:
+        return int(arguments.run(arguments) or 0)
+    except Exception as error:
+        if os.environ.get(TRACEBACK) and not isinstance(error, ArmImpedanceError):
+            raise
+        return _fail(arguments.prog, asked.why or error, arguments)
+    except KeyboardInterrupt as error:
+        return _fail(arguments.prog, error)
+
+
+def _fail(prog: str, error: BaseException, arguments: argparse.Namespace | None = None) -> int:
+    line, status = told(error)
+    if arguments is not None and isinstance(error, ArmImpedanceError):
+        line = naming(line, vars(arguments))
+    _tell(prog, line)
+    return status
+
+
+def _tell(prog: str, line: str) -> None:
+    # Where standard error is closed too, only the exit status is left to tell it.
+    if sys.stderr is None:  # print would take standard output in its place
+        return
+    with suppress(OSError, ValueError):
+        print(f"{prog}: {line}", file=sys.stderr, flush=True)

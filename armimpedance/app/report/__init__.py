@@ -1,0 +1,1 @@
+"""A report of whatever it is: the topic is asked for its page."""

@@ -1,0 +1,235 @@
+"""The steps of one session, each done or found again."""
+
+from __future__ import annotations
+
+import io
+import os
+import shutil
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import chdir, redirect_stderr, redirect_stdout
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Final
+
+from armimpedance.app.study.design import Step
+from armimpedance.app.study.fingerprints import Fingerprints
+from armimpedance.app.study.store import Result, Store, states
+from armimpedance.core.program import of_program, of_words
+
+#: A command: its words to an exit status; it prints to standard output and error.
+Command = Callable[[list[str]], int]
+
+#: Statuses of a session.
+DONE: Final = "done"
+FAILED: Final = "failed"
+#: Places whose words are paths; the recording may lie below the other.
+_PATHS: Final = ("recording", "study")
+
+
+@dataclass(frozen=True)
+class Task:
+    """A chain of steps to be done in one folder.
+
+    Attributes
+    ----------
+    name : str
+        Of the folder below that of the study.
+    steps : tuple of Step
+    places : mapping
+        What stands for each word in braces.
+    given : tuple of Path
+        Files that lie in the folder when the first step begins.
+    """
+
+    name: str
+    steps: tuple[Step, ...]
+    places: Mapping[str, str]
+    given: tuple[Path, ...] = ()
+
+
+@dataclass(frozen=True)
+class Done:
+    """A step with its result.
+
+    Attributes
+    ----------
+    step : Step
+    key : str
+        In the store.
+    result : Result
+    reused : bool
+        It was found, not done.
+    """
+
+    step: Step
+    key: str
+    result: Result
+    reused: bool
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a chain came to.
+
+    Attributes
+    ----------
+    name : str
+        That of the task.
+    done : tuple of Done
+        One for each step that was tried.
+    problem : str
+        Why it could not be ended, where that is not a step's own failure.
+    """
+
+    name: str
+    done: tuple[Done, ...]
+    problem: str = ""
+
+    @property
+    def state(self) -> str:
+        """`DONE`, or `FAILED` where a step did not end well."""
+        return FAILED if self.problem or self.failure is not None else DONE
+
+    @property
+    def failure(self) -> Done | None:
+        """The first step that did not end well."""
+        return next((one for one in self.done if one.result.status not in (0, 3)), None)
+
+    @property
+    def reason(self) -> str:
+        """Why it failed, in one line; empty where it did not."""
+        if self.failure is None:
+            return self.problem
+        lines = self.failure.result.complained.strip().splitlines()
+        status = f"{self.failure.step.command} ended with status {self.failure.result.status}"
+        return lines[-1] if lines else status
+
+    @property
+    def recomputed(self) -> int:
+        """Steps that were done, not found."""
+        return sum(not one.reused for one in self.done)
+
+
+def known_outcome(task: Task, store: Store, prints: Fingerprints) -> Outcome | None:
+    """The outcome of a chain all of whose steps are in the store; None where one is missing.
+
+    Parameters
+    ----------
+    task : Task
+    store : Store
+    prints : Fingerprints
+
+    Returns
+    -------
+    Outcome or None
+    """
+    done: list[Done] = []
+    held = {path.name: prints.of(path) for path in task.given}
+    for step in task.steps:
+        key = _key(task, step, held, prints)
+        result = store.get(key)
+        if result is None:
+            return None
+        held |= result.files
+        done.append(Done(step, key, _with_paths(result, task), reused=True))
+    return Outcome(task.name, tuple(done))
+
+
+def carry_out(task: Task, store: Store, prints: Fingerprints, command: Command) -> Outcome:
+    """Do the steps of a chain that are not in the store.
+
+    Every step is tried, also after one that failed: a page that says why may be among them.
+
+    Parameters
+    ----------
+    task : Task
+    store : Store
+    prints : Fingerprints
+    command : function
+        Runs one command in the working folder.
+
+    Returns
+    -------
+    Outcome
+    """
+    done: list[Done] = []
+    held = {path.name: prints.of(path) for path in task.given}
+    work = Path(tempfile.mkdtemp(prefix="armimpedance-study-"))
+    try:
+        for path in task.given:
+            shutil.copyfile(path, work / path.name)
+        for step in task.steps:
+            key = _key(task, step, held, prints)
+            result = store.get(key)
+            found = result is not None
+            if result is None:
+                result = _without_paths(_do(step.filled(task.places), work, command), task)
+                if not result.lasts:
+                    done.append(Done(step, "", _with_paths(result, task), reused=False))
+                    continue
+                store.put(key, result, work)
+            store.lay(key, result, work)
+            held |= result.files
+            done.append(Done(step, key, _with_paths(result, task), found))
+    finally:
+        shutil.rmtree(work, ignore_errors=True)
+    return Outcome(task.name, tuple(done))
+
+
+def _key(task: Task, step: Step, held: Mapping[str, str], prints: Fingerprints) -> str:
+    """What a step depends on: program, words, what stands in their places, bytes of what it reads.
+
+    A path's folders are no part of it: data that were moved are the same data.
+    """
+    places = {
+        name: os.path.basename(value) if os.path.isabs(value) else value
+        for name, value in task.places.items()
+        if step.names(name) and name != "study"
+    }
+    outside = [prints.of(path) for path in _outside(step.filled(task.places))]
+    inside = {name: held[name] for name in sorted(held) if _is_named(name, step.words)}
+    return of_words(of_program(), step.words, places, outside, inside)
+
+
+def _outside(words: Sequence[str]) -> list[Path]:
+    """Files and folders that words name by a whole path."""
+    paths = [Path(word.partition("=")[2] if word.startswith("--") else word) for word in words]
+    return [path for path in paths if path.is_absolute() and path.exists()]
+
+
+def _is_named(name: str, words: Sequence[str]) -> bool:
+    """Whether a file, or a folder that it lies in, is a word of a command."""
+    ways = [name, *(parent.as_posix() for parent in Path(name).parents if parent.name)]
+    return any(way == word.rstrip("/") for way in ways for word in words)
+
+
+def _without_paths(result: Result, task: Task) -> Result:
+    """What was told, of a recording wherever it lies: equal bytes may lie in two places."""
+    told = [result.printed, result.complained]
+    for name in _PATHS:
+        told = [text.replace(task.places[name], f"{{{name}}}") for text in told]
+    return replace(result, printed=told[0], complained=told[1])
+
+
+def _with_paths(result: Result, task: Task) -> Result:
+    """What was told, of this task's recording."""
+    told = [result.printed, result.complained]
+    for name in _PATHS:
+        told = [text.replace(f"{{{name}}}", task.places[name]) for text in told]
+    return replace(result, printed=told[0], complained=told[1])
+
+
+def _do(words: list[str], work: Path, command: Command) -> Result:
+    """Run a command in a folder, and see what it printed and wrote."""
+    before = states(work)
+    printed, complained = io.StringIO(), io.StringIO()
+    with chdir(work), redirect_stdout(printed), redirect_stderr(complained):
+        try:
+            status = command(words)
+        except SystemExit as end:
+            status = end.code if isinstance(end.code, int) else 1
+    files = {n: state for n, state in states(work).items() if before.get(n) != state}
+    fresh = Fingerprints()
+    sums = {name: fresh.of(work / name) for name in sorted(files)}
+    return Result(status, printed.getvalue(), complained.getvalue(), sums)

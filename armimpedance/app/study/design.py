@@ -1,0 +1,207 @@
+"""What is done in a study: the commands for each session, and for the table of all."""
+
+from __future__ import annotations
+
+import shlex
+import string
+import tomllib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+from armimpedance.core.errors import InputError
+
+#: The file beside the data, or in the folder of the data, that says what is done.
+DESIGN_FILE: Final = "study.toml"
+LARGEST_BYTES: Final = 1_000_000
+#: What stands in braces in a command, and becomes a word of one session.
+PLACES: Final = ("recording", "study", "participant", "session")
+
+#: What is done where no file says otherwise.
+DEFAULT_STEPS: Final = (
+    "inspect {recording} --out checks.csv",
+    "estimate {recording} --out hand.csv",
+    "report {recording} --out report.html",
+)
+_KEYS: Final = {"steps", "group_steps", "tables", "recordings"}
+
+
+@dataclass(frozen=True)
+class Step:
+    """One command of a chain.
+
+    Attributes
+    ----------
+    words : tuple of str
+        As typed after ``armimpedance``, with `PLACES` in braces.
+    """
+
+    words: tuple[str, ...]
+
+    @property
+    def command(self) -> str:
+        """Name of the command."""
+        return self.words[0]
+
+    def __str__(self) -> str:
+        return shlex.join(self.words)
+
+    def filled(self, places: Mapping[str, str]) -> list[str]:
+        """The words of one session.
+
+        Parameters
+        ----------
+        places : mapping
+            Each of `PLACES` -> what stands for it.
+
+        Returns
+        -------
+        list of str
+        """
+        return [word.format_map(places) for word in self.words]
+
+    def names(self, place: str) -> bool:
+        """Whether ``{place}`` stands in a word."""
+        return any(f"{{{place}}}" in word for word in self.words)
+
+
+@dataclass(frozen=True)
+class Design:
+    """What is done with each session and with all.
+
+    Attributes
+    ----------
+    steps : tuple of Step
+        For each session, in this order, in the session's own folder.
+    group_steps : tuple of Step
+        For the gathered tables, in the group's folder.
+    tables : tuple of str
+        Files that the steps write and that are gathered, each to one table of all sessions; empty:
+        every CSV that steps write.
+    recordings : str or None
+        Pattern of the recordings' paths below the data's folder; None: whatever can be opened.
+    folder : Path
+        Where the design stands; ``{study}`` in a command.
+    """
+
+    steps: tuple[Step, ...]
+    group_steps: tuple[Step, ...]
+    tables: tuple[str, ...]
+    recordings: str | None
+    folder: Path
+
+
+def read_design(file: Path | None, data: Path) -> Design:
+    """The design in a file, or the one beside the data, or the default.
+
+    Parameters
+    ----------
+    file : Path, optional
+    data : Path
+        Folder of the data; its ``study.toml`` is taken where no file is given.
+
+    Returns
+    -------
+    Design
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or a field or command in it is not known.
+    """
+    own = data / DESIGN_FILE
+    if file is None and not own.is_file():
+        steps = tuple(map(_step, DEFAULT_STEPS))
+        return Design(steps, (), (), None, data.resolve())
+    where = file or own
+    content = _toml(where)
+    for name in content:
+        if name not in _KEYS:
+            expected = f"one of {', '.join(sorted(_KEYS))}"
+            raise InputError(f"no such field: {name!r}", file=where, expected=expected)
+    return Design(
+        steps=_steps(content, "steps", where) or tuple(map(_step, DEFAULT_STEPS)),
+        group_steps=_steps(content, "group_steps", where),
+        tables=tuple(_texts(content, "tables", where)),
+        recordings=_pattern(content, where),
+        folder=where.resolve().parent,
+    )
+
+
+def check_steps(steps: tuple[Step, ...], check: Callable[[list[str]], None]) -> None:
+    """Have every command's words parsed before any work is done.
+
+    Parameters
+    ----------
+    steps : tuple of Step
+    check : function
+        Parses the words of a command; raises InputError.
+
+    Raises
+    ------
+    InputError
+        Naming the command.
+    """
+    for step in steps:
+        try:
+            check(step.filled(dict.fromkeys(PLACES, "x")))
+        except InputError as error:
+            raise InputError(f"the step {str(step)!r}: {error}") from None
+
+
+def _toml(file: Path) -> dict[str, Any]:
+    try:
+        if file.stat().st_size > LARGEST_BYTES:
+            raise InputError("is larger than 1 MB", file=file, expected="a study.toml")
+        return tomllib.loads(file.read_text(encoding="utf-8-sig"))
+    except UnicodeDecodeError:
+        raise InputError("is not UTF-8 text", file=file, expected="a study.toml") from None
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        raise InputError(f"broken TOML: {error}", file=file) from None
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror}", file=file) from None
+
+
+def _texts(content: Mapping[str, Any], name: str, file: Path) -> list[str]:
+    value = content.get(name, [])
+    if not isinstance(value, list) or not all(isinstance(one, str) and one for one in value):
+        raise InputError(f"{name} is no list of texts", file=file, expected='such as ["..."]')
+    return value
+
+
+def _steps(content: Mapping[str, Any], name: str, file: Path) -> tuple[Step, ...]:
+    try:
+        return tuple(map(_step, _texts(content, name, file)))
+    except InputError as error:
+        if error.file is not None:
+            raise
+        raise InputError(f"{name}: {error}", file=file) from None
+
+
+def _pattern(content: Mapping[str, Any], file: Path) -> str | None:
+    value = content.get("recordings")
+    inside = isinstance(value, str) and value and not Path(value).is_absolute()
+    if value is not None and (not inside or ".." in Path(value).parts):
+        expected = 'a pattern below the data, such as "sub-*/ses-*/*.kinarm"'
+        raise InputError("recordings is no pattern", file=file, expected=expected)
+    return value
+
+
+def _step(line: str) -> Step:
+    try:
+        words = shlex.split(line)
+        named = [name for word in words for _, name, _, _ in string.Formatter().parse(word)]
+    except ValueError as error:
+        raise InputError(f"the step {line!r}: {error}", expected="a command") from None
+    if words[:1] == ["armimpedance"]:
+        words = words[1:]
+    if not words:
+        raise InputError("an empty step", expected='a command such as "inspect {recording}"')
+    for name in named:
+        if name is not None and name not in PLACES:
+            known = ", ".join(f"{{{place}}}" for place in PLACES)
+            raise InputError(f"the step {line!r}: {{{name}}}", expected=f"one of {known}")
+    if words[0] == "study":
+        raise InputError(f"the step {line!r}: a study within a study", expected="another command")
+    return Step(tuple(words))

@@ -1,0 +1,232 @@
+"""The tables of all sessions as one, with who each row belongs to."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final, TextIO
+
+from armimpedance.app.study.fingerprints import Fingerprints
+from armimpedance.app.study.participants import read_record
+from armimpedance.app.study.sessions import Session
+from armimpedance.core.errors import InputError
+from armimpedance.core.outputs import staged_file
+
+#: What BIDS calls the table of people, and its column of names.
+PEOPLE_FILE: Final = "participants.tsv"
+PERSON: Final = "participant_id"
+#: The first columns of every gathered table.
+KEYS: Final = ("participant", "session")
+
+
+@dataclass(frozen=True)
+class Ended:
+    """A session that has been worked on.
+
+    Attributes
+    ----------
+    session : Session
+    folder : Path
+    record : mapping
+        What stands in its `SESSION_FILE`.
+    """
+
+    session: Session
+    folder: Path
+    record: Mapping[str, Any]
+
+
+def ended_sessions(sessions: Sequence[Session], out: Path) -> tuple[list[Ended], list[Session]]:
+    """The sessions whose results are there, and those that were never worked on.
+
+    Where somebody took a result away, the session has to be worked on again.
+
+    Parameters
+    ----------
+    sessions : sequence of Session
+    out : Path
+        The study's folder.
+
+    Returns
+    -------
+    ended : list of Ended
+    missing : list of Session
+    """
+    ended, missing = [], []
+    for session in sessions:
+        record = read_record(out / session.folder)
+        folder = out / session.folder
+        if record is None or not all((folder / name).is_file() for name in record["files"]):
+            missing.append(session)
+        else:
+            ended.append(Ended(session, folder, _unchanged(record, folder)))
+    return ended, missing
+
+
+def _unchanged(record: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
+    """The record; without files, and failed, where a table is no longer what the steps wrote."""
+    prints = Fingerprints()
+    for name, of in record["files"].items():
+        if name.endswith(".csv") and prints.of(folder / name) != of:
+            reason = f"{name} was changed after it was made: run participant again"
+            return {**record, "state": "failed", "reason": reason, "files": {}}
+    return record
+
+
+def people(data: Path) -> dict[str, dict[str, str]]:
+    """What ``participants.tsv`` says of each person, by the name without ``sub-``.
+
+    Parameters
+    ----------
+    data : Path
+        Folder of the data.
+
+    Returns
+    -------
+    dict of dict
+        Empty where there is no such file.
+
+    Raises
+    ------
+    InputError
+        It has no column ``participant_id``, or a person stands in it twice.
+    """
+    file = data / PEOPLE_FILE
+    if not file.is_file():
+        return {}
+    found: dict[str, dict[str, str]] = {}
+    for number, row in enumerate(_rows(file, "\t"), start=2):
+        if PERSON not in row:
+            raise InputError(f"no column {PERSON}", file=file, expected=PERSON)
+        name = row.pop(PERSON).removeprefix("sub-")
+        if name in found:
+            raise InputError(f"{name!r} stands twice", file=file, row=number, expected="once")
+        found[name] = row
+    return found
+
+
+def table_names(ended: Sequence[Ended], tables: Sequence[str]) -> list[str]:
+    """Tables to gather: those that the design names, or every CSV that a step wrote.
+
+    Parameters
+    ----------
+    ended : sequence of Ended
+    tables : sequence of str
+
+    Returns
+    -------
+    list of str
+
+    Raises
+    ------
+    InputError
+        No session has a table that the design names.
+    """
+    written = {name for one in ended for name in one.record["files"]}
+    for name in tables:
+        if name not in written:
+            raise InputError(f"no session has {name}", expected="a file that a step writes")
+    if tables:
+        return list(tables)
+    return sorted(name for name in written if name.endswith(".csv") and "/" not in name)
+
+
+def gather(
+    name: str, ended: Sequence[Ended], known: Mapping[str, Mapping[str, str]], file: Path
+) -> int:
+    """Write the rows of all sessions into one table; texts and numbers stay as they are written.
+
+    Parameters
+    ----------
+    name : str
+        Of the table in each session's folder.
+    ended : sequence of Ended
+    known : mapping
+        Person -> columns of their own, which follow the keys.
+    file : Path
+
+    Returns
+    -------
+    int
+        Number of rows.
+    """
+    those = [one for one in ended if name in one.record["files"]]
+    columns: dict[str, None] = dict.fromkeys(KEYS)
+    about = dict.fromkeys(column for person in known.values() for column in person)
+    for one in those:
+        columns |= dict.fromkeys(_header(one.folder / name))
+    own = {column: f"participant_{column}" if column in columns else column for column in about}
+    order = [*KEYS, *own.values(), *(column for column in columns if column not in KEYS)]
+    count = 0
+    with staged_file(file) as temporary, open(temporary, "w", newline="", encoding="utf-8") as to:
+        writer = csv.DictWriter(to, order, restval="", lineterminator="\n")
+        writer.writeheader()
+        for one in those:
+            person = known.get(one.session.participant, {})
+            keys = dict(zip(KEYS, (one.session.participant, one.session.session), strict=True))
+            about_them = {own[column]: value for column, value in person.items()}
+            for row in _rows(one.folder / name, ","):
+                writer.writerow(row | about_them | keys)
+                count += 1
+    return count
+
+
+def sessions_table(
+    ended: Sequence[Ended], missing: Sequence[Session], data: Path, file: Path
+) -> int:
+    """Write who was worked on, who failed and why; return how many did not end well.
+
+    Parameters
+    ----------
+    ended : sequence of Ended
+    missing : sequence of Session
+    data : Path
+        Folder of the data.
+    file : Path
+
+    Returns
+    -------
+    int
+    """
+    rows = [
+        (one.session, one.record.get("state", ""), one.record.get("reason", "")) for one in ended
+    ]
+    rows += [(one, "missing", "no results yet") for one in missing]
+    rows.sort(key=lambda row: (row[0].participant, row[0].session))
+    with staged_file(file) as temporary, open(temporary, "w", newline="", encoding="utf-8") as to:
+        writer = csv.writer(to, lineterminator="\n")
+        writer.writerow([*KEYS, "recording", "state", "reason"])
+        for session, state, reason in rows:
+            where = session.recording.relative_to(data.resolve()).as_posix()
+            writer.writerow([session.participant, session.session, where, state, reason])
+    return sum(state != "done" for _, state, _ in rows)
+
+
+def _header(file: Path) -> list[str]:
+    with _opened(file) as stream:
+        return next(csv.reader(stream), [])
+
+
+@contextmanager
+def _opened(file: Path) -> Iterator[TextIO]:
+    try:
+        with open(file, newline="", encoding="utf-8-sig") as stream:
+            yield stream
+    except UnicodeDecodeError:
+        raise InputError("is not UTF-8 text", file=file, expected="a table") from None
+    except csv.Error as error:
+        raise InputError(f"is no table: {error}", file=file, expected="a table") from None
+
+
+def _rows(file: Path, delimiter: str) -> Iterator[dict[str, str]]:
+    with _opened(file) as stream:
+        rows = csv.reader(stream, delimiter=delimiter)
+        header = next(rows, [])
+        for row in rows:
+            if len(row) != len(header):
+                problem = f"{len(row)} cells, the header has {len(header)}"
+                raise InputError(problem, file=file, row=rows.line_num)
+            yield dict(zip(header, row, strict=True))

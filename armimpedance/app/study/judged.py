@@ -1,0 +1,212 @@
+"""What became of each session: usable, with care, unusable, failed or missing, and who is twice."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+from armimpedance.app.study.gathering import Ended
+from armimpedance.app.study.participants import LOG_FILE
+from armimpedance.app.study.sessions import Session
+
+#: By which the table of `inspect --out` is known.
+_OF_CHECKS: Final = {"kind", "name", "state", "message"}
+#: From the most trouble to none.
+STATES: Final = ("failed", "unusable", "missing", "warning", "ok")
+#: Of a check that stands in several rows the worst one counts.
+_WORST: Final = ("unusable", "warning", "cannot tell", "missing", "ok")
+_REPORT: Final = "report.html"
+
+
+@dataclass(frozen=True)
+class Check:
+    """What one check of one session said.
+
+    Attributes
+    ----------
+    name, state, message : str
+    """
+
+    name: str
+    state: str
+    message: str
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A session and what became of it.
+
+    Attributes
+    ----------
+    session : Session
+    state : str
+        One of `STATES`.
+    reason : str
+        Why it is not usable; "" where it is.
+    kind : str
+        The reason without what is the session's own: equal ones stand together.
+    checks : tuple of Check
+        Of `inspect --out`; empty where no step wrote such a table.
+    report, log : str
+        Below the study's folder; "" where there is none.
+    copy_of : str
+        An earlier session that holds the same bytes, or gave the same table to the last digit.
+    """
+
+    session: Session
+    state: str
+    reason: str
+    kind: str
+    checks: tuple[Check, ...]
+    report: str
+    log: str
+    copy_of: str = ""
+
+    @property
+    def name(self) -> str:
+        """Person and session."""
+        return str(self.session)
+
+
+def judged_sessions(ended: Sequence[Ended], missing: Sequence[Session]) -> list[Judged]:
+    """All sessions of a study, by person and session.
+
+    Parameters
+    ----------
+    ended : sequence of Ended
+    missing : sequence of Session
+        Not worked on.
+
+    Returns
+    -------
+    list of Judged
+    """
+    twice = _copies(ended)
+    found = [_judged(one, twice.get(one.session.folder, "")) for one in ended]
+    why = "no results yet"
+    found += [Judged(one, "missing", why, why, (), "", "") for one in missing]
+    return sorted(found, key=lambda one: (one.session.participant, one.session.session))
+
+
+def _judged(one: Ended, copy_of: str) -> Judged:
+    rows = _checks_rows(one)
+    checks = tuple(Check(r["name"], r["state"], r["message"]) for r in rows if r["kind"] == "check")
+    verdict = next((row for row in rows if row["kind"] == "verdict"), {})
+    reason = str(one.record.get("reason", ""))
+    state = verdict.get("state", "ok")
+    if state == "unusable":
+        reason = verdict.get("message", "") or reason
+    elif one.record.get("state") != "done":
+        state = "failed"
+    elif state not in STATES:
+        state = "warning"
+    kind = _kind_of(one, state, reason, checks)
+    report = _report(one)
+    place = one.session.folder
+    log = f"{place}/{LOG_FILE}" if (one.folder / LOG_FILE).is_file() else ""
+    return Judged(one.session, state, reason, kind, checks, report, log, copy_of)
+
+
+def _kind_of(one: Ended, state: str, reason: str, checks: Sequence[Check]) -> str:
+    """A reason that sessions share: the check that stops, or the message without its own path."""
+    if state == "unusable":
+        stops = dict.fromkeys(c.name or c.message for c in checks if c.state == "unusable")
+        return f"cannot be used: {', '.join(stops)}" if stops else reason
+    if state != "failed":
+        return ""
+    own = str(one.session.recording)
+    told = reason.replace(f"{own}: ", "").replace(own, "the recording")
+    # What would have been expected is in the log, and here in the way.
+    return told.split(" (expected ")[0].removeprefix("armimpedance ")
+
+
+def _checks_rows(one: Ended) -> list[dict[str, str]]:
+    for name in one.record["files"]:
+        if name.endswith(".csv") and (rows := _rows_of_checks(one.folder / name)):
+            return rows
+    return []
+
+
+def _rows_of_checks(file: Path) -> list[dict[str, str]]:
+    """The rows of a table of checks; nothing of any other, or of one that somebody took away."""
+    try:
+        with open(file, newline="", encoding="utf-8") as stream:
+            reader = csv.DictReader(stream)
+            if not set(reader.fieldnames or ()) >= _OF_CHECKS:
+                return []
+            return [{name: row.get(name) or "" for name in _OF_CHECKS} for row in reader]
+    except (OSError, ValueError, csv.Error):
+        return []
+
+
+def _report(one: Ended) -> str:
+    pages = [name for name in one.record["files"] if name.endswith(".html")]
+    name = _REPORT if _REPORT in pages else next(iter(pages), "")
+    return f"{one.session.folder}/{name}" if name and (one.folder / name).is_file() else ""
+
+
+def worst(checks: Sequence[Check]) -> dict[str, Check]:
+    """Name of a check -> the worst that it said; what has no name stands under "other".
+
+    Parameters
+    ----------
+    checks : sequence of Check
+
+    Returns
+    -------
+    dict
+    """
+    found: dict[str, Check] = {}
+    for one in checks:
+        name = one.name or "other"
+        rank = _rank(one)
+        if name not in found or rank < _rank(found[name]):
+            found[name] = one
+    return found
+
+
+def _rank(one: Check) -> int:
+    return _WORST.index(one.state) if one.state in _WORST else 1
+
+
+def _copies(ended: Sequence[Ended]) -> dict[str, str]:
+    """Folder of a session -> name of an earlier one with the same bytes."""
+    seen: dict[tuple[str, str], str] = {}
+    found: dict[str, str] = {}
+    for one in sorted(ended, key=lambda one: (one.session.participant, one.session.session)):
+        marks = list(_marks(one))
+        first = next((seen[mark] for mark in marks if mark in seen), None)
+        if first is not None:
+            found[one.session.folder] = first
+        for mark in marks:
+            seen.setdefault(mark, first or str(one.session))
+    return found
+
+
+def _marks(one: Ended) -> Iterator[tuple[str, str]]:
+    """What equal recordings share: the key of a step that reads them, and tables of their numbers.
+
+    A session without any result has none: two empty folders are no person counted twice.
+    """
+    files: Mapping[str, Any] = one.record["files"]
+    if not files:
+        return
+    steps: Sequence[Mapping[str, Any]] = one.record.get("steps", ())
+    reads = (step for step in steps if "{recording}" in str(step.get("command", "")))
+    if (first := next(reads, None)) is not None and first.get("key"):
+        yield "key", str(first["key"])
+    for name, of in files.items():
+        if name.endswith(".csv") and _has_numbers(one.folder / name):
+            yield name, str(of)
+
+
+def _has_numbers(file: Path) -> bool:
+    """Whether a table holds numbers with intervals: these do not agree by chance."""
+    try:
+        with open(file, newline="", encoding="utf-8") as stream:
+            return any(cell.startswith("ci_low_") for cell in next(csv.reader(stream), []))
+    except (OSError, ValueError, csv.Error):
+        return False

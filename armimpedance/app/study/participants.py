@@ -1,0 +1,282 @@
+"""The chain of every session, on several processes, each in a folder of its own."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import chain
+from pathlib import Path
+from typing import Any, Final
+
+from armimpedance.app.study.chain import Command, Outcome, Task, carry_out, known_outcome
+from armimpedance.app.study.design import Design
+from armimpedance.app.study.engines.engine import Engine
+from armimpedance.app.study.fingerprints import Fingerprints
+from armimpedance.app.study.sessions import Session
+from armimpedance.app.study.store import Store, are_files_below
+from armimpedance.core.errors import ArmImpedanceError, InputError
+from armimpedance.core.json_text import json_text, read_json
+from armimpedance.core.outputs import staged_file
+
+#: Within the study's folder.
+STORE: Final = ".store"
+SEEN: Final = "seen.json"
+#: Within a session's folder.
+SESSION_FILE: Final = "session.json"
+LOG_FILE: Final = "log.txt"
+
+
+@dataclass(frozen=True)
+class Progressed:
+    """One session that has come to its end.
+
+    Attributes
+    ----------
+    session : Session
+    outcome : Outcome
+    done, all : int
+        Sessions so far, and all.
+    """
+
+    session: Session
+    outcome: Outcome
+    done: int
+    all: int
+
+
+def task_of(session: Session, design: Design) -> Task:
+    """The chain of one session.
+
+    Parameters
+    ----------
+    session : Session
+    design : Design
+
+    Returns
+    -------
+    Task
+    """
+    places = {
+        "recording": str(session.recording),
+        "study": str(design.folder),
+        "participant": session.participant,
+        "session": session.session,
+    }
+    return Task(session.folder, design.steps, places)
+
+
+@dataclass(frozen=True)
+class SessionWork:
+    """What a worker does with a task; it can be sent to another process or machine.
+
+    Attributes
+    ----------
+    out : Path
+        The study's folder, which every worker can reach.
+    command : function
+    """
+
+    out: Path
+    command: Command
+
+    def __call__(self, task: Task) -> Outcome:
+        """Do the steps, put the files into the session's folder."""
+        prints = Fingerprints()
+        store = Store(self.out / STORE, prints)
+        try:
+            outcome = carry_out(task, store, prints, self.command)
+            lay_out(outcome, store, self.out)
+        except (ArmImpedanceError, OSError) as error:
+            return self.failed(task, str(error))
+        return outcome
+
+    def failed(self, task: Task, problem: str) -> Outcome:
+        """The outcome of a chain that could not be ended."""
+        return Outcome(task.name, (), problem=problem)
+
+
+def run_participants(
+    sessions: Sequence[Session], design: Design, out: Path, command: Command, engine: Engine
+) -> Iterator[Progressed]:
+    """Do what is not done yet, and give every session as it ends.
+
+    Parameters
+    ----------
+    sessions : sequence of Session
+    design : Design
+    out : Path
+        The study's folder.
+    command : function
+        Runs one command.
+    engine : function
+
+    Yields
+    ------
+    Progressed
+    """
+    (out / STORE).mkdir(parents=True, exist_ok=True)
+    prints = Fingerprints(out / STORE / SEEN)
+    store = Store(out / STORE, prints)
+    by_name = {session.folder: session for session in sessions}
+    ready: deque[Outcome] = deque()
+    waiting = _asked(sessions, design, _Held(out, store, prints), ready)
+    ended = _ended(waiting, ready, SessionWork(out, command), engine)
+    try:
+        for done, outcome in enumerate(ended, 1):
+            yield Progressed(by_name[outcome.name], outcome, done, len(sessions))
+    finally:
+        prints.save()
+
+
+@dataclass(frozen=True)
+class _Held:
+    """What earlier runs left."""
+
+    out: Path
+    store: Store
+    prints: Fingerprints
+
+
+def _asked(
+    sessions: Sequence[Session], design: Design, held: _Held, ready: deque[Outcome]
+) -> Iterator[Task | None]:
+    """What is to be done; None for a session whose outcome is known, which becomes ready."""
+    for session in sessions:
+        task = task_of(session, design)
+        outcome = _known(task, held.store, held.prints)
+        if outcome is not None:
+            lay_out(outcome, held.store, held.out)
+            ready.append(outcome)
+        yield task if outcome is None else None
+
+
+def _ended(
+    waiting: Iterator[Task | None], ready: deque[Outcome], work: SessionWork, engine: Engine
+) -> Iterator[Outcome]:
+    """All outcomes; work begins with the first task, while the sessions behind it are looked at."""
+    for first in waiting:
+        if first is not None:
+            for outcome in engine(work, chain([first], filter(None, waiting))):
+                yield outcome
+                while ready:
+                    yield ready.popleft()
+        while ready:
+            yield ready.popleft()
+
+
+def unknown_sessions(sessions: Sequence[Session], design: Design, out: Path) -> list[Session]:
+    """The sessions that have work to do; nothing is written.
+
+    Parameters
+    ----------
+    sessions : sequence of Session
+    design : Design
+    out : Path
+        The study's folder.
+
+    Returns
+    -------
+    list of Session
+    """
+    prints = Fingerprints(out / STORE / SEEN)
+    store = Store(out / STORE, prints)
+    return [one for one in sessions if _known(task_of(one, design), store, prints) is None]
+
+
+def _known(task: Task, store: Store, prints: Fingerprints) -> Outcome | None:
+    try:
+        return known_outcome(task, store, prints)
+    except OSError as error:
+        return Outcome(task.name, (), problem=str(error))
+
+
+def lay_out(outcome: Outcome, store: Store, out: Path) -> None:
+    """Put a chain's files into its folder; what an earlier run left and this one did not goes.
+
+    Parameters
+    ----------
+    outcome : Outcome
+    store : Store
+    out : Path
+        The study's folder.
+    """
+    folder = out / outcome.name
+    record = _record(outcome)
+    before = read_record(folder)
+    log = log_of(outcome)
+    same = before == record and _text(folder / LOG_FILE) == log
+    if same and store.holds(folder, record["files"]):
+        return
+    folder.mkdir(parents=True, exist_ok=True)
+    for one in outcome.done:
+        if one.key:
+            store.lay(one.key, one.result, folder)
+    for name in set((before or {}).get("files", ())) - set(record["files"]):
+        (folder / name).unlink(missing_ok=True)
+    _write(folder / LOG_FILE, log)
+    _write(folder / SESSION_FILE, json_text(record))
+
+
+def read_record(folder: Path) -> dict[str, Any] | None:
+    """What stands in a session's folder of how it was made; None where nothing does.
+
+    Parameters
+    ----------
+    folder : Path
+
+    Returns
+    -------
+    dict or None
+    """
+    try:
+        content = read_json(folder / SESSION_FILE)
+    except InputError:
+        return None
+    steps = content.get("steps")
+    sound = isinstance(steps, list) and all(isinstance(step, dict) for step in steps)
+    return content if sound and are_files_below(content.get("files")) else None
+
+
+def _record(outcome: Outcome) -> dict[str, Any]:
+    """For `SESSION_FILE`; the same whoever did it, and whether it was done or found."""
+    return {
+        "state": outcome.state,
+        "reason": outcome.reason,
+        "steps": [
+            {"command": str(one.step), "status": one.result.status, "key": one.key}
+            for one in outcome.done
+        ],
+        "files": {name: of for one in outcome.done for name, of in one.result.files.items()},
+    }
+
+
+def log_of(outcome: Outcome) -> str:
+    """What the commands printed, for a person to read.
+
+    Parameters
+    ----------
+    outcome : Outcome
+
+    Returns
+    -------
+    str
+    """
+    parts = []
+    for one in outcome.done:
+        printed = [one.result.printed.rstrip(), one.result.complained.rstrip()]
+        body = "\n".join(filter(None, printed))
+        parts.append(f"$ armimpedance {one.step}\n{body}\n(status {one.result.status})\n")
+    return "\n".join([*parts, *([outcome.problem] if outcome.problem else [])])
+
+
+def _text(file: Path) -> str | None:
+    try:
+        return file.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError):
+        return None
+
+
+def _write(file: Path, text: str) -> None:
+    with staged_file(file) as temporary:
+        temporary.write_text(text, encoding="utf-8")

@@ -1,7 +1,0 @@
-"""Least squares with every row divided by the level of its residuals."""
-
-from __future__ import annotations
-
-from armimpedance.body.method import Method
-
-METHOD = Method("weighted", "each row of the wrench has a level of noise of its own", "levels")

@@ -1,1 +1,0 @@
-"""A calibration of the live stiffness: `armimpedance plan --live`."""

@@ -1,0 +1,1 @@
+"""Nouns and rules that all share: records, signs, errors, findings, staged files, workers."""

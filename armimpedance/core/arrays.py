@@ -1,0 +1,233 @@
+"""Arrays that records hold: copied in once, then read-only, of a stated shape, all finite."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import fields
+from functools import cache, partial
+from types import MappingProxyType, NoneType, UnionType
+from typing import Annotated, Any, Final, Union, get_args, get_origin, get_type_hints
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from armimpedance.core.errors import RecordError
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+IntArray = NDArray[np.int64]
+
+#: No quantity of any unit comes near; squares and products of smaller numbers stay finite.
+LARGEST: Final = 1e100
+
+#: Of a correlation, whose covariance may have been written with three digits.
+ROUNDED: Final = 1e-2
+
+#: Degrees of freedom that no fit falls below: of fewer, the factor of t overflows.
+LEAST_DOF: Final = 0.1
+
+
+def frozen_array(
+    values: ArrayLike,
+    name: str,
+    shape: tuple[int | None, ...],
+    dtype: Any = np.float64,
+    *,
+    finite: bool = True,
+) -> Any:
+    """Copy into a read-only array and check its shape (None = any length) and, unless
+    `finite` is off, that all values are finite.
+
+    An array that nobody can write to any more (see `frozen`) is taken as it is.
+    """
+    taken = isinstance(values, np.ndarray) and values.dtype == dtype and _is_frozen(values)
+    array = np.asarray(values) if taken else np.array(values, dtype=dtype)
+    if array.shape != shape and not _fits(array.shape, shape):
+        wanted = "(" + ", ".join("any" if s is None else str(s) for s in shape) + ")"
+        raise RecordError(f"{name} has shape {array.shape}", expected=f"shape {wanted}")
+    if finite and array.dtype.kind == "f" and not _all_numbers(array):
+        what = "too large to be measured" if np.isfinite(array).all() else "not finite"
+        raise RecordError(f"{name} holds a value that is {what}", expected="finite numbers")
+    array.flags.writeable = False
+    return array
+
+
+def _fits(have: tuple[int, ...], wanted: tuple[int | None, ...]) -> bool:
+    """Whether a shape is the wanted one."""
+    return len(have) == len(wanted) and all(
+        want is None or one == want for one, want in zip(have, wanted, strict=True)
+    )
+
+
+def _all_numbers(array: np.ndarray) -> bool:
+    """Whether no value is NaN, infinite, or so large that its powers overflow."""
+    if array.size == 0:
+        return True
+    # the order of the values does not matter, a view of them all is read fastest
+    values = array.ravel(order="K")
+    return bool(np.minimum.reduce(values) > -LARGEST and np.maximum.reduce(values) < LARGEST)
+
+
+def frozen(array: FloatArray) -> FloatArray:
+    """Give up the right to write to a fresh array, so that a type can take it without a copy."""
+    array.flags.writeable = False
+    return array
+
+
+def by_axis(signal: FloatArray) -> FloatArray:
+    """Signals (T, S, d) as rows over time, (d T, S), all trials of the first axis first: a copy."""
+    return np.array(signal.transpose(2, 0, 1), order="C").reshape(-1, signal.shape[1])
+
+
+def lengths(vectors: FloatArray) -> FloatArray:
+    """Length (...,) of vectors (..., d): `numpy.linalg.norm` to the last bit, axis by axis.
+
+    Of many short vectors this takes a fraction of its time and no room for their squares.
+    """
+    if not 0 < vectors.shape[-1] < 8:
+        # NumPy adds eight and more in another order
+        return np.asarray(np.linalg.norm(vectors, axis=-1))
+    total = np.square(vectors[..., 0])
+    for axis in range(1, vectors.shape[-1]):
+        total += np.square(vectors[..., axis])
+    return np.asarray(np.sqrt(total, out=total))
+
+
+def require_covariance(covariance: FloatArray, name: str) -> None:
+    """Refuse a matrix (..., p, p) that no errors have, beyond what rounding makes.
+
+    Raises
+    ------
+    RecordError
+        It is not symmetric, or a combination of the elements has a negative variance.
+    """
+    variance = np.diagonal(covariance, axis1=-2, axis2=-1)
+    # an element without an error is known, and goes with no other
+    scale = np.sqrt(np.where(variance > 0, variance, 1.0))
+    correlation = covariance / scale[..., :, None] / scale[..., None, :]
+    turned = np.swapaxes(correlation, -1, -2)
+    if (variance < 0).any():
+        raise RecordError(f"{name} holds a negative variance", expected="variances of at least 0")
+    if (np.abs(correlation - turned) > ROUNDED).any():
+        raise RecordError(f"{name} is not symmetric", expected="a covariance")
+    every = np.eye(variance.shape[-1], dtype=bool)
+    correlation = np.where(every, variance[..., None] > 0, (correlation + turned) / 2)
+    if correlation.size and np.linalg.eigvalsh(correlation).min() < -ROUNDED:
+        problem = f"{name} gives a combination of the elements a negative variance"
+        raise RecordError(problem, expected="correlations that can be together")
+
+
+def _is_frozen(array: np.ndarray) -> bool:
+    """Whether neither this array nor any that it is a view of can be written to."""
+    seen: Any = array
+    while isinstance(seen, np.ndarray):
+        if seen.flags.writeable:
+            return False
+        seen = seen.base
+    return seen is None
+
+
+class FrozenRecord:
+    """Base of records, which are frozen dataclasses: fields are checked by their annotations.
+
+    An array field says its shape in its annotation: ``Annotated[FloatArray, "m n"]``. A letter
+    stands for one size throughout the record, a number for itself, ``m+1`` for one more than m,
+    ``_`` for any size. ``nan`` at the end lets numbers that are not finite pass; ``covariance``
+    there asks of the last two axes what `require_covariance` asks. An annotated tuple takes part:
+    ``Annotated[tuple[str, ...], "m"]`` has m entries. A list that stands where a tuple is declared
+    becomes one, and a mapping becomes read-only. None passes everywhere.
+
+    A record that has to hold more than this extends ``__post_init__`` and calls it first.
+
+    Raises
+    ------
+    RecordError
+        An array has another shape, a value that is not finite, or sizes that disagree.
+    """
+
+    def __post_init__(self) -> None:
+        sizes: dict[str, int] = {}
+        record: Any = type(self)
+        for name, rule in _rules(record):
+            value = getattr(self, name)
+            if value is not None:
+                object.__setattr__(self, name, rule(value, name, sizes))
+
+
+_Rule = Callable[[Any, str, dict[str, int]], Any]
+
+
+@cache
+def _rules(record: Any) -> tuple[tuple[str, _Rule], ...]:
+    """What is to be done to each field of a record; fields with nothing to do are left out."""
+    hints = get_type_hints(record, include_extras=True)
+    rules = ((f.name, _rule(hints[f.name])) for f in fields(record))
+    return tuple((name, rule) for name, rule in rules if rule is not None)
+
+
+def _rule(hint: Any) -> _Rule | None:
+    """The rule of one annotation; of a union, that of its first kind."""
+    if get_origin(hint) in (Union, UnionType):
+        return _rule(next(kind for kind in get_args(hint) if kind is not NoneType))
+    if get_origin(hint) is Annotated:
+        kind, text, *_ = get_args(hint)
+        words = text.split()
+        marks = {word for word in words if word in ("nan", "covariance")}
+        dims = tuple(_Dim(word) for word in words if word not in marks)
+        if get_origin(kind) is tuple:
+            return partial(_frozen_tuple, dim=dims[0])
+        return partial(_frozen_shape, dims=dims, marks=marks, dtype=_DTYPES[kind])
+    if get_origin(hint) is tuple and get_args(hint)[-1:] == (Ellipsis,):
+        return partial(_frozen_tuple, dim=_Dim("_"))
+    return _frozen_mapping if get_origin(hint) is Mapping else None
+
+
+def _frozen_tuple(value: Any, name: str, sizes: dict[str, int], *, dim: _Dim) -> Any:
+    taken = tuple(value)
+    wanted = dim.size(sizes, len(taken))
+    if wanted is not None and wanted != len(taken):
+        raise RecordError(f"{len(taken)} {name}", expected=f"{wanted}")
+    return taken
+
+
+def _frozen_mapping(value: Any, _name: str, _sizes: dict[str, int]) -> Any:
+    return value if isinstance(value, MappingProxyType) else MappingProxyType(dict(value))
+
+
+def _frozen_shape(
+    value: Any,
+    name: str,
+    sizes: dict[str, int],
+    *,
+    dims: tuple[_Dim, ...],
+    marks: set[str],
+    dtype: Any,
+) -> Any:
+    have = np.shape(value)
+    if len(have) != len(dims):
+        raise RecordError(f"{name} has shape {have}", expected=f"{len(dims)} axes")
+    wanted = tuple(dim.size(sizes, n) for dim, n in zip(dims, have, strict=True))
+    array = frozen_array(value, name, wanted, dtype, finite="nan" not in marks)
+    if "covariance" in marks:
+        require_covariance(array, name)
+    return array
+
+
+class _Dim:
+    """One dimension of an annotation."""
+
+    def __init__(self, word: str) -> None:
+        self._letter, _, more = word.partition("+")
+        self._more = int(more or 0)
+        self._fixed = int(word) if word.isdigit() else None
+        self._any = word == "_"
+
+    def size(self, sizes: dict[str, int], have: int) -> int | None:
+        """The size that it must have; a letter met first takes the one that it has."""
+        if self._any or self._fixed is not None:
+            return self._fixed
+        return sizes.setdefault(self._letter, have - self._more) + self._more
+
+
+#: Element types of the array annotations.
+_DTYPES: Final = {FloatArray: np.float64, BoolArray: np.bool_, IntArray: np.int64}

@@ -1,0 +1,155 @@
+"""The errors that a user can meet: one root, a few children, one line each."""
+
+from __future__ import annotations
+
+from typing import Final, TypeVar
+
+Entry = TypeVar("Entry")
+
+#: A message is one line of at most this many characters, on every terminal.
+LONGEST_MESSAGE: Final = 400
+
+
+def shown(text: str) -> str:
+    """A text of a file as a message shows it: on one line, and no command to a terminal.
+
+    Parameters
+    ----------
+    text : str
+
+    Returns
+    -------
+    str
+        Printable; any other character as Python writes it, such as ``\\x1b``.
+    """
+    if text.isprintable():
+        return text
+    words = " ".join(text.split())
+    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in words)
+
+
+def shortened(text: str, length: int) -> str:
+    """A text with its middle left out where it is longer than `length`.
+
+    Parameters
+    ----------
+    text : str
+    length : int
+        At least 3.
+
+    Returns
+    -------
+    str
+    """
+    if len(text) <= length:
+        return text
+    head = (length - 1) * 2 // 3
+    return f"{text[:head]}…{text[len(text) - (length - 1 - head) :]}"
+
+
+class ArmImpedanceError(Exception):
+    """Root of all errors that the toolkit raises on purpose; the command line exits 2 on it.
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> try:
+    ...     ai.read("nowhere")
+    ... except ai.ArmImpedanceError as error:
+    ...     print(type(error).__name__)
+    InputError
+    """
+
+
+class InputError(ArmImpedanceError):
+    """Bad input, told in one line: what is wrong, where, and what was expected.
+
+    Parameters
+    ----------
+    problem : str
+        What is wrong, for example ``"not a number: 'abc'"``.
+    file : str or path, optional
+        The file in which it is wrong.
+    row : int, optional
+        The line of the file, counted from 1 with its header (what an editor shows).
+    column : str, optional
+        The column or field.
+    expected : str, optional
+        What would have been right.
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> ai.read("nowhere")
+    Traceback (most recent call last):
+    armimpedance.core.errors.InputError: nowhere: no such file or folder (expected a recording)
+    """
+
+    def __init__(
+        self,
+        problem: str,
+        *,
+        file: object | None = None,
+        row: int | None = None,
+        column: str | None = None,
+        expected: str | None = None,
+    ) -> None:
+        self.problem: str = problem
+        self.file: object | None = file
+        self.row: int | None = row
+        self.column: str | None = column
+        self.expected: str | None = expected
+        places = []
+        if file is not None:
+            places.append(shortened(shown(str(file)), LONGEST_MESSAGE // 2))
+        if row is not None:
+            places.append(f"row {row}")
+        if column is not None:
+            places.append(f"column {shortened(shown(column), 60)}")
+        where = f"{', '.join(places)}: " if places else ""
+        what = "" if expected is None else f" (expected {shown(expected)})"
+        # Where it is stands whole, what was expected gives way to what is wrong.
+        room = LONGEST_MESSAGE - len(where)
+        problem = shortened(shown(problem), max(room * 2 // 3, room - len(what)))
+        super().__init__(where + problem + shortened(what, room - len(problem)))
+
+
+class RecordError(InputError):
+    """A central type was built from arrays that cannot be what the type says."""
+
+
+class NotIdentifiableError(ArmImpedanceError):
+    """The data cannot say: the regressor loses rank, and these parameters are why.
+
+    Parameters
+    ----------
+    message : str
+        One line for a user.
+    parameters : tuple of str
+        The names of the parameters that cannot be told apart or found at all.
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> issubclass(ai.NotIdentifiableError, ai.ArmImpedanceError)
+    True
+    """
+
+    def __init__(self, message: str, parameters: tuple[str, ...] = ()) -> None:
+        self.parameters = parameters
+        super().__init__(message)
+
+
+class EstimationError(ArmImpedanceError):
+    """A numerical method ended without an answer that can be trusted.
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> issubclass(ai.EstimationError, ai.ArmImpedanceError)
+    True
+    """
+
+
+class WorkerError(EstimationError):
+    """A process that did a part of the work ended before it was done."""

@@ -1,0 +1,114 @@
+"""What a check found: one type for every check of a recording, an experiment or a fit."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any, Final, Literal
+
+from armimpedance.core.errors import InputError
+
+Verdict = Literal["ok", "warning", "unusable", "missing", "cannot tell"]
+
+#: Verdict -> how a line of text begins.
+MARKS: Final[dict[str, str]] = {
+    "ok": "ok  ",
+    "warning": "WARN",
+    "unusable": "STOP",
+    "missing": "--  ",
+    "cannot tell": "??  ",
+}
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that was looked at.
+
+    Attributes
+    ----------
+    name : str
+        What was looked at, such as "force sign"; "" where the message says it.
+    verdict : {"ok", "warning", "unusable", "missing", "cannot tell"}
+        `unusable`: an analysis would be refused or meaningless. `missing`: a later analysis may
+        ask for it. `cannot tell`: the data do not show whether the assumption holds; the interval
+        allows for it, or the message says what it could cost.
+    message : str
+        What was seen and what to do, one line.
+    smallest : str
+        The smallest violation that this check would have seen, with its unit; "" where the check
+        compares exact facts.
+
+    Raises
+    ------
+    InputError
+        An unknown verdict.
+
+    Examples
+    --------
+    >>> print(Finding("skew", "ok", "+0.02 ms", smallest="0.1 ms"))
+    ok    skew: +0.02 ms (would have seen 0.1 ms)
+    """
+
+    name: str
+    verdict: Verdict
+    message: str
+    smallest: str = ""
+
+    def __post_init__(self) -> None:
+        if self.verdict not in MARKS:
+            raise InputError(f"verdict {self.verdict!r}", expected=", ".join(MARKS))
+
+    @property
+    def sentence(self) -> str:
+        """The name and the message, as it stands among warnings."""
+        return f"{self.name}: {self.message}" if self.name else self.message
+
+    def to_dict(self) -> dict[str, Any]:
+        """Check, verdict, message, smallest: what FIT.json holds of it."""
+        return {
+            "check": self.name,
+            "verdict": self.verdict,
+            "message": self.message,
+            "smallest": self.smallest,
+        }
+
+    def __str__(self) -> str:
+        seen = f" (would have seen {self.smallest})" if self.smallest else ""
+        return f"{MARKS[self.verdict]}  {self.sentence}{seen}"
+
+
+def warnings_of(findings: Iterable[Finding]) -> tuple[str, ...]:
+    """The sentences of what is violated or cannot be told: the warnings of a result.
+
+    Parameters
+    ----------
+    findings : iterable of Finding
+
+    Returns
+    -------
+    tuple of str
+    """
+    return tuple(
+        f.sentence for f in findings if f.verdict in ("warning", "unusable", "cannot tell")
+    )
+
+
+def checked_sentence(findings: Iterable[Finding]) -> str:
+    """What a methods paragraph says of the checks; "" where none was made.
+
+    Parameters
+    ----------
+    findings : iterable of Finding
+
+    Returns
+    -------
+    str
+        One sentence: what was held against the data, and what is violated or cannot be told.
+    """
+    asked = [f for f in findings if f.name and f.verdict != "missing"]
+    if not asked:
+        return ""
+    names = ", ".join(dict.fromkeys(f.name for f in asked))
+    failed = ", ".join(dict.fromkeys(f.name for f in asked if f.verdict != "ok"))
+    ending = f"violated or not decidable: {failed}" if failed else "no violation was seen"
+    return f"These assumptions were held against the data: {names}; {ending}."

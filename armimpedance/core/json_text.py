@@ -1,0 +1,167 @@
+"""JSON as the project writes and reads it: one writer, one reader, fields taken with a check."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from armimpedance.core.arrays import LARGEST
+from armimpedance.core.errors import InputError, shortened
+from armimpedance.core.inputs import unchanged
+
+
+def json_text(content: Any) -> str:
+    """The text of a JSON file: arrays as lists, null where there is no finite number."""
+    return json.dumps(finite(content), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+
+
+def finite(value: Any) -> Any:
+    """Plain numbers, lists and mappings for JSON; None for what is not finite."""
+    if isinstance(value, Mapping):
+        return {str(name): finite(v) for name, v in value.items()}
+    if isinstance(value, np.ndarray):
+        return finite(value.tolist())
+    if isinstance(value, (list, tuple)):
+        return [finite(v) for v in value]
+    if isinstance(value, np.generic):
+        return finite(value.item())
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def read_json(file: Path, expected: str = "a JSON object") -> dict[str, Any]:
+    """The object in a JSON file, its numbers finite and its names different.
+
+    Raises
+    ------
+    InputError
+    """
+    try:
+        with unchanged(file):
+            text = file.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError:
+        raise InputError("is not UTF-8 text", file=file, expected=expected) from None
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror}", file=file) from None
+    if not text.strip():
+        raise InputError("is empty", file=file, expected=expected)
+
+    def no_constant(name: str) -> float:
+        raise InputError(f"holds {name}", file=file, expected="finite numbers")
+
+    def no_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        found: dict[str, Any] = {}
+        for name, value in pairs:
+            if name in found:
+                problem = f"{json.dumps(name)} stands twice"
+                raise InputError(problem, file=file, expected="one value")
+            found[name] = value
+        return found
+
+    try:
+        content = json.loads(
+            text,
+            parse_constant=no_constant,
+            parse_int=_whole,
+            parse_float=_decimal,
+            object_pairs_hook=no_repeats,
+        )
+    except OverflowError as error:
+        written = str(error)
+        row = text[: text.index(written)].count("\n") + 1
+        problem = f"holds {shortened(written, 40)}"
+        raise InputError(problem, file=file, row=row, expected="at most 1.8e308") from None
+    except json.JSONDecodeError as error:
+        raise InputError(
+            f"broken JSON at character {error.colno} of the line: {error.msg}",
+            file=file,
+            row=error.lineno,
+            expected=expected,
+        ) from None
+    except (RecursionError, ValueError) as error:
+        raise InputError(f"broken JSON: {error}", file=file, expected=expected) from None
+    if not isinstance(content, dict):
+        raise InputError("holds no object", file=file, expected=expected)
+    if "\\ud" in text.lower() and not _is_writable(content):
+        raise InputError("holds half of a character", file=file, expected="whole Unicode text")
+    return content
+
+
+def _whole(digits: str) -> int:
+    """A whole number; one that no float holds would fall wherever it is computed with."""
+    # Python takes no text of more than some thousand digits, and says so in its own words.
+    if len(digits) <= 300 or (len(digits) <= 310 and math.isfinite(float(digits))):
+        return int(digits)
+    raise OverflowError(digits)
+
+
+def _decimal(digits: str) -> float:
+    """A number with a point or an exponent, which must not be infinite."""
+    number = float(digits)
+    if math.isinf(number):
+        raise OverflowError(digits)
+    return number
+
+
+def _is_writable(content: dict[str, Any]) -> bool:
+    """Whether every text can be written again: half of a surrogate pair cannot."""
+    try:
+        json.dumps(content, ensure_ascii=False).encode("utf-8")
+    except UnicodeEncodeError:
+        return False
+    return True
+
+
+class Fields:
+    """The fields of one JSON object, each taken with a check that names file and field."""
+
+    def __init__(self, file: Path, values: Mapping[str, Any], prefix: str = "") -> None:
+        self.file, self.values, self.prefix = file, values, prefix
+
+    def wrong(self, key: str, expected: str) -> InputError:
+        shown = json.dumps(self.values.get(key))
+        problem = f"is {shown}" if len(shown) <= 40 else f"is {shown[:37]}…"
+        if key not in self.values:
+            problem = "is missing"
+        return InputError(problem, file=self.file, column=self.prefix + key, expected=expected)
+
+    def _get(self, key: str, required: bool, expected: str) -> Any:
+        value = self.values.get(key)
+        if value is None and required:
+            raise self.wrong(key, expected)
+        return value
+
+    def choice(self, key: str, choices: Iterable[str], required: bool = False) -> str | None:
+        expected = " or ".join(f'"{c}"' for c in choices)
+        value = self._get(key, required, expected)
+        if value is not None and value not in tuple(choices):
+            raise self.wrong(key, expected)
+        return value
+
+    def number(self, key: str, required: bool = False) -> float | None:
+        value = self._get(key, required, "a number")
+        if value is not None and not is_number(value):
+            raise self.wrong(key, "a number")
+        return None if value is None else float(value)
+
+    def texts(self, key: str) -> tuple[str, ...] | None:
+        value = self.values.get(key)
+        if value is None:
+            return None
+        if not isinstance(value, list) or not all(isinstance(v, str) for v in value):
+            raise self.wrong(key, "a list of texts")
+        return tuple(value)
+
+
+def is_number(value: object) -> bool:
+    """Whether a JSON value is a finite number, and no larger than what is measured."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return False
+    try:
+        return abs(float(value)) < LARGEST
+    except OverflowError:
+        return False

@@ -1,0 +1,84 @@
+"""Tables of methods, models and formats: a folder with one file each, whose record is one entry.
+
+A new entry is a new file in the folder; nobody lists it anywhere. The names are those of the files,
+so that a help text can show them without importing what they need. Standard library only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from functools import cached_property
+from importlib import import_module
+from pkgutil import iter_modules
+from typing import Generic, TypeVar
+
+from armimpedance.core.errors import InputError
+
+Entry = TypeVar("Entry")
+
+
+class MethodTable(Mapping[str, Entry], Generic[Entry]):
+    """The entries of a folder, by their names; the default first, the others by the alphabet.
+
+    Parameters
+    ----------
+    package : str
+        The folder, dotted. Each of its modules holds one entry.
+    record : str
+        What the entry is called in its module, such as ``METHOD``.
+    kind : str
+        What an entry is called in messages, such as "method".
+    default : str
+        The name of the entry that is meant where none is named; "" if there is none.
+    joint : {"_", "-"}
+        What stands in names where the file's name has an underscore.
+    """
+
+    def __init__(
+        self, package: str, record: str, kind: str, default: str = "", joint: str = "_"
+    ) -> None:
+        self._package, self._record, self._joint = package, record, joint
+        self.kind: str = kind
+        self.default: str = default
+        self._loaded: dict[str, Entry] = {}
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """All names; nothing is imported for them but the folder itself."""
+        folder = import_module(self._package)
+        found = sorted(module.name for module in iter_modules(folder.__path__))
+        named = [name.replace("_", self._joint) for name in found]
+        return tuple(sorted(named, key=lambda name: name != self.default))
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.names)
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    def __getitem__(self, name: str) -> Entry:
+        if name not in self._loaded:
+            if name not in self.names:
+                raise KeyError(name)
+            module = import_module(f"{self._package}.{name.replace(self._joint, '_')}")
+            self._loaded[name] = getattr(module, self._record)
+        return self._loaded[name]
+
+    def named(self, name: str | None = None) -> Entry:
+        """Look up an entry; None means the default.
+
+        Raises
+        ------
+        InputError
+            There is none of that name; the message lists those that there are.
+        """
+        wanted = self.default if name is None else name
+        if wanted not in self.names:
+            raise InputError(
+                f"unknown {self.kind} {wanted!r}", expected=f"one of {', '.join(self.names)}"
+            )
+        return self[wanted]
+
+    def listed(self) -> str:
+        """The names as a help text shows them: ``weighted (default), exact, ...``."""
+        return ", ".join(n + (" (default)" if n == self.default else "") for n in self.names)

@@ -1,0 +1,241 @@
+"""Outputs appear whole or not at all. Standard library only.
+
+Everything is written under a temporary name beside the final one, flushed to the disk and renamed:
+a process that is killed at any moment leaves the old output or the new one under the final name,
+and what it leaves beside it is swept by the next run that writes there. Two that write the same
+output at once leave one of the two, whole.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import stat
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Final
+
+from armimpedance.core.errors import InputError
+from armimpedance.core.temporaries import exchange, remove, sweep, temporary_name
+
+#: What a recording's folder may hold; such a folder may be replaced by a new one.
+RECORDING_FILES: Final = ("recording.json", "trials.csv", "samples.parquet", "samples.csv")
+
+
+@contextmanager
+def staged_file(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """Write a file that appears only when it is complete.
+
+    Parameters
+    ----------
+    path : path
+        The final name. An existing file is replaced in one step; the new one is as open to others
+        as the old one was.
+
+    Yields
+    ------
+    Path
+        A temporary name in the same folder, with the same suffix, to be written to.
+
+    Raises
+    ------
+    InputError
+        The folder does not exist or cannot be written to, or `path` is no regular file or
+        write-protected.
+    """
+    final = _final_path(path)
+    check_file_replaceable(final)
+    temporary = temporary_name(final, f".partial{final.suffix}")
+    try:
+        yield temporary
+        _flush(temporary)
+        _like_the_old(temporary, final)
+        os.replace(temporary, final)
+        _flush_names(final.parent)
+    except OSError as error:
+        _name_the_output(error, temporary, path)
+        raise
+    finally:
+        remove(temporary)
+
+
+@contextmanager
+def staged_folder(
+    path: str | os.PathLike[str],
+    mark: str = "recording.json",
+    known: Collection[str] = RECORDING_FILES,
+) -> Iterator[Path]:
+    """Write a folder that appears only when it is complete.
+
+    A folder of that name that is there already is replaced only if it is empty, or is plainly an
+    earlier output: it holds `mark`, and nothing that is not `known`. Anything else may be
+    somebody's only copy.
+
+    Parameters
+    ----------
+    path : path
+        The final name.
+    mark : str
+        The file by which an earlier output is known.
+    known : collection of str
+        The names (not deeper than one level) that an earlier output may hold.
+
+    Yields
+    ------
+    Path
+        A temporary empty folder beside `path`.
+
+    Raises
+    ------
+    InputError
+        The parent folder does not exist or cannot be written to, or `path` must not be replaced.
+    """
+    final = _final_path(path)
+    check_replaceable(final, mark, known)
+    temporary = temporary_name(final, ".partial")
+    try:
+        temporary.mkdir()
+        yield temporary
+        for written in sorted(temporary.rglob("*")):
+            _flush_names(written) if written.is_dir() else _flush(written)
+        _flush_names(temporary)
+        check_replaceable(final, mark, known)
+        _like_the_old(temporary, final)
+        if exchange(temporary, final):
+            _keep_what_came_meanwhile(temporary, final, mark, known)
+        _flush_names(final.parent)
+    except OSError as error:
+        _name_the_output(error, temporary, path)
+        raise
+    finally:
+        remove(temporary)
+
+
+def check_replaceable(
+    path: str | os.PathLike[str],
+    mark: str = "recording.json",
+    known: Collection[str] = RECORDING_FILES,
+) -> None:
+    """Refuse a folder that is neither new nor empty nor plainly an earlier output.
+
+    Parameters
+    ----------
+    path : path
+    mark, known
+        As for `staged_folder`.
+
+    Raises
+    ------
+    InputError
+        It is a file or write-protected, or holds what no earlier output holds.
+    """
+    final = Path(path)
+    if not final.exists():
+        return
+    if not final.is_dir():
+        raise InputError("is a file", file=final, expected="the name of a new folder")
+    if not final.stat().st_mode & 0o222:
+        raise InputError("is write-protected", file=final, expected="another name")
+    held = _held(final)
+    foreign = [name for name in held if name not in known and name != mark]
+    if held and (foreign or mark not in held):
+        example = (foreign or held)[0]
+        raise InputError(
+            f"the folder exists and is not an earlier output (it holds {example})",
+            file=final,
+            expected="a new or empty folder",
+        )
+
+
+def _held(folder: Path) -> list[str]:
+    """The names in a folder; looked at again where another writer replaced it meanwhile."""
+    while True:
+        before = folder.stat().st_ino
+        held = sorted(entry.name for entry in folder.iterdir())
+        if folder.stat().st_ino == before:
+            return held
+
+
+def check_file_replaceable(path: str | os.PathLike[str]) -> None:
+    """Refuse a name that stands for something that a file must not replace.
+
+    Parameters
+    ----------
+    path : path
+
+    Raises
+    ------
+    InputError
+        It is a folder, a device or a pipe, or a file that nobody may write to.
+    """
+    try:
+        mode = os.stat(path).st_mode
+    except FileNotFoundError:
+        return
+    if not stat.S_ISREG(mode):
+        raise InputError("is not a regular file", file=path, expected="the name of a file")
+    # A rename would not ask; and for an administrator, the system would not either.
+    if not mode & 0o222 or not os.access(path, os.W_OK):
+        raise InputError("is write-protected", file=path, expected="another name")
+
+
+def _final_path(path: str | os.PathLike[str]) -> Path:
+    # A link is written through, not replaced.
+    final = Path(os.path.realpath(path))
+    if final.is_symlink():
+        raise InputError("is a link to itself", file=path, expected="the name of a file or folder")
+    if not final.parent.is_dir():
+        raise InputError("no such folder", file=final.parent, expected="an existing folder")
+    if not os.access(final.parent, os.W_OK):
+        raise InputError("no permission to write there", file=final.parent)
+    sweep(final.parent)
+    return final
+
+
+def _name_the_output(error: OSError, temporary: Path, path: str | os.PathLike[str]) -> None:
+    """Have an error of the system name what was to be written: a full disk, say, names nothing."""
+    named = "" if error.filename is None else os.fsdecode(error.filename)
+    if not named or named.startswith(str(temporary)):
+        error.filename, error.filename2 = os.fspath(path), None
+
+
+def _like_the_old(temporary: Path, final: Path) -> None:
+    """Give a finished output the permissions of the one that it replaces."""
+    try:
+        mode = stat.S_IMODE(final.stat().st_mode)
+    except FileNotFoundError:
+        return
+    if mode != stat.S_IMODE(temporary.stat().st_mode):
+        temporary.chmod(mode)
+
+
+def _keep_what_came_meanwhile(
+    replaced: Path, final: Path, mark: str, known: Collection[str]
+) -> None:
+    """Undo the exchange where the old folder has got a file that is not ours."""
+    try:
+        check_replaceable(replaced, mark, known)
+    except InputError:
+        exchange(replaced, final)
+        check_replaceable(final, mark, known)
+
+
+def _flush(path: Path) -> None:
+    """Have the system put a file on the disk before it is renamed."""
+    handle = os.open(path, os.O_RDONLY if os.name != "nt" else os.O_RDWR)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
+
+
+def _flush_names(folder: Path) -> None:
+    """The same of the names in a folder, where the system lets a folder be opened and flushed."""
+    if os.name == "nt":
+        return
+    try:
+        _flush(folder)
+    except OSError as error:
+        if error.errno not in (errno.EINVAL, errno.ENOTSUP, errno.EACCES):
+            raise

@@ -1,0 +1,267 @@
+"""What differs between two independent estimates, quantity by quantity, with 95 % intervals.
+
+Elements of the symmetric part differ by a difference, size and shape of the ellipse by a ratio (on
+a log scale), the orientation by an angle in (-90, 90] degrees. Groups are independent: variances
+add, with degrees of freedom after Welch and Satterthwaite.
+
+Shape and orientation have limits of their own that are not symmetric (`ellipses`): the limits of
+their change combine those (G. Y. Zou and A. Donner 2008, Construction of confidence limits about
+effect measures, Stat Med 27:1693-1702),
+``low = d - sqrt((x2 - low2)^2 + (high1 - x1)^2)``. Where a circle cannot be ruled out, so that one
+of the two has no orientation, the change may be anything: -90 to 90 degrees.
+
+What belongs to one group alone (`sides`) is computed once, whatever the number of its pairs, and
+many pairs are one call (`change_numbers`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Final, Literal, NamedTuple, Self
+
+import numpy as np
+from scipy.special import stdtrit
+
+from armimpedance.core.arrays import FloatArray, IntArray
+from armimpedance.core.conventions import MATRICES, UNITS
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import ImpedanceEstimate
+from armimpedance.hand.comparison.sides import LEVEL, EllipseSide, Side, side_of
+from armimpedance.hand.ellipses import FIELDS, Which
+
+Kind = Literal["difference", "ratio"]
+
+#: Fields of a change that are angles where its quantity is one.
+_ANGLES: Final = (
+    *("first", "second", "value", "low", "high", "sd"),
+    *("between_sd", "between_low", "between_high"),
+)
+#: Sizes and shapes beyond e^300 of one another are no measurement.
+_LARGEST_EXPONENT: Final = 300.0
+#: The square of a larger number is no float.
+_LARGEST_ROOT: Final = 1e154
+
+
+class InUnits:
+    """A quantity whose angles can be shown in degrees."""
+
+    quantity: str
+    unit: str
+
+    def in_degrees(self) -> Self:
+        """An orientation in degrees; anything else as it is."""
+        if self.unit != "rad" or self.quantity != "orientation":
+            return self
+        turned: dict[str, Any] = {
+            name: float(np.degrees(getattr(self, name)))
+            for name in _ANGLES
+            if isinstance(getattr(self, name, None), float)
+        }
+        return replace(self, unit="deg", **turned)  # type: ignore[type-var]
+
+
+@dataclass(frozen=True)
+class Change(InUnits):
+    """How one quantity changes from the first to the second group.
+
+    Attributes
+    ----------
+    matrix : {"inertia", "viscosity", "stiffness"}
+    quantity : str
+        ``K_11`` (of the symmetric part), "size", "shape", "orientation".
+    unit : str
+        Unit of `first` and `second`; orientation is in rad.
+    kind : {"difference", "ratio"}
+        second - first, or second / first.
+    first, second : float
+    value, low, high : float
+        The change and its 95 % limits; nan where it does not exist.
+    sd : float
+        Standard error of the difference, or of the logarithm of the ratio.
+    dof : float
+        Degrees of freedom of t; inf = normal.
+    """
+
+    matrix: Which
+    quantity: str
+    unit: str
+    kind: Kind
+    first: float
+    second: float
+    value: float
+    low: float
+    high: float
+    sd: float
+    dof: float
+
+
+class Label(NamedTuple):
+    """What a change is of: the fields of the same names of `Change`."""
+
+    matrix: Which
+    quantity: str
+    unit: str
+    kind: Kind
+
+
+def changes(first: ImpedanceEstimate, second: ImpedanceEstimate) -> tuple[Change, ...]:
+    """All changes from the first to the second estimate.
+
+    Parameters
+    ----------
+    first, second : ImpedanceEstimate
+        Two independent estimates of the same level and number of axes.
+
+    Returns
+    -------
+    tuple of Change
+        For each of inertia, viscosity and stiffness the elements of the symmetric part; with two
+        axes then size, shape and orientation of the ellipse (nan where there is none).
+
+    Raises
+    ------
+    InputError
+        Estimates of different levels or numbers of axes.
+    """
+    check_alike(first, second)
+    pair = side_of((first, second))
+    numbers = change_numbers(pair, np.array([0]), np.array([1]))[0]
+    labels = labels_of(first)
+    return tuple(Change(*label, *row) for label, row in zip(labels, numbers.tolist(), strict=True))
+
+
+def check_alike(first: ImpedanceEstimate, second: ImpedanceEstimate) -> None:
+    """Refuse two estimates that cannot be held against each other.
+
+    Raises
+    ------
+    InputError
+        Different levels or numbers of axes.
+    """
+    if (first.level, first.k) != (second.level, second.k):
+        raise InputError(
+            f"a {first.level} estimate of {first.k} axes and a {second.level} estimate of "
+            f"{second.k}",
+            expected="the same level and axes",
+        )
+
+
+def labels_of(estimate: ImpedanceEstimate) -> tuple[Label, ...]:
+    """What the changes of such estimates are of, in their order."""
+    found: list[Label] = []
+    for field in FIELDS:
+        symbol = MATRICES[field][0]
+        unit = UNITS[estimate.level][symbol]
+        names = [f"{symbol}_{i + 1}{j + 1}" for i, j in zip(*np.triu_indices(estimate.k))]  # noqa: B905
+        found += [Label(field, name, unit, "difference") for name in names]
+        if estimate.k == 2:
+            found.append(Label(field, "size", f"({unit})^2", "ratio"))
+            found.append(Label(field, "shape", "", "ratio"))
+            found.append(Label(field, "orientation", "rad", "difference"))
+    return tuple(found)
+
+
+def change_numbers(sides: Sequence[Side], first: IntArray, second: IntArray) -> FloatArray:
+    """The numbers of all changes of R pairs.
+
+    Parameters
+    ----------
+    sides : sequence of Side
+        One for each matrix (`side_of`), of all groups.
+    first, second : (R,)
+        Numbers of the groups of each pair.
+
+    Returns
+    -------
+    (R, n, 7)
+        Of the n changes of `labels_of`: first, second, value, low, high, sd, dof.
+    """
+    columns: list[FloatArray] = []
+    # what has no ellipse is nan all through
+    with np.errstate(all="ignore"):
+        for side in sides:
+            one, two = side.taken(first), side.taken(second)
+            columns += [_element(one, two, j) for j in range(one.values.shape[1])]
+            if one.ellipse is not None and two.ellipse is not None:
+                dof = one.dof, two.dof
+                columns.append(_size(one.ellipse, two.ellipse, dof))
+                columns.append(_shape(one.ellipse, two.ellipse, dof))
+                columns.append(_turn(one.ellipse, two.ellipse, dof))
+    return np.stack(columns, axis=1)
+
+
+def welch_dof(variances: tuple[Any, Any], dof: tuple[Any, Any]) -> FloatArray:
+    """Degrees of freedom of the sum of two variances, numbers or (R,)."""
+    (v1, v2), (f1, f2) = variances, dof
+    rate = _squared(v1) / f1 + _squared(v2) / f2
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(rate > 0, _squared(np.add(v1, v2)) / rate, np.inf)
+
+
+def wrap_half_turn(angle: Any) -> Any:
+    """The same axis in (-pi/2, pi/2], for a number or (R,)."""
+    return np.pi / 2 - np.mod(np.pi / 2 - angle, np.pi)
+
+
+def _squared(values: Any) -> FloatArray:
+    """Squares by the C library's ``pow``: those of many are those of one to the last bit."""
+    flat = np.ravel(values).tolist()
+    squares = [np.inf if abs(value) >= _LARGEST_ROOT else value**2 for value in flat]
+    return np.array(squares).reshape(np.shape(values))
+
+
+def _reach(dof: FloatArray, sd: FloatArray) -> FloatArray:
+    """Half-width of the 95 % interval."""
+    return np.asarray(stdtrit(dof, 0.5 + LEVEL / 2) * sd)
+
+
+def _element(one: Side, two: Side, j: int) -> FloatArray:
+    x1, x2, v1, v2 = one.values[:, j], two.values[:, j], one.variances[:, j], two.variances[:, j]
+    dof, sd = welch_dof((v1, v2), (one.dof, two.dof)), np.sqrt(np.maximum(v1 + v2, 0))
+    d, reach = x2 - x1, _reach(dof, sd)
+    return np.stack([x1, x2, d, d - reach, d + reach, sd, dof], axis=1)
+
+
+def _size(one: EllipseSide, two: EllipseSide, dof: tuple[FloatArray, FloatArray]) -> FloatArray:
+    v1, v2 = one.size_variance, two.size_variance
+    joint, sd = welch_dof((v1, v2), dof), np.sqrt(v1 + v2)
+    ratio, factor = two.size / one.size, np.exp(np.minimum(_reach(joint, sd), _LARGEST_EXPONENT))
+    missing = np.isnan(ratio)
+    ends = (one.size, two.size, ratio, ratio / factor, ratio * factor, sd, joint)
+    return _absent(np.stack(ends, axis=1), missing)
+
+
+def _shape(one: EllipseSide, two: EllipseSide, dof: tuple[FloatArray, FloatArray]) -> FloatArray:
+    d = two.log_shape[:, 0] - one.log_shape[:, 0]
+    low, high = _combined(d, one.log_shape, two.log_shape)
+    limit = _LARGEST_EXPONENT
+    ends = [np.exp(np.clip(x, -limit, limit)) for x in (d, low, high)]
+    v1, v2 = one.shape_variance, two.shape_variance
+    joint = np.where(np.isfinite(v1 + v2), welch_dof((v1, v2), dof), np.nan)
+    row = np.stack([one.shape, two.shape, *ends, np.sqrt(v1 + v2), joint], axis=1)
+    return _absent(row, np.isnan(d))
+
+
+def _turn(one: EllipseSide, two: EllipseSide, dof: tuple[FloatArray, FloatArray]) -> FloatArray:
+    d = wrap_half_turn(two.angle[:, 0] - one.angle[:, 0])
+    low, high = _combined(d, one.angle, two.angle)
+    unknown = one.circular | two.circular | (high - low >= np.pi)
+    low, high = np.where(unknown, -np.pi / 2, low), np.where(unknown, np.pi / 2, high)
+    v1, v2 = one.angle_variance, two.angle_variance
+    sd = np.where(unknown, np.nan, np.sqrt(v1 + v2))
+    joint = np.where(np.isfinite(v1 + v2), welch_dof((v1, v2), dof), np.nan)
+    row = np.stack([one.angle[:, 0], two.angle[:, 0], d, low, high, sd, joint], axis=1)
+    return _absent(row, np.isnan(d))
+
+
+def _combined(d: FloatArray, one: FloatArray, two: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Limits of differences d (R,) from (value, low, high) of both, (R, 3)."""
+    low = d - np.hypot(two[:, 0] - two[:, 1], one[:, 2] - one[:, 0])
+    high = d + np.hypot(two[:, 2] - two[:, 0], one[:, 0] - one[:, 1])
+    return low, high
+
+
+def _absent(rows: FloatArray, missing: FloatArray) -> FloatArray:
+    """The same rows, all nan where an ellipse is missing."""
+    return np.where(missing[:, None], np.nan, rows)

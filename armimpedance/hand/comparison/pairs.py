@@ -1,0 +1,155 @@
+"""Pairs of groups that were compared: few of them as they are, many in columns of numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from math import isnan
+from typing import Final, Literal, overload
+
+from armimpedance.core.arrays import FloatArray, IntArray
+from armimpedance.hand.comparison.differences import Change, Label, change_numbers
+from armimpedance.hand.comparison.matrix_test import MATRIX_NAMES, MatrixTest
+from armimpedance.hand.comparison.sides import Side
+
+Basis = Literal["permutation", "covariance", "first order"]
+
+#: Pairs whose changes are computed at once: some 0.6 MB.
+BLOCK: Final = 512
+
+
+@dataclass(frozen=True, repr=False)
+class Pair:
+    """Two groups compared.
+
+    Attributes
+    ----------
+    first, second : str
+        Names of the groups; changes are from the first to the second.
+    changes : sequence of Change
+    tests : tuple of MatrixTest
+        Inertia, viscosity, stiffness, all three; p values adjusted over all pairs.
+    basis : {"permutation", "covariance", "first order"}
+        Whether trials were exchanged, or the tests rest on the estimates' covariances: the
+        distance's then on draws from them, or, of many pairs, on its law to first order.
+    notes : tuple of str
+    """
+
+    first: str
+    second: str
+    changes: Sequence[Change]
+    tests: tuple[MatrixTest, ...]
+    basis: Basis
+    notes: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        tested = (f"{test.matrix} p = {test.p_t2_adjusted:.2g}" for test in self.tests)
+        return f"{self.first} | {self.second}: {', '.join(tested)} (T2, adjusted)"
+
+
+def notes_of(tests: Sequence[MatrixTest]) -> tuple[str, ...]:
+    """What a pair's tests could not say."""
+    notes: tuple[str, ...] = ()
+    missing = [test.matrix for test in tests[:3] if isnan(test.distance)]
+    if missing:
+        notes += (f"no distance: {', '.join(missing)} of a group is not positive definite",)
+    if any(isnan(test.p_t2) for test in tests):
+        notes += ("too few trials for T2 of all three matrices together",)
+    return notes
+
+
+@dataclass(frozen=True, eq=False)
+class ManyPairs(Sequence[Pair]):
+    """Many pairs of groups: a `Pair` is made where it is asked for.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Of the groups.
+    first, second : (R,)
+        Numbers of the groups of each pair.
+    sides : tuple of Side
+        What the changes take of each group.
+    labels : tuple of Label
+        What the changes are of.
+    tests : (R, 4, 6)
+        Of inertia, viscosity, stiffness and all: the fields of `MatrixTest` after its name.
+    basis : {"first order"}
+    """
+
+    names: tuple[str, ...]
+    first: IntArray
+    second: IntArray
+    sides: tuple[Side, ...]
+    labels: tuple[Label, ...]
+    tests: FloatArray
+    basis: Basis = "first order"
+
+    def __len__(self) -> int:
+        return len(self.first)
+
+    @overload
+    def __getitem__(self, index: int) -> Pair: ...
+    @overload
+    def __getitem__(self, index: slice) -> tuple[Pair, ...]: ...
+    def __getitem__(self, index: int | slice) -> Pair | tuple[Pair, ...]:
+        if isinstance(index, slice):
+            return tuple(self[row] for row in range(*index.indices(len(self))))
+        row = range(len(self))[index]
+        return self._pair(row, LaterChanges(_Block(self, row, row + 1), 0))
+
+    def __iter__(self) -> Iterator[Pair]:
+        for start in range(0, len(self), BLOCK):
+            block = _Block(self, start, min(start + BLOCK, len(self)))
+            for row in range(start, block.stop):
+                yield self._pair(row, LaterChanges(block, row - start))
+
+    def _pair(self, row: int, later: LaterChanges) -> Pair:
+        i, j = int(self.first[row]), int(self.second[row])
+        numbers = self.tests[row].tolist()
+        tests = tuple(
+            MatrixTest(name, *each) for name, each in zip(MATRIX_NAMES, numbers, strict=True)
+        )
+        return Pair(self.names[i], self.names[j], later, tests, self.basis, notes_of(tests))
+
+
+@dataclass(frozen=True, eq=False)
+class _Block:
+    """Neighbouring pairs, whose changes are computed together when one is asked for."""
+
+    pairs: ManyPairs
+    start: int
+    stop: int
+
+    @cached_property
+    def numbers(self) -> list[list[list[float]]]:
+        """`change_numbers` of each pair."""
+        rows, pairs = slice(self.start, self.stop), self.pairs
+        return change_numbers(pairs.sides, pairs.first[rows], pairs.second[rows]).tolist()  # type: ignore[no-any-return]
+
+
+@dataclass(frozen=True, eq=False)
+class LaterChanges(Sequence[Change]):
+    """The changes of one of many pairs, computed where they are asked for."""
+
+    block: _Block
+    row: int
+
+    def _made(self) -> tuple[Change, ...]:
+        numbers = self.block.numbers[self.row]
+        labels = self.block.pairs.labels
+        return tuple(Change(*label, *each) for label, each in zip(labels, numbers, strict=True))
+
+    def __len__(self) -> int:
+        return len(self.block.pairs.labels)
+
+    def __iter__(self) -> Iterator[Change]:
+        return iter(self._made())
+
+    @overload
+    def __getitem__(self, index: int) -> Change: ...
+    @overload
+    def __getitem__(self, index: slice) -> tuple[Change, ...]: ...
+    def __getitem__(self, index: int | slice) -> Change | tuple[Change, ...]:
+        return self._made()[index]

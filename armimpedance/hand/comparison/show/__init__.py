@@ -1,0 +1,5 @@
+"""All forms of groups of trials and people: verb, command, text, table, plot, page."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,0 +1,118 @@
+"""Compare groups of trials: what differs, by how much, and whether chance could have done it.
+
+Examples:
+  armimpedance compare session --by condition --out differences.csv --figure postures.png
+  armimpedance compare session --by condition --against relaxed
+  armimpedance compare monday tuesday --by recording
+  armimpedance compare ann ben cem dee --by condition --subjects recording --out group.csv
+  armimpedance compare hand.csv --by condition
+
+From recordings, p values come from exchanging trials between the two groups, within each direction
+of disturbance; from RESULTS.csv, which holds no trials, from the estimates' covariances. p is
+reported for each matrix and for all three, and adjusted for the number of pairs (Holm). More than
+200 pairs are tested from the covariances, without draws; the screen shows the clearest, --out holds
+all. With --subjects the result is the mean change over subjects and the spread between them.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from armimpedance.core.errors import InputError
+from armimpedance.hand.ellipses import Which
+from armimpedance.hand.show.options import add_by, add_force_by
+from armimpedance.hand.still import METHODS
+from armimpedance.show.command.despite import add_despite
+from armimpedance.show.command.outputs import (
+    FIGURE,
+    TABLE,
+    Output,
+    add_figure,
+    add_out,
+    check_outputs,
+)
+from armimpedance.show.command.written import check_long, write_result
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the command."""
+    parser.add_argument("inputs", nargs="+", metavar="RECORDING|RESULTS.csv", type=Path)
+    add_by(parser, "; 'recording' keeps several recordings apart")
+    parser.add_argument("--against", metavar="GROUP", help="compare all groups with this one only")
+    parser.add_argument(
+        "--subjects",
+        metavar="COLUMN",
+        help="the column that tells subjects apart; 'recording' or 'subject' (the id in "
+        "recording.json) where each has a recording of their own",
+    )
+    parser.add_argument("--method", metavar="NAME", help=f"estimator: {METHODS.listed()}")
+    add_out(parser, "the differences", TABLE, long=True)
+    add_figure(parser, "ellipses where the hand was")
+    parser.add_argument(
+        "--which",
+        choices=("stiffness", "viscosity", "inertia"),
+        help="matrix that the figure shows (default: stiffness)",
+    )
+    parser.add_argument(
+        "--seed", type=int, metavar="N", help="seed of the permutations (default: 0)"
+    )
+    parser.add_argument(
+        "--permutations",
+        type=int,
+        metavar="N",
+        help="of each pair (default: 1999, more with many pairs, none with more than 200)",
+    )
+    add_force_by(parser)
+    add_despite(parser)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Compare, write the differences and the figure, print tables."""
+    from armimpedance.hand.comparison.show.plot import plot_comparison
+    from armimpedance.hand.comparison.show.verb import compare
+    from armimpedance.show.command.figure import draw_picture
+    from armimpedance.show.command.progress import bar
+
+    _check(arguments)
+    with bar("comparing") as progress:
+        found = compare(
+            arguments.inputs,
+            by=arguments.by or "condition",
+            against=arguments.against,
+            subjects=arguments.subjects,
+            method=arguments.method,
+            permutations=arguments.permutations,
+            seed=arguments.seed or 0,
+            force_by=arguments.force_by,
+            despite=arguments.despite,
+            progress=progress,
+        )
+    out = arguments.out
+    write_result(found.content, arguments)
+    print(found)
+    if out is not None:
+        rows = f"{len(found.pairs)} pairs" if found.pairs else f"{len(found.over_subjects)} rows"
+        print(f"\n{rows} written to {out}")
+    which: Which = arguments.which or "stiffness"
+    draw_picture(
+        arguments,
+        lambda: plot_comparison(found.groups, found.pairs, which),
+        f"Ellipses of {which} of each group where the hand was, with 95 % bands; lines join groups "
+        "that differ (adjusted p of T2 at most .05) where there are few of them.",
+    )
+    return 0
+
+
+def _check(arguments: argparse.Namespace) -> None:
+    """Refuse before any work what cannot end well, and options that have no effect."""
+    check_outputs(
+        Output("--out", arguments.out, TABLE),
+        Output("--figure", arguments.figure, FIGURE),
+        reads=arguments.inputs,
+    )
+    check_long(arguments)
+    if arguments.which is not None and arguments.figure is None:
+        raise InputError(f"--which {arguments.which} without --figure", expected="a figure to draw")
+    if arguments.seed is not None and arguments.subjects is not None:
+        raise InputError("--seed with --subjects: nothing is drawn", expected="one of them")

@@ -1,0 +1,192 @@
+"""DIFFERENCES.csv: one row per pair of groups and quantity or test, or per quantity over subjects.
+
+Angles in degrees, sd of a ratio as that of its logarithm; what does not exist stays empty.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from math import isnan
+from typing import Any, Final, overload
+
+from armimpedance.core.findings import Finding
+from armimpedance.hand.comparison.pairs import Pair
+from armimpedance.hand.comparison.subjects import SubjectsChange
+from armimpedance.show.files import About, Content, Quantity, in_one_cell, meaning_of
+
+Row = dict[str, Any]
+
+#: More rows than these are never held all at once.
+_MOST_HELD: Final = 20_000
+
+PAIR_COLUMNS: Final = (
+    *("group_1", "group_2", "matrix", "quantity", "unit", "kind", "value_1", "value_2"),
+    *("change", "ci_low", "ci_high", "sd", "dof", "p", "p_adjusted", "basis", "notes"),
+)
+SUBJECTS_COLUMNS: Final = (
+    *("group_1", "group_2", "matrix", "quantity", "unit", "kind", "change", "ci_low", "ci_high"),
+    *("between_sd", "ci_low_between_sd", "ci_high_between_sd", "n_subjects", "p", "p_adjusted"),
+)
+
+
+def comparison_rows(
+    pairs: Sequence[Pair], over_subjects: Sequence[SubjectsChange] = ()
+) -> tuple[tuple[str, ...], Sequence[Row]]:
+    """The columns and rows of DIFFERENCES.csv; None where a number does not exist.
+
+    Tests are rows of kind "test": quantity "distance" (`change` is the affine-invariant distance)
+    or "t2" (`change` is Hotelling's T2), with `p` and `p_adjusted`.
+
+    Parameters
+    ----------
+    pairs : sequence of Pair
+        Every change and test of each pair is a row.
+    over_subjects : sequence of SubjectsChange
+        Where there are any, the rows are these mean changes and the sd between subjects.
+
+    Returns
+    -------
+    columns : tuple of str
+    rows : sequence of mappings
+        Those of many pairs are made one after another as they are asked for.
+    """
+    if over_subjects:
+        found = [_subjects_cells(change.in_degrees()) for change in over_subjects]
+        return SUBJECTS_COLUMNS, [_known(row, SUBJECTS_COLUMNS) for row in found]
+    later = _Rows(pairs)
+    return PAIR_COLUMNS, later if len(later) > _MOST_HELD else list(later)
+
+
+@dataclass(frozen=True, eq=False)
+class _Rows(Sequence[Row]):
+    """The rows of pairs, of which only those of one pair exist at a time."""
+
+    pairs: Sequence[Pair]
+    more: Row = field(default_factory=dict)
+
+    @property
+    def _each(self) -> int:
+        """Rows of a pair: its changes, and two for each test."""
+        return len(self.pairs[0].changes) + 2 * len(self.pairs[0].tests) if self.pairs else 0
+
+    def __len__(self) -> int:
+        return len(self.pairs) * self._each
+
+    def __iter__(self) -> Iterator[Row]:
+        for pair in self.pairs:
+            yield from self._of(pair)
+
+    @overload
+    def __getitem__(self, index: int) -> Row: ...
+    @overload
+    def __getitem__(self, index: slice) -> list[Row]: ...
+    def __getitem__(self, index: int | slice) -> Row | list[Row]:
+        if isinstance(index, slice):
+            return [self[row] for row in range(*index.indices(len(self)))]
+        pair, row = divmod(range(len(self))[index], self._each)
+        return self._of(self.pairs[pair])[row]
+
+    def _of(self, pair: Pair) -> list[Row]:
+        notes = in_one_cell(pair.notes)
+        rows = [*map(_change_cells, pair.changes), *_test_cells(pair)]
+        return [
+            _row((pair.first, pair.second, *cells, pair.basis, notes)) | self.more for cells in rows
+        ]
+
+
+def _row(cells: Iterable[Any]) -> Row:
+    """A row of `PAIR_COLUMNS`; None instead of a number that does not exist."""
+    # what is not equal to itself is no number
+    return {
+        name: cell if cell == cell else None for name, cell in zip(PAIR_COLUMNS, cells, strict=True)
+    }
+
+
+def comparison_content(
+    pairs: Sequence[Pair],
+    over_subjects: Sequence[SubjectsChange] = (),
+    warnings: Sequence[str] = (),
+    checks: Sequence[Finding] = (),
+) -> Content:
+    """What a file holds of a comparison.
+
+    Parameters
+    ----------
+    pairs, over_subjects
+        As for `comparison_rows`.
+    warnings : sequence of str
+        Each row is marked with them.
+    checks : sequence of Finding
+
+    Returns
+    -------
+    Content
+    """
+    columns, rows = comparison_rows(pairs, over_subjects)
+    if warnings:
+        said = {"warnings": in_one_cell(warnings)}
+        columns = (*columns, *said)
+        rows = replace(rows, more=said) if isinstance(rows, _Rows) else [row | said for row in rows]
+    about = About(checks=tuple(checks))
+    return Content(columns, rows, lambda: [_quantity(row) for row in rows], about=about)
+
+
+def _quantity(row: Row) -> Quantity:
+    """A change or a test as a row of the long table; what else is known of it stands beside it."""
+    means = meaning_of(row["quantity"] or "")
+    own = ("quantity", "change", "ci_low", "ci_high", "sd", "unit")
+    keys = {name: row[name] for name in ("group_1", "group_2", "matrix", "kind")}
+    return Quantity(
+        keys,
+        row["quantity"],
+        f"{row['kind']} of {row['matrix']} {row['quantity']}",
+        row["change"],
+        row["ci_low"],
+        row["ci_high"],
+        row.get("sd"),
+        # the sd of a ratio is that of its logarithm
+        "1" if row["kind"] == "ratio" else row["unit"] or "",
+        means.i,
+        means.j,
+        {name: cell for name, cell in row.items() if name not in own and name not in keys},
+    )
+
+
+def _known(row: Row, columns: Sequence[str]) -> Row:
+    """The cells of a row in their order, None instead of a number that does not exist."""
+    cells = {column: row.get(column) for column in columns}
+    return {k: None if isinstance(v, float) and isnan(v) else v for k, v in cells.items()}
+
+
+def _change_cells(change: Any) -> tuple[Any, ...]:
+    """The cells of a change from `matrix` to `p_adjusted`."""
+    c = change.in_degrees()
+    ends = (c.first, c.second, c.value, c.low, c.high)
+    return c.matrix, c.quantity, c.unit, c.kind, *ends, c.sd, c.dof, None, None
+
+
+def _test_cells(pair: Pair) -> Iterator[tuple[Any, ...]]:
+    """The cells of a pair's tests, the distance and T2 of each matrix."""
+    for t in pair.tests:
+        for quantity, found, p, adjusted in (
+            ("distance", t.distance, t.p_distance, t.p_distance_adjusted),
+            ("t2", t.t2, t.p_t2, t.p_t2_adjusted),
+        ):
+            head = (t.matrix, quantity, None, "test", None, None)
+            yield *head, found, None, None, None, None, p, adjusted
+
+
+def _subjects_cells(change: SubjectsChange) -> Row:
+    names = ("matrix", "quantity", "unit", "kind", "between_sd", "p", "p_adjusted")
+    return {
+        **{name: getattr(change, name) for name in names},
+        "group_1": change.first,
+        "group_2": change.second,
+        "change": change.value,
+        "ci_low": change.low,
+        "ci_high": change.high,
+        "ci_low_between_sd": change.between_low,
+        "ci_high_between_sd": change.between_high,
+        "n_subjects": change.n,
+    }

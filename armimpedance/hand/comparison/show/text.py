@@ -1,0 +1,217 @@
+"""Comparisons of groups as text for a terminal of 100 columns."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Sequence
+from heapq import nsmallest
+from typing import Any
+
+import numpy as np
+
+from armimpedance.hand.comparison.pairs import Pair
+from armimpedance.hand.comparison.subjects import SubjectsChange
+from armimpedance.hand.ellipses import FIELDS
+from armimpedance.show.text import aligned_table, short, with_interval
+
+_WIDTH = 100
+_NAME = 30
+#: With more pairs than this one line each has to do.
+_MOST_IN_FULL = 10
+#: With more pairs than this only the first so many of those that differ most are shown.
+_MOST_SHOWN = 200
+_SHOWN_OF_MANY = 20
+_LEVEL = 0.05
+_QUANTITIES = ("size", "shape", "orientation")
+_LEGEND = (
+    "Size and shape of the ellipse as ratios second/first, its orientation as a turn, elements of "
+    "the symmetric part as differences second - first, all with 95 % intervals (independent "
+    "groups; Welch). -90 to 90 deg: an ellipse may be a circle."
+)
+_BASIS = {
+    "permutation": "p: trials exchanged between the groups within each direction",
+    "covariance": "p: no trials at hand, from the estimates' covariances (T2 against F, the "
+    "distance by simulation)",
+    "first order": "p: so many pairs allow no exchanges or draws, from the estimates' covariances "
+    "(T2 against F, the distance against its law to first order)",
+}
+_TESTS = (
+    ", for the same M, B, K and for all three at once. T2 (Hotelling's, each group with its own "
+    "errors) finds the most; distance is affine-invariant. Adjusted: Holm, over all pairs."
+)
+_SHORT = " Many pairs: single elements and unadjusted p values stand in --out only."
+_SUBJECTS = (
+    "Mean change over subjects with its 95 % interval (t, subjects - 1 degrees of freedom) and the "
+    "standard deviation between subjects with its own (of a ratio: that of its logarithm). "
+    "Adjusted p: Holm, over the pairs of groups."
+)
+
+
+def comparison_text(pairs: Sequence[Pair]) -> str:
+    """Ellipses, elements and tests of all pairs, then notes.
+
+    Parameters
+    ----------
+    pairs : sequence of Pair
+        Compared pairs of groups.
+
+    Returns
+    -------
+    str
+        A block of text per pair, and explanations at the end.
+    """
+    if len(pairs) > _MOST_SHOWN:
+        shown = _most_different(pairs)
+        return f"{_counted(pairs, len(shown))}\n\n{_text_of(shown)}"
+    return _text_of(pairs)
+
+
+def _text_of(pairs: Sequence[Pair]) -> str:
+    many = len(pairs) > _MOST_IN_FULL
+    blocks = [
+        f"{field.capitalize()} {symbol}\n{_changes_table(pairs, field, many)}"
+        for field, symbol in zip(FIELDS, "MBK", strict=True)
+    ]
+    blocks.append("Tests\n" + (_short_tests_table(pairs) if many else _tests_table(pairs)))
+    bases = list(dict.fromkeys(pair.basis for pair in pairs))
+    tests = "; ".join(_BASIS[basis] for basis in bases) + _TESTS
+    legend = _LEGEND + (_SHORT if many else "")
+    notes = [f"{pair.first} | {pair.second}: {note}" for pair in pairs for note in pair.notes]
+    filled = [textwrap.fill(note, _WIDTH, subsequent_indent="  ") for note in notes]
+    return "\n\n".join(
+        [*blocks, textwrap.fill(legend, _WIDTH), textwrap.fill(tests, _WIDTH), *filled]
+    )
+
+
+def _most_different(pairs: Sequence[Pair]) -> list[Pair]:
+    """The pairs of least p of T2 of all three matrices; of equal p, those of largest T2."""
+
+    def chance(pair: Pair) -> tuple[float, float]:
+        test = pair.tests[-1]
+        return (test.p_t2, -test.t2) if np.isfinite(test.p_t2) else (2.0, 0.0)
+
+    return nsmallest(_SHOWN_OF_MANY, pairs, key=chance)
+
+
+def _counted(pairs: Sequence[Pair], shown: int) -> str:
+    """How many pairs differ, and where the others are."""
+    differ, noted = [0] * 4, 0
+    for pair in pairs:
+        noted += bool(pair.notes)
+        for i, test in enumerate(pair.tests):
+            differ[i] += test.p_t2_adjusted <= _LEVEL
+    each = ", ".join(f"{s} in {n}" for s, n in zip("MBK", differ, strict=False))
+    text = (
+        f"{differ[-1]} of {len(pairs)} pairs differ in M, B and K taken together (adjusted p of T2 "
+        f"at most {_LEVEL:g}); {each}. The {shown} of least p stand here; all {len(pairs)} stand "
+        "in --out; --against compares with one group only."
+    )
+    text += f" {noted} pairs have notes, which stand in --out too." if noted else ""
+    return textwrap.fill(text, _WIDTH)
+
+
+def subjects_text(found: Sequence[SubjectsChange]) -> str:
+    """Mean changes of each pair of groups, a table per pair.
+
+    Parameters
+    ----------
+    found : sequence of SubjectsChange
+        Mean changes over subjects, one for each pair of groups.
+
+    Returns
+    -------
+    str
+        A table per pair, and an explanation at the end.
+    """
+    blocks = []
+    for first, second in dict.fromkeys((c.first, c.second) for c in found):
+        rows = [_subjects_row(c) for c in found if (c.first, c.second) == (first, second)]
+        header = ["", "mean change", "sd between subjects", "subjects", "p", "adjusted"]
+        blocks.append(f"{first} | {second}\n{aligned_table(header, rows)}")
+    return "\n\n".join([*blocks, textwrap.fill(_SUBJECTS, _WIDTH)])
+
+
+def pair_name(pair: Pair) -> str:
+    """``first | second``, cut to the room that tables have."""
+    half = _NAME // 2 - 1
+    return f"{short(pair.first, half)} | {short(pair.second, half)}"
+
+
+def shown_p(p: float) -> str:
+    """Three digits; ``-`` where there is none."""
+    return "-" if np.isnan(p) else f"{p:.3f}" if p >= 0.001 else f"{p:.0e}"
+
+
+def _changes_table(pairs: Sequence[Pair], field: str, many: bool) -> str:
+    quantities = [c.quantity for c in pairs[0].changes if c.matrix == field]
+    ellipse = [q for q in _QUANTITIES if q in quantities]
+    elements = [q for q in quantities if q not in _QUANTITIES]
+    parts = [ellipse] if many and ellipse else [ellipse, elements]
+    return "\n".join(_quantities_table(pairs, field, part) for part in parts if part)
+
+
+def _quantities_table(pairs: Sequence[Pair], field: str, quantities: Sequence[str]) -> str:
+    header = ["", *(_heading(pairs[0], field, q) for q in quantities)]
+    rows = [[pair_name(p), *(_shown(_of(p, field, q)) for q in quantities)] for p in pairs]
+    return aligned_table(header, rows)
+
+
+def _heading(pair: Pair, field: str, quantity: str) -> str:
+    if quantity in ("size", "shape"):
+        return f"{quantity} ratio"
+    return f"{quantity} ({_of(pair, field, quantity).unit})"
+
+
+def _of(pair: Pair, field: str, quantity: str) -> Any:
+    """The change of a quantity of a matrix, angles in degrees."""
+    chosen = (c for c in pair.changes if (c.matrix, c.quantity) == (field, quantity))
+    return next(chosen).in_degrees()
+
+
+def _shown(change: Any) -> str:
+    return _interval(change.value, change.low, change.high)
+
+
+def _interval(value: float, low: float, high: float) -> str:
+    if not np.isfinite([value, low, high]).all():
+        return "-"
+    return with_interval(value, low, high) if high > low else f"{value:.4g}"
+
+
+def _tests_table(pairs: Sequence[Pair]) -> str:
+    header = ["", "matrix", "distance", "p", "adjusted", "T2", "p", "adjusted"]
+    rows = []
+    for pair in pairs:
+        for test in pair.tests:
+            name = pair_name(pair) if test is pair.tests[0] else ""
+            cells = [test.matrix, "-" if np.isnan(test.distance) else f"{test.distance:.3f}"]
+            cells += [shown_p(test.p_distance), shown_p(test.p_distance_adjusted)]
+            cells += ["-" if np.isnan(test.t2) else f"{test.t2:.1f}"]
+            rows.append([name, *cells, shown_p(test.p_t2), shown_p(test.p_t2_adjusted)])
+    return aligned_table(header, rows)
+
+
+def _short_tests_table(pairs: Sequence[Pair]) -> str:
+    """One line for each pair: distances, then adjusted p of T2."""
+    header = ["", *(f"distance {s}" for s in "MBK"), *(f"adjusted p {s}" for s in "MBK"), "all"]
+    rows = []
+    for pair in pairs:
+        apart = ["-" if np.isnan(t.distance) else f"{t.distance:.3f}" for t in pair.tests[:3]]
+        rows.append([pair_name(pair), *apart, *(shown_p(t.p_t2_adjusted) for t in pair.tests)])
+    return aligned_table(header, rows)
+
+
+def _subjects_row(given: SubjectsChange) -> list[str]:
+    change = given.in_degrees()
+    symbol = change.matrix[0].upper() if change.quantity in _QUANTITIES else ""
+    symbol = {"I": "M ", "V": "B ", "S": "K "}.get(symbol, "")
+    what = "ratio" if change.kind == "ratio" else change.unit
+    between = _interval(change.between_sd, change.between_low, change.between_high)
+    return [
+        f"{symbol}{change.quantity} ({what})",
+        _interval(change.value, change.low, change.high),
+        between,
+        str(change.n),
+        shown_p(change.p),
+        shown_p(change.p_adjusted),
+    ]

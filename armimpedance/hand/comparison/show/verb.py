@@ -1,0 +1,296 @@
+"""Groups of trials compared with one another, within one person or over several."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from armimpedance.core.errors import InputError
+from armimpedance.core.findings import warnings_of
+from armimpedance.core.inputs import distinct_names
+from armimpedance.core.records import ImpedanceEstimate, Recording
+from armimpedance.hand.comparison.compare import compare as compare_groups
+from armimpedance.hand.comparison.groups import (
+    ComparedGroup,
+    groups_of_estimates,
+    groups_of_recording,
+    name_of,
+)
+from armimpedance.hand.comparison.inertia import check_inertia
+from armimpedance.hand.comparison.show.compared import Comparison
+from armimpedance.hand.comparison.subjects import compare_subjects
+from armimpedance.hand.show.opened import ForceBy, Progress
+from armimpedance.hand.show.results_csv import read_results
+from armimpedance.hand.still import METHODS, Options
+from armimpedance.show.verbs.inspection import checked
+from armimpedance.show.verbs.named import as_columns
+from armimpedance.show.verbs.sources import PathLike, naming, read_recording
+
+#: What is compared: trials, or estimates without their trials.
+Source = Recording | Sequence[ImpedanceEstimate] | PathLike
+#: The groups of every subject; of one empty name where subjects are not told apart.
+Subjects = dict[str, list[ComparedGroup]]
+
+
+def compare(
+    inputs: Source | Sequence[Source] | Mapping[str, Source],
+    *,
+    by: str | Sequence[str] = "condition",
+    against: str | None = None,
+    subjects: str | None = None,
+    method: str | None = None,
+    permutations: int | None = None,
+    seed: int = 0,
+    force_by: ForceBy | None = None,
+    despite: str | Collection[str] = (),
+    progress: Progress | None = None,
+) -> Comparison:
+    """Compare groups of trials pair by pair, or their changes over several subjects.
+
+    From recordings, p values come from exchanging trials between two groups, within each direction
+    of disturbance; from results, which hold no trials, from the estimates' covariances.
+
+    Parameters
+    ----------
+    inputs : recording, results or path, or a sequence or mapping of them
+        All recordings, or all results (`Estimates`, or the path of a RESULTS.csv). The key of a
+        mapping is the recording's name; a path's name is that of its file.
+    by : str or sequence of str
+        Columns of the trial table; trials alike in all of them form a group. "recording" keeps
+        several recordings apart, "subject" is the id of who was recorded.
+    against : str, optional
+        Name of the group that comes first in every pair; without it all pairs are compared.
+    subjects : str, optional
+        The column that tells subjects apart: the result is then the mean change over subjects.
+        "recording" or "subject" where each has a recording of their own.
+    method : str, optional
+        Estimator for disturbances that return; default: that of `estimate`.
+    permutations : int, optional
+        Exchanges of trials for each pair; default: 1999, more with many pairs, none with more
+        than 200, which are tested from the covariances.
+    seed : int
+        Seed of the exchanges.
+    force_by : {"limb", "device"}, optional
+        Whose force on the other a Kinarm's sensor holds.
+    despite : str or collection of str
+        Names of checks of `inspect` whose STOP is overruled; the result says so.
+    progress : function (done, all), optional
+        Called after each group that is estimated, then after each pair.
+
+    Returns
+    -------
+    Comparison
+        The groups and the differences of their pairs, or the mean changes over the subjects.
+
+    Raises
+    ------
+    InputError
+        An input cannot be read, a check of `inspect` says STOP, recordings and results are mixed,
+        a column is missing, there are fewer than two groups or subjects, or an option has no effect
+        on these inputs.
+    NotIdentifiableError
+        The motion of a group does not determine its parameters.
+
+    Examples
+    --------
+    >>> from armimpedance.hand.comparison.show import compare
+    >>> from manipulandum_sim.hand import simulate
+    >>> conditions = ["cocontraction_10", "cocontraction_30"]
+    >>> recording, _ = simulate("cocontraction", seed=1, sets=2, conditions=conditions)
+    >>> difference = compare(recording, permutations=99)
+    >>> difference.pairs[0].second
+    'cocontraction_30'
+    """
+    _check(permutations, seed, method, subjects)
+    named = _named(inputs)
+    columns, reading = as_columns(by), None
+    if not any(_is_results(source) for _, source in named):
+        reading = _Reading(columns, subjects, method, force_by, despite, progress)
+        found = reading.of_recordings(named)
+    else:
+        _check_results(named, method, force_by)
+        found = _of_results(named, columns, subjects)
+    everybody = tuple(group for groups in found.values() for group in groups)
+    warnings = () if reading is None else tuple(dict.fromkeys(reading.marks))
+    if subjects is not None:
+        changes = tuple(compare_subjects(found, against=against))
+        return Comparison(everybody, over_subjects=changes, warnings=warnings)
+    pairs = compare_groups(
+        found[""], against=against, permutations=permutations, seed=seed, progress=progress
+    )
+    checks = check_inertia(everybody, pairs)
+    return Comparison(everybody, pairs, warnings=(*warnings, *warnings_of(checks)), checks=checks)
+
+
+def _check(permutations: int | None, seed: int, method: str | None, subjects: str | None) -> None:
+    """Refuse before any work what cannot end well."""
+    METHODS.named(method)
+    if permutations is not None and permutations < 1:
+        raise InputError(f"{permutations} permutations", expected="1 or more")
+    if permutations is not None and subjects is not None:
+        raise InputError(
+            "permutations have no effect where subjects are told apart",
+            expected="none: the spread between subjects decides",
+        )
+    if seed < 0:
+        raise InputError(f"seed {seed}", expected="0 or more")
+
+
+def _named(inputs: Source | Sequence[Source] | Mapping[str, Source]) -> list[tuple[str, Source]]:
+    """The inputs with the names of their recordings."""
+    if isinstance(inputs, Mapping):
+        return [(str(name), source) for name, source in inputs.items()]
+    sources: Sequence[Any] = (inputs,) if _is_one(inputs) else inputs  # type: ignore[assignment]
+    if not sources:
+        raise InputError("nothing to compare", expected="recordings or results")
+    paths = [Path(source) for source in sources if isinstance(source, str | os.PathLike)]
+    for path in paths:
+        if not path.exists():
+            raise InputError(
+                "no such file or folder", file=path, expected="a recording or a RESULTS.csv"
+            )
+    whole = distinct_names(paths)
+    short = [
+        n.rsplit(".", 1)[0] if _is_results(p) else n for n, p in zip(whole, paths, strict=True)
+    ]
+    named = iter(short if len(set(short)) == len(short) else whole)
+    return [
+        (next(named) if isinstance(source, str | os.PathLike) else f"recording {number}", source)
+        for number, source in enumerate(sources, start=1)
+    ]
+
+
+def _is_one(inputs: object) -> bool:
+    """Whether this is one source, and not a sequence of them."""
+    return isinstance(inputs, str | os.PathLike | Recording) or _is_results(inputs)
+
+
+def _is_results(source: object) -> bool:
+    """Whether this is a RESULTS.csv or a sequence of estimates."""
+    if isinstance(source, str | os.PathLike):
+        return Path(source).is_file() and Path(source).suffix == ".csv"
+    return (
+        isinstance(source, Sequence)
+        and len(source) > 0
+        and all(isinstance(one, ImpedanceEstimate) for one in source)
+    )
+
+
+def _check_results(
+    named: Sequence[tuple[str, Source]], method: str | None, force_by: ForceBy | None
+) -> None:
+    if not all(_is_results(source) for _, source in named):
+        raise InputError(
+            "recordings and results in one call", expected="only recordings, or only RESULTS.csv"
+        )
+    if method is not None or force_by is not None:
+        option = "method" if method is not None else "force_by"
+        raise InputError(
+            f"{option} has no effect on results, which are estimated already",
+            expected="recordings, or none",
+        )
+
+
+def _of_results(
+    named: Sequence[tuple[str, Source]], by: Sequence[str], column: str | None
+) -> Subjects:
+    sorted_out: dict[str, list[ImpedanceEstimate]] = {}
+    for name, source in named:
+        file = source if isinstance(source, str | os.PathLike) else None
+        for estimate in _results(source):
+            keys = {"recording": name, **estimate.keys}
+            if column is not None and column not in keys:
+                expected = f"one of {', '.join(keys)}"
+                raise InputError("no such column", file=file, column=column, expected=expected)
+            who = "" if column is None else name_of(keys, [column])
+            sorted_out.setdefault(who, []).append(replace(estimate, keys=keys))
+    return {who: groups_of_estimates(rows, by) for who, rows in sorted_out.items()}
+
+
+def _results(source: Any) -> Sequence[ImpedanceEstimate]:
+    if not isinstance(source, str | os.PathLike):
+        return source  # type: ignore[no-any-return]
+    try:
+        return read_results(source)
+    except InputError as error:
+        if error.problem == "no such column" and str(error.column).startswith("sd_"):
+            raise InputError(
+                "results without covariance: nothing says what chance alone would do",
+                file=source,
+                expected="the column covariance as `armimpedance estimate --out` writes it, or all "
+                "of sd_M_ij, sd_B_ij, sd_K_ij",
+            ) from error
+        raise
+
+
+@dataclass(frozen=True)
+class _Reading:
+    """How groups are made of recordings; `marks` fills with what their checks say."""
+
+    by: tuple[str, ...]
+    column: str | None
+    method: str | None
+    force_by: ForceBy | None
+    despite: str | Collection[str]
+    progress: Callable[[int, int], None] | None
+    marks: list[str] = field(default_factory=list)
+
+    def of_recordings(self, named: Sequence[tuple[str, Any]]) -> Subjects:
+        """The groups of every subject; without a column of subjects all under one empty name."""
+        apart = self.column is not None or "recording" in self.by or "subject" in self.by
+        if len(named) > 1 and not apart:
+            raise InputError(
+                "several recordings",
+                expected="--subjects recording for the mean over subjects, or --by recording to "
+                "compare them with one another",
+            )
+        found: Subjects = {}
+        for name, source in named:
+            for who, group in self._split(self._groups(name, source)):
+                found.setdefault(who, []).append(group)
+        for who, groups in found.items():
+            _check_single(who, groups)
+        return found
+
+    def _groups(self, name: str, source: Recording | PathLike) -> list[ComparedGroup]:
+        by = self.by if self.column is None else (*self.by, self.column)
+        with naming(source):
+            recording = read_recording(source, force_by=self.force_by)
+            if self.method is not None and recording.perturbation == "stochastic":
+                raise InputError(
+                    "a method has no effect on stochastic perturbations",
+                    column="perturbation",
+                    expected="no method, or disturbances that return",
+                )
+            marks = checked(recording, self.despite, disturbed=True, by=by)
+            self.marks.extend(f"{name}: {mark}" for mark in marks)
+            options = Options() if self.method is None else Options(method=self.method)
+            keys: dict[str, Any] = {"recording": name, "subject": recording.subject.id}
+            # a column of the trial table says more than the recording does
+            keys = {k: v for k, v in keys.items() if k in by and k not in recording.trials}
+            groups = groups_of_recording(
+                recording, by, options=options, keys=keys, progress=self.progress
+            )
+            return [replace(each, estimate=each.estimate.marked(marks)) for each in groups]
+
+    def _split(self, groups: Sequence[ComparedGroup]) -> Iterator[tuple[str, ComparedGroup]]:
+        """Subject and group of each, the group named without its subject."""
+        for group in groups:
+            if self.column is None:
+                yield "", group
+            else:
+                keys = group.estimate.keys
+                yield name_of(keys, [self.column]), replace(group, name=name_of(keys, self.by))
+
+
+def _check_single(who: str, groups: Sequence[ComparedGroup]) -> None:
+    names = [group.name for group in groups]
+    twice = next((name for name in names if names.count(name) > 1), None)
+    if twice is not None:
+        raise InputError(
+            f"{f'subject {who}: ' if who else ''}several groups {twice}",
+            expected="one: name further columns with --by",
+        )

@@ -1,0 +1,189 @@
+"""A joint-level estimate seen from the muscles of an arm."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any, Final
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from armimpedance.core.arrays import FloatArray, FrozenRecord
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import ImpedanceEstimate
+from armimpedance.hand.levels.muscle import curvature_term
+from armimpedance.hand.levels.muscle_identifiable import muscle_share
+from armimpedance.hand.levels.muscle_share import MuscleShare
+from armimpedance.hand.levels.tension import tensions_for
+from armimpedance.limb.arm import MuscularArm
+
+_JOINTS: Final = ("shoulder", "elbow")
+_NO_TORQUE: Final = (
+    "joint torque unknown: muscle tensions unknown, and the curvature term was left out"
+)
+
+
+@dataclass(frozen=True)
+class MuscleEstimate(FrozenRecord):
+    """What joint stiffness and viscosity of one condition say of the muscles.
+
+    Attributes
+    ----------
+    arm, arm_source : str
+        The arm's name, and where its numbers come from.
+    joint_angles : (n,)
+        rad.
+    tension : (m,) or None
+        Tensions in N from static optimisation; None where the torque is not known or cannot be
+        made.
+    stiffness, viscosity : MuscleShare
+    method : str
+    n_trials : int
+    keys : mapping
+        The group's columns.
+    warnings, provenance : tuple of str
+    """
+
+    arm: str
+    arm_source: str
+    joint_angles: Annotated[FloatArray, "n"]
+    tension: Annotated[FloatArray, "m"] | None
+    stiffness: MuscleShare
+    viscosity: MuscleShare
+    method: str
+    n_trials: int
+    keys: Mapping[str, Any]
+    warnings: tuple[str, ...] = ()
+    provenance: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.tension is not None and len(self.tension) != len(self.muscles):
+            raise InputError(f"{len(self.tension)} tensions", expected=f"{len(self.muscles)}")
+
+    @property
+    def muscles(self) -> tuple[str, ...]:
+        """Names of the m muscles."""
+        return self.stiffness.muscles
+
+
+def to_muscle(
+    estimate: ImpedanceEstimate,
+    arm: MuscularArm,
+    *,
+    curvature: bool = True,
+    activation: ArrayLike | None = None,
+) -> MuscleEstimate:
+    """Joint -> muscle: tensions, and what K_j and B_j say of K_m and B_m.
+
+    ``K_j = G^T K_m G + sum_n f_n d2L_n``, ``B_j = G^T B_m G``; tensions f make the joint torque
+    ``tau = -G^T f`` with least effort, or nearest to measured activations. Tension that opposing
+    muscles add without a torque is in neither, and the joints' own tissue counts as muscle.
+
+    Parameters
+    ----------
+    estimate : ImpedanceEstimate
+        An estimate at the joints, n axes.
+    arm : MuscularArm
+        An arm of n joints.
+    curvature : bool
+        False leaves the curvature term out, as Tsuji (1997), eq. (11) does.
+    activation : (m,), optional
+        Measured, 0..1, in the order of the arm's muscles.
+
+    Returns
+    -------
+    MuscleEstimate
+
+    Raises
+    ------
+    InputError
+        The estimate is not one of the joints or has another number of them, its joint angles are
+        not known, or lie outside of a table of moment arms.
+    """
+    q = _angles(estimate, arm)
+    G, C = arm.paths.moment_arms(q), arm.paths.curvature(q)
+    tension, warnings = _tension(estimate, arm, G, activation)
+    bent = curvature_term(tension, C) if curvature and tension is not None else None
+    blocks = len(estimate.covariance) // 3
+    shares = {}
+    for i, name in ((1, "viscosity"), (2, "stiffness")):
+        block = slice(i * blocks, (i + 1) * blocks)
+        shares[name] = muscle_share(
+            getattr(estimate, name),
+            estimate.covariance[block, block],
+            G,
+            arm.paths.muscles,
+            curvature=bent if name == "stiffness" else None,
+            dof=estimate.dof,
+        )
+        warnings += _impossible(name, shares[name])
+    note = "without the curvature term" if bent is None else "with the curvature term"
+    return MuscleEstimate(
+        arm=arm.name,
+        arm_source=arm.source,
+        joint_angles=q,
+        tension=tension,
+        **shares,
+        method=estimate.method,
+        n_trials=estimate.quality.n_trials,
+        keys=estimate.keys,
+        warnings=(*estimate.warnings, *_outside(q, arm), *warnings),
+        provenance=(*estimate.provenance, f"muscles of {arm.name} ({arm.source}), {note}"),
+    )
+
+
+def _angles(estimate: ImpedanceEstimate, arm: MuscularArm) -> FloatArray:
+    if estimate.level != "joint":
+        raise InputError(f"an estimate at the {estimate.level} level", expected="level joint")
+    if estimate.k != arm.paths.joints:
+        raise InputError(
+            f"an estimate of {estimate.k} joints", expected=f"{arm.paths.joints}, as {arm.name} has"
+        )
+    # of a recording of joints, the position is the joint angles
+    q = estimate.position if estimate.joint_angles is None else estimate.joint_angles
+    if q is None:
+        raise InputError("joint angles unknown", expected="q_shoulder_rad and q_elbow_rad")
+    return q
+
+
+def _tension(
+    estimate: ImpedanceEstimate, arm: MuscularArm, G: FloatArray, activation: ArrayLike | None
+) -> tuple[FloatArray | None, tuple[str, ...]]:
+    """Tensions (m,) where the torque is known and can be made, and what to warn of."""
+    torque = estimate.torque
+    if torque is None and estimate.joint_angles is None:
+        # of a recording of joints, the force is the torque by the limb
+        torque = estimate.force
+    if torque is None:
+        return None, (_NO_TORQUE,)
+    try:
+        name = "static optimisation"
+        found = tensions_for(torque[None], G, arm.max_tension, activation=activation, labels=[name])
+    except InputError as error:
+        return None, (f"{error}: the curvature term was left out",)
+    return found[0], ()
+
+
+def _outside(q: FloatArray, arm: MuscularArm) -> tuple[str, ...]:
+    """A warning for each joint angle that the arm was not made for."""
+    names = _JOINTS if len(q) == 2 else tuple(f"joint {i + 1}" for i in range(len(q)))
+    return tuple(
+        f"{name} at {np.rad2deg(angle):.0f} degrees, outside of the {np.rad2deg(low):.0f} to "
+        f"{np.rad2deg(high):.0f} that {arm.name} holds for: its moment arms are extrapolated"
+        for name, angle, (low, high) in zip(names, q, arm.angle_range, strict=True)
+        if not low - 1e-9 <= angle <= high + 1e-9
+    )
+
+
+def _impossible(name: str, share: MuscleShare) -> tuple[str, ...]:
+    if share.outside_se == 0:
+        return ()
+    text = (
+        f"joint {name} lies {share.outside_se:.2g} standard errors outside of what muscles with "
+        "these moment arms make"
+    )
+    if share.possible:
+        return (f"{text}: the ranges are those at the nearest that they make",)
+    return (f"{text}: no ranges",)

@@ -1,0 +1,151 @@
+"""One disturbance and what it needs to fulfil a wish."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from armimpedance.core.arrays import FrozenRecord
+from armimpedance.core.errors import ArmImpedanceError
+from armimpedance.hand.planning.motion import PlannedMotion
+from armimpedance.hand.planning.pilot import Pilot
+from armimpedance.hand.planning.precision import Precision, precision, reflex_bias
+from armimpedance.hand.planning.profile import Profile
+from armimpedance.hand.planning.setting import Setting
+from armimpedance.hand.planning.wish import Wish
+
+#: Trials at which intervals of candidates are compared.
+_COMPARED_TRIALS: Final = 40
+#: A reflex beside K that makes its interval so many times as wide is told; where it is 1.25 times
+#: `estimate` finds 1.1 times the planned width (benchmarks/plan_and_estimate.py).
+_WIDER: Final = 1.3
+#: How well a reflex's delay is known beforehand (s).
+_DELAY_RANGE_S: Final = 0.005
+#: A hand that reaches less of the commanded peak than this is worth a word.
+_FOLLOWED: Final = 0.9
+
+
+@dataclass(frozen=True)
+class Candidate(FrozenRecord):
+    """One disturbance and what it needs.
+
+    Attributes
+    ----------
+    name : str
+    profile : Profile or None
+        None: a pilot's own, as recorded.
+    precision : Precision or None
+        None where `problem` stands in the way.
+    trials : int or None
+        Trials that the wish needs, in whole sets.
+    bias : (low, high)
+        How much too large K comes out with a reflex of 25 % of K that is ignored, as a part of it:
+        over delays from 5 ms before to 5 ms after the one asked about.
+    apart : Precision or None
+        The precision of K together with the reflex, its delay known.
+    problem : str
+    notes : tuple of str
+    duration_s, amplitude_m : float
+        Duration and amplitude of the profile, or as a pilot recorded them.
+    """
+
+    name: str
+    profile: Profile | None
+    precision: Precision | None = None
+    trials: int | None = None
+    bias: tuple[float, float] = (np.nan, np.nan)
+    apart: Precision | None = None
+    problem: str = ""
+    notes: tuple[str, ...] = ()
+    duration_s: float = np.nan
+    amplitude_m: float = np.nan
+
+    @property
+    def recommendable(self) -> bool:
+        """Whether it can be chosen."""
+        cautious = self.profile is not None and self.profile.shape.caution
+        return self.precision is not None and not cautious
+
+    @property
+    def doubt(self) -> str:
+        """What `estimate` will allow for and the interval of `precision` does not; empty: nothing.
+
+        A disturbance that cannot tell a reflex from stiffness leaves it in the interval.
+        """
+        if self.precision is None:
+            return ""
+        if self.apart is None:
+            return (
+                f"whether {self.name} tells a reflex from stiffness is not known; `estimate` "
+                "allows for one, so that its interval of K may be wider than planned"
+            )
+        alone, both = (p.k_part(_COMPARED_TRIALS) for p in (self.precision, self.apart))
+        if both < _WIDER * alone:
+            return ""
+        return (
+            f"{self.name} of {self.duration_s:.3g} s cannot tell a reflex from stiffness; "
+            "`estimate` allows for one, so that its interval of K will be wider than planned, up "
+            f"to some {both / alone:.1f} times in a session of one condition"
+        )
+
+    @property
+    def cost(self) -> tuple[int, float]:
+        """Trials needed, then K's interval: candidates are compared by these."""
+        half = np.inf if self.precision is None else self.precision.k_part(_COMPARED_TRIALS)
+        return self.trials or 0, half
+
+
+def judge_pilot(pilot: Pilot, wish: Wish) -> Candidate:
+    """A pilot's own disturbance, as it was recorded."""
+    return Candidate(
+        "pilot's own",
+        None,
+        pilot.precision,
+        wish.trials(pilot.precision),
+        duration_s=pilot.duration_s,
+        amplitude_m=pilot.amplitude_m,
+    )
+
+
+def judge(setting: Setting, profile: Profile, wish: Wish, delay_s: float) -> Candidate:
+    """A disturbance judged by what it will tell."""
+    made = Candidate(
+        profile.shape.name,
+        profile,
+        duration_s=profile.duration_s,
+        amplitude_m=profile.amplitude_m,
+    )
+    motion = PlannedMotion(setting, profile)
+    try:
+        expected = precision(motion)
+    except ArmImpedanceError as error:
+        return replace(made, problem=str(error))
+    try:
+        apart = precision(motion, delay_s=delay_s)
+    except ArmImpedanceError:
+        apart = None
+    around = (delay_s - _DELAY_RANGE_S, delay_s, delay_s + _DELAY_RANGE_S)
+    biases = [float(reflex_bias(motion, delay)[2]) for delay in around]
+    return replace(
+        made,
+        precision=expected,
+        trials=wish.trials(expected),
+        bias=(min(biases), max(biases)),
+        apart=apart,
+        notes=_notes(motion),
+    )
+
+
+def _notes(motion: PlannedMotion) -> tuple[str, ...]:
+    setting, profile, moved = motion.setting, motion.profile, motion.displacement
+    notes = [f"{profile.shape.name}: {profile.shape.caution}"] if profile.shape.caution else []
+    reached = min(np.abs(moved[a, a]).max() for a in range(len(moved))) / profile.amplitude_m
+    if reached < _FOLLOWED:
+        notes.append(
+            f"{profile.shape.name} in {profile.duration_s:g} s: the servo "
+            f"({setting.servo.natural_hz:.3g} Hz) lets the hand reach {100 * reached:.0f} % of the "
+            "commanded peak"
+        )
+    return tuple(notes)

@@ -1,0 +1,220 @@
+"""How precise an experiment will be: from the bound to standard errors and the trials needed.
+
+The bound for a planned motion and noise, times what the estimator loses against it, is the
+covariance of M, B, K per trial; with n trials in sets of all directions it is an n-th of that.
+Its intervals are those that an estimate will print: t with n - 1 degrees of freedom, standard
+errors clustered by trial.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Annotated, Final
+
+import numpy as np
+
+from armimpedance.core.arrays import FloatArray, FrozenRecord
+from armimpedance.core.errors import InputError, NotIdentifiableError
+from armimpedance.hand.ellipses import Ellipse, Ellipsoid, ellipse, ellipsoid_of_matrix
+from armimpedance.hand.planning.motion import PlannedMotion, information
+from armimpedance.hand.planning.setting import unit_directions
+from armimpedance.hand.still import WeightedFit, bound_of, inverse_information
+from armimpedance.numerics.regression import t_factor
+
+#: Standard errors of method `weighted` relative to the bound, for M, B and K: measured over the
+#: designs of benchmarks/plan_widths.py.
+INEFFICIENCY: Final = (1.08, 1.03, 1.03)
+#: Where the search for the number of trials ends.
+MOST_SETS: Final = 10**6
+#: Scaled condition of the information above which M, B and K cannot be told apart.
+WORST_CONDITION: Final = 1e9
+
+
+@dataclass(frozen=True, eq=False)
+class Precision(FrozenRecord):
+    """What a disturbance will tell about M, B, K (and a delayed answer R).
+
+    Attributes
+    ----------
+    parameters : (3, d, d)
+        M (with handle), B, K that are expected.
+    bound : (p, p)
+        Least covariance of the parameters of one trial, mean over the directions; p = 3 d^2, or
+        4 d^2 with R.
+    """
+
+    parameters: Annotated[FloatArray, "3 d d"]
+    bound: Annotated[FloatArray, "p p"]
+
+    @property
+    def axes(self) -> int:
+        """Number of axes d."""
+        return int(self.parameters.shape[1])
+
+    @property
+    def directions(self) -> int:
+        """Trials of a set."""
+        return len(unit_directions(self.axes))
+
+    @cached_property
+    def covariance(self) -> FloatArray:
+        """Covariance of one trial's estimate, (p, p): the bound times the inefficiency."""
+        each = self.axes**2
+        factor = np.repeat([*INEFFICIENCY, INEFFICIENCY[2]][: len(self.bound) // each], each)
+        return self.bound * factor[:, None] * factor
+
+    @cached_property
+    def relative_sd(self) -> FloatArray:
+        """On the bound, of one trial: M, B, K (and R, relative to K) as parts of their norm.
+
+        Frobenius norm of the symmetric part, (r,).
+        """
+        d = self.axes
+        parts = []
+        for block in range(len(self.bound) // d**2):
+            truth = self.parameters[min(block, 2)]
+            part = self.bound[block * d * d : (block + 1) * d * d, block * d * d :][:, : d * d]
+            C = part.reshape(d, d, d, d)
+            # E |S|^2, S = (E + E^T)/2
+            total = (np.einsum("ijij", C) + np.einsum("ijji", C)) / 2
+            parts.append(np.sqrt(total) / np.linalg.norm((truth + truth.T) / 2))
+        return np.array(parts)
+
+    def half_widths(self, trials: int, level: float = 0.95) -> FloatArray:
+        """Expected half-widths of the intervals of all elements, (r, d, d)."""
+        sd = np.sqrt(np.diag(self.covariance) / trials)
+        return (_t(trials, level) * sd).reshape(-1, self.axes, self.axes)
+
+    def diagonal_part(self, trials: int, matrix: int) -> float:
+        """Half-width of the diagonal's 95 % intervals, the largest part of its element.
+
+        Parameters
+        ----------
+        trials : int
+        matrix : int
+            0 to 3 for M, B, K, R; R is taken relative to K.
+        """
+        half = np.diag(self.half_widths(trials)[matrix])
+        return float((half / np.diag(self.parameters[min(matrix, 2)])).max())
+
+    def k_part(self, trials: int) -> float:
+        """Half-width of the 95 % interval of K's diagonal, the largest part of its element."""
+        return self.diagonal_part(trials, 2)
+
+    def ellipse(self, trials: int) -> Ellipse | Ellipsoid:
+        """K's ellipse, or in space ellipsoid, with the covariance that is expected."""
+        d = self.axes
+        block = slice(2 * d * d, 3 * d * d)
+        C = self.covariance[block, block] / trials
+        made = ellipse if d == 2 else ellipsoid_of_matrix
+        return made(self.parameters[2], covariance=C, dof=trials - 1)
+
+    def size_part(self, trials: int) -> float:
+        """Half the length of the 95 % interval of the ellipse's size, as a part of the size."""
+        expected = self.ellipse(trials)
+        low, high = expected.interval()[0 if isinstance(expected, Ellipse) else 3]
+        return float((high - low) / 2 / expected.size)
+
+    def orientation(self, trials: int) -> float:
+        """Half the length of the 95 % interval of the ellipse's orientation (rad).
+
+        In space: how far the longest axis may turn.
+        """
+        expected = self.ellipse(trials)
+        if isinstance(expected, Ellipsoid):
+            return float(expected.turns_of(0).max())
+        low, high = expected.interval()[1]
+        return float((high - low) / 2)
+
+    def trials_for_k(self, part: float) -> int | None:
+        """Trials, in whole sets, for `k_part` at most this; None: millions."""
+        return fewest_trials(lambda n: self.k_part(n) <= part, self.directions)
+
+    def trials_for_orientation(self, angle_rad: float) -> int | None:
+        """Trials, in whole sets, for `orientation` at most this; None: millions."""
+        return fewest_trials(lambda n: self.orientation(n) <= angle_rad, self.directions)
+
+
+def precision(motion: PlannedMotion, *, delay_s: float | None = None) -> Precision:
+    """The bound for a planned motion.
+
+    Parameters
+    ----------
+    motion : PlannedMotion
+    delay_s : float, optional
+        R, the answer to the displacement of that much earlier, is a further unknown.
+
+    Returns
+    -------
+    Precision
+
+    Raises
+    ------
+    NotIdentifiableError
+        If the motion does not tell the parameters apart.
+    """
+    rows = motion.rows(() if delay_s is None else (delay_s,))
+    known = information(rows, motion.weight)
+    scale = 1 / np.sqrt(np.maximum(np.diag(known), 1e-300))
+    condition = np.linalg.cond(known * scale[:, None] * scale)
+    if not condition < WORST_CONDITION:
+        profile = motion.profile
+        raise NotIdentifiableError(
+            f"{profile.shape.name} of {profile.duration_s:g} s does not tell M, B and K apart "
+            f"(scaled condition {condition:.1e})"
+        )
+    return Precision(motion.setting.arm.parameters, inverse_information(known))
+
+
+def precision_of_pilot(fit: WeightedFit) -> Precision:
+    """What more trials like those of a pilot recording will tell.
+
+    Raises
+    ------
+    NotIdentifiableError
+        The pilot's noise has swamped its motion.
+    """
+    d = fit.equation.axes
+    bound = bound_of(fit.equations)
+    if bound is None:
+        raise NotIdentifiableError("the pilot's noise has swamped its motion")
+    return Precision(fit.parameters.reshape(3, d, d), bound * fit.equation.trials)
+
+
+def reflex_bias(motion: PlannedMotion, delay_s: float, share: float = 0.25) -> FloatArray:
+    """How wrong M, B, K are where a reflex is ignored, as parts of themselves, (3,).
+
+    The projection of ``share K x(t - delay)`` on what a fit without it can explain; what of it
+    lies along the true matrix: 0.1 says 10 % too large.
+    """
+    truth, V = motion.setting.arm.parameters, motion.weight
+    rows = motion.rows((delay_s,))
+    G, late = rows[..., : truth.size], rows[..., truth.size :]
+    missed = late @ (share * truth[2]).ravel()
+    # delta (3 d^2,) = (sum_a G^T V G)^-1 sum_a G^T V missed (d n,)
+    right = np.einsum("anp,nm,am->p", G, V, missed) / len(G)
+    delta = inverse_information(information(G, V)) @ right
+    along = (delta.reshape(truth.shape) * truth).sum(axis=(1, 2))
+    return np.asarray(along / (truth**2).sum(axis=(1, 2)))
+
+
+def fewest_trials(enough: Callable[[int], bool], each: int) -> int | None:
+    """Least number of trials in sets of `each` for which `enough` holds; None: over `MOST_SETS`.
+
+    `enough` must stay true once it is.
+    """
+    low, high = 0, MOST_SETS
+    if not enough(high * each):
+        return None
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (low, middle) if enough(middle * each) else (middle, high)
+    return high * each
+
+
+def _t(trials: int, level: float) -> float:
+    if trials < 2:
+        raise InputError(f"{trials} trials", expected="2 or more")
+    return t_factor(trials - 1, level)

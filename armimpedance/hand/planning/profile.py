@@ -1,0 +1,114 @@
+"""Courses of a disturbance over time: away from rest and back, in closed form.
+
+Time s runs from 0 to 1 and the peak is 1; a profile adds amplitude and duration.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.polynomial import Legendre
+from numpy.typing import ArrayLike
+
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import InputError
+
+#: Points in [0, 1] at which peaks are looked for.
+FINE: Final = np.linspace(0.0, 1.0, 2001)
+
+#: s in [0, 1] -> displacement, first and second derivative by s, (3, ...).
+ShapeFunction = Callable[[FloatArray], FloatArray]
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A named course of the displacement.
+
+    Attributes
+    ----------
+    name : str
+    at : function
+        s (...,) in [0, 1] -> (3, ...).
+    caution : str
+        Why a planner does not recommend it; empty for most.
+    """
+
+    name: str
+    at: ShapeFunction
+    caution: str = ""
+
+    @property
+    def peak_curvature(self) -> float:
+        """Largest second derivative by s, relative to the largest displacement."""
+        x, _, bend = self.at(FINE)
+        return float(np.abs(bend).max() / np.abs(x).max())
+
+
+@dataclass(frozen=True)
+class Profile:
+    """A shape with amplitude and duration.
+
+    Attributes
+    ----------
+    shape : Shape
+    amplitude_m, duration_s : float
+    """
+
+    shape: Shape
+    amplitude_m: float
+    duration_s: float
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.amplitude_m) and 0 < self.amplitude_m <= 0.05):
+            raise InputError(
+                f"an amplitude of {1e3 * self.amplitude_m:g} mm", expected="more than 0, <= 50 mm"
+            )
+        if not 0.02 <= self.duration_s <= 2.0:
+            raise InputError(f"a duration of {self.duration_s:g} s", expected="0.02 to 2 s")
+
+    def at(self, lag_s: ArrayLike) -> FloatArray:
+        """Displacement (m), velocity and acceleration (3, ...) at times since the onset (...,)."""
+        lag = np.asarray(lag_s, dtype=float)
+        moving = (lag >= 0) & (lag <= self.duration_s)
+        shape = self.amplitude_m * self.shape.at(np.clip(lag / self.duration_s, 0.0, 1.0))
+        scale = self.duration_s ** -np.arange(3.0)
+        return np.asarray(shape * moving * scale.reshape(3, *[1] * lag.ndim))
+
+    @property
+    def peak_acceleration(self) -> float:
+        """The largest acceleration, m/s^2."""
+        return self.amplitude_m * self.shape.peak_curvature / self.duration_s**2
+
+
+def polynomial_shape(name: str, polynomial: Legendre) -> Shape:
+    """The shape of a polynomial in s, as it is."""
+    parts = (polynomial, polynomial.deriv(), polynomial.deriv(2))
+    return Shape(name, lambda s: np.stack([part(s) for part in parts]))
+
+
+def rounded_ends(coefficients: ArrayLike) -> Legendre:
+    """``64 s^3 (1 - s)^3 q(s)``, q in Legendre polynomials of 2 s - 1.
+
+    Displacement, velocity and acceleration vanish at both ends, whatever q is.
+    """
+    # powers of s would lose digits at s = 1
+    s = Legendre([0.5, 0.5], domain=[0.0, 1.0])
+    q = Legendre(np.asarray(coefficients, dtype=float), domain=[0.0, 1.0])
+    course: Legendre = 64 * s**3 * (1 - s) ** 3 * q
+    return course
+
+
+def designed_shape(name: str, coefficients: ArrayLike) -> Shape:
+    """The shape of these Legendre coefficients, scaled to peak 1."""
+    course = rounded_ends(coefficients)
+    return polynomial_shape(name, course / largest(course))
+
+
+def largest(course: Legendre) -> float:
+    """Largest ``|course|`` on [0, 1], exactly: at an end or where the derivative vanishes."""
+    roots = course.deriv().roots()
+    inner = roots.real[(np.abs(roots.imag) < 1e-9) & (roots.real > 0) & (roots.real < 1)]
+    return float(np.abs(course(np.concatenate([[0.0, 1.0], inner]))).max())

@@ -1,0 +1,3 @@
+from .plot import plan_figure as plan_figure
+from .text import plan_text as plan_text
+from .verb import plan as plan

@@ -1,0 +1,100 @@
+"""What the robot was told: columns of the samples, or what stands for them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Final
+
+import numpy as np
+
+from armimpedance.core.arrays import FloatArray, FrozenRecord
+from armimpedance.core.conventions import AXES, command_columns, perturbation_columns
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import Recording
+
+#: Less of a trial's motion than this, explained by commands, is not this trial's command.
+LEAST_SHARE: Final = 0.1
+
+
+@dataclass(frozen=True, eq=False)
+class Commands(FrozenRecord):
+    """Instruments at every sample.
+
+    Attributes
+    ----------
+    values : (N, c)
+    told : bool
+        Whether they are the robot's; else the measured motion stands for them.
+    warnings : tuple of str
+    """
+
+    values: Annotated[FloatArray, "N c"]
+    told: bool
+    warnings: tuple[str, ...] = ()
+
+
+def commands_of(recording: Recording) -> Commands:
+    """The commands of a recording.
+
+    Raises
+    ------
+    InputError
+        There are none, and the robot did not impose the position.
+    """
+    d = recording.axes
+    names = [f"command_{axis}" for axis in AXES[:d]]
+    families = [names, list(command_columns(recording.kind, d)), list(perturbation_columns(d))]
+    for family in families:
+        held = [name for name in family if name in recording.extra]
+        moving = [name for name in held if np.ptp(np.nan_to_num(recording.extra[name])) > 0]
+        if moving:
+            return _chosen(recording, family, moving)
+    if recording.imposed != "position":
+        raise InputError(
+            "the samples do not hold what the robot was told: in a loop of limb and robot the "
+            "force answers the motion and the motion the force",
+            column=", ".join(names if recording.kind == "hand" else families[2]),
+            expected="the robot's commands, or imposed 'position' in recording.json",
+        )
+    text = (
+        "no commands: the measured motion stands for them, which is right for a robot that yields "
+        "to nothing; one that yields makes M, B and K wrong by the person's own force"
+    )
+    return Commands(recording.position, False, (text,))
+
+
+def _chosen(recording: Recording, family: list[str], moving: list[str]) -> Commands:
+    values = [np.nan_to_num(recording.extra[name]) for name in moving]
+    dead = [i for i, name in enumerate(family) if name not in moving]
+    if not dead:
+        return Commands(np.stack(values, axis=1), True)
+    still = ", ".join(family[i] for i in dead)
+    values += [recording.position[:, i] for i in dead]
+    text = f"no command in {still}: the measured motion of that axis stands for it"
+    return Commands(np.stack(values, axis=1), True, (text,))
+
+
+def check_follows(trial: FloatArray, shares: FloatArray) -> None:
+    """Refuse trials whose motion their commands do not explain.
+
+    Parameters
+    ----------
+    trial : (T,)
+        Numbers.
+    shares : (T,)
+        Part of each trial's motion that is explained.
+
+    Raises
+    ------
+    InputError
+    """
+    wrong = shares < LEAST_SHARE
+    if not wrong.any():
+        return
+    which = ", ".join(f"{int(t)}" for t in trial[wrong][:5])
+    raise InputError(
+        f"the limb does not follow its commands in trial {which}: they explain "
+        f"{100 * max(float(shares[wrong].max()), 0.0):.0f} % of its motion",
+        column="commands",
+        expected="each trial's own commands on the clock of its samples",
+    )

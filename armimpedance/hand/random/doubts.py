@@ -1,0 +1,133 @@
+"""What must be said of a fit, and what is no limb at all."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import EstimationError
+from armimpedance.hand.random.departures import Averaged
+from armimpedance.hand.random.misfit import Misfit
+from armimpedance.hand.random.result import RandomFit
+from armimpedance.numerics.regression import t_factor
+
+#: A reflex or a lag is named from this probability on.
+NAMED: Final = 0.5
+#: One that is not named and less likely than this is not mentioned.
+MENTIONED: Final = 0.25
+#: A misfit is named at this p or less, where it is this part of the force.
+MISFIT_P: Final = 1e-4
+MISFIT_SHARE: Final = 0.002
+#: An inertia that is this far from symmetric (parts of its mean diagonal) is no chance.
+UNSYMMETRIC: Final = 0.05
+#: Standard errors beyond which it is none.
+SURE: Final = 4.0
+#: Intervals of K wider than this part of K say little.
+WIDE: Final = 0.5
+
+
+def refuse_impossible(answer: Averaged, d: int) -> None:
+    """Refuse an inertia that no limb has.
+
+    Raises
+    ------
+    EstimationError
+        It is not positive definite beyond its interval.
+    """
+    q = d * d
+    M, C = answer.values[:q].reshape(d, d), answer.covariance[:q, :q]
+    values, vectors = np.linalg.eigh((M + M.T) / 2)
+    w = np.kron(vectors[:, 0], vectors[:, 0])
+    if values[0] + SURE * float(np.sqrt(w @ C @ w)) < 0:
+        raise EstimationError(
+            f"the inertia is not that of a limb (smallest eigenvalue {values[0]:.3g}): the force "
+            "is the device's on the limb, or axes are exchanged or turned round; say so when the "
+            "file is converted"
+        )
+
+
+def doubts_of(fit: RandomFit, misfit: Misfit) -> list[str]:
+    """Warnings of one fit."""
+    found = [*_of_reflex(fit), *_of_lag(fit)]
+    if misfit.p < MISFIT_P and misfit.share > MISFIT_SHARE:
+        found.append(
+            f"lack of fit: {100 * misfit.share:.2g} % of the force, most about "
+            f"{misfit.hz:.3g} Hz, answers the commands and is not in M, B, K and a reflex "
+            f"(p {misfit.p:.1g}): a limb of more than second order, as with a free elbow, a loose "
+            "grip, or one that changed; the intervals do not hold it"
+        )
+    one = fit.estimate
+    M, d = one.inertia, one.k
+    off = M - M.T
+    sd = np.sqrt(_antisymmetric_variance(one.covariance[: d * d, : d * d], d))
+    size = float(np.trace(M)) / d
+    if (np.abs(off) > np.maximum(SURE * sd, UNSYMMETRIC * size)).any():
+        found.append(
+            "axes: the inertia is not symmetric, which no limb's is: force and motion stand in "
+            "frames that are turned, or an axis of one is scaled"
+        )
+    half = t_factor(one.dof) * one.sd[2]
+    if (np.diag(half) > WIDE * np.abs(np.diag(one.stiffness))).any():
+        found.append("wide: K is not known to half of itself along every axis")
+    return found
+
+
+def of_elbow(told: str | None) -> list[str]:
+    """A warning where a reflex was seen and the elbow of an arm in space was not held, or may be.
+
+    Which of the two is what a record shows cannot be told, so that no inner mode is taken off.
+    """
+    if told == "held":
+        return []
+    whose = "was free" if told == "free" else "may have been free (column elbow of trials.csv)"
+    return [
+        f"inner mode: the elbow {whose}; beside a reflex its swivel is not allowed for: it hides a "
+        "third of K along the softest axis and more, and the intervals do not hold it: hold the "
+        "elbow, or take K from displacements that stay out (`estimate`)"
+    ]
+
+
+def of_wrist(*, free: bool) -> list[str]:
+    """A warning where the wrist of an arm in space was free.
+
+    What forearm and hand do about a handle looks like a late answer.
+    """
+    if not free:
+        return []
+    return [
+        "inner mode: the wrist was free; forearm and hand let go of the handle at a few Hz, which "
+        "is taken for a reflex and hides most of K along its softest axis, and the intervals do "
+        "not hold it: lock the wrist, or take K from displacements that stay out (`estimate`)"
+    ]
+
+
+def _antisymmetric_variance(C: FloatArray, d: int) -> FloatArray:
+    """Variance (d, d) of ``M - M^T``."""
+    swap = np.arange(d * d).reshape(d, d).T.ravel()
+    D = np.eye(d * d) - np.eye(d * d)[swap]
+    return np.asarray(np.diag(D @ C @ D.T).reshape(d, d).clip(min=0))
+
+
+def _of_reflex(fit: RandomFit) -> list[str]:
+    r = fit.reflex
+    about = f"{100 * r.share:.0f} % of K, {1e3 * r.delay_s:.0f} +- {1e3 * r.delay_sd_s:.1f} ms late"
+    if r.probability > NAMED:
+        return [f"reflex: {about} (probability {r.probability:.2f}); K is what answers at once"]
+    if r.probability > MENTIONED:
+        return [
+            f"reflex: not decided (probability {r.probability:.2f}, then {about}); the intervals "
+            "hold both"
+        ]
+    return []
+
+
+def _of_lag(fit: RandomFit) -> list[str]:
+    if fit.lag_probability <= NAMED:
+        return []
+    when = "later" if fit.lag_s > 0 else "earlier"
+    return [
+        f"delay: the force is recorded {1e3 * abs(fit.lag_s):.2f} ms {when} than the motion; it is "
+        "taken off, for it would stand in B"
+    ]

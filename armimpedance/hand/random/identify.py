@@ -1,0 +1,302 @@
+"""From a recording of random perturbations to M, B, K and a reflex of each group of trials."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any, Final
+
+import numpy as np
+
+from armimpedance.core.arrays import FloatArray, IntArray
+from armimpedance.core.errors import InputError, NotIdentifiableError
+from armimpedance.core.estimates import ImpedanceEstimate, Quality
+from armimpedance.core.records import Recording
+from armimpedance.hand.random.commands import Commands, check_follows, commands_of
+from armimpedance.hand.random.departures import Averaged, averaged
+from armimpedance.hand.random.doubts import doubts_of, of_elbow, of_wrist, refuse_impossible
+from armimpedance.hand.random.equations import equations_at, noise_weight, residual
+from armimpedance.hand.random.explained import Explained, explained_by, share_explained
+from armimpedance.hand.random.inner import allow_for_inner
+from armimpedance.hand.random.joints import check_joints, unlikely_units
+from armimpedance.hand.random.lines import Complex, Lines, lines_of
+from armimpedance.hand.random.misfit import misfit_of
+from armimpedance.hand.random.response import response_matrix
+from armimpedance.hand.random.result import RandomFit, ReflexPart
+from armimpedance.hand.still import elbow_told, groups_of, is_wrist_free
+
+Progress = Callable[[int, int], None]
+
+METHOD: Final = "refined instruments"
+#: The noise's spectrum and the answer are found in turns, so often.
+ROUNDS: Final = 3
+#: A lag beyond this (s) is taken off before the next turn: its column is linear about zero.
+SMALL_LAG_S: Final = 2e-4
+#: Least reciprocal condition of the scaled equations.
+LEAST_RCOND: Final = 1e-10
+
+
+@dataclass(frozen=True, eq=False)
+class _Solved:
+    """The end of the turns: lines with the lag taken off, the weights and the answer."""
+
+    lines: Lines
+    weight: Complex
+    left: Complex
+    answer: Averaged
+    lag_s: float
+
+
+def identify_random(
+    recording: Recording,
+    by: Sequence[str] = ("condition",),
+    band_hz: tuple[float, float] | None = None,
+    progress: Progress | None = None,
+) -> list[RandomFit]:
+    """Fit every group of trials.
+
+    Parameters
+    ----------
+    recording : Recording
+        Of a hand, or of two or three joints, under a random perturbation.
+    by : sequence of str
+        Columns of the groups.
+    band_hz : (low, high), optional
+        Default: where the commands have power, at most 25 Hz.
+    progress : callable, optional
+        Told ``(groups done, groups in all)``.
+
+    Returns
+    -------
+    list of RandomFit
+        One for each group.
+
+    Raises
+    ------
+    InputError
+        The recording lacks commands, is short, its limb does not follow its commands, or, of
+        joints, it holds degrees or does not say which torque it holds.
+    NotIdentifiableError
+        The motion does not tell M, B and K apart.
+    EstimationError
+        The inertia comes out negative: a sign or the axes are not what the recording says.
+    """
+    if recording.perturbation != "stochastic":
+        raise InputError(
+            f"a perturbation that is {recording.perturbation!r}",
+            column="perturbation",
+            expected="'stochastic' in recording.json",
+        )
+    if recording.axes < 2:
+        raise InputError("one axis", expected="two or three (`elbow` takes one joint)")
+    of_joints = check_joints(recording)
+    commands, groups = commands_of(recording), tuple(groups_of(recording, by))
+    made = []
+    for done, (keys, rows) in enumerate(groups, 1):
+        fit = _of_group(recording, commands, keys, rows, band_hz)
+        made.append(replace(fit, estimate=fit.estimate.marked(of_joints)))
+        if progress is not None:
+            progress(done, len(groups))
+    return made
+
+
+def _of_group(
+    recording: Recording,
+    commands: Commands,
+    keys: Mapping[str, Any],
+    rows: IntArray,
+    band_hz: tuple[float, float] | None,
+) -> RandomFit:
+    every = lines_of(recording, rows, commands.values)
+    band = every.excited_band() if band_hz is None else band_hz
+    lines = every.within(band)
+    explained = explained_by(lines) if commands.told else _itself(lines)
+    if commands.told:
+        check_follows(*_shares(lines, explained))
+    solved = _in_turns(lines, explained)
+    refuse_impossible(solved.answer, lines.axes)
+    return _fit(recording, commands, keys, rows, band, explained, solved)
+
+
+def _itself(lines: Lines) -> Explained:
+    """Without commands: all motion is the robot's doing."""
+    return Explained(lines.motion[0], lines.force, 1)
+
+
+def _shares(lines: Lines, explained: Explained) -> tuple[FloatArray, FloatArray]:
+    """Trials, and the part of the motion of each that is explained: of all axes, in equal units."""
+    trials = np.unique(lines.trial)
+    shares = []
+    for t in trials:
+        at = lines.trial == t
+        shares.append(float(share_explained(lines.motion[0][at], explained.motion[at]).max()))
+    return trials.astype(float), np.array(shares)
+
+
+def _in_turns(lines: Lines, explained: Explained) -> _Solved:
+    """Answer and noise in turns, from equal weights."""
+    d, lag_s = lines.axes, 0.0
+    weight: Complex = np.broadcast_to(np.eye(d, dtype=complex), (len(lines.frequency_hz), d, d))
+    theta, delay_s = _first(lines, explained, weight), None
+    left = residual(lines, theta, delay_s)
+    for _ in range(ROUNDS):
+        weight = noise_weight(lines, left)
+        K = theta[:-1].reshape(d, -1)[:, 2 * d : 3 * d]
+        equations = partial(equations_at, lines, explained, weight)
+        answer = averaged(equations, (K + K.T) / 2, lag_seen=lag_s != 0)
+        theta, delay_s = _rows(answer)
+        if abs(theta[-1]) > SMALL_LAG_S:
+            moved = np.exp(lines.s * theta[-1])
+            lag_s += float(theta[-1])
+            lines = replace(lines, force=lines.force * moved)
+            explained = replace(explained, force=explained.force * moved)
+            theta[-1] = 0.0
+        left = residual(lines, theta, delay_s)
+    return _Solved(lines, weight, left, answer, lag_s)
+
+
+def _first(lines: Lines, explained: Explained, weight: Complex) -> FloatArray:
+    """Rows of [M B K], and no lag, by equal weights.
+
+    Raises
+    ------
+    NotIdentifiableError
+        The equations are singular.
+    """
+    plain = equations_at(lines, explained, weight, None)
+    A, b = plain.A[:-1, :-1], plain.b[:-1]
+    scale = 1 / np.sqrt(np.maximum(np.diag(plain.meat)[:-1], 1e-300))
+    scaled = A * scale[:, None] * scale
+    values = np.linalg.svd(scaled, compute_uv=False)
+    if not values[-1] > LEAST_RCOND * values[0]:
+        raise NotIdentifiableError(
+            "the commands do not move the hand in so many ways that M, B and K can be told apart: "
+            "all axes need commands of their own",
+            ("M", "B", "K"),
+        )
+    return np.append(scale * np.linalg.solve(scaled, scale * b), 0.0)
+
+
+def _rows(answer: Averaged) -> tuple[FloatArray, float | None]:
+    """The rows of [M B K R], T, and the delay, of the likelier of reflex and none."""
+    reflex = answer.reflex_probability > 0.5
+    values = answer.with_reflex if reflex else answer.values
+    q = (len(values) - 1) // 4
+    d = round(np.sqrt(q))
+    matrices = values[:-1].reshape(4, d, d)[: 4 if reflex else 3]
+    theta = np.append(np.concatenate(list(matrices), axis=1).ravel(), values[-1])
+    return theta, answer.best_delay_s if reflex else None
+
+
+def _fit(
+    recording: Recording,
+    commands: Commands,
+    keys: Mapping[str, Any],
+    rows: IntArray,
+    band: tuple[float, float],
+    explained: Explained,
+    solved: _Solved,
+) -> RandomFit:
+    answer, lines = solved.answer, solved.lines
+    d = lines.axes
+    matrices = answer.values[:-1].reshape(4, d, d)
+    reflex = _reflex(answer, d)
+    likely = answer.with_reflex if answer.reflex_probability > 0.5 else answer.values
+    shape = likely[:-1].reshape(4, d, d)
+    response = response_matrix(lines, explained.motion, shape, reflex.delay_s)
+    misfit = misfit_of(lines, explained.motion, solved.left, solved.weight)
+    lag_s = solved.lag_s + float(answer.values[-1])
+    in_space = d == 3 and recording.kind == "hand"
+    elbow = elbow_told(recording, rows) if in_space else "held"
+    one = _estimate(recording, keys, rows, matrices, solved, response.multiple, band)
+    seen = reflex.probability > 0.5
+    if elbow != "held" and not seen:
+        one = allow_for_inner(one, lines, explained, solved.weight, elbow)
+    fit = RandomFit(
+        one,
+        reflex,
+        lag_s,
+        answer.lag_probability,
+        band,
+        response,
+    )
+    told = (*commands.warnings, *unlikely_units(fit.estimate))
+    warnings = (
+        *told,
+        *doubts_of(fit, misfit),
+        *fit.estimate.not_definite(),
+        *(of_elbow(elbow) if seen else ()),
+        *of_wrist(free=in_space and is_wrist_free(recording, rows)),
+    )
+    return replace(fit, estimate=fit.estimate.with_warning(*warnings))
+
+
+def _reflex(answer: Averaged, d: int) -> ReflexPart:
+    q = d * d
+    R, sd = answer.with_reflex[3 * q : 4 * q], np.sqrt(np.diag(answer.reflex_covariance))
+    K = answer.with_reflex[2 * q : 3 * q]
+    delay, delay_sd = answer.delay
+    return ReflexPart(
+        answer.reflex_probability,
+        R.reshape(d, d),
+        sd[3 * q : 4 * q].reshape(d, d),
+        delay,
+        delay_sd,
+        float(R @ K / (K @ K)),
+    )
+
+
+def _estimate(
+    recording: Recording,
+    keys: Mapping[str, Any],
+    rows: IntArray,
+    matrices: FloatArray,
+    solved: _Solved,
+    coherence: FloatArray,
+    band: tuple[float, float],
+) -> ImpedanceEstimate:
+    lines, d = solved.lines, solved.lines.axes
+    with_handle, B, K = matrices[:3]
+    handle = recording.handle_mass_kg if recording.kind == "hand" else 0.0
+    q = 3 * d * d
+    power = float((np.abs(lines.force) ** 2).sum())
+    vaf = 1 - float((np.abs(solved.left) ** 2).sum()) / power
+    used = recording.select(rows)
+    condition = _condition(solved.answer.covariance[:q, :q])
+    quality = Quality(
+        n_trials=len(rows),
+        n_rows=2 * d * len(lines.frequency_hz),
+        multiple_correlation=float(np.sqrt(max(vaf, 0.0))),
+        vaf=vaf,
+        cond_raw=condition,
+        cond_scaled=condition,
+        rank=q,
+        residual_sd=float(np.sqrt((np.abs(solved.left) ** 2).mean())),
+        coherence=float(coherence.mean()),
+    )
+    return ImpedanceEstimate(
+        level=recording.kind,
+        method=METHOD,
+        inertia=with_handle - handle * np.eye(d),
+        inertia_with_handle=with_handle,
+        viscosity=B,
+        stiffness=K,
+        covariance=solved.answer.covariance[:q, :q],
+        dof=float(len(lines.frequency_hz)),
+        quality=quality,
+        keys=keys,
+        position=used.position.mean(axis=0),
+        force=used.force.mean(axis=0),
+        shoulder_m=recording.shoulder_m,
+        provenance=(
+            f"{METHOD}, {len(lines.frequency_hz)} lines from {band[0]:.3g} to {band[1]:.3g} Hz, "
+            f"{lines.per_hz:.4g} s",
+        ),
+    )
+
+
+def _condition(covariance: FloatArray) -> float:
+    """Of the equations whose inverse a covariance is, scaled."""
+    sd = np.sqrt(np.diag(covariance))
+    return float(np.linalg.cond(covariance / np.outer(sd, sd)))

@@ -1,0 +1,211 @@
+"""Fourier lines of motion, force and command: tapered, so that a record's ends do not leak.
+
+The taper v is one but for smooth ends. With the derivatives on the taper,
+
+    sum v x' e = -sum (v e)' x,   sum v x'' e = sum (v e)'' x,   e = exp(-i w t),
+
+the lines of velocity and acceleration hold for any motion, whatever it does at the ends. Lines are
+divided by the root of the number of samples: pieces of any length have the same spectra.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Annotated, Any, Final
+
+import numpy as np
+from numpy.polynomial import Polynomial
+from numpy.typing import NDArray
+
+from armimpedance.core.arrays import FloatArray, FrozenRecord, IntArray
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import Recording
+from armimpedance.core.trials import trial_slices
+
+Complex = NDArray[np.complex128]
+
+#: The taper rises over this time (s), or this part of a piece that is short.
+EDGE_S: Final = 1.0
+EDGE_PART: Final = 0.125
+#: A piece between two gaps that is shorter than this (s) is left out.
+SHORTEST_S: Final = 4.0
+#: A pause of the clock longer than so many samples is a gap.
+GAP_SAMPLES: Final = 1.5
+#: Lines of the default band hold this part of the command's greatest power, and lie below this.
+LEAST_POWER: Final = 1e-3
+HIGHEST_HZ: Final = 25.0
+#: Power is averaged over this width (Hz) for it.
+POWER_WIDTH_HZ: Final = 0.5
+
+_STEP: Final = Polynomial([0, 0, 0, 0, 35, -84, 70, -20])
+
+
+@dataclass(frozen=True, eq=False)
+class Lines(FrozenRecord):
+    """L lines of all pieces of a group of trials, in the order of their frequency; d axes.
+
+    Attributes
+    ----------
+    frequency_hz : (L,)
+    trial : (L,) int
+        Number of the trial that a line is of.
+    motion : (3, L, d) complex
+        Displacement, velocity, acceleration.
+    force : (L, d) complex
+        By the limb on the device.
+    command : (L, c) complex
+        What stands for the robot's commands.
+    per_hz : float
+        Lines in one Hz: the length of all pieces, s.
+    widening : float
+        Variance of an estimate over that of one from independent lines: what tapers cost.
+    """
+
+    frequency_hz: Annotated[FloatArray, "L"]
+    trial: Annotated[IntArray, "L"]
+    motion: Complex
+    force: Complex
+    command: Complex
+    per_hz: float
+    widening: float
+
+    @property
+    def axes(self) -> int:
+        """Number d of axes."""
+        return int(self.force.shape[1])
+
+    @property
+    def s(self) -> Complex:
+        """``i w`` of each line, (L, 1)."""
+        return np.asarray(2j * np.pi * self.frequency_hz[:, None])
+
+    def within(self, band_hz: tuple[float, float]) -> Lines:
+        """The lines inside a band.
+
+        Raises
+        ------
+        InputError
+            The band is empty or holds too few lines.
+        """
+        low, high = band_hz
+        if not 0 < low < high:
+            raise InputError(f"band {low:g} to {high:g} Hz", expected="0 < low < high")
+        kept = (self.frequency_hz >= low) & (self.frequency_hz <= high)
+        needed = 16 * self.axes**2
+        if kept.sum() < needed:
+            raise InputError(
+                f"{int(kept.sum())} lines between {low:.3g} and {high:.3g} Hz",
+                expected=f"{needed} or more: a longer record or a wider band",
+            )
+        picked: dict[str, Any] = {
+            name: getattr(self, name)[kept]
+            for name in ("frequency_hz", "trial", "force", "command")
+        }
+        return replace(self, motion=self.motion[:, kept], **picked)
+
+    def excited_band(self) -> tuple[float, float]:
+        """Where the command has power, Hz."""
+        power = (np.abs(self.command) ** 2).sum(axis=1)
+        cell = np.floor(self.frequency_hz / POWER_WIDTH_HZ).astype(np.int64)
+        mean = np.bincount(cell, power) / np.maximum(np.bincount(cell), 1)
+        seen = np.flatnonzero(mean > LEAST_POWER * mean.max())
+        low, high = seen[0] * POWER_WIDTH_HZ, (seen[-1] + 1) * POWER_WIDTH_HZ
+        return max(float(low), POWER_WIDTH_HZ), min(float(high), HIGHEST_HZ)
+
+
+def lines_of(recording: Recording, rows: IntArray, command: FloatArray) -> Lines:
+    """The lines of a group of trials.
+
+    Parameters
+    ----------
+    recording : Recording
+    rows : (T,) int
+        Trials of the group.
+    command : (N, c)
+        At all samples of the recording.
+
+    Returns
+    -------
+    Lines
+
+    Raises
+    ------
+    InputError
+        No trial holds a piece of 4 s without a gap.
+    """
+    rate, slices = recording.sample_rate_hz, trial_slices(recording.offsets)
+    parts, total, squares, fourths = [], 0, 0.0, 0.0
+    for row in rows:
+        for piece in _pieces(recording.time_s, slices[row], rate):
+            taper = _taper(piece.stop - piece.start, rate)
+            channels = recording.position[piece], recording.force[piece], command[piece]
+            number = int(recording.trials["trial"].iloc[row])
+            parts.append((number, *_transformed(taper, channels, rate)))
+            total += piece.stop - piece.start
+            squares += float((taper[0] ** 2).sum())
+            fourths += float((taper[0] ** 4).sum())
+    if not parts:
+        raise InputError(
+            f"no trial lasts {SHORTEST_S:g} s without a gap", expected="one long trial or several"
+        )
+    frequency = np.concatenate([part[1] for part in parts])
+    order = np.argsort(frequency, kind="stable")
+    trial = np.concatenate([np.full(len(part[1]), part[0]) for part in parts])
+    motion = np.concatenate([part[2] for part in parts], axis=1)[:, order]
+    force, told = (np.concatenate([part[i] for part in parts])[order] for i in (3, 4))
+    widening = total * fourths / squares**2
+    return Lines(frequency[order], trial[order], motion, force, told, total / rate, widening)
+
+
+def _pieces(time_s: FloatArray, trial: slice, rate: float) -> Iterator[slice]:
+    """What lies between the gaps of a trial's clock, where it is long enough."""
+    pause = np.diff(time_s[trial]) * rate
+    cuts = np.flatnonzero((pause > GAP_SAMPLES) | (pause < 0.5)) + 1 + trial.start
+    for first, last in zip([trial.start, *cuts], [*cuts, trial.stop], strict=True):
+        if last - first >= SHORTEST_S * rate:
+            yield slice(int(first), int(last))
+
+
+def _taper(samples: int, rate: float) -> FloatArray:
+    """The taper and its first two derivatives, (3, S)."""
+    t = np.arange(samples) / rate
+    edge = min(EDGE_S, EDGE_PART * t[-1])
+    parts = np.zeros((3, samples))
+    up, down = np.clip(t / edge, 0, 1), np.clip((t[-1] - t) / edge, 0, 1)
+    for n in range(3):
+        step = _STEP.deriv(n) if n else _STEP
+        sign = (-1) ** n
+        parts[n] = (step(up) + sign * step(down)) / edge**n
+    parts[0] -= 1.0
+    return parts
+
+
+def _transformed(
+    taper: FloatArray, channels: tuple[FloatArray, ...], rate: float
+) -> tuple[FloatArray, Complex, Complex, Complex]:
+    """Frequencies, motion (3, L, d), force and command of one piece."""
+    motion, force, command = (_without_line(channel) for channel in channels)
+    count = len(motion)
+    frequency: FloatArray = np.fft.rfftfreq(count, 1 / rate)[:, None].astype(float)
+    v, dv, ddv = (part[:, None] for part in taper)
+
+    def lines(values: FloatArray) -> Complex:
+        return np.asarray(np.fft.rfft(values, axis=0) / np.sqrt(count))
+
+    s = 2j * np.pi * frequency
+    X = lines(v * motion)
+    X1 = lines(dv * motion)
+    # (v e)' = (v' - s v) e,  (v e)'' = (v'' - 2 s v' + s^2 v) e
+    velocity = s * X - X1
+    acceleration = lines(ddv * motion) - 2 * s * X1 + s**2 * X
+    kept = slice(1, None)
+    moved = np.stack([X, velocity, acceleration])[:, kept]
+    return np.asarray(frequency[kept, 0]), moved, lines(v * force)[kept], lines(v * command)[kept]
+
+
+def _without_line(values: FloatArray) -> FloatArray:
+    """Samples (S, d) less the straight line through them."""
+    t = np.linspace(-1, 1, len(values))[:, None]
+    slope = (t * values).sum(axis=0) / (t**2).sum()
+    return np.asarray(values - values.mean(axis=0) - slope * t)

@@ -1,0 +1,1 @@
+from .verb import random as random

@@ -1,0 +1,180 @@
+"""The joint equation of a pushed reach, projected on slow functions of time.
+
+For each trial, against the course that it would have taken,
+
+    J^T F + Y phi + K(t) q + B(t) qd + R q(t - d) = w,   (2,)
+
+where w is the torque that the person makes on the way, whatever pushes her: it has the same
+distribution in pushed and in free reaches. K and B change over the window by a straight line and a
+little by a parabola; R is a reflex, of which nothing is known but that it is small.
+
+Each matrix stands row by row among the unknowns theta (`Part`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Final
+
+import numpy as np
+
+from armimpedance.core.arrays import BoolArray, FloatArray, FrozenRecord
+from armimpedance.hand.reaching.arm import N_INERTIAL
+from armimpedance.hand.reaching.windows import SPACING_S, PhaseWindows
+
+#: K' and B' are changes over this time, K'' and B'' those by its square (s).
+CHANGE_S: Final = 0.2
+#: The fastest of the cosines on which the equation is projected (Hz).
+FASTEST_HZ: Final = 20.0
+#: Components of the history that are taken out of every term.
+COMPONENTS: Final = 6
+#: Delay of the reflex that is allowed for (s).
+REFLEX_S: Final = 0.055
+
+#: A hand that goes this far over the window moves (m).
+MOVING_M: Final = 0.02
+
+INERTIAL: Final = slice(0, 3)
+STIFFNESS: Final = slice(3, 7)
+VISCOSITY: Final = slice(7, 11)
+#: What the result tells: phi, K and B in the middle of the window.
+TOLD: Final = slice(0, 11)
+STIFFNESS_CHANGE: Final = slice(11, 15)
+VISCOSITY_CHANGE: Final = slice(15, 19)
+STIFFNESS_CURVE: Final = slice(19, 23)
+VISCOSITY_CURVE: Final = slice(23, 27)
+REFLEX: Final = slice(27, 31)
+N_UNKNOWN: Final = 31
+
+
+@dataclass(frozen=True)
+class Equations(FrozenRecord):
+    """Projected equations of n trials, R rows each: ``y + X theta = w``.
+
+    Attributes
+    ----------
+    X : (n, R, 31)
+    y : (n, R)
+    instruments : (n, d)
+        Orthonormal.
+    pushed : (n,) bool
+    nuisance : (n, g)
+        Orthonormal: the two groups' means and the history, which stand in none of the others.
+    moving : float
+        0 of an arm at rest, whose impedance does not change, to 1.
+    """
+
+    X: Annotated[FloatArray, "n R p"]
+    y: Annotated[FloatArray, "n R"]
+    instruments: Annotated[FloatArray, "n d"]
+    pushed: Annotated[BoolArray, "n"]
+    nuisance: Annotated[FloatArray, "n g"]
+    moving: float
+
+    @property
+    def trials(self) -> int:
+        """n."""
+        return len(self.y)
+
+    def along_direction(self, values: FloatArray) -> FloatArray:
+        """The part of values (n, ...) that is linear in the push's direction, or its commands."""
+        flat = values.reshape(len(values), -1)
+        # H = U U^T, (n, n) = (n, d) (d, n)
+        U = self.instruments
+        return np.asarray(U @ (U.T @ flat)).reshape(values.shape)
+
+
+def equations_of(windows: PhaseWindows) -> Equations:
+    """The equations of one phase, with means and history taken out of every term."""
+    lag, Y = windows.lag_s, windows.part("inertial")
+    X = regressors(
+        lag,
+        Y.reshape(*Y.shape[:2], 2, N_INERTIAL),
+        windows.part("angle"),
+        windows.part("rate"),
+        windows.late("angle", round(REFLEX_S / SPACING_S)),
+    )
+    X, y = projected(lag, X), projected(lag, windows.part("torque"))
+    n = len(X)
+    nuisance = _nuisance(windows)
+
+    def without(values: FloatArray) -> FloatArray:
+        flat = values.reshape(n, -1)
+        return np.asarray(flat - nuisance @ (nuisance.T @ flat))
+
+    return Equations(
+        X=without(X).reshape(X.shape),
+        y=without(y),
+        instruments=_orthonormal(without(windows.instruments)),
+        pushed=windows.pushed,
+        nuisance=nuisance,
+        moving=min(1.0, windows.travel_m / MOVING_M),
+    )
+
+
+def cosines(lag_s: FloatArray) -> FloatArray:
+    """Orthonormal cosines (S, b) up to `FASTEST_HZ` over a window."""
+    samples = len(lag_s)
+    count = int(2 * (lag_s[-1] - lag_s[0]) * FASTEST_HZ) + 1
+    phase = (np.arange(samples) + 0.5) / samples
+    basis = np.cos(np.pi * np.arange(count) * phase[:, None])
+    return np.asarray(basis / np.linalg.norm(basis, axis=0))
+
+
+def regressors(
+    lag_s: FloatArray, inertial: FloatArray, angle: FloatArray, rate: FloatArray, late: FloatArray
+) -> FloatArray:
+    """What the unknowns multiply, (n, S, 2, 31).
+
+    Parameters
+    ----------
+    lag_s : (S,)
+    inertial : (n, S, 2, 3)
+        Rows ``Y``.
+    angle, rate, late : (n, S, 2)
+        Angles, their rates, and the angles `REFLEX_S` ago.
+    """
+    change = ((lag_s - lag_s[len(lag_s) // 2]) / CHANGE_S)[:, None]
+    parts = [
+        inertial,
+        _by_rows(angle),
+        _by_rows(rate),
+        _by_rows(angle * change),
+        _by_rows(rate * change),
+        _by_rows(angle * change**2),
+        _by_rows(rate * change**2),
+        _by_rows(late),
+    ]
+    return np.concatenate(parts, axis=-1)
+
+
+def projected(lag_s: FloatArray, signal: FloatArray) -> FloatArray:
+    """Signals (n, S, 2, ...) on the cosines of the window, (n, R, ...)."""
+    on = np.einsum("nsi...,sb->nbi...", signal, cosines(lag_s))
+    return np.asarray(on.reshape(len(on), -1, *signal.shape[3:]))
+
+
+def _by_rows(vector: FloatArray) -> FloatArray:
+    """``A x`` as a matrix (..., 2, 4) times the elements of A, row by row, for x (..., 2)."""
+    out = np.zeros((*vector.shape[:-1], 2, 4))
+    out[..., 0, :2] = out[..., 1, 2:] = vector
+    return out
+
+
+def _orthonormal(columns: FloatArray) -> FloatArray:
+    """Orthonormal columns (n, d) that span these; none for what is next to nothing."""
+    U, size, _ = np.linalg.svd(columns, full_matrices=False)
+    return np.asarray(U[:, size > 1e-6 * size[0]])
+
+
+def _nuisance(windows: PhaseWindows) -> FloatArray:
+    """Orthonormal columns (n, g): means of pushed and of free reaches, and the history.
+
+    The principal components of the history stand for it: where and how fast the hand goes decides
+    most of where it will be. Few trials bear few components.
+    """
+    n = len(windows.history)
+    count = max(1, min(COMPONENTS, (n - 4) // 6))
+    components = np.linalg.svd(windows.history, full_matrices=False)[0][:, :count]
+    groups = np.stack([windows.pushed, ~windows.pushed], axis=1).astype(float)
+    return np.linalg.qr(np.concatenate([groups, components], axis=1))[0]

@@ -1,0 +1,27 @@
+"""Method `mean_difference`: each pushed reach less the mean of the free ones.
+
+H. Gomi and M. Kawato, Equilibrium-point control hypothesis examined by measured arm stiffness
+during multijoint movement, Science 272 (1996) 117-120. What a trial would have done differs from
+that mean by about as much as a push moves the hand: hence the many trials that it needs.
+"""
+
+from __future__ import annotations
+
+from armimpedance.core.conventions import Level
+from armimpedance.hand.reaching.deviations import against_mean, regress
+from armimpedance.hand.reaching.fitted import Method, PhaseFit
+from armimpedance.hand.reaching.solve import Known
+from armimpedance.hand.reaching.windows import PhaseWindows
+
+
+def fit(windows: PhaseWindows, level: Level, known: Known | None) -> PhaseFit:
+    """Fit one phase; the inertia is fitted whatever is known of it."""
+    del level, known
+    return regress(against_mean(windows), provenance=("against the mean of free reaches",))
+
+
+METHOD = Method(
+    assumes="every reach would have been the mean one; the hand's M, B and K stay as they are",
+    reference="Gomi and Kawato (1996)",
+    fit=fit,
+)

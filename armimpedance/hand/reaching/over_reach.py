@@ -1,0 +1,203 @@
+"""The course of K and B over a reach, from the pushes of all its phases.
+
+Each phase tells K and B in the middle of its window, their slopes and their bends, in so far as its
+pushes tell them (`Evidence`). K and B are random courses with the
+covariance
+
+    s^2 exp(-(t - t')^2 / (2 L^2)),
+
+whose slopes and bends have the standard deviations that `solve` gives to one phase alone: L and s
+follow from them, and the course of one phase is that phase's own result. The courses are written
+as sums of cosines with the random weights that this covariance asks for (A. Solin and S. Sarkka,
+Hilbert space methods for reduced-rank Gaussian process regression, Stat Comput 30 (2020) 419-446),
+so that all phases are one linear problem:
+
+    (sum_i T_i^T A_i T_i + P) u = sum_i T_i^T b_i + P u_0,   T_i (31, U).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated, Final
+
+import numpy as np
+
+from armimpedance.core.arrays import FloatArray, FrozenRecord
+from armimpedance.hand.reaching.equation import (
+    CHANGE_S,
+    INERTIAL,
+    N_UNKNOWN,
+    REFLEX,
+    STIFFNESS,
+    STIFFNESS_CHANGE,
+    STIFFNESS_CURVE,
+    TOLD,
+    VISCOSITY,
+    VISCOSITY_CHANGE,
+    VISCOSITY_CURVE,
+)
+from armimpedance.hand.reaching.solve import (
+    AT_REST,
+    CHANGE_SD,
+    CURVE_SD,
+    REFLEX_SD,
+    Evidence,
+    Known,
+    Solution,
+)
+
+#: Length of the covariance (s) and its size, over the size of K or B: a slope of `CHANGE_SD` in
+#: `CHANGE_S` is s / L, a bend of `CURVE_SD` in its square is sqrt(3) s / L^2 / 2.
+LENGTH_S: Final = float(np.sqrt(3) * CHANGE_SD * CHANGE_S / (2 * CURVE_SD))
+SIZE: Final = CHANGE_SD * LENGTH_S / CHANGE_S
+#: Nothing is known of the mean: so many times its size.
+MEAN_SIZE: Final = 10.0
+#: The cosines go on this far beyond the phases, and up to this frequency, over L.
+BEYOND: Final = 2.0
+FASTEST: Final = 4.5
+#: Elements of K and B.
+_ELEMENTS: Final = 8
+
+
+@dataclass(frozen=True)
+class ReachCourse(FrozenRecord):
+    """Unknowns over the reach.
+
+    Attributes
+    ----------
+    time_s : (G,)
+        From the onset of the first phase's pushes.
+    theta : (G, 11)
+        phi, K and B of the joints, in the order of `equation`.
+    covariance : (G, 11, 11)
+    dof : float
+    """
+
+    time_s: Annotated[FloatArray, "G"]
+    theta: Annotated[FloatArray, "G p"]
+    covariance: Annotated[FloatArray, "G p p"]
+    dof: float
+
+
+def course_over(
+    solutions: Sequence[Solution],
+    without: Sequence[Sequence[Evidence]],
+    at_s: FloatArray,
+    moving: float,
+    time_s: FloatArray,
+    known: Known | None = None,
+) -> ReachCourse:
+    """The course at times, from the phases' solutions.
+
+    Parameters
+    ----------
+    solutions : sequence of n Solution
+    without : sequence of g sequences of n Evidence
+        Of the same phases, a group of trials left out in turn: weights that come from few trials
+        err too, and the intervals grow by what the groups show beyond the scatter of scores.
+    at_s : (n,)
+        Middle of each phase's window.
+    moving : float
+        As `Equations.moving`: an arm at rest has one K.
+    time_s : (G,)
+    known : Known, optional
+        The inertia as it was known before.
+    """
+    basis = _Basis(float(at_s.min()), float(at_s.max()))
+    maps = [_to_phase(basis, t) for t in at_s.tolist()]
+    out = np.stack([_to_phase(basis, t)[TOLD] for t in time_s.tolist()])
+
+    def solved(parts: Sequence[Evidence]) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """A (U, U), P (U, U) and u (U,)."""
+        P, right = _prior(basis, _sizes(parts), moving, known)
+        A = P + sum(T.T @ one.information @ T for T, one in zip(maps, parts, strict=True))
+        right = right + sum(T.T @ one.score for T, one in zip(maps, parts, strict=True))
+        return A, P, np.asarray(np.linalg.solve(A, right), dtype=float)
+
+    A, P, u = solved([one.evidence for one in solutions])
+    S = P + sum(T.T @ one.scatter @ T for T, one in zip(maps, solutions, strict=True))
+    # the covariance of u is A^-1 S A^-T, (U, U)
+    C = np.linalg.solve(A, np.linalg.solve(A, S).T).T
+    covariance = np.einsum("gpu,uv,gqv->gpq", out, (C + C.T) / 2, out)
+    left_out = np.stack([out @ solved(parts)[2] for parts in without])
+    return ReachCourse(
+        time_s,
+        out @ u,
+        covariance * _excess(left_out, covariance),
+        float(sum(one.dof for one in solutions)),
+    )
+
+
+def _sizes(parts: Sequence[Evidence]) -> FloatArray:
+    """Size (8,) of the elements of K, and of those of B."""
+    square = np.mean([one.theta[3:11] ** 2 for one in parts], axis=0)
+    return np.repeat(np.sqrt(square.reshape(2, 4).mean(axis=1)), 4)
+
+
+def _excess(left_out: FloatArray, covariance: FloatArray) -> float:
+    """How much larger variances are by the groups (g, G, 11), over all elements and times."""
+    g = len(left_out)
+    jackknife = (g - 1) / g * ((left_out - left_out.mean(axis=0)) ** 2).sum(axis=0)
+    return max(1.0, float(np.mean(jackknife / np.einsum("gpp->gp", covariance))))
+
+
+class _Basis:
+    """Cosines on an interval around the phases, and their slopes and bends."""
+
+    def __init__(self, first_s: float, last_s: float) -> None:
+        self.start = first_s - BEYOND * LENGTH_S
+        length = last_s - first_s + 2 * BEYOND * LENGTH_S
+        self.count = int(np.ceil(FASTEST * length / (np.pi * LENGTH_S))) + 1
+        self.omega = np.pi * np.arange(self.count) / length
+        # spectral density sqrt(2 pi) L exp(-(L w)^2 / 2), over the interval's length
+        density = np.sqrt(2 * np.pi) * LENGTH_S * np.exp(-((LENGTH_S * self.omega) ** 2) / 2)
+        self.variance = SIZE**2 * density * np.where(np.arange(self.count) > 0, 2, 1) / length
+
+    def rows(self, time_s: float) -> FloatArray:
+        """Value, slope by `CHANGE_S` and half the bend by its square, (3, count)."""
+        phase = self.omega * (time_s - self.start)
+        step = CHANGE_S * self.omega
+        return np.stack([np.cos(phase), -step * np.sin(phase), -0.5 * step**2 * np.cos(phase)])
+
+
+def _to_phase(basis: _Basis, time_s: float) -> FloatArray:
+    """T (31, U): a phase's unknowns from phi, the weights of 8 courses, and the reflex.
+
+    The reflex is one for all phases: what one phase may err by because of it, all may.
+    """
+    T = np.zeros((N_UNKNOWN, 3 + _ELEMENTS * basis.count + 4))
+    T[INERTIAL, INERTIAL] = np.eye(3)
+    for row, (stiffness, viscosity) in zip(
+        basis.rows(time_s),
+        (
+            (STIFFNESS, VISCOSITY),
+            (STIFFNESS_CHANGE, VISCOSITY_CHANGE),
+            (STIFFNESS_CURVE, VISCOSITY_CURVE),
+        ),
+        strict=True,
+    ):
+        part = np.kron(np.eye(_ELEMENTS), row)
+        T[stiffness, 3 : 3 + part.shape[1]] = part[:4]
+        T[viscosity, 3 : 3 + part.shape[1]] = part[4:]
+    T[REFLEX, -4:] = np.eye(4)
+    return T
+
+
+def _prior(
+    basis: _Basis, sizes: FloatArray, moving: float, known: Known | None
+) -> tuple[FloatArray, FloatArray]:
+    """Precision (U, U), and precision times what is expected (U,)."""
+    share = max(moving, AT_REST) ** 2
+    count = 3 + _ELEMENTS * basis.count + 4
+    precision = np.zeros(count)
+    variance = basis.variance * share
+    variance[0] = MEAN_SIZE**2
+    for k, size in enumerate(sizes):
+        precision[3 + k * basis.count : 3 + (k + 1) * basis.count] = 1 / (size**2 * variance)
+    precision[-4:] = 1 / (REFLEX_SD**2 * share * sizes[0] ** 2)
+    P, right = np.diag(precision), np.zeros(count)
+    if known is not None:
+        P[INERTIAL, INERTIAL] = np.linalg.inv(known.covariance)
+        right[INERTIAL] = P[INERTIAL, INERTIAL] @ known.inertial
+    return P, right

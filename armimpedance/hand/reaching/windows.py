@@ -1,0 +1,312 @@
+"""Equal windows after the onsets of one phase, and after the same travel of free reaches."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Annotated, Final
+
+import numpy as np
+
+from armimpedance.core.arrays import BoolArray, FloatArray, FrozenRecord, IntArray
+from armimpedance.core.errors import InputError
+from armimpedance.hand.reaching.course import Courses, channel
+from armimpedance.hand.reaching.pushes import Pushes
+from armimpedance.limb.arm import TwoLinkArm
+
+#: Spacing of the samples that are kept (s): the low-pass leaves nothing above 100 Hz.
+SPACING_S: Final = 0.005
+#: A window goes on this long after the push (s), and ends before a person answers on purpose.
+AFTER_S: Final = 0.1
+LONGEST_S: Final = 0.3
+#: The latest answer of a reflex that is allowed for (s).
+LATEST_S: Final = 0.08
+#: The history that tells trials apart: from 100 to 15 ms before the onset. The low-pass spreads a
+#: push over some 15 ms before it.
+HISTORY_S: Final = (-0.1, -0.015)
+HISTORY_STEP_S: Final = 0.01
+#: Windows of pushes throughout begin so often (s).
+STEP_S: Final = 0.1
+#: Commands of a robot that pushes throughout count by means over `BIN_S`, from `BEFORE_S` before.
+BIN_S: Final = 0.05
+BEFORE_S: Final = 0.1
+_BIN: Final = round(BIN_S / SPACING_S)
+#: Fewer trials of a kind say nothing about how trials differ.
+LEAST_FREE: Final = 10
+LEAST_PUSHED: Final = 8
+
+
+@dataclass(frozen=True)
+class PhaseWindows(FrozenRecord):
+    """Windows of n trials, the pushed ones first.
+
+    Attributes
+    ----------
+    lag_s : (S,)
+        Time from the onset.
+    channels : (n, L, c)
+        As in `Courses`, over the window and `LATEST_S` before it.
+    history : (n, H)
+        Angles, rates and torques before the onset, each kind in units of its spread; none where
+        pushes go on throughout.
+    direction : (n, 2)
+        Unit vectors of the pushes, 0 of free reaches.
+    instruments : (n, d)
+        What decides the response to the pushes: their direction, or what the robot was told in
+        each `BIN_S` since `BEFORE_S` before the window.
+    pushed : (n,) bool
+    trial : (n,) int
+    onset : (n,) int
+        Sample of the recording at which the window begins.
+    arm : TwoLinkArm
+    shoulder_m : (2,)
+    after_s : float
+        How long after the push's onset the window begins.
+    notes : tuple of str
+    """
+
+    lag_s: Annotated[FloatArray, "S"]
+    channels: Annotated[FloatArray, "n L c"]
+    history: Annotated[FloatArray, "n H"]
+    direction: Annotated[FloatArray, "n 2"]
+    instruments: Annotated[FloatArray, "n d"]
+    pushed: Annotated[BoolArray, "n"]
+    trial: Annotated[IntArray, "n"]
+    onset: Annotated[IntArray, "n"]
+    arm: TwoLinkArm
+    shoulder_m: Annotated[FloatArray, "2"]
+    after_s: float = 0.0
+    notes: tuple[str, ...] = ()
+
+    def of_trials(self, keep: BoolArray) -> PhaseWindows:
+        """Only some trials (n,)."""
+        history = self.history[keep]
+        return replace(
+            self,
+            channels=self.channels[keep],
+            history=history - history.mean(axis=0),
+            direction=self.direction[keep],
+            instruments=self.instruments[keep],
+            pushed=self.pushed[keep],
+            trial=self.trial[keep],
+            onset=self.onset[keep],
+        )
+
+    def part(self, name: str) -> FloatArray:
+        """A channel (n, S, width) from the onset on."""
+        return self.late(name, 0)
+
+    def late(self, name: str, samples: int) -> FloatArray:
+        """A channel (n, S, width) this many samples late."""
+        end = self.channels.shape[1] - samples
+        return self.channels[:, end - len(self.lag_s) : end, channel(name)]
+
+    @property
+    def middle(self) -> int:
+        """The sample in the middle of the window, for which the impedance is told."""
+        return len(self.lag_s) // 2
+
+    @property
+    def state(self) -> FloatArray:
+        """Place and velocity of the hand (n, 4) just before the onset, where no push is seen."""
+        at = self.channels.shape[1] - len(self.lag_s) + round(HISTORY_S[1] / SPACING_S)
+        parts = [self.channels[:, at, channel(name)] for name in ("hand", "velocity")]
+        return np.concatenate(parts, axis=1)
+
+    @property
+    def travel_m(self) -> float:
+        """How far undisturbed reaches go over the window and just before it."""
+        course = self.channels[~self.pushed][:, :, channel("hand")].mean(axis=0)
+        return float(np.hypot(*np.ptp(course, axis=0)))
+
+
+def cut_phase(
+    courses: Courses,
+    pushes: Pushes,
+    rows: IntArray,
+    phase: str,
+    window_s: float | None = None,
+    after_s: float = 0.0,
+) -> PhaseWindows:
+    """The windows of one phase among the trials `rows`.
+
+    A free reach is aligned where it has travelled as far as the pushed ones at their onset.
+
+    Parameters
+    ----------
+    courses : Courses
+    pushes : Pushes
+    rows : (R,) int
+        Trials of one condition.
+    phase : str
+    window_s : float, optional
+        Default: until .1 s after the push, at most .3 s.
+    after_s : float
+        How long after the onset the window begins, of pushes throughout.
+
+    Raises
+    ------
+    InputError
+        There are too few free or pushed trials, all pushes lie along one line, or the windows do
+        not fit into the records.
+    """
+    of_phase = pushes.rows(phase)[rows]
+    free = ~pushes.pushed[rows]
+    _check_counts(phase, int(of_phase.sum()), int(free.sum()))
+    throughout = pushes.throughout(phase)
+    if not throughout:
+        _check_directions(phase, pushes.direction[rows[of_phase]])
+    length = min(pushes.duration_s + AFTER_S, LONGEST_S) if window_s is None else window_s
+    if not SPACING_S * 10 <= length <= 2.0:
+        raise InputError(f"a window of {length:g} s", expected="0.05 to 2 s")
+    hit = rows[of_phase]
+    onset = np.array([_sample(courses, int(r), pushes.onset_s[r]) for r in hit])
+    others, passing, missed = _passing(courses, rows[free], hit, onset)
+    chosen = np.concatenate([hit, others])
+    at = np.concatenate([onset, passing]) + round(after_s * courses.sample_rate_hz)
+    fits = _fits(courses, chosen, at, length)
+    if not fits.any():
+        raise InputError(
+            f"phase {phase}: no record holds 0.1 s before a push and the window after it",
+            expected="longer records, or a shorter --window-s",
+        )
+    pushed = np.arange(len(chosen)) < len(hit)
+    left = missed + int((~fits & ~pushed).sum())
+    notes = (f"phase {phase}: {left} free reaches left out",) if left else ()
+    lag = np.arange(0.0, length + SPACING_S / 2, SPACING_S)
+    chosen, at, pushed = chosen[fits], at[fits], pushed[fits]
+    _check_counts(phase, int(pushed.sum()), int((~pushed).sum()))
+    return PhaseWindows(
+        lag_s=lag,
+        channels=_cut(courses, chosen, at, np.concatenate([_before(), lag])),
+        # where pushes go on throughout, what a trial did before the window is their doing too, and
+        # taking it out would tie what the person does to the commands
+        history=np.zeros((len(at), 0)) if throughout else _history(courses, chosen, at),
+        direction=pushes.direction[chosen],
+        instruments=_told(courses, pushes, chosen, at, lag)
+        if throughout
+        else pushes.direction[chosen],
+        pushed=pushed,
+        trial=courses.trial[chosen],
+        onset=courses.offsets[chosen] + at,
+        arm=courses.arm,
+        shoulder_m=courses.shoulder_m,
+        after_s=after_s,
+        notes=notes,
+    )
+
+
+def windows_of(
+    courses: Courses, pushes: Pushes, rows: IntArray, phase: str, window_s: float | None = None
+) -> Iterator[tuple[str, PhaseWindows]]:
+    """Name and windows of one phase; of pushes throughout, windows every `STEP_S`, by their middle.
+
+    Parameters and errors are those of `cut_phase`.
+    """
+    if not pushes.throughout(phase):
+        yield phase, cut_phase(courses, pushes, rows, phase, window_s)
+        return
+    length = LONGEST_S if window_s is None else window_s
+    last = pushes.duration_s - length
+    if last < STEP_S:
+        raise InputError(
+            f"phase {phase}: pushes of {pushes.duration_s:g} s", expected=f"{length + STEP_S:g} s"
+        )
+    for after_s in np.arange(STEP_S / 2, last, STEP_S):
+        made = cut_phase(courses, pushes, rows, phase, length, float(after_s))
+        yield f"{after_s + made.lag_s[made.middle]:.3f} s", made
+
+
+def _before() -> FloatArray:
+    """Lags before the onset that a delayed answer looks back to."""
+    return np.asarray(-SPACING_S * np.arange(round(LATEST_S / SPACING_S), 0, -1))
+
+
+def _sample(courses: Courses, row: int, time_s: float) -> int:
+    return round((time_s - courses.start_s[row]) * courses.sample_rate_hz)
+
+
+def _passing(
+    courses: Courses, free: IntArray, hit: IntArray, onset: IntArray
+) -> tuple[IntArray, IntArray, int]:
+    """Free reaches that travel as far as the pushed ones, their samples there, how many do not.
+
+    The line of travel is that from the mean start to the mean end of the free reaches; a person
+    who does not travel is aligned at the same time.
+    """
+    hands = [courses.of_trial(int(r), "hand") for r in free]
+    start = np.mean([h[0] for h in hands], axis=0)
+    way = np.mean([h[-1] for h in hands], axis=0) - start
+    spread = np.std([h[0] for h in hands], axis=0).max()
+    if np.hypot(*way) < 10 * spread + 1e-3:
+        return free, np.full(len(free), round(float(np.median(onset)))), 0
+    along = way / np.hypot(*way)
+    reached = [
+        (courses.of_trial(int(r), "hand")[k] - start) @ along
+        for r, k in zip(hit, onset, strict=True)
+    ]
+    beyond = [(h - start) @ along >= np.median(reached) for h in hands]
+    there = np.array([bool(b.any() and not b[0]) for b in beyond])
+    passing = np.array([int(np.argmax(b)) for b in beyond])
+    return free[there], passing[there], int((~there).sum())
+
+
+def _fits(courses: Courses, rows: IntArray, at: IntArray, length_s: float) -> BoolArray:
+    rate = courses.sample_rate_hz
+    lengths = np.diff(courses.offsets)[rows]
+    return (at + HISTORY_S[0] * rate >= 0) & (at + (length_s + SPACING_S) * rate <= lengths - 1)
+
+
+def _cut(courses: Courses, rows: IntArray, at: IntArray, lag_s: FloatArray) -> FloatArray:
+    """Channels (n, S, c) at lags from a sample of each trial."""
+    lags = np.rint(lag_s * courses.sample_rate_hz).astype(int)
+    return np.asarray(courses.channels[(courses.offsets[rows] + at)[:, None] + lags])
+
+
+def _told(
+    courses: Courses, pushes: Pushes, rows: IntArray, at: IntArray, lag_s: FloatArray
+) -> FloatArray:
+    """Means (n, g) of the robot's commands over `BIN_S`, in units of their spread."""
+    if pushes.command is None:
+        raise InputError("no commands", column="command_x", expected="what the robot was told")
+    lag = np.arange(-BEFORE_S, lag_s[-1], SPACING_S)
+    lag = lag[: len(lag) // _BIN * _BIN]
+    lags = np.rint(lag * courses.sample_rate_hz).astype(int)
+    told = pushes.command[(courses.offsets[rows] + at)[:, None] + lags]
+    means = told.reshape(len(rows), -1, _BIN, 2).mean(axis=2).reshape(len(rows), -1)
+    return np.asarray(means / max(float(np.sqrt((means**2).mean())), 1e-12))
+
+
+def _history(courses: Courses, rows: IntArray, at: IntArray) -> FloatArray:
+    """(n, H), centred, each kind of channel in units of its own spread."""
+    lag = np.arange(HISTORY_S[0], HISTORY_S[1] + 1e-9, HISTORY_STEP_S)
+    before = _cut(courses, rows, at, lag)
+    parts = []
+    for name in ("angle", "rate", "torque"):
+        part = before[:, :, channel(name)].reshape(len(rows), -1)
+        part = part - part.mean(axis=0)
+        parts.append(part / max(float(np.sqrt((part**2).mean())), 1e-12))
+    return np.concatenate(parts, axis=1)
+
+
+def _check_counts(phase: str, pushed: int, free: int) -> None:
+    if free < LEAST_FREE:
+        raise InputError(
+            f"phase {phase}: {free or 'no'} reaches that nobody pushed",
+            column="phase",
+            expected=f"{LEAST_FREE} or more with an empty cell: they show how reaches differ",
+        )
+    if pushed < LEAST_PUSHED:
+        raise InputError(
+            f"phase {phase}: {pushed} pushed reaches", expected=f"{LEAST_PUSHED} or more"
+        )
+
+
+def _check_directions(phase: str, direction: FloatArray) -> None:
+    spread = np.linalg.eigvalsh(np.cov(direction.T))
+    if spread[0] < 0.02:
+        raise InputError(
+            f"phase {phase}: all pushes lie along one line",
+            column="push_deg",
+            expected="directions all around, each with its opposite",
+        )

@@ -1,0 +1,243 @@
+"""What the drawings of ellipses are put together from: bands, arms, scale bars, legends."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.conventions import MATRICES, UNITS
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import ImpedanceEstimate
+from armimpedance.hand.ellipses import Which
+from armimpedance.hand.show.outline import confidence_band
+from armimpedance.show.plots import unit_text
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+#: Hands closer together than this stand at one place: nobody holds still within less (m).
+ONE_PLACE_M = 0.01
+#: Ellipses may reach into their neighbours' cells by this factor: most are thin and alike.
+OVERLAP = 1.3
+#: Shading of a 95 % band.
+BAND_ALPHA = 0.35
+#: About how wide a legend's line sample with its gaps is, a letter, and what stands left of
+#: a panel (in).
+_SAMPLE_IN, _LETTER_IN, _MARGIN_IN = 0.45, 0.062, 0.5
+
+
+def default_scale(
+    matrices: Sequence[FloatArray], centres: FloatArray, one_place: float = ONE_PLACE_M
+) -> float:
+    """The scale at which the largest ellipse reaches 0.45 of the usual distance between centres.
+
+    With all centres in one place a tenth of the axes' unit stands for the distance.
+
+    Parameters
+    ----------
+    matrices : sequence of (2, 2)
+        The matrices whose ellipses are drawn.
+    centres : (n, 2)
+        The centres of the ellipses, in the unit of the axes.
+    one_place : float
+        Centres closer than this are one place, whatever the spread of all.
+
+    Returns
+    -------
+    float
+        The scale, in units of the axes per unit of the matrix.
+    """
+    largest = _largest(matrices)
+    apart = np.linalg.norm(centres[:, None] - centres[None], axis=-1)
+    # Places closer than a tenth of the whole spread are one place measured twice.
+    apart[apart <= max(0.1 * apart.max(), one_place)] = np.inf
+    nearest = apart.min(axis=1)
+    known = nearest[np.isfinite(nearest)]
+    return 0.45 * float(np.median(known) if known.size else 0.1) / largest
+
+
+def usual_scale(matrices: Sequence[FloatArray], centres: FloatArray) -> float:
+    """The scale at which three quarters of the ellipses just reach into their neighbours' cells.
+
+    The outstretched arm's would make the others specks.
+    """
+    ordered = sorted(matrices, key=lambda m: float(np.linalg.eigvalsh(m + m.T)[-1]))
+    return OVERLAP * default_scale(ordered[: max(1, 3 * len(ordered) // 4)], centres)
+
+
+def matrix_of(item: ArrayLike | ImpedanceEstimate, which: Which) -> FloatArray:
+    """The (2, 2) matrix to draw; InputError where there is none."""
+    if which not in MATRICES:
+        raise InputError(f"unknown matrix {which!r}", expected=" or ".join(MATRICES))
+    matrix = getattr(item, which) if isinstance(item, ImpedanceEstimate) else item
+    array = np.asarray(matrix, dtype=float)
+    if array.shape != (2, 2):
+        raise InputError(f"no ellipse of a matrix of shape {array.shape}", expected="(2, 2)")
+    return array
+
+
+def unit_of(item: ArrayLike | ImpedanceEstimate, which: Which) -> str:
+    """Unit of the matrix; a bare one is taken to be of the hand."""
+    level = item.level if isinstance(item, ImpedanceEstimate) else "hand"
+    return unit_text(UNITS[level][MATRICES[which][0]])
+
+
+def hand_of(estimate: ImpedanceEstimate) -> FloatArray:
+    """Hand position (2,) of an estimate of the hand; InputError where there is none."""
+    if estimate.level != "hand":
+        raise InputError(f"an estimate of level {estimate.level}", expected="level hand")
+    if estimate.position is None:
+        raise InputError("an estimate without a hand position", expected="position_i_m")
+    return estimate.position
+
+
+def is_positive_definite(matrix: FloatArray) -> bool:
+    """Whether the symmetric part has an ellipse."""
+    return bool(np.linalg.eigvalsh((matrix + matrix.T) / 2).min() > 0)
+
+
+def draw_band(
+    ax: Axes,
+    estimate: ImpedanceEstimate,
+    which: Which,
+    centre: FloatArray,
+    scale: float,
+    color: str,
+) -> None:
+    """Shade the 95 % band of the outline, where there is an outline."""
+    if not is_positive_definite(getattr(estimate, which)):
+        return
+    from matplotlib.patches import Polygon
+
+    inner, outer = confidence_band(estimate, which)
+    corners = centre + scale * np.concatenate([outer, inner[::-1]])
+    # `Axes.fill` would look for the extremes of each of the 722 sides as if they were bent
+    ax.add_artist(Polygon(corners, color=color, alpha=BAND_ALPHA, linewidth=0))
+    ax.update_datalim(corners)
+    ax.autoscale_view()
+
+
+def draw_arms(
+    ax: Axes, estimates: Sequence[ImpedanceEstimate], upper_arm_m: float, chosen: Sequence[int]
+) -> None:
+    """Arms as sticks from shoulder over elbow to hand, where the posture is known."""
+    for i in chosen:
+        estimate = estimates[i]
+        if estimate.joint_angles is None or estimate.shoulder_m is None:
+            continue
+        angle = estimate.joint_angles[0]
+        elbow = estimate.shoulder_m + upper_arm_m * np.array([np.cos(angle), np.sin(angle)])
+        x, y = np.array([estimate.shoulder_m, elbow, hand_of(estimate)]).T
+        ax.plot(x, y, "-o", color="0.7", linewidth=2.5, markersize=4, zorder=0)
+
+
+def middle_of(places: FloatArray) -> list[int]:
+    """The number of the place nearest to the mean of all."""
+    return [int(np.linalg.norm(places - places.mean(axis=0), axis=1).argmin())]
+
+
+def draw_shoulders(ax: Axes, estimates: Sequence[ImpedanceEstimate]) -> None:
+    """Mark each place of a shoulder once."""
+    known = [tuple(e.shoulder_m.tolist()) for e in estimates if e.shoulder_m is not None]
+    middle = np.mean(ax.get_xlim())
+    for place in dict.fromkeys(known):
+        ax.plot(*place, "s", color="black", markersize=5)
+        # The word stands towards the middle: outside it would run into the next panel.
+        side = -1 if place[0] > middle else 1
+        ax.annotate(
+            "shoulder",
+            place,
+            (6 * side, 0),
+            textcoords="offset points",
+            ha="left" if side > 0 else "right",
+            va="center",
+        )
+
+
+def draw_scale_bar(ax: Axes, matrices: Sequence[FloatArray], scale: float, unit: str) -> None:
+    """A bar of a round number near the largest principal value, in a strip below the drawing."""
+    from mpl_toolkits.axes_grid1.anchored_artists import (  # type: ignore[import-untyped]
+        AnchoredSizeBar,
+    )
+
+    value = _round_number(_largest(matrices))
+    low, high = ax.get_ylim()
+    ax.set_ylim(low - 0.13 * (high - low), high)
+    ax.add_artist(
+        AnchoredSizeBar(
+            ax.transData,
+            scale * value,
+            f"{value:g} {unit}",
+            "lower right",
+            frameon=False,
+            pad=0.4,
+            sep=3,
+            size_vertical=0,
+        )
+    )
+
+
+def _largest(matrices: Sequence[FloatArray]) -> float:
+    """The largest principal value of all; 1 where all are zero."""
+    if not len(matrices):
+        raise InputError("nothing to draw", expected="at least one estimate")
+    return float(max(np.abs(np.linalg.eigvalsh((m + m.T) / 2)).max() for m in matrices)) or 1.0
+
+
+def _round_number(value: float) -> float:
+    """The largest of 1, 2, 5 times a power of ten that is not above the value."""
+    power = 10.0 ** np.floor(np.log10(value))
+    return float(power * max(step for step in (1, 2, 5) if step * power <= value * (1 + 1e-9)))
+
+
+def square_limits(ax: Axes) -> None:
+    """The same limits for x and y about the origin, so that panels compare."""
+    reach = float(np.abs([*ax.get_xlim(), *ax.get_ylim()]).max())
+    ax.set(xlim=(-reach, reach), ylim=(-reach, reach))
+
+
+def legend_above(ax: Axes, columns: int = 3) -> None:
+    """A legend above the axes with each label once, in fewer columns where names are long."""
+    handles, labels = ax.get_legend_handles_labels()
+    once = dict(zip(labels, handles, strict=True))
+    entry_in = _SAMPLE_IN + _LETTER_IN * max((len(label) for label in once), default=0)
+    columns = max(1, min(columns, int(_panel_in(ax) / entry_in)))
+    ax.legend(
+        list(once.values()),
+        list(once),
+        loc="lower left",
+        bbox_to_anchor=(0.0, 1.0),
+        ncols=columns,
+        borderaxespad=0.2,
+    )
+
+
+def _panel_in(ax: Axes) -> float:
+    """About the width of a panel (in), before the figure is laid out."""
+    spec, width_in = ax.get_subplotspec(), ax.figure.get_figure(root=True).get_size_inches()[0]
+    return float(width_in) / (spec.get_gridspec().ncols if spec is not None else 1) - _MARGIN_IN
+
+
+def one_legend(figure: Figure, axes: Sequence[Axes], columns: int = 4) -> None:
+    """Replace the panels' legends by one above them all, each label once.
+
+    Parameters
+    ----------
+    figure : Figure
+    axes : sequence of Axes
+    columns : int
+    """
+    once: dict[str, Artist] = {}
+    for ax in axes:
+        legend = ax.get_legend()
+        if legend is not None:
+            legend.remove()
+        handles, labels = ax.get_legend_handles_labels()
+        once |= dict(zip(labels, handles, strict=True))
+    figure.legend(list(once.values()), list(once), loc="outside upper center", ncols=columns)

@@ -1,0 +1,217 @@
+"""Intervals that allow for what the data do not exclude: a mixture over the departures.
+
+The limb has none of the departures or one. The number k of a departure is normal about zero
+beforehand, with the size that it usually has, and k_hat +- s by the data, so that the odds of it
+against none change by
+
+    sqrt(s^2 / (s^2 + c^2)) exp(k_hat^2 c^2 / (2 s^2 (s^2 + c^2))),   c its usual size:
+
+the Bayes factor of a normal mean, see H. Jeffreys, *Theory of Probability* (Oxford, 1961), chapter
+5. If k makes the estimate wrong by g k, the estimate's mean square error grows by
+``sum_m p_m g_m g_m^T E_m[k^2]`` over the departures m, p_m their probabilities.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+from scipy.special import ndtri
+
+from armimpedance.core.arrays import FloatArray, IntArray
+from armimpedance.core.conventions import AXES
+from armimpedance.core.records import ImpedanceEstimate, Recording
+from armimpedance.hand.still.doubts.columns import COLUMNS, family
+from armimpedance.hand.still.doubts.inner import Elbow, averaged_inner, freedom_told, with_inner
+from armimpedance.hand.still.doubts.inner_columns import FEWEST_AXES
+from armimpedance.hand.still.doubts.model import Model, pooled
+from armimpedance.hand.still.doubts.shared import in_common
+from armimpedance.hand.still.doubts.symmetry import LARGEST_GAIN, gain_of, rows_of
+from armimpedance.hand.still.doubts.told import MOST_CONDITIONS, POSITIVE, models_of
+from armimpedance.hand.still.estimation import BOUNDED, groups_of
+from armimpedance.numerics.regression import t_factor
+
+#: Probability of each departure beforehand, and the size that it usually has (its column's unit).
+BEFOREHAND: Final = {
+    "delay": (0.1, 1e-3),
+    "reflex": (0.3, 0.3),
+    "amplitude": (0.1, 0.3),
+    "friction": (0.05, 0.1),
+    "voluntary": (0.1, 0.3),
+}
+#: The same of a gain of one axis of the force beside the others.
+GAIN_BEFOREHAND: Final = 0.05
+USUAL_GAIN: Final = 0.1
+#: Departures less likely than this are left out.
+_UNLIKELY: Final = 1e-4
+
+
+def allowing(
+    estimates: Sequence[ImpedanceEstimate], recording: Recording, by: Sequence[str]
+) -> list[ImpedanceEstimate]:
+    """The estimates of a recording's groups with intervals that hold what is not excluded.
+
+    Parameters
+    ----------
+    estimates : sequence of ImpedanceEstimate
+        One for each group, in the order of the trial table.
+    recording : Recording
+    by : sequence of str
+        Columns of the groups.
+
+    Returns
+    -------
+    list of ImpedanceEstimate
+        With a larger covariance, the provenance saying by how much; as they are where a group has
+        too few trials to be asked, or the perturbation is stochastic.
+    """
+    if recording.perturbation != "returning":
+        return list(estimates)
+    groups = [rows for _, rows in groups_of(recording, by)]
+    longest = _longest(recording, groups)
+    if not longest:
+        return list(estimates)
+    known = [longest[group] for group in sorted(longest, key=lambda g: _rank(g, longest[g]))]
+    likely, uneven = _likely(known), _uneven(known)
+    # A model is as large as its trials' windows: of the others one at a time is kept.
+    wider, errors = [], []
+    for group, (one, rows) in enumerate(zip(estimates, groups, strict=True)):
+        model = longest[group] if group in longest else next(models_of(recording, [rows]))
+        errors.append({} if model is None else _errors(model, likely, uneven))
+        one = one if model is None else _wider(one, errors[-1])
+        elbow = freedom_told(recording, rows) if one.k >= FEWEST_AXES else "held"
+        wider.append(one if model is None or elbow == "held" else _inner(one, model, elbow))
+    shared = in_common(errors)
+    return [
+        replace(one, shared_errors={**one.shared_errors, **own})
+        for one, own in zip(wider, shared, strict=True)
+    ]
+
+
+def _rank(group: int, model: Model) -> tuple[int, int]:
+    """Groups with more usable trials come first, then those that stand first."""
+    return -model.equation.trials, group
+
+
+def _longest(recording: Recording, groups: Sequence[IntArray]) -> dict[int, Model]:
+    """The models of the groups with most usable trials, by their number in `groups`."""
+    found: dict[int, Model] = {}
+    order = sorted(range(len(groups)), key=lambda group: (-len(groups[group]), group))
+    models = models_of(recording, [groups[group] for group in order])
+    for group, model in zip(order, models, strict=True):
+        if model is not None:
+            found[group] = model
+        if len(found) > MOST_CONDITIONS:
+            del found[max(found, key=lambda g: _rank(g, found[g]))]
+        # no group has more usable trials than trials
+        if len(found) == MOST_CONDITIONS and (-len(groups[group]), group) >= max(
+            _rank(g, found[g]) for g in found
+        ):
+            break
+    return found
+
+
+def _likely(models: Sequence[Model]) -> dict[str, tuple[float, float]]:
+    """Probability of every column that matters, for its tails, and its number's mean square."""
+    found = {column: pooled(models, column) for names in COLUMNS.values() for column in names}
+    # one measure of noise for all: that of single columns is known from few trials only
+    scale = float(np.median([one.error / one.expected for one in found.values()]))
+    none = 1 - sum(prior for prior, _ in BEFOREHAND.values())
+    odds, squares = {}, {}
+    for column, one in found.items():
+        name = family(column)
+        prior, usual = BEFOREHAND[name]
+        k = max(one.size, 0.0) if name in POSITIVE else one.size
+        error = scale * one.expected * t_factor(one.dof) / t_factor(np.inf)
+        odds[column], squares[column] = _odds(k, error**2, usual**2)
+        odds[column] += np.log(prior / len(COLUMNS[name]) / none)
+    top = max(0.0, *odds.values())
+    total = np.exp(-top) + sum(np.exp(each - top) for each in odds.values())
+    likely = {column: float(np.exp(each - top) / total) for column, each in odds.items()}
+    together = {
+        name: sum(p for column, p in likely.items() if family(column) == name) for name in COLUMNS
+    }
+    return {
+        column: (p * _tails(together[family(column)]), squares[column])
+        for column, p in likely.items()
+        if p > _UNLIKELY
+    }
+
+
+def _tails(probability: float) -> float:
+    """By how much a normal variance must be larger to hold 95 % of a mixture with zero.
+
+    A number that is zero with probability 1 - p and else normal lies beyond x with probability
+    ``2 p (1 - Phi(x))``, x in its standard deviations.
+    """
+    if probability <= 0.05:
+        return 1.0
+    limit = ndtri(1 - 0.025 / probability) / ndtri(0.975)
+    return float(max(limit**2 / probability, 1.0))
+
+
+def _uneven(models: Sequence[Model]) -> float:
+    """Mean square of the gain of one axis beside the others; 0 where it can hardly be told.
+
+    What no record shows is for a calibration, and no interval would be narrow that allowed for it.
+    """
+    one = gain_of(models)
+    if one is None or one.limit > LARGEST_GAIN:
+        return 0.0
+    factor, square = _odds(one.size, one.error**2, USUAL_GAIN**2)
+    odds = np.exp(min(factor, 50.0)) * GAIN_BEFOREHAND / (1 - GAIN_BEFOREHAND)
+    p = float(odds / (1 + odds))
+    return p * _tails(p) * square
+
+
+def _odds(k: float, error2: float, usual2: float) -> tuple[float, float]:
+    """Logarithm of the Bayes factor against none, and the mean square of k if it is there."""
+    part = usual2 / (error2 + usual2)
+    factor = 0.5 * np.log(error2 / (error2 + usual2)) + k**2 * part / (2 * error2)
+    return float(factor), float((part * k) ** 2 + part * error2)
+
+
+def _errors(
+    model: Model, likely: Mapping[str, tuple[float, float]], uneven: float
+) -> dict[str, FloatArray]:
+    """What each departure makes wrong, (columns, 3 d^2), in roots of mean squares."""
+    found: dict[str, list[FloatArray]] = {}
+    for column, (probability, square) in likely.items():
+        error = np.sqrt(probability * square) * model.shift(column)
+        found.setdefault(family(column), []).append(error)
+    d = model.equation.axes
+    for axis in range(d if uneven else 0):
+        # either axis may be the wrong one
+        found[f"gain {AXES[axis]}"] = [np.sqrt(uneven / d) * rows_of(model, axis)]
+    return {name: np.array(errors) for name, errors in found.items()}
+
+
+def _wider(one: ImpedanceEstimate, errors: Mapping[str, FloatArray]) -> ImpedanceEstimate:
+    """One group's estimate with the mean square of what each departure makes wrong."""
+    more: FloatArray = np.zeros_like(one.covariance)
+    for each in errors.values():
+        more += each.T @ each
+    own = np.diag(one.covariance)
+    ratio = float(np.sqrt(1 + np.max(np.diag(more) / np.where(own > 0, own, np.inf))))
+    note = (
+        "intervals allow for delay, reflex, amplitude, friction, a voluntary answer and an axis' "
+        "gain as far as the trials do not exclude them: at most "
+        f"{ratio:.2f} times as wide as without"
+    )
+    # no estimator knows more of the departures: the bound grows alike, the efficiency compares both
+    bound = None if one.bound is None else one.bound + more
+    wider = replace(one, covariance=one.covariance + more, bound=bound)
+    return replace(wider, provenance=(*one.provenance, note))
+
+
+def _inner(one: ImpedanceEstimate, model: Model, elbow: Elbow | None) -> ImpedanceEstimate:
+    """One group's estimate with a mode inside the limb allowed for."""
+    found = {c: model.departure(c) for c in model.columns if family(c) == "inner"}
+    # one measure of noise for all, as above
+    scale = float(np.median([d.error / d.expected for d in found.values()]))
+    wider = {c: t_factor(d.dof) / t_factor(np.inf) for c, d in found.items()}
+    sizes = {c: (d.size, scale * d.expected, wider[c]) for c, d in found.items()}
+    shifts = {c: model.shift(c) for c in found}
+    return with_inner(one, averaged_inner(sizes, shifts, elbow), correct=one.method == BOUNDED)

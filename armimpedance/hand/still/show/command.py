@@ -1,0 +1,228 @@
+"""Estimate inertia, viscosity and stiffness of every condition of one or more recordings.
+
+Examples:
+  armimpedance estimate session --out hand.csv --figure hand.png
+  armimpedance estimate session --by condition --by day --out hand_by_day.csv
+  armimpedance estimate monday tuesday --method paper --out paper.csv
+  armimpedance estimate session --method all --out every_method.csv
+  armimpedance estimate session --out hand.xlsx         a workbook: intervals, checks, methods
+  armimpedance estimate session --out long.csv --long   one row a number, with its unit
+
+Each row holds M, B and K with standard errors and 95 % intervals clustered by trial, and size,
+orientation and shape of their ellipses. M is the limb's own: the mass between force sensor and
+hand (handle_mass_kg of the recording) is subtracted; M_with_handle is as measured.
+
+--method all runs every method, prints them side by side, says why a method cannot run on this
+recording, and which ones differ from the default by more than chance: an assumption that fails.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from armimpedance.core.conventions import group_name
+from armimpedance.core.errors import InputError
+from armimpedance.core.inputs import Inputs, distinct_names, inputs_now
+from armimpedance.hand.show.options import add_by, add_force_by
+from armimpedance.hand.still.table import METHODS
+from armimpedance.show.command.despite import add_despite
+from armimpedance.show.command.outputs import (
+    FIGURE,
+    TABLE,
+    Output,
+    add_figure,
+    add_out,
+    check_outputs,
+)
+from armimpedance.show.command.reading import add_leave_out
+from armimpedance.show.command.written import WITH_CHECKS, check_long, write_result
+
+if TYPE_CHECKING:
+    from armimpedance.core.findings import Finding
+    from armimpedance.core.records import Recording
+    from armimpedance.hand.show.estimates import Estimates
+    from armimpedance.hand.still.show.compared_methods import ComparedMethods
+
+#: What stands for every method, side by side.
+ALL = "all"
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Arguments of the command."""
+    parser.add_argument("recordings", nargs="+", metavar="RECORDING", type=Path)
+    add_out(parser, "the results", TABLE, long=True)
+    add_figure(parser, "M, K and B of every group, and beside it motion and force of one trial")
+    add_by(parser)
+    parser.add_argument(
+        "--method", metavar="NAME", help=f"{METHODS.listed()}; or all, side by side"
+    )
+    parser.add_argument(
+        "--format",
+        choices=("csv", "json", "parquet"),
+        help="format of --out, which its ending says as well",
+    )
+    parser.add_argument(
+        "--covariance",
+        choices=("cr3", "replicates", "cr1", "bootstrap"),
+        default="cr3",
+        help="clustered by trial: cr3 = jackknife (default), replicates = within each direction, "
+        "cr1 = sandwich, bootstrap = trials drawn with replacement",
+    )
+    parser.add_argument("--seed", type=int, metavar="N", help="seed of the bootstrap (default: 0)")
+    parser.add_argument(
+        "--workers", type=int, default=1, metavar="N", help="processes; same result (default: 1)"
+    )
+    parser.add_argument(
+        "--band",
+        nargs=2,
+        type=float,
+        metavar=("LOW", "HIGH"),
+        help="fitted band in Hz, for stochastic perturbations only (default: 5 45)",
+    )
+    add_force_by(parser)
+    add_despite(parser)
+    add_leave_out(parser)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Estimate, write the results, print a table."""
+    _check(arguments)
+    before = inputs_now(*arguments.recordings)
+    together = arguments.method == ALL
+    parts = [_of_recording(path, arguments, together) for path in arguments.recordings]
+    made = _joined([part for part, _ in parts], arguments.recordings)
+    write_result(made.content, arguments, _checks(arguments))
+    if together:
+        print("\n\n".join(text for _, text in parts), end="\n\n")
+    else:
+        from armimpedance.hand.show.text_table import summary_table
+
+        print(summary_table(made))
+    if arguments.out is not None:
+        print(f"{'' if together else chr(10)}{len(made)} rows written to {arguments.out}")
+    _draw(made, arguments, before)
+    return 0
+
+
+def _draw(made: Estimates, arguments: argparse.Namespace, before: Inputs) -> None:
+    """Figs 6 and 7 of Tsuji (1997) of these results; the former as a picture of its own."""
+    if arguments.figure is None:
+        return
+    from armimpedance.hand.still.show.plot import plot_estimates, plot_motion_and_force
+    from armimpedance.hand.still.show.session.fit import plot_fit
+    from armimpedance.show.command.figure import draw_picture
+    from armimpedance.show.verbs.sources import read_recording
+
+    method = made[0].method
+    path, first = arguments.recordings[0], made[0]
+    recording = read_recording(path, force_by=arguments.force_by)
+    before.check()  # pictures and numbers are of one recording
+    draw_picture(
+        arguments,
+        lambda: plot_estimates(made, upper_arm_m=recording.subject.upper_arm_m),
+        f"Inertia, stiffness and viscosity of each group (method {method}) with 95 % intervals: "
+        "ellipses where the hand was, or row by row, each to one scale, beside the elements of K.",
+    )
+    name = group_name({k: v for k, v in first.keys.items() if k != "recording"})
+    if recording.perturbation == "stochastic":
+        draw_picture(
+            arguments,
+            lambda: plot_fit(recording, first),
+            f"Measured force and the force that M, B and K (method {method}) make of the motion, "
+            f"{name}: the block of one second that they explain best (above) and worst (below).",
+            "_motion",
+        )
+        return
+    draw_picture(
+        arguments,
+        lambda: plot_motion_and_force(recording, first),
+        f"Motion and force of one trial, {name}; dashed: the force that M, B and K (method "
+        f"{method}) make of the motion. Offset and ramp are those of the fit.",
+        "_motion",
+    )
+
+
+def _check(arguments: argparse.Namespace) -> None:
+    """Refuse before any work what cannot end well, and options that have no effect."""
+    out, wanted = arguments.out, arguments.format
+    figure = arguments.figure
+    motion = None if figure is None else figure.with_name(f"{figure.stem}_motion{figure.suffix}")
+    check_outputs(
+        Output("--out", out, TABLE),
+        Output("--figure", figure, FIGURE),
+        Output("--figure", motion, FIGURE),
+        reads=arguments.recordings,
+    )
+    check_long(arguments)
+    distinct_names(arguments.recordings)
+    if wanted is not None and out is None:
+        raise InputError(f"--format {wanted} without --out", expected="a file to write")
+    if wanted is not None and out.suffix != f".{wanted}":
+        raise InputError(f"not what --format {wanted} says", file=out, expected=f"a .{wanted}")
+    if arguments.seed is not None and arguments.covariance != "bootstrap":
+        problem = f"--seed with --covariance {arguments.covariance}: nothing is drawn"
+        raise InputError(problem, expected="--covariance bootstrap")
+
+
+def _checks(arguments: argparse.Namespace) -> tuple[Finding, ...]:
+    """What `inspect` finds, for the formats that have a place for it; of one recording."""
+    out, paths = arguments.out, arguments.recordings
+    if out is None or out.suffix not in WITH_CHECKS or len(paths) > 1:
+        return ()
+    from armimpedance.show.verbs.inspection import inspect
+
+    return inspect(paths[0], force_by=arguments.force_by).checks
+
+
+def _of_recording(
+    path: Path, arguments: argparse.Namespace, together: bool
+) -> tuple[Estimates, str]:
+    """The estimates of one recording, and with --method all the table of methods."""
+    from armimpedance.hand.still.show.verb import estimate, estimate_all
+    from armimpedance.show.command.progress import bar
+
+    options: dict[str, Any] = {
+        "by": arguments.by or "condition",
+        "covariance": arguments.covariance,
+        "seed": arguments.seed or 0,
+        "workers": arguments.workers,
+        "force_by": arguments.force_by,
+        "despite": arguments.despite,
+        "leave_out": arguments.leave_out,
+    }
+    band = None if arguments.band is None else tuple(arguments.band)
+    with bar(f"estimating {path.name}") as progress:
+        if not together:
+            method = arguments.method
+            made = estimate(path, method=method, band_hz=band, progress=progress, **options)
+            return made, ""
+        if band is not None:
+            raise InputError("--band with --method all", expected="no band: disturbances return")
+        compared: ComparedMethods = estimate_all(path, progress=progress, **options)
+    title = f"{path.name}\n\n" if len(arguments.recordings) > 1 else ""
+    return compared.estimates, f"{title}{compared}"
+
+
+def _joined(parts: list[Estimates], paths: list[Path]) -> Estimates:
+    """All estimates, with the recording's name among the keys where there are several."""
+    from dataclasses import replace
+
+    from armimpedance.hand.show.estimates import Estimates
+
+    if len(parts) == 1:
+        return parts[0]
+    named = [
+        replace(e, keys={"recording": name, **e.keys})
+        for part, name in zip(parts, distinct_names(paths), strict=True)
+        for e in part
+    ]
+    return Estimates(tuple(named))
+
+
+def open_checked(path: Path, force_by: str | None) -> Recording:
+    """Open any recording; errors name the file."""
+    from armimpedance.show.verbs.sources import read_recording
+
+    return read_recording(path, force_by=force_by)  # type: ignore[arg-type]

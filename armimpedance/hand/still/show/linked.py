@@ -1,0 +1,260 @@
+"""Linked pictures for looking: the ellipses of every group beside their numbers.
+
+The pictures are Vega-Lite, built by Altair, and read the page's data by name.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+import pandas as pd
+
+from armimpedance.core.conventions import MATRICES, UNITS
+from armimpedance.core.records import ImpedanceEstimate
+from armimpedance.hand.ellipses import FIELDS, Which, ellipse_of, locus
+from armimpedance.hand.show.ellipses.parts import default_scale
+from armimpedance.hand.show.outline import confidence_band
+from armimpedance.hand.show.quantities import condition_of, ellipse_values
+from armimpedance.show.pages import Linked
+
+if TYPE_CHECKING:
+    import altair as alt
+
+#: Points on each outline: straight pieces shorter than a pixel.
+POINTS: Final = 37
+#: Digits of an outline, of the largest.
+DIGITS: Final = 4
+#: Hands closer together than this are at one place.
+ONE_PLACE_M: Final = 0.01
+#: Seen on light and on dark paper.
+BLUE: Final = "#3d8bd4"
+#: Least and largest height of one group's row, and width of a panel, pixels.
+ROW_PX: Final = (13, 28)
+PANEL_PX: Final = 140
+FIELD_PX: Final = 370
+#: What a group has of each matrix: quantity -> its heading.
+QUANTITIES: Final = {
+    "size": "size of the ellipse",
+    "orientation_deg": "orientation (deg)",
+    "shape": "shape, minor / major",
+}
+#: Quantity -> how its axis is labelled, in D3's notation.
+FORMATS: Final = {"size": "~s", "orientation_deg": "d", "shape": ".1f"}
+#: Ellipses at several places are drawn larger than in print, where neighbours must not touch: here
+#: one can be chosen.
+LARGER: Final = 1.7
+
+
+def ellipse_outlines(estimates: Sequence[ImpedanceEstimate]) -> pd.DataFrame:
+    """Outlines and bands of all ellipses where they are drawn.
+
+    Parameters
+    ----------
+    estimates : sequence of ImpedanceEstimate
+        Of two axes each.
+
+    Returns
+    -------
+    DataFrame
+        Columns group, matrix, part ("outline" or "band"), order, x, y: metres where the hands were
+        at several places, the matrix' own unit where they were at one.
+    """
+    rows = [row for which in FIELDS for row in _outlines_of(estimates, which)]
+    return pd.DataFrame(rows, columns=["group", "matrix", "part", "order", "x", "y"])
+
+
+def apart(estimates: Sequence[ImpedanceEstimate]) -> bool:
+    """Whether these are hands at several places.
+
+    Parameters
+    ----------
+    estimates : sequence of ImpedanceEstimate
+
+    Returns
+    -------
+    bool
+    """
+    hands = [e.position for e in estimates if e.level == "hand" and e.position is not None]
+    return len(hands) == len(estimates) and float(np.ptp(hands, axis=0).max()) > ONE_PLACE_M
+
+
+def _outlines_of(estimates: Sequence[ImpedanceEstimate], which: Which) -> Iterator[tuple[Any, ...]]:
+    shown = [e for e in estimates if ellipse_of(e, which) is not None]
+    if not shown:
+        return
+    centres, scale = np.zeros((len(shown), 2)), 1.0
+    if apart(estimates):
+        centres = np.array([e.position for e in shown])
+        scale = LARGER * default_scale([getattr(e, which) for e in shown], centres)
+    reach = scale * max(np.abs(getattr(e, which)).max() for e in shown)
+    decimals = DIGITS - int(np.ceil(np.log10(reach)))
+    for estimate, centre in zip(shown, centres, strict=True):
+        inner, outer = confidence_band(estimate, which, POINTS)
+        outlines = {
+            "band": np.concatenate([outer, inner[::-1]]),
+            "outline": locus(getattr(estimate, which), POINTS),
+        }
+        for part, outline in outlines.items():
+            for order, (x, y) in enumerate(np.round(centre + scale * outline, decimals)):
+                yield condition_of(estimate), which, part, order, x, y
+
+
+def ellipse_numbers(estimates: Sequence[ImpedanceEstimate]) -> pd.DataFrame:
+    """Size, orientation and shape of every ellipse with 95 % limits.
+
+    Parameters
+    ----------
+    estimates : sequence of ImpedanceEstimate
+
+    Returns
+    -------
+    DataFrame
+        Columns group, matrix, quantity, value, low, high, unit.
+    """
+    rows = [
+        (condition_of(e), which, name, *values, _unit(e, which, name))
+        for e in estimates
+        for which in FIELDS
+        for name, values in ellipse_values(e, which).items()
+    ]
+    return pd.DataFrame(
+        rows, columns=["group", "matrix", "quantity", "value", "low", "high", "unit"]
+    )
+
+
+def _unit(estimate: ImpedanceEstimate, which: Which, quantity: str) -> str:
+    unit = UNITS[estimate.level][MATRICES[which][0]]
+    return {"size": f"({unit})²", "orientation_deg": "deg", "shape": ""}[quantity]
+
+
+def linked_ellipses(estimates: Sequence[ImpedanceEstimate], outlines: str, numbers: str) -> Linked:
+    """The ellipses of all groups beside their numbers; a choice shows in every panel.
+
+    Parameters
+    ----------
+    estimates : sequence of ImpedanceEstimate
+    outlines, numbers : str
+        Names of the page's data that `ellipse_outlines` and `ellipse_numbers` made.
+
+    Returns
+    -------
+    Linked
+    """
+    import altair as alt
+
+    alt.data_transformers.disable_max_rows()
+    chosen = alt.param(name="chosen", value="")
+    matrix = alt.param(
+        name="matrix",
+        value="stiffness",
+        bind=alt.binding_select(options=list(reversed(FIELDS)), name="Matrix "),
+    )
+    groups = [condition_of(e) for e in estimates]
+    panels = [_panel(groups, numbers, *one) for one in QUANTITIES.items()]
+    picture = alt.hconcat(_field(estimates, outlines), *panels, spacing=18)
+    frame = alt.param(name="frame", value=_frames(estimates))
+    picture = picture.add_params(chosen, matrix, frame).resolve_scale(y="independent")
+    where = "where the hands were" if apart(estimates) else "about one centre"
+    return Linked(
+        name="ellipses_and_numbers",
+        spec=picture.to_dict(),
+        description=f"Ellipses of {len(groups)} groups {where}, and their size, orientation and "
+        "shape with 95 % intervals; the table below holds the same numbers.",
+        caption="Point at a value to read it with its interval. Choose a group here or in the "
+        "table: it is then dark in every panel. Shaded: 95 % band of the outline.",
+        numbers=numbers,
+    )
+
+
+def _panel(groups: Sequence[str], numbers: str, quantity: str, title: str) -> Any:
+    """One quantity of every group as a dot with its interval."""
+    import altair as alt
+
+    base = (
+        alt.Chart(alt.NamedData(numbers))
+        .transform_filter(f"datum.quantity == '{quantity}' && datum.matrix == matrix")
+        .transform_calculate(text=_SENTENCE)
+        .encode(
+            y=alt.Y("group:N", sort=list(groups), title=None, axis=_groups_axis(quantity)),
+            opacity=_PICKED(alt),
+            tooltip=alt.Tooltip("text:N"),
+        )
+    )
+    axis = alt.Axis(tickCount=4, format=FORMATS[quantity])
+    x = alt.X("value:Q", title=title, scale=alt.Scale(zero=False), axis=axis)
+    low = alt.X("low:Q", title=title)
+    rule = base.mark_rule(strokeWidth=2, color=BLUE, opacity=0.6).encode(x=low, x2="high:Q")
+    dot = base.mark_circle(size=34, opacity=1, color=BLUE).encode(x=x)
+    return alt.layer(rule, dot).properties(width=PANEL_PX, height=_row_px(groups) * len(groups))
+
+
+def _row_px(groups: Sequence[str]) -> int:
+    """Few groups fill the height of the ellipses, many stand close."""
+    least, most = ROW_PX
+    return min(most, max(least, FIELD_PX // len(groups)))
+
+
+#: What the pointer shows of a value: plain text.
+_SENTENCE: Final = (
+    "datum.group + ': ' + datum.quantity + ' ' + format(datum.value, '.4~g') + ' ' + datum.unit"
+    " + ' (95 %: ' + format(datum.low, '.4~g') + ' to ' + format(datum.high, '.4~g') + ')'"
+)
+
+
+def _groups_axis(quantity: str) -> alt.Axis:
+    """The groups' names stand at the first panel only."""
+    import altair as alt
+
+    first = quantity == next(iter(QUANTITIES))
+    return alt.Axis(labels=first, ticks=first, domain=False, labelLimit=170, grid=True)
+
+
+def _PICKED(alt: Any) -> Any:  # noqa: N802 - an encoding, used as a constant
+    """Dark where nothing is chosen or this group is."""
+    return alt.condition("chosen == '' || datum.group == chosen", alt.value(1), alt.value(0.12))
+
+
+def _field(estimates: Sequence[ImpedanceEstimate], outlines: str) -> Any:
+    """The ellipses, as wide as they are high."""
+    import altair as alt
+
+    unit = "m" if apart(estimates) else "unit of the matrix"
+    x, y = (
+        alt.Scale(
+            domainMin=alt.ExprRef(f"frame[matrix][{2 * i}]"),
+            domainMax=alt.ExprRef(f"frame[matrix][{2 * i + 1}]"),
+            nice=False,
+            zero=False,
+        )
+        for i in (0, 1)
+    )
+    base = (
+        alt.Chart(alt.NamedData(outlines))
+        .transform_filter("datum.matrix == matrix")
+        .encode(
+            x=alt.X("x:Q", title=f"x ({unit})", scale=x),
+            y=alt.Y("y:Q", title=f"y ({unit})", scale=y),
+            order="order:Q",
+            detail="group:N",
+            opacity=_PICKED(alt),
+            tooltip=alt.Tooltip("group:N"),
+        )
+    )
+    band = base.transform_filter("datum.part == 'band'").mark_line(
+        filled=True, fill=BLUE, fillOpacity=0.3, strokeWidth=0
+    )
+    line = base.transform_filter("datum.part == 'outline'").mark_line(strokeWidth=1.4, color=BLUE)
+    return alt.layer(band, line).properties(width=FIELD_PX, height=FIELD_PX)
+
+
+def _frames(estimates: Sequence[ImpedanceEstimate]) -> dict[str, list[float]]:
+    """Limits of x and of y for each matrix, the same length for both."""
+    outlines = ellipse_outlines(estimates)
+    frames = {}
+    for matrix, points in outlines.groupby("matrix"):
+        low, high = points[["x", "y"]].min().to_numpy(), points[["x", "y"]].max().to_numpy()
+        half, middle = 0.53 * float((high - low).max()), (low + high) / 2
+        frames[str(matrix)] = [float(v) for m in middle for v in (m - half, m + half)]
+    return frames

@@ -1,0 +1,232 @@
+"""Figs 6 and 7 of Tsuji (1997) of one's own data: motion and force, ellipses where the hand was."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.conventions import MATRICES, UNITS, group_name
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import ImpedanceEstimate, Recording
+from armimpedance.hand.ellipses import Which
+from armimpedance.hand.show.ellipses.ellipse import plot_ellipses_in_workspace
+from armimpedance.hand.show.ellipses.ellipsoid import plot_ellipsoids
+from armimpedance.hand.show.ellipses.parts import ONE_PLACE_M, matrix_of, one_legend, usual_scale
+from armimpedance.hand.show.ellipses.series import plot_ellipses_over_levels
+from armimpedance.hand.still.show.responses_plot import plot_response
+from armimpedance.hand.still.show.session.aligned import rows_of
+from armimpedance.hand.still.show.session.fitted import ROWS_PER_KERNEL, predicted_force
+from armimpedance.numerics.signals import choose_span, cut_windows, ramp_basis, respond
+from armimpedance.show.plots import (
+    OKABE_ITO,
+    TWO_COLUMNS_IN,
+    Series,
+    draw_elements,
+    draw_ellipses,
+    name_rows,
+    new_figure,
+    panel_letters,
+    print_style,
+    row_axes,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from numpy.typing import ArrayLike
+
+_PANELS: Final[tuple[Which, ...]] = ("inertia", "stiffness", "viscosity")
+#: More conditions of one place than this are drawn row by row, not over one another.
+_MOST_AT_ONE_PLACE: Final = 6
+#: More ellipsoids than this hide one another.
+_MOST_IN_SPACE: Final = 4
+
+
+def plot_motion_and_force(recording: Recording, estimate: ImpedanceEstimate) -> Figure:
+    """Draw one trial as in Tsuji (1997), Fig. 6: motion, force, and the force that M, B, K make.
+
+    The first usable trial that moves along all axes, or else the one that moves furthest.
+
+    Parameters
+    ----------
+    recording : Recording
+        The one that was estimated, of disturbances that return.
+    estimate : ImpedanceEstimate
+        Of one of its groups; its `keys` say which.
+
+    Returns
+    -------
+    Figure
+        Displacement, velocity, acceleration and force, a column for each axis.
+
+    Raises
+    ------
+    InputError
+        No trial of the recording is of the estimate's group.
+    """
+    window = cut_windows(recording, rows_of(recording, estimate.keys))
+    # More rows than a fit needs: smooth curves.
+    span = choose_span(window, rows_per_kernel=ROWS_PER_KERNEL)
+    moved = respond(window, span, keep_drift=True)
+    moved = replace(moved, displacement=moved.displacement - moved.displacement[:, :1])
+    predicted = predicted_force(moved, estimate)
+    shown = replace(moved, force=predicted + _without_ramp(moved.force - predicted, moved.lag_s))
+    peak = np.abs(shown.displacement).max(axis=1).min(axis=1)
+    trial = int(np.where(shown.usable, peak, -1.0).argmax())
+    axes = plot_response(shown, predicted, trial_index=trial, kind=recording.kind)
+    figure: Figure = axes[0, 0].figure
+    return figure
+
+
+def _without_ramp(signal: FloatArray, lag_s: FloatArray) -> FloatArray:
+    """A signal (T, S, d) less its least-squares offset and ramp: what the limb did on its own."""
+    basis = ramp_basis(lag_s)
+    return np.asarray(signal - basis @ (basis.T @ signal))
+
+
+def plot_estimates(
+    estimates: Sequence[ImpedanceEstimate],
+    model_inertia: Sequence[ArrayLike] | None = None,
+    upper_arm_m: float | None = None,
+) -> Figure:
+    """Draw M, K and B of all rows as in Tsuji (1997), Fig. 7.
+
+    Ellipses stand where the hand was. Those of one place and those of joints are drawn about one
+    centre; many of one place row by row. In space the stiffness is drawn as ellipsoids, in three
+    views and one drawing, if they are few; what has neither (one axis, many in space) is drawn as
+    the matrices' diagonals.
+
+    Parameters
+    ----------
+    estimates : sequence of ImpedanceEstimate
+        Of one level.
+    model_inertia : sequence of (2, 2), optional
+        Drawn beside the inertia, dotted.
+    upper_arm_m : float, optional
+        Length of the upper arm: the arm is drawn as sticks where joint angles are known.
+
+    Returns
+    -------
+    Figure
+        Panels of inertia, stiffness and viscosity, or of their elements.
+
+    Raises
+    ------
+    InputError
+        Nothing to draw, or rows of several numbers of axes.
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> from armimpedance.hand.still.show import plot_estimates
+    >>> from manipulandum_sim.hand import simulate
+    >>> recording, _ = simulate("cocontraction", seed=1, sets=1, conditions=["cocontraction_10"])
+    >>> [ax.get_title() for ax in plot_estimates(ai.estimate(recording)).axes]
+    ['inertia', 'stiffness', 'viscosity']
+    """
+    if not estimates or len({e.k for e in estimates}) > 1:
+        raise InputError("no rows of one number of axes", expected="one or more of one level")
+    places = [e.position for e in estimates if e.level == "hand" and e.position is not None]
+    spread = len(places) == len(estimates) and np.ptp(places, axis=0).max() > ONE_PLACE_M
+    if estimates[0].k == 2 and spread:
+        return _over_workspace(estimates, np.array(places), model_inertia, upper_arm_m)
+    if estimates[0].k == 2 and len(estimates) <= _MOST_AT_ONE_PLACE:
+        return _about_one_centre(estimates)
+    if estimates[0].k == 3 and estimates[0].level == "hand" and len(estimates) <= _MOST_IN_SPACE:
+        return plot_ellipsoids(estimates)
+    return _ellipses_and_stiffness(estimates) if estimates[0].k == 2 else _elements(estimates)
+
+
+def _over_workspace(
+    estimates: Sequence[ImpedanceEstimate],
+    hands: FloatArray,
+    model_inertia: Sequence[ArrayLike] | None,
+    upper_arm_m: float | None,
+) -> Figure:
+    with print_style():
+        figure = new_figure(TWO_COLUMNS_IN, 3.7)
+        axes = list(figure.subplots(1, 3))
+        for ax, which in zip(axes, _PANELS, strict=True):
+            matrices = [matrix_of(found, which) for found in estimates]
+            plot_ellipses_in_workspace(
+                estimates,
+                which,
+                ax,
+                model_inertia if which == "inertia" else None,
+                "two-link model",
+                upper_arm_m,
+                scale=usual_scale(matrices, hands),
+            )
+            ax.set_title(which)
+        _share_limits(figure, axes)
+        panel_letters(axes)
+        one_legend(figure, axes)
+    return figure
+
+
+def _share_limits(figure: Figure, axes: Sequence[Axes]) -> None:
+    """The same part of the workspace in every panel, and a figure as high as it is."""
+    low, high = np.array([ax.axis() for ax in axes]).reshape(-1, 2, 2).transpose(2, 0, 1)
+    (left, bottom), (right, top) = low.min(axis=0), high.max(axis=0)
+    for number, ax in enumerate(axes):
+        ax.set(xlim=(left, right), ylim=(bottom, top))
+        ax.tick_params(labelleft=number == 0)
+        ax.set_ylabel("y (m)" if number == 0 else "")
+    across = (figure.get_figwidth() - 0.75) / 3
+    height = across * (top - bottom) / (right - left) + 1.1
+    figure.set_figheight(float(np.clip(height, 2.4, 6.5)))
+
+
+def _about_one_centre(estimates: Sequence[ImpedanceEstimate]) -> Figure:
+    names = [group_name(e.keys) for e in estimates]
+    with print_style():
+        figure = new_figure(TWO_COLUMNS_IN, 2.9)
+        axes = figure.subplots(1, 3)
+        for ax, which in zip(axes, _PANELS, strict=True):
+            plot_ellipses_over_levels(estimates, which, names, ax, show_confidence=True)
+            ax.set_title(which)
+        panel_letters(list(axes))
+        one_legend(figure, list(axes), columns=3)
+    return figure
+
+
+def _ellipses_and_stiffness(estimates: Sequence[ImpedanceEstimate]) -> Figure:
+    """Row by row the ellipses of M, B and K, and K's elements with intervals."""
+    level = estimates[0].level
+    with print_style():
+        figure, (axes,) = row_axes(len(estimates), 6, narrow=3)
+        series = [_series(estimates, which) for which in MATRICES]
+        for ax, one, (symbol, _) in zip(axes, series, MATRICES.values(), strict=False):
+            draw_ellipses(ax, [one], symbol)
+        draw_elements(axes[3:], series[-1:], "K", UNITS[level]["K"], part="upper")
+        name_rows(axes[0], [group_name(e.keys) for e in estimates])
+        panel_letters(axes)
+    return figure
+
+
+def _elements(estimates: Sequence[ImpedanceEstimate]) -> Figure:
+    """The diagonals of M, B and K of each row with intervals; one band of panels for one axis."""
+    k, level = estimates[0].k, estimates[0].level
+    bands = 1 if k == 1 else 3
+    with print_style():
+        figure, grid = row_axes(len(estimates), max(k, 3 // bands), bands)
+        panels = [[ax] for ax in grid[0]] if k == 1 else grid
+        for (which, (symbol, _)), axes in zip(MATRICES.items(), panels, strict=True):
+            one = _series(estimates, which)
+            draw_elements(axes, [one], symbol, UNITS[level][symbol], part="diagonal")
+        for band in grid:
+            name_rows(band[0], [group_name(e.keys) for e in estimates], bands)
+        panel_letters([ax for band in grid for ax in band])
+    return figure
+
+
+def _series(estimates: Sequence[ImpedanceEstimate], which: str) -> Series:
+    low, high = np.array([e.interval() for e in estimates])[
+        :, :, list(MATRICES).index(which)
+    ].swapaxes(0, 1)
+    values = np.array([getattr(e, which) for e in estimates])
+    return Series(which, values, (high - low) / 2, OKABE_ITO["blue"])

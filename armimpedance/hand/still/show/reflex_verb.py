@@ -1,0 +1,163 @@
+"""Whether a reflex stands in the stiffness: the verb and its verdicts."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from typing import Any, overload
+
+import numpy as np
+
+from armimpedance.core.arrays import FrozenRecord
+from armimpedance.core.conventions import group_name
+from armimpedance.core.records import Recording
+from armimpedance.hand.show.opened import ForceBy, Progress, opened
+from armimpedance.hand.still.reflex.guard import reflex_guard
+from armimpedance.hand.still.reflex.verdict import ReflexVerdict
+from armimpedance.hand.still.show.reflex_text import headline, verdict_rows
+from armimpedance.show.files import Content, table_content
+from armimpedance.show.text import html_table
+from armimpedance.show.verbs.inspection import checked
+from armimpedance.show.verbs.named import position_of
+from armimpedance.show.verbs.sources import PathLike
+from armimpedance.show.verbs.written import WrittenResult
+
+
+def reflex(
+    recording: Recording | PathLike,
+    *,
+    by: str | Sequence[str] = "condition",
+    delay_ms: float | None = None,
+    seed: int = 0,
+    force_by: ForceBy | None = None,
+    despite: str | Collection[str] = (),
+    progress: Progress | None = None,
+) -> ReflexVerdicts:
+    """Judge for every group of trials whether a reflex stands in its stiffness.
+
+    Parameters
+    ----------
+    recording : Recording or path
+        Of the hand or of joints, with disturbances that return.
+    by : str or sequence of str
+        Columns of the trial table; trials alike in all of them form a group.
+    delay_ms : float, optional
+        Delay of the reflex where it is known, for example from EMG; default: delays from 30 to
+        120 ms are scanned.
+    seed : int
+        Seed of the random signs behind p.
+    force_by : {"limb", "device"}, optional
+        Whose force on the other a Kinarm's sensor holds.
+    despite : str or collection of str
+        Names of checks of `inspect` whose STOP is overruled; the result says so.
+    progress : function (done, all), optional
+        Called after each group.
+
+    Returns
+    -------
+    ReflexVerdicts
+        One verdict per group, in the order of the trial table.
+
+    Raises
+    ------
+    InputError
+        The recording cannot be read, a check of `inspect` says STOP, a column is missing, there are
+        too few trials, the delay is out of range, or the perturbation is stochastic.
+    NotIdentifiableError
+        The motion of a group does not determine M, B and K.
+
+    Examples
+    --------
+    >>> from armimpedance.hand.still.show import reflex
+    >>> from manipulandum_sim.hand import simulate
+    >>> recording, _ = simulate("cocontraction", seed=1, sets=1, conditions=["cocontraction_10"])
+    >>> verdicts = reflex(recording)
+    >>> verdicts["cocontraction_10"].outcome in ("none", "contaminated", "unknown")
+    True
+    """
+    delay_s = None if delay_ms is None else delay_ms / 1e3
+    with opened(recording, by, seed, force_by) as (read, columns):
+        marks: tuple[str, ...] = ()
+        if read.perturbation != "stochastic":
+            marks = checked(read, despite, disturbed=True, by=columns)
+        # what this verb itself judges, group by group
+        marks = tuple(mark for mark in marks if not mark.startswith("reflex"))
+        made = reflex_guard(read, by=columns, delay_s=delay_s, seed=seed, progress=progress)
+        return ReflexVerdicts(tuple(made), marks)
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class ReflexVerdicts(WrittenResult, FrozenRecord, Sequence[ReflexVerdict]):
+    """What the reflex guard says of every group of trials.
+
+    Iteration gives `ReflexVerdict`; a number, or the value of a group's column, finds one.
+
+    Attributes
+    ----------
+    verdicts : tuple of ReflexVerdict
+    warnings : tuple of str
+        What the checks of the recording said; each row of the table is marked with them.
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> from manipulandum_sim.hand import simulate
+    >>> session, truth = simulate("cocontraction", seed=1, sets=1, conditions=["cocontraction_10"])
+    >>> verdicts = ai.reflex(session)
+    >>> verdicts.names
+    ('cocontraction_10',)
+    """
+
+    verdicts: tuple[ReflexVerdict, ...]
+    warnings: tuple[str, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.verdicts)
+
+    @overload
+    def __getitem__(self, which: int | str | tuple[Any, ...]) -> ReflexVerdict: ...
+    @overload
+    def __getitem__(self, which: slice) -> ReflexVerdicts: ...
+    def __getitem__(
+        self, which: int | slice | str | tuple[Any, ...]
+    ) -> ReflexVerdict | ReflexVerdicts:
+        """Look up verdicts by position, slice or name.
+
+        Raises
+        ------
+        InputError
+            No group has this name, or several have; the message lists the names.
+        """
+        if isinstance(which, slice):
+            return ReflexVerdicts(self.verdicts[which], self.warnings)
+        if isinstance(which, int | np.integer):
+            return self.verdicts[which]
+        return self.verdicts[position_of(which, [tuple(v.keys.values()) for v in self])]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The groups in words: the condition alone, or all columns with their values."""
+        return tuple(group_name(verdict.keys) for verdict in self)
+
+    @property
+    def content(self) -> Content:
+        """One row a group, with the columns of ``armimpedance reflex --out``."""
+        keys = dict.fromkeys(str(name) for verdict in self for name in verdict.keys)
+        return table_content(self.to_dict(), keys=(*keys, "outcome", "n_trials"))
+
+    def to_dict(self) -> list[dict[str, Any]]:
+        """One mapping a group, with the names of the table's columns."""
+        rows = verdict_rows(self.verdicts)
+        said = {"warnings": "; ".join(self.warnings)} if self.warnings else {}
+        return [row | said for row in rows]
+
+    def _table(self) -> list[list[str]]:
+        rows = [[name, headline(v)] for name, v in zip(self.names, self, strict=True)]
+        left = [["...", f"{len(rows) - 10} more"]] if len(rows) > 10 else []
+        return [["group", "verdict"], *rows[:10], *left]
+
+    def __repr__(self) -> str:
+        return "\n".join(f"{name}: {said}" for name, said in self._table()[1:])
+
+    def _repr_html_(self) -> str:
+        return html_table(self._table())

@@ -1,0 +1,235 @@
+"""Inertia, viscosity and stiffness of the hand or of joints, group by group."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
+from typing import Any, Final
+
+from armimpedance.core.conventions import group_name
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import ImpedanceEstimate, Recording
+from armimpedance.hand.show.estimates import Estimates
+from armimpedance.hand.show.opened import ForceBy, Progress, opened
+from armimpedance.hand.still.doubts.allowance import allowing
+from armimpedance.hand.still.estimation import Options, estimate as estimate_groups, groups_of
+from armimpedance.hand.still.result import ClusteredKind
+from armimpedance.hand.still.show.compared_methods import ComparedMethods
+from armimpedance.hand.still.side_by_side import side_by_side
+from armimpedance.hand.still.table import METHODS
+from armimpedance.show.verbs.inspection import check_handle, checked
+from armimpedance.show.verbs.sources import (
+    LeftOut,
+    PathLike,
+    left_out_sentence,
+    left_out_trials,
+    without_trials,
+)
+
+#: The name that stands for every method, side by side.
+ALL: Final = "all"
+
+
+def estimate(
+    recording: Recording | PathLike,
+    *,
+    by: str | Sequence[str] = "condition",
+    method: str | None = None,
+    covariance: ClusteredKind = "cr3",
+    seed: int = 0,
+    workers: int = 1,
+    band_hz: tuple[float, float] | None = None,
+    force_by: ForceBy | None = None,
+    despite: str | Collection[str] = (),
+    leave_out: LeftOut | None = None,
+    progress: Progress | None = None,
+) -> Estimates:
+    """Estimate inertia, viscosity and stiffness of every group of trials.
+
+    Intervals allow for departures from M, B and K (a reflex, a delay, an answer on purpose, dry
+    friction, a curved law) as far as the trials do not exclude them.
+
+    Parameters
+    ----------
+    recording : Recording or path
+        Of the hand or of joints.
+    by : str or sequence of str
+        Columns of the trial table; trials alike in all of them form a group. Without any column
+        all trials form one group.
+    method : str, optional
+        An estimator for disturbances that return, such as "weighted" (the default), "exact" or
+        "paper"; "all" gives the estimates of every method that can run (see `estimate_all`).
+    covariance : {"cr3", "replicates", "cr1", "bootstrap"}
+        How intervals follow from the spread between trials: jackknife, within each direction,
+        sandwich, or trials drawn with replacement.
+    seed : int
+        Seed of the bootstrap.
+    workers : int
+        Number of processes; the result is the same to the bit.
+    band_hz : (low, high), optional
+        Fitted band of a stochastic perturbation, Hz; default: 5 to 45.
+    force_by : {"limb", "device"}, optional
+        Whose force on the other a Kinarm's sensor holds.
+    despite : str or collection of str
+        Names of checks of `inspect`, such as "force sign", whose STOP is overruled; every estimate
+        then says so among its warnings.
+    leave_out : path, mapping from a trial's number to a reason, or collection of int; optional
+        Trials that are left out, for example those of the list that ``armimpedance trials`` saves;
+        the provenance of each estimate names those of its group.
+    progress : function (done, all), optional
+        Called after each group.
+
+    Returns
+    -------
+    Estimates
+        One estimate per group, in the order of the trial table.
+
+    Raises
+    ------
+    InputError
+        The recording cannot be read, a check of `inspect` says STOP, a column or method is unknown,
+        or an option has no effect on this kind of perturbation. The message names the file where a
+        path was given.
+    NotIdentifiableError
+        The motion of a group does not determine its parameters.
+
+    Examples
+    --------
+    >>> from armimpedance.hand.still.show import estimate
+    >>> from manipulandum_sim.hand import simulate
+    >>> recording, _ = simulate("cocontraction", seed=1, sets=1, conditions=["cocontraction_10"])
+    >>> hand = estimate(recording)
+    >>> hand
+    1 estimate
+    cocontraction_10: weighted, 8 trials, K 417.9, 155.4 N/m
+    >>> hand["cocontraction_10"].stiffness.unit
+    'N/m'
+    """
+    if method == ALL:
+        _refuse_band(band_hz)
+        return estimate_all(
+            recording,
+            by=by,
+            covariance=covariance,
+            seed=seed,
+            workers=workers,
+            force_by=force_by,
+            despite=despite,
+            leave_out=leave_out,
+            progress=progress,
+        ).estimates
+    with opened(recording, by, seed, force_by) as (whole, columns):
+        read = without_trials(whole, leave_out)
+        chosen: dict[str, Any] = {"covariance": covariance, "seed": seed}
+        if read.perturbation == "stochastic":
+            _refuse_method(method)
+            chosen |= {} if band_hz is None else {"band_hz": tuple(band_hz)}
+        else:
+            _refuse_band(band_hz)
+            chosen["method"] = METHODS.default if method is None else method
+        marks = _marks(read, despite, columns)
+        options = Options(**chosen)
+        made = estimate_groups(
+            read, by=columns, options=options, progress=progress, workers=workers
+        )
+        made = [one.marked(marks) for one in allowing(made, read, columns)]
+        made = _noting(made, whole, left_out_trials(leave_out), columns)
+        return Estimates(tuple(made), read.subject, read.gravity_m_s2)
+
+
+def _noting(
+    estimates: Sequence[ImpedanceEstimate],
+    whole: Recording,
+    chosen: Mapping[int, str],
+    by: Sequence[str],
+) -> list[ImpedanceEstimate]:
+    """Each estimate's provenance names the trials of its group that were left out by hand."""
+    if not chosen:
+        return list(estimates)
+    trials = whole.trials["trial"]
+    of_group = {
+        group_name(keys): {int(n): chosen[n] for n in trials.iloc[rows] if n in chosen}
+        for keys, rows in groups_of(whole, by)
+    }
+    return [_noted(one, of_group[group_name(one.keys)]) for one in estimates]
+
+
+def _noted(estimate: ImpedanceEstimate, chosen: Mapping[int, str]) -> ImpedanceEstimate:
+    if not chosen:
+        return estimate
+    return replace(estimate, provenance=(*estimate.provenance, left_out_sentence(chosen)))
+
+
+def estimate_all(
+    recording: Recording | PathLike,
+    *,
+    by: str | Sequence[str] = "condition",
+    covariance: ClusteredKind = "cr3",
+    seed: int = 0,
+    workers: int = 1,
+    force_by: ForceBy | None = None,
+    despite: str | Collection[str] = (),
+    leave_out: LeftOut | None = None,
+    progress: Progress | None = None,
+) -> ComparedMethods:
+    """Estimate with every method, and say which of them differ by more than chance.
+
+    Parameters
+    ----------
+    recording : Recording or path
+        Of the hand or of joints, with disturbances that return.
+    by, covariance, seed, workers, force_by, despite, leave_out, progress
+        See `estimate`.
+
+    Returns
+    -------
+    ComparedMethods
+        The estimates of every group with every method, and which methods differ.
+
+    Raises
+    ------
+    InputError
+        As `estimate`; or the perturbation is stochastic, which has one estimator only.
+
+    Examples
+    --------
+    >>> from armimpedance.hand.still.show import estimate_all
+    >>> from manipulandum_sim.hand import simulate
+    >>> recording, _ = simulate("cocontraction", seed=1, sets=1, conditions=["cocontraction_10"])
+    >>> compared = estimate_all(recording)
+    >>> compared.estimates["cocontraction_10", "exact"].stiffness.axes
+    ('x', 'y')
+    """
+    with opened(recording, by, seed, force_by) as (whole, columns):
+        read = without_trials(whole, leave_out)
+        marks = _marks(read, despite, columns)
+        options = Options(covariance=covariance, seed=seed)
+        sides = side_by_side(read, by=columns, options=options, progress=progress, workers=workers)
+        groups = [side.marked(marks) for side in sides]
+        return ComparedMethods(tuple(groups), options.method, read.subject, read.gravity_m_s2)
+
+
+def _marks(
+    recording: Recording, despite: str | Collection[str], by: Sequence[str]
+) -> tuple[str, ...]:
+    """What every estimate is marked with: checks that warn or were overruled, an unknown handle."""
+    found = checked(recording, despite, disturbed=True, by=by)
+    return (*found, *(one.sentence for one in check_handle(recording)))
+
+
+def _refuse_method(method: str | None) -> None:
+    if method is not None:
+        raise InputError(
+            f"method {method!r}: stochastic perturbations have one estimator only",
+            column="perturbation",
+            expected="no method, or disturbances that return",
+        )
+
+
+def _refuse_band(band_hz: tuple[float, float] | None) -> None:
+    if band_hz is not None:
+        raise InputError(
+            "a band has no effect on disturbances that return",
+            column="perturbation",
+            expected="no band, or a stochastic perturbation",
+        )

@@ -1,0 +1,1 @@
+"""Joints: one under a random perturbation, relaxed ones, a body, a therapy robot."""

@@ -1,0 +1,232 @@
+"""Base parameters: the combinations of inertial parameters that a motion can show.
+
+``W phi = W_J (phi_J + K phi_D)``: columns D of the regressor are combinations ``W_D = W_J K`` of
+the others, so that only ``b = phi_J + K phi_D`` can be found. The rank is taken from the pivoted
+QR of the column-scaled regressor; the columns J are then taken in the order of the columns, the
+segments from the root outwards, so that a base parameter is named after the segment that is next
+to the root. Essential base parameters belong to the structure and need a motion that excites
+everything; data-dependent ones belong to one regressor.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+from scipy.linalg import qr, solve_triangular
+
+from armimpedance.core.arrays import FloatArray, FrozenRecord, IntArray
+from armimpedance.core.errors import EstimationError, InputError, RecordError
+from armimpedance.core.skeleton import Skeleton
+from armimpedance.joint.body.joint_terms import term_columns
+from armimpedance.joint.body.regressor import regressor
+from armimpedance.joint.body.rows import RowChoice
+from armimpedance.limb.arm import skeleton_model
+
+#: A direction that the scaled regressor shows this much less than the clearest is not shown.
+TOLERANCE = 1e-8
+#: Coefficients below this are rounding.
+_ROUNDING = 1e-9
+
+
+@dataclass(frozen=True)
+class BaseParameters(FrozenRecord):
+    """``b = mapping @ phi``, with names and texts.
+
+    Attributes
+    ----------
+    names : tuple of b str
+        Each one's leading inertial parameter or joint term.
+    units : tuple of b str
+    expressions : tuple of b str
+        ``m_thigh_right + 0.31 m_shank_right``.
+    leading : (b,) int
+        The columns J.
+    mapping : (b, p)
+        1 at the leading column.
+    null_space : (p, p - b)
+        ``mapping @ null_space = 0``: what no such motion can show.
+    """
+
+    names: Annotated[tuple[str, ...], "b"]
+    units: Annotated[tuple[str, ...], "b"]
+    expressions: Annotated[tuple[str, ...], "b"]
+    leading: Annotated[IntArray, "b"]
+    mapping: Annotated[FloatArray, "b p"]
+    null_space: Annotated[FloatArray, "p _"]
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if sum(np.shape(self.null_space)) != 2 * np.shape(self.mapping)[1] - self.rank:
+            raise RecordError(f"null space of shape {np.shape(self.null_space)}", expected="p - b")
+
+    @property
+    def rank(self) -> int:
+        """How many there are."""
+        return len(self.names)
+
+    def of(self, phi: FloatArray) -> FloatArray:
+        """Base parameters (b,) of all parameters (p,)."""
+        # b (b,) = mapping (b, p) phi (p,)
+        return np.asarray(self.mapping @ phi)
+
+    def lift(self, base: FloatArray) -> FloatArray:
+        """The parameters (p,) with zeros outside the leading columns that have this base (b,)."""
+        phi = np.zeros(self.mapping.shape[1])
+        phi[self.leading] = base
+        return phi
+
+
+def base_parameters(
+    triangle: FloatArray,
+    names: tuple[str, ...],
+    units: tuple[str, ...],
+    *,
+    tolerance: float = TOLERANCE,
+) -> BaseParameters:
+    """Data-dependent base parameters from the triangle of a regressor ``W = Q R``.
+
+    Parameters
+    ----------
+    triangle : (p, p)
+        R.
+    names, units : tuple of p str
+        Names and units of all parameters.
+    tolerance : float
+        A direction that the scaled regressor shows this much less than the clearest is not shown.
+
+    Returns
+    -------
+    BaseParameters
+
+    Raises
+    ------
+    InputError
+        The regressor is zero.
+    EstimationError
+        The rank is not clear at this tolerance.
+    """
+    p = len(names)
+    R = np.asarray(np.linalg.qr(triangle[:, :p], mode="r"))
+    lengths = np.linalg.norm(R, axis=0)
+    if not lengths.any():
+        raise InputError("the regressor is zero: nothing moves and nothing weighs")
+    # a column of zeros, but for rounding
+    silent = lengths <= tolerance * 1e-3 * lengths.max()
+    scale = np.where(silent, np.inf, lengths)
+    scaled = R / scale
+    diagonal = np.abs(np.diag(qr(scaled, mode="r", pivoting=True)[0]))
+    rank = int((diagonal > tolerance * diagonal[0]).sum())
+    leading = _independent(scaled, tolerance)
+    if len(leading) != rank:
+        raise EstimationError(
+            f"rank {rank} by pivoting, {len(leading)} in order: the rank is not clear "
+            f"at a tolerance of {tolerance:g}"
+        )
+    return _grouped(scaled, scale, leading, names, units)
+
+
+def essential_base_parameters(
+    skeleton: Skeleton, choice: RowChoice | None = None, *, seed: int = 0
+) -> BaseParameters:
+    """Base parameters of the structure: random coordinates, velocities and accelerations.
+
+    Parameters
+    ----------
+    skeleton : Skeleton
+    choice : RowChoice, optional
+        Default: the root's wrench of a floating root, all rows of a fixed one.
+    seed : int
+        Seed of the random motion.
+
+    Returns
+    -------
+    BaseParameters
+
+    Raises
+    ------
+    InputError
+        The choice of rows does not go with the skeleton.
+    """
+    choice = choice or RowChoice(rows="base" if skeleton.floating else "all")
+    rng, n = np.random.default_rng(seed), len(skeleton.coordinates)
+    rows = choice.indices(skeleton)
+    p = len(choice.column_names(skeleton))
+    samples = -(-4 * p // len(rows))
+    q = rng.uniform(-1.2, 1.2, (samples, n))
+    qd, qdd = rng.uniform(-3, 3, (samples, n)), rng.uniform(-30, 30, (samples, n))
+    W = np.zeros((samples, len(rows), p))
+    Y = regressor(skeleton_model(skeleton), q, qd, qdd, rows)
+    W[:, :, : Y.shape[2]] = Y
+    _put_terms(W, choice, skeleton, rows, (q, qd, qdd))
+    triangle = np.asarray(np.linalg.qr(W.reshape(-1, p), mode="r"))
+    return base_parameters(triangle, choice.column_names(skeleton), choice.column_units(skeleton))
+
+
+def _put_terms(
+    W: FloatArray,
+    choice: RowChoice,
+    skeleton: Skeleton,
+    rows: IntArray,
+    motion: tuple[FloatArray, FloatArray, FloatArray],
+) -> None:
+    columns = term_columns(choice.terms, skeleton, motion[0], motion, 1.0, None)
+    first = W.shape[2] - len(choice.terms)
+    for i, term in enumerate(choice.terms):
+        at = int(np.flatnonzero(rows == skeleton.coordinate(term.coordinate))[0])
+        W[:, at, first + i] = columns[:, i]
+
+
+def _independent(scaled: FloatArray, tolerance: float) -> IntArray:
+    """Columns that are no combination of those before them, in order."""
+    left, chosen = scaled.copy(), []
+    for j in range(left.shape[1]):
+        length = float(np.linalg.norm(left[:, j]))
+        if length <= tolerance:
+            continue
+        chosen.append(j)
+        direction = left[:, j] / length
+        for _ in range(2):  # twice: once leaves rounding along the direction
+            left[:, j + 1 :] -= np.outer(direction, direction @ left[:, j + 1 :])
+    return np.array(chosen, dtype=np.int64)
+
+
+def _grouped(
+    scaled: FloatArray,
+    scale: FloatArray,
+    leading: IntArray,
+    names: tuple[str, ...],
+    units: tuple[str, ...],
+) -> BaseParameters:
+    p = len(names)
+    rest = np.setdiff1d(np.arange(p), leading)
+    Q, R = np.linalg.qr(scaled[:, leading])
+    # W_D (p, d) = W_J (p, b) K (b, d), both sides scaled
+    K = solve_triangular(R, Q.T @ scaled[:, rest])
+    K = K / scale[leading][:, None] * np.where(np.isinf(scale[rest]), 0.0, scale[rest])
+    K[np.abs(K) < _ROUNDING] = 0.0
+    mapping, null = np.zeros((len(leading), p)), np.zeros((p, len(rest)))
+    mapping[np.arange(len(leading)), leading] = 1.0
+    mapping[:, rest] = K
+    null[leading], null[rest, np.arange(len(rest))] = -K, 1.0
+    return BaseParameters(
+        names=tuple(names[j] for j in leading),
+        units=tuple(units[j] for j in leading),
+        expressions=tuple(
+            _text(row, lead, names) for row, lead in zip(mapping, leading, strict=True)
+        ),
+        leading=leading,
+        mapping=mapping,
+        null_space=null,
+    )
+
+
+def _text(row: FloatArray, lead: int, names: tuple[str, ...]) -> str:
+    text = names[lead]
+    for j in np.flatnonzero(row):
+        if j == lead:
+            continue
+        size = f"{abs(row[j]):.4g}"
+        text += f" {'+' if row[j] > 0 else '-'} {'' if size == '1' else size + ' '}{names[j]}"
+    return text

@@ -1,0 +1,272 @@
+"""Parameters that some distribution of mass could have: every pseudo-inertia positive definite.
+
+Minimise over the base parameters b and what the motion cannot show n, ``phi = lift(b) + N n``,
+
+    1/2 |z - T b|^2 + gamma sum_s [ tr(P0_s^-1 P_s) - log det P_s ]
+
+with P_s the pseudo-inertia of segment s and P0_s that of a prior. The bracket is the divergence of
+one distribution of mass from another: it does not depend on the frame in which a segment is
+described, and keeps P_s strictly positive definite (T. Lee, P. M. Wensing and F. C. Park, IEEE
+Trans Robotics 36 (2020) 348-364). gamma states how far the prior is trusted; gamma towards zero is
+the semidefinite program without a prior, reached along its central path, within ``4 s gamma`` of
+its minimum plus the prior's own pull. Newton's method on triangles: no normal equations, so that a
+vanishing gamma costs no digits.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Final
+
+import numpy as np
+from scipy.linalg import solve_triangular
+
+from armimpedance.core.arrays import FloatArray, FrozenRecord
+from armimpedance.core.errors import EstimationError, InputError
+from armimpedance.joint.body.base_parameters import BaseParameters
+from armimpedance.joint.body.equations import BodyEquations
+from armimpedance.joint.body.parameters import pseudo_inertia_basis, pseudo_inertias
+
+#: Without a prior: how much worse than the minimum the fit may be, part of the residual squares,
+_GAP: Final = 1e-9
+#: and of all squares (exact data).
+_LEAST_GAP: Final = 1e-22
+_SHRINK: Final = 0.5
+_MOST_STEPS: Final = 200
+#: Newton's step in the metric of the segments' cones: near enough on the way, and at the end.
+_NEAR: Final = 1e-2
+_SETTLED: Final = 1e-14
+_ROUNDING: Final = 1e-6
+_HALVINGS: Final = 60
+_LONGEST: Final = 1e3
+
+
+@dataclass(frozen=True)
+class ConsistentFit(FrozenRecord):
+    """Physically consistent parameters of every segment.
+
+    Attributes
+    ----------
+    phi : (p,)
+        Inertial parameters, then joint terms.
+    base : (b,)
+        The base parameters in it.
+    covariance : (p, p) or None
+        Covariance of phi, from the curvature of data and prior together (Laplace); None without a
+        prior, where the data alone leave some directions open.
+    smallest_eigenvalue : (s,)
+        Smallest eigenvalue of each segment's pseudo-inertia, in units of the prior's; positive.
+    gamma : float
+    """
+
+    phi: Annotated[FloatArray, "p"]
+    base: Annotated[FloatArray, "b"]
+    covariance: Annotated[FloatArray, "p p"] | None
+    smallest_eigenvalue: Annotated[FloatArray, "s"]
+    gamma: float
+
+
+def fit_consistent(
+    equations: BodyEquations,
+    base: BaseParameters,
+    weights: FloatArray,
+    prior: FloatArray,
+    *,
+    prior_sd: float | None = None,
+    inflation: float = 1.0,
+    about: FloatArray | None = None,
+) -> ConsistentFit:
+    """Physically consistent fit, with a prior of a relative sd or with none.
+
+    Parameters
+    ----------
+    weights : (R,)
+        Per row: one over the residual level, so that data and prior are in the same units.
+    prior : (p_i,)
+        Inertial parameters of all segments, positive definite. Without `prior_sd` they only choose
+        among what the motion cannot show.
+    prior_sd : float, optional
+        How well the prior's masses are trusted, relative: .3 for 30 %. A second moment of mass
+        along one direction has sqrt(2) times that, as a mass has in this divergence.
+    inflation : float
+        How many times larger than for independent samples the variance of an estimate is.
+    about : (b,), optional
+        Base parameters that stand for those of least squares, where these are known to be biased.
+
+    Raises
+    ------
+    InputError
+        A prior that no distribution of mass has, another number of parameters, or an sd or an
+        inflation that is not positive.
+    EstimationError
+        The iteration does not settle.
+    """
+    if np.shape(prior) != (equations.n_inertial,):
+        raise InputError(f"a prior of {np.size(prior)}", expected=f"{equations.n_inertial} numbers")
+    P0 = pseudo_inertias(prior)
+    if not np.linalg.eigvalsh(P0).min() > 0:
+        raise InputError("the prior has a pseudo-inertia that is not positive definite")
+    if not inflation > 0 or (prior_sd is not None and not prior_sd > 0):
+        raise InputError(f"prior sd {prior_sd}, inflation {inflation}", expected="more than 0")
+    problem = _Problem(equations, base, weights, P0, about)
+    start = base.of(np.append(prior, np.zeros(len(equations.columns) - len(prior))))
+    b, n = start, problem.hidden(prior)
+    # a mass that is e times too large costs gamma e^2 / 2 (4x4 alone: 2 e^2 for all of P scaled)
+    gamma_end = inflation / (4 * prior_sd**2) if prior_sd else problem.vanishing(prior)
+    gamma = max(float(problem.misfit(b)), gamma_end)
+    while True:
+        b, n = _centre(problem, b, n, gamma, last=gamma <= gamma_end)
+        if gamma <= gamma_end:
+            break
+        gamma = max(gamma * _SHRINK, gamma_end)
+    phi = problem.phi(b, n)
+    P = pseudo_inertias(phi[: problem.inertial])
+    smallest = np.asarray(np.linalg.eigvalsh(_in_units_of(P0, P))[:, 0], dtype=np.float64)
+    if not (smallest > 0).all() or not np.linalg.eigvalsh(P).min() > 0:
+        raise EstimationError("a pseudo-inertia ends on the edge of what is possible")
+    covariance = problem.covariance(b, n, gamma) * inflation if prior_sd else None
+    return ConsistentFit(phi, base.of(phi), covariance, smallest, gamma)
+
+
+class _Problem:
+    """The data's triangle and the segments' cones, in coordinates (b, n)."""
+
+    def __init__(
+        self,
+        equations: BodyEquations,
+        base: BaseParameters,
+        weights: FloatArray,
+        P0: FloatArray,
+        about: FloatArray | None,
+    ) -> None:
+        p = len(equations.columns)
+        stack = equations.stacked(weights)[:, np.append(base.leading, p)]
+        r = np.asarray(np.linalg.qr(stack, mode="r"))
+        self.T, self.z = r[:-1, :-1], r[:-1, -1]
+        if about is not None:
+            self.z = self.T @ about
+        self.left = float(r[-1, -1] ** 2)
+        self.base, self.inertial, self.p = base, equations.n_inertial, p
+        self.N = base.null_space
+        self.basis = pseudo_inertia_basis()
+        self.P0, self.inverse = P0, np.linalg.inv(P0)
+        self.lift = np.zeros((p, base.rank))
+        self.lift[base.leading, np.arange(base.rank)] = 1.0
+
+    def phi(self, b: FloatArray, n: FloatArray) -> FloatArray:
+        return np.asarray(self.lift @ b + self.N @ n)
+
+    def hidden(self, prior: FloatArray) -> FloatArray:
+        """n of a prior: its values in the columns that do not lead."""
+        phi = np.append(prior, np.zeros(self.p - len(prior)))
+        return np.asarray(phi[np.setdiff1d(np.arange(self.p), self.base.leading)])
+
+    def misfit(self, b: FloatArray) -> float:
+        e = self.z - self.T @ b
+        return float(e @ e)
+
+    def vanishing(self, prior: FloatArray) -> float:
+        """gamma that leaves the minimum without a prior as it is, but for `_GAP`."""
+        total = float(self.z @ self.z) + self.left
+        return max(_GAP * self.left, _LEAST_GAP * total) / len(prior)
+
+    def longest_descent(
+        self, b: FloatArray, n: FloatArray, db: FloatArray, dn: FloatArray, gamma: float
+    ) -> float:
+        """The step along (db, dn) to the lowest point on that line, always inside the cones.
+
+        Along a line the misfit is a parabola and ``log det(P + t D)`` a sum of ``log(1 + t l)``,
+        so that the slope is known in closed form; it rises with t, and is halved in on.
+        """
+        P = pseudo_inertias(self.phi(b, n)[: self.inertial])
+        D = pseudo_inertias(self.phi(db, dn)[: self.inertial])
+        ratio = np.linalg.eigvalsh(_in_units_of(P, D)).ravel()
+        moved, left = self.T @ db, self.z - self.T @ b
+        slope = float(gamma * np.einsum("sij,sji->", self.inverse, D) - left @ moved)
+        curve = float(moved @ moved)
+        low, high = 0.0, min(1 / max(-float(ratio.min()), 1e-300), _LONGEST)
+        for _ in range(_HALVINGS):
+            t = (low + high) / 2
+            rising = slope + curve * t - gamma * float((ratio / (1 + t * ratio)).sum()) > 0
+            low, high = (low, t) if rising else (t, high)
+        return low
+
+    def cones(self, b: FloatArray, n: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """G (10 s, p) and g (10 s,): the divergence's Hessian is G^T G, its gradient G^T g."""
+        P = pseudo_inertias(self.phi(b, n)[: self.inertial])
+        C = np.linalg.cholesky(P)
+        inv = np.linalg.inv(C)
+        # d(C^-1 P C^-T) for each of the ten parameters of segment s, (s, 10, 4, 4)
+        moved = inv[:, None] @ self.basis @ np.swapaxes(inv, 1, 2)[:, None]
+        pull = np.swapaxes(C, 1, 2) @ self.inverse @ C - np.eye(4)
+        s = len(P)
+        G = np.zeros((s, 10, s, 10))
+        G[np.arange(s), :, np.arange(s)] = np.swapaxes(_flat(moved), 1, 2)
+        wide = np.zeros((10 * s, self.p))
+        wide[:, : self.inertial] = G.reshape(10 * s, 10 * s)
+        return wide, _flat(pull).reshape(-1)
+
+    def step(
+        self, b: FloatArray, n: FloatArray, gamma: float
+    ) -> tuple[FloatArray, FloatArray, float]:
+        """Newton's step and its squared length in the Hessian's metric."""
+        G, g = self.cones(b, n)
+        h = self.N.shape[1]
+        Q, R = np.linalg.qr(G @ self.N, mode="complete")
+        along, across = Q[:, :h], Q[:, h:]
+        root, GS = np.sqrt(gamma), G @ self.lift
+        # [T; sqrt(gamma) Q2^T G S] (2b, b) db = [z - T b; -sqrt(gamma) Q2^T g]
+        stack = np.concatenate([self.T, root * (across.T @ GS)])
+        right = np.concatenate([self.z - self.T @ b, -root * (across.T @ g)])
+        scale = np.linalg.norm(stack, axis=0)
+        q, r = np.linalg.qr(stack / scale)
+        db = solve_triangular(r, q.T @ right) / scale
+        # R1 (h, h) dn = -Q1^T (g + G S db)
+        dn = solve_triangular(R[:h], -along.T @ (g + GS @ db)) if h else np.zeros(0)
+        dphi = G @ (self.lift @ db + self.N @ dn)
+        Tb = self.T @ db
+        return db, dn, float(Tb @ Tb + gamma * (dphi @ dphi))
+
+    def covariance(self, b: FloatArray, n: FloatArray, gamma: float) -> FloatArray:
+        """Inverse of the curvature, brought to phi (p, p)."""
+        G, _ = self.cones(b, n)
+        to_phi = np.concatenate([self.lift, self.N], axis=1)
+        data = np.zeros((len(self.T), self.p))
+        data[:, : self.base.rank] = self.T
+        stack = np.concatenate([data, np.sqrt(gamma) * G @ to_phi])
+        scale = np.linalg.norm(stack, axis=0)
+        r = np.linalg.qr(stack / scale, mode="r")
+        half = to_phi @ (solve_triangular(r, np.eye(self.p)) / scale[:, None])
+        return np.asarray(half @ half.T)
+
+
+def _centre(
+    problem: _Problem, b: FloatArray, n: FloatArray, gamma: float, *, last: bool
+) -> tuple[FloatArray, FloatArray]:
+    """Newton's method at one gamma: near enough on the way, settled at last."""
+    before = float("inf")
+    for _ in range(_MOST_STEPS):
+        db, dn, length = problem.step(b, n, gamma)
+        short = length <= _NEAR * gamma
+        size = problem.longest_descent(b, n, db, dn, gamma)
+        size = min(size, 1.0) if short else size
+        b, n = b + size * db, n + size * dn
+        # at last: until the steps are nothing, or rounding keeps them from shrinking
+        stalled = length <= _ROUNDING * gamma and length >= before / 4
+        if short and (not last or length <= _SETTLED * gamma or stalled):
+            return b, n
+        before = length
+    raise EstimationError(f"the physically consistent fit does not settle in {_MOST_STEPS} steps")
+
+
+def _in_units_of(P0: FloatArray, P: FloatArray) -> FloatArray:
+    """``C0^-1 P C0^-T`` (s, 4, 4): the identity where P is the prior."""
+    inv = np.linalg.inv(np.linalg.cholesky(P0))
+    moved = inv @ P @ np.swapaxes(inv, 1, 2)
+    return np.asarray((moved + np.swapaxes(moved, 1, 2)) / 2)
+
+
+def _flat(symmetric: FloatArray) -> FloatArray:
+    """Symmetric (..., 4, 4) as (..., 10) with the same inner product."""
+    i, j = np.triu_indices(4)
+    return np.asarray(symmetric[..., i, j] * np.where(i == j, 1.0, np.sqrt(2)))

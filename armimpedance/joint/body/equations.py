@@ -1,0 +1,167 @@
+"""What the identification remembers of the samples: a triangle per trial and row.
+
+For trial t and row c (a component of the root's wrench, or a joint) the upper triangle of
+``[W_tc w_tc]``. Any choice of motions, weights of rows and set of columns is then fitted and
+validated without the samples.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from armimpedance.core.arrays import FloatArray, FrozenRecord, IntArray
+from armimpedance.core.errors import InputError
+from armimpedance.core.motion import MotionRecording
+from armimpedance.joint.body.rows import RowChoice, each_trial
+from armimpedance.joint.body.validation import BodyValidation
+from armimpedance.numerics.regression import TrialFactors
+
+
+@dataclass(frozen=True, eq=False)
+class BodyEquations(FrozenRecord):
+    """Triangles of ``w = W phi`` per trial and row, k = p + 1.
+
+    Attributes
+    ----------
+    r : (T, R, k, k)
+        Upper triangles of ``[W w]``.
+    samples : (T,) int
+    mean : (T, R)
+        Mean of w, so that what varies can be judged apart from what is constant.
+    motions : tuple of T str
+        The trials' conditions.
+    rows, row_units : tuples of R str
+    columns, column_units : tuples of p str
+        The inertial parameters (ten per segment), then the joint terms.
+    n_inertial : int
+        How many of the columns are inertial parameters.
+    """
+
+    r: Annotated[FloatArray, "T R p+1 p+1"]
+    samples: Annotated[IntArray, "T"]
+    mean: Annotated[FloatArray, "T R"]
+    motions: Annotated[tuple[str, ...], "T"]
+    rows: Annotated[tuple[str, ...], "R"]
+    row_units: Annotated[tuple[str, ...], "R"]
+    columns: Annotated[tuple[str, ...], "p"]
+    column_units: Annotated[tuple[str, ...], "p"]
+    n_inertial: int
+
+    @property
+    def n_trials(self) -> int:
+        """Number of trials T."""
+        return len(self.r)
+
+    def subset(self, trials: ArrayLike) -> BodyEquations:
+        """The equations of these trials only (row numbers from 0, or a mask)."""
+        chosen = np.arange(self.n_trials)[np.asarray(trials)]
+        if len(chosen) == 0:
+            raise InputError("no motions to identify from")
+        motions = tuple(self.motions[t] for t in chosen)
+        return replace(
+            self,
+            r=self.r[chosen],
+            samples=self.samples[chosen],
+            mean=self.mean[chosen],
+            motions=motions,
+        )
+
+    def stacked(self, weights: FloatArray | None = None) -> FloatArray:
+        """One triangle (k, k) of all trials and rows, each row times its weight (R,)."""
+        scale = np.ones(len(self.rows)) if weights is None else weights
+        k = self.r.shape[-1]
+        return np.asarray(np.linalg.qr((self.r * scale[:, None, None]).reshape(-1, k), mode="r"))
+
+    def squares(self, phi: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Sums of squares (T, R) of the residual ``w - W phi`` and of w about its mean."""
+        p = len(self.columns)
+        residual = self.r[..., p] - self.r[..., :p] @ phi
+        left = (self.r[..., p] ** 2).sum(axis=2) - self.samples[:, None] * self.mean**2
+        return (residual**2).sum(axis=2), left
+
+    def validate(self, phi: FloatArray) -> BodyValidation:
+        """Judge the prediction ``W phi`` of parameters (p,), of all segments and joint terms.
+
+        A base solution serves as `BaseParameters.lift`.
+        """
+        left, varying = self.squares(phi)
+        return BodyValidation(self.motions, self.rows, self.row_units, self.samples, left, varying)
+
+
+def body_equations(
+    recording: MotionRecording,
+    choice: RowChoice,
+    progress: Callable[[int, int], None] | None = None,
+) -> BodyEquations:
+    """Reduce a recording to its triangles, one trial after another.
+
+    Parameters
+    ----------
+    recording : MotionRecording
+    choice : RowChoice
+    progress : function, optional
+        Called with how many trials are done, of how many.
+
+    Returns
+    -------
+    BodyEquations
+
+    Raises
+    ------
+    InputError
+        As `each_trial`.
+    """
+    skeleton = recording.skeleton
+    triangles, means, samples, motions = [], [], [], []
+    for trial in each_trial(recording, choice):
+        k = trial.W.shape[2] + 1
+        table = np.concatenate([trial.W, trial.w[:, :, None]], axis=2).swapaxes(0, 1)
+        r = np.zeros((table.shape[0], k, k))
+        # [W_c w_c] (S, k) = Q (S, k) r_c (k, k), for all rows c
+        r[:, : min(table.shape[1], k)] = np.linalg.qr(table, mode="r")
+        triangles.append(r)
+        means.append(trial.w.mean(axis=0))
+        samples.append(len(trial.w))
+        motions.append(trial.condition)
+        if progress is not None:
+            progress(len(motions), recording.n_trials)
+    return BodyEquations(
+        r=np.stack(triangles),
+        samples=np.array(samples),
+        mean=np.stack(means),
+        motions=tuple(motions),
+        rows=choice.row_names(skeleton),
+        row_units=choice.row_units(skeleton),
+        columns=choice.column_names(skeleton),
+        column_units=choice.column_units(skeleton),
+        n_inertial=len(choice.column_names(skeleton)) - len(choice.terms),
+    )
+
+
+def trial_factors_of(
+    equations: BodyEquations,
+    columns: IntArray,
+    names: tuple[str, ...],
+    units: tuple[str, ...],
+    weights: FloatArray,
+) -> TrialFactors:
+    """The regression core's factors of some columns, rows weighted by (R,), a cluster a trial."""
+    p = len(equations.columns)
+    take = np.append(columns, p)
+    scaled = equations.r[..., take] * weights[:, None, None]
+    T, k = equations.n_trials, len(take)
+    # rows of all R triangles of a trial below one another
+    r = np.asarray(np.linalg.qr(scaled.reshape(T, -1, k), mode="r"))
+    return TrialFactors(
+        r=r,
+        rows=equations.samples * len(equations.rows),
+        regressors=names,
+        outputs=("wrench",),
+        regressor_units=units,
+        output_units=("",),
+    )

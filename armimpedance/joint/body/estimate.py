@@ -1,0 +1,148 @@
+"""Least squares for base parameters, plain and weighted by row.
+
+Weighted: each row of the wrench (N, N m) is divided by its own residual level. The levels come
+from the fit before, once or twice.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+import numpy as np
+from scipy.linalg import solve_triangular
+
+from armimpedance.core.arrays import FloatArray, FrozenRecord
+from armimpedance.core.errors import InputError
+from armimpedance.core.motion import MotionRecording
+from armimpedance.joint.body.base_parameters import BaseParameters
+from armimpedance.joint.body.equations import BodyEquations, trial_factors_of
+from armimpedance.joint.body.rows import RowChoice, each_trial
+from armimpedance.numerics.regression import Fit, fit, split_blocks
+
+Weighting = Literal["none", "levels"]
+#: Levels below this part of a row's size are rounding, not noise.
+_LEAST_LEVEL = 1e-9
+_ROUNDS = 2
+
+
+@dataclass(frozen=True)
+class BaseFit(FrozenRecord):
+    """Least-squares base parameters.
+
+    Attributes
+    ----------
+    fit : Fit
+        Classical covariance; rows weighted.
+    weights : (R,)
+        Weight of each row.
+    """
+
+    fit: Fit
+    weights: Annotated[FloatArray, "R"]
+
+    @property
+    def values(self) -> FloatArray:
+        """Base parameters (b,)."""
+        return self.fit.parameters
+
+
+def fit_base(
+    equations: BodyEquations, base: BaseParameters, weighting: Weighting = "levels"
+) -> BaseFit:
+    """Solve ``w = W_base b`` over all motions of the equations.
+
+    Parameters
+    ----------
+    equations : BodyEquations
+    base : BaseParameters
+    weighting : {"none", "levels"}
+        All rows alike, or each divided by the level of its residuals.
+
+    Returns
+    -------
+    BaseFit
+
+    Raises
+    ------
+    NotIdentifiableError
+        These motions do not show all base parameters; names them.
+    InputError
+        Fewer rows than parameters, or an unknown weighting.
+    """
+    if weighting not in ("none", "levels"):
+        raise InputError(f"no weighting {weighting!r}", expected="'none' or 'levels'")
+    rows = int(equations.samples.sum()) * len(equations.rows)
+    if rows <= base.rank:
+        raise InputError(f"{rows} rows for {base.rank} parameters", expected="more rows")
+    weights = np.ones(len(equations.rows))
+    solved = _solve(equations, base, weights)
+    for _ in range(_ROUNDS if weighting == "levels" else 0):
+        weights = 1 / row_levels(equations, base.lift(solved.parameters))
+        solved = _solve(equations, base, weights)
+    return BaseFit(solved, weights)
+
+
+def row_levels(equations: BodyEquations, phi: FloatArray) -> FloatArray:
+    """Residual root mean square (R,) of each row over all motions, never zero."""
+    left, _ = equations.squares(phi)
+    total = (equations.r[..., -1] ** 2).sum(axis=(0, 2))
+    count = equations.samples.sum()
+    size = np.sqrt(total / count)
+    floor = _LEAST_LEVEL * np.where(size > 0, size, max(size.max(), 1e-300))
+    return np.maximum(np.sqrt(left.sum(axis=0) / count), floor)
+
+
+def _solve(equations: BodyEquations, base: BaseParameters, weights: FloatArray) -> Fit:
+    factors = trial_factors_of(equations, base.leading, base.names, base.units, weights)
+    return fit(
+        factors, covariance="classical", parameter_names=base.names, parameter_units=base.units
+    )
+
+
+def clustered_covariance(
+    recording: MotionRecording,
+    choice: RowChoice,
+    base: BaseParameters,
+    solved: BaseFit,
+    *,
+    block_s: float = 1.0,
+    trials: tuple[int, ...] | None = None,
+) -> FloatArray:
+    """Covariance (b, b) of base parameters, clustered by blocks of a trial's time.
+
+    ``R^-1 R^-T (G/(G-1) (N-1)/(N-p) sum_g s_g s_g^T) R^-1 R^-T`` with the scores
+    ``s_g = W_g^T e_g`` of G blocks: neighbouring samples and the six components of a wrench may be
+    correlated, blocks not. Goes over the samples once more.
+
+    Parameters
+    ----------
+    trials : tuple of int, optional
+        Those that were fitted; all by default.
+
+    Raises
+    ------
+    InputError
+        Fewer than two blocks.
+    """
+    rows, scores = 0, []
+    size = max(round(block_s * recording.sample_rate_hz), 1)
+    for t, trial in enumerate(each_trial(recording, choice)):
+        if trials is not None and t not in trials:
+            continue
+        W = trial.W[..., base.leading] * solved.weights[:, None]
+        e = trial.w * solved.weights - W @ solved.values
+        blocks = split_blocks(len(W), size) if len(W) >= 2 * size else (slice(None),)
+        # s_g (b,) = sum over the block's samples and rows of W e
+        scores += [np.einsum("src,sr->c", W[g], e[g]) for g in blocks]
+        rows += e.size
+    if len(scores) < 2:
+        raise InputError("one block only: its spread cannot be seen", expected="a longer recording")
+    G, b = len(scores), base.rank
+    small_sample = G / (G - 1) * (rows - 1) / max(rows - b, 1)
+    R = solved.fit.triangle
+    scale = np.linalg.norm(R, axis=0)
+    # R^T R x = s, columns scaled
+    half = solve_triangular(R / scale, np.array(scores).T / scale[:, None], trans="T")
+    moved = solve_triangular(R / scale, half) / scale[:, None]
+    return np.asarray(small_sample * moved @ moved.T)

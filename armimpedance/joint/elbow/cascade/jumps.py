@@ -1,0 +1,235 @@
+"""Courses that stay and jump: the exact average over all placements of the jumps.
+
+Between two jumps all courses are constant; each stretch draws its values from one normal
+distribution whose mean and spread come from the record (empirical Bayes), as does the rate
+of jumps. P. Fearnhead's recursion (2006) sums over every placement: forward over the starts of the
+stretch that lasts, of which the hopeless are dropped, and backward over its end. So mean and
+variance take in that nobody knows to the millisecond when a jump was.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from armimpedance.core.arrays import FloatArray, IntArray
+from armimpedance.joint.elbow.cascade.cells import Cells
+from armimpedance.joint.elbow.cascade.found import Found
+
+#: Starts that are kept of the stretch that lasts, at most.
+STARTS: Final = 40
+#: ... and at least so likely, over the likeliest.
+HOPELESS: Final = 1e-7
+#: Stretches below this probability are left out of the average.
+RARE: Final = 1e-5
+#: Rounds in which mean, spread and rate are learnt.
+ROUNDS: Final = 3
+#: One stretch before the record had such a spread, over the size; it counts as so many stretches.
+BEFORE: Final = (0.5, 0.3)
+#: Spread of I between stretches, over its size: none.
+STILL: Final = 1e-3
+
+
+@dataclass(frozen=True)
+class Stretches:
+    """Hyperparameters.
+
+    Attributes
+    ----------
+    mean, spread : (m + 1,)
+        Of the values of stretches, I last.
+    rate : float
+        Jumps per cell.
+    noise : float
+        Variance.
+    torn : int
+        Cells after a jump that belong to neither stretch: the jump lies within them, or the noise's
+        autoregression reaches over it.
+    """
+
+    mean: FloatArray
+    spread: FloatArray
+    rate: float
+    noise: float
+    torn: int = 1
+
+
+@dataclass(frozen=True)
+class _Averaged:
+    """Stretches (R,) from `first`, untorn from `whole` to `last`, their probabilities, evidence."""
+
+    first: IntArray
+    whole: IntArray
+    last: IntArray
+    weight: FloatArray
+    evidence: float
+
+
+def stretches_of(cells: Cells, noise: float, torn: int = 1) -> Stretches:
+    """Mean, spread, rate and noise that the record asks for."""
+    p = cells.courses + 1
+    total = cells.products.sum(axis=0)
+    A, b = total[:p, :p], total[:p, -1]
+    d = 1 / np.sqrt(np.maximum(np.diag(A), 1e-300))
+    mean = d * (np.linalg.pinv(A * d[:, None] * d, rcond=1e-10) @ (d * b))
+    n = max(int(cells.rows.sum()), 1)
+    size = np.maximum(np.abs(mean), 0.02 * np.sqrt(total[-1, -1] / np.maximum(np.diag(A), 1e-300)))
+    spread = BEFORE[0] * size
+    spread[-1] = STILL * size[-1]
+    of = Stretches(mean, spread, min(max(2.0 / n, cells.width), 0.02), noise, torn)
+    for _ in range(ROUNDS):
+        of = _learnt(cells, of, size)
+    return of
+
+
+def jumping(cells: Cells, of: Stretches) -> Found:
+    """Mean and variance of the courses over all placements of the jumps."""
+    n, m = len(cells.rows), cells.courses
+    averaged = _averaged(cells, of)
+    means, covariances, W = _stretches(cells, of, averaged)
+    centre = np.linalg.inv(W)
+    # what the mean of all stretches is not known by goes into each
+    pull = _pull(cells, of, averaged)
+    variances = np.einsum("rij,jk,rik->ri", pull, centre, pull)
+    variances += np.einsum("rii->ri", covariances)
+    first, last, w = averaged.first, averaged.last, averaged.weight[:, None]
+    sums = np.zeros((n + 1, 2 * (m + 1) + 1))
+    added = np.concatenate([w * means, w * (variances + means**2), w], axis=1)
+    # a torn cell belongs to the stretches on either side by halves
+    behind = np.minimum(last + of.torn, n)
+    for at, sign in ((first, 0.5), (averaged.whole, 0.5), (last, -0.5), (behind, -0.5)):
+        np.add.at(sums, at, sign * added)
+    sums = np.cumsum(sums, axis=0)[:n]
+    sums /= sums[:, -1:]
+    mean = sums[:, : m + 1]
+    variance = np.maximum(sums[:, m + 1 : -1] - mean**2, variances.min(axis=0))
+    return Found(
+        mean[:, :m],
+        variance[:, :m],
+        float(of.mean[-1]),
+        float(centre[-1, -1]),
+        averaged.evidence,
+        of.noise,
+        np.asarray(np.bincount(first, averaged.weight, n), np.float64),
+    )
+
+
+def _learnt(cells: Cells, of: Stretches, size: FloatArray) -> Stretches:
+    """One round: what the average over placements says of mean, spread, rate and noise."""
+    averaged = _averaged(cells, of)
+    means, covariances, W = _stretches(cells, of, averaged)
+    w = averaged.weight
+    information = _totals(cells, averaged)
+    A, b = information[:, :-1, :-1] / of.noise, information[:, :-1, -1] / of.noise
+    S = np.diag(of.spread**2)
+    # of the mean of all stretches: (S + A^-1)^-1 = (1 + A S)^-1 A
+    seen = np.linalg.solve(np.eye(len(S)) + A @ S, b[..., None])[..., 0]
+    mean = np.linalg.solve(W, (w[:, None] * seen).sum(axis=0))
+    square = (w[:, None] * (np.einsum("rii->ri", covariances) + (means - mean) ** 2)).sum(axis=0)
+    square += BEFORE[1] * (BEFORE[0] * size) ** 2
+    spread = np.sqrt(square / (w.sum() + BEFORE[1]))
+    spread[-1] = STILL * size[-1]
+    total = information[:, -1, -1]
+    quadratic = np.einsum("ri,rij,rj->r", means, information[:, :-1, :-1], means)
+    loss = total - 2 * np.einsum("ri,ri->r", means, information[:, :-1, -1]) + quadratic
+    loss += np.einsum("rij,rji->r", information[:, :-1, :-1], covariances)
+    count = np.concatenate([[0], np.cumsum(cells.rows)])
+    rows = count[averaged.last] - count[averaged.whole]
+    noise = float((w * loss).sum() / max((w * rows).sum(), 1))
+    rate = (max(w.sum() - 1, 0) + 0.5) / len(cells.rows)
+    return Stretches(mean, spread, float(np.clip(rate, 1e-7, 0.2)), noise, of.torn)
+
+
+def _totals(cells: Cells, averaged: _Averaged) -> FloatArray:
+    """Sums of products (R, p + 1, p + 1) of stretches."""
+    sums = np.concatenate([np.zeros((1, *cells.products.shape[1:])), cells.products]).cumsum(axis=0)
+    return np.asarray(sums[averaged.last] - sums[averaged.whole])
+
+
+def _stretches(
+    cells: Cells, of: Stretches, averaged: _Averaged
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Posterior means (R, p), covariances (R, p, p), and information (p, p) of the common mean."""
+    total = _totals(cells, averaged) / of.noise
+    A, b = total[:, :-1, :-1], total[:, :-1, -1]
+    s = of.spread
+    scaled = np.eye(len(s)) + A * s[:, None] * s
+    inverse = np.linalg.inv(scaled)
+    covariance = inverse * s[:, None] * s
+    moved = b - A @ of.mean
+    means = of.mean + (covariance @ moved[..., None])[..., 0]
+    W = (averaged.weight[:, None, None] * (A - A @ covariance @ A)).sum(axis=0)
+    return means, covariance, W
+
+
+def _pull(cells: Cells, of: Stretches, averaged: _Averaged) -> FloatArray:
+    """How far a stretch follows the common mean: ``(1 + S A)^-1``, (R, p, p)."""
+    A = _totals(cells, averaged)[:, :-1, :-1] / of.noise
+    S = np.diag(of.spread**2)
+    return np.asarray(np.linalg.inv(np.eye(len(S)) + S @ A))
+
+
+def _averaged(cells: Cells, of: Stretches) -> _Averaged:
+    """Fearnhead's recursion forward, then ends and starts of stretches backward."""
+    n, p = len(cells.rows), cells.courses + 1
+    s, rate = of.spread, of.rate
+    # columns scaled by the spread, torque less what the mean explains
+    T = np.zeros((p + 1, p + 1))
+    T[:p, :p] = np.diag(s)
+    T[:p, p], T[p, p] = -of.mean, 1.0
+    Q = np.einsum("ki,nkl,lj->nij", T, cells.products / of.noise, T)
+    sums = np.concatenate([np.zeros((1, p + 1, p + 1)), Q]).cumsum(axis=0)
+    torn = _torn(cells.rows, Q[:, p, p])
+    starts, before = np.zeros(1, dtype=np.int64), np.zeros(1)
+    kept: list[tuple[IntArray, FloatArray]] = []
+    stay = np.log1p(-rate)
+    for t in range(1, n + 1):
+        whole = _whole(starts, t, of.torn)
+        total = sums[t] - sums[whole]
+        total[:, range(p), range(p)] += 1.0
+        # of ((1 + A, b), (b', 0)): the determinant, and b' (1 + A)^-1 b by the last pivot
+        total[:, p, p] += 1.0 + np.abs(total[:, p, p])
+        L = np.linalg.cholesky(total)
+        diagonal = L[:, range(p + 1), range(p + 1)]
+        gain = (L[:, p, :p] ** 2).sum(axis=1)
+        weight = before + (t - starts - 1) * stay
+        weight += 0.5 * gain - np.log(diagonal[:, :p]).sum(axis=1) + torn[whole] - torn[starts]
+        top = weight.max()
+        part = np.exp(weight - top)
+        good = part > HOPELESS
+        if good.sum() > STARTS:
+            good[np.argsort(part)[: len(part) - STARTS]] = False
+        starts, before, part = starts[good], before[good], part[good]
+        sum_ = float(part.sum())
+        kept.append((starts, part / sum_))
+        new = top + np.log(sum_) + np.log(rate)
+        starts, before = np.append(starts, t), np.append(before, new)
+    evidence = float(new - np.log(rate)) - 0.5 * float(sums[n][p, p])
+    evidence -= 0.5 * float(cells.rows.sum()) * np.log(2 * np.pi * of.noise)
+    ends = np.zeros(n + 1)
+    ends[n] = 1.0
+    found = []
+    for t in range(n, 0, -1):
+        if ends[t] < RARE:
+            continue
+        begun, part = kept[t - 1]
+        share = ends[t] * part
+        ends[begun] += share
+        big = share > RARE
+        found.append((begun[big], np.full(int(big.sum()), t), share[big]))
+    first, last, weight = (np.concatenate(x) for x in zip(*found, strict=True))
+    return _Averaged(first, _whole(first, last, of.torn), last, weight, evidence)
+
+
+def _whole(first: IntArray, last: IntArray | int, torn: int) -> IntArray:
+    """Where what is left of stretches begins behind the torn cells; the record's first is whole."""
+    return np.asarray(np.where(first > 0, np.minimum(first + torn, last), 0))
+
+
+def _torn(rows: IntArray, squares: FloatArray) -> FloatArray:
+    """Running sum (n + 1,) of what it costs to take a cell for torn: noise as large as all."""
+    ratio = max(squares.sum() / max(rows.sum(), 1), 1.0)
+    cost = 0.5 * squares * (1 - 1 / ratio) - 0.5 * rows * np.log(ratio)
+    return np.concatenate([[0.0], np.cumsum(cost)])

@@ -1,0 +1,16 @@
+"""The method "ensemble": every instant by itself, over realizations."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from armimpedance.joint.elbow.cascade.method import CascadeMethod
+from armimpedance.joint.elbow.cascade.realizations import over_realizations
+
+METHOD = CascadeMethod(
+    "ensemble",
+    "every instant by itself, over realizations",
+    "MacNeil, Kearney, Hunter, IEEE TBME 39 (1992) 697-704",
+    10,
+    partial(over_realizations, segment_s=0.0),
+)

@@ -1,0 +1,16 @@
+"""The method "short-segments": segments of 0.1 s, over realizations."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from armimpedance.joint.elbow.cascade.method import CascadeMethod
+from armimpedance.joint.elbow.cascade.realizations import over_realizations
+
+METHOD = CascadeMethod(
+    "short-segments",
+    "segments of 0.1 s, over realizations",
+    "D. Ludvig, E. J. Perreault, IEEE TBME 59 (2012) 3541-3549",
+    10,
+    partial(over_realizations, segment_s=0.1),
+)

@@ -1,0 +1,196 @@
+"""The rows of the parallel cascade: torque, and the imposed angle with its derivatives.
+
+``y = I x'' + B(t) x' + K(t) x + G(t) r(t) + offset(t)``. The angle is replaced by what is to be
+expected of it given its measurement (Wiener's filter over frequency); its derivatives are
+those of that expectation, so that the angle's noise does not flatten I, B and K. Both channels are
+averaged over the same blocks of samples and nothing else is done to the torque: a filter does not
+commute with K(t), and a jump stays within its block.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Final
+
+import numpy as np
+
+from armimpedance.core.arrays import FloatArray, FrozenRecord, IntArray
+from armimpedance.joint.elbow.samples import JointSamples
+from armimpedance.joint.elbow.varying.data import VaryingData
+
+#: Each trial loses so much at its ends, where a filter does not know what was before, s.
+EDGE_S: Final = 0.1
+#: What is looked at about an instant at the raw rate, s.
+AROUND_S: Final = 1.0
+#: Length of the segments of the angle's spectrum, s.
+SEGMENT_S: Final = 2.0
+
+
+@dataclass(frozen=True, eq=False)
+class CascadeRows(FrozenRecord):
+    """Decimated rows of T trials, one after another.
+
+    Attributes
+    ----------
+    rate_hz : float
+    offsets : (T + 1,) int
+    torque : (N,)
+        N m on the limb, its mean taken off.
+    motion : (N, 3)
+        Angular acceleration, velocity and angle: rad/s^2, rad/s, rad.
+    """
+
+    rate_hz: float
+    offsets: Annotated[IntArray, "t+1"]
+    torque: Annotated[FloatArray, "n"]
+    motion: Annotated[FloatArray, "n 3"]
+
+    @property
+    def edge(self) -> int:
+        """Rows at each end of a trial that are not used."""
+        return round(EDGE_S * self.rate_hz)
+
+    def trial(self, row: int) -> slice:
+        """Rows of a trial."""
+        return slice(int(self.offsets[row]), int(self.offsets[row + 1]))
+
+
+def cascade_rows(
+    samples: JointSamples, data: VaryingData, slow_hz: float = 0.0, aligned: bool = False
+) -> CascadeRows:
+    """Rows of torque and angle, averaged over blocks.
+
+    Parameters
+    ----------
+    samples : JointSamples
+    data : VaryingData
+        The same, decimated: its rate, band and noise.
+    slow_hz : float
+        What the angle does below is a posture and no deflection; it is left out of the motion.
+    aligned : bool
+        Trials share one operating point, the mean of all; else each has its own mean.
+
+    Returns
+    -------
+    CascadeRows
+    """
+    motion, torque = np.empty((len(data.angle), 3)), np.empty(len(data.angle))
+    for row in range(len(data.trials)):
+        inside = slice(int(data.offsets[row]), int(data.offsets[row + 1]))
+        angle = block_means(samples.angle[samples.samples_of(row)], data.every)
+        held = block_means(samples.torque[samples.samples_of(row)], data.every)
+        angle -= float(samples.angle.mean()) if aligned else angle.mean()
+        kept = _wiener(angle - angle.mean(), float(data.sd_angle[row]), data.rate_hz)
+        motion[inside] = _derivatives(angle, kept, data.rate_hz, slow_hz)
+        torque[inside] = held - (float(samples.torque.mean()) if aligned else held.mean())
+    return CascadeRows(data.rate_hz, data.offsets, torque, motion)
+
+
+@dataclass(frozen=True, eq=False)
+class RawRows(FrozenRecord):
+    """Samples of one trial about an instant, as they were recorded.
+
+    Attributes
+    ----------
+    rate_hz : float
+    within : (S,) int
+        Number of each in its trial.
+    torque : (S,)
+    motion : (S, 3)
+    """
+
+    rate_hz: float
+    within: Annotated[IntArray, "s"]
+    torque: Annotated[FloatArray, "s"]
+    motion: Annotated[FloatArray, "s 3"]
+
+
+def raw_rows(
+    samples: JointSamples,
+    data: VaryingData,
+    row: int,
+    between: tuple[int, int],
+    aligned: bool,
+) -> RawRows | None:
+    """Samples of a trial between two numbers at the raw rate, and what was before.
+
+    Parameters
+    ----------
+    samples : JointSamples
+    data : VaryingData
+    row : int
+        Number of the trial.
+    between : (int, int)
+    aligned : bool
+        As for `cascade_rows`.
+
+    Returns
+    -------
+    RawRows or None
+        None where the trial ends before.
+    """
+    inside, rate = samples.samples_of(row), samples.sample_rate_hz
+    around, count = round(AROUND_S * rate), inside.stop - inside.start
+    low, high = max(between[0] - around, 0), min(between[1] + around, count)
+    if between[0] < 0 or between[1] > count:
+        return None
+    part = slice(inside.start + low, inside.start + high)
+    mean, held = (
+        float((channel if aligned else channel[inside]).mean())
+        for channel in (samples.angle, samples.torque)
+    )
+    angle = samples.angle[part] - mean
+    sd = float(data.sd_angle[row]) * np.sqrt(data.every)
+    motion = _derivatives(angle, _wiener(angle - angle.mean(), sd, rate), rate, 0.0)
+    kept = slice(0, between[1] - low)
+    return RawRows(
+        rate, np.arange(low, high)[kept], samples.torque[part][kept] - held, motion[kept]
+    )
+
+
+def block_means(signal: FloatArray, every: int) -> FloatArray:
+    """Means of blocks of `every` samples; the last block may be shorter."""
+    starts = np.arange(0, len(signal), every)
+    counts = np.diff(np.append(starts, len(signal)))
+    return np.asarray(np.add.reduceat(signal, starts) / counts)
+
+
+def _wiener(angle: FloatArray, sd: float, rate_hz: float) -> tuple[FloatArray, FloatArray]:
+    """Frequencies and the part of the angle that is motion at each, falling from its peak on."""
+    count = min(round(SEGMENT_S * rate_hz), len(angle))
+    taper = np.hanning(count)
+    starts = range(0, len(angle) - count + 1, max(count // 2, 1))
+    power = np.mean(
+        [np.abs(np.fft.rfft(angle[a : a + count] * taper)) ** 2 for a in starts], axis=0
+    )
+    part = np.maximum(1 - sd**2 * (taper**2).sum() / np.maximum(power, 1e-300), 0.0)
+    peak = int((power * np.arange(len(power)) ** 2).argmax())
+    part[: peak + 1] = np.maximum(part[: peak + 1], part[peak])
+    falling: FloatArray = np.minimum.accumulate(part)
+    return np.asarray(np.fft.rfftfreq(count, 1 / rate_hz), dtype=np.float64), falling
+
+
+def _derivatives(
+    angle: FloatArray, kept: tuple[FloatArray, FloatArray], rate_hz: float, slow_hz: float
+) -> FloatArray:
+    """Second, first and no derivative of a trial's angle (S, 3), its ends reflected in a point."""
+    S = len(angle)
+    pad = min(S - 1, round(rate_hz))
+    longer = np.concatenate(
+        [2 * angle[0] - angle[pad:0:-1], angle, 2 * angle[-1] - angle[-2 : -2 - pad : -1]]
+    )
+    count = len(longer)
+    frequency = np.fft.rfftfreq(count, 1 / rate_hz)
+    gain = np.interp(frequency, *kept)
+    # the straight line between the ends is no part of a period
+    line = np.linspace(longer[0], longer[-1], count)
+    spectrum = np.fft.rfft(longer - line) * gain
+    slope = (longer[-1] - longer[0]) * rate_hz / (count - 1)
+    if slow_hz:
+        spectrum *= 1 / (1 + (slow_hz / np.maximum(frequency, 1e-12)) ** 4)
+        line, slope = np.zeros(count), 0.0
+    s = 2j * np.pi * frequency
+    out = np.stack([np.fft.irfft(spectrum * s**k, count)[pad : pad + S] for k in (2, 1, 0)], axis=1)
+    out[:, 1] += slope
+    out[:, 2] += line[pad : pad + S]
+    return out

@@ -1,0 +1,152 @@
+"""Which reflex: delay, low-pass and side of greatest marginal likelihood.
+
+Every pathway that is tried has courses of its own beside it, so that a change of K or of the gain
+is not taken for another delay. Those courses are coarse: only the comparison is wanted.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import Any, Final
+
+import numpy as np
+
+from armimpedance.core.arrays import FloatArray
+from armimpedance.joint.elbow.cascade.answer import ORDERS, SIDES, Pathway
+from armimpedance.joint.elbow.cascade.cells import Cells
+from armimpedance.joint.elbow.cascade.smooth import Strengths, scales_of, smooth_means, strengths_of
+from armimpedance.joint.elbow.cascade.task import MOST_ROWS, Task
+
+#: Delays that are scanned, s, and low-passes, Hz.
+DELAYS_S: Final = np.arange(0.015, 0.126, 0.01)
+CUTOFFS_HZ: Final = (3.0, 8.0)
+LIMITS: Final = ((0.005, 0.2), (0.7, 40.0))
+#: So close to an end, as a share, the likeliest may lie beyond it.
+CLOSE: Final = 0.05
+#: Width of the coarse cells, s.
+COARSE_S: Final = 0.2
+#: Of the gain, before it is learnt, s^-1.5.
+INTENSITY: Final = 2.0
+#: A reflex is seen where the logarithm of the likelihood rises by this.
+SEEN: Final = 12.0
+
+
+@dataclass(frozen=True)
+class Searched:
+    """The likeliest reflex.
+
+    Attributes
+    ----------
+    pathway : Pathway
+    gained : float
+        By how much it raises the logarithm of the marginal likelihood.
+    """
+
+    pathway: Pathway
+    gained: float
+
+    @property
+    def at_limit(self) -> bool:
+        """Whether delay or low-pass lies where the search ends."""
+        values = np.log([self.pathway.delay_s, self.pathway.cutoff_hz])
+        low, high = np.log(LIMITS).T
+        return bool(((values < low + CLOSE) | (values > high - CLOSE)).any())
+
+    @property
+    def seen(self) -> bool:
+        """Whether the record asks for it."""
+        return self.gained > SEEN
+
+
+def searched(task: Task) -> Searched:
+    """Look for the likeliest reflex.
+
+    Raises
+    ------
+    EstimationError
+        The record does not determine the courses.
+    """
+    coarse = _Coarse(_beginning(task))
+    without = coarse.tuned(None)
+    scores = {}
+    for side in SIDES:
+        for delay, cutoff in product(DELAYS_S, CUTOFFS_HZ):
+            one = Pathway(float(delay), cutoff, 2, side)
+            scores[one] = coarse.evidence(one)
+        task.tick()
+    coarse.tuned(max(scores, key=lambda one: scores[one]))
+    ends = []
+    # a side may only win at a delay between those that were scanned
+    for side in SIDES:
+        near = {one: score for one, score in scores.items() if one.side == side}
+        ends.append(_refined(coarse, max(near, key=lambda one: near[one])))
+        task.tick()
+    other = max(ends, key=lambda e: e[0])[1]
+    ends += [_refined(coarse, replace(other, order=order)) for order in ORDERS if order != 2]
+    _, pathway = max(ends, key=lambda e: e[0])
+    return Searched(pathway, coarse.tuned(pathway) - without)
+
+
+def _refined(coarse: _Coarse, start: Pathway) -> tuple[float, Pathway]:
+    """Score and pathway of greatest likelihood near a start."""
+    from scipy.optimize import minimize
+
+    def loss(x: Any) -> float:
+        at = at_place(start, x)
+        return np.inf if at is None else -coarse.evidence(at)
+
+    x0 = np.array([start.delay_s, np.log(start.cutoff_hz)])
+    simplex = x0 + np.array([[0, 0], [0.008, 0], [0, -0.4]])
+    options: Any = {"initial_simplex": simplex, "maxfev": 50, "xatol": 2e-4, "fatol": 0.05}
+    end: Any = minimize(loss, x0, method="Nelder-Mead", options=options)
+    return -float(end.fun), at_place(start, end.x) or start
+
+
+def at_place(kind: Pathway, x: FloatArray) -> Pathway | None:
+    """The pathway at (delay, log cut-off); None where it is not looked for."""
+    delay, cutoff = float(x[0]), float(np.exp(x[1]))
+    inside = all(a <= v <= b for v, (a, b) in zip((delay, cutoff), LIMITS, strict=True))
+    return replace(kind, delay_s=delay, cutoff_hz=cutoff) if inside else None
+
+
+def _beginning(task: Task) -> Task:
+    """The first rows of a long record, in coarse cells of time."""
+    rows, data = task.rows, task.data
+    last = int(np.searchsorted(rows.offsets, MOST_ROWS, side="left"))
+    last = min(max(last, 1), len(rows.offsets) - 1)
+    stop = min(int(rows.offsets[last]), MOST_ROWS)
+    offsets = np.append(rows.offsets[:last], stop)
+    short = replace(rows, offsets=offsets, torque=rows.torque[:stop], motion=rows.motion[:stop])
+    per = max(round(COARSE_S * data.rate_hz), 1)
+    used = task.cell[:stop] >= 0
+    number = np.arange(stop) // per
+    cell = np.where(used, number, -1)
+    strips = np.array([0, int(number[-1]) + 1])
+    return replace(task, rows=short, cell=cell, strips=strips, width=per / data.rate_hz)
+
+
+class _Coarse:
+    """Marginal likelihoods of pathways beside coarse courses."""
+
+    def __init__(self, task: Task) -> None:
+        self._task = task
+        self._strengths = strengths_of(self._cells(None))
+
+    def tuned(self, pathway: Pathway | None) -> float:
+        """Learn the strengths beside this pathway; its marginal likelihood then."""
+        cells = self._cells(pathway)
+        self._strengths = strengths_of(cells)
+        return smooth_means(cells, self._strengths)[0]
+
+    def evidence(self, pathway: Pathway) -> float:
+        """Logarithm of the marginal likelihood."""
+        cells, of = self._cells(pathway), self._strengths
+        intensity = of.intensity
+        if len(intensity) < cells.courses:
+            # the reflex's gain stands before the offset
+            intensity = np.insert(intensity, -1, INTENSITY)
+        return smooth_means(cells, Strengths(intensity, scales_of(cells), of.noise))[0]
+
+    def _cells(self, pathway: Pathway | None) -> Cells:
+        return replace(self._task, pathway=pathway).cells()

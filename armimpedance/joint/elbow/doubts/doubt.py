@@ -1,0 +1,260 @@
+"""The verb of this folder: an estimate, held against what its model leaves out.
+
+Judged by what it does to I, B and K: an answer of a given size may cost nothing at a broad band
+and everything at a narrow one. What is seen is estimated beside them, what cannot be told widens
+their intervals, and both are said.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, Final
+
+import numpy as np
+
+from armimpedance.core.arrays import BoolArray, FloatArray
+from armimpedance.core.errors import EstimationError, InputError
+from armimpedance.core.findings import Finding
+from armimpedance.joint.elbow.doubts.amplitude import RUBS, STIFFENS, Bent, bent, stiffening
+from armimpedance.joint.elbow.doubts.bands import PARTS
+from armimpedance.joint.elbow.doubts.contest import Contest, Kind, contest
+from armimpedance.joint.elbow.doubts.posterior import Posterior, half_widths, posterior
+from armimpedance.joint.elbow.doubts.record import doubted
+from armimpedance.joint.elbow.doubts.sentences import (
+    SURE,
+    Amplitude,
+    Lateness,
+    Reflex,
+    band_finding,
+    findings,
+    unlike_finding,
+)
+from armimpedance.joint.elbow.stationary.band import Band
+from armimpedance.joint.elbow.stationary.estimate import Estimate
+from armimpedance.joint.elbow.stationary.instruments import driver_of
+from armimpedance.joint.elbow.stationary.misfit import explained
+from armimpedance.joint.elbow.stationary.preparation import Prepared
+from armimpedance.numerics.regression import Parameters, t_factor
+
+#: What the record leaves less likely than this is out.
+UNLIKELY: Final = 1 - SURE
+#: A residual below this part of the motion is rounding.
+ENOUGH: Final = 1e-6
+#: Smaller changes of I, B, K are of no consequence.
+SMALL: Final = 5e-3
+#: Degrees of freedom of intervals that rest on the residual's spectrum: each of its values holds
+#: some sixteen squares, and every parameter draws on several.
+_DOF: Final = 30.0
+_NORMAL: Final = 1.959964
+#: A reflex, a skew or a bend moves the inertia by less than this factor: it is known the best.
+OTHER_INERTIA: Final = 1.5
+#: Half of the deviance that an answer or a skew must be worth to be seen, about.
+_SEEN: Final = 6.0
+
+
+@dataclass(frozen=True, eq=False)
+class Doubt:
+    """An estimate after its doubts.
+
+    Attributes
+    ----------
+    parameters : Parameters
+    checks : tuple of Finding
+        "reflex", "skew", "amplitude".
+    seen : bool
+        The limb has more than I, B and K: what they leave is explained.
+    details : mapping
+    """
+
+    parameters: Parameters
+    checks: tuple[Finding, ...]
+    seen: bool = False
+    details: Mapping[str, Any] = field(default_factory=dict)
+
+
+def doubt(estimate: Estimate, prepared: Prepared, band: Band) -> Doubt:
+    """Hold I, B, K against late answers, channels out of step, and amplitude.
+
+    Parameters
+    ----------
+    estimate : Estimate
+    prepared : Prepared
+    band : Band
+        The whole record, weighed as the estimate was.
+    """
+    own = estimate.parameters
+    if explained(band, own.values) > 1 - ENOUGH:
+        return Doubt(own, _nothing_left())
+    try:
+        record = doubted(prepared, band)
+        driver = driver_of(record.band)
+        made = contest(record, driver, own.values)
+        deflection = float(np.std(prepared.angle))
+        curved = bent(made, deflection)
+        if curved.terms:
+            again = contest(record, driver, own.values, curved.terms)
+            if _matters(made, again, own):
+                made = again
+        found = _concluded(own, made, curved, deflection, prepared.source.sample_rate_hz)
+        frequency = np.concatenate([bins.frequency_hz for bins in record.band.trials])
+        if _another(own, found.parameters):
+            return _unlike(own, found)
+        return _over_bands(found, made.excess_over_bands(frequency))
+    except (InputError, EstimationError, np.linalg.LinAlgError) as error:
+        return Doubt(own, (_cannot(error),))
+
+
+def _another(own: Parameters, found: Parameters) -> bool:
+    """Whether what was added took the place of the limb, instead of standing beside it."""
+    change = found.values / own.values
+    return bool((change <= 0).any() or abs(np.log(change[0])) > np.log(OTHER_INERTIA))
+
+
+def _unlike(own: Parameters, found: Doubt) -> Doubt:
+    """The estimate without additions; its interval holds what it would be with them."""
+    off = found.parameters.values - own.values
+    wide = np.abs(off) + t_factor(found.parameters.dof) * found.parameters.sd
+    sd = np.maximum(wide / t_factor(own.dof), own.sd)
+    check = unlike_finding(own, found.parameters)
+    parameters = replace(own, covariance=_scaled(own.covariance, sd))
+    return Doubt(parameters, (check,), True, found.details)
+
+
+def _over_bands(found: Doubt, excess: FloatArray) -> Doubt:
+    """Widened where no kind of limb that was fitted is the same in all parts of the band."""
+    parameters = found.parameters
+    # C' (3, 3) = diag(excess) C diag(excess)
+    covariance = parameters.covariance * np.outer(excess, excess)
+    widened = replace(parameters, covariance=covariance)
+    check = band_finding(widened, excess)
+    if (excess == 1).all():
+        return replace(found, checks=(*found.checks, check))
+    dof = min(parameters.dof, PARTS - 1)
+    return replace(
+        found, parameters=replace(widened, dof=dof), checks=(*found.checks, check), seen=True
+    )
+
+
+def _nothing_left() -> tuple[Finding, ...]:
+    said = "I, B and K leave nothing of the record"
+    return tuple(Finding(name, "ok", said) for name in ("reflex", "skew", "amplitude"))
+
+
+def _cannot(error: Exception) -> Finding:
+    why = f"{error}".split(";")[0]
+    return Finding("reflex", "cannot tell", f"late answers and skew could not be looked for: {why}")
+
+
+def _matters(made: Contest, again: Contest, own: Parameters) -> bool:
+    """Whether the terms of amplitude move I, B, K by what is not lost in their error."""
+    kind = Kind(late_angle=True, answers=0)
+    limbs = [one.fits[kind].values[0, :3] for one in (made, again)]
+    enough = np.maximum(SMALL * np.abs(own.values), own.sd)
+    return bool((np.abs(limbs[1] - limbs[0]) > enough).any())
+
+
+def _concluded(
+    own: Parameters, made: Contest, curved: Bent, deflection: float, rate_hz: float
+) -> Doubt:
+    stiffness = float(own.values[2])
+    believed = posterior(made, stiffness)
+    seen = bool(made.bends) or believed.of_neither < UNLIKELY
+    parameters = _beside(own, believed) if seen else _allowing(own, believed)
+    late, answer = _lateness(made, believed), _reflex(made, believed)
+    amplitude = _amplitude(made, curved, stiffness, deflection)
+    checks = findings(answer, late, amplitude, parameters, believed.of_neither, rate_hz)
+    seen = seen and any(one.verdict in ("warning", "cannot tell") for one in checks)
+    return Doubt(parameters, checks, seen, {"reflex": answer, "skew": late, "amplitude": amplitude})
+
+
+def _allowing(own: Parameters, believed: Posterior) -> Parameters:
+    """The estimate, moved and widened by what lateness and answer would do to it."""
+    shift = believed.weight @ believed.shift
+    spread = believed.excess + _outer(believed.shift - shift)
+    covariance = own.covariance + np.tensordot(believed.weight, spread, 1)
+    more = np.maximum(np.diagonal(believed.excess, axis1=1, axis2=2), 0.0)
+    sd = np.sqrt(own.sd**2 + more) * t_factor(own.dof) / _NORMAL
+    half = half_widths(believed.weight, believed.shift, sd, shift)
+    covariance = _scaled(covariance, half / t_factor(own.dof))
+    return replace(own, values=own.values + shift, covariance=covariance)
+
+
+def _beside(own: Parameters, believed: Posterior) -> Parameters:
+    """I, B, K beside what was seen, over all that the record leaves of it."""
+    mean = believed.mean[:, :3]
+    centre = believed.weight @ mean
+    within = believed.covariance[:, :3, :3]
+    covariance = np.tensordot(believed.weight, within + _outer(mean - centre), 1)
+    sd = np.sqrt(np.diagonal(within, axis1=1, axis2=2)) * t_factor(_DOF) / _NORMAL
+    half = half_widths(believed.weight, mean, sd, centre)
+    covariance = _scaled(covariance, half / t_factor(_DOF))
+    return Parameters(own.names, own.units, centre, covariance, "mixture", _DOF)
+
+
+def _outer(rows: FloatArray) -> FloatArray:
+    """Each row's product with itself, (c, p, p)."""
+    return np.asarray(rows[:, :, None] * rows[:, None, :])
+
+
+def _scaled(covariance: FloatArray, sd: FloatArray) -> FloatArray:
+    """The same correlations with other standard errors (p,)."""
+    by = sd / np.sqrt(np.diag(covariance))
+    return np.asarray(covariance * np.outer(by, by))
+
+
+def _interval(believed: Posterior, which: int, among: BoolArray) -> tuple[float, float, float]:
+    """Mean and 95 % limits of T (3), K_r (4) or B_r (5) over some parts of the mixture."""
+    weight = believed.share(among)
+    mean = believed.mean[among][:, [which]]
+    sd = np.sqrt(believed.covariance[among][:, which, which])[:, None]
+    centre = weight @ mean
+    half = half_widths(weight, mean, sd * t_factor(_DOF) / _NORMAL, centre)
+    return float(centre[0]), float(centre[0] - half[0]), float(centre[0] + half[0])
+
+
+def _lateness(made: Contest, believed: Posterior) -> Lateness:
+    value, low, high = _interval(believed, 3, np.ones(len(believed.weight), dtype=bool))
+    if_late = _interval(believed, 3, believed.late_angle)[0]
+    information = made.fits[Kind(late_angle=True, answers=0)].information[0]
+    smallest = np.sqrt(2 * _SEEN * np.linalg.inv(information)[3, 3])
+    return Lateness(value, (low, high), believed.of_lateness, if_late, float(smallest))
+
+
+def _reflex(made: Contest, believed: Posterior) -> Reflex:
+    value, low, high = _interval(believed, 4, believed.answers)
+    rate, slow, fast = _interval(believed, 5, believed.answers)
+    weight = believed.share(believed.answers)
+    delay = believed.delay_s[believed.answers]
+    order = np.argsort(delay)
+    share = np.cumsum(weight[order])
+    limits = [float(delay[order][np.searchsorted(share, q)]) for q in (0.025, 0.975 - 1e-12)]
+    fit = made.fits[Kind(late_angle=False, answers=1)]
+    typical = int(np.abs(made.delays_s - 0.06).argmin())
+    variance = np.linalg.inv(fit.information[typical])[3, 3]
+    smallest = np.sqrt(2 * _SEEN * variance)
+    return Reflex(
+        value,
+        (low, high),
+        rate,
+        (slow, fast),
+        float(weight @ delay),
+        (limits[0], limits[1]),
+        believed.of_answer,
+        float(smallest),
+    )
+
+
+def _amplitude(made: Contest, curved: Bent, stiffness: float, deflection: float) -> Amplitude:
+    values = np.zeros(4)
+    kind = Kind(late_angle=True, answers=0)
+    if made.bends:
+        values[list(made.bends)] = made.fits[kind].values[0, -len(made.bends) :]
+    return Amplitude(
+        stiffens=STIFFENS[0] in made.bends,
+        rubs=RUBS[0] in made.bends,
+        more_stiffness=stiffening(values, deflection),
+        friction=float(values[RUBS[0]]),
+        deflection=deflection,
+        smallest=curved.smallest / stiffness,
+    )

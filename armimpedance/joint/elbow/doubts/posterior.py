@@ -1,0 +1,163 @@
+"""What the record leaves of each kind of limb: all of them, weighed by how well they predict it.
+
+A prior for lateness and answer, in parts that are normal, gives every kind and delay its evidence
+and I, B, K beside it; the mixture of these is what can be said. A strong record leaves one kind
+and its narrow interval, a weak one all of them with what each would make of K: nothing has to be
+seen before it is allowed for (J. A. Hoeting et al., Statistical Science 14, 1999).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, fields
+from typing import Final
+
+import numpy as np
+
+from armimpedance.core.arrays import BoolArray, FloatArray
+from armimpedance.joint.elbow.doubts.contest import KINDS, RATE_S, Contest, Kind
+
+#: sd of the lateness before the record, s, and the part of belief in it; None: in step.
+LATENESS: Final = ((None, 0.5), (0.5e-3, 0.3), (5e-3, 0.2))
+#: sd of the late answer before the record as part of K, and the part of belief in it.
+ANSWERS: Final = ((None, 0.2), (0.15, 0.5), (0.5, 0.3))
+#: Belief that an answer is to the velocity as well.
+TO_VELOCITY: Final = 1 / 3
+_HALVINGS: Final = 40
+LEVEL: Final = 0.95
+#: A part without width, such as no answer at all, is as wide as this part of the whole.
+_POINT: Final = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Posterior:
+    """A mixture of c normal parts over I, B, K, T, K_r, B_r.
+
+    Attributes
+    ----------
+    log_weight : (c,)
+        Up to a constant: a part that is all but impossible still has its place among its like.
+    mean : (c, 6)
+    covariance : (c, 6, 6)
+    shift : (c, 3)
+        By how much I, B, K differ from those of a limb that has neither.
+    excess : (c, 3, 3)
+        By how much they are more uncertain.
+    late_angle, answers : (c,) bool
+    delay_s : (c,)
+    """
+
+    log_weight: FloatArray
+    mean: FloatArray
+    covariance: FloatArray
+    shift: FloatArray
+    excess: FloatArray
+    late_angle: BoolArray
+    answers: BoolArray
+    delay_s: FloatArray
+
+    @property
+    def weight(self) -> FloatArray:
+        """Of all parts (c,); their sum is 1."""
+        return self.share(np.ones(len(self.log_weight), dtype=bool))
+
+    def share(self, among: BoolArray) -> FloatArray:
+        """Weights of some parts among themselves; their sum is 1."""
+        weight = np.exp(self.log_weight[among] - self.log_weight[among].max())
+        return np.asarray(weight / weight.sum())
+
+    @property
+    def of_neither(self) -> float:
+        """Probability that the angle is in step and nothing answers."""
+        return float(self.weight[~self.late_angle & ~self.answers].sum())
+
+    @property
+    def of_lateness(self) -> float:
+        """Probability that the angle is late or early."""
+        return float(self.weight[self.late_angle].sum())
+
+    @property
+    def of_answer(self) -> float:
+        """Probability of a late answer."""
+        return float(self.weight[self.answers].sum())
+
+
+def posterior(made: Contest, stiffness: float) -> Posterior:
+    """All kinds, delays and parts of the prior; `stiffness` scales that of the answer."""
+    parts = [
+        _part(made, kind, belief, lateness, None if size is None else stiffness * size)
+        for kind in KINDS
+        for lateness, size, belief in _priors(kind)
+    ]
+    whole = [np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(Posterior)]
+    return Posterior(*whole)
+
+
+def _priors(kind: Kind) -> Iterator[tuple[float | None, float | None, float]]:
+    """The prior's parts that belong to a kind: sd of T and of K_r / K, and the belief in them."""
+    share = (1.0, 1 - TO_VELOCITY, TO_VELOCITY)[kind.answers]
+    for lateness, likely in LATENESS:
+        for size, sized in ANSWERS:
+            if (lateness is not None, size is not None) == (kind.late_angle, kind.answers > 0):
+                yield lateness, size, likely * sized * share
+
+
+def _part(
+    made: Contest, kind: Kind, belief: float, lateness: float | None, answer: float | None
+) -> Posterior:
+    """One normal part of each delay; its weight is belief times evidence."""
+    fit = made.fits[kind]
+    m, p = fit.values.shape
+    free = 3 + kind.further
+    sds = np.array([lateness or 0.0, answer or 0.0, (answer or 0.0) * RATE_S])
+    has = np.array([kind.late_angle, kind.answers > 0, kind.answers > 1])
+    prior = np.zeros(p)
+    prior[3:free] = sds[has] ** -2
+    N, where = fit.information, np.r_[:3, 3 + np.flatnonzero(has)]
+    A = N + np.diag(prior)
+    b = np.einsum("mij,mj->mi", N, fit.values)
+    # A (p, p) q (p,) = N (p, p) values (p,): the mean once the prior is counted
+    C = np.linalg.inv(A)
+    q = np.einsum("mij,mj->mi", C, b)
+    gain = np.einsum("mi,mi->m", b, q - fit.values) - fit.deviance
+    evidence = (gain + np.log(prior[3:free]).sum() - np.linalg.slogdet(A)[1]) / 2
+    mean, covariance = np.zeros((m, 6)), np.zeros((m, 6, 6))
+    mean[:, where] = q[:, :free]
+    covariance[:, where[:, None], where] = C[:, :free, :free]
+    # The same equations without lateness and answer: what I, B, K alone would be.
+    own = np.r_[:3, free:p]
+    alone = np.linalg.inv(N[:, own[:, None], own])
+    limb = np.einsum("mij,mj->mi", alone, b[:, own])
+    return Posterior(
+        log_weight=evidence + np.log(belief / m),
+        mean=mean,
+        covariance=covariance,
+        shift=mean[:, :3] - limb[:, :3],
+        excess=C[:, :3, :3] - alone[:, :3, :3],
+        late_angle=np.full(m, kind.late_angle),
+        answers=np.full(m, kind.answers > 0),
+        delay_s=made.delays_s if kind.answers else np.zeros(m),
+    )
+
+
+def half_widths(
+    weight: FloatArray, mean: FloatArray, sd: FloatArray, centre: FloatArray
+) -> FloatArray:
+    """Half of the interval about `centre` (p,) that holds `LEVEL` of a mixture, (p,).
+
+    Parameters
+    ----------
+    weight : (c,)
+    mean, sd : (c, p)
+    centre : (p,)
+    """
+    from scipy.special import ndtr
+
+    reach = np.abs(mean - centre).max(axis=0) + 6 * sd.max(axis=0)
+    sd = np.maximum(sd, _POINT * reach + np.finfo(float).tiny)
+    low, high = np.zeros(len(centre)), reach
+    for _ in range(_HALVINGS):
+        half = (low + high) / 2
+        inside = weight @ (ndtr((centre + half - mean) / sd) - ndtr((centre - half - mean) / sd))
+        low, high = np.where(inside < LEVEL, half, low), np.where(inside < LEVEL, high, half)
+    return np.asarray(high)

@@ -1,0 +1,328 @@
+"""K, B or torque as a linear law of EMG amplitudes: coefficients, what it predicts, how sure."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Annotated, Any, Final
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from armimpedance.core.arrays import BoolArray, FloatArray, FrozenRecord, IntArray
+from armimpedance.core.errors import InputError
+from armimpedance.core.findings import Finding, warnings_of
+from armimpedance.joint.elbow.result import ElbowFit
+from armimpedance.numerics.regression import FitSummary, Parameters, t_interval
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+#: Units of what a law gives.
+LAW_UNITS: Final = {"K": "N m/rad", "B": "N m s/rad", "torque": "N m"}
+#: Beyond the measured amplitudes by more than this part of their range is extrapolation.
+_BEYOND: Final = 0.05
+
+
+@dataclass(frozen=True, eq=False)
+class LawPrediction(FrozenRecord):
+    """What a law says at P amplitudes.
+
+    Attributes
+    ----------
+    value, sd : (P,)
+        The law itself and its standard error; single points scatter about it by
+        `LinearLaw.scatter` more.
+    dof : float
+        Degrees of freedom of the t distribution.
+    outside : (P,) bool
+        Beyond the amplitudes that the law was fitted to.
+    """
+
+    value: Annotated[FloatArray, "p"]
+    sd: Annotated[FloatArray, "p"]
+    dof: float
+    outside: Annotated[BoolArray, "p"]
+
+    def interval(self, level: float = 0.95) -> FloatArray:
+        """Confidence limits, (P, 2)."""
+        return t_interval(self.value, self.sd, self.dof, level)
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class LinearLaw(FrozenRecord):
+    """``y = c_0 + sum_i c_i s_i`` over m amplitudes, fitted to L points.
+
+    Attributes
+    ----------
+    symbol : str
+        "K", "B" or "torque".
+    muscles : tuple of m str
+    parameters : Parameters
+        The coefficients ``k0, k_<muscle>, ...`` (m + 1,), errors of the amplitudes accounted for;
+        the plain covariance is that of least squares.
+    naive : (m + 1,)
+        The same by plain (weighted) least squares.
+    scatter : float
+        Standard deviation of points about the law beyond their stated errors.
+    r2 : float
+        Part of the points' weighted variance that the law explains.
+    cond_raw, cond_scaled : float
+        Condition of the columns [1, s], and of s about its means with unit lengths.
+    reliability : float
+        Part of the least certain combination of amplitudes that errors do not explain.
+    lowest, highest : (m,)
+        Amplitudes that were measured.
+    n : int
+        Points L.
+    warnings : tuple of str
+    checks : tuple of Finding
+        Whether the law is straight.
+    """
+
+    symbol: str
+    muscles: Annotated[tuple[str, ...], "m"]
+    parameters: Parameters
+    naive: Annotated[FloatArray, "m+1"]
+    scatter: float
+    r2: float
+    cond_raw: float
+    cond_scaled: float
+    reliability: float
+    lowest: Annotated[FloatArray, "m"]
+    highest: Annotated[FloatArray, "m"]
+    n: int
+    warnings: tuple[str, ...] = ()
+    checks: tuple[Finding, ...] = ()
+
+    @property
+    def unit(self) -> str:
+        """Unit of what the law gives, and of all coefficients: amplitudes have none."""
+        return LAW_UNITS[self.symbol]
+
+    @property
+    def slopes(self) -> FloatArray:
+        """Coefficients of the muscles, (m,)."""
+        return self.parameters.values[1:]
+
+    @property
+    def attenuation(self) -> FloatArray:
+        """``naive / corrected``, (m + 1,): what errors of the amplitudes made of each."""
+        own = self.parameters.values
+        return np.divide(self.naive, own, out=np.ones_like(self.naive), where=own != 0)
+
+    def predict(self, amplitude: ArrayLike, amplitude_sd: ArrayLike = 0.0) -> LawPrediction:
+        """The law at amplitudes (P, m), with standard errors of them (broadcast) if known.
+
+        Raises
+        ------
+        InputError
+            Not one amplitude per muscle.
+        """
+        s = np.atleast_2d(np.asarray(amplitude, dtype=np.float64))
+        m = len(self.muscles)
+        if s.ndim != 2 or s.shape[1] != m:
+            raise InputError(f"amplitudes of shape {s.shape}", expected=f"(points, {m})")
+        errors = np.broadcast_to(np.asarray(amplitude_sd, dtype=np.float64), s.shape)
+        W = constant_and(s)
+        variance = np.einsum("pi,ij,pj->p", W, self.parameters.covariance, W)
+        variance += ((errors * self.slopes) ** 2).sum(axis=1)
+        slack = _BEYOND * (self.highest - self.lowest)
+        beyond = (s < self.lowest - slack) | (s > self.highest + slack)
+        value, dof = W @ self.parameters.values, self.parameters.dof
+        return LawPrediction(value, np.sqrt(variance), dof, np.asarray(beyond.any(axis=1)))
+
+    def widened_to(self, other: LinearLaw) -> LinearLaw:
+        """The same law, its intervals wider by how far the coefficients of another are away."""
+        shift = other.parameters.values - self.parameters.values
+        wider = self.parameters.covariance + np.outer(shift, shift)
+        return replace(self, parameters=replace(self.parameters, covariance=wider))
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row a coefficient: value, standard error, 95 % limits, unit, least squares."""
+        return self.parameters.to_frame().assign(least_squares=self.naive)
+
+    def to_dict(self) -> dict[str, Any]:
+        """What FIT.json holds of the law beside its coefficients."""
+        return {
+            "symbol": self.symbol,
+            "least_squares": self.naive,
+            "attenuation": self.attenuation,
+            "scatter": self.scatter,
+            "r2": self.r2,
+            "reliability": self.reliability,
+            "covariance": self.parameters.covariance,
+            "amplitudes": {"lowest": self.lowest, "highest": self.highest},
+        }
+
+    def __repr__(self) -> str:
+        return f"{self.symbol} over EMG, {self.n} points, R^2 {self.r2:.3f}\n{self.parameters!r}"
+
+    def _repr_html_(self) -> str:
+        return self.parameters._repr_html_()
+
+
+@dataclass(frozen=True, eq=False)
+class OperatingPoints(FrozenRecord):
+    """I, B, K and EMG amplitudes of L trials, of which a law is made.
+
+    Attributes
+    ----------
+    trials : (L,) int
+    muscles : tuple of m str
+    amplitude : (L, m)
+        Parts of the maximum contraction.
+    K, sd_K, B, sd_B : (L,)
+        Stiffness (N m/rad) and viscosity (N m s/rad) with their standard errors.
+    imcj, sd_imcj : (L,) or None
+        Index of co-contraction, N m, and its standard error, where it was calibrated.
+    """
+
+    trials: Annotated[IntArray, "l"]
+    muscles: Annotated[tuple[str, ...], "m"]
+    amplitude: Annotated[FloatArray, "l m"]
+    K: Annotated[FloatArray, "l"]
+    sd_K: Annotated[FloatArray, "l"]
+    B: Annotated[FloatArray, "l"]
+    sd_B: Annotated[FloatArray, "l"]
+    imcj: Annotated[FloatArray, "l"] | None = None
+    sd_imcj: Annotated[FloatArray, "l"] | None = None
+
+    @classmethod
+    def of(
+        cls,
+        fits: Iterable[ElbowFit],
+        trials: IntArray,
+        muscles: tuple[str, ...],
+        amplitude: FloatArray,
+    ) -> OperatingPoints:
+        """The points of one fit a trial, with their robust standard errors."""
+        values = [(p.value, p.sd_robust) for fit in fits for p in (fit["K"], fit["B"])]
+        # columns K, sd_K, B, sd_B
+        columns = np.array(values).reshape(-1, 4).T
+        return cls(trials, muscles, amplitude, *columns)
+
+    def to_dict(self) -> list[dict[str, Any]]:
+        """One mapping a trial, as FIT.json holds it."""
+        names = {"K": self.K, "sd_K": self.sd_K, "B": self.B, "sd_B": self.sd_B}
+        if self.imcj is not None and self.sd_imcj is not None:
+            names |= {"imcj_Nm": self.imcj, "sd_imcj_Nm": self.sd_imcj}
+        return [
+            {
+                "trial": int(trial),
+                "amplitude": dict(zip(self.muscles, self.amplitude[row].tolist(), strict=True)),
+                **{name: float(column[row]) for name, column in names.items()},
+            }
+            for row, trial in enumerate(self.trials)
+        ]
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row a trial; the amplitudes in columns ``amplitude_<muscle>``."""
+        import pandas as pd
+
+        rows = [
+            {
+                "trial": row.pop("trial"),
+                **{f"amplitude_{name}": value for name, value in row.pop("amplitude").items()},
+                **row,
+            }
+            for row in self.to_dict()
+        ]
+        return pd.DataFrame(rows)
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class EmgLaw(FrozenRecord):
+    """The laws of K and, where it was given, of B.
+
+    Attributes
+    ----------
+    stiffness : LinearLaw
+    viscosity : LinearLaw or None
+    points : OperatingPoints or None
+        What the laws were fitted to, where they come from a recording.
+    notes : tuple of str
+        How the amplitudes were made, and which trials have been left out.
+    of_trials : tuple of Finding
+        Whether their inertia is a joint's, whether each electrode hears its own muscle alone, and
+        whether each muscle pulls the way its name says.
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> from manipulandum_sim.elbow import simulate_elbow
+    >>> session, _ = simulate_elbow("cocontraction", repetitions=1, duration_s=6.0)
+    >>> law = ai.emg_law(session)
+    >>> law.viscosity.parameters.names
+    ('b0', 'b_biceps', 'b_triceps')
+    """
+
+    stiffness: LinearLaw
+    viscosity: LinearLaw | None = None
+    points: OperatingPoints | None = None
+    notes: tuple[str, ...] = ()
+    of_trials: tuple[Finding, ...] = ()
+
+    @property
+    def laws(self) -> tuple[LinearLaw, ...]:
+        """The law of K, then that of B."""
+        return tuple(law for law in (self.stiffness, self.viscosity) if law is not None)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What a reader must know of both laws."""
+        own = (w for law in self.laws for w in law.warnings)
+        return tuple(dict.fromkeys((*own, *warnings_of(self.checks))))
+
+    def widened_to(self, other: EmgLaw) -> EmgLaw:
+        """The same laws, their intervals wider by how far those of another are away."""
+        K = self.stiffness.widened_to(other.stiffness)
+        if self.viscosity is None or other.viscosity is None:
+            return replace(self, stiffness=K)
+        return replace(self, stiffness=K, viscosity=self.viscosity.widened_to(other.viscosity))
+
+    @property
+    def checks(self) -> tuple[Finding, ...]:
+        """The trials and their electrodes, then whether each law is straight."""
+        return (*self.of_trials, *(one for law in self.laws for one in law.checks))
+
+    @property
+    def summary(self) -> FitSummary:
+        """What FIT.json holds of every fit: ``k0, k_<flexor>, k_<extensor>``, the same of B."""
+        law = self.stiffness
+        return FitSummary(
+            method="emg-law",
+            n=law.n,
+            cond_raw=law.cond_raw,
+            cond_scaled=law.cond_scaled,
+            rank=len(law.parameters),
+            r2=law.r2,
+            vaf=law.r2,
+            parameters=tuple(p for one in self.laws for p in one.parameters),
+            warnings=self.warnings,
+            checks=self.checks,
+        )
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row a coefficient: value, standard error, 95 % limits, unit."""
+        return self.summary.to_frame()
+
+    def to_dict(self) -> dict[str, Any]:
+        """What FIT.json holds: the contract's fields, both laws, their points, notes."""
+        return {
+            **self.summary.to_dict(),
+            "laws": [law.to_dict() for law in self.laws],
+            "points": [] if self.points is None else self.points.to_dict(),
+            "notes": list(self.notes),
+        }
+
+    def __repr__(self) -> str:
+        return repr(self.summary)
+
+    def _repr_html_(self) -> str:
+        return self.summary._repr_html_()
+
+
+def constant_and(amplitude: FloatArray) -> FloatArray:
+    """W (L, m + 1): a constant and the amplitudes (L, m)."""
+    return np.column_stack([np.ones(len(amplitude)), amplitude])

@@ -1,0 +1,227 @@
+"""Stiffness and viscosity of one joint over EMG, trial by trial (Ruiz 2011, (4))."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import replace
+from typing import Any, Final, Literal
+
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import EstimationError, InputError, NotIdentifiableError
+from armimpedance.core.findings import Finding
+from armimpedance.core.records import Recording
+from armimpedance.joint.elbow.emg.crosstalk import Crosstalk
+from armimpedance.joint.elbow.emg.imcj import ImcjCalibration, calibrate_imcj, imcj as index_of
+from armimpedance.joint.elbow.emg.law import fit_emg_law_of
+from armimpedance.joint.elbow.emg.law_result import EmgLaw, LinearLaw, OperatingPoints
+from armimpedance.joint.elbow.result import ElbowFit
+from armimpedance.joint.elbow.samples import from_recording
+from armimpedance.joint.elbow.stationary.identify import identify_elbow
+from armimpedance.numerics.criticism import check_joint_size
+from armimpedance.numerics.signals import segment_amplitude
+from armimpedance.show.verbs.inspection import checked
+from armimpedance.show.verbs.sources import PathLike, naming, read_recording
+
+Progress = Callable[[int, int], None]
+
+_Action = Literal["flexor", "extensor"]
+
+#: What a part of a recording that allows no fit of its own fails with.
+_NO_FIT: Final = (InputError, EstimationError, NotIdentifiableError)
+
+
+def emg_law(
+    recording: Recording | PathLike,
+    *,
+    flexor: str | None = None,
+    extensor: str | None = None,
+    imcj: Recording | PathLike | None = None,
+    roles: Mapping[str, _Action] | None = None,
+    method: str | None = None,
+    cutoff_hz: float | None | Literal["auto"] = "auto",
+    decimation: int | Literal["auto"] = "auto",
+    lowest_hz: float | None = None,
+    joint: int = 1,
+    condition: str | None = None,
+    despite: str | Collection[str] = (),
+    progress: Progress | None = None,
+) -> EmgLaw:
+    """Fit viscosity and stiffness of one joint as linear laws of the EMG of its muscles.
+
+    One I, B, K is fitted to each trial; trials that allow none are left out, and the result's notes
+    say why.
+
+    Parameters
+    ----------
+    recording : Recording or path
+        Kind "joint", trials at several levels of contraction, with EMG.
+    flexor, extensor : str, optional
+        Muscles of the law; by default the two of the recording, in their order.
+    imcj : Recording or path, optional
+        Isometric trials that calibrate the index of co-contraction, which is then told of each
+        trial.
+    roles : mapping of muscle to "flexor" or "extensor", optional
+        For muscles of `imcj` whose names do not say it.
+    method, cutoff_hz, decimation, lowest_hz, joint, condition, despite
+        See `elbow`.
+    progress : callable, optional
+        Called with the number of trials that are done and their total.
+
+    Returns
+    -------
+    EmgLaw
+        The laws of K and B, the trials' points that they were fitted to, and notes.
+
+    Raises
+    ------
+    InputError
+        A recording cannot be read or used, a check of `inspect` says STOP, a muscle is not in it,
+        or too few trials allow a fit.
+    NotIdentifiableError
+        Amplitudes that do not vary, that vary together, or that are errors for the most part.
+    EstimationError
+        Weights and slopes do not settle.
+
+    Examples
+    --------
+    >>> from armimpedance.joint.elbow.show import emg_law
+    >>> from manipulandum_sim.elbow import simulate_elbow
+    >>> recording, _ = simulate_elbow("cocontraction", repetitions=1, duration_s=6.0)
+    >>> emg_law(recording).stiffness.parameters.names
+    ('k0', 'k_biceps', 'k_triceps')
+    """
+    options: dict[str, Any] = {
+        "method": method,
+        "cutoff_hz": cutoff_hz,
+        "decimation": decimation,
+        "lowest_hz": lowest_hz,
+    }
+    calibration = None
+    if imcj is not None:
+        with naming(imcj):
+            calibration = calibrate_imcj(read_recording(imcj), roles=roles, joint=joint)
+    with naming(recording):
+        trials = read_recording(recording, condition=condition)
+        pair = two_muscles(trials, flexor, extensor)
+        marks = checked(trials, despite)
+        fits, left_out = _each_trial(trials, joint, options, progress)
+        rows, heard = list(fits), Crosstalk.of(pair)
+        levels = segment_amplitude(heard.own(pair))
+        amplitude, sd = levels.amplitude[rows], levels.sd[rows]
+        told = {} if flexor is None or extensor is None else _told(flexor, extensor)
+        held = [trials.force[trials.samples_of(row), joint - 1].mean() for row in rows]
+        expected = from_recording(trials, joint).expected_inertia
+        law = _law_of(fits, pair, heard, amplitude, sd, held, {**told, **(roles or {})}, expected)
+        numbers = trials.trials["trial"].to_numpy()[rows]
+        points = OperatingPoints.of(fits.values(), numbers, pair.muscles, amplitude)
+        notes = (*levels.notes, *levels.warnings, *left_out)
+        if calibration is not None:
+            points, gains = _with_index(points, trials, rows, calibration)
+            notes = (*notes, *gains)
+    return replace(law, points=points, notes=(*marks, *notes))
+
+
+def _law_of(
+    fits: Mapping[int, ElbowFit],
+    pair: Recording,
+    heard: Crosstalk,
+    amplitude: FloatArray,
+    amplitude_sd: FloatArray,
+    held_Nm: list[float],
+    roles: Mapping[str, _Action],
+    expected: float | None,
+) -> EmgLaw:
+    """The law of the trials' fits, with what the electrodes hear, and of which muscle they are."""
+    rows, of_fits = list(fits), list(fits.values())
+
+    def law_of(own: FloatArray, **torque: Any) -> EmgLaw:
+        return fit_emg_law_of(of_fits, own, amplitude_sd, muscles=pair.muscles, **torque)
+
+    law, cost = law_of(amplitude, torque=held_Nm, roles=roles), "; record raw EMG"
+    for near in heard.neighbours(pair):
+        law = law.widened_to(law_of(segment_amplitude(near).amplitude[rows]))
+    if not heard.told:
+        try:
+            cost = _cost(law.stiffness, law_of(heard.supposed(amplitude)).stiffness) + cost
+        except _NO_FIT:
+            cost = f"; 10 % would leave no law{cost}"
+    return replace(
+        law, of_trials=(heard.finding(pair.muscles, cost), _size(fits, expected), *law.of_trials)
+    )
+
+
+def _told(flexor: str, extensor: str) -> dict[str, _Action]:
+    """What the two muscles do, as the caller has said."""
+    return {flexor: "flexor", extensor: "extensor"}
+
+
+def _size(fits: Mapping[int, ElbowFit], expected: float | None) -> Finding:
+    """Whether the trials' inertia, at the median, is a joint's, and this person's."""
+    inertia = [fit.inertia for fit in fits.values()]
+    middle = sorted(inertia, key=lambda one: one.value)[len(inertia) // 2]
+    return check_joint_size("inertia", middle.value, middle.sd_robust, expected)
+
+
+def _cost(law: LinearLaw, without: LinearLaw) -> str:
+    """By how much the slopes would change, were there crosstalk to take out."""
+    names = law.parameters.names[1:]
+    change = zip(names, 100 * (without.slopes / law.slopes - 1), strict=True)
+    parts = ", ".join(f"{name} by {percent:+.0f} %" for name, percent in change)
+    return f"; 10 % in each channel, taken out, would change {parts}"
+
+
+def _each_trial(
+    recording: Recording, joint: int, options: Mapping[str, Any], progress: Progress | None
+) -> tuple[dict[int, ElbowFit], list[str]]:
+    """Fits by the rows of the trial table that they are of, and why other rows have none."""
+    fits, left_out = {}, []
+    for row in range(recording.n_trials):
+        try:
+            fits[row] = identify_elbow(from_recording(recording.select([row]), joint), **options)
+        except _NO_FIT as error:
+            reason = getattr(error, "problem", str(error))
+            left_out.append(f"trial {recording.trials['trial'].iloc[row]} left out: {reason}")
+        if progress is not None:
+            progress(row + 1, recording.n_trials)
+    return fits, left_out
+
+
+def _with_index(
+    points: OperatingPoints, recording: Recording, rows: list[int], calibration: ImcjCalibration
+) -> tuple[OperatingPoints, tuple[str, ...]]:
+    """The points with the index of co-contraction, and what a reader must know of it."""
+    muscles = calibration.muscles
+    if missing := sorted(set(muscles) - set(recording.muscles)):
+        raise InputError(
+            f"no EMG of {', '.join(missing)}",
+            expected=f"the muscles of the isometric trials: {', '.join(muscles)}",
+        )
+    levels = segment_amplitude(recording)
+    columns = [recording.muscles.index(m) for m in muscles]
+    amplitude, sd = (values[rows][:, columns] for values in (levels.amplitude, levels.sd))
+    index, error = index_of(calibration, amplitude, sd)
+    gains = ", ".join(f"{m} {g:.3g}" for m, g in zip(muscles, calibration.gains, strict=True))
+    notes = (f"|a_i| of the index (N m): {gains}", *calibration.warnings)
+    return replace(points, imcj=index, sd_imcj=error), notes
+
+
+def two_muscles(recording: Recording, flexor: str | None, extensor: str | None) -> Recording:
+    """The recording with the EMG of flexor and extensor alone, in this order.
+
+    Raises
+    ------
+    InputError
+        There is no EMG, no such muscle, or which is which is not known.
+    """
+    muscles = recording.muscles
+    if recording.emg is None or not muscles:
+        raise InputError("no EMG in the recording", expected="columns emg_<muscle>")
+    named = muscles if (flexor, extensor) == (None, None) else (flexor, extensor)
+    if len(set(named)) != 2 or not set(named) <= set(muscles):
+        raise InputError(
+            f"which muscle of {', '.join(muscles)} flexes and which extends?",
+            expected="flexor and extensor, each naming one of them",
+        )
+    columns = [muscles.index(str(m)) for m in named]
+    pair = tuple(map(str, named))
+    return replace(recording, emg=recording.emg[:, columns], muscles=pair)

@@ -1,0 +1,179 @@
+"""Stiffness and viscosity of one joint over time, with bands."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import InputError
+from armimpedance.core.findings import Finding, warnings_of
+from armimpedance.core.records import Recording
+from armimpedance.joint.elbow.cascade.identify import identify_cascade
+from armimpedance.joint.elbow.cascade.table import CASCADE_METHODS
+from armimpedance.joint.elbow.emg.crosstalk import Crosstalk
+from armimpedance.joint.elbow.samples import from_recording
+from armimpedance.joint.elbow.show.emg_verb import two_muscles
+from armimpedance.joint.elbow.varying.identify import identify_varying
+from armimpedance.joint.elbow.varying.table import VARYING_METHODS
+from armimpedance.joint.elbow.varying_result import VaryingImpedance
+from armimpedance.numerics.signals import CUTOFF_HZ, emg_amplitude
+from armimpedance.show.verbs.inspection import checked
+from armimpedance.show.verbs.sources import PathLike, naming, read_recording
+
+Progress = Callable[[int, int], None]
+
+
+def elbow_over_time(
+    recording: Recording | PathLike,
+    *,
+    method: str = "smoother",
+    window_s: float | None = None,
+    every_s: float | None = None,
+    cutoff_hz: float | None = None,
+    flexor: str | None = None,
+    extensor: str | None = None,
+    emg_cutoff_hz: float | None = None,
+    over: str | None = None,
+    aligned: bool = False,
+    joint: int = 1,
+    condition: str | None = None,
+    despite: str | Collection[str] = (),
+    progress: Progress | None = None,
+) -> VaryingImpedance:
+    """Estimate viscosity and stiffness of one joint over time, its inertia constant.
+
+    Parameters
+    ----------
+    recording : Recording or path
+        Kind "joint", under a random perturbation.
+    method : str
+        "smoother", "spline", "windows" (the source's), "quadratic" or "emg"; for an imposed angle,
+        with a reflex beside B and K, "cascade", "cascade-smooth", "cascade-jumps", "ensemble" or
+        "short-segments".
+    window_s : float, optional
+        Length of a window, s, of "windows" and "quadratic".
+    every_s : float, optional
+        Grid of the result, s.
+    cutoff_hz : float, optional
+        Highest frequency of the motion that counts, Hz; by default read from the torque's spectrum.
+    flexor, extensor : str, optional
+        Muscles whose EMG method "emg" takes; by default the two of the recording, in their order.
+    emg_cutoff_hz : float, optional
+        Edge of the amplitudes' low-pass, Hz, of method "emg" (10).
+    over : str, optional
+        The variable of which B, K and the reflex's gain are functions, of the cascade's methods:
+        "angle" or "torque" (their slow parts), "emg_<muscle>" (its amplitude), "phase" or another
+        further column of the recording; by default time.
+    aligned : bool
+        Trials are realizations of one course, for the cascade's methods.
+    joint : int
+        Axis of the recording, counted from 1.
+    condition : str, optional
+        Only the trials of this condition.
+    despite : str or collection of str
+        Names of checks of `inspect` whose STOP is overruled; the result says so.
+    progress : callable, optional
+        Called with the number of steps that are done and their total.
+
+    Returns
+    -------
+    VaryingImpedance
+        B and K of every trial over time with their standard errors, and the constant I.
+
+    Raises
+    ------
+    InputError
+        The recording cannot be read or used, a check of `inspect` says STOP, or an option has no
+        effect on this method.
+    NotIdentifiableError
+        EMG amplitudes whose errors explain most of what is seen of them.
+    EstimationError
+        The record does not determine B(t) and K(t), or a solver did not get there.
+
+    Examples
+    --------
+    >>> from armimpedance.joint.elbow.show import elbow_over_time
+    >>> from manipulandum_sim.elbow import simulate_bench
+    >>> recording, _ = simulate_bench(0.07, 1.2, 20.0, duration_s=6.0, snr_db=40.0)
+    >>> course = elbow_over_time(recording, method="windows")
+    >>> list(course.to_frame().columns[:3])
+    ['time_s', 'B', 'K']
+    """
+    if method in CASCADE_METHODS.names:
+        _refuse_others(method, window_s, flexor, extensor, emg_cutoff_hz)
+        with naming(recording):
+            trials = read_recording(recording, condition=condition)
+            samples = from_recording(trials, joint)
+            marks = checked(trials, despite)
+            found = identify_cascade(
+                samples,
+                method=method,
+                aligned=aligned,
+                over=over,
+                variable=_variable(trials, over),
+                every_s=every_s,
+                cutoff_hz=cutoff_hz,
+                progress=progress,
+            )
+        return replace(found, warnings=(*marks, *found.warnings))
+    chosen = _standing(method, over, aligned)
+    options: dict[str, Any] = {"method": method, "window_s": window_s, "every_s": every_s}
+    of_emg = {"flexor": flexor, "extensor": extensor, "emg_cutoff_hz": emg_cutoff_hz}
+    given = [name for name, value in of_emg.items() if value is not None]
+    if given and chosen.needs != "amplitude":
+        raise InputError(f"{', '.join(given)} with method {method!r}", expected="method 'emg'")
+    with naming(recording):
+        trials = read_recording(recording, condition=condition)
+        samples = from_recording(trials, joint)
+        marks = checked(trials, despite)
+        notes: tuple[str, ...] = ()
+        checks: tuple[Finding, ...] = ()
+        if chosen.needs == "amplitude":
+            edge_hz = emg_cutoff_hz or CUTOFF_HZ
+            pair = two_muscles(trials, flexor, extensor)
+            heard = Crosstalk.of(pair)
+            checks = (heard.finding(pair.muscles),)
+            emg = emg_amplitude(heard.own(pair), cutoff_hz=edge_hz)
+            # one standard error per muscle: the mean square over time
+            sd = (emg.sd**2).mean(axis=0) ** 0.5
+            options |= {"amplitude": emg.amplitude, "amplitude_sd": sd}
+            options |= {"amplitude_cutoff_hz": edge_hz}
+            notes = (*emg.notes, *emg.warnings)
+        course = identify_varying(samples, cutoff_hz=cutoff_hz, progress=progress, **options)
+    warnings = (*marks, *course.warnings, *warnings_of(checks))
+    return replace(course, notes=notes, checks=(*checks, *course.checks), warnings=warnings)
+
+
+def _standing(method: str, over: str | None, aligned: bool) -> Any:
+    """A method for B and K alone, which takes neither a variable nor realizations."""
+    if method not in VARYING_METHODS.names:
+        names = ", ".join((*VARYING_METHODS, *CASCADE_METHODS))
+        raise InputError(f"unknown method {method!r}", expected=f"one of {names}")
+    if over is not None or aligned:
+        given = "aligned" if over is None else f"over {over!r}"
+        raise InputError(f"{given} with method {method!r}", expected="method 'cascade'")
+    return VARYING_METHODS.named(method)
+
+
+def _refuse_others(method: str, *given: float | str | None) -> None:
+    names = ("window_s", "flexor", "extensor", "emg_cutoff_hz")
+    told = [name for name, value in zip(names, given, strict=True) if value is not None]
+    if told:
+        raise InputError(f"{', '.join(told)} with method {method!r}", expected="it without")
+
+
+def _variable(recording: Recording, over: str | None) -> FloatArray | None:
+    """Values (N,) of the variable; None where the samples hold it."""
+    if over in (None, "angle", "torque"):
+        return None
+    muscles = [f"emg_{muscle}" for muscle in recording.muscles]
+    if over in muscles:
+        return np.asarray(emg_amplitude(recording).amplitude[:, muscles.index(over)])
+    if over not in recording.extra:
+        known = ("angle", "torque", *muscles, *recording.extra)
+        raise InputError(f"no variable {over!r}", expected=f"one of {', '.join(known)}")
+    return np.asarray(recording.extra[over])

@@ -1,0 +1,51 @@
+"""VARYING.csv: B and K of one joint over time, with their 95 % bands; I beside them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from armimpedance.joint.elbow.varying_result import VaryingImpedance
+from armimpedance.show.files import About, Content, course_struct, table_content, write_content
+
+
+def write_varying(varying: VaryingImpedance, path: str | Path) -> None:
+    """One row per point of the result's grid, whole or not at all.
+
+    Parameters
+    ----------
+    varying : VaryingImpedance
+    path : path
+        Its ending decides the format, see `write_content`.
+
+    Raises
+    ------
+    InputError
+        Another ending, or the file cannot be written.
+    """
+    write_content(varying_content(varying), path)
+
+
+def varying_content(varying: VaryingImpedance) -> Content:
+    """What a file holds of a course, its numbers to ten digits.
+
+    Parameters
+    ----------
+    varying : VaryingImpedance
+
+    Returns
+    -------
+    Content
+    """
+    table = varying.to_frame()
+    rows = [{str(name): c for name, c in row.items()} for row in table.to_dict("records")]
+    columns = list(table.columns)
+    about = About(checks=tuple(varying.checks))
+    keys = ("trial", varying.over, "method")
+    return table_content(
+        rows,
+        columns,
+        keys=keys,
+        structs=lambda: [course_struct(columns, rows)],
+        about=about,
+        digits=10,
+    )

@@ -1,0 +1,127 @@
+"""One joint under a random perturbation as text."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from armimpedance.joint.elbow.result import ElbowFit
+from armimpedance.joint.elbow.varying_result import VaryingImpedance
+from armimpedance.show.text import (
+    TABLE_WIDTH,
+    aligned_table,
+    checks_lines,
+    counted,
+    numbered_notes,
+    parameter_table,
+    short,
+    with_interval,
+)
+
+_LEGEND = (
+    "Intervals are made of the robust sd, which counts that residuals are correlated and what the "
+    "record leaves open of a late answer or a skew; the textbook sd takes them as independent. "
+    "Well identified: twice the larger of the two below 10 %."
+)
+_LABEL_WIDTH = 30
+
+
+def elbow_text(fit: ElbowFit) -> str:
+    """A table of I, B and K, how the data were prepared, then parts of the recording.
+
+    Parameters
+    ----------
+    fit : ElbowFit
+
+    Returns
+    -------
+    str
+    """
+    s = fit.summary
+    blocks = [
+        f"{s.method}: {s.n} rows, condition of the scaled columns {s.cond_scaled:.3g}, "
+        f"variance accounted for {100 * s.vaf:.2f} %",
+        *_filled(fit.preparation),
+        _snr_line(fit),
+        _whiteness_line(fit),
+        "",
+        parameter_table(s.parameters, "textbook sd"),
+    ]
+    if fit.parts:
+        blocks += ["", _parts_table(fit.parts)]
+    blocks += checks_lines(fit.checks)
+    return "\n".join([*blocks, "", *numbered_notes([*s.warnings, _LEGEND])])
+
+
+def _snr_line(result: ElbowFit | VaryingImpedance) -> str:
+    """``signal to noise: torque 31 dB, angle 40 dB``."""
+    snr = result.snr
+    shown = {
+        name: "no noise seen" if value is None else f"{value:.0f} dB"
+        for name, value in (("torque", snr.torque_db), ("angle", snr.angle_db))
+    }
+    return f"signal to noise: torque {shown['torque']}, angle {shown['angle']}"
+
+
+def _whiteness_line(fit: ElbowFit) -> str:
+    """What is left in the residuals."""
+    w = fit.whiteness
+    said = "white" if w.p >= 0.05 else "correlated"
+    return (
+        f"residuals: {said} (Ljung-Box over {counted(w.lags, 'lag')}: {w.probability}; "
+        f"largest correlation {w.largest_correlation:.2f})"
+    )
+
+
+def _parts_table(parts: Mapping[str, ElbowFit]) -> str:
+    rows = [
+        [
+            short(label, _LABEL_WIDTH),
+            *(with_interval(p.value, *p.ci95) for p in f.summary.parameters),
+        ]
+        for label, f in parts.items()
+    ]
+    if len(parts) > 1:
+        values = np.array([f.parameters.values for f in parts.values()])
+        mean, sd = values.mean(axis=0), values.std(axis=0, ddof=1)
+        rows.append(["mean ± sd", *(f"{m:.3g} ± {s:.2g}" for m, s in zip(mean, sd, strict=True))])
+    return aligned_table(("part", "I", "B", "K"), rows)
+
+
+def varying_text(varying: VaryingImpedance) -> str:
+    """I, the range of B and K, the mean width of their bands, then notes.
+
+    Parameters
+    ----------
+    varying : VaryingImpedance
+
+    Returns
+    -------
+    str
+    """
+    rows = []
+    for name in "BK" if varying.reflex is None else "BKG":
+        held = varying.reflex if name == "G" else varying
+        value, band = getattr(held, name), varying.band(name)
+        half = (band[:, 1] - band[:, 0]) / 2
+        cells = (value.mean(), value.min(), value.max(), np.median(half))
+        rows.append([name, *(f"{c:.3g}" for c in cells)])
+    points = f"{counted(len(varying.time_s), 'point')} of {counted(len(varying.trials), 'trial')}"
+    blocks = [
+        *_filled(varying.notes),
+        f"{varying.method}: {points}",
+        *_filled(varying.preparation),
+        _snr_line(varying),
+        f"I {with_interval(varying.inertia.value, *varying.inertia.ci95)} {varying.inertia.unit}",
+        "",
+        aligned_table(("", "mean", "lowest", "highest", "± (median half-width)"), rows),
+        *checks_lines(varying.checks),
+        "",
+    ]
+    return "\n".join([*blocks, *numbered_notes(varying.warnings)]).rstrip()
+
+
+def _filled(sentences: Sequence[str]) -> list[str]:
+    return [textwrap.fill(s, TABLE_WIDTH, subsequent_indent="  ") for s in sentences]

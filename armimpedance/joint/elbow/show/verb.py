@@ -1,0 +1,141 @@
+"""One joint under a random perturbation, at one operating point (Ruiz 2011)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import replace
+from typing import Any, Final, Literal
+
+import numpy as np
+
+from armimpedance.core.errors import EstimationError, InputError, NotIdentifiableError
+from armimpedance.core.records import Recording
+from armimpedance.joint.elbow.result import ElbowFit
+from armimpedance.joint.elbow.samples import from_recording
+from armimpedance.joint.elbow.stationary.identify import identify_elbow
+from armimpedance.show.verbs.inspection import checked
+from armimpedance.show.verbs.sources import PathLike, naming, read_recording
+
+Progress = Callable[[int, int], None]
+
+#: How a part of a recording that is one trial is called.
+_TRIAL: Final = "trial "
+#: What a part of a recording that allows no fit of its own fails with.
+_NO_FIT: Final = (InputError, EstimationError, NotIdentifiableError)
+
+
+def elbow(
+    recording: Recording | PathLike,
+    *,
+    method: str | None = None,
+    cutoff_hz: float | None | Literal["auto"] = "auto",
+    decimation: int | Literal["auto"] = "auto",
+    lowest_hz: float | None = None,
+    imposed: str | None = None,
+    joint: int = 1,
+    condition: str | None = None,
+    despite: str | Collection[str] = (),
+    progress: Progress | None = None,
+) -> ElbowFit:
+    """Fit inertia, viscosity and stiffness of one joint about an operating point.
+
+    All trials are fitted together; where there are several conditions, each of them is fitted by
+    itself too, else each trial: the result's `parts`.
+
+    Parameters
+    ----------
+    recording : Recording or path
+        Kind "joint", under a random perturbation.
+    method : str, optional
+        "iv" (the default), "output-error", "derivative" or "arx" (the source's).
+    cutoff_hz : float, None or "auto"
+        Edge of the zero-phase low-pass on torque and angle, Hz; None: no filter; "auto": chosen
+        from the spectra. Only "arx" filters: for the others it ends the band.
+    decimation : int or "auto"
+        Every how many samples one is kept after the filter.
+    lowest_hz : float, optional
+        The motion below this frequency, Hz, is left out; not for "arx".
+    imposed : {"position", "torque", "both"}, optional
+        What the rig imposed on the joint, above what the recording says; "both": a device of
+        finite impedance. Where neither says and no command is recorded, the record is asked.
+    joint : int
+        Axis of the recording, counted from 1.
+    condition : str, optional
+        Only the trials of this condition.
+    despite : str or collection of str
+        Names of checks of `inspect` whose STOP is overruled; the result says so.
+    progress : callable, optional
+        Called with the number of fits that are done and their total.
+
+    Returns
+    -------
+    ElbowFit
+        I, B and K of all trials together with their standard errors; `parts` holds the other fits.
+
+    Raises
+    ------
+    InputError
+        The recording cannot be read or used, a check of `inspect` says STOP; an unknown method or
+        condition.
+    NotIdentifiableError
+        The motion does not tell I, B and K apart.
+    EstimationError
+        What was fitted is no joint, or a search does not settle.
+
+    Examples
+    --------
+    >>> from armimpedance.joint.elbow.show import elbow
+    >>> from manipulandum_sim.elbow import simulate_bench
+    >>> recording, _ = simulate_bench(0.07, 1.2, 20.0, trials=2, duration_s=6.0, snr_db=40.0)
+    >>> fit = elbow(recording)
+    >>> fit.stiffness.unit, round(fit.stiffness.value)
+    ('N m/rad', 20)
+    >>> sorted(fit.parts)
+    ['trial 1', 'trial 2']
+    """
+    options: dict[str, Any] = {
+        "method": method,
+        "cutoff_hz": cutoff_hz,
+        "decimation": decimation,
+        "lowest_hz": lowest_hz,
+    }
+    with naming(recording):
+        chosen = read_recording(recording, condition=condition)
+        selections, tell = _parts(chosen), progress or (lambda *_: None)
+        samples = from_recording(chosen, joint, imposed)
+        marks = checked(chosen, despite)
+        whole = identify_elbow(samples, **options)
+        parts = {}
+        for done, (name, rows) in enumerate(selections.items(), start=1):
+            tell(done, 1 + len(selections))
+            try:
+                samples = from_recording(chosen.select(rows), joint, imposed)
+                parts[name] = identify_elbow(samples, **options)
+            except _NO_FIT:
+                continue
+        tell(1 + len(selections), 1 + len(selections))
+    return replace(whole, parts=parts, warnings=(*marks, *whole.warnings, *_pooled_though(parts)))
+
+
+def _parts(recording: Recording) -> dict[str, np.ndarray]:
+    """Which trials belong to each condition, where there are several, else to each trial."""
+    trials = recording.trials
+    label = trials["condition"].astype(str)
+    if label.nunique() < 2:
+        label = _TRIAL + trials["trial"].astype(str)
+    names = label.unique() if label.nunique() > 1 else ()
+    return {name: (label == name).to_numpy() for name in names}
+
+
+def _pooled_though(parts: Mapping[str, ElbowFit]) -> tuple[str, ...]:
+    """A warning where conditions differ by more than their intervals allow."""
+    if not parts or any(label.startswith(_TRIAL) for label in parts):
+        return ()
+    limits = np.array([part.parameters.interval() for part in parts.values()])
+    values = np.array([part.parameters.values for part in parts.values()])
+    # limits (parts, 3, 2): no value of a parameter lies within all of its intervals
+    disagree = np.flatnonzero(limits[..., 0].max(axis=0) > limits[..., 1].min(axis=0))
+    lowest, highest = values.min(axis=0), values.max(axis=0)
+    apart = [f"{'IBK'[j]} from {lowest[j]:.3g} to {highest[j]:.3g}" for j in disagree]
+    told = f"pooled, though its conditions differ beyond their intervals: {', '.join(apart)}"
+    return (told,) if apart else ()

@@ -1,0 +1,234 @@
+"""Torque and angle as Fourier coefficients of the band that holds signal.
+
+At the frequencies of a record of length T the equation of motion is exact in continuous time,
+``(K - I w^2 + i w B) Theta - Tau = boundary terms``: no hold, no bilinear warping. What the record
+owes to its two ends is a polynomial in i w with real coefficients and is fitted along, per trial:
+degree one from the equation itself, higher ones from sampling; degree -1 is a slope of the torque.
+
+Noise of the two channels enters with the power ``s_theta^2 |Z|^2 + s_tau^2`` and is independent
+from one coefficient to the next (R. Pintelon, J. Schoukens, System Identification, 2nd ed. 2012,
+chapter 9). Both variances may depend on the frequency: what a subject adds to the torque does
+(see `weights`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Final, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armimpedance.core.arrays import BoolArray, FloatArray
+from armimpedance.core.errors import InputError
+from armimpedance.joint.elbow.samples import JointSamples
+from armimpedance.joint.elbow.stationary.preparation import Prepared, without_ramp
+from armimpedance.joint.elbow.stationary.rows import without
+
+Complex = NDArray[np.complex128]
+
+#: What the instruments are made of: a recorded perturbation or command, or what the rig imposed.
+Source = Literal["perturbation", "command", "torque", "angle"]
+
+#: Degree of the polynomial of the record's ends.
+END_DEGREE: Final = 4
+#: Fewer coefficients than this per trial say nothing beside the ends' polynomial.
+FEWEST: Final = 10
+
+
+@dataclass(frozen=True, eq=False)
+class Bins:
+    """One trial's coefficients, unitary: white noise of variance s^2 has ``E|N|^2 = s^2``.
+
+    Attributes
+    ----------
+    s : (n,) complex
+        i w of each.
+    torque, angle : (n,) complex
+    ends : (n, 6) complex
+        Columns of the ends' polynomial, degrees -1 to 4.
+    seconds : float
+    torque_noise, angle_noise : (n,)
+        Variances s_tau^2, s_theta^2 to weigh by.
+    perturbation : (n,) complex or None
+        What the device was told to add.
+    command : (n,) complex or None
+        The angle that it was told to take.
+    """
+
+    s: Complex
+    torque: Complex
+    angle: Complex
+    ends: Complex
+    seconds: float
+    torque_noise: FloatArray
+    angle_noise: FloatArray
+    perturbation: Complex | None = None
+    command: Complex | None = None
+
+    @property
+    def frequency_hz(self) -> FloatArray:
+        """(n,)."""
+        return np.asarray(self.s.imag / (2 * np.pi))
+
+    def of_lines(self, chosen: BoolArray) -> Bins:
+        """Some of the n frequencies, without the perturbation."""
+        return Bins(
+            self.s[chosen],
+            self.torque[chosen],
+            self.angle[chosen],
+            self.ends[chosen],
+            self.seconds,
+            self.torque_noise[chosen],
+            self.angle_noise[chosen],
+        )
+
+    @cached_property
+    def powers(self) -> Complex:
+        """s^2, s, 1: what I, B and K multiply, (n, 3)."""
+        return np.stack([self.s**2, self.s, np.ones_like(self.s)], axis=1)
+
+    def impedance(self, values: FloatArray) -> Complex:
+        """``Z = I s^2 + B s + K`` (n,) of I, B, K (3,)."""
+        return np.asarray(self.powers @ values)
+
+    def noise_power(self, impedance: Complex) -> FloatArray:
+        """Power of the equation's noise where the impedance is Z (n,)."""
+        return np.asarray(self.angle_noise * np.abs(impedance) ** 2 + self.torque_noise)
+
+    def weight(self, impedance: Complex) -> FloatArray:
+        """One over the standard deviation of real and imaginary part of that noise, (n,)."""
+        return np.asarray(np.sqrt(2 / self.noise_power(impedance)))
+
+    def free(self, weight: FloatArray, columns: Complex) -> FloatArray:
+        """Weighed columns (n, ...) as real rows (2 n, ...) less the ends' polynomial."""
+        weighed = columns * (weight if columns.ndim == 1 else weight[:, None])
+        return without(real_rows(self.ends * weight[:, None]), real_rows(weighed))[0]
+
+    def residual(self, values: FloatArray) -> FloatArray:
+        """``(Z Theta - Tau) / sd`` at I, B, K (3,), real rows (2 n,) of unit variance."""
+        Z = self.impedance(values)
+        return self.free(self.weight(Z), Z * self.angle - self.torque)
+
+
+@dataclass(frozen=True, eq=False)
+class Band:
+    """All trials' coefficients and the variances of the channels' white noise (0 = not seen).
+
+    Attributes
+    ----------
+    trials : tuple of Bins
+    torque_noise, angle_noise : float
+    source : {"perturbation", "command", "torque", "angle"}
+        What the instruments are made of. Where it is the torque, it is the imposed one, and what
+        the subject adds moves the joint; where it is the angle, that is imposed, and what the
+        subject adds stands in the torque alone.
+    """
+
+    trials: tuple[Bins, ...]
+    torque_noise: float
+    angle_noise: float
+    source: Source = "torque"
+
+    @property
+    def rows(self) -> int:
+        """Real rows of all trials beside the ends' polynomials."""
+        return sum(2 * len(b.s) - b.ends.shape[1] for b in self.trials)
+
+    @property
+    def under_perturbation(self) -> Band | None:
+        """The perturbation for the torque, known exactly: weights of the angle's error.
+
+        None where it was not recorded.
+        """
+        trials = []
+        for bins in self.trials:
+            if bins.perturbation is None:
+                return None
+            zero, one = np.zeros(len(bins.s)), np.ones(len(bins.s))
+            known = replace(bins, torque=bins.perturbation, torque_noise=zero, angle_noise=one)
+            trials.append(known)
+        return Band(tuple(trials), 0.0, self.angle_noise)
+
+
+def source_of(samples: JointSamples) -> Source | None:
+    """What instruments are made of; None where the record itself must be asked."""
+    if samples.imposed == "position":
+        return "angle" if samples.command is None else "command"
+    if samples.perturbation is not None:
+        return "perturbation"
+    if samples.imposed == "torque":
+        return "torque"
+    return None if samples.command is None else "command"
+
+
+def band_of(prepared: Prepared, source: Source | None = None) -> Band:
+    """Coefficients of the unfiltered samples from `prepared.lowest_hz` to `band_hz`.
+
+    Parameters
+    ----------
+    prepared : Prepared
+    source : {"perturbation", "command", "torque", "angle"}, optional
+        What instruments are made of: what was recorded or told, or else the torque.
+
+    Raises
+    ------
+    InputError
+        The band holds too few coefficients.
+    """
+    spectra = prepared.spectra
+    noises = (spectra.torque.noise_variance or 0.0, spectra.angle.noise_variance or 0.0)
+    source = source or source_of(prepared.source) or "torque"
+    # Without noise to weigh by: the error of what is not imposed.
+    unseen = (1.0, 0.0) if source == "angle" else (0.0, 1.0)
+    weigh = noises if any(noises) else unseen
+    trials = tuple(_bins(prepared, row, *weigh) for row in range(prepared.n_trials))
+    return Band(trials, *noises, source)
+
+
+def _bins(prepared: Prepared, row: int, torque_noise: float, angle_noise: float) -> Bins:
+    samples, inside = prepared.source, prepared.source.samples_of(row)
+    count, rate = inside.stop - inside.start, samples.sample_rate_hz
+    n = int(prepared.band_hz * count / rate)
+    first = max(int(np.ceil(prepared.lowest_hz * count / rate - 1e-9)), 1)
+    if n - first + 1 < FEWEST:
+        raise InputError(
+            f"{max(n - first + 1, 0)} frequencies from {prepared.lowest_hz:g} to "
+            f"{prepared.band_hz:.3g} Hz in a trial",
+            expected=f"{FEWEST} or more: a longer record or a wider band",
+        )
+
+    def pair(torque: FloatArray) -> Complex:
+        """A torque and the angle, (2, n)."""
+        both = without_ramp(np.stack([torque[inside], samples.angle[inside]]))
+        whole: Complex = np.fft.rfft(both, axis=1).astype(np.complex128) / np.sqrt(count)
+        return whole[:, first : n + 1]
+
+    torque, angle = pair(samples.torque)
+    lines = np.arange(first, n + 1)
+    relative = 1j * lines / n
+    return Bins(
+        s=2j * np.pi * rate / count * lines,
+        torque=torque,
+        angle=angle,
+        ends=(relative[:, None] ** np.arange(-1, END_DEGREE + 1)).astype(np.complex128),
+        seconds=count / rate,
+        torque_noise=np.full(len(lines), torque_noise),
+        angle_noise=np.full(len(lines), angle_noise),
+        perturbation=None if samples.perturbation is None else pair(samples.perturbation)[0],
+        command=None if samples.command is None else pair(samples.command)[0],
+    )
+
+
+def real_rows(columns: Complex) -> FloatArray:
+    """Real above imaginary parts, (2 n, ...)."""
+    return np.concatenate([columns.real, columns.imag])
+
+
+def in_time(rows: FloatArray) -> FloatArray:
+    """Weighed rows (2 n, ...) as a series in time (2 n + 2, ...) with the same inner products."""
+    n = len(rows) // 2
+    padded = np.zeros((n + 2, *rows.shape[1:]), dtype=complex)
+    padded[1:-1] = rows[:n] + 1j * rows[n:]
+    return np.asarray(np.fft.irfft(padded, axis=0) * np.sqrt(n + 1))

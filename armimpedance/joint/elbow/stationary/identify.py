@@ -1,0 +1,179 @@
+"""The verb of this room: I, B and K of one joint from torque and angle."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Final
+
+from armimpedance.core.errors import InputError
+from armimpedance.core.findings import Finding, warnings_of
+from armimpedance.joint.elbow.checks import check_samples, check_snr
+from armimpedance.joint.elbow.experiment.answer import Answer, answered
+from armimpedance.joint.elbow.experiment.command import with_usable_command
+from armimpedance.joint.elbow.result import ElbowFit
+from armimpedance.joint.elbow.samples import JointSamples
+from armimpedance.joint.elbow.snr import spectra_of
+from armimpedance.joint.elbow.stationary.band import band_of
+from armimpedance.joint.elbow.stationary.diagnosis import diagnosed
+from armimpedance.joint.elbow.stationary.discrete import Structure
+from armimpedance.joint.elbow.stationary.lagged import solve_structure
+from armimpedance.joint.elbow.stationary.preparation import Cutoff, Decimation, prepare
+from armimpedance.joint.elbow.stationary.table import METHODS
+from armimpedance.joint.elbow.stationary.weights import weighed_band
+from armimpedance.numerics.criticism import check_joint_size
+from armimpedance.numerics.regression import Parameters
+
+_NOT_LOOKED_FOR: Final = Finding(
+    "reflex",
+    "cannot tell",
+    "late answers and skew were not looked for: that takes an imposed angle or torque, or a "
+    "recorded command",
+)
+
+
+def identify_elbow(
+    samples: JointSamples,
+    *,
+    method: str | None = None,
+    cutoff_hz: Cutoff = "auto",
+    decimation: Decimation = "auto",
+    lowest_hz: float | None = None,
+) -> ElbowFit:
+    """Inertia, viscosity and stiffness about an operating point (3), all trials together.
+
+    Parameters
+    ----------
+    samples : JointSamples
+        As recorded.
+    method : str, optional
+        A name in `METHODS`; its default if none is given.
+    cutoff_hz : float, None or "auto"
+        Edge of the low-pass on torque and angle, Hz; None: no filter; "auto": chosen. Only `arx`
+        filters and decimates: for the others the cut-off ends the band.
+    decimation : int or "auto"
+        Every how many samples one is kept.
+    lowest_hz : float, optional
+        The band begins here, Hz, all of it by default; not for `arx`.
+
+    Returns
+    -------
+    ElbowFit
+
+    Raises
+    ------
+    InputError
+        Unknown method; a record that is too short, constant, stuck or clipped; signal to noise
+        below the method's limit; ARX on raw samples whose noise would decide the outcome.
+    NotIdentifiableError
+        The motion does not tell I, B and K apart.
+    EstimationError
+        What was fitted is no joint, or a search does not settle.
+    """
+    chosen = METHODS.named(method)
+    if lowest_hz is not None and chosen.name == "arx":
+        raise InputError(
+            "a lowest frequency with method arx",
+            expected="method iv, output-error or derivative, or no lowest frequency",
+        )
+    check_samples(samples)
+    spectra = spectra_of(samples)
+    check_snr(spectra.snr, chosen.lowest_snr_db, chosen.name)
+    prepared = prepare(samples, spectra, cutoff_hz, decimation, lowest_hz)
+    prepared = with_usable_command(prepared)
+    answer = answered(prepared, chosen)
+    fits = [diagnosed(w.estimate, chosen, prepared, w.floors, w.band) for w in answer.ways]
+    return _concluded(answer, fits, samples.expected_inertia)
+
+
+def _concluded(answer: Answer, fits: Sequence[ElbowFit], expected: float | None) -> ElbowFit:
+    """The likeliest way's fit, with I, B, K over all ways that the record does not exclude."""
+    found = [fit.parameters for fit in fits]
+    imposed, fit = answer.finding(found), fits[0]
+    checks, told = fit.checks, warnings_of(fit.checks)
+    warnings = tuple(sentence for sentence in fit.warnings if sentence not in told)
+    if answer.gives_way:
+        # No instrument was right: what was looked for with one says nothing.
+        checks, warnings = (_NOT_LOOKED_FOR,), ()
+    parameters = answer.parameters(found)
+    inertia, sd = float(parameters.values[0]), float(parameters.sd[0])
+    size = check_joint_size("inertia", inertia, sd, expected)
+    checks = (imposed, *checks, size)
+    return replace(
+        fit,
+        parameters=parameters,
+        checks=checks,
+        warnings=(*warnings_of(checks), *warnings),
+    )
+
+
+def estimate_joint(
+    samples: JointSamples,
+    method: str | None = None,
+    *,
+    cutoff_hz: Cutoff = "auto",
+    decimation: Decimation = "auto",
+) -> Parameters:
+    """I, B and K by one method alone: no limit to the noise, no comparison, no diagnosis.
+
+    Parameters
+    ----------
+    samples : JointSamples
+    method : str, optional
+        A name in `METHODS`; its default if none is given.
+    cutoff_hz : float, None or "auto"
+    decimation : int or "auto"
+        As of `identify_elbow`.
+
+    Returns
+    -------
+    Parameters
+        I, B, K with their covariance.
+
+    Raises
+    ------
+    InputError, NotIdentifiableError, EstimationError
+        As of `identify_elbow`.
+    """
+    prepared = prepare(samples, spectra_of(samples), cutoff_hz, decimation)
+    band = weighed_band(band_of(prepared))
+    return METHODS.named(method).identify(prepared, band).parameters
+
+
+def least_squares_arx(
+    samples: JointSamples,
+    structure: Structure,
+    *,
+    cutoff_hz: Cutoff,
+    decimation: Decimation,
+    free: bool = False,
+) -> Parameters:
+    """I, B and K by the source's ARX in one of two structures, whatever the noise makes of it.
+
+    Parameters
+    ----------
+    samples : JointSamples
+    structure : {"zoh", "tustin"}
+        Torque held between samples, nb = 2 and nk = 1; or bilinear, nb = 3 and nk = 0.
+    cutoff_hz : float, None or "auto"
+    decimation : int or "auto"
+        As of `identify_elbow`.
+    free : bool
+        The b are fitted one by one, not in the proportions of the structure.
+
+    Returns
+    -------
+    Parameters
+        I, B, K with their covariance.
+
+    Raises
+    ------
+    InputError
+        A cut-off or a decimation that cannot be.
+    NotIdentifiableError
+        The record does not tell the coefficients apart.
+    EstimationError
+        The fitted poles or gain are no joint's.
+    """
+    prepared = prepare(samples, spectra_of(samples), cutoff_hz, decimation)
+    return solve_structure(prepared, structure, free=free).parameters

@@ -1,0 +1,32 @@
+"""Refined instruments in continuous time, over the frequencies of the band (see `instruments`)."""
+
+from __future__ import annotations
+
+from armimpedance.joint.elbow.stationary.band import Band
+from armimpedance.joint.elbow.stationary.estimate import Estimate
+from armimpedance.joint.elbow.stationary.instruments import driver_of, refined, round_of
+from armimpedance.joint.elbow.stationary.joint_fit import start_values
+from armimpedance.joint.elbow.stationary.method import Method
+from armimpedance.joint.elbow.stationary.preparation import Prepared
+
+
+def solve(prepared: Prepared, band: Band) -> Estimate:
+    """Refined instruments.
+
+    Raises
+    ------
+    EstimationError
+        I, B or K is not positive, or the rounds do not settle.
+    """
+    del prepared
+    driver = driver_of(band)
+    return refined(lambda values: round_of(band, driver, values), start_values(band))
+
+
+METHOD = Method(
+    "iv",
+    "refined instruments in continuous time, from the device's perturbation if recorded",
+    5.0,
+    "P. C. Young, Recursive Estimation and Time-Series Analysis (2011), chapters 7, 8",
+    solve,
+)

@@ -1,0 +1,72 @@
+"""Output error: simulated against measured, the noise of both channels weighed.
+
+What is input and what is output follows the experiment. Where the torque is imposed, what the
+subject adds to it moves the joint: beside the sensors' noise it is an error of the angle. Where
+the angle is imposed it stands in the torque alone, and the torque is the output.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from armimpedance.core.arrays import FloatArray
+from armimpedance.joint.elbow.result import NAMES, UNITS
+from armimpedance.joint.elbow.stationary.band import Band, in_time
+from armimpedance.joint.elbow.stationary.estimate import Estimate, estimate_of
+from armimpedance.joint.elbow.stationary.joint_fit import fit_band, linearised, start_values
+from armimpedance.joint.elbow.stationary.method import Method
+from armimpedance.joint.elbow.stationary.preparation import Prepared
+from armimpedance.joint.elbow.stationary.rows import Rows, solve_rows
+
+#: How often the output's error is weighed by the joint that was fitted before.
+_ROUNDS: Final = 2
+
+
+def solve(prepared: Prepared, band: Band) -> Estimate:
+    """Gauss-Newton on ln I, ln B, ln K (see `joint_fit`).
+
+    Raises
+    ------
+    EstimationError
+        It does not settle, or the torque has the wrong sign.
+    """
+    del prepared
+    if band.source == "torque":
+        values = start_values(band)
+        for _ in range(_ROUNDS):
+            angle_is_output = _with_angle_as_output(band, values)
+            values = fit_band(angle_is_output)
+        band = angle_is_output
+    else:
+        values = fit_band(band)
+    rows = []
+    for bins in band.trials:
+        J, e = linearised(bins, values)
+        series = in_time(np.column_stack([J, -e]))
+        rows.append(Rows(series[:, :3], series[:, :3], series[:, 3], bins.seconds))
+    solved = solve_rows(rows, NAMES)
+    # d(I, B, K) = diag(I, B, K) d(logarithms)
+    return estimate_of(solved.transformed(values, np.diag(values), NAMES, UNITS))
+
+
+def _with_angle_as_output(band: Band, values: FloatArray) -> Band:
+    """The band whose torque has its sensor's noise only, the rest being an error of the angle."""
+    trials = []
+    for bins in band.trials:
+        # S_v of the torque is S_v / |Z|^2 of the angle, Z that of I, B, K (3,)
+        more = np.maximum(bins.torque_noise - band.torque_noise, 0.0)
+        of_angle = bins.angle_noise + more / np.abs(bins.impedance(values)) ** 2
+        trials.append(replace(bins, torque_noise=bins.torque_noise - more, angle_noise=of_angle))
+    return replace(band, trials=tuple(trials))
+
+
+METHOD = Method(
+    "output-error",
+    "simulated against measured angle or torque, noise of both channels weighed",
+    5.0,
+    "R. Pintelon, J. Schoukens, System Identification (2012), chapter 9",
+    solve,
+)

@@ -1,0 +1,242 @@
+"""B(t) and K(t) as integrated random walks: smoother with noise levels chosen by likelihood.
+
+State of sample t: the angle without noise, B and K. Given the last linearisation all of it is one
+linear Gaussian model,
+
+    tau side:  y~_t = L theta + x1 B_t + x0 K_t + U u + n1,      n1 ~ (lambda s1)^2
+    angle:     theta_m = theta + n2,                             n2 ~ s2^2
+    prior:     B_(t+1) - 2 B_t + B_(t-1) ~ q_B,   K likewise ~ q_K
+
+whose information matrix is banded: `chain` filters and smooths it. The marginal likelihood
+of (q_B, q_K, lambda) comes from the same matrix by a banded Cholesky factor. I and the offsets u
+are constant and eliminated by their Schur complement.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+from scipy.linalg import cho_solve_banded, cholesky_banded
+from scipy.optimize import minimize
+
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import EstimationError
+from armimpedance.joint.elbow.varying.chain import smooth_chain
+from armimpedance.joint.elbow.varying.course import Course, Step, with_offsets
+from armimpedance.joint.elbow.varying.data import VaryingData
+from armimpedance.joint.elbow.varying.equation import linearise
+from armimpedance.joint.elbow.varying.smoother_bands import band_variance, own_error
+from armimpedance.joint.elbow.varying.smoother_model import Levels, SmootherModel, smoother_model
+
+#: Starting change of K and B: relative to their mean, as intensity of the second derivative's
+#: white noise, s^-1.5.
+START_INTENSITY: Final = 3.0
+#: Range of that intensity: constant within what 10 s can show; a step within one sample.
+INTENSITY_RANGE: Final = (1e-3, 1e4)
+#: Range of the torque noise over the floor that was read: never less than the channel shows.
+NOISE_RANGE: Final = (1.0, 100.0)
+ROUNDS: Final = 12
+#: A course that moves by less than this part of its standard error has settled.
+SETTLED: Final = 0.05
+#: One that still moves by more has not: no result.
+UNSETTLED: Final = 0.5
+#: Times that the levels are chosen, each about the course that the ones before gave.
+CHOICES: Final = 2
+
+
+@dataclass(frozen=True)
+class SmoothedCourse:
+    """Course, standard errors of B, K (N,) and I, levels, and the log likelihood."""
+
+    course: Course
+    sd_B: FloatArray
+    sd_K: FloatArray
+    sd_inertia: float
+    levels: Levels
+    log_likelihood: float
+
+
+def smooth(
+    data: VaryingData,
+    first: Course,
+    levels: Levels | None = None,
+    near: Levels | None = None,
+    tick: Callable[[], None] = lambda: None,
+) -> SmoothedCourse:
+    """B(t), K(t) and I of all trials.
+
+    Parameters
+    ----------
+    data : VaryingData
+    first : Course
+        Course to start from.
+    levels : Levels or None
+        Noise levels; None: those of maximum likelihood.
+    near : Levels or None
+        Levels from which their search starts.
+    tick : function
+        Called after each step.
+
+    Raises
+    ------
+    EstimationError
+        The likelihood has no maximum within reach, or the course does not settle.
+    """
+    scale = np.array([np.abs(first.B).mean(), np.abs(first.K).mean()])
+    course, now = first, levels or near or Levels(START_INTENSITY, START_INTENSITY, 1.0)
+    for turn in range(CHOICES if levels is None else 1):
+        if levels is None:
+            model = smoother_model(data, linearise(data, course), scale)
+            now = likeliest(model, now, coarse=turn == 0 and near is None)
+            tick()
+        course = settle(data, course, now, scale)
+        tick()
+    model = smoother_model(data, linearise(data, course), scale)
+    course, variance, sd_inertia = solve_course(course, model, now)
+    variance = band_variance(variance, *own_error(course, model, now), data)
+    sd = np.sqrt(variance)
+    return SmoothedCourse(course, sd[:, 0], sd[:, 1], sd_inertia, now, -negative_log(model, now))
+
+
+def settle(
+    data: VaryingData,
+    course: Course,
+    levels: Levels,
+    scale: FloatArray,
+    *,
+    strict: bool = True,
+    rounds: int = ROUNDS,
+) -> Course:
+    """Linearise and solve until B and K stay where they are."""
+    step, sd = Step(), 0.0
+    for turn in range(rounds):
+        model = smoother_model(data, linearise(data, course), scale)
+        if turn == 0:
+            # variances cost far more than the course; the first round's say what is little
+            new, variance, _ = solve_course(course, model, levels)
+            sd = float(np.sqrt(variance[:, 1].mean()))
+        else:
+            new = course_of(course, model, levels, factor_of(model, levels))
+        course, step = step.taken(course, new)
+        if step.moved < SETTLED * sd:
+            return course
+    if strict and not step.moved < UNSETTLED * sd:
+        raise EstimationError(f"B(t) and K(t) do not settle within {ROUNDS} rounds")
+    return course
+
+
+def likeliest(model: SmootherModel, levels: Levels, *, coarse: bool) -> Levels:
+    """Maximise the marginal likelihood over the three levels."""
+    low = np.log([INTENSITY_RANGE[0], INTENSITY_RANGE[0], NOISE_RANGE[0]])
+    high = np.log([INTENSITY_RANGE[1], INTENSITY_RANGE[1], NOISE_RANGE[1]])
+
+    def objective(x: FloatArray) -> float:
+        beyond = float(np.maximum(low - x, 0).sum() + np.maximum(x - high, 0).sum())
+        return negative_log(model, _levels(np.clip(x, low, high))) + 10 * beyond
+
+    spread = 1.5 if coarse else 0.4
+    at = np.clip(levels.logs, low, high)
+    simplex = np.vstack([at, at + np.diag([spread, spread, 0.3 if coarse else 0.05])])
+    optimum = minimize(
+        objective,
+        at,
+        method="Nelder-Mead",
+        options={
+            "initial_simplex": simplex,
+            "xatol": 0.05,
+            "fatol": 0.05,
+            "maxfev": 80 if coarse else 40,
+        },
+    )
+    return _levels(np.clip(optimum.x, low, high))
+
+
+def _levels(logs: FloatArray) -> Levels:
+    return Levels(*(float(v) for v in np.exp(logs)))
+
+
+def negative_log(model: SmootherModel, levels: Levels) -> float:
+    """Minus the marginal log likelihood, but for a constant.
+
+    ``2 NLL = y^2/s^2 - g^T H^-1 g + log det H + 2 R log lambda + S (log q_B + log q_K)`` with the
+    shared parameters eliminated from both terms.
+    """
+    try:
+        factor = cholesky_banded(
+            model.information(levels), overwrite_ab=True, lower=True, check_finite=False
+        )
+    except np.linalg.LinAlgError:
+        return 1e30
+    right = model.right(levels)
+    solved = cho_solve_banded((factor, True), right, check_finite=False)
+    cross = right.T @ solved
+    weight = levels.torque**-2
+    # S (s, s) = H_uu - V^T H^-1 V
+    schur = model.shared * weight + np.diag(model.shared_prior) - cross[1:, 1:]
+    reduced = model.shared_right * weight - cross[1:, 0]
+    sign, log_schur = np.linalg.slogdet(schur)
+    if not sign > 0:
+        return 1e30
+    square = model.square_torque * weight + model.square_angle
+    square -= cross[0, 0] + reduced @ np.linalg.solve(schur, reduced)
+    logs = 2 * np.log(factor[0]).sum() + log_schur + 2 * model.rows * np.log(levels.torque)
+    logs += 2 * len(model.differences) * (np.log(levels.B) + np.log(levels.K))
+    return float(square + logs) / 2
+
+
+def factor_of(model: SmootherModel, levels: Levels) -> FloatArray:
+    """Banded Cholesky factor of the information."""
+    try:
+        return np.asarray(
+            cholesky_banded(
+                model.information(levels), overwrite_ab=True, lower=True, check_finite=False
+            )
+        )
+    except np.linalg.LinAlgError as error:
+        raise EstimationError("the smoother's information matrix is not positive definite") from (
+            error
+        )
+
+
+def course_of(course: Course, model: SmootherModel, levels: Levels, factor: FloatArray) -> Course:
+    """The smoothed course alone, from the factor of the information."""
+    mean = np.asarray(cho_solve_banded((factor, True), model.right(levels)))
+    return _eliminated(course, model, levels, mean)[0]
+
+
+def solve_course(
+    course: Course, model: SmootherModel, levels: Levels
+) -> tuple[Course, FloatArray, float]:
+    """Filter and smooth: the course, variances of B and K (N, 2), standard error of I."""
+    made = smooth_chain(model.information(levels), model.right(levels), model.block)
+    new, V, inverse = _eliminated(course, model, levels, made.mean)
+    variance = made.variance + ((V @ inverse) * V).sum(axis=1)
+    if not (np.isfinite(new.K).all() and (variance > 0).all() and inverse[0, 0] > 0):
+        raise EstimationError("the smoother lost its precision: a noise level is out of range")
+    both = variance.reshape(-1, model.state)[:, 1:3]
+    return new, both, float(np.sqrt(inverse[0, 0]))
+
+
+def _eliminated(
+    course: Course, model: SmootherModel, levels: Levels, mean: FloatArray
+) -> tuple[Course, FloatArray, FloatArray]:
+    """I and the offsets from ``H^-1 [g, C]`` (n, 1 + s): the course, H^-1 C, their covariance."""
+    weight = levels.torque**-2
+    V, state = mean[:, 1:], mean[:, 0]
+    coupling = model.coupling * weight
+    # S (s, s) = H_uu - C^T H^-1 C: what the samples say of I and the offsets
+    schur = model.shared * weight + np.diag(model.shared_prior) - coupling.T @ V
+    inverse = np.asarray(np.linalg.inv(schur), dtype=np.float64)
+    # u (s,) = S^-1 (g_u - C^T x), then x - H^-1 C u
+    shared = inverse @ (model.shared_right * weight - coupling.T @ state)
+    state = state - V @ shared
+    new = replace(
+        course,
+        inertia=float(shared[0]),
+        B=state[1 :: model.state],
+        K=state[2 :: model.state],
+    )
+    return with_offsets(new, shared[1:]), V, inverse

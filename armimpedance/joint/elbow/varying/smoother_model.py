@@ -1,0 +1,190 @@
+"""The smoother's linear Gaussian model: banded information of angle, B, K and v of all samples."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from armimpedance.core.arrays import FloatArray, IntArray
+from armimpedance.joint.elbow.varying.data import VaryingData
+from armimpedance.joint.elbow.varying.equation import HALF, WIDTH, Linearised
+
+#: Unknowns per sample: angle, B, K; one more where the subject adds a torque v.
+STATE: Final = 3
+#: The difference that is white noise, and its order.
+DIFFERENCE: Final = (1.0, -2.0, 1.0)
+ORDER: Final = len(DIFFERENCE) - 1
+
+
+@dataclass(frozen=True)
+class Levels:
+    """Noise levels of the smoother.
+
+    Attributes
+    ----------
+    B, K : float
+        Intensity of the second derivative's white noise over the parameter's mean, s^-1.5.
+    torque : float
+        Torque noise over the floor that was read from the channel.
+    """
+
+    B: float
+    K: float
+    torque: float
+
+    @property
+    def logs(self) -> FloatArray:
+        """Natural logarithms, (3,)."""
+        return np.log([self.B, self.K, self.torque])
+
+
+@dataclass(frozen=True)
+class SmootherModel:
+    """The linear Gaussian model of one linearisation, split by noise level.
+
+    The information is ``H = torque / lambda^2 + angle + rough_B / q_B + rough_K / q_K``, all lower
+    banded; likewise the right-hand sides.
+
+    Attributes
+    ----------
+    state : int
+        Unknowns per sample.
+    """
+
+    state: int
+    torque: FloatArray
+    angle: FloatArray
+    rough_B: FloatArray
+    rough_K: FloatArray
+    right_torque: FloatArray
+    right_angle: FloatArray
+    coupling: FloatArray
+    shared: FloatArray
+    shared_right: FloatArray
+    shared_prior: FloatArray
+    square_torque: float
+    square_angle: float
+    rows: int
+    differences: IntArray
+    unit: FloatArray
+
+    @property
+    def block(self) -> int:
+        """Unknowns that a block of the chain needs, and rows of the banded matrices."""
+        return len(self.torque)
+
+    def information(self, levels: Levels) -> FloatArray:
+        """H (w, n), lower banded."""
+        q = self.unit * np.array([levels.B, levels.K]) ** 2
+        return np.asarray(
+            self.torque / levels.torque**2 + self.angle + self.rough_B / q[0] + self.rough_K / q[1]
+        )
+
+    def right(self, levels: Levels) -> FloatArray:
+        """[g, coupling to the shared parameters], (n, 1 + s)."""
+        weight = levels.torque**-2
+        g = self.right_torque * weight + self.right_angle
+        return np.column_stack([g, self.coupling * weight])
+
+
+def smoother_model(data: VaryingData, eq: Linearised, scale: FloatArray) -> SmootherModel:
+    """The model about a linearisation.
+
+    Parameters
+    ----------
+    data : VaryingData
+    eq : Linearised
+    scale : (2,)
+        Means of B and K, of which the levels are parts.
+    """
+    state, N = STATE + bool(eq.own.order), len(data.angle)
+    n, c, band = state * N, eq.centre, 2 * HALF * state + state
+    s1, s2 = eq.sd_torque, eq.sd_angle
+    L, y, x1, x0 = eq.L / s1[:, None], eq.torque_side / s1, eq.x1 / s1, eq.x0 / s1
+    U = np.column_stack([eq.x2, eq.nuisance]) / s1[:, None]
+    further = [x1, x0] if state == STATE else [x1, x0, -1 / s1]
+    torque = _torque_information(np.zeros((band, n)), state, c, L, further)
+    angle, right_angle = np.zeros((band, n)), np.zeros(n)
+    angle[0, ::state], right_angle[::state] = s2**-2, data.angle / s2**2
+    if eq.own.order:
+        _add_own_torque(angle, state, data, eq)
+
+    def transposed(v: FloatArray) -> FloatArray:
+        """``A^T v`` of the torque rows, (n, q) of (R, q)."""
+        out = np.zeros((n, v.shape[1]))
+        for a in range(WIDTH):
+            out[state * (c + a - HALF)] += L[:, a, None] * v
+        for k, x in enumerate(further, start=1):
+            out[state * c + k] += x[:, None] * v
+        return out
+
+    return SmootherModel(
+        state=state,
+        torque=torque,
+        angle=angle,
+        rough_B=_roughness(data, angle.shape, state, 1),
+        rough_K=_roughness(data, angle.shape, state, 2),
+        right_torque=transposed(y[:, None])[:, 0],
+        right_angle=right_angle,
+        coupling=transposed(U),
+        shared=U.T @ U,
+        shared_right=U.T @ y,
+        shared_prior=np.concatenate([[0.0], eq.prior_sd**-2]),
+        square_torque=float(y @ y),
+        square_angle=float(((data.angle / s2) ** 2).sum()),
+        rows=len(c),
+        differences=_starts(data),
+        unit=scale**2 / data.rate_hz ** (2 * ORDER - 1),
+    )
+
+
+def _torque_information(
+    H: FloatArray, state: int, c: IntArray, L: FloatArray, further: list[FloatArray]
+) -> FloatArray:
+    """``A^T A`` of the torque rows ``L theta + x1 B + x0 K - v``, lower banded, put into H."""
+
+    def put(i: IntArray, j: IntArray, values: FloatArray) -> None:
+        i, j = np.maximum(i, j), np.minimum(i, j)
+        H[(i - j)[0], j] += values
+
+    theta = [state * (c + a - HALF) for a in range(WIDTH)]
+    own = [state * c + k for k in range(1, 1 + len(further))]
+    for a in range(WIDTH):
+        for b in range(a, WIDTH):
+            put(theta[b], theta[a], L[:, a] * L[:, b])
+        for at, x in zip(own, further, strict=True):
+            put(at, theta[a], L[:, a] * x)
+    for i, (at, x) in enumerate(zip(own, further, strict=True)):
+        for before, z in zip(own[: i + 1], further[: i + 1], strict=True):
+            put(at, before, x * z)
+    return H
+
+
+def _add_own_torque(H: FloatArray, state: int, data: VaryingData, eq: Linearised) -> None:
+    """Information ``A^T A / sd^2`` of the subject's torque in all samples, added to H."""
+    A = eq.own.operator(np.diff(data.offsets)) / eq.own.sd
+    p, N = len(A) - 1, A.shape[1]
+    v = state * np.arange(N) + STATE
+    for i in range(p + 1):
+        for j in range(i, p + 1):
+            # row r of A holds the samples r - i and r - j
+            r = np.arange(j, N)
+            H[state * (j - i), v[r - j]] += A[i, r] * A[j, r]
+
+
+def _starts(data: VaryingData) -> IntArray:
+    """First sample of each difference that lies within a trial."""
+    ends = zip(data.offsets[:-1], data.offsets[1:], strict=True)
+    return np.concatenate([np.arange(a, b - ORDER) for a, b in ends])
+
+
+def _roughness(data: VaryingData, shape: tuple[int, ...], state: int, which: int) -> FloatArray:
+    """``D^T D`` of the second differences within trials, of unknown `which` of a sample."""
+    H = np.zeros(shape)
+    first = _starts(data)
+    for i, wi in enumerate(DIFFERENCE):
+        for j, wj in enumerate(DIFFERENCE[: i + 1]):
+            H[state * (i - j), state * (first + j) + which] += wi * wj
+    return H

@@ -1,0 +1,155 @@
+"""What the model of a passive joint takes for granted, held against the data.
+
+Each check says what it would have seen. A mass and a constant torque of the person it cannot see:
+all torques of a free limb are proportional to its mass, so that k, h and f of a heavier limb make
+the same swing; a constant torque is a rest angle.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+from scipy.special import chdtrc, fdtrc
+
+from armimpedance.core.errors import ArmImpedanceError
+from armimpedance.core.findings import Finding
+from armimpedance.joint.relaxed.doubts.rivals import cause_findings
+from armimpedance.joint.relaxed.method import METHODS
+from armimpedance.joint.relaxed.samples import PassiveSamples
+from armimpedance.joint.relaxed.terms import Terms
+
+if TYPE_CHECKING:
+    from armimpedance.joint.relaxed.linear import TwoFits
+
+#: Chance at which a check speaks on data that keep the assumption.
+_LEVEL: Final = 0.002
+
+#: Sd of a forearm's mass with the hand about a table, as a fraction: that of the three rows of
+#: `limb.arm.anthropometry` about their mean (Winter .0220, de Leva .0223 and .0194 of the body's mass).
+TABLE_MASS_SD: Final = 0.075
+
+
+def mass_finding(told: float | None) -> Finding:
+    """What is known of the limb's mass: its sd as a fraction, None where nobody told it.
+
+    Parameters
+    ----------
+    told : float or None
+    """
+    if told is not None:
+        return Finding("mass", "ok", f"known to {100 * told:g} %, which the intervals count")
+    return Finding(
+        "mass",
+        "cannot tell",
+        "a free swing does not show it, and k, h and f move by 1 % per 1 % of it; the intervals "
+        f"allow for {100 * TABLE_MASS_SD:g} % as between tables of masses (--mass-sd-percent or "
+        "mass_sd_kg of the subject says it better)",
+    )
+
+
+def doubts(
+    samples: PassiveSamples, terms: Terms, method: str, fits: TwoFits, elsewhere: str | None
+) -> tuple[Finding, ...]:
+    """The checks of one joint that its samples allow.
+
+    Parameters
+    ----------
+    samples : PassiveSamples
+        Of this joint only.
+    terms : Terms
+    method : str
+    fits : TwoFits
+        The method's fit of the columns.
+    elsewhere : str or None
+        Where the data put the rest angle, if not where it was stated.
+    """
+    found = list(_causes(samples, terms))
+    if samples.hinges is not None and method == "output-error":
+        found.append(trials_finding(samples, terms, method))
+    if method == "ls":
+        found.append(_filter_finding(samples, terms, fits))
+    if not terms.free and elsewhere is None:
+        found.append(Finding("rest angle", "ok", "the data do not contradict the stated one"))
+    return tuple(found)
+
+
+def _causes(samples: PassiveSamples, terms: Terms) -> tuple[Finding, ...]:
+    """Causes that the samples can tell apart; without raw data that of the stiffness alone."""
+    try:
+        if samples.hinges is None and samples.measured_torque is None:
+            return (_stiffness_finding(samples, terms),)
+        return cause_findings(samples, terms)
+    except ArmImpedanceError as failed:
+        return (Finding("amplitude", "cannot tell", f"whether the model holds ({failed})"),)
+
+
+def _stiffness_finding(samples: PassiveSamples, terms: Terms) -> Finding:
+    """Whether the stiffness is the same all over the motion, by the filtered columns."""
+    name = "amplitude"
+    more = replace(terms, quadratic=True, cubic=True)
+    extra = [more.columns.index(one) for one in ("K", "C") if one not in terms.columns]
+    fit = METHODS["parallel"].solve(samples, more).robust
+    size, spread = fit.parameters[extra], fit.covariance[np.ix_(extra, extra)]
+    # F = x^T (m,) C^-1 (m, m) x / m
+    chance = fdtrc(len(extra), fit.dof, float(size @ np.linalg.solve(spread, size)) / len(extra))
+    if chance >= _LEVEL:
+        return Finding(name, "ok", "the stiffness is the same all over the motion")
+    return Finding(
+        name,
+        "warning",
+        "the stiffness changes with the angle: k, h, f and q_r are those of a straight line "
+        "through a curve, and smaller swings show less of it",
+    )
+
+
+def trials_finding(samples: PassiveSamples, terms: Terms, method: str) -> Finding:
+    """Whether the trials (or thirds of a single one) are trials of one and the same joint."""
+    parts = samples if samples.n_trials > 1 else samples.in_thirds()
+    values, weights = [], []
+    for row in range(parts.n_trials):
+        try:
+            fit = METHODS[method].solve(parts.select([row]), terms).robust
+            weights.append(np.linalg.inv(fit.covariance))
+        except (ArmImpedanceError, np.linalg.LinAlgError):
+            continue
+        values.append(fit.parameters)
+    if len(values) < 2:
+        return Finding("trials", "missing", "no two trials that show all parameters each")
+    # x (p,) = (sum P_t)^-1 sum P_t x_t, and chi^2 = sum (x_t - x)^T P_t (x_t - x)
+    mean = np.linalg.solve(sum(weights), sum(P @ x for P, x in zip(weights, values, strict=True)))
+    square = sum(float((x - mean) @ P @ (x - mean)) for P, x in zip(weights, values, strict=True))
+    count = len(mean) * (len(values) - 1)
+    seen = "a trial that is off by four of its own standard errors"
+    if chdtrc(count, square) >= _LEVEL:
+        return Finding("trials", "ok", "one set of parameters does for all trials", seen)
+    k = [f"{x[0]:.3g}" for x in values]
+    return Finding(
+        "trials",
+        "warning",
+        f"they contradict each other (chi^2 {square:.0f}, {count} expected; k {', '.join(k[:6])}): "
+        "muscles that were not silent, a joint that changes, or markers that slide on the skin",
+        seen,
+    )
+
+
+def _filter_finding(samples: PassiveSamples, terms: Terms, fits: TwoFits) -> Finding:
+    """What the source's unfiltered sign and its trials' ends cost, beside `parallel`."""
+    try:
+        other = METHODS["parallel"].solve(samples, terms).robust
+    except ArmImpedanceError as error:
+        return Finding("filter", "cannot tell", f"what the filter costs ({error})")
+    off = np.abs(fits.classical.parameters - other.parameters) / other.sd
+    worst = int(np.argmax(off))
+    if off[worst] < 1.0:
+        return Finding("filter", "ok", "with every column filtered the parameters stay", "1 sd")
+    name = terms.names[worst] if terms.columns[worst] != "offset" else "the offset"
+    return Finding(
+        "filter",
+        "warning",
+        "the sign of the velocity is not filtered as the torque is, and the trials' ends count: "
+        f"{name} is {fits.classical.parameters[worst]:.3g} against {other.parameters[worst]:.3g} "
+        "by parallel; ls reproduces the source, use another method for the numbers",
+        "1 sd",
+    )

@@ -1,0 +1,306 @@
+"""Causes that make a passive joint move unlike the model: which of them explains it best.
+
+Each cause is a rival model with a parameter or two more. What a cause explains is its gain of
+twice the log-likelihood, with slow torque of muscles allowed for on both sides; causes are compared
+less ``log N`` for every parameter (G. Schwarz, Ann. Stat. 6 (1978) 461-464). Those that explain as
+much as the best are all named. Slow torque is judged beside the best of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+from scipy.special import chdtri
+
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.findings import Finding
+from armimpedance.joint.relaxed.doubts.likelihood import Evidence, Fitted
+from armimpedance.joint.relaxed.doubts.swing_evidence import swing_evidence
+from armimpedance.joint.relaxed.doubts.torque_evidence import LATEST_S, TorqueRows, torque_rows
+from armimpedance.joint.relaxed.samples import PassiveSamples
+from armimpedance.joint.relaxed.terms import Terms
+
+#: Chance at which a cause is named on data that have none.
+_LEVEL: Final = 2e-4
+#: A departure that a check with this level sees in half of the cases, in standard errors.
+_SEEN: Final = 3.7
+#: Twice the log-likelihood by which causes may differ and still count as equal (odds of 20).
+_EQUAL: Final = 6.0
+#: Sd of the weight's moment over the inertia between tables of a forearm with hand, a fraction.
+TABLE_RATIO_SD: Final = 0.08
+#: Latenesses, s: first all over, then finely about the best.
+_COARSE_S: Final = np.linspace(-LATEST_S, LATEST_S, 41)
+_FINE_S: Final = np.linspace(-0.005, 0.005, 21)
+
+
+@dataclass(frozen=True)
+class Cause:
+    """A cause and what it explains.
+
+    Attributes
+    ----------
+    name : str
+    gain : float
+        Of twice the log-likelihood, less `price` times `parameters` where causes are compared.
+    parameters : int
+    price : float
+    says : str
+        What it would be, and what to do.
+    fine : str
+        What is said where it is not needed.
+    smallest : str
+    fit, alone : Fitted
+        With and without slow torque beside it.
+    """
+
+    name: str
+    gain: float
+    parameters: int
+    price: float
+    says: str
+    fine: str
+    smallest: str
+    fit: Fitted
+    alone: Fitted
+
+    @property
+    def seen(self) -> bool:
+        """Whether it is needed, were it the only one."""
+        return self.gain > float(chdtri(self.parameters, _LEVEL))
+
+    @property
+    def worth(self) -> float:
+        """The gain less what parameters gain by chance."""
+        return self.gain - self.parameters * self.price
+
+
+@dataclass(frozen=True)
+class Inquiry:
+    """The evidence, and its fit by the model as it is."""
+
+    terms: Terms
+    evidence: Evidence
+    base: Fitted
+    alone: Fitted
+
+    @property
+    def price(self) -> float:
+        """Of a parameter."""
+        return float(np.log(self.evidence.count))
+
+    def ask(self, columns: Sequence[str]) -> tuple[Fitted, Fitted, float]:
+        """The fits with these columns too, with and without slow torque, and the gain."""
+        every = (*self.terms.columns, *columns)
+        fit = self.evidence.fit(every)
+        gain = self.base.deviance - fit.deviance
+        return fit, self.evidence.fit(every, slow=False), gain
+
+
+def cause_findings(samples: PassiveSamples, terms: Terms) -> tuple[Finding, ...]:
+    """A finding for each cause that samples of a single joint can show.
+
+    Parameters
+    ----------
+    samples : PassiveSamples
+        With the limb's dynamics or a measured torque.
+    terms : Terms
+        The rest angle is fitted in any case: one that is stated wrong would look like a cause.
+
+    Raises
+    ------
+    EstimationError, NotIdentifiableError, InputError
+        The model cannot be fitted.
+    """
+    terms = replace(terms, rest_angle="free")
+    if samples.hinges is not None:
+        asked = _inquiry(terms, swing_evidence(samples, terms))
+        causes = [_amplitude(samples, asked), *_clock_and_mass(asked)]
+    else:
+        rows = torque_rows(samples, terms)
+        asked = _inquiry(terms, *rows.evidence())
+        causes = [_amplitude(samples, asked), _weight(asked), _inertia(asked), _skew(asked, rows)]
+    best = max(causes, key=lambda one: (one.seen, one.worth))
+    equal = [one for one in causes if one.seen and best.worth - one.worth <= _EQUAL]
+    fits = (best.fit, best.alone) if best.seen else (asked.base, asked.alone)
+    return (*(_judged(one, equal) for one in causes), _voluntary(*fits))
+
+
+def _inquiry(terms: Terms, evidence: Evidence) -> Inquiry:
+    fits = (evidence.fit(terms.columns, slow=slow) for slow in (True, False))
+    return Inquiry(terms, evidence, *fits)
+
+
+def _judged(one: Cause, equal: Sequence[Cause]) -> Finding:
+    """The finding of a cause, given those that explain the data best."""
+    others = ", ".join(c.name for c in equal if c is not one)
+    if one in equal:
+        tie = f"; these data show the same of {others}" if others else ""
+        return Finding(one.name, "warning", one.says + tie, one.smallest)
+    instead = f" (what looks like it is better explained by {others})" if one.seen else ""
+    return Finding(one.name, "ok", one.fine + instead, one.smallest)
+
+
+def _voluntary(fit: Fitted, alone: Fitted) -> Finding:
+    """Whether there is slow torque beside the passive one."""
+    name = "voluntary"
+    seen = f"a torque of {_SEEN * alone.bump_sd_Nm:.2g} N m that comes and goes within .5 s"
+    if alone.deviance - fit.deviance <= chdtri(1, _LEVEL):
+        return Finding(name, "ok", "no slow torque beside the passive one", seen)
+    return Finding(
+        name,
+        "warning",
+        f"a slow torque that the motion does not make, some {fit.slow_Nm:.2g} N m: muscles were "
+        "not silent, or something touched the limb; ask the person to relax, look at the EMG, "
+        "leave such trials out",
+        seen,
+    )
+
+
+def _amplitude(samples: PassiveSamples, asked: Inquiry) -> Cause:
+    """Stiffness that changes with the angle: terms of second and third order."""
+    terms = asked.terms
+    columns = ("C",) if terms.quadratic else ("K", "C")
+    fit, alone, gain = asked.ask(columns)
+    low, high = np.quantile(samples.q[:, 0], [0.05, 0.95])
+    slope = np.array([2 * (high - low), 3 * (high**2 - low**2)])[-len(columns) :]
+    size, spread = fit.values[-len(columns) :], fit.covariance[-len(columns) :, -len(columns) :]
+    change, error = float(slope @ size), float(np.sqrt(slope @ spread @ slope))
+    hint = "" if terms.quadratic else "; --quadratic fits the part that is even"
+    return Cause(
+        "amplitude",
+        gain,
+        len(columns),
+        asked.price,
+        f"the stiffness changes with the angle, by {change:+.2g} +- {error:.1g} N m/rad from end "
+        "to end of the motion: k, h, f and q_r are those of a straight line through a "
+        f"curve{hint}, and smaller swings show less of it",
+        "the stiffness is the same all over the motion",
+        f"a change of {_SEEN * error:.2g} N m/rad from end to end of the motion",
+        fit,
+        alone,
+    )
+
+
+def _clock_and_mass(asked: Inquiry) -> list[Cause]:
+    """Gravity against inertia: the clock of the film, or where the limb's mass sits.
+
+    They do the same to the motion; what tables of limbs allow speaks for the one or the other.
+    """
+    fit, alone, gain = asked.ask(["gravity"])
+    more, error = float(fit.values[-1]), float(np.sqrt(fit.covariance[-1, -1]))
+    ratio = max(1 + more, 0.0)
+    # a film whose rate is told r too high shows accelerations r^2 as large, and gravity stays
+    time = (
+        f"gravity pulls {ratio:.3f} +- {error:.1g} times as strongly as inertia and frames "
+        f"allow: the film's rate is {100 * (np.sqrt(ratio) - 1):+.1f} % off; film a clock or a "
+        f"ball that falls; with the rate mended k is {_part(fit.values[0], ratio):.3g} N m/rad"
+    )
+    mass = (
+        f"the limb's inertia about the joint, over its weight's moment, is {_part(1.0, ratio):.3g} "
+        f"+- {error:.1g} of the skeleton's, which tables give to {100 * TABLE_RATIO_SD:g} %: let "
+        "the limb swing by gravity alone, or scale the segment to the person; k goes with it"
+    )
+    known = gain - (more / TABLE_RATIO_SD) ** 2
+    fits, price = (fit, alone), asked.price
+    rate, share = f"a rate {50 * _SEEN * error:.2g} % off", f"{100 * _SEEN * error:.2g} %"
+    fine = "gravity pulls as the skeleton's inertia and the frames' times tell"
+    return [
+        Cause("time", gain, 1, price, time, fine, rate, *fits),
+        Cause("inertia", known, 1, price, mass, fine, share, *fits),
+    ]
+
+
+def _part(whole: float, ratio: float) -> float:
+    return float(whole / ratio) if ratio > 0 else float("nan")
+
+
+def _weight(asked: Inquiry) -> Cause:
+    """The limb's weight, by any direction of the angle's zero."""
+    fit, alone, gain = asked.ask(["cos", "sin"])
+    size, error = _length(fit.values[-2:], fit.covariance[-2:, -2:])
+    return Cause(
+        "weight",
+        gain,
+        2,
+        asked.price,
+        f"the torque holds a part that goes with sine and cosine of the angle, {size:.2g} +- "
+        f"{error:.1g} N m: the limb's weight was left in; record the limb at rest at several "
+        f"angles and take that off (k is then {fit.values[0]:.3g} N m/rad)",
+        "no weight is left in the torque",
+        f"{_SEEN * error:.2g} N m",
+        fit,
+        alone,
+    )
+
+
+def _inertia(asked: Inquiry) -> Cause:
+    """The limb's inertia, or the device's."""
+    fit, alone, gain = asked.ask(["inertia"])
+    size, error = float(fit.values[-1]), float(np.sqrt(fit.covariance[-1, -1]))
+    return Cause(
+        "inertia",
+        gain,
+        1,
+        asked.price,
+        f"the torque holds a part that goes with the acceleration, {size:.3g} +- {error:.1g} "
+        "kg m^2: inertia was left in, or too much taken off; move slowly, or take off that of "
+        f"limb and device (k is then {fit.values[0]:.3g} N m/rad)",
+        "no inertia is left in the torque",
+        f"{_SEEN * error:.2g} kg m^2",
+        fit,
+        alone,
+    )
+
+
+def _skew(asked: Inquiry, rows: TorqueRows) -> Cause:
+    """The torque late on the angle."""
+    columns = asked.terms.columns
+    late, _, _ = _best_lateness(rows, columns, _COARSE_S)
+    late, fit, alone = _best_lateness(rows, columns, late + _FINE_S)
+    error = _error_of_lateness(rows, columns, late, fit.deviance)
+    error = float(np.hypot(error, rows.reversal_error_s))
+    gain = min(asked.base.deviance - fit.deviance, (late / error) ** 2)
+    return Cause(
+        "skew",
+        gain,
+        1,
+        asked.price,
+        f"the torque is {1e3 * late:+.1f} +- {1e3 * error:.1g} ms late on the angle: record both "
+        "on one clock, or move one of them by that much "
+        f"(h is then {fit.values[1]:.3g} N m s/rad)",
+        "angle and torque are in step",
+        f"{1e3 * _SEEN * error:.2g} ms",
+        fit,
+        alone,
+    )
+
+
+def _best_lateness(
+    rows: TorqueRows, columns: Sequence[str], tried: FloatArray
+) -> tuple[float, Fitted, Fitted]:
+    """The likeliest lateness of those tried, its fit, and that without slow torque."""
+    inside = np.unique(np.clip(tried, -LATEST_S, LATEST_S))
+    evidence = rows.evidence(inside.tolist(), more=False)
+    fits = [one.fit(columns) for one in evidence]
+    best = int(np.argmin([fit.deviance for fit in fits]))
+    return float(inside[best]), fits[best], evidence[best].fit(columns, slow=False)
+
+
+def _error_of_lateness(
+    rows: TorqueRows, columns: Sequence[str], late: float, deviance: float
+) -> float:
+    """Standard error from how the deviance rises 2 ms before and after."""
+    step = 0.002
+    sides = rows.evidence([late - step, late + step], more=False)
+    rise = float(np.mean([one.fit(columns).deviance for one in sides])) - deviance
+    return float(step / np.sqrt(rise)) if rise > 0 else step
+
+
+def _length(vector: FloatArray, covariance: FloatArray) -> tuple[float, float]:
+    """Length of a vector (2,) and its standard error; of a vector of nothing, the larger one."""
+    length = float(np.linalg.norm(vector))
+    along = vector / length if length > 0 else np.array([1.0, 0.0])
+    return length, float(np.sqrt(along @ covariance @ along))

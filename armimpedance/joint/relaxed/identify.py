@@ -1,0 +1,155 @@
+"""The verb of this room: parameters of passive joints from their samples."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from armimpedance.core.errors import ArmImpedanceError, EstimationError, InputError
+from armimpedance.joint.relaxed.doubts.checks import doubts
+from armimpedance.joint.relaxed.equations import check_excitation
+from armimpedance.joint.relaxed.fits import PassiveFits
+from armimpedance.joint.relaxed.linear import TwoFits
+from armimpedance.joint.relaxed.method import METHODS
+from armimpedance.joint.relaxed.notes import joint_notes
+from armimpedance.joint.relaxed.rest_angle import rest_angle_note
+from armimpedance.joint.relaxed.result import CrossValidation, PassiveFit
+from armimpedance.joint.relaxed.samples import PassiveSamples
+from armimpedance.joint.relaxed.terms import RestAngle, Terms
+from armimpedance.numerics.regression import Fit, Parameters
+
+Progress = Callable[[int, int], None]
+
+
+def identify_passive(
+    samples: PassiveSamples,
+    *,
+    rest_angle: RestAngle | Mapping[str, RestAngle],
+    method: str | None = None,
+    quadratic: bool = False,
+    friction: bool = True,
+    cross_validate: bool = True,
+    progress: Progress | None = None,
+) -> PassiveFits:
+    """Stiffness, viscosity and friction of every joint of the samples, one after another.
+
+    Parameters
+    ----------
+    samples : PassiveSamples
+    rest_angle : float, "free", or a mapping of joints to either
+        q_r in rad; a joint that a mapping does not name is free. The source never gives q_r; free,
+        it widens the interval of k.
+    method : str, optional
+        One of `METHODS`; its default if absent, or `parallel` where the samples hold neither the
+        limb's dynamics nor a measured torque.
+    quadratic : bool
+        Whether ``K (q - q_r)^2`` is fitted too.
+    friction : bool
+        Whether ``f sign(qd)`` is fitted; False where the joint is known to have no dry friction.
+    cross_validate : bool
+        Whether every trial (or third of a single trial) is predicted from the others.
+    progress : function, optional
+        Called with how many joints are done, of how many.
+
+    Returns
+    -------
+    PassiveFits
+        In the order of `samples.joints`.
+
+    Raises
+    ------
+    InputError
+        Unknown method or joint, too few samples.
+    NotIdentifiableError
+        The motion cannot show a parameter; it is named.
+    EstimationError
+        The search does not settle.
+    """
+    raw = samples.hinges is not None or samples.measured_torque is not None
+    name = method or (METHODS.default if raw else "parallel")
+    METHODS.named(name)
+    fits = []
+    for j, joint in enumerate(samples.joints):
+        terms = Terms(_rest_angle(rest_angle, joint, samples.joints), quadratic, friction)
+        fits.append(_identify(samples.only(j), j + 1, terms, name, cross_validate))
+        if progress is not None:
+            progress(j + 1, len(samples.joints))
+    return PassiveFits(tuple(fits), samples)
+
+
+def _rest_angle(
+    given: RestAngle | Mapping[str, RestAngle], joint: str, joints: Sequence[str]
+) -> RestAngle:
+    if not isinstance(given, Mapping):
+        return given
+    if set(given) - set(joints):
+        raise InputError(f"rest angles of {', '.join(given)}", expected=f"of {', '.join(joints)}")
+    return given.get(joint, "free")
+
+
+def _identify(
+    samples: PassiveSamples, number: int, terms: Terms, method: str, cross_validate: bool
+) -> PassiveFit:
+    check_excitation(samples, terms)
+    equations = METHODS[method].equations(samples, terms)
+    elsewhere = rest_angle_note(equations, terms, samples.sample_rate_hz)
+    fits = _solved(samples, terms, method, elsewhere)
+    # the torque equations' own fit, with the parameters that the method found
+    torque_fit = replace(equations.fit(), coefficients=fits.classical.coefficients)
+    W, Y = equations.stacked()
+    dry = terms.columns.index("f") if terms.friction else slice(0)
+    friction = W[:, dry] * fits.classical.parameters[dry]
+    cross: tuple[CrossValidation, ...] = ()
+    failed: tuple[str, ...] = ()
+    if cross_validate:
+        cross, failed = _cross_validation(samples, terms, method, torque_fit)
+    fitted = PassiveFit(
+        joint=samples.joints[0],
+        number=number,
+        method=method,
+        terms=terms,
+        parameters=_parameters(fits, terms),
+        torque_fit=torque_fit,
+        direct=torque_fit.validate(W, Y),
+        cross=cross,
+        friction_share_percent=100 * float(np.sqrt((friction**2).sum() / (Y**2).sum())),
+        cutoff_hz=samples.cutoff_hz,
+    )
+    notes = (*joint_notes(fitted, samples, fits, elsewhere), *failed)
+    return replace(fitted, warnings=notes).doubted(*doubts(samples, terms, method, fits, elsewhere))
+
+
+def _solved(samples: PassiveSamples, terms: Terms, method: str, elsewhere: str | None) -> TwoFits:
+    """The method's fits; where its search fails, a rest angle that cannot be is the likely why."""
+    try:
+        return METHODS[method].solve(samples, terms)
+    except EstimationError as error:
+        if elsewhere is None:
+            raise
+        raise EstimationError(f"{error}; {elsewhere}") from error
+
+
+def _parameters(fits: TwoFits, terms: Terms) -> Parameters:
+    source, trusted = terms.parameters(fits.classical), terms.parameters(fits.robust)
+    return replace(trusted, values=source.values, plain_covariance=source.covariance)
+
+
+def _cross_validation(
+    samples: PassiveSamples, terms: Terms, method: str, torque_fit: Fit
+) -> tuple[tuple[CrossValidation, ...], tuple[str, ...]]:
+    """Each trial predicted from the others, and a sentence for each that cannot be."""
+    parts = samples if samples.n_trials > 1 else samples.in_thirds()
+    predicted, failed = [], []
+    for row, name in enumerate(parts.trials):
+        others = [r for r in range(parts.n_trials) if r != row]
+        try:
+            solved = METHODS[method].solve(parts.select(others), terms).classical
+            equations = METHODS[method].equations(parts.select([row]), terms)
+        except ArmImpedanceError as error:
+            failed.append(f"not predicted from the others: {name} ({error})")
+            continue
+        predicting = replace(torque_fit, coefficients=solved.coefficients)
+        predicted.append(CrossValidation(name, predicting.validate(*equations.stacked())))
+    return tuple(predicted), tuple(failed)

@@ -1,0 +1,115 @@
+"""A linear state with a random push, seen through noise: whitening and smoothing, many at once.
+
+``d_(i+1) = Phi_i d_i + u_i + b_i w_i`` with w white of variance ``ratio``, and ``y_i = d_i[0] +
+n_i`` with n white of variance one; d_0 is given. The Kalman filter turns any sequence of
+measurements and inputs into rows that are as white as n (J. Durbin, S. J. Koopman, Time Series
+Analysis by State Space Methods, 2nd ed. 2012, chapter 4).
+
+Sizes: S samples, T trials, m columns, V variants of the ratio.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from armimpedance.core.arrays import BoolArray, FloatArray
+
+
+@dataclass(frozen=True)
+class StateSteps:
+    """The steps from one sample to the next, and which samples were measured.
+
+    Attributes
+    ----------
+    transition : (S - 1, T, 2, 2)
+    push : (S - 1, T, 2)
+        What a unit of w does in a step.
+    seen : (S, T) bool
+    """
+
+    transition: FloatArray
+    push: FloatArray
+    seen: BoolArray
+
+    def spread(self, ratios: FloatArray) -> FloatArray:
+        """Covariances P (S, V, T, 2, 2) of the states, given all that was measured before."""
+        S, T = self.seen.shape
+        P = np.zeros((S, len(ratios), T, 2, 2))
+        b = self.push[:, None, :, :, None]
+        Q = ratios[:, None, None, None] * (b * b.swapaxes(-1, -2))
+        for i in range(S - 1):
+            # P (2, 2) = Phi (P - P H^T F^-1 H P) Phi^T + ratio b b^T, F = H P H^T + 1
+            first = P[i, ..., 0]
+            share = (self.seen[i] / (first[..., 0] + 1))[..., None, None]
+            left = P[i] - share * first[..., :, None] * first[..., None, :]
+            P[i + 1] = self.transition[i] @ left @ self.transition[i].swapaxes(-1, -2) + Q[i]
+        return P
+
+    def whiten(
+        self, measured: FloatArray, inputs: FloatArray, start: FloatArray, ratios: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """White rows (V, T, S, m) and the logarithms (V,) of the determinants they lost.
+
+        Parameters
+        ----------
+        measured : (S, T, m)
+        inputs : (S - 1, T, 2, m)
+        start : (T, 2, m)
+            The first states.
+        ratios : (V,)
+            Variances of w over that of n.
+
+        Returns
+        -------
+        (rows, logarithms)
+            Rows of samples that were not measured are zero.
+        """
+        S, T, m = measured.shape
+        first = self.spread(ratios)[..., 0]
+        variance = first[..., 0] + 1
+        gain = first / variance[..., None] * self.seen[:, None, :, None]
+        rows = np.empty((S, len(ratios), T, m))
+        state = np.repeat(start[None], len(ratios), axis=0)
+        for i in range(S):
+            rows[i] = measured[i] - state[:, :, 0]
+            if i < S - 1:
+                state = state + gain[i][..., None] * rows[i][:, :, None]
+                state = self.transition[i] @ state + inputs[i]
+        rows *= (self.seen[:, None] / np.sqrt(variance))[..., None]
+        lost = (np.log(variance) * self.seen[:, None]).sum(axis=(0, 2))
+        return rows.transpose(1, 2, 0, 3), lost
+
+    def smooth(
+        self, measured: FloatArray, inputs: FloatArray, start: FloatArray, ratio: float
+    ) -> FloatArray:
+        """The states (S, T, 2) that all measurements together make likeliest.
+
+        Parameters
+        ----------
+        measured : (S, T)
+        inputs : (S - 1, T, 2)
+        start : (T, 2)
+            The first state.
+        ratio : float
+        """
+        S, T = measured.shape
+        P = self.spread(np.array([ratio]))[:, 0]
+        gain = P[..., 0] / (P[..., 0, 0] + 1)[..., None] * self.seen[..., None]
+        ahead, left = np.empty((S, T, 2)), np.empty((S, T))
+        state = start
+        for i in range(S):
+            ahead[i], left[i] = state, measured[i] - state[:, 0]
+            if i < S - 1:
+                state = state + gain[i] * left[i][:, None]
+                state = (self.transition[i] @ state[..., None])[..., 0] + inputs[i]
+        left *= self.seen / (P[..., 0, 0] + 1)
+        later = np.zeros((T, 2))
+        for i in range(S - 1, -1, -1):
+            # r_(i-1) (2,) = H^T (F^-1 v - K^T Phi^T r_i) + Phi^T r_i
+            if i < S - 1:
+                later = (self.transition[i].swapaxes(-1, -2) @ later[..., None])[..., 0]
+            later[:, 0] += left[i] - (gain[i] * later).sum(axis=-1)
+            ahead[i] += (P[i] @ later[..., None])[..., 0]
+        return ahead

@@ -1,0 +1,266 @@
+"""Stiffness and rest angle of one axis from its passive repetitions, (20)-(21).
+
+``S_h = tau_motor - tau_r - M_h qdd - G_h = k_s q + offset``. The source takes the mean over the
+repetitions' own fits; all samples in one fit are the same where the repetitions cover the same
+angles, and better where they do not. Where the axis was moved both ways, a torque that turns round
+with the direction is fitted beside: friction that the robot's model misses. Moved one way only, a
+resistance to the speed looks like another rest angle; what it would add is worked out beside.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import InputError
+from armimpedance.joint.therapy.arm.repeatability import (
+    Scatter,
+    fluctuation_covariance,
+    noise_density,
+    scatter_of,
+)
+from armimpedance.joint.therapy.arm.torques import MovementTorques
+from armimpedance.joint.therapy.robot.sliding import least_speed
+from armimpedance.numerics.regression import Fit, fit, pool, ragged_factors
+
+#: Samples in which the axis does not slide are left out, but never those faster than this share of
+#: the peak speed.
+FAST_SHARE: Final = 0.3
+#: An axis that the arm loads by less is not loaded by its weight, N m.
+NO_WEIGHT_NM: Final = 2.0
+
+
+@dataclass(frozen=True)
+class AxisFit:
+    """What the passive movements about one axis say.
+
+    Attributes
+    ----------
+    fit : Fit
+        k_s, offset and, where the axis moved both ways, half the difference between the two.
+    single : (R, 2)
+        k_s and offset of every repetition alone.
+    scatter : Scatter
+    covariance : (2, 2)
+        Covariance of (k_s, offset), from the scatter: what the repetitions cannot tell.
+    noise_density : float
+        N m^2 s.
+    mass_gradient : (2,)
+    robot_gradient : (2, p)
+    speed_gradient : (2,)
+        What a viscosity of the arm of 1 N m s/rad adds to k_s and offset, which know of none.
+    viscosity, viscosity_sd : float
+        N m s/rad: what the torque that is left follows the speed by, and its standard error.
+    inertia, inertia_sd : float
+        What is missing of the inertia of robot and arm, as a part of it, and its standard error;
+        0 and infinite about an axis that weight loads: there weight hides it.
+    arm_inertia : float
+        Part of the inertial torque (rms) that the arm's is.
+    one_way : bool
+        The axis was moved in one direction only.
+    weight_Nm, elastic_Nm : float
+        Means of the arm's rigid torque, which is its weight, and of ``k_s q + offset``.
+    arm_rms_Nm : float
+        Root mean square of the arm's whole torque.
+    residual_rms_Nm : float
+        Root mean square about every repetition's own line.
+    range_rad : (2,)
+    left_out : float
+        Share of the samples that were too slow.
+    """
+
+    fit: Fit
+    single: FloatArray
+    scatter: Scatter
+    covariance: FloatArray
+    noise_density: float
+    mass_gradient: FloatArray
+    robot_gradient: FloatArray
+    speed_gradient: FloatArray
+    viscosity: float
+    viscosity_sd: float
+    inertia: float
+    inertia_sd: float
+    arm_inertia: float
+    one_way: bool
+    weight_Nm: float
+    elastic_Nm: float
+    arm_rms_Nm: float
+    residual_rms_Nm: float
+    range_rad: FloatArray
+    left_out: float
+
+    @property
+    def carried(self) -> float:
+        """Part of the arm's weight that what is left of the torque takes off; 0 without weight."""
+        if abs(self.weight_Nm) < NO_WEIGHT_NM:
+            return 0.0
+        return -self.elastic_Nm / self.weight_Nm
+
+
+def fit_axis(movements: Sequence[MovementTorques], rise_rad_s: float) -> AxisFit:
+    """k_s and offset of one axis.
+
+    Parameters
+    ----------
+    movements : sequence of R MovementTorques
+        About the same axis; two or more of every movement.
+    rise_rad_s : float
+        v_s of the axis' friction.
+
+    Raises
+    ------
+    NotIdentifiableError
+        A repetition that covers a single angle.
+    InputError
+        A repetition without samples that are fast enough.
+    """
+    kept = [sliding_samples(m, rise_rad_s) for m in movements]
+    q = [m.q[rows] for m, rows in zip(movements, kept, strict=True)]
+    S = [(m.support - m.rigid_arm)[rows] for m, rows in zip(movements, kept, strict=True)]
+    lines = [np.stack([x, np.ones_like(x)], axis=1) for x in q]
+    single = np.stack([_line(w, s) for w, s in zip(lines, S, strict=True)])
+    residual = [s - w @ line for s, w, line in zip(S, lines, single, strict=True)]
+    rate = movements[0].sample_rate_hz
+    scatter = scatter_of(
+        single,
+        [f"{m.movement} {direction_of(m):g}" for m in movements],
+        fluctuation_covariance(lines, residual, rate),
+        np.concatenate(q),
+    )
+    W = _with_direction(lines, movements)
+    fitted, gradients, parts = _solve(W, S, movements, kept)
+    density = noise_density(residual, rate)
+    speeds = [m.qd[rows] for m, rows in zip(movements, kept, strict=True)]
+    left = [s - w @ fitted.parameters for s, w in zip(S, W, strict=True)]
+    beside = [v - w @ gradients[:, -1] for v, w in zip(speeds, W, strict=True)]
+    aside = sum(float(v @ v) for v in beside)
+    rigid = np.concatenate([m.rigid_arm[rows] for m, rows in zip(movements, kept, strict=True)])
+    elastic = np.concatenate(lines) @ fitted.parameters[:2]
+    angles = np.concatenate(q)
+    weight = float(rigid.mean())
+    loaded = abs(weight) >= NO_WEIGHT_NM
+    inertia = (0.0, np.inf, 0.0) if loaded else _inertia(W, left, movements, kept)
+    return AxisFit(
+        fit=fitted,
+        single=single,
+        scatter=scatter,
+        # C (2, 2) = sum_t P_t V P_t^T, the repetitions' own fits enter theta = sum_t P_t theta_t
+        covariance=np.einsum("tij,jk,tlk->il", parts, scatter.covariance, parts),
+        noise_density=density,
+        mass_gradient=-gradients[:2, 0],
+        robot_gradient=-gradients[:2, 1:-1],
+        speed_gradient=gradients[:2, -1],
+        # b = sum v' s' / sum v'^2 of speed and torque that the other columns leave
+        viscosity=sum(float(v @ s) for v, s in zip(beside, left, strict=True)) / aside,
+        viscosity_sd=float(np.sqrt(density * rate / aside)),
+        inertia=inertia[0],
+        inertia_sd=inertia[1],
+        arm_inertia=inertia[2],
+        one_way=len({direction_of(m) for m in movements}) < 2,
+        weight_Nm=weight,
+        elastic_Nm=float(elastic.mean()),
+        arm_rms_Nm=float(np.sqrt(((rigid + elastic) ** 2).mean())),
+        residual_rms_Nm=float(np.sqrt((np.concatenate(residual) ** 2).mean())),
+        range_rad=np.array([angles.min(), angles.max()]),
+        left_out=1 - len(angles) / sum(len(m.q) for m in movements),
+    )
+
+
+def _inertia(
+    W: Sequence[FloatArray],
+    left: Sequence[FloatArray],
+    movements: Sequence[MovementTorques],
+    kept: Sequence[slice],
+) -> tuple[float, float, float]:
+    """Missing part of the inertial torque, its standard error, and the arm's part of that torque.
+
+    `left` (S_t,) is what the columns W leave of the elastic torque.
+    """
+    rigid = [m.rigid_arm[rows] for m, rows in zip(movements, kept, strict=True)]
+    J = [a + m.robot_inertia[r] for a, m, r in zip(rigid, movements, kept, strict=True)]
+    columns, whole, torque = (np.concatenate(x) for x in (W, J, left))
+    # left (N,) = J' (N,) e, J' the inertial torque that the columns W (N, c) do not explain
+    own = whole - columns @ np.linalg.lstsq(columns, whole, rcond=None)[0]
+    aside = float(own @ own)
+    e = float(own @ torque) / aside
+    ends = np.cumsum([len(j) for j in J])[:-1]
+    density = noise_density(np.split(torque - e * own, ends), movements[0].sample_rate_hz)
+    share = float(np.sqrt((np.concatenate(rigid) ** 2).sum() / (whole**2).sum()))
+    return e, float(np.sqrt(density * movements[0].sample_rate_hz / aside)), share
+
+
+def sliding_samples(movement: MovementTorques, rise_rad_s: float) -> slice:
+    """From the first to the last sample in which the axis slides (see `FAST_SHARE`).
+
+    Raises
+    ------
+    InputError
+        Next to none is.
+    """
+    speed = np.abs(movement.qd)
+    fast = np.flatnonzero(speed >= min(least_speed(rise_rad_s), FAST_SHARE * float(speed.max())))
+    if len(fast) < 10 or not speed.max() > 0:
+        raise InputError(f"trial {movement.trial}: axis {movement.axis + 1} hardly moves")
+    return slice(int(fast[0]), int(fast[-1]) + 1)
+
+
+def direction_of(movement: MovementTorques) -> float:
+    """1: the angle grows over the movement, -1: it falls."""
+    return float(np.sign(movement.q[-1] - movement.q[0]))
+
+
+def _line(w: FloatArray, s: FloatArray) -> FloatArray:
+    """k_s and offset (2,) of one repetition, (21)."""
+    # S (S_t, 1) = [q, 1] (S_t, 2) (k_s, offset) (2,)
+    factors = ragged_factors([w], [s[:, None]], regressors=("k_s", "offset"), outputs=("S_h",))
+    return pool(factors).coefficients[:, 0]
+
+
+def _with_direction(
+    lines: list[FloatArray], movements: Sequence[MovementTorques]
+) -> list[FloatArray]:
+    signs = [direction_of(m) for m in movements]
+    if len(set(signs)) < 2:
+        return lines
+    return [np.column_stack([w, np.full(len(w), s)]) for w, s in zip(lines, signs, strict=True)]
+
+
+def _solve(
+    W: list[FloatArray],
+    S: list[FloatArray],
+    movements: Sequence[MovementTorques],
+    kept: list[slice],
+) -> tuple[Fit, FloatArray, FloatArray]:
+    """The fit, what takes its place for mass, theta and speed (c, 1 + p + 1), and P_t (R, 2, 2)."""
+    names = ("k_s", "offset", "direction")[: W[0].shape[1]]
+    units = ("rad", "", "")[: len(names)]
+    # S (N, 1) = [q, 1, direction] (N, c) (k_s, offset, h) (c,)
+    factors = ragged_factors(
+        W, [s[:, None] for s in S], regressors=names, outputs=("S_h",), regressor_units=units
+    )
+    fitted = fit(
+        factors,
+        covariance="cr1",
+        parameter_names=names,
+        parameter_units=("N m/rad", "N m", "N m")[: len(names)],
+    )
+    others = [
+        np.column_stack([m.rigid_arm[rows], m.robot_gradient[rows], m.qd[rows]])
+        for m, rows in zip(movements, kept, strict=True)
+    ]
+    p = others[0].shape[1]
+    # the same regression of what S_h falls by, the arm's rigid torque and d tau_r / d theta, and of
+    # the speed, which a viscous arm adds
+    beside = ragged_factors(
+        W, others, regressors=names, outputs=tuple(f"part_{i}" for i in range(p))
+    )
+    gradients = pool(beside).coefficients
+    grams = factors.r[:, :, : len(names)].transpose(0, 2, 1) @ factors.r[:, :, : len(names)]
+    # P_t (2, 2) = (sum W^T W)^-1 W_t^T [q, 1]_t, first two rows
+    parts = np.linalg.solve(grams.sum(axis=0), grams[:, :, :2])[:, :2]
+    return fitted, gradients, parts

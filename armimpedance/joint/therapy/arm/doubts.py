@@ -1,0 +1,217 @@
+"""What passive movements assume of the person, held against them: no effort, no viscosity."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Final
+
+import numpy as np
+import pandas as pd
+
+from armimpedance.core.findings import Finding
+from armimpedance.core.records import Recording, Subject
+from armimpedance.joint.therapy.arm.axis_stiffness import AxisFit
+from armimpedance.joint.therapy.arm.passive_arm import ArmSegment
+from armimpedance.limb.arm import WINTER
+from armimpedance.numerics.regression import NamedParameter
+from armimpedance.numerics.signals import emg_gate, recorded_emg
+
+#: Sd of what a relaxed arm may resist its speed by, N m s/rad. Relaxed elbows have .03 to .05
+#: (Venture) on an inertia of .07 kg m^2, a twentieth of critical damping; an outstretched arm of .4
+#: kg m^2 on 1 to 5 N m/rad has .06 to .14 by that, and a spastic one several times as much.
+VISCOSITY_SD: Final = 0.3
+#: An arm that rests beyond the middle of its movement is lifted by its own tissue, but by no more
+#: than this part of its weight.
+_CARRIED: Final = 0.25
+#: Masses that agree to this are the same.
+_SAME_MASS: Final = 0.02
+#: Sd of the arm's inertia about what the table makes it, a part: 3 % of its masses, and of its
+#: distances squared.
+_INERTIA_SD: Final = 0.07
+#: A check of the inertia that sees no less than this tells nothing of a zero: a raised arm's
+#: inertia about the vertical changes by a tenth over some six degrees.
+_TELLS: Final = 0.1
+#: Standard errors beyond which something counts as seen.
+_SEEN: Final = 3.0
+
+
+def viscosity_sd(fitted: AxisFit) -> float:
+    """Sd of the viscosity that an interval must allow for, N m s/rad."""
+    return fitted.viscosity if _is_seen(fitted) else VISCOSITY_SD
+
+
+def _is_seen(fitted: AxisFit) -> bool:
+    """A viscosity beyond the usual: less of it may as well be masses that are a little wrong."""
+    return fitted.viscosity > max(_SEEN * fitted.viscosity_sd, VISCOSITY_SD)
+
+
+def viscosity_finding(
+    axis: str, fitted: AxisFit, rest: NamedParameter, direction: NamedParameter | None
+) -> Finding:
+    """Whether the arm's resistance to its speed is apart from the rest angle.
+
+    Parameters
+    ----------
+    axis : str
+        Name of the axis.
+    fitted : AxisFit
+    rest : NamedParameter
+        q_0 of the axis.
+    direction : NamedParameter or None
+        Half the difference between the two ways, where the axis was moved both.
+
+    Returns
+    -------
+    Finding
+    """
+    if direction is not None:
+        told = f"axis {axis} was moved both ways: {direction.value:.2g} N m that turn round with it"
+        half = (direction.ci95[1] - direction.ci95[0]) / 2
+        return Finding("viscosity", "ok", f"{told} are apart from q_0", smallest=f"{half:.2g} N m")
+    seen = f"{max(_SEEN * fitted.viscosity_sd, VISCOSITY_SD):.2g} N m s/rad"
+    back = "record the movement back too"
+    sd = viscosity_sd(fitted)
+    moved = abs(sd * float(np.array([rest.value, 1.0]) @ fitted.speed_gradient))
+    stiffness = float(fitted.fit.parameters[0])
+    shift = f"q_0 by {moved / stiffness:.2g} rad" if np.isfinite(rest.value) else "the offset"
+    if _is_seen(fitted):
+        return Finding(
+            "viscosity",
+            "warning",
+            f"axis {axis} resists its speed by some {fitted.viscosity:.2g} N m s/rad; moved one "
+            f"way only, that moves {shift}, which the interval allows for; {back}",
+            smallest=seen,
+        )
+    return Finding(
+        "viscosity",
+        "cannot tell",
+        f"axis {axis} was moved one way only, where an arm that resists its speed looks like one "
+        f"of another rest angle: {sd:.2g} N m s/rad move {shift}, which the interval allows for; "
+        f"{back}",
+        smallest=seen,
+    )
+
+
+def zero_finding(fits: Mapping[str, AxisFit]) -> Finding:
+    """Whether the inertia about axes without weight is that of the angles the encoders tell.
+
+    The inertia about one axis goes with the angles of the others: an arm that is raised by ten
+    degrees more than its encoder says shows another one, whatever its stiffness.
+
+    Parameters
+    ----------
+    fits : mapping from an axis' name to AxisFit
+
+    Returns
+    -------
+    Finding
+    """
+    name = "encoder zero"
+    sds = {k: float(np.hypot(f.inertia_sd, _INERTIA_SD * f.arm_inertia)) for k, f in fits.items()}
+    axis = min(sds, key=sds.__getitem__)
+    if not np.isfinite(sds[axis]):
+        said = (
+            "no movement about an upright axis, whose inertia goes with the other axes' angles: an "
+            "encoder whose zero is off moves k_s and q_0; check the zeros at the mechanical stops"
+        )
+        return Finding(name, "cannot tell", said)
+    off, sd = fits[axis].inertia, sds[axis]
+    smallest = f"{100 * _SEEN * sd:.0f} % of the inertia about axis {axis}"
+    said = f"the inertia about axis {axis} is {100 * off:+.0f} % off what angles and masses make it"
+    if abs(off) <= _SEEN * sd:
+        if _SEEN * sd <= _TELLS:
+            return Finding(name, "ok", said, smallest=smallest)
+        said += ", which is too little known to show an encoder's zero: move faster about that axis"
+        return Finding(name, "cannot tell", said, smallest=smallest)
+    said += (
+        ": the zero of another axis' encoder is off, and k_s and q_0 are wrong; check the zeros at "
+        "the mechanical stops, and if they are right the masses and lengths that were told"
+    )
+    return Finding(name, "warning", said, smallest=smallest)
+
+
+def silence_finding(
+    recording: Recording, limit_percent: float | None, fits: Mapping[str, AxisFit]
+) -> Finding:
+    """Whether the muscles were silent while the arm was moved passively.
+
+    Parameters
+    ----------
+    recording : Recording
+        The passive trials.
+    limit_percent : float or None
+        The gate, in % of the maximum; None does not look.
+    fits : mapping from an axis' name to AxisFit
+
+    Returns
+    -------
+    Finding
+        A warning where somebody else than the robot carries the arm.
+
+    Raises
+    ------
+    InputError
+        A muscle above the gate; names it and the trial.
+    """
+    emg = recorded_emg(recording)
+    looked = emg is not None and limit_percent is not None
+    if emg is not None and limit_percent is not None:
+        level = emg_gate(emg, pd.DataFrame(recording.trials), limit_percent=limit_percent)
+    for axis, fitted in fits.items():
+        carried = fitted.carried
+        if carried > _CARRIED:
+            why = (
+                "its masses are too large"
+                if looked
+                else "somebody carries it, or masses are too large"
+            )
+            return Finding(
+                "mass" if looked else "muscles silent",
+                "warning",
+                f"axis {axis} needs {100 * carried:.0f} % less than the arm's weight: {why}",
+                smallest=f"{100 * _CARRIED:.0f} % of the weight",
+            )
+    if looked:
+        return Finding("muscles silent", "ok", str(level), smallest=f"{limit_percent:g} %")
+    why = "no EMG was recorded" if emg is None else "the gate on the EMG is off"
+    return Finding(
+        "muscles silent",
+        "cannot tell",
+        f"{why}: a steady effort of the person would pass for stiffness and rest angle",
+        smallest=f"{100 * _CARRIED:.0f} % of the arm's weight",
+    )
+
+
+def mass_finding(
+    subject: Subject, segments: Sequence[ArmSegment], mass_sd: float
+) -> tuple[Finding, ...]:
+    """Whether the segments weigh what the table says for the recording's subject.
+
+    Parameters
+    ----------
+    subject : Subject
+        Of the recording.
+    segments : sequence of ArmSegment
+        That were told, or made of a body mass that was.
+    mass_sd : float
+        Relative sd of the masses.
+
+    Returns
+    -------
+    tuple of Finding
+        Empty where the recording knows no mass.
+    """
+    if subject.mass_kg is None:
+        return ()
+    table = WINTER.upper_arm.mass + WINTER.forearm.mass + WINTER.hand.mass
+    off = sum(s.mass_kg for s in segments) / (table * subject.mass_kg) - 1
+    most = max(_SEEN * mass_sd, _SAME_MASS)
+    smallest = f"{100 * most:.0f} %"
+    said = (
+        f"the arm was given {100 * off:+.0f} % of the mass that the table says for the "
+        f"recording's subject of {subject.mass_kg:g} kg"
+    )
+    if abs(off) <= most:
+        return (Finding("mass", "ok", said, smallest=smallest),)
+    said += ": one of the two is wrong, and k_s and q_0 with it"
+    return (Finding("mass", "warning", said, smallest=smallest),)

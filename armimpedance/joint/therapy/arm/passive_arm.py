@@ -1,0 +1,272 @@
+"""The passive human arm: ``tau_h = M_h qdd + C_h qd + G_h + K_s (q - q_0)`` (14)-(15).
+
+Masses are those of Winter's table (the source's point masses; with the same table's radii of
+gyration unless told otherwise) or of a mock-up whose pipes were weighed. K_s and q_0 come from
+passive movements of the person in the robot.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Final
+
+import numpy as np
+
+from armimpedance.core.arrays import LEAST_DOF, FloatArray, FrozenRecord
+from armimpedance.core.errors import InputError, RecordError
+from armimpedance.joint.therapy.robot.therapy_robot import FOREARM, UPPER_ARM
+from armimpedance.limb.arm import WINTER, SegmentRatios
+
+#: Sd of the person's segment masses about the table's, as a fraction; one factor for all of them.
+MASS_SD: Final = 0.03
+
+
+@dataclass(frozen=True)
+class ArmSegment:
+    """A part of the arm on one of the robot's links.
+
+    Attributes
+    ----------
+    name : str
+    link : {"upper_arm", "forearm"}
+        The link of the robot that carries it.
+    mass_kg : float
+    com_m : float
+        From the link's origin (shoulder or elbow) along the limb.
+    inertia_kgm2 : float
+        About the centre of mass, transverse; 0 for a point mass.
+    inertia_long_kgm2 : float
+        About the limb's long axis.
+    """
+
+    name: str
+    link: str
+    mass_kg: float
+    com_m: float
+    inertia_kgm2: float = 0.0
+    inertia_long_kgm2: float = 0.0
+
+    def __post_init__(self) -> None:
+        values = (self.mass_kg, self.com_m, self.inertia_kgm2, self.inertia_long_kgm2)
+        if self.link not in (UPPER_ARM, FOREARM):
+            raise RecordError(f"{self.name} on the link {self.link!r}", expected="an arm's link")
+        if not (np.isfinite(values).all() and min(values) >= 0):
+            raise RecordError(f"{self.name}: a negative or infinite mass, length or inertia")
+
+
+@dataclass(frozen=True)
+class Elastic(FrozenRecord):
+    """Passive stiffness of one axis, (15): ``k_s (q - q_0) = k_s q + offset``.
+
+    Attributes
+    ----------
+    axis : str
+        As the robot calls it.
+    stiffness, offset : float
+        k_s, N m/rad, and ``-k_s q_0``, N m.
+    covariance : (2, 2)
+        Covariance of the two.
+    dof : float
+        Degrees of freedom of the t distribution for intervals.
+    range_rad : (2,)
+        Angles over which it was measured.
+    between : (2, 2)
+        Covariance of the two between repetitions: by what the next movement's arm may differ. The
+        slow torque of the person is not in it.
+    noise_density : float
+        N m^2 s, of the residual at low frequencies: its integral over T seconds has the variance
+        ``noise_density T``.
+    mass_gradient : (2,)
+        How stiffness and offset change per unit of the mass factor: they were fitted to what the
+        masses leave over, so that a mass that is too large is taken back by them in part.
+    robot_gradient : (2, p)
+        The same for `Loads.theta`.
+    stiffness_identified, rest_identified : bool
+        Whether k_s and q_0 are known well enough to be quoted.
+    verdict : str
+        Why, in one line.
+    repeatable : bool
+        Whether the repetitions agree. Where they do not, neither number is identified and no
+        contribution should be told of this axis. A number that is merely too uncertain to be quoted
+        is no such reason: its covariance carries that.
+    one_way : float
+        1 where the axis was measured while its angle grew only, -1 while it fell only, 0 both ways:
+        one way only, `offset` holds what the arm resists that movement by.
+    """
+
+    axis: str
+    stiffness: float
+    offset: float
+    covariance: Annotated[FloatArray, "2 2 covariance"]
+    dof: float
+    range_rad: Annotated[FloatArray, "2"]
+    between: Annotated[FloatArray, "2 2"]
+    noise_density: float
+    mass_gradient: Annotated[FloatArray, "2"]
+    robot_gradient: Annotated[FloatArray, "2 p"]
+    stiffness_identified: bool = True
+    rest_identified: bool = True
+    verdict: str = ""
+    repeatable: bool = True
+    one_way: float = 0.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not (np.isfinite(self.noise_density) and self.noise_density >= 0):
+            raise RecordError(f"{self.axis}: noise_density {self.noise_density}", expected=">= 0")
+        if not np.isfinite([self.stiffness, self.offset]).all():
+            raise RecordError(f"{self.axis}: no finite stiffness", expected="finite numbers")
+        if not self.dof >= LEAST_DOF:
+            problem = f"{self.axis}: {self.dof:g} degrees of freedom"
+            raise RecordError(problem, expected=f"{LEAST_DOF:g} or more")
+
+    @property
+    def rest_rad(self) -> float:
+        """q_0; NaN where there is no stiffness."""
+        return -self.offset / self.stiffness if self.stiffness else float("nan")
+
+
+@dataclass(frozen=True)
+class Reference(FrozenRecord):
+    """What the passive repetitions of one movement needed: the denominator of (19).
+
+    Attributes
+    ----------
+    movement : str
+        As the trial table calls it.
+    axis : str
+    support_Nm : (R,)
+        Mean support torque of every repetition, motor less robot.
+    from_rad, to_rad : float
+        Where the movement starts and ends.
+    """
+
+    movement: str
+    axis: str
+    support_Nm: Annotated[FloatArray, "R"]
+    from_rad: float
+    to_rad: float
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not len(self.support_Nm):
+            problem = f"{self.movement}: a reference without a repetition"
+            raise RecordError(problem, expected="one or more")
+
+
+@dataclass(frozen=True)
+class PassiveArm(FrozenRecord):
+    """A person's relaxed arm in the robot.
+
+    Attributes
+    ----------
+    subject : str
+        Whose arm it is.
+    robot : str
+        Name of the robot it was measured in.
+    upper_arm_m : float
+        Length that the robot was adjusted to, m.
+    segments : tuple of ArmSegment
+        Masses on the robot's links.
+    elastic : tuple of Elastic
+        One each for the axes that were measured.
+    references : tuple of Reference
+        The support of each passive movement, for (19).
+    mass_sd : float
+        Sd of the factor between true and stated masses; 0 for a mock-up that was weighed.
+
+    Examples
+    --------
+    A mock-up of one weighed pipe, whose stiffness nobody has measured:
+
+    >>> from armimpedance import PassiveArm
+    >>> from armimpedance.joint.therapy import ArmSegment
+    >>> pipe = ArmSegment("pipe", "upper_arm", mass_kg=1.2, com_m=0.15)
+    >>> PassiveArm("mock-up", "ARMin", 0.30, (pipe,), mass_sd=0.0).elastic_of("elevation")
+    Traceback (most recent call last):
+    armimpedance.core.errors.InputError: subject mock-up: no passive calibration of axis elevation...
+    """
+
+    subject: str
+    robot: str
+    upper_arm_m: float
+    segments: tuple[ArmSegment, ...]
+    elastic: tuple[Elastic, ...] = ()
+    references: tuple[Reference, ...] = ()
+    mass_sd: float = MASS_SD
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not 0 <= self.mass_sd < 0.5:
+            raise RecordError(f"mass_sd {self.mass_sd}", expected="0 to 0.5, a fraction")
+        axes = [e.axis for e in self.elastic]
+        if len(set(axes)) != len(axes):
+            raise RecordError("an axis' stiffness stands twice in a passive arm")
+
+    def elastic_of(self, axis: str) -> Elastic:
+        """Stiffness of this axis.
+
+        Raises
+        ------
+        InputError
+            It was not measured.
+        """
+        for elastic in self.elastic:
+            if elastic.axis == axis:
+                return elastic
+        raise InputError(
+            f"subject {self.subject}: no passive calibration of axis {axis}",
+            expected="passive movements about it in the recording for `armimpedance therapy arm`",
+        )
+
+    def reference_of(self, movement: str, axis: str) -> Reference | None:
+        """The reference (19) of this movement; None where none was measured."""
+        for reference in self.references:
+            if (reference.movement, reference.axis) == (movement, axis):
+                return reference
+        return None
+
+
+def winter_segments(
+    mass_kg: float,
+    upper_arm_m: float,
+    forearm_m: float,
+    hand_m: float,
+    *,
+    point_masses: bool = False,
+) -> tuple[ArmSegment, ...]:
+    """Upper arm, forearm and hand from body mass and segment lengths, after Winter.
+
+    Parameters
+    ----------
+    mass_kg : float
+        Mass of the whole body.
+    upper_arm_m, forearm_m, hand_m : float
+        Shoulder to elbow, elbow to wrist, wrist to finger tip.
+    point_masses : bool
+        As in the source: without the segments' own inertias.
+
+    Raises
+    ------
+    InputError
+        No such body.
+    """
+    for name, value, most in (
+        ("body mass in kg", mass_kg, 400.0),
+        ("upper_arm_m", upper_arm_m, 0.5),
+        ("forearm_m", forearm_m, 0.5),
+        ("hand_m", hand_m, 0.3),
+    ):
+        if not (np.isfinite(value) and 0 < value <= most):
+            raise InputError(f"{name} is {value}", expected=f"more than 0 and at most {most:g}")
+
+    def one(name: str, ratios: SegmentRatios, link: str, start: float, length: float) -> ArmSegment:
+        mass = mass_kg * ratios.mass
+        inertia = 0.0 if point_masses else mass * (ratios.gyration * length) ** 2
+        return ArmSegment(name, link, mass, start + ratios.com * length, inertia)
+
+    return (
+        one("upper_arm", WINTER.upper_arm, UPPER_ARM, 0.0, upper_arm_m),
+        one("forearm", WINTER.forearm, FOREARM, 0.0, forearm_m),
+        one("hand", WINTER.hand, FOREARM, forearm_m, hand_m),
+    )

@@ -1,0 +1,162 @@
+"""What is said of one axis of the passive arm: its numbers with intervals, a verdict, warnings."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+
+from armimpedance.core.arrays import FloatArray
+from armimpedance.joint.therapy.arm.axis_stiffness import AxisFit
+from armimpedance.joint.therapy.arm.doubts import viscosity_sd
+from armimpedance.joint.therapy.arm.passive_arm import Elastic
+from armimpedance.joint.therapy.arm.repeatability import LARGEST_SCATTER_NM, LARGEST_SHARE
+from armimpedance.joint.therapy.arm.torques import MovementTorques
+from armimpedance.joint.therapy.robot.therapy_robot import Loads
+from armimpedance.numerics.regression import NamedParameter, t_factor
+
+#: Largest half-width of a 95 % interval of an identified k_s: N m/rad, or a share of k_s where that
+#: is more (nobody asks for 12 N m/rad to a fortieth); and of q_0, rad.
+WIDEST_STIFFNESS: Final = 0.3
+WIDEST_STIFFNESS_SHARE: Final = 0.1
+WIDEST_REST_RAD: Final = 0.1
+#: A residual about the repetitions' own lines beyond this, and beyond this share of the arm's
+#: torque (rms), is no passive arm's.
+LARGEST_RESIDUAL_NM: Final = 0.5
+RESIDUAL_SHARE: Final = 0.1
+
+
+def axis_parameters(
+    fitted: AxisFit, loads: Loads, mass_sd: float, joint: int
+) -> tuple[NamedParameter, NamedParameter]:
+    """k_s and q_0 with all that they depend on: scatter, masses, robot, the arm's viscosity.
+
+    q_0 is NaN where k_s is not above 0 beyond its error.
+    """
+    k, offset = fitted.fit.parameters[:2]
+    # C (2, 2) = scatter + g sd^2 g^T + G C_theta G^T + v sd^2 v^T, g (2,) of the mass factor, G
+    # (2, p) of the loads, v (2,) of the viscosity
+    g, G = mass_sd * fitted.mass_gradient, fitted.robot_gradient
+    v = viscosity_sd(fitted) * fitted.speed_gradient
+    parts = fitted.covariance, np.outer(g, g), G @ loads.covariance @ G.T, np.outer(v, v)
+    dofs = fitted.scatter.dof, np.inf, loads.dof, np.inf
+    stiffness = _derived("k_s", "N m/rad", k, np.array([1.0, 0.0]), parts, dofs, joint)
+    low, high = stiffness.ci95
+    if low <= 0 <= high or k <= 0:
+        return stiffness, NamedParameter("q_0", np.nan, np.nan, np.nan, "rad", joint=joint)
+    # q_0 = -b / k: dq_0 = -(q_0 dk + db) / k
+    slope = -np.array([-offset / k, 1.0]) / k
+    return stiffness, _derived("q_0", "rad", -offset / k, slope, parts, dofs, joint)
+
+
+def _derived(
+    name: str,
+    unit: str,
+    value: float,
+    slope: FloatArray,
+    parts: Sequence[FloatArray],
+    dofs: Sequence[float],
+    joint: int,
+) -> NamedParameter:
+    """A function of (k_s, offset) by the delta method; degrees of freedom after Satterthwaite."""
+    variances = np.array([slope @ C @ slope for C in parts])
+    total = float(variances.sum())
+    spread = float((variances**2 / np.array(dofs)).sum())
+    return NamedParameter(
+        name=name,
+        value=float(value),
+        sd=float(np.sqrt(variances[0])),
+        sd_robust=float(np.sqrt(total)),
+        unit=unit,
+        dof=total**2 / spread if spread > 0 else float("inf"),
+        joint=joint,
+    )
+
+
+def half_width(parameter: NamedParameter) -> float:
+    """Half-width of the 95 % interval; infinite where there is no value."""
+    width = t_factor(parameter.dof) * parameter.sd_robust
+    return float(width) if np.isfinite(width) else float("inf")
+
+
+def direction_parameter(fitted: AxisFit, joint: int) -> NamedParameter | None:
+    """Half the difference between up and down, N m; None of one direction alone."""
+    if len(fitted.fit.parameters) < 3:
+        return None
+    sd = float(fitted.fit.sd[2])
+    return NamedParameter(
+        "direction", float(fitted.fit.parameters[2]), sd, sd, "N m", fitted.fit.dof, joint
+    )
+
+
+def verdict_of(
+    fitted: AxisFit, stiffness: NamedParameter, rest: NamedParameter, repeatable: bool
+) -> str:
+    """Which of the two numbers are identified, and why not, in one line."""
+    if not repeatable:
+        return (
+            "refused: the passive repetitions are too different, they scatter by "
+            f"{fitted.scatter.rms_Nm:.2g} N m where the arm needs {fitted.arm_rms_Nm:.2g} N m (rms)"
+        )
+    parts = []
+    for parameter in (stiffness, rest):
+        width = half_width(parameter)
+        if not np.isfinite(width):
+            parts.append(f"{parameter.name} not identified: k_s is not above 0 beyond its error")
+        elif not is_identified(parameter):
+            parts.append(
+                f"{parameter.name} not identified: known to {width:.3g} {parameter.unit} only, "
+                f"{widest(parameter):.2g} is asked"
+            )
+        else:
+            parts.append(f"{parameter.name} identified")
+    return "; ".join(parts)
+
+
+def widest(parameter: NamedParameter) -> float:
+    """Half-width up to which k_s or q_0 counts as identified."""
+    if parameter.name == "q_0":
+        return WIDEST_REST_RAD
+    return max(WIDEST_STIFFNESS, WIDEST_STIFFNESS_SHARE * parameter.value)
+
+
+def is_identified(parameter: NamedParameter) -> bool:
+    """Whether k_s or q_0 is known well enough to be quoted."""
+    return half_width(parameter) <= widest(parameter)
+
+
+def axis_warnings(
+    elastic: Elastic, fitted: AxisFit, movements: Sequence[Sequence[MovementTorques]]
+) -> tuple[str, ...]:
+    """What a reader must know; `movements` by their names."""
+    said = []
+    if not elastic.repeatable:
+        said.append(f"axis {elastic.axis} {elastic.verdict}")
+    limit = max(LARGEST_RESIDUAL_NM, RESIDUAL_SHARE * fitted.arm_rms_Nm)
+    if fitted.residual_rms_Nm > limit:
+        said.append(
+            f"axis {elastic.axis}: single repetitions lie {fitted.residual_rms_Nm:.2g} N m (rms) "
+            "off a line; the person may not have been passive"
+        )
+    if elastic.stiffness < 0 and elastic.stiffness < -2 * np.sqrt(elastic.covariance[0, 0]):
+        said.append(
+            f"axis {elastic.axis}: k_s is negative; the masses may be wrong or the person active"
+        )
+    said += [_drift(group, fitted) for group in movements]
+    return tuple(sentence for sentence in said if sentence)
+
+
+def _drift(group: Sequence[MovementTorques], fitted: AxisFit) -> str:
+    """A support that rises or falls from one repetition to the next by more than is expected."""
+    support = np.array([m.support.mean() for m in group])
+    steps, whole = np.diff(support), abs(float(support[-1] - support[0]))
+    middle = np.array([np.mean([m.q.mean() for m in group]), 1.0])
+    usual = 3 * float(np.sqrt(2 * middle @ fitted.scatter.expected @ middle))
+    one_way = (steps > 0).all() or (steps < 0).all()
+    if not one_way or whole < max(usual, LARGEST_SCATTER_NM, LARGEST_SHARE * fitted.arm_rms_Nm):
+        return ""
+    return (
+        f"{group[0].movement}: the support goes from {support[0]:.3g} to {support[-1]:.3g} N m "
+        "over the repetitions; the person may not yet have been passive"
+    )

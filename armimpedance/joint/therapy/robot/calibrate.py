@@ -1,0 +1,244 @@
+"""Friction, cables and spring of a therapy robot from sweeps and holds of the empty robot."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from html import escape
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from armimpedance.core.arrays import FloatArray, IntArray
+from armimpedance.core.errors import InputError
+from armimpedance.core.findings import Finding, warnings_of
+from armimpedance.core.records import Recording
+from armimpedance.joint.therapy.robot.checks import check_recording, refuse_person
+from armimpedance.joint.therapy.robot.doubts import robot_doubts
+from armimpedance.joint.therapy.robot.holds import SpringHolds, fit_holds
+from armimpedance.joint.therapy.robot.notes import axis_notes, rise_notes, spring_notes
+from armimpedance.joint.therapy.robot.smooth import no_step
+from armimpedance.joint.therapy.robot.steady import SteadyPart, steady_parts
+from armimpedance.joint.therapy.robot.sweeps import CABLE, FRICTION, AxisSweeps, fit_axis
+from armimpedance.joint.therapy.robot.therapy_robot import (
+    AXIS_TERMS,
+    SPRING_TERMS,
+    Loads,
+    TherapyRobot,
+    parameter_count,
+)
+from armimpedance.joint.therapy.robot.validation import AxisValidation
+from armimpedance.numerics.regression import Fit, FitSummary, NamedParameter
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+#: Names in FIT.json of what `Loads` calls otherwise.
+_SHORT = {"coulomb": "tau_c", "viscous": "k_v", "cable_stiffness": "k_c"}
+
+
+@dataclass(frozen=True, repr=False)
+class RobotCalibration:
+    """A robot whose loads were identified, and what a report shows of it.
+
+    Attributes
+    ----------
+    robot : TherapyRobot
+        The drawings with their `Loads`.
+    summary : FitSummary
+        tau_c, k_v, k_c, q_c of every axis, c_0, c_1, c_2 of the spring.
+    axes : tuple of AxisSweeps
+        Friction and cables, in the order of the robot's axes.
+    spring : SpringHolds
+        The counterbalance spring.
+    notes : tuple of str
+        What a reader must know of the calibration.
+    validation : tuple of AxisValidation
+        Predictions of other movements, one an axis; empty where none were given.
+    """
+
+    robot: TherapyRobot
+    summary: FitSummary
+    axes: tuple[AxisSweeps, ...]
+    spring: SpringHolds
+    notes: tuple[str, ...] = ()
+    validation: tuple[AxisValidation, ...] = ()
+
+    def parameters_of(self, axis: int) -> tuple[NamedParameter, ...]:
+        """The parameters of one axis, counted from 0."""
+        return tuple(p for p in self.summary.parameters if p.joint == axis + 1)
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row a parameter: joint, value, standard error, 95 % limits, unit."""
+        return self.summary.to_frame()
+
+    def to_dict(self) -> dict[str, Any]:
+        """What ROBOT.json says of the identification, beside the robot itself."""
+        return {
+            **self.summary.to_dict(),
+            "axes": [sweeps.to_dict() for sweeps in self.axes],
+            "validation": [
+                {"joint": v.axis + 1, "r2": v.r2, "rms_Nm": v.rms_Nm, "moving_r2": v.moving_r2}
+                for v in self.validation
+            ],
+        }
+
+    def __repr__(self) -> str:
+        lines = [f"robot {self.robot.name}, R^2 {self.summary.r2:.3f} of sweeps and holds"]
+        for axis, name in enumerate(self.robot.axes):
+            said = ", ".join(f"{p.name} = {p.value:.3g}" for p in self.parameters_of(axis))
+            lines.append(f"axis {axis + 1} {name}: {said}")
+        return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        return f"<p>robot {escape(self.robot.name)}</p>{self.summary._repr_html_()}"
+
+
+def identify_robot(
+    recording: Recording, drawings: TherapyRobot, *, step: Callable[[], object] = no_step
+) -> RobotCalibration:
+    """Friction and cables of every axis from sweeps, the spring from holds in both directions.
+
+    Parameters
+    ----------
+    recording : Recording
+        Of the empty robot, trials of the conditions "sweep" and "hold".
+    drawings : TherapyRobot
+        Its rigid bodies; loads that it has are not used.
+    step : function, optional
+        Called after every trial.
+
+    Returns
+    -------
+    RobotCalibration
+
+    Raises
+    ------
+    InputError
+        Not a recording of this robot, somebody in it, an axis without sweeps, sweeps or holds in
+        one direction only, or too few speeds above the static range.
+    NotIdentifiableError
+        The sweeps of an axis do not tell its terms apart.
+    """
+    refuse_person(recording)
+    check_recording(recording, replace(drawings, loads=None))
+    length = recording.subject.upper_arm_m
+    adjusted = drawings if length is None else drawings.adjusted_to(length)
+    sweeps = steady_parts(recording, adjusted, "sweep", step)
+    held = steady_parts(recording, adjusted, "hold", step)
+    holds = [part for part in held if part.axis == drawings.spring_axis]
+    axes = tuple(_axis(sweeps, i, drawings) for i in range(drawings.n_axes))
+    spring = fit_holds(holds)
+    loads = _loads(axes, spring, drawings)
+    notes = (
+        *rise_notes(axes),
+        *(note for a in axes for note in axis_notes(a, drawings)),
+        *spring_notes(spring, axes[drawings.spring_axis]),
+    )
+    checks = robot_doubts(recording, adjusted, axes)
+    notes = (*warnings_of(checks), *notes)
+    return RobotCalibration(
+        robot=replace(drawings, loads=loads),
+        summary=_summary(axes, spring, drawings, notes, checks),
+        axes=axes,
+        spring=spring,
+        notes=notes,
+    )
+
+
+def _axis(sweeps: tuple[SteadyPart, ...], axis: int, robot: TherapyRobot) -> AxisSweeps:
+    own = [p for p in sweeps if p.axis == axis]
+    if not own:
+        raise InputError(
+            f"no sweeps of axis {axis + 1} ({robot.axes[axis]})",
+            column="condition",
+            expected="trials of the condition 'sweep' for every axis",
+        )
+    return fit_axis(own, spring=axis == robot.spring_axis)
+
+
+def _loads(axes: tuple[AxisSweeps, ...], spring: SpringHolds, robot: TherapyRobot) -> Loads:
+    p, n_terms = parameter_count(len(axes)), len(AXIS_TERMS)
+    theta, covariance = np.zeros(p), np.zeros((p, p))
+
+    def put(fitted: Fit, names: tuple[str, ...], places: IntArray) -> None:
+        columns = [fitted.names.index(name) for name in names]
+        theta[places] = fitted.parameters[columns]
+        covariance[np.ix_(places, places)] = fitted.covariance[np.ix_(columns, columns)]
+
+    for i, sweeps in enumerate(axes):
+        names = FRICTION if i == robot.spring_axis else (*FRICTION, *CABLE)
+        put(sweeps.fit, names, np.array([n_terms * i + AXIS_TERMS.index(n) for n in names]))
+    put(spring.fit, SPRING_TERMS, np.arange(p - len(SPRING_TERMS), p))
+    return Loads(
+        theta,
+        covariance,
+        rise_rad_s=np.array([a.rise_rad_s for a in axes]),
+        dof=min(*(a.fit.dof for a in axes), spring.fit.dof),
+    )
+
+
+def _summary(
+    axes: tuple[AxisSweeps, ...],
+    spring: SpringHolds,
+    robot: TherapyRobot,
+    notes: tuple[str, ...],
+    checks: tuple[Finding, ...],
+) -> FitSummary:
+    fits = [*(a.fit for a in axes), spring.fit]
+    parameters: list[NamedParameter] = []
+    for i, sweeps in enumerate(axes):
+        names = FRICTION if i == robot.spring_axis else (*FRICTION, "cable_stiffness")
+        parameters += [_named(sweeps.fit, n, _SHORT[n], i + 1) for n in names]
+        if i != robot.spring_axis:
+            parameters.append(cable_rest(sweeps.fit, i + 1))
+    for k, name in enumerate(SPRING_TERMS):
+        parameters.append(_named(spring.fit, name, f"c_{k}", robot.spring_axis + 1))
+    rows = np.array([f.n_rows for f in fits], dtype=float)
+    left = np.array([f.residual_sd**2 * (f.n_rows - f.rank) for f in fits])
+    # sums of squares about each fit's own mean, from its R^2
+    whole = np.array([x / (1 - f.r2) if f.r2 < 1 else x for x, f in zip(left, fits, strict=True)])
+    explained = float(1 - left.sum() / whole.sum()) if whole.sum() > 0 else 1.0
+    return FitSummary(
+        method="sweeps and holds",
+        n=int(rows.sum()),
+        cond_raw=max(f.cond_raw for f in fits),
+        cond_scaled=max(f.cond_scaled for f in fits),
+        rank=sum(f.rank for f in fits),
+        r2=explained,
+        vaf=explained,
+        parameters=tuple(parameters),
+        warnings=notes,
+        checks=checks,
+    )
+
+
+def _named(fitted: Fit, term: str, name: str, joint: int) -> NamedParameter:
+    j = fitted.names.index(term)
+    return NamedParameter(
+        name=name,
+        value=float(fitted.parameters[j]),
+        sd=float(_classical_sd(fitted)[j]),
+        sd_robust=float(fitted.sd[j]),
+        unit=fitted.units[j],
+        dof=fitted.dof,
+        joint=joint,
+    )
+
+
+def _classical_sd(fitted: Fit) -> FloatArray:
+    inverse = np.linalg.inv(fitted.triangle)
+    return np.asarray(fitted.residual_sd * np.sqrt((inverse**2).sum(axis=1)))
+
+
+def cable_rest(fitted: Fit, joint: int) -> NamedParameter:
+    """q_c (11), where the cables pull to no side; NaN where k_c is not different from zero."""
+    b, k = (fitted.names.index(name) for name in CABLE)
+    low, high = fitted.interval()[k]
+    if low <= 0 <= high:
+        nan = float("nan")
+        return NamedParameter("q_c", nan, nan, nan, "rad", fitted.dof, joint)
+    rest = fitted.transform(lambda x: np.array([-x[b] / x[k]]), ("q_c",), ("rad",))
+    scale = _classical_sd(fitted)[k] / fitted.sd[k] if fitted.sd[k] > 0 else 1.0
+    sd = float(rest.sd[0])
+    return NamedParameter("q_c", float(rest.values[0]), sd * scale, sd, "rad", fitted.dof, joint)

@@ -1,0 +1,172 @@
+"""Whether a recording can be one of this robot: kind, axes, angles, torques, their sign."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import Recording
+from armimpedance.joint.therapy.robot.therapy_robot import TherapyRobot
+from armimpedance.numerics.signals import refuse_degrees
+
+#: An angle may pass its limit by this much: overshoot and the zero of an encoder, rad.
+BEYOND_LIMIT_RAD: Final = 0.05
+#: A recorded motor torque may pass its limit by this factor: noise on a saturated command.
+BEYOND_TORQUE: Final = 1.2
+#: From this multiple of its limit on the unit is wrong rather than the robot.
+WRONG_UNIT: Final = 10.0
+#: Motor torques (rms over all axes) smaller than this share of the robot's weight cannot hold it,
+#: whatever its springs carry.
+LEAST_SHARE_OF_WEIGHT: Final = 0.01
+#: An axis that travels further than this moves, rad.
+MOVES_RAD: Final = 0.05
+#: Net work of the motors over the sum of its sizes in each trial; -1 when every sign is wrong.
+WORST_WORK: Final = -0.5
+#: A trial whose end leaves the robot's own weight lower by more than this may give back work, J.
+FALLS_J: Final = 0.2
+
+
+def check_recording(recording: Recording, robot: TherapyRobot) -> None:
+    """Refuse a recording that this robot cannot have made.
+
+    Parameters
+    ----------
+    recording : Recording
+    robot : TherapyRobot
+        With or without identified loads.
+
+    Raises
+    ------
+    InputError
+        Not of kind "joint" with commanded torques, another number of axes, angles in degrees or
+        outside of the robot's range, torques that are missing, in another unit or of the wrong
+        sign.
+    """
+    _check_kind(recording, robot)
+    _check_angles(recording, robot)
+    _check_torques(recording, robot)
+    _check_weight_and_work(recording, robot)
+
+
+def refuse_person(recording: Recording) -> None:
+    """Refuse a recording of somebody in the robot, where the empty robot is asked for.
+
+    Raises
+    ------
+    InputError
+        Its subject has a body mass.
+    """
+    if recording.subject.mass_kg is not None:
+        raise InputError(
+            f"subject {recording.subject.id} is in the robot",
+            column="subject.mass_kg",
+            expected="a recording of the empty robot, whose subject has no body mass",
+        )
+
+
+def _check_kind(recording: Recording, robot: TherapyRobot) -> None:
+    if recording.kind != "joint":
+        raise InputError(f"a recording of kind {recording.kind!r}", expected="'joint'")
+    if recording.torque != "commanded":
+        unsaid = "a recording that does not say what its torques are"
+        raise InputError(
+            unsaid if recording.torque is None else f"a recording of {recording.torque} torques",
+            column="torque",
+            expected="'commanded': those of the robot's motors",
+        )
+    if recording.axes != robot.n_axes:
+        raise InputError(
+            f"a recording of {recording.axes} axes",
+            expected=f"the {robot.n_axes} of robot {robot.name}: {', '.join(robot.axes)}",
+        )
+
+
+def _check_angles(recording: Recording, robot: TherapyRobot) -> None:
+    columns = tuple(f"q{i + 1}" for i in range(robot.n_axes))
+    refuse_degrees(recording.position, columns)
+    low, high = robot.limits_rad.T
+    past = np.maximum(recording.position - high, low - recording.position).max(axis=0)
+    axis = int(np.argmax(past))
+    if past[axis] > BEYOND_LIMIT_RAD:
+        own = recording.position[:, axis]
+        raise InputError(
+            f"{own.min():.3g} to {own.max():.3g} rad on axis {axis + 1}",
+            column=f"{columns[axis]}_rad",
+            expected=f"{low[axis]:.3g} to {high[axis]:.3g} rad, the range of axis {axis + 1} "
+            f"({robot.axes[axis]}) of robot {robot.name}; is this another robot's recording, or "
+            "in degrees?",
+        )
+
+
+def _check_torques(recording: Recording, robot: TherapyRobot) -> None:
+    largest = np.abs(recording.force).max(axis=0)
+    if not largest.any():
+        raise InputError("the motor torques are all zero", expected="what the motors were told")
+    over = largest / robot.torque_limit_Nm
+    axis = int(np.argmax(over))
+    if over[axis] > BEYOND_TORQUE:
+        unit = "; in mNm rather than N m?" if over[axis] > WRONG_UNIT else "; of another robot?"
+        raise InputError(
+            f"torques of axis {axis + 1} up to {largest[axis]:.4g} N m",
+            column=f"tau{axis + 1}_Nm",
+            expected=f"at most its motor's {robot.torque_limit_Nm[axis]:g} N m{unit}",
+        )
+    for dead in np.flatnonzero(largest == 0):
+        if _travel(recording)[:, dead].max() > MOVES_RAD:
+            raise InputError(
+                f"axis {dead + 1} moves with a motor torque of zero throughout",
+                column=f"tau{dead + 1}_Nm",
+                expected="what its motor was told",
+            )
+
+
+def _check_weight_and_work(recording: Recording, robot: TherapyRobot) -> None:
+    from armimpedance.joint.therapy.robot.rigid import robot_bodies
+
+    bodies = robot_bodies(robot)
+    starts, ends = recording.offsets[:-1], recording.offsets[1:] - 1
+    middles = (starts + ends) // 2
+    still = np.zeros((len(middles), robot.n_axes))
+    weight = _rms(bodies.torque(recording.position[middles], still, still))
+    motors = _rms(recording.force)
+    if motors < LEAST_SHARE_OF_WEIGHT * weight:
+        raise InputError(
+            f"motor torques of {motors:.3g} N m (rms over all axes)",
+            expected=f"N m that hold and move a robot whose weight asks for {weight:.3g} N m; "
+            "is the unit right?",
+        )
+    rise = bodies.potential_J(recording.position[ends]) - bodies.potential_J(
+        recording.position[starts]
+    )
+    work = motor_work(recording)
+    # against friction a motor gives work, unless what it lets down drives it
+    counted = (_travel(recording).max(axis=1) > MOVES_RAD) & (rise > -FALLS_J)
+    if work[counted].sum() < WORST_WORK * np.abs(work[counted]).sum():
+        raise InputError(
+            f"the motors take {-work[counted].sum():.3g} J from a robot with friction",
+            expected="torques of the other sign; check force_by in recording.json",
+        )
+
+
+def motor_work(recording: Recording) -> FloatArray:
+    """``sum tau_motor dq`` over all axes of every trial, (T,), J."""
+    work = np.empty(recording.n_trials)
+    for row in range(recording.n_trials):
+        samples = recording.samples_of(row)
+        motor, q = -recording.force[samples], recording.position[samples]
+        work[row] = ((motor[1:] + motor[:-1]) / 2 * np.diff(q, axis=0)).sum()
+    return work
+
+
+def _travel(recording: Recording) -> FloatArray:
+    """Range of every axis' angle within every trial, (T, n)."""
+    starts = recording.offsets[:-1]
+    highest = np.maximum.reduceat(recording.position, starts, axis=0)
+    return np.asarray(highest - np.minimum.reduceat(recording.position, starts, axis=0))
+
+
+def _rms(torque: FloatArray) -> float:
+    return float(np.sqrt((torque**2).mean()))

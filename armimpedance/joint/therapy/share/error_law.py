@@ -1,0 +1,167 @@
+"""Errors of the torques about one axis: where they come from, and how they add up.
+
+``tau_user = tau_r + tau_h - tau_motor`` and ``tau_h`` stands below the line as well: an arm that is
+taken for 3 % too heavy moves both. Errors are therefore carried through numerator and denominator
+jointly. They are
+
+- robot: friction, cables and spring, of which the passive arm took its share when it was fitted;
+- mass: one factor on the arm's masses, less what the fitted stiffness takes back of it;
+- elastic: of the mean stiffness and rest angle;
+- between: this movement's own stiffness and rest angle, which differ from that mean;
+- noise: of the torque, autocorrelated, as the density of its low frequencies says.
+
+The interval is for what the same formula gives with the true ``tau_user`` and the true ``tau_h``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Annotated, Final
+
+import numpy as np
+from scipy.special import ndtri, stdtrit
+
+from armimpedance.core.arrays import FloatArray, FrozenRecord, IntArray
+from armimpedance.core.errors import InputError
+from armimpedance.joint.therapy.arm.passive_arm import PassiveArm
+from armimpedance.joint.therapy.robot.smooth import kernels_for
+from armimpedance.joint.therapy.robot.therapy_robot import TherapyRobot
+from armimpedance.joint.therapy.share.sums import ANGLE, GRADIENT, ONE, RIGID, row_length
+
+PARTS: Final = ("robot", "mass", "elastic", "between", "noise")
+
+#: Columns of a row that the arm's errors act through.
+_ARM_COLUMNS: Final = (ONE, ANGLE, RIGID)
+
+
+@dataclass(frozen=True)
+class VarianceShares:
+    """Which part of the variance comes from where; the parts add up to 1, or are all 0."""
+
+    robot: float
+    mass: float
+    elastic: float
+    between: float
+    noise: float
+
+
+@dataclass(frozen=True)
+class ErrorLaw(FrozenRecord):
+    """Errors of the torques about one axis, m of them, independent and of unit variance.
+
+    Attributes
+    ----------
+    user, arm : (k, m)
+        A sample with the row w errs by ``w user`` in tau_user and ``w arm`` in tau_h.
+    part : (m,) int
+        Which of `PARTS` each error belongs to.
+    noise : float
+        N m^2: variance that a sample adds to a sum of torques.
+    kernel_gain : float
+        What the kernel leaves of it in a single sample.
+    robot_dof, elastic_dof : float
+        Degrees of freedom of the robot's loads and of the arm's stiffness.
+    """
+
+    user: Annotated[FloatArray, "k m"]
+    arm: Annotated[FloatArray, "k m"]
+    part: Annotated[IntArray, "m"]
+    noise: float
+    kernel_gain: float
+    robot_dof: float
+    elastic_dof: float
+
+    @cached_property
+    def _arm_gram(self) -> FloatArray:
+        columns = self.arm[list(_ARM_COLUMNS)]
+        return np.asarray(columns @ columns.T)
+
+    def summed_arm_variance(self, sums: FloatArray) -> FloatArray:
+        """``sum_i var(tau_h,i)`` (...) of sums (..., 6, k), N m^2."""
+        products = sums[..., _ARM_COLUMNS, :][..., _ARM_COLUMNS]
+        # sum_i w_i H H^T w_i^T = tr(H H^T sum_i w_i^T w_i)
+        return np.asarray((products * self._arm_gram).sum((-2, -1)))
+
+    def variance_of_arm_sum(self, sums: FloatArray) -> FloatArray:
+        """``var(sum_i tau_h,i)`` (...) of sums (..., 6, k), N m^2."""
+        return np.asarray(((sums[..., ONE, :] @ self.arm) ** 2).sum(-1))
+
+    def variance_of_robot_sum(self, sums: FloatArray) -> FloatArray:
+        """``var(sum_i tau_r,i)`` (...) of sums (..., 6, k), N m^2."""
+        own = sums[..., ONE, :] @ (self.user - self.arm)
+        return np.asarray((own**2).sum(-1))
+
+    def variance_parts(self, errors: FloatArray, noise: FloatArray) -> FloatArray:
+        """Variances (5,) by `PARTS` of one value with the errors (m,) and this noise."""
+        return np.append(np.bincount(self.part, errors**2, minlength=len(PARTS) - 1), noise)
+
+    def half_width(self, parts: FloatArray) -> float:
+        """Half of the 95 % interval, from the variance's parts (5,).
+
+        Stiffness and its spread come from few repetitions, friction from more, the masses' factor
+        from a table: the degrees of freedom are Welch's and Satterthwaite's,
+        ``(sum v)^2 / sum (v^2 / nu)``.
+        """
+        robot, mass, elastic, between, noise = (float(part) for part in parts)
+        total = robot + mass + elastic + between + noise
+        # elastic and between are both measured by the scatter of the same repetitions
+        spread = robot**2 / self.robot_dof + (elastic + between) ** 2 / self.elastic_dof
+        if not spread > 0:
+            return float(ndtri(0.975) * np.sqrt(total))
+        return float(stdtrit(total**2 / spread, 0.975) * np.sqrt(total))
+
+
+def error_law(
+    robot: TherapyRobot, arm: PassiveArm, axis_name: str, sample_rate_hz: float
+) -> ErrorLaw:
+    """Errors of the torques about this axis.
+
+    Raises
+    ------
+    InputError
+        The robot or this axis of the arm was not calibrated, or the arm with another robot.
+    """
+    loads, elastic = robot.identified, arm.elastic_of(axis_name)
+    p = len(loads.theta)
+    if elastic.robot_gradient.shape[1] != p:
+        raise InputError(
+            f"subject {arm.subject}: measured in a robot of {elastic.robot_gradient.shape[1]} "
+            f"parameters ({arm.robot}), {robot.name} has {p}",
+            expected="the robot that the arm was measured in",
+        )
+    theta = np.zeros((row_length(p), p))
+    theta[[ANGLE, ONE]] = elastic.robot_gradient
+    mass = np.zeros((row_length(p), 1))
+    mass[RIGID], mass[[ANGLE, ONE], 0] = 1.0, elastic.mass_gradient
+    line = np.zeros((row_length(p), 2))
+    line[[ANGLE, ONE]] = np.eye(2)
+    # H (k, m) = [theta_h  mass  line  line] roots: all that tau_h errs by
+    roots = (
+        theta @ _root(loads.covariance),
+        mass * arm.mass_sd,
+        line @ _root(elastic.covariance),
+        line @ _root(elastic.between),
+    )
+    in_arm = np.hstack(roots)
+    # U (k, m) = H, and the robot's own: tau_user = tau_r + tau_h - tau_motor
+    in_user = in_arm.copy()
+    in_user[GRADIENT:, :p] += _root(loads.covariance)
+    part = np.repeat(np.arange(len(roots)), [root.shape[1] for root in roots])
+    acts = in_user.any(0)
+    smooth = kernels_for(sample_rate_hz).smooth
+    return ErrorLaw(
+        in_user[:, acts],
+        in_arm[:, acts],
+        part[acts],
+        noise=elastic.noise_density * sample_rate_hz,
+        kernel_gain=float(smooth @ smooth),
+        robot_dof=loads.dof,
+        elastic_dof=elastic.dof,
+    )
+
+
+def _root(covariance: FloatArray) -> FloatArray:
+    """A square root R, ``R R^T = covariance``; terms that are known exactly have zero rows."""
+    values, vectors = np.linalg.eigh(covariance)
+    return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))

@@ -1,0 +1,209 @@
+"""The metrics of a contribution with their errors, and whether each can be told.
+
+A `Judgement` is made once of the sums of a movement, of its samples or of what has come so far, and
+carried to whoever needs a number. Standard errors follow by the delta method from `error_law`.
+
+- A sample (3) is valid where the axis moves and ``|tau_h|`` is at least `AWAY_SAMPLE` times its
+  own standard error and that of the torque's noise.
+- The sum (4) is valid where ``|sum tau_h| / sum |tau_h|`` is at least `LEAST_SUM_RATIO`,
+  ``|sum tau_h|`` at least `AWAY_SUM` times its standard error, and (4)'s own as small as the
+  projection's must be.
+- The projection is valid where the root mean square of tau_h is at least `AWAY_SUM` times that of
+  its standard errors, and the projection's own standard error at most `LARGEST_SD` points, or that
+  many per cent of a larger value.
+- The share beside the robot's inertia is valid under the same conditions, and where at least
+  `LEAST_BESIDE` of the squares of tau_h are left; of a movement that has only begun
+  `LEAST_BESIDE_SO_FAR`. Otherwise what a person does that is neither a share of the arm nor of the
+  robot is taken for the one or the other.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Final
+
+import numpy as np
+
+from armimpedance.core.arrays import BoolArray, FloatArray
+from armimpedance.joint.therapy.share.error_law import ErrorLaw
+from armimpedance.joint.therapy.share.sums import ABS_ARM, ARM, INERTIA, ONE, USER
+
+AWAY_SAMPLE: Final = 5.0
+AWAY_SUM: Final = 3.0
+LEAST_SUM_RATIO: Final = 0.2
+#: Percentage points.
+LARGEST_SD: Final = 10.0
+
+#: Share of tau_h (in squares) that must be left beside the robot's inertia torque. At the onset of
+#: a movement that is resisted less than a tenth let the share so far be off by hundreds of points.
+LEAST_BESIDE: Final = 0.02
+LEAST_BESIDE_SO_FAR: Final = 0.1
+
+#: A denominator below this, in N m or N m^2, is zero; its square would be no number.
+_ZERO: Final = 1e-30
+#: What is left of tau_h beside the robot's inertia, in squares, is rounding below this part of it.
+_ROUNDING: Final = 1e-9
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A metric in per cent, its errors, and whether it can be told.
+
+    Attributes
+    ----------
+    percent : (...)
+        NaN where its denominator is zero.
+    sd : (...)
+        Standard error, percentage points.
+    valid : (...) bool
+    errors : (..., m)
+        Change by one standard deviation of each error of the law.
+    noise : (...)
+        Variance by the noise of the torque.
+    """
+
+    percent: FloatArray
+    sd: FloatArray
+    valid: BoolArray
+    errors: FloatArray
+    noise: FloatArray
+
+
+class Judgement:
+    """Every metric of some sums, each worked out and judged once, when it is first asked for.
+
+    Parameters
+    ----------
+    sums : (..., 6, k)
+        Sums of a movement, or of each of several samples or windows.
+    law : ErrorLaw
+        Errors of the torques about the axis.
+    so_far : bool
+        Nobody knows yet what follows: the share is then valid later than that of a movement that
+        is complete.
+    """
+
+    def __init__(self, sums: FloatArray, law: ErrorLaw, *, so_far: bool = False) -> None:
+        self.sums, self.law = sums, law
+        self._least_beside = LEAST_BESIDE_SO_FAR if so_far else LEAST_BESIDE
+
+    @cached_property
+    def ratio(self) -> Judged:
+        """``C = 100 sum tau_user / sum tau_h`` (4)."""
+        return self._ratio(1.0, (self._arm != 0) & self.one_sided & self.arm_known)
+
+    @cached_property
+    def of_sample(self) -> Judged:
+        """``C = 100 tau_user / tau_h`` (3), where the sums are of one sample each."""
+        gain = self.law.kernel_gain
+        variance = self.law.variance_of_arm_sum(self.sums) + self.law.noise * gain
+        away = (self._arm != 0) & (self._arm**2 >= AWAY_SAMPLE**2 * variance)
+        return self._ratio(gain, away, sharp=False)
+
+    @cached_property
+    def projection(self) -> Judged:
+        """``P = 100 sum(tau_user tau_h) / sum(tau_h^2)``: the share of tau_h in tau_user."""
+        return self._squares(self.sums[..., USER, :], self.sums[..., ARM, :], self._power)
+
+    @cached_property
+    def share(self) -> Judged:
+        """The share of tau_h in tau_user beside any share of the robot's own inertia torque.
+
+        Whoever moves freely moves the robot too. Its inertia is no part of tau_h, but resembles it
+        where the arm's torque is small, and the projection counts it. Least squares on both,
+        ``tau_user = c tau_h + d M_r qdd``, does not: with h' and u' what is left of tau_h and
+        tau_user beside ``M_r qdd``, ``c = sum(u h') / sum(h h')``.
+        """
+        by_user, by_arm = self._beside(USER), self._arm_beside
+        power = by_arm[..., ARM]
+        alone = power > _ROUNDING * self._power
+        # h'^2 / h^2: what of tau_h is no multiple of the robot's inertia
+        left = power / np.maximum(self._power, _ZERO) >= self._least_beside
+        return self._squares(by_user, by_arm, np.where(alone, power, 0.0), left)
+
+    @property
+    def inertia_percent(self) -> FloatArray:
+        """d of `share`: how much of the robot's inertia the person moves, per cent, (...)."""
+        own, arm = self.sums[..., INERTIA, :], self._arm_beside
+        part = arm[..., USER] / _not_zero(arm[..., ARM])
+        left = self.sums[..., USER, INERTIA] - part * self.sums[..., ARM, INERTIA]
+        return np.asarray(100 * left / _not_zero(own[..., INERTIA]))
+
+    @cached_property
+    def one_sided(self) -> BoolArray:
+        """Whether tau_h keeps its sign for most of the movement, (...)."""
+        return np.asarray(abs(self._arm) >= LEAST_SUM_RATIO * self.sums[..., ONE, ABS_ARM])
+
+    @cached_property
+    def arm_known(self) -> BoolArray:
+        """Whether the sum of tau_h is well away from zero, (...)."""
+        return np.asarray(self._arm**2 >= AWAY_SUM**2 * self.law.variance_of_arm_sum(self.sums))
+
+    @property
+    def _arm(self) -> FloatArray:
+        return np.asarray(self.sums[..., ONE, ARM])
+
+    @property
+    def _power(self) -> FloatArray:
+        return np.asarray(self.sums[..., ARM, ARM])
+
+    @cached_property
+    def _heavy(self) -> BoolArray:
+        """Whether tau_h is more than its errors over the samples, (...)."""
+        power = self._power
+        known = power >= AWAY_SUM**2 * self.law.summed_arm_variance(self.sums)
+        return np.asarray((power > 0) & known)
+
+    @cached_property
+    def _arm_beside(self) -> FloatArray:
+        return self._beside(ARM)
+
+    def _beside(self, column: int) -> FloatArray:
+        """``sum (x - beta M_r qdd) w`` (..., k) of the column x, beta its least-squares share."""
+        own = self.sums[..., INERTIA, :]
+        square = own[..., INERTIA]
+        beta = self.sums[..., column, INERTIA] / np.maximum(square, _ZERO)
+        beta = np.where(square < _ZERO, 0.0, beta)
+        return np.asarray(self.sums[..., column, :] - beta[..., None] * own)
+
+    def _ratio(self, gain: float, told: BoolArray, *, sharp: bool = True) -> Judged:
+        """(4) or (3), with what the kernel leaves of the noise of a sample."""
+        law, total = self.law, self.sums[..., ONE, :]
+        bottom = _not_zero(self._arm)
+        part, scale = total[..., USER] / bottom, 100 / bottom
+        # dC (..., m) = 100 / D (sum w U - c sum w H): tau_h stands above the line and below it
+        errors = scale[..., None] * (total @ law.user - part[..., None] * (total @ law.arm))
+        noise = scale**2 * law.noise * gain * total[..., ONE]
+        return _judged(100 * part, errors, noise, told, sharp)
+
+    def _squares(
+        self,
+        by_user: FloatArray,
+        by_arm: FloatArray,
+        bottom: FloatArray,
+        told: BoolArray | bool = True,
+    ) -> Judged:
+        """A least-squares share, from ``sum u w`` and ``sum h w`` (..., k) and ``sum h^2``."""
+        bottom = _not_zero(bottom)
+        part, scale = by_arm[..., USER] / bottom, 100 / bottom
+        # dP (..., m) = 100 / D (sum h w U + sum u w H - 2 c sum h w H)
+        errors = scale[..., None] * (
+            by_arm @ self.law.user + (by_user - 2 * part[..., None] * by_arm) @ self.law.arm
+        )
+        noise = scale**2 * self.law.noise * bottom
+        return _judged(100 * part, errors, noise, self._heavy & told)
+
+
+def _judged(
+    percent: FloatArray, errors: FloatArray, noise: FloatArray, told: BoolArray, sharp: bool = True
+) -> Judged:
+    sd = np.asarray(np.sqrt((errors**2).sum(-1) + noise))
+    if sharp:
+        # False where there is no number
+        told = told & (sd <= np.maximum(LARGEST_SD, LARGEST_SD / 100 * abs(percent)))
+    return Judged(np.asarray(percent), sd, np.asarray(told), errors, noise)
+
+
+def _not_zero(denominator: FloatArray) -> FloatArray:
+    return np.where(abs(denominator) < _ZERO, np.nan, denominator)

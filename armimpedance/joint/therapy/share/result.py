@@ -1,0 +1,237 @@
+"""What is said of a person's contribution: of a movement, of its samples, over time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+from armimpedance.core.arrays import BoolArray, FloatArray, FrozenRecord
+from armimpedance.core.json_text import finite
+from armimpedance.joint.therapy.share.error_law import PARTS, VarianceShares
+
+
+@dataclass(frozen=True)
+class Metric(FrozenRecord):
+    """One metric of a movement, per cent of what the passive arm needs.
+
+    Attributes
+    ----------
+    percent, sd : float
+        The value and its standard error; NaN where the denominator is zero.
+    ci95 : (2,)
+        The limits of its 95 % interval.
+    valid : bool
+        Whether it can be told.
+    """
+
+    percent: float
+    sd: float
+    ci95: Annotated[FloatArray, "2 nan"]
+    valid: bool
+
+
+@dataclass(frozen=True)
+class ReferenceContribution:
+    """``C'`` (19) of one movement.
+
+    Attributes
+    ----------
+    percent, sd : float
+        The value and its standard error; NaN where the mean reference is zero.
+    mean_reference_Nm : float
+        Mean support of the passive repetitions.
+    valid : bool
+        Whether the reference can serve.
+    why_not : str
+        Empty where valid.
+    """
+
+    percent: float
+    sd: float
+    mean_reference_Nm: float
+    valid: bool
+    why_not: str = ""
+
+
+@dataclass(frozen=True, repr=False)
+class Contribution:
+    """A person's share in one movement; per cent of what the passive arm needs.
+
+    Attributes
+    ----------
+    trial, condition, movement, axis_name : str
+        What the trial table calls them, and the robot the moving axis.
+    n_samples : int
+        Number of samples that count, because the axis moves.
+    duration_s : float
+        Time from onset to end, s.
+    still_share : float
+        Share of the samples between that do not count.
+    share : Metric
+        The share of tau_h in tau_user beside any share of the robot's own inertia torque.
+    projection : Metric
+        The share of tau_h in tau_user alone.
+    ratio : Metric
+        (4), the ratio of the sums.
+    reference : ReferenceContribution or None
+        (19); None where the arm has no reference of this movement.
+    inertia_percent : float
+        The share of the robot's inertia torque beside `share`; NaN where the robot does not
+        accelerate.
+    ratio_all_percent : float
+        (4) of all samples from onset to end.
+    sum_ratio : float
+        ``|sum tau_h| / sum |tau_h|``.
+    mean_support_Nm, mean_arm_Nm : float
+        Means of (18) and of tau_h.
+    lowering_share, saturated_share : float
+        Share of the samples in which the passive arm drives the movement, and in which the motor is
+        at its limit.
+    share_variance : VarianceShares
+        What the uncertainty of `share` is made of.
+    notes : tuple of str
+        What a reader must know of these numbers.
+    """
+
+    trial: str
+    condition: str
+    movement: str
+    axis_name: str
+    n_samples: int
+    duration_s: float
+    still_share: float
+    share: Metric
+    projection: Metric
+    ratio: Metric
+    reference: ReferenceContribution | None
+    inertia_percent: float
+    ratio_all_percent: float
+    sum_ratio: float
+    mean_support_Nm: float
+    mean_arm_Nm: float
+    lowering_share: float
+    saturated_share: float
+    share_variance: VarianceShares
+    notes: tuple[str, ...] = ()
+
+    @property
+    def reference_valid(self) -> bool:
+        """Whether there is a reference (19), and it can be told."""
+        return self.reference is not None and self.reference.valid
+
+    def to_dict(self) -> dict[str, Any]:
+        """The row of RESULT.csv: plain numbers and texts, None where there is no number."""
+        reference = self.reference
+        cells = {
+            **{name: getattr(self, name) for name in ("trial", "condition", "movement")},
+            "axis": self.axis_name,
+            "n_samples": self.n_samples,
+            "duration_s": self.duration_s,
+            "still_share": self.still_share,
+            **_cells("share", self.share),
+            "robot_inertia_percent": self.inertia_percent,
+            **_cells("projection", self.projection),
+            **_cells("ratio", self.ratio),
+            "sum_ratio": self.sum_ratio,
+            "ratio_all_samples_percent": self.ratio_all_percent,
+            "reference_percent": None if reference is None else reference.percent,
+            "sd_reference": None if reference is None else reference.sd,
+            "reference_valid": self.reference_valid,
+            "mean_support_Nm": self.mean_support_Nm,
+            "mean_arm_Nm": self.mean_arm_Nm,
+            "mean_reference_Nm": None if reference is None else reference.mean_reference_Nm,
+            "lowering_share": self.lowering_share,
+            "saturated_share": self.saturated_share,
+            **{f"variance_from_{part}": getattr(self.share_variance, part) for part in PARTS},
+            "notes": "; ".join(self.notes),
+        }
+        row: dict[str, Any] = finite(cells)
+        return row
+
+    def __repr__(self) -> str:
+        low, high = self.share.ci95
+        told = f"share {self.share.percent:.1f} % (95 %: {low:.1f} to {high:.1f})"
+        where = f"trial {self.trial}, {self.condition}, {self.movement}"
+        return f"{where}: {told if self.share.valid else 'the share cannot be told'}"
+
+
+def _cells(name: str, metric: Metric) -> dict[str, Any]:
+    low, high = metric.ci95.tolist()
+    return {
+        f"{name}_percent": metric.percent,
+        f"sd_{name}": metric.sd,
+        f"ci_low_{name}": low,
+        f"ci_high_{name}": high,
+        f"{name}_valid": metric.valid,
+    }
+
+
+@dataclass(frozen=True)
+class SampleContribution(FrozenRecord):
+    """(3) over a movement of S samples.
+
+    Attributes
+    ----------
+    time_s, user, arm : (S,)
+        s, N m.
+    counts : (S,) bool
+        Whether the axis moves.
+    percent, sd : (S,)
+        NaN where tau_h is exactly zero.
+    valid : (S,) bool
+        Whether tau_h is well away from zero.
+    """
+
+    time_s: Annotated[FloatArray, "S"]
+    user: Annotated[FloatArray, "S"]
+    arm: Annotated[FloatArray, "S"]
+    counts: Annotated[BoolArray, "S"]
+    percent: Annotated[FloatArray, "S nan"]
+    sd: Annotated[FloatArray, "S nan"]
+    valid: Annotated[BoolArray, "S"]
+
+
+@dataclass(frozen=True)
+class RunningContribution(FrozenRecord):
+    """The projection over the last `window_s` seconds, at each of S samples; for a display.
+
+    Where the axis stands still it is that of the samples before; NaN once there are none left.
+
+    Attributes
+    ----------
+    window_s : float
+        Length of the window, s; it is shorter at the movement's start.
+    time_s, percent, sd : (S,)
+        s, per cent, percentage points.
+    valid : (S,) bool
+        Whether it can be told.
+    """
+
+    window_s: float
+    time_s: Annotated[FloatArray, "S"]
+    percent: Annotated[FloatArray, "S nan"]
+    sd: Annotated[FloatArray, "S nan"]
+    valid: Annotated[BoolArray, "S"]
+
+
+@dataclass(frozen=True)
+class ContributionSoFar(FrozenRecord):
+    """A movement's share or projection from its onset up to each of S samples.
+
+    It ends at that of the whole movement. Where the axis stands still it does not change.
+
+    Attributes
+    ----------
+    metric : str
+        "share" or "projection".
+    time_s, percent, sd : (S,)
+        s, per cent, percentage points; NaN before there is a denominator.
+    valid : (S,) bool
+        Whether it can be told, and could for a while already.
+    """
+
+    metric: str
+    time_s: Annotated[FloatArray, "S"]
+    percent: Annotated[FloatArray, "S nan"]
+    sd: Annotated[FloatArray, "S nan"]
+    valid: Annotated[BoolArray, "S"]

@@ -1,0 +1,182 @@
+"""What `contribution` returns: the contributions of all movements, as tables and files."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+from typing import Any, Final, overload
+
+from armimpedance.core.arrays import FrozenRecord
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import Recording
+from armimpedance.joint.therapy.arm.passive_arm import PassiveArm
+from armimpedance.joint.therapy.arm.torques import MovementTorques
+from armimpedance.joint.therapy.live.replay import LiveReport, replay
+from armimpedance.joint.therapy.robot.therapy_robot import TherapyRobot
+from armimpedance.joint.therapy.share.over_time import sample_contribution
+from armimpedance.joint.therapy.share.result import Contribution, SampleContribution
+from armimpedance.joint.therapy.show.table import samples_content
+from armimpedance.show.files import Content, table_content, write_content
+from armimpedance.show.text import html_table
+from armimpedance.show.verbs.written import WrittenResult
+
+#: Movements that a short text shows.
+_MOST_SHOWN: Final = 6
+_METRICS: Final = ("share", "projection", "ratio", "reference")
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Contributions(WrittenResult, FrozenRecord, Sequence[Contribution]):
+    """The contributions of a session, one a movement, and what they were worked out from.
+
+    It is a sequence of `Contribution`.
+
+    Attributes
+    ----------
+    results : tuple of Contribution
+        In the order of the trial table.
+    movements : tuple of MovementTorques
+        What acted on the moving axis of each.
+    recording : Recording
+        The trials of these movements.
+    robot : TherapyRobot
+        The identified robot.
+    arm : PassiveArm
+        The person's relaxed arm.
+    left_out : mapping of str to str
+        Axes without a passive model, whose movements are left out, each with a sentence that
+        says why.
+    notes : tuple of str
+        What a reader must know of the session.
+
+    Examples
+    --------
+    A simulated session takes longer than an example may; the tutorial on therapy runs these lines:
+
+    >>> import armimpedance as ai
+    >>> session = ai.contribution("session", robot="robot.json", arm="arm.json")  # doctest: +SKIP
+    >>> session.to_frame()[["trial", "share_percent"]]  # doctest: +SKIP
+    >>> session.to_csv("contribution.csv")  # doctest: +SKIP
+    """
+
+    results: tuple[Contribution, ...]
+    movements: tuple[MovementTorques, ...]
+    recording: Recording
+    robot: TherapyRobot
+    arm: PassiveArm
+    left_out: Mapping[str, str]
+    notes: tuple[str, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.results)
+
+    def __iter__(self) -> Iterator[Contribution]:
+        return iter(self.results)
+
+    @overload
+    def __getitem__(self, which: int) -> Contribution: ...
+    @overload
+    def __getitem__(self, which: slice) -> tuple[Contribution, ...]: ...
+    def __getitem__(self, which: int | slice) -> Contribution | tuple[Contribution, ...]:
+        """One movement by its position from 0, or several as a tuple."""
+        return self.results[which]
+
+    def samples(self) -> tuple[SampleContribution, ...]:
+        """(3) of every sample, for each movement."""
+        return tuple(sample_contribution(m, self.robot, self.arm) for m in self.movements)
+
+    def replay(self, progress: Callable[[int, int], None] | None = None) -> LiveReport:
+        """Run the recording through the live form, one sample at a time.
+
+        Parameters
+        ----------
+        progress : function (done, all), optional
+            Called after each trial.
+
+        Returns
+        -------
+        LiveReport
+            How long an update takes, and how far it is from the results in one piece.
+
+        Raises
+        ------
+        InputError
+            Samples are missing in the recording.
+        """
+        step = stepper(progress, len(self))
+        return replay(self.recording, self.robot, self.arm, unrepeatable=True, step=step)
+
+    @property
+    def content(self) -> Content:
+        """One row a movement, with the columns of RESULT.csv."""
+        keys = ("trial", "condition", "movement", "axis", "n_samples")
+        return table_content(self.to_dict(), keys=keys, digits=10)
+
+    def to_dict(self) -> list[dict[str, Any]]:
+        """One mapping a movement with the columns of RESULT.csv; None where there is no number."""
+        return [result.to_dict() for result in self.results]
+
+    def to_csv(self, path: str | os.PathLike[str]) -> None:
+        """Write RESULT.csv, as ``armimpedance therapy contribution --out`` does.
+
+        Parameters
+        ----------
+        path : path
+            Ends in .csv.
+
+        Raises
+        ------
+        InputError
+            Another ending, or the file cannot be written.
+        """
+        if Path(path).suffix != ".csv":
+            raise InputError("not a CSV file's name", file=path, expected="one that ends in .csv")
+        self.write(path)
+
+    def write_samples(self, path: str | os.PathLike[str]) -> None:
+        """Write one row a sample; the ending decides the format, as for `write`."""
+        pairs = zip(self.movements, self.samples(), strict=True)
+        write_content(samples_content(pairs), path)
+
+    @property
+    def _remarks(self) -> tuple[str, ...]:
+        left_out = (f"left out: {sentence}" for sentence in self.left_out.values())
+        return (*self.notes, *left_out)
+
+    def __repr__(self) -> str:
+        shown = list(map(repr, self.results[:_MOST_SHOWN]))
+        hidden = len(self) - len(shown)
+        more = [f"... and {hidden} more"] if hidden else []
+        head = f"contribution of subject {self.arm.subject} to {len(self)} movements"
+        return "\n".join([head, *shown, *more, *self._remarks])
+
+    def _repr_html_(self) -> str:
+        head = ["trial", "condition", "movement", *(f"{name} (%)" for name in _METRICS)]
+        rows = [
+            [r.trial, r.condition, r.movement, *(_told(getattr(r, name)) for name in _METRICS)]
+            for r in self.results
+        ]
+        remarks = "".join(f"<li>{escape(sentence)}</li>" for sentence in self._remarks)
+        return f"{html_table([head, *rows])}<ul>{remarks}</ul>"
+
+
+def stepper(progress: Callable[[int, int], None] | None, total: int) -> Callable[[], None]:
+    """A function that counts its calls and tells how many of the total are done."""
+    done = 0
+
+    def step() -> None:
+        nonlocal done
+        done += 1
+        if progress is not None:
+            progress(done, total)
+
+    return step
+
+
+def _told(metric: Any) -> str:
+    if metric is None or not metric.valid:
+        return "-"
+    return f"{metric.percent:.1f} ± {metric.sd:.1f}"

@@ -1,0 +1,164 @@
+"""ROBOT.json and ARM.json: a therapy robot and a person's passive arm, written and read back.
+
+The fields of FIT.json stand beside the record where something was fitted, for other scripts; the
+record itself is what is read again. A robot's file without loads holds its drawings only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Final, TypeVar
+
+from armimpedance.core.errors import InputError
+from armimpedance.core.json_text import Fields, read_json
+from armimpedance.core.plain import from_plain, to_plain
+from armimpedance.joint.therapy.arm.calibration import ArmCalibration
+from armimpedance.joint.therapy.arm.passive_arm import PassiveArm
+from armimpedance.joint.therapy.robot.calibrate import RobotCalibration
+from armimpedance.joint.therapy.robot.therapy_robot import TherapyRobot
+from armimpedance.show.files import write_json
+
+ROBOT_FORMAT: Final = "armimpedance-robot"
+ARM_FORMAT: Final = "armimpedance-arm"
+VERSION: Final = 1
+
+Record = TypeVar("Record")
+
+
+def write_robot(robot: TherapyRobot | RobotCalibration, path: str | Path) -> None:
+    """Write a robot; `read_robot` gives it back.
+
+    Parameters
+    ----------
+    robot : TherapyRobot or RobotCalibration
+        Of a calibration also what the identification says of itself.
+    path : path
+        ROBOT.json.
+
+    Raises
+    ------
+    InputError
+        The file cannot be written.
+    """
+    told = robot.to_dict() if isinstance(robot, RobotCalibration) else {}
+    record = robot.robot if isinstance(robot, RobotCalibration) else robot
+    _write(ROBOT_FORMAT, "robot", record, told, path)
+
+
+def write_arm(arm: PassiveArm | ArmCalibration, path: str | Path) -> None:
+    """Write a passive arm; `read_arm` gives it back.
+
+    Parameters
+    ----------
+    arm : PassiveArm or ArmCalibration
+        Of a calibration also what it says of itself.
+    path : path
+        ARM.json.
+
+    Raises
+    ------
+    InputError
+        The file cannot be written.
+    """
+    told = arm.to_dict() if isinstance(arm, ArmCalibration) else {}
+    record = arm.arm if isinstance(arm, ArmCalibration) else arm
+    _write(ARM_FORMAT, "arm", record, told, path)
+
+
+def read_robot(path: str | Path) -> TherapyRobot:
+    """A robot that `write_robot` wrote, or drawings in the same form with ``"loads": null``.
+
+    Parameters
+    ----------
+    path : path
+        ROBOT.json.
+
+    Returns
+    -------
+    TherapyRobot
+        The robot with its identified loads; drawings have none.
+
+    Raises
+    ------
+    InputError
+        No such file, or a field that is not what it must be.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> import armimpedance as ai
+    >>> from armimpedance.lab.simulated.therapy import drawings_of
+    >>> from armimpedance.joint.therapy.show import write_robot
+    >>> from manipulandum_sim.therapy import therapy_device
+    >>> with TemporaryDirectory() as folder:
+    ...     write_robot(drawings_of(therapy_device()), Path(folder) / "robot.json")
+    ...     robot = ai.read_robot(Path(folder) / "robot.json")
+    >>> robot.axes
+    ('elevation', 'horizontal', 'rotation', 'elbow', 'pronation')
+    """
+    return _read(Path(path), ROBOT_FORMAT, "robot", TherapyRobot)
+
+
+def read_arm(path: str | Path) -> PassiveArm:
+    """An arm that `write_arm` wrote.
+
+    Parameters
+    ----------
+    path : path
+        ARM.json.
+
+    Returns
+    -------
+    PassiveArm
+        The segments of the person's arm and the elastic torques of the axes.
+
+    Raises
+    ------
+    InputError
+        No such file, or a field that is not what it must be.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> import armimpedance as ai
+    >>> from armimpedance.joint.therapy.show import write_arm
+    >>> arm = ai.PassiveArm("P1", "bench", upper_arm_m=0.3, segments=())
+    >>> with TemporaryDirectory() as folder:
+    ...     write_arm(arm, Path(folder) / "arm.json")
+    ...     again = ai.read_arm(Path(folder) / "arm.json")
+    >>> again.subject
+    'P1'
+    """
+    return _read(Path(path), ARM_FORMAT, "arm", PassiveArm)
+
+
+def _write(
+    form: str,
+    name: str,
+    record: TherapyRobot | PassiveArm,
+    told: Mapping[str, Any],
+    path: str | Path,
+) -> None:
+    content = {"format": form, "version": VERSION, **told, name: to_plain(record)}
+    write_json(content, path)
+
+
+def _read(file: Path, form: str, name: str, kind: type[Record]) -> Record:
+    given = Fields(file, read_json(file))
+    if given.values.get("format") != form:
+        raise given.wrong("format", f'"{form}": a file that `armimpedance therapy {name}` wrote')
+    if given.number("version", required=True) != VERSION:
+        raise given.wrong("version", str(VERSION))
+    plain = given.values.get(name)
+    if not isinstance(plain, Mapping):
+        raise given.wrong(name, "an object")
+    try:
+        return from_plain(kind, plain, name)
+    except InputError as error:
+        expected = error.expected or f"a file that `armimpedance therapy {name}` wrote"
+        raise InputError(
+            error.problem, file=file, column=error.column or name, expected=expected
+        ) from None

@@ -1,0 +1,104 @@
+"""A patient's contribution to movements with a therapy robot."""
+
+from __future__ import annotations
+
+from armimpedance.core.errors import InputError
+from armimpedance.joint.therapy.show.contribution_text import contribution_text
+from armimpedance.joint.therapy.show.contributions import Contributions
+from armimpedance.joint.therapy.show.plots import plot_feedback
+from armimpedance.joint.therapy.show.verb import contribution
+from armimpedance.show.pages import (
+    GUIDALI,
+    Asked,
+    Page,
+    Section,
+    Table,
+    Topic,
+    methods_of,
+    page_from,
+    picture,
+    reviewed,
+    software,
+    told_by,
+)
+from armimpedance.show.text import counted, with_half_width
+from armimpedance.show.verbs.sources import read_recording
+
+
+def page_of(asked: Asked) -> Page:
+    """The page of a session with an identified robot and a measured arm."""
+    if asked.robot is None or asked.arm is None:
+        raise InputError(
+            "a therapy session without --robot and --arm",
+            file=asked.source,
+            expected="ROBOT.json and ARM.json, as `therapy robot` and `therapy arm` write them",
+        )
+    found = contribution(
+        read_recording(asked.recording),
+        robot=asked.robot,
+        arm=asked.arm,
+        despite=asked.despite,
+        progress=asked.progress,
+    )
+    told = told_by((*found.notes, *found.left_out.values()), asked.checks)
+    drawn = plot_feedback(found.movements, found.robot, found.arm)
+    return page_from(
+        asked,
+        told,
+        title="Contribution",
+        lead=f"{counted(len(found), 'movement')} with the robot {found.robot.name}.",
+        count=counted(len(found), "movement"),
+        next_step=_next(found),
+        reader=(
+            Section("Contribution per movement", (_table(found),)),
+            Section(
+                "Pictures",
+                (picture(drawn, "contribution", "Torques of the arm and of the person."),),
+            ),
+        ),
+        reviewer=reviewed(told, contribution_text(found)),
+        methods=methods_of(
+            [
+                f"The contribution was computed with {software()} as the share c of "
+                "tau_user = c tau_h + d (inertia torque of the robot) by least squares over the "
+                "samples in which the axis moves",
+                "0 % is a passive arm, 100 % an arm that needs no support",
+                "Intervals are 95 % intervals that count robot, arm and noise",
+            ],
+            [GUIDALI],
+        ),
+        options=[("despite", ", ".join(asked.despite))],
+        data={"contributions": found.to_frame()},
+    )
+
+
+def _next(found: Contributions) -> str:
+    told = sum(one.share.valid for one in found)
+    if told < len(found):
+        return (
+            f"The share of {len(found) - told} of {counted(len(found), 'movement')} cannot be "
+            "told: the notes of these movements say why."
+        )
+    return "Read the share; compare conditions by their means over several movements."
+
+
+def _table(found: Contributions) -> Table:
+    rows = tuple(
+        (
+            one.trial,
+            one.condition,
+            one.movement,
+            with_half_width(one.share.percent, (one.share.ci95[1] - one.share.ci95[0]) / 2)
+            if one.share.valid
+            else "cannot be told",
+            f"{one.projection.percent:.0f}",
+            "; ".join(one.notes),
+        )
+        for one in found
+    )
+    heads = ("trial", "condition", "movement", "share (%)", "projection (%)", "notes")
+    caption = "Share of each movement, ± half the 95 % interval: 0 passive, 100 no support needed"
+    return Table(caption, heads, rows, "contributions")
+
+
+TOPIC = Topic("a patient's contribution to movements with a therapy robot", page_of)

@@ -1,0 +1,196 @@
+"""A therapy robot and a passive arm as text for a terminal, and what their files say beside."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Sequence
+from math import degrees, isfinite
+from typing import Any
+
+import numpy as np
+
+from armimpedance.core.findings import warnings_of
+from armimpedance.joint.therapy.arm.calibration import ArmCalibration, AxisCalibration
+from armimpedance.joint.therapy.arm.mockup import MockupCheck
+from armimpedance.joint.therapy.robot.calibrate import RobotCalibration
+from armimpedance.joint.therapy.robot.validation import AxisValidation
+from armimpedance.numerics.regression import FitSummary, NamedParameter, t_factor
+from armimpedance.show.text import (
+    TABLE_WIDTH,
+    aligned_table,
+    checks_lines,
+    counted,
+    numbered_notes,
+    with_half_width,
+)
+
+_LOADS_HEADER = (
+    *("axis", "tau_c (N m)", "k_v (N m s/rad)"),
+    *("k_c (N m/rad)", "q_c (deg)", "from (deg/s)"),
+)
+_FROM = "from: the lowest speed that was fitted, above the static range."
+_INTERVALS = "± is the half-width of the 95 % interval."
+_VALIDATION_HEADER = ("axis", "R^2", "rms (N m)", "moving: R^2", "rms (N m)", "share of samples")
+_MASSES = (
+    "± is the half-width of the 95 % interval: repetitions, the person's masses about the table, "
+    "what is not known of the robot, and of an axis that was moved one way only its viscosity."
+)
+
+
+def robot_text(calibration: RobotCalibration) -> str:
+    """Friction and cables per axis, the spring, predictions of other movements, then notes.
+
+    Parameters
+    ----------
+    calibration : RobotCalibration
+        Calibration of the robot, with or without a validation.
+
+    Returns
+    -------
+    str
+    """
+    robot, summary = calibration.robot, calibration.summary
+    rows = [
+        [
+            f"{sweeps.axis + 1} {robot.axes[sweeps.axis]}",
+            *(_cell(summary, name, sweeps.axis + 1) for name in ("tau_c", "k_v", "k_c")),
+            _cell(summary, "q_c", sweeps.axis + 1, angle=True),
+            f"{degrees(sweeps.lowest_used_rad_s):.3g}",
+        ]
+        for sweeps in calibration.axes
+    ]
+    spring = calibration.spring
+    joint = robot.spring_axis + 1
+    terms = ", ".join(f"{n} {_cell(summary, n, joint)}" for n in ("c_0", "c_1", "c_2"))
+    lines = [
+        f"robot {robot.name}, {counted(robot.n_axes, 'axis').replace('axiss', 'axes')}",
+        "",
+        aligned_table(_LOADS_HEADER, rows),
+        "",
+        f"spring on axis {joint}, c_0 + c_1 q + c_2 q^2 (N m, rad), from holds at "
+        f"{counted(len(spring.angle_rad), 'angle')}:",
+        f"  {terms}",
+    ]
+    if calibration.validation:
+        table = _validation_table(calibration.validation)
+        lines += ["", "movements that were not fitted", table]
+    return "\n".join([*lines, "", *numbered_notes([*calibration.notes, _FROM, _INTERVALS])])
+
+
+def _validation_table(validation: Sequence[AxisValidation]) -> str:
+    rows = [
+        [
+            f"{v.axis + 1} {v.name}",
+            f"{v.r2:.3f}",
+            f"{v.rms_Nm:.3g}",
+            f"{v.moving_r2:.3f}",
+            f"{v.moving_rms_Nm:.3g}",
+            f"{100 * v.moving_share:.0f} %",
+        ]
+        for v in validation
+    ]
+    return aligned_table(_VALIDATION_HEADER, rows)
+
+
+def arm_text(calibration: ArmCalibration) -> str:
+    """Masses, stiffness and verdict per axis, references of (19), then warnings.
+
+    Parameters
+    ----------
+    calibration : ArmCalibration
+        Calibration of one person's arm.
+
+    Returns
+    -------
+    str
+    """
+    arm = calibration.arm
+    masses = ", ".join(f"{s.name} {s.mass_kg:.3g} kg at {s.com_m:.3g} m" for s in arm.segments)
+    lines = [
+        f"passive arm of subject {arm.subject} in robot {arm.robot}",
+        _indented(f"{masses} of its link; upper arm {arm.upper_arm_m:.3g} m"),
+        "",
+    ]
+    for axis in calibration.axes:
+        lines += _axis_lines(axis)
+    rows = [
+        [r.movement, r.axis, str(len(r.support_Nm)), _spread(r.support_Nm)] for r in arm.references
+    ]
+    header = ("movement", "axis", "repetitions", "mean support ± sd (N m)")
+    lines += ["", aligned_table(header, rows), ""]
+    checks = calibration.summary.checks
+    told = warnings_of(checks)
+    notes = [*(said for said in calibration.warnings if said not in told), _MASSES]
+    return "\n".join([*lines, *numbered_notes(notes), *checks_lines(checks)])
+
+
+def _axis_lines(axis: AxisCalibration) -> list[str]:
+    k, q = axis.stiffness, axis.rest
+    shown = f"k_s {_value(k)} N m/rad"
+    if isfinite(q.value):
+        shown += f", q_0 {_value(q)} rad"
+    lines = [f"axis {axis.axis + 1} {axis.elastic.axis}: {shown}", _indented(axis.elastic.verdict)]
+    if axis.direction_Nm is not None:
+        lines.append(
+            f"  both ways: {_value(axis.direction_Nm)} N m more against the movement than modelled"
+        )
+    return lines
+
+
+def _indented(sentence: str) -> str:
+    return textwrap.fill(sentence, TABLE_WIDTH, initial_indent="  ", subsequent_indent="  ")
+
+
+def _spread(values: Any) -> str:
+    sd = float(np.std(values, ddof=1)) if len(values) > 1 else float("nan")
+    return f"{float(np.mean(values)):.3g} ± {sd:.2g}"
+
+
+def mockup_text(check: MockupCheck) -> str:
+    """What the robot measures of a mock-up beside what it weighs.
+
+    Parameters
+    ----------
+    check : MockupCheck
+        Gravity and inertia.
+
+    Returns
+    -------
+    str
+    """
+    header = ("", "measured", "from masses and lengths", "difference", "rms left (N m)")
+    rows = [
+        [
+            "torque with the arm level (N m)",
+            _value(check.gravity),
+            f"{check.gravity_model_Nm:.4g}",
+            _per_cent_off(check.gravity.value, check.gravity_model_Nm),
+            f"{check.gravity_rms_Nm:.2g}",
+        ],
+        [
+            "inertia about the vertical (kg m^2)",
+            _value(check.inertia),
+            f"{check.inertia_model_kgm2:.4g}",
+            _per_cent_off(check.inertia.value, check.inertia_model_kgm2),
+            f"{check.inertia_rms_Nm:.2g}",
+        ],
+    ]
+    return "\n".join([aligned_table(header, rows), "", _INTERVALS])
+
+
+def _per_cent_off(measured: float, model: float) -> str:
+    return f"{100 * (measured / model - 1):+.2f} %"
+
+
+def _cell(summary: FitSummary, name: str, joint: int, angle: bool = False) -> str:
+    named = [p for p in summary.parameters if (p.name, p.joint) == (name, joint)]
+    if not named:
+        return "-"
+    return _value(named[0], degrees(1.0) if angle else 1.0)
+
+
+def _value(parameter: NamedParameter, scale: float = 1.0) -> str:
+    if not (isfinite(parameter.value) and isfinite(parameter.sd_robust)):
+        return "not identified"
+    half = t_factor(parameter.dof) * parameter.sd_robust
+    return with_half_width(scale * parameter.value, scale * float(half))

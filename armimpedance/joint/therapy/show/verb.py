@@ -1,0 +1,288 @@
+"""The patient's contribution in robot-assisted therapy, in three steps (Guidali 2013).
+
+The empty robot is calibrated once, a person's relaxed arm in it once a session; with both, every
+movement says how much of it is the person's own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+from dataclasses import replace
+
+import numpy as np
+
+from armimpedance.core.records import Recording
+from armimpedance.joint.therapy.arm.calibrate import identify_arm
+from armimpedance.joint.therapy.arm.calibration import ArmCalibration
+from armimpedance.joint.therapy.arm.movements import movement_torques
+from armimpedance.joint.therapy.arm.passive_arm import PassiveArm
+from armimpedance.joint.therapy.arm.person import segments_of
+from armimpedance.joint.therapy.robot.calibrate import RobotCalibration, identify_robot
+from armimpedance.joint.therapy.robot.checks import check_recording
+from armimpedance.joint.therapy.robot.therapy_robot import TherapyRobot
+from armimpedance.joint.therapy.robot.validation import validate_robot
+from armimpedance.joint.therapy.share.of_movement import contribution_of
+from armimpedance.joint.therapy.show.contributions import Contributions, stepper
+from armimpedance.joint.therapy.show.inputs import (
+    Arm,
+    Robot,
+    arm_of,
+    axes_without_model,
+    identified_robot,
+    notes_on_person,
+    refuse_other_robot,
+    robot_of,
+)
+from armimpedance.show.text import moves_a_robot
+from armimpedance.show.verbs.inspection import checked
+from armimpedance.show.verbs.sources import PathLike, naming, of_condition, read_recording
+
+Progress = Callable[[int, int], None]
+
+
+def calibrate_robot(
+    recording: Recording | PathLike,
+    drawings: TherapyRobot | PathLike,
+    *,
+    validate: Recording | PathLike | None = None,
+    despite: str | Collection[str] = (),
+    progress: Progress | None = None,
+) -> RobotCalibration:
+    """Identify friction, cables and counterbalance spring of the empty robot.
+
+    Parameters
+    ----------
+    recording : Recording or path
+        Trials of the conditions "sweep" and "hold", of kind "joint" with the motors' torques.
+    drawings : TherapyRobot or path
+        What is known of the robot before: its links, rotors and limits.
+    validate : Recording or path, optional
+        Other movements of the empty robot, whose torques are then predicted.
+    despite : str or collection of str
+        Names of checks of `inspect` whose STOP is overruled; the result says so.
+    progress : function (done, all), optional
+        Called after each trial.
+
+    Returns
+    -------
+    RobotCalibration
+        The robot with its loads; `joint.therapy.show.write_robot` writes it.
+
+    Raises
+    ------
+    InputError
+        Not a recording of this robot, somebody in it, an axis without sweeps, sweeps or holds in
+        one direction only, or too few speeds above the static range.
+    NotIdentifiableError
+        The sweeps of an axis do not tell its terms apart.
+
+    Examples
+    --------
+    A simulated session takes longer than an example may (docs/therapy/index.md has one):
+
+    >>> from armimpedance.joint.therapy.show import calibrate_robot
+    >>> robot = calibrate_robot("calibration", "drawings.json", validate="moving")  # doctest: +SKIP
+    >>> robot.to_frame()  # doctest: +SKIP
+
+    A file that is not there is named:
+
+    >>> calibrate_robot("calibration", "nowhere.json")
+    Traceback (most recent call last):
+    armimpedance.core.errors.InputError: nowhere.json: cannot be read: No such file or directory
+    """
+    robot = robot_of(drawings)
+    sweeps = read_recording(recording)
+    other = None if validate is None else read_recording(validate)
+    step = stepper(progress, sweeps.n_trials + (0 if other is None else other.n_trials))
+    with naming(recording):
+        marks = _marks(sweeps, despite)
+        calibration = identify_robot(sweeps, robot, step=step)
+    calibration = replace(calibration, notes=(*marks, *calibration.notes))
+    if other is None:
+        return calibration
+    with naming(validate):
+        told = validate_robot(other, calibration.robot, step=step)
+    return replace(calibration, validation=told)
+
+
+def calibrate_arm(
+    recording: Recording | PathLike,
+    robot: Robot,
+    *,
+    mass_kg: float | None = None,
+    upper_arm_m: float | None = None,
+    forearm_m: float | None = None,
+    hand_m: float | None = None,
+    point_masses: bool = False,
+    mass_sd: float = PassiveArm.mass_sd,
+    condition: str = "passive",
+    emg_gate_percent: float | None = 3.0,
+    despite: str | Collection[str] = (),
+    progress: Progress | None = None,
+) -> ArmCalibration:
+    """Find what a person's relaxed arm needs in the robot: weight, inertia, stiffness.
+
+    Parameters
+    ----------
+    recording : Recording or path
+        Three or more passive repetitions of every movement; other conditions are not looked at.
+    robot : TherapyRobot, RobotCalibration or path
+        Identified.
+    mass_kg : float, optional
+        Mass of the whole body, kg; by default that of the recording's subject.
+    upper_arm_m, forearm_m, hand_m : float, optional
+        Shoulder to elbow, elbow to wrist, wrist to finger tip, m; by default from the subject.
+    point_masses : bool
+        As in the source: segments have no inertia of their own.
+    mass_sd : float
+        Standard deviation of a person's masses about the table, as a fraction.
+    condition : str
+        Condition of the passive trials.
+    emg_gate_percent : float or None
+        A muscle above this share of its maximum, %, refuses the calibration; None: no gate.
+    despite : str or collection of str
+        Names of checks of `inspect` whose STOP is overruled; the result says so.
+    progress : function (done, all), optional
+        Called after each trial.
+
+    Returns
+    -------
+    ArmCalibration
+        The arm and how far to trust it; `joint.therapy.show.write_arm` writes it.
+
+    Raises
+    ------
+    InputError
+        No passive trials, fewer than three repetitions of a movement, a mass or length that is not
+        known, a muscle that was active, a robot whose loads are not known, or another robot's
+        recording.
+
+    Examples
+    --------
+    A simulated session takes longer than an example may (docs/therapy/index.md has one):
+
+    >>> from armimpedance.joint.therapy.show import calibrate_arm
+    >>> arm = calibrate_arm("session", "robot.json", mass_kg=72.0)  # doctest: +SKIP
+    >>> arm.to_frame()  # doctest: +SKIP
+
+    A file that is not there is named:
+
+    >>> calibrate_arm("session", "nowhere.json")
+    Traceback (most recent call last):
+    armimpedance.core.errors.InputError: nowhere.json: cannot be read: No such file or directory
+    """
+    identified = identified_robot(robot)
+    session = read_recording(recording)
+    with naming(recording):
+        segments = segments_of(
+            session.subject,
+            mass_kg=mass_kg,
+            upper_arm_m=upper_arm_m,
+            forearm_m=forearm_m,
+            hand_m=hand_m,
+            point_masses=point_masses,
+        )
+        marks = _marks(session, despite)
+        made = identify_arm(
+            session,
+            identified,
+            segments,
+            upper_arm_m=upper_arm_m,
+            mass_sd=mass_sd,
+            condition=condition,
+            emg_gate_percent=emg_gate_percent,
+            step=stepper(progress, _trials_of(session, condition)),
+        )
+    summary = replace(made.summary, warnings=(*marks, *made.summary.warnings))
+    return replace(made, summary=summary)
+
+
+def contribution(
+    recording: Recording | PathLike,
+    *,
+    robot: Robot,
+    arm: Arm,
+    condition: str | None = None,
+    unrepeatable: bool = False,
+    despite: str | Collection[str] = (),
+    progress: Progress | None = None,
+) -> Contributions:
+    """Tell how much of each movement is the patient's own.
+
+    0 % is a passive arm, 100 % an arm that needs no support; below 0 it resists.
+
+    Parameters
+    ----------
+    recording : Recording or path
+        Of a person in the robot.
+    robot : TherapyRobot, RobotCalibration or path
+        Identified.
+    arm : PassiveArm, ArmCalibration or path
+        The same person's, measured in the same robot.
+    condition : str, optional
+        Only trials of this condition.
+    unrepeatable : bool
+        Go on where the passive repetitions of an axis did not agree; otherwise its movements are
+        left out.
+    despite : str or collection of str
+        Names of checks of `inspect` whose STOP is overruled; the result says so.
+    progress : function (done, all), optional
+        Called after each trial.
+
+    Returns
+    -------
+    Contributions
+        One `Contribution` a movement.
+
+    Raises
+    ------
+    InputError
+        A robot or an axis of the arm that was not calibrated, another person's arm, another
+        robot's recording, or no axis with a passive model.
+
+    Examples
+    --------
+    A simulated session takes longer than an example may (docs/therapy/index.md has one):
+
+    >>> from armimpedance.joint.therapy.show import contribution
+    >>> session = contribution("session", robot="robot.json", arm="arm.json")  # doctest: +SKIP
+    >>> session.to_frame()[["trial", "share_percent"]]  # doctest: +SKIP
+
+    A file that is not there is named:
+
+    >>> contribution("session", robot="nowhere.json", arm="arm.json")
+    Traceback (most recent call last):
+    armimpedance.core.errors.InputError: nowhere.json: cannot be read: No such file or directory
+    """
+    identified, passive = identified_robot(robot), arm_of(arm)
+    with naming(arm):
+        refuse_other_robot(passive, identified, robot)
+        identified.adjusted_to(passive.upper_arm_m)
+    session = read_recording(recording)
+    with naming(recording):
+        session = of_condition(session, condition)
+        marks = _marks(session, despite)
+    with naming(arm):
+        notes = (*marks, *notes_on_person(passive, session.subject))
+    with naming(recording):
+        check_recording(session, identified)
+        step = stepper(progress, session.n_trials)
+        every = movement_torques(session, identified, passive, step=step)
+    with naming(arm):
+        left_out = axes_without_model((m.axis_name for m in every), passive, unrepeatable)
+    kept = np.array([m.axis_name not in left_out for m in every])
+    movements = tuple(m for m in every if m.axis_name not in left_out)
+    with naming(recording):
+        results = [contribution_of(m, identified, passive, unrepeatable=True) for m in movements]
+    return Contributions(
+        tuple(results), movements, session.select(kept), identified, passive, left_out, notes
+    )
+
+
+def _marks(recording: Recording, despite: str | Collection[str]) -> tuple[str, ...]:
+    """What the checks say of movements of a robot; of others the analysis itself says it better."""
+    return checked(recording, despite) if moves_a_robot(recording) else ()
+
+
+def _trials_of(recording: Recording, condition: str) -> int:
+    return int((recording.trials["condition"].astype(str) == condition).sum())

@@ -1,0 +1,1 @@
+"""The virtual laboratory: the only package that imports the simulator."""

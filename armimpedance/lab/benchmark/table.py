@@ -1,0 +1,135 @@
+"""Scores of many submissions as tables in Markdown: a table a task, a row a method."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Final
+
+from armimpedance.core.errors import InputError
+from armimpedance.lab.benchmark.layout import VERSION, Half
+from armimpedance.lab.benchmark.scores_file import Scores
+from armimpedance.lab.benchmark.scoring import Score
+
+Cell = Callable[[Score], float | None]
+
+
+def _percent(name: str) -> Cell:
+    def cell(score: Score) -> float | None:
+        value = getattr(score, name)
+        return None if value is None else 100 * value
+
+    return cell
+
+
+#: Heading -> what stands below it, one number a group.
+_COLUMNS: Final[Mapping[str, Cell]] = {
+    "bias, %": _percent("bias"),
+    "random, %": _percent("random"),
+    "total, %": _percent("total"),
+    "holds, %": _percent("coverage"),
+    "width, %": _percent("width"),
+    "interval score": lambda s: s.interval_score,
+    "silently wrong, %": _percent("silently_wrong"),
+    # who warns of everything is never silently wrong: it has to be seen
+    "warned, %": _percent("warned"),
+    "unsaid, %": lambda s: 100 * (s.asked - s.answered) / s.asked,
+}
+
+
+def table_text(submissions: Sequence[Scores], lines: Mapping[str, str]) -> str:
+    """All submissions side by side, those with the lowest interval score first.
+
+    Parameters
+    ----------
+    submissions : sequence of Scores
+        Of one benchmark; a task is shown by its sealed half where all that attempted it were
+        scored there, else by its public one.
+    lines : mapping
+        Task -> what it is, in the order of the tables.
+
+    Returns
+    -------
+    str
+        Markdown.
+
+    Raises
+    ------
+    InputError
+        Submissions of different benchmarks, or two of one name.
+    """
+    if len({s.benchmark_sha256 for s in submissions}) > 1:
+        raise InputError("scores of different benchmarks", expected="of one folder")
+    names = [s.name for s in submissions]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(f"two submissions {name!r}", expected="one name each")
+    parts = [
+        f"# Benchmark {VERSION}: scores",
+        f"Of the folder whose `SHA256SUMS` has the SHA-256 `{submissions[0].benchmark_sha256}`. "
+        "Numbers of the groups of a task in their order, in per cent of the quantity's size; "
+        "a dash: nothing was said. See [benchmark.md](benchmark.md).",
+    ]
+    tasks = dict.fromkeys([*lines, *(r.task for s in submissions for r in s.scores)])
+    parts += [
+        _task(task, lines.get(task, ""), submissions)
+        for task in tasks
+        if any(r.task == task for s in submissions for r in s.scores)
+    ]
+    return "\n\n".join(parts) + "\n"
+
+
+def described(score: Score) -> str:
+    """One line on a score, for a terminal.
+
+    Parameters
+    ----------
+    score : Score
+
+    Returns
+    -------
+    str
+    """
+    told = []
+    for heading, cell in _COLUMNS.items():
+        name, _, unit = heading.partition(", ")
+        told.append(f"{name} {_number(cell(score))} {unit}".rstrip())
+    return f"{score.task} {score.half} {score.group}: {', '.join(told)}"
+
+
+def _task(task: str, line: str, submissions: Sequence[Scores]) -> str:
+    attempts = {
+        s.name: [r for r in s.scores if r.task == task]
+        for s in submissions
+        if any(r.task == task for r in s.scores)
+    }
+    sealed = all(any(r.half == "sealed" for r in rows) for rows in attempts.values())
+    half: Half = "sealed" if sealed else "public"
+    shown = {n: [r for r in rows if r.half == half] for n, rows in attempts.items()}
+    shown = dict(sorted(shown.items(), key=lambda item: (_rank(item[1]), item[0])))
+    groups = " / ".join(dict.fromkeys(r.group for rows in shown.values() for r in rows))
+    head = [f"{groups}, {half}", *_COLUMNS, "s"]
+    table = [head, ["---"] * len(head), *([n, *_cells(rows)] for n, rows in shown.items())]
+    text = "\n".join("| " + " | ".join(row) + " |" for row in table)
+    return f"## {task}\n\n{line}\n\n{text}"
+
+
+def _rank(rows: Sequence[Score]) -> float:
+    return math.fsum(r.interval_score for r in rows) / len(rows)
+
+
+def _cells(rows: Sequence[Score]) -> list[str]:
+    cells = []
+    for column in _COLUMNS.values():
+        shown = [_number(column(row)) for row in rows]
+        cells.append("–" if set(shown) == {"–"} else " / ".join(shown))
+    times = [r.time_s for r in rows if r.time_s is not None]
+    return [*cells, _number(max(times) if times else None)]
+
+
+def _number(value: float | None) -> str:
+    if value is None:
+        return "–"
+    if math.isinf(value):
+        return "∞"
+    return f"{value:.0f}" if abs(value) >= 9.95 else f"{value:.2g}"

@@ -1,0 +1,1 @@
+"""What an arm is: segments, joints, paths of muscles, posture from markers."""

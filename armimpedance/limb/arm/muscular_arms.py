@@ -1,0 +1,213 @@
+"""Arms whose muscles are known: four that come with the package, and any lab's table.
+
+What an arm says of maximum tensions matters for one thing only: how static optimisation shares a
+torque among muscles that could all make it. What one joint stiffness says of the muscles' does not
+depend on it, the curvature term aside.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Final, cast
+
+import numpy as np
+
+from armimpedance.core.conventions import MUSCLE_SIGNS, MUSCLES
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import ArmPosture
+from armimpedance.limb.arm.muscle_paths import STIFFNESS_PER_TENSION, MuscularArm
+from armimpedance.limb.arm.path_tables import path_table, with_joints_locked
+from armimpedance.limb.arm.polynomial_paths import PolynomialPaths, constant_paths
+from armimpedance.limb.arm.rods import LOCKED_WRIST
+from armimpedance.limb.arm.table_paths_csv import read_moment_arm_table
+
+#: Shoulder and elbow (m) of the muscles in the order of `core.conventions.MUSCLES`: Selen, Franklin and
+#: Wolpert 2009 (J Neurosci 29:12606-12616, PMC2784227), Table 1, without signs.
+PLANAR6_ARMS_M: Final = (
+    (0.0536, 0.0),
+    (0.0536, 0.0),
+    (0.0, 0.0316),
+    (0.0, 0.0267),
+    (0.0386, 0.0427),
+    (0.0388, 0.0300),
+)
+#: N, all alike, so that moment arms alone decide how a torque is shared: their Table 1 has no
+#: maxima; those that arm26 has of these muscles are 624 to 987 N.
+PLANAR6_TENSION_N: Final = 800.0
+#: Constant arms are an average around the posture of the experiments; 45 degrees to each side of
+#: shoulder 60, elbow 90 degrees those of arm26 change by about a third at the elbow.
+PLANAR6_RANGE_DEG: Final = ((15.0, 105.0), (45.0, 135.0))
+#: Where arm26's polynomials were fitted.
+ARM26_RANGE_DEG: Final = ((0.0, 90.0), (30.0, 120.0))
+#: Where those of myoarm7 were fitted, with the humerus turned inwards by -1 to 1 rad (q_1 + q_3).
+MYOARM_RANGE_RAD: Final = (
+    (-1.5, 0.3),
+    (0.4, 1.6),
+    (-0.5, 1.7),
+    (0.5, 2.1),
+    (-1.0, 1.0),
+    (-0.4, 0.2),
+    (-0.6, 0.6),
+)
+
+
+@dataclass(frozen=True)
+class BuiltInArm:
+    """A name on the command line, what it is, and how to make it."""
+
+    name: str
+    line: str
+    make: Callable[[], MuscularArm]
+
+
+def planar6() -> MuscularArm:
+    """Six muscles of a horizontal planar arm, constant moment arms (Selen et al. 2009)."""
+    return MuscularArm(
+        name="planar6",
+        paths=constant_paths(MUSCLES, np.array(MUSCLE_SIGNS) * np.array(PLANAR6_ARMS_M)),
+        max_tension=np.full(len(MUSCLES), PLANAR6_TENSION_N),
+        stiffness_per_tension=STIFFNESS_PER_TENSION,
+        angle_range=np.deg2rad(PLANAR6_RANGE_DEG),
+        source="Selen et al. 2009, Table 1; maximum tensions assumed",
+    )
+
+
+def arm26() -> MuscularArm:
+    """OpenSim's arm26: six muscles, moment arms of order 2 fitted to the model's lengths.
+
+    The model moves in the sagittal plane (shoulder elevation and elbow flexion, both positive in
+    flexion), and it has no single-joint shoulder muscle: all shoulder torque comes from biceps and
+    triceps, and many torques cannot be made at all. The short head of its biceps extends the
+    shoulder from 10 degrees of elevation on, as the model has it. Stiffness per tension is not part
+    of the model; it is taken from Selen et al. 2009.
+
+    Fitted over shoulder 0-90, elbow 30-120 degrees; rms error in mm at shoulder / elbow: TRIlong
+    1.19 / .34, TRIlat and TRImed 0 / .34, BIClong .24 / .55, BICshort .46 / .55, BRA 0 / .94. No
+    polynomial of order 2 does better than 1.19 mm for TRIlong at the shoulder, which has a kink
+    where it comes off the bone at 60 degrees (order 3: .52 mm).
+
+    Credit: The OpenSim Development Team (Reinbolt, Seth, Habib, Hamner), adapted from Holzbaur,
+    Murray and Delp 2005 (Ann Biomed Eng 33:829-840), CC BY 3.0; the file has all of it.
+    """
+    box = np.deg2rad(ARM26_RANGE_DEG)
+    table = path_table("arm26", ("shoulder", "elbow"), box)
+    return MuscularArm(
+        name="arm26",
+        paths=table.paths,
+        max_tension=table.max_tension,
+        stiffness_per_tension=STIFFNESS_PER_TENSION,
+        angle_range=box,
+        source="OpenSim arm26 (CC BY 3.0, sagittal plane, no single-joint shoulder muscle); "
+        "stiffness per tension after Selen et al. 2009",
+        sagittal=True,
+    )
+
+
+def myoarm7() -> MuscularArm:
+    """MyoSuite's right arm in space with a free wrist: 32 muscles over the seven angles.
+
+    Moment arms are of order 2, fitted to the model's over `MYOARM_RANGE_RAD` with the humerus
+    turned inwards by -1 to 1 rad, 1.5 mm off (rms; the arms themselves 19 mm). Least like the model
+    is TRIlong at the shoulder, 7 mm of 23, where its path comes off the bone. The girdle moves with
+    the upper arm as the model has it; muscles of the fingers are left out, so that a grip stiffens
+    no wrist. Stiffness per tension is not part of the model; it is taken from Selen et al. 2009.
+
+    Credit: myo-sim of the MyoSuite authors (Apache 2.0), geometry after Saul et al. 2015 (Comput
+    Methods Biomech Biomed Engin 18:1445) and Holzbaur et al. 2005; the file has all of it.
+    """
+    radians = np.tile([-1.0, 1.0], (len(MYOARM_RANGE_RAD), 1))
+    table = path_table("myoarm", tuple(f"q_{j}" for j in range(1, 8)), radians)
+    return MuscularArm(
+        name="myoarm7",
+        paths=table.paths,
+        max_tension=table.max_tension,
+        stiffness_per_tension=STIFFNESS_PER_TENSION,
+        angle_range=np.array(MYOARM_RANGE_RAD),
+        source="MyoSuite's arm (Apache 2.0) after Saul et al. 2015, moment arms of order 2; "
+        "stiffness per tension after Selen et al. 2009",
+    )
+
+
+def myoarm4() -> MuscularArm:
+    """The arm of `myoarm7` with its wrist locked at zero angles: 30 muscles, four angles."""
+    whole = myoarm7()
+    paths = with_joints_locked(cast(PolynomialPaths, whole.paths), LOCKED_WRIST)
+    stays = np.isin(whole.paths.muscles, paths.muscles)
+    tension, box = whole.max_tension[stays], whole.angle_range[:LOCKED_WRIST]
+    return replace(whole, name="myoarm4", paths=paths, max_tension=tension, angle_range=box)
+
+
+#: The arms that come with the package.
+ARMS: Final = {
+    arm.name: arm
+    for arm in (
+        BuiltInArm("planar6", "horizontal, six muscles, constant moment arms", planar6),
+        BuiltInArm("arm26", "OpenSim's, sagittal, moment arms of order 2", arm26),
+        BuiltInArm("myoarm4", "MyoSuite's, in space, wrist locked, order 2", myoarm4),
+        BuiltInArm("myoarm7", "MyoSuite's, in space, wrist free, order 2", myoarm7),
+    )
+}
+
+
+def arm_named(name_or_path: MuscularArm | str | Path) -> MuscularArm:
+    """A built-in arm by its name, or the arm of a table of moment arms (CSV).
+
+    Parameters
+    ----------
+    name_or_path : str or path
+        "planar6", "arm26", "myoarm4", "myoarm7", or the path of a table of moment arms. An arm is
+        returned as it is.
+
+    Returns
+    -------
+    MuscularArm
+        The muscles with their moment arms, strength and stiffness.
+
+    Raises
+    ------
+    InputError
+        There is no such arm and no such file, or the table is not what it should be.
+
+    Examples
+    --------
+    >>> from armimpedance.limb.arm import arm_named
+    >>> arm_named("planar6").paths.muscles[:2]
+    ('pectoralis_major', 'infraspinatus')
+    """
+    if isinstance(name_or_path, MuscularArm):
+        return name_or_path
+    if str(name_or_path) in ARMS:
+        return ARMS[str(name_or_path)].make()
+    path = Path(name_or_path)
+    if path.suffix.lower() != ".csv" and not path.is_file():
+        raise InputError(
+            f"no arm {str(name_or_path)!r}", expected=f"{', '.join(ARMS)} or a TABLE.csv"
+        )
+    return read_moment_arm_table(path)
+
+
+def with_muscles(posture: ArmPosture, arm: MuscularArm) -> ArmPosture:
+    """The posture with the arm's moment arms and the curvature of its lengths.
+
+    Parameters
+    ----------
+    posture : ArmPosture
+    arm : MuscularArm
+
+    Returns
+    -------
+    ArmPosture
+
+    Raises
+    ------
+    InputError
+        Another number of joints, or a posture outside of a table.
+    """
+    q = posture.joint_angles
+    return replace(
+        posture,
+        muscle_jacobian=arm.paths.moment_arms(q),
+        muscle_curvature=arm.paths.curvature(q),
+    )

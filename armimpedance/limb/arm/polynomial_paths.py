@@ -1,0 +1,205 @@
+"""Muscle lengths that are polynomials of the joint angles; moment arms are their gradient.
+
+With lengths of order L + 1 the moment arms have order L, Tsuji (1997), eqs. (36)-(37). The source
+lets the two arms of a two-joint muscle be any two polynomials; here both come from one length, so
+that the muscle gives back the energy that it takes up and the curvature belongs to the arms.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import product
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from armimpedance.core.arrays import BoolArray, FloatArray, FrozenRecord, IntArray, frozen_array
+from armimpedance.core.errors import InputError, NotIdentifiableError
+from armimpedance.limb.arm.muscle_paths import check_angles
+
+
+@dataclass(frozen=True)
+class PolynomialPaths(FrozenRecord):
+    """m muscles over n joints, lengths up to a constant.
+
+    Attributes
+    ----------
+    muscles : (m,) tuple of str
+    exponents : (T, n) int
+        Powers of the scaled angles in each of the T terms.
+    coefficients : (m, T)
+        Coefficients of the lengths, m.
+    box : (n, 2)
+        Joint angles (rad) that become -1 and 1.
+    """
+
+    muscles: Annotated[tuple[str, ...], "m"]
+    exponents: Annotated[IntArray, "t n"]
+    coefficients: Annotated[FloatArray, "m t"]
+    box: Annotated[FloatArray, "n 2"]
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if (self.exponents < 0).any():
+            raise InputError("a negative power of an angle", expected="0 or more")
+        if len(set(self.muscles)) != len(self.muscles):
+            raise InputError("two muscles of one name", expected="different names")
+        if not (self.box[:, 1] > self.box[:, 0]).all():
+            raise InputError("an empty range of angles", expected="low < high, rad")
+
+    @property
+    def joints(self) -> int:
+        """Number of joints n."""
+        return self.exponents.shape[1]
+
+    def lengths(self, q: ArrayLike) -> FloatArray:
+        """Lengths (..., m) in m, up to a constant of each muscle."""
+        return self._terms(q, np.zeros(self.joints, dtype=np.int64)) @ self.coefficients.T
+
+    def moment_arms(self, q: ArrayLike) -> FloatArray:
+        """``G = dL/dq``, m, (..., m, n)."""
+        once = np.eye(self.joints, dtype=np.int64)
+        columns = [self._terms(q, orders) @ self.coefficients.T for orders in once]
+        return np.stack(columns, axis=-1)
+
+    def curvature(self, q: ArrayLike) -> FloatArray:
+        """``d2L/dq2``, m, (..., m, n, n)."""
+        once, n = np.eye(self.joints, dtype=np.int64), self.joints
+        elements = [
+            self._terms(q, once[i] + once[j]) @ self.coefficients.T
+            for i, j in product(range(n), repeat=2)
+        ]
+        return np.stack(elements, axis=-1).reshape(*elements[0].shape, n, n)
+
+    def _terms(self, q: ArrayLike, orders: IntArray) -> FloatArray:
+        """Derivatives (..., T) of all terms, `orders` (n,) times by each angle."""
+        return _monomials(check_angles(q, self.joints), self.exponents, self.box, orders)
+
+
+def _monomials(q: FloatArray, exponents: IntArray, box: FloatArray, orders: IntArray) -> FloatArray:
+    half = (box[:, 1] - box[:, 0]) / 2
+    u = (q - box.mean(axis=1)) / half
+    value = np.ones((*q.shape[:-1], len(exponents)))
+    for j, order in enumerate(orders):
+        powers = exponents[:, j]
+        value = value * u[..., j, None] ** np.maximum(powers - order, 0)
+        # d^r/dq^r u^e = e (e - 1) ... (e - r + 1) u^(e - r) / half^r
+        for r in range(order):
+            value = value * (powers - r) / half[j]
+    return value
+
+
+def constant_paths(muscles: tuple[str, ...], G: ArrayLike) -> PolynomialPaths:
+    """Paths whose moment arms G (m, n) in m are the same at all postures: lengths are linear."""
+    arms = frozen_array(G, "G", (len(muscles), None))
+    n = arms.shape[1]
+    # over the box -1..1 rad the scaled angles are the angles
+    return PolynomialPaths(muscles, np.eye(n, dtype=np.int64), arms, np.tile([-1.0, 1.0], (n, 1)))
+
+
+@dataclass(frozen=True)
+class FittedPaths(FrozenRecord):
+    """Polynomial paths and how far their moment arms are from the samples.
+
+    Attributes
+    ----------
+    paths : PolynomialPaths
+    rms : (m, n)
+        Root mean square difference of each muscle's arm at each joint, m.
+    """
+
+    paths: PolynomialPaths
+    rms: Annotated[FloatArray, "m n"]
+
+
+def fit_paths(
+    muscles: tuple[str, ...],
+    q: ArrayLike,
+    G: ArrayLike,
+    order: int,
+    spans: ArrayLike,
+    *,
+    box: ArrayLike | None = None,
+) -> FittedPaths:
+    """Lengths whose moment arms are nearest to sampled ones, least squares over all joints.
+
+    Parameters
+    ----------
+    muscles : (m,) tuple of str
+    q : (P, n)
+        Postures, rad.
+    G : (P, m, n)
+        Moment arms dL/dq there, m.
+    order : int
+        Order of the moment arms; that of the lengths is one more.
+    spans : (m, n) bool
+        True for the joints that a muscle's length depends on.
+    box : (n, 2), optional
+        Angles (rad) that are scaled to [-1, 1]; default: the range of `q`.
+
+    Returns
+    -------
+    FittedPaths
+
+    Raises
+    ------
+    NotIdentifiableError
+        The postures do not determine all coefficients of a muscle.
+    """
+    if order < 0:
+        raise InputError(f"moment arms of order {order}", expected="0 or more")
+    postures: FloatArray = frozen_array(q, "q", (None, None))
+    P, n = postures.shape
+    sampled: FloatArray = frozen_array(G, "G", (P, len(muscles), n))
+    spanned: BoolArray = frozen_array(spans, "spans", (len(muscles), n), np.bool_)
+    scaled = _range(postures) if box is None else frozen_array(box, "box", (n, 2))
+    exponents = monomial_exponents(n, order + 1)
+    once = np.eye(n, dtype=np.int64)
+    # G (P, n) of a muscle = W (P, n, T) c (T,): the gradient of each term
+    W = np.stack([_monomials(postures, exponents, scaled, orders) for orders in once], axis=1)
+    coefficients = np.zeros((len(muscles), len(exponents)))
+    for i, name in enumerate(muscles):
+        used = ~exponents[:, ~spanned[i]].any(axis=1)
+        if used.any():
+            coefficients[i, used] = _solve(name, W[:, :, used], sampled[:, i], spanned[i])
+    paths = PolynomialPaths(muscles, exponents, coefficients, scaled)
+    rms = np.sqrt(np.mean((paths.moment_arms(postures) - sampled) ** 2, axis=0))
+    return FittedPaths(paths, rms)
+
+
+def monomial_exponents(n: int, degree: int) -> IntArray:
+    """Powers (T, n) of all monomials of n angles with total degree 1 to `degree`.
+
+    Parameters
+    ----------
+    n : int
+        Number of angles.
+    degree : int
+        Highest total degree.
+
+    Returns
+    -------
+    (T, n) int
+    """
+    every = [e for e in product(range(degree + 1), repeat=n) if 0 < sum(e) <= degree]
+    return np.array(sorted(every, key=lambda e: (sum(e), e)), dtype=np.int64)
+
+
+def _range(q: FloatArray) -> FloatArray:
+    low, high = q.min(axis=0), q.max(axis=0)
+    still = high - low < 1e-9
+    return np.stack([np.where(still, low - 1, low), np.where(still, high + 1, high)], axis=1)
+
+
+def _solve(name: str, W: FloatArray, G: FloatArray, spanned: BoolArray) -> FloatArray:
+    """Least squares ``W (P n, T) c (T,) = G (P n,)`` over the joints that the muscle spans."""
+    rows = W[:, spanned].reshape(-1, W.shape[-1])
+    coefficients, _, rank, _ = np.linalg.lstsq(rows, G[:, spanned].ravel(), rcond=1e-10)
+    if rank < rows.shape[1]:
+        raise NotIdentifiableError(
+            f"muscle {name}: {len(W)} postures determine {rank} of {rows.shape[1]} coefficients of "
+            "its length; take a lower order or more postures, off one line",
+            (name,),
+        )
+    return np.asarray(coefficients)

@@ -1,0 +1,293 @@
+"""Model skeletons of a person: the trunk and arm of an elbow examination, and the whole body.
+
+Elbow: masses and lengths as in `anthropometry` (Winter). Trunk, head and neck together: Winter,
+Table 4.1 (.578 of the mass, centre at .66 of the way from the greater trochanter to the shoulder,
+radius of gyration .503 of it); heights of shoulder and hip and breadths: Winter, Fig. 4.1 (.818,
+.530; .259, .191 of the height). Winter gives no radius about a segment's long axis: de Leva's.
+
+Body: P. de Leva, Adjustments to Zatsiorsky-Seluyanov's segment inertia parameters, J Biomech 29
+(1996) 1223-1230, Table 4, men. The pelvis is the lower part of the trunk (mid-hip to omphalion),
+the thorax its middle and upper parts (omphalion to xiphoid to cervicale), the head's joint lies at
+the cervicale. The table has no breadths: .22 of the height between the shoulders' centres and .10
+between the hips', .039 from the ankle to the sole, which is rounded from Winter's Fig. 4.1, moved
+inwards from the skin.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import InputError
+from armimpedance.core.skeleton import Hinge, Segment, Skeleton
+from armimpedance.limb.arm.anthropometry import DE_LEVA, WINTER, SegmentRatios, two_link_arm
+from armimpedance.limb.arm.marker_sites import SIDES, body_sites, elbow_sites
+
+#: Winter: trunk, head and neck; length from hip to shoulder.
+_TRUNK: Final = SegmentRatios(0.578, 0.818 - 0.530, 0.66, 0.503)
+_SHOULDER_BREADTH: Final = 0.259
+_HIP_BREADTH: Final = 0.191
+
+_MEAN_HEIGHT_MM: Final = 1741.0
+
+
+def _row(
+    mass: float, length_mm: float, com: float, sagittal: float, transverse: float, long: float
+) -> SegmentRatios:
+    return SegmentRatios(mass, length_mm / _MEAN_HEIGHT_MM, com, transverse, sagittal, long)
+
+
+#: de Leva, men; centres from the upper or proximal end, the foot's from the heel.
+BODY: Final = {
+    "head": _row(0.0694, 242.9, 0.5002, 0.303, 0.315, 0.261),
+    "upper_trunk": _row(0.1596, 242.1, 0.5066, 0.505, 0.320, 0.465),
+    "middle_trunk": _row(0.1633, 215.5, 0.4502, 0.482, 0.383, 0.468),
+    "lower_trunk": _row(0.1117, 145.7, 0.6115, 0.615, 0.551, 0.587),
+    "upper_arm": DE_LEVA["male"].upper_arm,
+    "forearm": DE_LEVA["male"].forearm,
+    "hand": DE_LEVA["male"].hand,
+    "thigh": _row(0.1416, 422.2, 0.4095, 0.329, 0.329, 0.149),
+    "shank": _row(0.0433, 434.0, 0.4459, 0.255, 0.249, 0.103),
+    "foot": _row(0.0137, 258.1, 0.4415, 0.257, 0.245, 0.124),
+}
+#: Mid-hip to mid-shoulder in the table.
+_SHOULDER_HEIGHT: Final = 515.5 / _MEAN_HEIGHT_MM
+_SHOULDER_HALF: Final = 0.110
+_HIP_HALF: Final = 0.050
+_ANKLE_HEIGHT: Final = 0.039
+_HEEL_BEHIND: Final = 0.034
+
+_FLEXION: Final = (0.0, -1.0, 0.0)
+# Axes on the right; on the left x and z turn, so that a name means the same on both sides.
+_BALL: Final = (
+    ("flexion", _FLEXION),
+    ("abduction", (-1.0, 0.0, 0.0)),
+    ("rotation", (0.0, 0.0, 1.0)),
+)
+_COLUMN: Final = (
+    ("flexion", (0.0, 1.0, 0.0)),
+    ("bend_right", (1.0, 0.0, 0.0)),
+    ("twist_left", (0.0, 0.0, 1.0)),
+)
+_JOINTS: Final = {
+    "trunk": _COLUMN,
+    "neck": _COLUMN,
+    "shoulder": _BALL,
+    "elbow": (("flexion", _FLEXION),),
+    "wrist": (("radial", _FLEXION), ("flexion", (1.0, 0.0, 0.0))),
+    "hip": _BALL,
+    "knee": (("flexion", (0.0, 1.0, 0.0)),),
+    "ankle": (("dorsiflexion", _FLEXION), ("inversion", (1.0, 0.0, 0.0))),
+}
+_LIMBS: Final = (
+    ("thorax", (("upper_arm", "shoulder"), ("forearm", "elbow"), ("hand", "wrist"))),
+    ("pelvis", (("thigh", "hip"), ("shank", "knee"), ("foot", "ankle"))),
+)
+
+
+def elbow_skeleton(
+    mass_kg: float,
+    height_m: float,
+    *,
+    upper_arm_m: float | None = None,
+    forearm_hand_m: float | None = None,
+) -> Skeleton:
+    """Trunk (floating), right upper arm, right forearm with hand, and the source's eight markers.
+
+    Three hinges in the shoulder, one in the elbow. The root is between the hips. Markers: Venture's
+    Fig. 3 (`acromion_right, acromion_left, upper_arm, epicondyle, forearm, hand, iliac_right,
+    iliac_left`).
+
+    Parameters
+    ----------
+    mass_kg, height_m : float
+    upper_arm_m, forearm_hand_m : float, optional
+        Measured lengths: shoulder to elbow, elbow to the grip's centre.
+
+    Returns
+    -------
+    Skeleton
+
+    Raises
+    ------
+    InputError
+        A number that no body has.
+    """
+    _check_person(mass_kg, height_m)
+    arm = two_link_arm(mass_kg, height_m, upper_arm_m=upper_arm_m, forearm_hand_m=forearm_hand_m)
+    long = DE_LEVA["male"]
+    wrist = arm.forearm_hand_m * WINTER.forearm.length / WINTER.forearm_hand_length
+    segments = (
+        _elbow_trunk(mass_kg, height_m),
+        Segment(
+            "right_upper_arm",
+            "trunk",
+            height_m * np.array([0.0, -_SHOULDER_BREADTH / 2.0, _TRUNK.length]),
+            _hinges("right_shoulder", _BALL, 1.0),
+            arm.upper_arm_kg,
+            np.array([0.0, 0.0, -arm.upper_arm_com_m]),
+            _rod(
+                arm.upper_arm_inertia_kgm2,
+                arm.upper_arm_kg * (_long(long.upper_arm) * arm.upper_arm_m) ** 2,
+            ),
+        ),
+        Segment(
+            "right_forearm",
+            "right_upper_arm",
+            np.array([0.0, 0.0, -arm.upper_arm_m]),
+            _hinges("right_elbow", _JOINTS["elbow"], 1.0),
+            arm.forearm_hand_kg,
+            np.array([0.0, 0.0, -arm.forearm_hand_com_m]),
+            _rod(
+                arm.forearm_hand_inertia_kgm2,
+                arm.forearm_hand_kg * (_long(long.forearm) * wrist) ** 2,
+            ),
+        ),
+    )
+    sites = elbow_sites(
+        hip_half_m=_HIP_BREADTH * height_m / 2.0,
+        shoulder_half_m=_SHOULDER_BREADTH * height_m / 2.0,
+        shoulder_m=_TRUNK.length * height_m,
+        upper_arm_m=arm.upper_arm_m,
+        wrist_m=wrist,
+        grip_m=arm.forearm_hand_m,
+    )
+    return Skeleton(segments, sites)
+
+
+def body_skeleton(mass_kg: float, height_m: float) -> Skeleton:
+    """15 segments, 36 coordinates and 35 markers; the root is the pelvis, between the hips.
+
+    Six coordinates of the root, three hinges in waist, neck, shoulders and hips, two in wrists and
+    ankles, one in elbows and knees.
+
+    Parameters
+    ----------
+    mass_kg, height_m : float
+
+    Returns
+    -------
+    Skeleton
+
+    Raises
+    ------
+    InputError
+        A number that no body has.
+    """
+    _check_person(mass_kg, height_m)
+    segments = [*_column(mass_kg, height_m)]
+    for root, limb in _LIMBS:
+        for side, sign in SIDES.items():
+            parent = root
+            for name, joint in limb:
+                hinges = _hinges(f"{side}_{joint}", _JOINTS[joint], -sign)
+                place = height_m * _joint_place(name) * np.array([1.0, sign, 1.0])
+                body = _limb_body(name, mass_kg, height_m)
+                segments.append(Segment(f"{side}_{name}", parent, place, hinges, *body))
+                parent = f"{side}_{name}"
+    return Skeleton(tuple(segments), body_sites(height_m))
+
+
+def _check_person(mass_kg: float, height_m: float) -> None:
+    for what, value, most in (("body mass in kg", mass_kg, 400.0), ("height in m", height_m, 3.0)):
+        if not (np.isfinite(value) and 0 < value <= most):
+            raise InputError(f"{what} is {value}", expected=f"more than 0 and at most {most:g}")
+
+
+_Body = tuple[float, FloatArray, FloatArray]
+
+
+def _hinges(
+    joint: str, axes: tuple[tuple[str, tuple[float, float, float]], ...], side: float
+) -> tuple[Hinge, ...]:
+    mirror = np.array([side, 1.0, side])
+    return tuple(Hinge(f"{joint}_{name}", mirror * np.array(axis)) for name, axis in axes)
+
+
+def _long(row: SegmentRatios) -> float:
+    return float(row.gyration_long or 0.0)
+
+
+def _rod(across: float, along: float) -> FloatArray:
+    return np.diag([across, across, along])
+
+
+def _elbow_trunk(mass_kg: float, height_m: float) -> Segment:
+    """The trunk, as wide as the hips about its long axis; its depth is not known."""
+    mass, length = mass_kg * _TRUNK.mass, height_m * _TRUNK.length
+    across = mass * (_TRUNK.gyration * length) ** 2
+    along = mass * (_HIP_BREADTH * height_m / 2.0) ** 2 / 2.0
+    centre = np.array([0.0, 0.0, _TRUNK.com * length])
+    return Segment("trunk", None, np.zeros(3), (), mass, centre, _rod(across, along))
+
+
+def _column(mass_kg: float, height_m: float) -> tuple[Segment, Segment, Segment]:
+    """Pelvis, thorax and head; their tables' centres count from above."""
+    lower, middle, upper = BODY["lower_trunk"], BODY["middle_trunk"], BODY["upper_trunk"]
+    waist = np.array([0.0, 0.0, lower.length * height_m])
+    neck = np.array([0.0, 0.0, (middle.length + upper.length) * height_m])
+    thorax = _merged(
+        _upwards(middle, mass_kg, height_m, 0.0),
+        _upwards(upper, mass_kg, height_m, middle.length * height_m),
+    )
+    trunk_hinges, neck_hinges = (_hinges(n, _JOINTS[n], 1.0) for n in ("trunk", "neck"))
+    pelvis = _upwards(lower, mass_kg, height_m, 0.0)
+    head = _upwards(BODY["head"], mass_kg, height_m, 0.0)
+    return (
+        Segment("pelvis", None, np.zeros(3), (), *pelvis),
+        Segment("thorax", "pelvis", waist, trunk_hinges, *thorax),
+        Segment("head", "thorax", neck, neck_hinges, *head),
+    )
+
+
+def _upwards(row: SegmentRatios, mass_kg: float, height_m: float, base_m: float) -> _Body:
+    """A part of the trunk that stands on `base_m`."""
+    length = row.length * height_m
+    centre = np.array([0.0, 0.0, base_m + (1.0 - row.com) * length])
+    return row.mass * mass_kg, centre, _inertia(row, mass_kg, length)
+
+
+def _inertia(row: SegmentRatios, mass_kg: float, length_m: float) -> FloatArray:
+    """About the centre of mass: sagittal axis x, transverse y, longitudinal z."""
+    radii = np.array([row.gyration_sagittal or 0.0, row.gyration, _long(row)]) * length_m
+    return np.diag(row.mass * mass_kg * radii**2)
+
+
+def _merged(one: _Body, other: _Body) -> _Body:
+    """Two bodies that move as one."""
+    mass = one[0] + other[0]
+    centre = (one[0] * one[1] + other[0] * other[1]) / mass
+    inertia = np.zeros((3, 3))
+    for m, c, own in (one, other):
+        d = c - centre
+        # parallel axes: I = I_own + m (d.d 1 - d d^T)
+        inertia += own + m * (d @ d * np.eye(3) - np.outer(d, d))
+    return mass, centre, inertia
+
+
+def _limb_body(name: str, mass_kg: float, height_m: float) -> _Body:
+    row = BODY[name]
+    length = row.length * height_m
+    mass, inertia = row.mass * mass_kg, _inertia(row, mass_kg, length)
+    if name == "hand":
+        # it hangs with the palm to the thigh: its sagittal axis (through the palm) points sideways
+        inertia = np.diag(np.diag(inertia)[[1, 0, 2]])
+    if name == "foot":
+        # its length lies forward, from the heel
+        inertia = np.diag(np.diag(inertia)[[2, 1, 0]])
+        forward = row.com * length - _HEEL_BEHIND * height_m
+        return mass, np.array([forward, 0.0, -_ANKLE_HEIGHT * height_m / 2.0]), inertia
+    return mass, np.array([0.0, 0.0, -row.com * length]), inertia
+
+
+def _joint_place(name: str) -> FloatArray:
+    """Joint centre in the parent's frame, fractions of the height; y counts outwards."""
+    if name == "upper_arm":
+        waist = BODY["lower_trunk"].length
+        return np.array([0.0, _SHOULDER_HALF, _SHOULDER_HEIGHT - waist])
+    if name == "thigh":
+        return np.array([0.0, _HIP_HALF, 0.0])
+    parent = {"forearm": "upper_arm", "hand": "forearm", "shank": "thigh", "foot": "shank"}[name]
+    return np.array([0.0, 0.0, -BODY[parent].length])

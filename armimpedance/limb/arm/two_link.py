@@ -1,0 +1,204 @@
+"""The planar two-link arm in closed form: shoulder, elbow, hand.
+
+Angles counter-clockwise from +x, the elbow relative to the upper arm. With X the hand seen from
+the shoulder and u2 the hand seen from the elbow, every derivative of the hand's position is one
+of these two vectors, turned by a quarter per derivative.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import ArmPosture
+
+#: A hand this much (relative to the reach) outside of the workspace is rounding, not out of reach.
+_REACH_ROUNDING = 1e-9
+
+
+def _direction(angle: FloatArray) -> FloatArray:
+    return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+
+
+def _quarter_turn(vector: FloatArray) -> FloatArray:
+    return np.stack([-vector[..., 1], vector[..., 0]], axis=-1)
+
+
+def _wrapped(angle: FloatArray) -> FloatArray:
+    return np.pi - np.mod(np.pi - angle, 2 * np.pi)
+
+
+@dataclass(frozen=True)
+class TwoLinkArm:
+    """Upper arm and forearm with hand, moving in a plane.
+
+    Parameters
+    ----------
+    upper_arm_m, forearm_hand_m : float
+        Shoulder to elbow and elbow to hand (l1 and l2 of Tsuji 1997, eq. (32); the sentence
+        below that equation swaps their names).
+    upper_arm_kg, forearm_hand_kg : float
+    upper_arm_com_m, forearm_hand_com_m : float
+        Centre of mass from the proximal joint, on the link's axis.
+    upper_arm_inertia_kgm2, forearm_hand_inertia_kgm2 : float
+        About each link's centre of mass, axis normal to the plane.
+    gravity_m_s2 : (float, float)
+        In-plane gravity; zero for a horizontal plane.
+
+    Raises
+    ------
+    InputError
+        A length, mass or inertia is not a positive finite number.
+    """
+
+    upper_arm_m: float
+    forearm_hand_m: float
+    upper_arm_kg: float
+    forearm_hand_kg: float
+    upper_arm_com_m: float
+    forearm_hand_com_m: float
+    upper_arm_inertia_kgm2: float
+    forearm_hand_inertia_kgm2: float
+    gravity_m_s2: tuple[float, float] = (0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        for item in fields(self):
+            value = getattr(self, item.name)
+            if item.name != "gravity_m_s2" and not (np.isfinite(value) and value > 0):
+                raise InputError(f"two-link arm: {item.name} is {value}", expected="more than 0")
+        if np.shape(self.gravity_m_s2) != (2,) or not np.isfinite(self.gravity_m_s2).all():
+            raise InputError(f"two-link arm: gravity {self.gravity_m_s2}", expected="two numbers")
+
+    @property
+    def joints(self) -> int:
+        """Number of joints."""
+        return 2
+
+    @property
+    def axes(self) -> int:
+        """Number of hand axes."""
+        return 2
+
+    def elbow_position(self, q: ArrayLike) -> FloatArray:
+        """Elbow from the shoulder, m, (..., 2)."""
+        return self.upper_arm_m * _direction(_angles(q)[..., 0])
+
+    def _forearm(self, q: ArrayLike) -> FloatArray:
+        """Hand from the elbow, m, (..., 2)."""
+        return self.forearm_hand_m * _direction(_angles(q).sum(axis=-1))
+
+    def hand_position(self, q: ArrayLike) -> FloatArray:
+        """Hand from the shoulder, m, (..., 2)."""
+        return self.elbow_position(q) + self._forearm(q)
+
+    def jacobian(self, q: ArrayLike) -> FloatArray:
+        """``J = dp/dq``, (..., 2, 2), m/rad; Tsuji (1997), eq. (32)."""
+        columns = [_quarter_turn(self.hand_position(q)), _quarter_turn(self._forearm(q))]
+        return np.stack(columns, axis=-1)
+
+    def jacobian_derivative(self, q: ArrayLike) -> FloatArray:
+        """``[k, i, j] = d2 p_k / dq_i dq_j``, (..., 2, 2, 2), m/rad^2."""
+        X, u2 = self.hand_position(q), self._forearm(q)
+        # d2p/dq1^2 = -X (2,); every derivative that involves the elbow is -u2 (2,)
+        rows = [np.stack([-X, -u2], axis=-1), np.stack([-u2, -u2], axis=-1)]
+        return np.stack(rows, axis=-2)
+
+    def jacobian_rate(self, q: ArrayLike, qd: ArrayLike) -> FloatArray:
+        """``dJ/dt`` at joint velocity `qd` (rad/s), (..., 2, 2)."""
+        # Jdot (d, n) = sum_j d2p/dq_i dq_j (d, n, n) qd_j (n,)
+        return np.einsum("...kij,...j->...ki", self.jacobian_derivative(q), _angles(qd))
+
+    def inertia(self, q: ArrayLike) -> FloatArray:
+        """Joint-space inertia M(q), kg m^2, (..., 2, 2); M of Tsuji (1997), eq. (14)."""
+        cosine = np.cos(_angles(q)[..., 1])
+        coupling = self._coupling * cosine
+        elbow = self.forearm_hand_inertia_kgm2 + self.forearm_hand_kg * self.forearm_hand_com_m**2
+        upper = self.upper_arm_inertia_kgm2 + self.upper_arm_kg * self.upper_arm_com_m**2
+        shoulder = upper + elbow + self.forearm_hand_kg * self.upper_arm_m**2
+        M = np.empty((*cosine.shape, 2, 2))
+        M[..., 0, 0] = shoulder + 2 * coupling
+        M[..., 0, 1] = M[..., 1, 0] = elbow + coupling
+        M[..., 1, 1] = elbow
+        return M
+
+    def bias(self, q: ArrayLike, qd: ArrayLike) -> FloatArray:
+        """Coriolis and centrifugal torque h(q, qd), N m, (..., 2); h of Tsuji (1997), eq. (14)."""
+        slope = self._coupling * np.sin(_angles(q)[..., 1])
+        shoulder, elbow = np.moveaxis(_angles(qd), -1, 0)
+        return np.stack([-slope * elbow * (2 * shoulder + elbow), slope * shoulder**2], axis=-1)
+
+    def gravity(self, q: ArrayLike) -> FloatArray:
+        """Gravity torque g(q) of the in-plane `gravity_m_s2`, N m, (..., 2)."""
+        whole, lower = self._mass_moments(q)
+        # g = -d/dq sum_i m_i gravity . p_i, and dp/dq is a quarter turn of the mass moment
+        moments = np.stack([_quarter_turn(whole), _quarter_turn(lower)], axis=-2)
+        return -moments @ np.asarray(self.gravity_m_s2, dtype=float)
+
+    def gravity_gradient(self, q: ArrayLike) -> FloatArray:
+        """``[i, j] = dg_i / dq_j`` of the in-plane `gravity_m_s2`, N m/rad, (..., 2, 2)."""
+        whole, lower = self._mass_moments(q)
+        # two quarter turns turn a mass moment round; every derivative by the elbow is the forearm's
+        rows = [np.stack([whole, lower], axis=-2), np.stack([lower, lower], axis=-2)]
+        return np.stack(rows, axis=-3) @ np.asarray(self.gravity_m_s2, dtype=float)
+
+    def joint_angles(self, position: ArrayLike) -> FloatArray:
+        """Inverse kinematics: hand (..., 2) m -> joint angles (..., 2) rad, elbow in [0, pi].
+
+        Raises
+        ------
+        InputError
+            A hand position is out of reach.
+        """
+        X = _angles(position)
+        l1, l2 = self.upper_arm_m, self.forearm_hand_m
+        distance = np.hypot(X[..., 0], X[..., 1])
+        slack = _REACH_ROUNDING * (l1 + l2)
+        outside = (distance > l1 + l2 + slack) | (distance < abs(l1 - l2) - slack)
+        if np.any(outside):
+            reach = f"{abs(l1 - l2):.3f} to {l1 + l2:.3f} m from the shoulder"
+            first = distance[outside].flat[0]
+            raise InputError(f"hand out of reach: {first:.3f} m from the shoulder", expected=reach)
+        cosine = np.clip((distance**2 - l1**2 - l2**2) / (2 * l1 * l2), -1, 1)
+        sine = np.sqrt(1 - cosine**2)
+        shoulder = np.arctan2(X[..., 1], X[..., 0]) - np.arctan2(l2 * sine, l1 + l2 * cosine)
+        return np.stack([_wrapped(shoulder), np.arctan2(sine, cosine)], axis=-1)
+
+    def posture(self, q: ArrayLike) -> ArmPosture:
+        """Everything at one posture, `q` (2,) rad."""
+        q = _angles(q)
+        return ArmPosture(
+            joint_angles=q,
+            hand_position=self.hand_position(q),
+            jacobian=self.jacobian(q),
+            jacobian_derivative=self.jacobian_derivative(q),
+            inertia=self.inertia(q),
+            gravity_torque=self.gravity(q),
+            gravity_gradient=self.gravity_gradient(q),
+        )
+
+    def _mass_moments(self, q: ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """``sum m p`` of both links seen from the shoulder, and of the forearm from the elbow."""
+        lower = self.forearm_hand_kg * self.forearm_hand_com_m / self.forearm_hand_m
+        forearm = lower * self._forearm(q)
+        upper = self.upper_arm_kg * self.upper_arm_com_m / self.upper_arm_m + self.forearm_hand_kg
+        return upper * self.elbow_position(q) + forearm, forearm
+
+    @property
+    def _coupling(self) -> float:
+        """``m2 l1 r2``, what the elbow angle modulates in M (kg m^2)."""
+        return self.forearm_hand_kg * self.upper_arm_m * self.forearm_hand_com_m
+
+
+def _angles(values: ArrayLike) -> FloatArray:
+    array = np.asarray(values, dtype=float)
+    if array.ndim == 0 or array.shape[-1] != 2:
+        raise InputError(
+            f"two-link arm: shape {array.shape}", expected="two values on the last axis"
+        )
+    if not np.isfinite(array).all():
+        raise InputError("two-link arm: a value is not finite", expected="finite numbers")
+    return array

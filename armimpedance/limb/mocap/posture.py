@@ -1,0 +1,244 @@
+"""Postures that bring a skeleton's markers onto where they were seen, by least squares.
+
+Where the markers say nothing about a direction of the coordinates, a natural posture does. A plain
+pull towards it (Tikhonov) would bias what the markers do say, by ``(w / s)^2`` of the distance from
+the natural posture, s being how far a direction moves the markers. The pull is therefore iterated
+(iterated Tikhonov regularisation, King and Chillingworth 1979; Engl, Hanke and Neubauer 1996,
+section 5.1): with `PASSES` passes the bias is ``(w^2 / (s^2 + w^2))^PASSES``, nothing for a
+direction that moves markers by a few times w, and the natural posture still holds for s << w.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from typing import Final
+
+import numpy as np
+
+from armimpedance.core.arrays import BoolArray, FloatArray, IntArray
+from armimpedance.limb.mocap.kinematics import MarkerTree, marker_jacobian, marker_places
+
+Progress = Callable[[int, int], None]
+
+#: w: a direction that moves the markers by less than this is left to the natural posture, m/rad.
+PULL_M: Final = 3e-3
+PASSES: Final = 6
+
+_DESCENT_STEPS: Final = 60
+_COARSE: Final = 1e-5
+_POLISH_STEPS: Final = 30
+#: A frame is solved when its coordinates move by less than this (rad, m).
+_FINE: Final = 1e-9
+#: ... and good enough where rounding keeps it from getting there.
+_GOOD: Final = 1e-6
+#: The largest turn in one step, rad: beyond it a linear model of a joint says little.
+_LONGEST_STEP: Final = 0.5
+
+#: Numbers of a block's Jacobian: 2 million are 16 MB.
+_BLOCK_SIZE: Final = 2_000_000
+
+
+@dataclass(frozen=True)
+class Postures:
+    """Coordinates of every frame.
+
+    Attributes
+    ----------
+    q : (N, n)
+    cost : (N,)
+        Sum of the squared distances of the seen markers, m^2.
+    free : (N, n)
+        Share of each coordinate that the natural posture determines, 0 (markers alone) to 1.
+    steps : (N,) int
+    settled : (N,) bool
+        False: the plain pull's minimum stands, biased by up to ``(w / s)^2``.
+    converged : (N,) bool
+        False: the search came to no end at all.
+    """
+
+    q: FloatArray
+    cost: FloatArray
+    free: FloatArray
+    steps: IntArray
+    settled: BoolArray
+    converged: BoolArray
+
+
+def fit_postures(
+    tree: MarkerTree,
+    targets: FloatArray,
+    start: FloatArray,
+    natural: FloatArray,
+    *,
+    pull_m: float = PULL_M,
+    progress: Progress | None = None,
+) -> Postures:
+    """The least-squares posture of every frame.
+
+    Parameters
+    ----------
+    tree : MarkerTree
+    targets : (N, P, 3)
+        Where the markers were seen; NaN where they were not.
+    start, natural : (N, n)
+        Where the search starts, and what holds where the markers leave freedom.
+    pull_m : float
+        w: what moves the markers by less than this is left to the natural posture, m/rad.
+    progress : function, optional
+        Called with how many frames are done, of how many.
+    """
+    n, rows = start.shape[1], targets.shape[1] * 3
+    block = max(1, _BLOCK_SIZE // max(1, rows * n))
+    parts = []
+    for i in range(0, len(start), block):
+        here = slice(i, i + block)
+        parts.append(_Search(tree, targets[here], natural[here], pull_m).run(start[here]))
+        if progress is not None:
+            progress(min(i + block, len(start)), len(start))
+    if len(parts) == 1:
+        return parts[0]
+    return Postures(
+        **{f.name: np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(Postures)}
+    )
+
+
+@dataclass(frozen=True)
+class _Search:
+    """The search of a block of frames."""
+
+    tree: MarkerTree
+    targets: FloatArray
+    natural: FloatArray
+    pull_m: float
+
+    def run(self, start: FloatArray) -> Postures:
+        q, steps, converged = self._descend(start)
+        return self._polish(q, steps, converged)
+
+    def _descend(self, start: FloatArray) -> tuple[FloatArray, IntArray, BoolArray]:
+        """Levenberg and Marquardt on ``|r|^2 + w^2 |q - natural|^2``, each frame damped on its own.
+
+        The sum never rises, whatever the start.
+        """
+        q, steps = start.copy(), np.zeros(len(start), np.int64)
+        w2, identity = self.pull_m**2, np.eye(q.shape[1])
+        now = self._plain_pull(np.arange(len(q)), q)
+        active = np.arange(len(q))
+        damping = np.full(len(q), 1e-3)
+        for _ in range(_DESCENT_STEPS):
+            if not len(active):
+                break
+            # (J^T J + (w^2 + mu) 1) (n, n) dq (n,) = J^T r + w^2 (natural - q)
+            A = now.JtJ[active] + (w2 + damping[active])[:, None, None] * identity
+            dq = np.asarray(np.linalg.solve(A, now.g[active][..., None])[..., 0], np.float64)
+            dq = _shortened(dq)
+            there = self._plain_pull(active, q[active] + dq)
+            better = there.cost <= now.cost[active]
+            moved = active[better]
+            q[moved] += dq[better]
+            now.cost[moved], now.JtJ[moved], now.g[moved] = (
+                values[better] for values in (there.cost, there.JtJ, there.g)
+            )
+            steps[active] += 1
+            factor = np.where(better, 0.1, 10.0)
+            damping[active] = np.clip(damping[active] * factor, 1e-12, 1e6)
+            active = active[np.abs(dq).max(axis=1) > _COARSE]
+        converged = np.ones(len(q), bool)
+        converged[active] = False
+        return q, steps, converged
+
+    def _plain_pull(self, rows: IntArray, q: FloatArray) -> _Normal:
+        """The sum of some frames at q, and its normal equations."""
+        away = self.natural[rows] - q
+        w2 = self.pull_m**2
+        at = normal_equations(self.tree, q, self.targets[rows])
+        return _Normal(at.cost + w2 * (away * away).sum(axis=1), at.JtJ, at.g + w2 * away)
+
+    def _polish(self, start: FloatArray, steps: IntArray, converged: BoolArray) -> Postures:
+        """Newton's steps on the iterated pull, from a point so near that they need no guard.
+
+        Where they do not settle (markers that barely determine a direction, far from where they
+        should be), the start, the plain pull's minimum, is kept.
+        """
+        q, steps = start.copy(), steps.copy()
+        free = np.zeros_like(q)
+        last = np.full(len(q), np.inf)
+        active = np.arange(len(q))
+        for _ in range(_POLISH_STEPS):
+            if not len(active):
+                break
+            at = normal_equations(self.tree, q[active], self.targets[active])
+            away = self.natural[active] - q[active]
+            dq, free[active] = iterated_pull(at.JtJ, at.g, away, self.pull_m)
+            dq = _shortened(dq)
+            q[active] += dq
+            last[active] = np.abs(dq).max(axis=1)
+            steps[active] += 1
+            active = active[last[active] > _FINE]
+        cost, before = (_cost(self.tree, at, self.targets) for at in (q, start))
+        settled = (last < _GOOD) & (cost <= before * (1.0 + 1e-6) + 1e-12)
+        q[~settled], cost[~settled] = start[~settled], before[~settled]
+        return Postures(q, cost, free, steps, settled, converged)
+
+
+@dataclass(frozen=True)
+class _Normal:
+    """A sum of squares (N,) and its normal equations: ``J^T J`` (N, n, n), ``J^T r`` (N, n)."""
+
+    cost: FloatArray
+    JtJ: FloatArray
+    g: FloatArray
+
+
+def normal_equations(tree: MarkerTree, q: FloatArray, targets: FloatArray) -> _Normal:
+    """Normal equations of the seen markers, r = seen - computed, in m."""
+    places, jacobian = marker_jacobian(tree, q)
+    r, lost = _residual(places, targets)
+    if lost.any():
+        jacobian *= ~lost[:, None, :, None]
+    J = jacobian.reshape(len(q), -1, q.shape[1])
+    Jt = np.swapaxes(J, 1, 2)
+    flat = np.swapaxes(r, 1, 2).reshape(len(q), -1, 1)
+    return _Normal((r * r).sum(axis=(1, 2)), Jt @ J, (Jt @ flat)[..., 0])
+
+
+def iterated_pull(
+    JtJ: FloatArray, Jtr: FloatArray, away: FloatArray, pull_m: float
+) -> tuple[FloatArray, FloatArray]:
+    """The step to the iterated-Tikhonov solution of the linearised problem.
+
+    Each pass minimises ``|r - J x|^2 + w^2 |x - x_before|^2``, from x = natural - q = `away`.
+
+    Returns
+    -------
+    step : (N, n)
+    free : (N, n)
+        How much of each coordinate is the natural posture's, the diagonal of
+        ``(w^2 (J^T J + w^2)^-1)^PASSES``.
+    """
+    A = np.linalg.inv(JtJ + pull_m**2 * np.eye(JtJ.shape[1]))
+    b = (A @ Jtr[..., None])[..., 0]
+    P = pull_m**2 * A
+    x = away
+    for _ in range(PASSES):
+        # x (n,) = (J^T J + w^2 1)^-1 (J^T r + w^2 x)
+        x = b + (P @ x[..., None])[..., 0]
+    return x, np.einsum("fii->fi", np.linalg.matrix_power(P, PASSES)).copy()
+
+
+def _residual(places: FloatArray, targets: FloatArray) -> tuple[FloatArray, BoolArray]:
+    """What is left (N, P, 3), 0 for a lost marker, and which markers are lost (N, P)."""
+    lost = np.isnan(targets[..., 0])
+    return np.where(lost[..., None], 0.0, targets - places), lost
+
+
+def _cost(tree: MarkerTree, q: FloatArray, targets: FloatArray) -> FloatArray:
+    r, _ = _residual(marker_places(tree, q), targets)
+    return np.asarray((r * r).sum(axis=(1, 2)))
+
+
+def _shortened(dq: FloatArray) -> FloatArray:
+    """No step longer than `_LONGEST_STEP` in any coordinate."""
+    longest = np.abs(dq).max(axis=1, keepdims=True)
+    return np.asarray(dq * np.minimum(1.0, _LONGEST_STEP / np.maximum(longest, 1e-300)))

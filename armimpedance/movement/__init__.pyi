@@ -1,5 +1,0 @@
-from .check import check_pushes as check_pushes
-from .identify import identify_movement as identify_movement
-from .identify_course import identify_course as identify_course
-from .plan import MovementPlan as MovementPlan, plan_movement as plan_movement
-from .table import METHODS as METHODS

@@ -1,0 +1,115 @@
+"""Activation of the muscles as the samples bring it: a lost channel is held and doubted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final, Protocol
+
+import numpy as np
+
+from armimpedance.core.arrays import BoolArray, FloatArray
+from armimpedance.muscles.live.clock import Tick
+
+#: A muscle that nobody sees may be anywhere in its range after this time (s).
+FORGOTTEN_S: Final = 0.25
+#: Standard error of such an activation, as a part of the range that the model was fitted to.
+UNKNOWN: Final = 0.5
+#: Activations in this range are taken, and cut to 0..1: a maximum contraction is known to some
+#: per cent, and noise that is taken off may be too much.
+TAKEN: Final = (-0.05, 1.2)
+
+
+@dataclass(frozen=True, slots=True)
+class Activity:
+    """Activation (m,), each 0..1, its standard error (m,), and what is wrong with it."""
+
+    alpha: FloatArray
+    sd: FloatArray
+    flags: list[str]
+
+
+class Channels(Protocol):
+    """What turns the numbers of a sample, one a muscle, into activations."""
+
+    @property
+    def signal(self) -> str:
+        """Name of the numbers in a packet."""
+
+    @property
+    def delay_s(self) -> float:
+        """How late the activations are."""
+
+    def reset(self) -> None:
+        """Forget all samples."""
+
+    def take(self, values: FloatArray, sd: FloatArray, tick: Tick) -> Activity:
+        """The activations at a sample; NaN where a channel dropped out."""
+
+
+class HeldActivity:
+    """The last good activation of each muscle, with the error that grows while it is lost.
+
+    Parameters
+    ----------
+    highest : (m,)
+        Range of each activation in the model.
+    """
+
+    def __init__(self, highest: FloatArray) -> None:
+        self._unknown = UNKNOWN * highest
+        self._good, self._sd = highest / 2, np.zeros(len(highest))
+        # nothing was seen yet: as unknown as can be
+        self._lost_s = np.full(len(highest), FORGOTTEN_S)
+
+    def put_back(self, activation: FloatArray, where: BoolArray) -> None:
+        """Hold these activations (m,) instead: what was last taken was wrong already."""
+        self._good = np.where(where, activation.clip(0.0, 1.0), self._good)
+
+    def take(
+        self, activation: FloatArray, sd: FloatArray, lost: BoolArray, step_s: float
+    ) -> tuple[FloatArray, FloatArray]:
+        """Activation (m,), each 0..1, and its standard error, for a sample `step_s` after the last.
+
+        Parameters
+        ----------
+        activation, sd : (m,)
+            Of any value where `lost`.
+        lost : (m,) bool
+        step_s : float
+        """
+        if not lost.any():
+            self._good, self._sd = activation.clip(0.0, 1.0), sd
+            self._lost_s[:] = 0.0
+            return self._good, sd
+        self._good = np.where(lost, self._good, activation.clip(0.0, 1.0))
+        self._sd = np.where(lost, self._sd, sd)
+        self._lost_s = np.where(lost, np.minimum(self._lost_s + step_s, FORGOTTEN_S), 0.0)
+        return self._good, np.hypot(self._sd, self._unknown * self._lost_s / FORGOTTEN_S)
+
+
+class ActivationChannels:
+    """Samples that hold activations.
+
+    Parameters
+    ----------
+    muscles : (m,) tuple of str
+    highest : (m,)
+        Range of each activation in the model.
+    """
+
+    signal, delay_s = "activation", 0.0
+
+    def __init__(self, muscles: tuple[str, ...], highest: FloatArray) -> None:
+        self._muscles, self._highest = muscles, highest
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget all samples."""
+        self._held = HeldActivity(self._highest)
+
+    def take(self, values: FloatArray, sd: FloatArray, tick: Tick) -> Activity:
+        """The activations at a sample; one that is missing or far outside of 0..1 is held."""
+        # written so that NaN is lost
+        lost = ~((values >= TAKEN[0]) & (values <= TAKEN[1]))
+        alpha, sd = self._held.take(values, sd, lost, tick.step_s)
+        return Activity(alpha, sd, [f"lost: {self._muscles[i]}" for i in np.flatnonzero(lost)])

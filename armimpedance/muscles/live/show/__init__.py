@@ -1,0 +1,1 @@
+"""All forms of live impedance: the command, the plan of its calibration."""

@@ -1,0 +1,199 @@
+"""Lack of fit beside pure error: moment arms and laws that are wrong, and what they do.
+
+The estimates' own covariances tell the pure error. What the model cannot follow beyond it is laid
+to three causes, to first order about the fit, each of one unknown size:
+
+    y = X theta + D_g g + D_l l + (D_g h)_p + phi e
+
+g (2 m), relative errors of the moment arms, the same in all conditions; l (m), errors of the
+exponent of each muscle's ``f_i ~ alpha^(1 + l)``; h_p, relative errors of moment arms drawn anew in
+every condition; phi, the pure error over the stated one where that is not known. Sizes are those of
+largest restricted likelihood (H. D. Patterson, R. Thompson, Biometrika 58 (1971) 545-554).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.findings import Finding
+from armimpedance.muscles.models.activation.design import powers
+from armimpedance.muscles.models.activation.equations import ActivationEquations, SolvedEquations
+from armimpedance.muscles.models.activation.mixed import MixedRows
+
+#: Twice the gain of restricted log likelihood above which a lack of fit is told.
+SEEN: Final = 10.0
+#: Sizes that are looked for: relative errors of moment arms, of an exponent, single ones.
+SIZES: Final = np.array([0.05, 0.1, 0.05])
+LEAST: Final = 1e-4
+MOST: Final = 1.0
+#: Fall of the log likelihood within which a size is likely, and the halvings that look for it.
+HARDLY: Final = 1.0
+HALVINGS: Final = 8
+
+
+@dataclass(frozen=True, eq=False)
+class Misfit:
+    """How far the model is from its rows beyond their errors.
+
+    Attributes
+    ----------
+    sizes : (3,)
+        Relative errors of moment arms, of exponents, of the moment arms of single conditions (sd).
+    likely, smallest : (2,)
+        Sizes of the first two up to which the likelihood hardly falls, and that would be seen.
+    gain : float
+        Twice the gain of restricted log likelihood by them.
+    theta, covariance : (p,), (p, p)
+        The solution with weights that allow for the errors of single conditions.
+    of_muscles : (p, p)
+        Covariance of theta with what the other errors add: a moment arm that is wrong by a part
+        makes its muscle's stiffness wrong by twice that, hardly with a trace in the matrix.
+    missed : (3, 3)
+        Covariance of what the other errors make of a matrix that no theta follows, mean over the
+        conditions.
+    """
+
+    sizes: FloatArray
+    likely: FloatArray
+    smallest: FloatArray
+    gain: float
+    theta: FloatArray
+    covariance: FloatArray
+    of_muscles: FloatArray
+    missed: FloatArray
+
+    @property
+    def seen(self) -> bool:
+        """Whether it is told, and allowed for."""
+        return self.gain > SEEN
+
+    def allowed_for(self, solved: SolvedEquations, *, moved: bool) -> SolvedEquations:
+        """The solution of these weights where a lack of fit was seen; else as it was."""
+        if not self.seen:
+            return solved
+        theta = self.theta if moved else solved.theta
+        return replace(solved, theta=theta, covariance=self.covariance)
+
+    def widened(self, more: FloatArray) -> Misfit:
+        """The same with so much more (p, p) in the covariance of single muscles."""
+        return replace(self, of_muscles=self.of_muscles + more)
+
+    def matrix_covariance(self, covariance: FloatArray) -> FloatArray:
+        """Covariance of theta, the constant matrix taking what no theta follows."""
+        out = np.array(covariance)
+        if self.seen:
+            out[:3, :3] += self.missed
+        return out
+
+    def muscle_covariance(self) -> FloatArray:
+        """Covariance of theta for single muscles, with moment arms as far off as is likely.
+
+        It is so whether a lack of fit was seen or not: what leaves no trace in the matrix moves
+        single muscles all the same, and crosstalk between electrodes does what moment arms do.
+        """
+        return self.of_muscles
+
+    def finding(self, symbol: str, doubt: float) -> Finding:
+        """What to say of K or B.
+
+        Parameters
+        ----------
+        symbol : {"K", "B"}
+        doubt : float
+            Relative standard error of a single muscle's coefficient (median).
+        """
+        arms, exponent = self.smallest
+        smallest = f"moment arms {100 * arms:.1f} % off, exponents {exponent:.2g} off"
+        if self.seen:
+            arms, exponent, single = self.sizes
+            said = (
+                f"rows of {symbol} differ from the model beyond their errors, as moment arms that "
+                f"are {100 * arms:.0f} % off, exponents of the law that are {exponent:.2f} off and "
+                f"moment arms that change by {100 * single:.0f} % between conditions would make "
+                "them: intervals allow for it; check the arm, the law's order and the activations"
+            )
+            return Finding("lack of fit", "warning", said, smallest)
+        hidden = self.likely[0]
+        if 2 * hidden > 2 * doubt:
+            said = (
+                f"none is seen in {symbol}; but moment arms up to {100 * hidden:.0f} % off would "
+                "leave no trace, and single muscles would be off by twice that, which their "
+                "intervals allow for"
+            )
+            return Finding("lack of fit", "cannot tell", said, smallest)
+        return Finding("lack of fit", "ok", f"rows of {symbol} differ by their errors", smallest)
+
+
+def misfit_of(equations: ActivationEquations, solved: SolvedEquations, G: FloatArray) -> Misfit:
+    """Sizes of the causes, and the solution that allows for them.
+
+    Parameters
+    ----------
+    equations : ActivationEquations
+    solved : SolvedEquations
+    G : (m, 2)
+        Moment arms at the posture, m.
+    """
+    arms, law = (np.asarray(solved.weight @ d) for d in _causes(equations, solved, G))
+    mixed = MixedRows(
+        design=solved.weight @ solved.design,
+        target=np.einsum("pij,pj->pi", solved.weight, solved.target),
+        prior=solved.prior,
+        group=equations.group,
+        arms=arms,
+        law=law,
+    )
+    # factors of the pure errors of elements and torque: what the fit found, or less
+    low = np.where(equations.known, 1 / solved.group_sd, LEAST)
+    limits = [(float(np.log(np.clip(one, LEAST, 1.0))), 0.0) for one in low]
+    limits += [(float(np.log(LEAST)), float(np.log(MOST)))] * len(SIZES)
+    without, factors = mixed.likeliest(np.zeros(2), limits[:2])
+    starts = (np.append(factors, np.log(sizes)) for sizes in (SIZES, SIZES / 20))
+    least, x = min((mixed.likeliest(start, limits) for start in starts), key=lambda made: made[0])
+    likely, smallest = (_fallen(mixed, x, least + by) for by in (HARDLY, SEEN / 2))
+    at = np.concatenate([x[:2], np.log(likely), x[4:]])
+    theta, C, moved = mixed.solution(at)
+    plain = (np.linalg.inv(solved.weight) @ mixed.missed(at, C, moved))[:, :3]
+    missed = np.einsum("pic,pjc->ij", plain, plain) / len(plain)
+    gain, of_muscles = 2 * (without - least), C + moved @ moved.T
+    return Misfit(np.exp(x[2:]), likely, smallest, gain, theta, C, of_muscles, missed)
+
+
+def _fallen(mixed: MixedRows, x: FloatArray, allowed: float) -> FloatArray:
+    """Sizes (2,) of the shared causes, one at a time, up to which -log likelihood is allowed."""
+    out = np.zeros(2)
+    for k in (2, 3):
+        at, low, high = np.array(x), float(x[k]), float(np.log(MOST))
+        for _ in range(HALVINGS):
+            at[k] = (low + high) / 2
+            low, high = (at[k], high) if mixed.negative_log(at) < allowed else (low, at[k])
+        out[k - 2] = np.exp(low)
+    return out
+
+
+def _causes(
+    equations: ActivationEquations, solved: SolvedEquations, G: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """What unit errors do: of log moment arms (P, r, 2 m), of exponents (P, r, m)."""
+    m, N = len(G), equations.order
+    alpha, theta = solved.activation, solved.theta
+    f = (powers(alpha, N) * theta[3 : 3 + m * N].reshape(m, N)).sum(axis=-1)
+    gs, ge = G.T
+    zero = np.zeros(m)
+    # derivatives of (g_s^2, g_s g_e, g_e^2) by log g_s and log g_e, (m, 3)
+    by = (
+        np.stack([2 * gs**2, gs * ge, zero], axis=1),
+        np.stack([zero, gs * ge, 2 * ge**2], axis=1),
+    )
+    reach = [np.hstack([b, np.zeros((m, equations.outputs.shape[1] - 3))]) for b in by]
+    if equations.moment_arms is not None:
+        for j in (0, 1):
+            reach[j][:, 3 + j] = -equations.moment_arms[:, j] / equations.stiffness_per_tension
+    arms = np.concatenate([f[:, None, :] * one.T for one in reach], axis=-1)
+    top = alpha.max(axis=0)
+    bent = f * np.log(np.maximum(alpha / top, 1e-6))
+    return arms, bent[:, None, :] * equations.reach.T

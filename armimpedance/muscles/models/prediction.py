@@ -1,0 +1,188 @@
+"""What a model says of joint impedance at a posture and an activation."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any, Final
+
+import numpy as np
+
+from armimpedance.core.arrays import BoolArray, FloatArray, FrozenRecord
+from armimpedance.core.conventions import element_names
+from armimpedance.muscles.models.angle_scaling import angle_columns
+from armimpedance.muscles.models.packed import matrix, order_of, unpacked
+from armimpedance.numerics.regression import t_factor
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+#: Predictions that a short text shows.
+_MOST_SHOWN: Final = 9
+
+
+class Predicted(FrozenRecord):
+    """What predictions at the joints and at the hand share: two matrices and their errors."""
+
+    stiffness: FloatArray
+    viscosity: FloatArray
+    stiffness_covariance: FloatArray
+    viscosity_covariance: FloatArray
+    dof: float
+
+    @property
+    def stiffness_matrices(self) -> FloatArray:
+        """(P, n, n), N m/rad or N/m."""
+        return matrix(self.stiffness)
+
+    @property
+    def viscosity_matrices(self) -> FloatArray:
+        """(P, n, n), N m s/rad or N s/m."""
+        return matrix(self.viscosity)
+
+    @property
+    def place(self) -> list[dict[str, Any]]:
+        """Where each prediction stands: level, posture and activation, by their columns' names."""
+        raise NotImplementedError
+
+    @property
+    def flags(self) -> list[dict[str, Any]]:
+        """Whether each prediction is extrapolated (0 or 1), and the reason."""
+        raise NotImplementedError
+
+    def matrix_rows(self, symbol: str) -> list[dict[str, float]]:
+        """Elements ``K_ij`` (or B) with ``sd_``, ``ci_low_`` and ``ci_high_``, a mapping a row."""
+        which = "stiffness" if symbol == "K" else "viscosity"
+        matrices = matrix(getattr(self, which))
+        n = matrices.shape[-1]
+        values = matrices.reshape(-1, n * n)
+        variance = np.einsum("pii->pi", self.element_covariance(which))
+        sd = np.sqrt(np.maximum(variance, 0.0))
+        half = t_factor(self.dof) * sd
+        tables = {"": values, "sd_": sd, "ci_low_": values - half, "ci_high_": values + half}
+        names = [prefix + name for prefix in tables for name in element_names(symbol, n)]
+        return [named_numbers(names, row) for row in np.hstack(list(tables.values()))]
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row a prediction: posture, K and B with 95 % limits, what is extrapolated."""
+        import pandas as pd
+
+        parts = (self.place, self.matrix_rows("K"), self.matrix_rows("B"), self.flags)
+        return pd.DataFrame([a | b | c | d for a, b, c, d in zip(*parts, strict=True)])
+
+    def to_dict(self) -> list[dict[str, Any]]:
+        """The rows of `to_frame` as mappings of plain numbers and texts."""
+        return self.to_frame().to_dict("records")  # type: ignore[return-value]
+
+    def _head(self) -> str:
+        outside = sum(flag["extrapolated"] for flag in self.flags)
+        return f"{len(self.stiffness)} predictions, {outside} of them extrapolated"
+
+    def __repr__(self) -> str:
+        lines = [
+            f"{', '.join(f'{n} {v:.3g}' for n, v in list(place.items())[1:3])}: "
+            f"K {', '.join(f'{k:.4g} ± {h:.2g}' for k, h in zip(K, half, strict=True))}"
+            for place, K, half, _ in zip(
+                self.place,
+                self.stiffness,
+                self.half_width("stiffness"),
+                range(_MOST_SHOWN),
+                strict=False,
+            )
+        ]
+        more = ["..."] if len(self.stiffness) > _MOST_SHOWN else []
+        return "\n".join([self._head(), *lines, *more])
+
+    def _repr_html_(self) -> str:
+        table = self.to_frame().to_html(max_rows=_MOST_SHOWN, float_format="{:.4g}".format)
+        return f"<p>{self._head()}</p>{table}"
+
+    def sd(self, which: str) -> FloatArray:
+        """Standard errors (P, E) of "stiffness" or "viscosity"."""
+        return standard_errors(getattr(self, f"{which}_covariance"))
+
+    def element_covariance(self, which: str) -> FloatArray:
+        """Covariance (P, n n, n n) of the matrices' elements row by row."""
+        covariance = getattr(self, f"{which}_covariance")
+        E = covariance.shape[-1]
+        # elements row by row (n n,) from packed ones (E,)
+        unfold = unpacked(np.eye(E), order_of(E)).reshape(E, -1).T
+        return np.asarray(unfold @ covariance @ unfold.T)
+
+    def half_width(self, which: str, level: float = 0.95) -> FloatArray:
+        """Half the length (P, E) of the confidence intervals."""
+        return t_factor(self.dof, level) * self.sd(which)
+
+
+@dataclass(frozen=True, repr=False)
+class JointPrediction(Predicted):
+    """Predicted joint stiffness and viscosity, with what is known of their errors.
+
+    Attributes
+    ----------
+    joint_angles : (P, n)
+        rad.
+    stiffness, viscosity : (P, E)
+        ``ss, se, ee`` (`rows.triple`); symmetric by construction.
+    stiffness_covariance, viscosity_covariance : (P, E, E)
+        Covariance of the predicted elements: of the model's mean, not of a new measurement.
+    dof : float
+        Degrees of freedom of the t distribution for intervals; inf = normal.
+    extrapolated : (P,) bool
+        Whether it lies outside of what was measured.
+    reasons : (P,) tuple of str
+        Why it does; empty where it lies inside.
+    activation : (P, m) or None
+        Activation of each muscle, 0..1.
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> known = [[[0.0] * 3] * 3]
+    >>> joint = ai.JointPrediction(
+    ...     [[1.0, 1.5]], [[15.0, 6.0, 16.0]], [[1.0, 0.4, 1.0]], known, known, 10.0, [False], [""]
+    ... )
+    >>> float(joint.to_frame()["K_12"][0])
+    6.0
+    """
+
+    joint_angles: Annotated[FloatArray, "p n"]
+    stiffness: Annotated[FloatArray, "p e"]
+    viscosity: Annotated[FloatArray, "p e"]
+    stiffness_covariance: Annotated[FloatArray, "p e e"]
+    viscosity_covariance: Annotated[FloatArray, "p e e"]
+    dof: float
+    extrapolated: Annotated[BoolArray, "p"]
+    reasons: Annotated[tuple[str, ...], "p"]
+    activation: Annotated[FloatArray, "p _"] | None = None
+
+    @property
+    def place(self) -> list[dict[str, Any]]:
+        """Level, joint angles and activations of each prediction, by their columns' names."""
+        columns = angle_columns(self.joint_angles.shape[1])
+        rows = [{"level": "joint", **named_numbers(columns, q)} for q in self.joint_angles]
+        if self.activation is None:
+            return rows
+        muscles = [f"alpha_{i}" for i in range(1, self.activation.shape[1] + 1)]
+        return [
+            row | named_numbers(muscles, alpha)
+            for row, alpha in zip(rows, self.activation, strict=True)
+        ]
+
+    @property
+    def flags(self) -> list[dict[str, Any]]:
+        """Whether each prediction is extrapolated (0 or 1), and the reason."""
+        return [
+            {"extrapolated": int(outside), "reason": reason}
+            for outside, reason in zip(self.extrapolated, self.reasons, strict=True)
+        ]
+
+
+def named_numbers(names: Sequence[str], values: FloatArray) -> dict[str, float]:
+    """Numbers under their columns' names."""
+    return dict(zip(names, map(float, values), strict=True))
+
+
+def standard_errors(covariance: FloatArray) -> FloatArray:
+    """Roots of the diagonals (..., E) of covariances (..., E, E)."""
+    return np.asarray(np.sqrt(np.maximum(np.einsum("...ii->...i", covariance), 0.0)))

@@ -1,0 +1,1 @@
+"""The mathematics that all topics share: signals, regression, criticism of records."""

@@ -1,0 +1,127 @@
+"""Trials that stand twice in a recording: their intervals would be too narrow by sqrt 2."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from armimpedance.core.arrays import FloatArray, IntArray
+from armimpedance.core.findings import Finding
+from armimpedance.core.records import Recording, Window
+
+#: Samples that are averaged: what is left lies below some 100 Hz, where resampling changes little.
+AVERAGED_S: Final = 0.004
+#: Noise of two trials that is as alike as this is the same noise.
+ALIKE: Final = 0.9
+#: And it must be this many times as alike as the noise of other trials is.
+APART: Final = 10.0
+#: Fewer means than this per trial say nothing.
+FEWEST: Final = 12
+#: More trials than this are not compared with one another.
+MOST_TRIALS: Final = 3000
+#: Of longer trials as many samples are compared.
+MOST_SAMPLES: Final = 1 << 18
+#: Less than this part of the signal's range is no noise: a simulation without any.
+LEAST_NOISE: Final = 1e-6
+#: The mains and their first harmonic: two trials may happen to begin at one phase of them (Hz).
+MAINS_HZ: Final = (50.0, 60.0, 100.0, 120.0)
+#: Noise is compared over this much rest before the onset, or else over the whole of the trials (s).
+REST_S: Final = 0.05
+
+
+def check_copies(recording: Recording, window: Window | None = None) -> Finding:
+    """Whether two trials hold the same noise, sample by sample.
+
+    Third differences of means over 4 ms leave next to nothing of a limb's movement and most of the
+    sensors' noise. The noise of two trials that were measured is unlike; trials that were copied,
+    or resampled to another clock, share it.
+
+    Parameters
+    ----------
+    recording : Recording
+    window : Window, optional
+        Its trials around their onsets: the rest before the onsets is compared, so that a robot
+        that does the same in every trial is not taken for a copy, and copies shifted in time are
+        found too. Default: trials from their first samples on.
+
+    Returns
+    -------
+    Finding
+        "copies"; unusable where there are any.
+
+    Examples
+    --------
+    >>> from manipulandum_sim.hand import simulate
+    >>> recording, _ = simulate("cocontraction", seed=1, sets=1, conditions=["cocontraction_10"])
+    >>> from armimpedance.numerics.criticism import check_copies
+    >>> check_copies(recording).verdict
+    'ok'
+    """
+    if recording.n_trials < 2:
+        return Finding("copies", "ok", "no noise by which trials could be told apart")
+    signals, numbers = _aligned(recording, window)
+    step = max(1, round(AVERAGED_S * recording.sample_rate_hz))
+    least = [
+        LEAST_NOISE * max(float(np.ptp(axis)) for axis in each.T)
+        for each in (recording.force, recording.position)
+    ]
+    rate = recording.sample_rate_hz
+    found = [_noise(each, step, rate, size) for each, size in zip(signals, least, strict=True)]
+    noise = [each for each in found if each is not None]
+    if len(numbers) < 2 or not noise:
+        return Finding("copies", "ok", "no noise by which trials could be told apart")
+    alike = np.min([each @ each.T for each in noise], axis=0)
+    np.fill_diagonal(alike, -1.0)
+    best = alike.max(axis=1)
+    usual = np.median(alike, axis=1)
+    copied = (best > ALIKE) & (APART * (1 - best) < 1 - usual)
+    if not copied.any():
+        text = f"the most alike trials share {max(100 * best.max(), 0):.0f} % of their noise"
+        return Finding("copies", "ok", text, smallest=f"{100 * ALIKE:.0f} %")
+    pairs = [(min(a, b), max(a, b)) for a, b in enumerate(alike.argmax(axis=1)) if copied[a]]
+    shown = [f"{numbers[a]} = {numbers[b]}" for a, b in sorted(set(pairs))]
+    more = f" and {len(shown) - 4} more" if len(shown) > 4 else ""
+    text = (
+        f"trials hold the same noise: {', '.join(shown[:4])}{more}; copies pretend to more data "
+        "than there are: remove them"
+    )
+    return Finding("copies", "unusable", text)
+
+
+def _aligned(
+    recording: Recording, window: Window | None
+) -> tuple[tuple[FloatArray, FloatArray], IntArray]:
+    """Force and position (T, S, d) of trials over the same time, and their numbers."""
+    if window is not None:
+        used = np.flatnonzero(window.usable)[:MOST_TRIALS]
+        rest = window.lag_s <= (0 if -window.lag_s[0] >= REST_S else np.inf)
+        return (window.force[used][:, rest], window.position[used][:, rest]), window.trial[used]
+    numbers = recording.trials["trial"].to_numpy(dtype=np.int64)[:MOST_TRIALS]
+    length = min(int(np.diff(recording.offsets)[: len(numbers)].min()), MOST_SAMPLES)
+    index = recording.offsets[: len(numbers), None] + np.arange(length)
+    return (recording.force[index], recording.position[index]), numbers
+
+
+def _noise(signal: FloatArray, step: int, rate_hz: float, least: float) -> FloatArray | None:
+    """Changes of every trial that no limb makes (T, n), of length 1; None where there are none."""
+    trials, samples, d = signal.shape
+    means = signal[:, : samples // step * step].reshape(trials, -1, step, d).mean(axis=2)
+    if means.shape[1] < FEWEST:
+        return None
+    changes = _without_mains(np.diff(means, n=3, axis=1), rate_hz / step).reshape(trials, -1)
+    size = np.linalg.norm(changes, axis=1, keepdims=True)
+    if np.median(size) <= least:
+        return None
+    return np.where(size > least, changes / np.maximum(size, least), 0.0)
+
+
+def _without_mains(changes: FloatArray, rate_hz: float) -> FloatArray:
+    """Less the hum that each trial and axis holds, (T, n, d)."""
+    phase = 2 * np.pi * np.outer(np.arange(changes.shape[1]) / rate_hz, MAINS_HZ)
+    hum = np.column_stack([np.cos(phase), np.sin(phase)])
+    if 2 * hum.shape[1] > len(hum):
+        return changes
+    Q = np.linalg.qr(hum)[0]
+    # (1 - Q Q^T) (n, n) times each trial (n, d)
+    return np.asarray(changes - Q @ (Q.T @ changes))

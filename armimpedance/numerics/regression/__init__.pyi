@@ -1,0 +1,33 @@
+from .blocks import split_blocks as split_blocks
+from .covariance import CovarianceKind as CovarianceKind, long_run_covariance as long_run_covariance
+from .diagnose import (
+    Conditioning as Conditioning,
+    conditioning as conditioning,
+    refuse_rank_loss as refuse_rank_loss,
+)
+from .equations import (
+    WORST_CONDITION as WORST_CONDITION,
+    TrialEquations as TrialEquations,
+    leave_one_out_shift as leave_one_out_shift,
+    solve_equations as solve_equations,
+    solve_total as solve_total,
+)
+from .errors_in_regressors import (
+    Corrected as Corrected,
+    ErrorMoments as ErrorMoments,
+    refuse_unreliable as refuse_unreliable,
+    small_sample_term as small_sample_term,
+    solve_corrected as solve_corrected,
+)
+from .factors import (
+    TrialFactors as TrialFactors,
+    ragged_factors as ragged_factors,
+    trial_factors as trial_factors,
+)
+from .intervals import t_factor as t_factor, t_interval as t_interval
+from .parameters import NamedParameter as NamedParameter, Parameters as Parameters
+from .pooled import pool as pool
+from .resample import bootstrap as bootstrap, leave_one_out as leave_one_out
+from .result import Fit as Fit, Validation as Validation
+from .solve import fit as fit
+from .summary import FitSummary as FitSummary

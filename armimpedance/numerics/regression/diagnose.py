@@ -1,0 +1,195 @@
+"""Condition, rank and null space of a regressor, told by the names of its columns.
+
+Everything is read from the triangle R (p, p) of W = Q R, whose columns are scaled to unit length
+first: a unit of measurement must not decide what can be identified.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.errors import NotIdentifiableError
+from armimpedance.numerics.regression.factors import TrialFactors
+
+#: A column takes part in a direction if its scaled weight is above this part of the largest.
+_TAKES_PART = 0.05
+
+
+@dataclass(frozen=True)
+class NullDirection:
+    """A combination of the columns that the data cannot see: ``W @ weights = 0``.
+
+    Attributes
+    ----------
+    regressors : tuple of str
+        The columns that take part, the strongest first.
+    weights : (p,)
+        For the columns as given (SI), the strongest scaled one 1.
+    sentence : str
+        For a user.
+    """
+
+    regressors: tuple[str, ...]
+    weights: FloatArray
+    sentence: str
+
+
+@dataclass(frozen=True)
+class Conditioning:
+    """Singular values and directions of R (p, p) with unit columns.
+
+    Attributes
+    ----------
+    scale : (p,)
+        Lengths of the columns; 1 for a column of zeros.
+    singular_values : (p,)
+    directions : (p, p)
+        Rows: right singular vectors of the scaled R.
+    cond_raw, cond_scaled : float
+    tolerance : float
+        Singular values below this part of the largest are zero.
+    zero : (p,) bool
+        Columns of zeros.
+    """
+
+    scale: FloatArray
+    singular_values: FloatArray
+    directions: FloatArray
+    cond_raw: float
+    cond_scaled: float
+    tolerance: float
+    zero: np.ndarray
+
+    @property
+    def rank(self) -> int:
+        """Numerical rank."""
+        floor = self.tolerance * self.singular_values[0]
+        return int((self.singular_values > floor).sum())
+
+
+def conditioning(triangle: FloatArray, n_rows: int) -> Conditioning:
+    """Condition numbers and rank of W from its triangle R (p, p).
+
+    The rank tolerance is ``10 p sqrt(n_rows) eps``: well above the rounding of an orthogonal
+    factorisation of that many rows, far below the 1e-10 of the hardest certified polynomial.
+
+    Parameters
+    ----------
+    triangle : (p, p)
+        R of W = Q R.
+    n_rows : int
+        Rows of W.
+
+    Returns
+    -------
+    Conditioning
+        Singular values of W with columns of unit length, condition numbers, and the rank tolerance.
+    """
+    lengths = np.linalg.norm(triangle, axis=0)
+    scale = np.where(lengths > 0, lengths, 1.0)
+    _, s, directions = np.linalg.svd(triangle / scale)
+    raw = np.asarray(np.linalg.svd(triangle, compute_uv=False))
+    p = len(triangle)
+    return Conditioning(
+        scale=scale,
+        singular_values=s,
+        directions=directions,
+        cond_raw=_ratio(raw),
+        cond_scaled=_ratio(s),
+        tolerance=10.0 * p * np.sqrt(max(n_rows, p)) * np.finfo(np.float64).eps,
+        zero=lengths == 0,
+    )
+
+
+def null_space(factors: TrialFactors) -> tuple[NullDirection, ...]:
+    """What the data cannot see, as combinations of named columns; empty at full rank.
+
+    Columns of zeros come first, one direction each; the others are combined so that each
+    direction has a column of its own.
+    """
+    p = factors.n_regressors
+    triangle = np.asarray(np.linalg.qr(factors.r[:, :, :p].reshape(-1, p), mode="r"))
+    return null_directions(conditioning(triangle, int(factors.rows.sum())), factors.regressors)
+
+
+def null_directions(state: Conditioning, names: tuple[str, ...]) -> tuple[NullDirection, ...]:
+    """The directions of `null_space`, from a `Conditioning`."""
+    found = []
+    for j in np.flatnonzero(state.zero):
+        weights = np.zeros(len(names))
+        weights[j] = 1.0
+        found.append(NullDirection((names[j],), weights, f"the column {names[j]} is zero"))
+    null = state.directions[state.rank :].copy()
+    null[:, state.zero] = 0.0
+    for row in _simple_basis(null, len(null) - len(found)):
+        involved = _involved(row, names)
+        weights = row / state.scale
+        text = f"the columns {', '.join(involved)} are linearly dependent"
+        found.append(NullDirection(involved, weights / np.abs(row).max(), text))
+    return tuple(found)
+
+
+def refuse_rank_loss(state: Conditioning, names: tuple[str, ...]) -> None:
+    """Raise `NotIdentifiableError` naming the columns if the rank is not full.
+
+    Parameters
+    ----------
+    state : Conditioning
+    names : tuple of p str
+    """
+    if state.rank == len(names):
+        return
+    directions = null_directions(state, names)
+    zero = [name for name, is_zero in zip(names, state.zero, strict=True) if is_zero]
+    sentences = [d.sentence for d in directions if d.regressors[0] not in zero]
+    if zero:
+        is_or_are = "column {} is" if len(zero) == 1 else "columns {} are"
+        sentences.insert(0, f"the {is_or_are.format(', '.join(zero))} zero")
+    involved = {name for d in directions for name in d.regressors}
+    raise NotIdentifiableError(
+        f"not identifiable (rank {state.rank} of {len(names)}): {'; '.join(sentences)}",
+        parameters=tuple(name for name in names if name in involved),
+    )
+
+
+def conditioning_warnings(
+    state: Conditioning, names: tuple[str, ...], warn_cond: float
+) -> tuple[str, ...]:
+    """One sentence per direction that is nearly lost: scaled condition above `warn_cond`."""
+    weak = state.singular_values < state.singular_values[0] / warn_cond
+    return tuple(
+        f"nearly dependent columns: {', '.join(_involved(row, names))} "
+        f"(scaled condition number {state.singular_values[0] / s:.1e})"
+        for s, row in zip(state.singular_values[weak], state.directions[weak], strict=True)
+    )
+
+
+def _ratio(singular_values: FloatArray) -> float:
+    smallest = singular_values[-1]
+    return float(singular_values[0] / smallest) if smallest > 0 else float("inf")
+
+
+def _involved(direction: FloatArray, names: tuple[str, ...]) -> tuple[str, ...]:
+    size = np.abs(direction)
+    order = np.argsort(-size, kind="stable")
+    return tuple(names[j] for j in order if size[j] > _TAKES_PART * size.max())
+
+
+def _simple_basis(null: FloatArray, size: int) -> FloatArray:
+    """A basis (size, p) of the rows of `null` with an identity in it, by pivoted elimination."""
+    rows, left = null.copy(), list(range(len(null)))
+    done: list[int] = []
+    for _ in range(size):
+        i, j = max(
+            ((a, int(np.abs(rows[a]).argmax())) for a in left),
+            key=lambda at: float(abs(rows[at[0], at[1]])),
+        )
+        rows[i] /= rows[i, j]
+        others = [a for a in range(len(rows)) if a != i]
+        rows[others] -= np.outer(rows[others, j], rows[i])
+        left.remove(i)
+        done.append(i)
+    return rows[done]

@@ -1,0 +1,285 @@
+"""Fitted numbers with names, units and uncertainty: what the results of all topics hold."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass
+from html import escape
+from typing import TYPE_CHECKING, Annotated, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from armimpedance.core.arrays import FloatArray, FrozenRecord
+from armimpedance.core.errors import EstimationError, InputError
+from armimpedance.numerics.regression.intervals import t_interval
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+Function = Callable[[FloatArray], ArrayLike]
+
+
+@dataclass(frozen=True)
+class NamedParameter:
+    """One fitted number.
+
+    Attributes
+    ----------
+    name, unit : str
+    value, sd : float
+        `sd` as the source would print it.
+    sd_robust : float
+        The one to trust: intervals are made of it.
+    dof : float
+        Degrees of freedom of the t distribution for the interval; inf = normal.
+    joint : int or None
+        Counted from 1; None where it has no meaning.
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> ai.NamedParameter("k", 2.95, 0.1, 0.1, "N m/rad").unit
+    'N m/rad'
+    """
+
+    name: str
+    value: float
+    sd: float
+    sd_robust: float
+    unit: str
+    dof: float = float("inf")
+    joint: int | None = None
+
+    @property
+    def ci95(self) -> tuple[float, float]:
+        """95 % limits from `sd_robust`."""
+        low, high = t_interval(np.array([self.value]), np.array([self.sd_robust]), self.dof)[0]
+        return float(low), float(high)
+
+    @property
+    def relative_sd_percent(self) -> float:
+        """``100 sd / |value|``; inf for a value of zero."""
+        return 100 * self.sd / abs(self.value) if self.value else float("inf")
+
+    @property
+    def well_identified(self) -> bool:
+        """Whether twice the relative standard error, the larger of the two, stays below 10 %.
+
+        The sources judge by `sd` alone; a parameter whose interval is wide is not well identified.
+        """
+        return 2 * 100 * max(self.sd, self.sd_robust) < 10 * abs(self.value)
+
+    def __repr__(self) -> str:
+        low, high = self.ci95
+        unit = f" {self.unit}" if self.unit else ""
+        return f"{self.label} = {self.value:.4g}{unit} (95 %: {low:.4g} to {high:.4g})"
+
+    def _repr_html_(self) -> str:
+        return parameter_html([self])
+
+    @property
+    def label(self) -> str:
+        """The name, and the joint where there is one."""
+        return self.name if self.joint is None else f"{self.name} of joint {self.joint}"
+
+
+@dataclass(frozen=True, repr=False)
+class Parameters(FrozenRecord):
+    """Fitted numbers with their joint covariance.
+
+    Attributes
+    ----------
+    names, units : tuple of p str
+    values : (p,)
+    covariance : (p, p)
+        The one to trust: intervals are made of it.
+    covariance_kind : str
+        Kind of the covariance: ``cr3``, ``cr1``, ``long-run``, ``fisher``, ...
+    dof : float
+        Degrees of freedom of the t distribution for intervals; inf = normal.
+    plain_covariance : (p, p) or None
+        The classical one, of independent residuals, as the sources print it; None: the same.
+    notes : tuple of str
+        Remarks that a reader of these numbers must know.
+
+    Examples
+    --------
+    >>> import armimpedance as ai
+    >>> from manipulandum_sim.elbow import simulate_bench
+    >>> session, _ = simulate_bench(0.07, 1.2, 20.0, duration_s=6.0, snr_db=40.0)
+    >>> ai.elbow(session).parameters.names
+    ('I', 'B', 'K')
+    """
+
+    names: Annotated[tuple[str, ...], "p"]
+    units: Annotated[tuple[str, ...], "p"]
+    values: Annotated[FloatArray, "p"]
+    covariance: Annotated[FloatArray, "p p"]
+    covariance_kind: str = ""
+    dof: float = float("inf")
+    plain_covariance: Annotated[FloatArray, "p p"] | None = None
+    notes: tuple[str, ...] = ()
+
+    @property
+    def sd(self) -> FloatArray:
+        """Standard errors, (p,)."""
+        return np.sqrt(np.diag(self.covariance))
+
+    @property
+    def plain_sd(self) -> FloatArray:
+        """Standard errors as a source would print them, (p,)."""
+        return self.sd if self.plain_covariance is None else np.sqrt(np.diag(self.plain_covariance))
+
+    def interval(self, level: float = 0.95) -> FloatArray:
+        """Confidence limits, (p, 2)."""
+        return t_interval(self.values, self.sd, self.dof, level)
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    def __iter__(self) -> Iterator[NamedParameter]:
+        return (self[i] for i in range(len(self)))
+
+    def __getitem__(self, which: str | int) -> NamedParameter:
+        """One of them, by its name or its number from 0.
+
+        Raises
+        ------
+        InputError
+            There is none of this name.
+        """
+        if isinstance(which, str):
+            if which not in self.names:
+                known = ", ".join(self.names)
+                raise InputError(f"no parameter {which!r}", expected=f"one of {known}")
+            which = self.names.index(which)
+        return NamedParameter(
+            self.names[which],
+            float(self.values[which]),
+            float(self.plain_sd[which]),
+            float(self.sd[which]),
+            self.units[which],
+            self.dof,
+        )
+
+    def transform(
+        self,
+        function: Function,
+        names: Sequence[str],
+        units: Sequence[str] | None = None,
+        *,
+        jacobian: Function | None = None,
+    ) -> Parameters:
+        """Functions of the parameters, with their covariance by the delta method.
+
+        Parameters
+        ----------
+        function : callable
+            ``(p,) -> (m,)``, of `values`; smooth near the estimate.
+        names, units : sequences of str, length m
+        jacobian : callable, optional
+            ``(p,) -> (m, p)``; without it five-point differences are taken with steps of a
+            thousandth of the parameter or of its standard error, whichever is larger.
+
+        Returns
+        -------
+        Parameters
+            The m values of `function`, with their covariance.
+
+        Raises
+        ------
+        InputError
+            Not as many names as values.
+        EstimationError
+            The function or its derivative is not finite.
+        """
+        at = self.values
+        values = np.atleast_1d(np.asarray(function(at), dtype=np.float64))
+        if values.shape != (len(names),) or len(units or names) != len(names):
+            raise InputError(f"{len(names)} names for values of shape {values.shape}")
+        if jacobian is not None:
+            D = np.asarray(jacobian(at), dtype=np.float64).reshape(len(names), len(at))
+        else:
+            D = _differences(function, at, 1e-3 * np.maximum(np.abs(at), self.sd))
+        if not (np.isfinite(values).all() and np.isfinite(D).all()):
+            raise EstimationError(f"{', '.join(names)} or a derivative of it is not finite here")
+        # C_g (m, m) = D (m, p) C (p, p) D^T
+        covariance = D @ self.covariance @ D.T
+        return Parameters(
+            tuple(names),
+            tuple(units or ("",) * len(names)),
+            values,
+            covariance,
+            self.covariance_kind,
+            self.dof,
+        )
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row a parameter: value, standard error, 95 % limits, unit."""
+        return parameter_frame(list(self))
+
+    def to_dict(self) -> list[dict[str, Any]]:
+        """One mapping a parameter, of plain numbers and texts."""
+        return [parameter_dict(one) for one in self]
+
+    def __repr__(self) -> str:
+        return "\n".join(map(repr, self))
+
+    def _repr_html_(self) -> str:
+        return parameter_html(list(self))
+
+
+def parameter_frame(parameters: Sequence[NamedParameter]) -> pd.DataFrame:
+    """A table of parameters, one row each, with their 95 % limits."""
+    import pandas as pd
+
+    rows = [
+        {
+            **({} if one.joint is None else {"joint": one.joint}),
+            "value": one.value,
+            "sd": one.sd_robust,
+            "ci_low": one.ci95[0],
+            "ci_high": one.ci95[1],
+            "unit": one.unit,
+        }
+        for one in parameters
+    ]
+    return pd.DataFrame(rows, index=pd.Index([one.name for one in parameters], name="parameter"))
+
+
+def parameter_dict(parameter: NamedParameter) -> dict[str, Any]:
+    """What FIT.json says of a parameter."""
+    given = asdict(parameter)
+    joint = {} if parameter.joint is None else {"joint": parameter.joint}
+    return {
+        "name": parameter.name,
+        **joint,
+        **{key: given[key] for key in ("value", "sd", "sd_robust")},
+        "ci95": list(parameter.ci95),
+        "rel_sd_percent": parameter.relative_sd_percent,
+        "well_identified": parameter.well_identified,
+        "unit": parameter.unit,
+    }
+
+
+def parameter_html(parameters: Sequence[NamedParameter]) -> str:
+    """A small table for notebooks; every text in it is escaped."""
+    cells = [
+        f"<tr><th>{escape(one.label)}</th><td>{one.value:.4g}</td>"
+        f"<td>{one.ci95[0]:.4g} to {one.ci95[1]:.4g}</td><td>{escape(one.unit)}</td></tr>"
+        for one in parameters
+    ]
+    head = "<tr><th></th><th>value</th><th>95 %</th><th>unit</th></tr>"
+    return f"<table>{head}{''.join(cells)}</table>"
+
+
+def _differences(function: Function, at: FloatArray, step: FloatArray) -> FloatArray:
+    """Jacobian (m, n) by central differences of fourth order."""
+    columns = []
+    for j, h in enumerate(np.where(step > 0, step, 1e-3)):
+        e = np.zeros_like(at)
+        e[j] = h
+        f = [np.atleast_1d(np.asarray(function(at + m * e), dtype=float)) for m in (-2, -1, 1, 2)]
+        columns.append((f[0] - 8 * f[1] + 8 * f[2] - f[3]) / (12 * h))
+    return np.stack(columns, axis=1)

@@ -1,0 +1,176 @@
+"""How active each muscle was before the disturbances of a group of trials."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+
+from armimpedance.core.arrays import FloatArray, FrozenRecord, IntArray
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import Recording
+from armimpedance.numerics.signals.emg.emg import activation
+
+#: Less rest than this before the onset says little of a muscle's activity.
+LEAST_REST_S = 0.1
+
+
+@dataclass(frozen=True)
+class MeanActivation(FrozenRecord):
+    """Activation of the m muscles of a recording, the mean over trials.
+
+    Attributes
+    ----------
+    mean : (m,)
+        0..1.
+    sd : (m,) or None
+        Standard error from the scatter between trials; None for a single trial.
+    muscles : (m,) tuple of str
+    notes : tuple of str
+        How it was found.
+    """
+
+    mean: Annotated[FloatArray, "m"]
+    sd: Annotated[FloatArray, "m"] | None
+    muscles: Annotated[tuple[str, ...], "m"]
+    notes: tuple[str, ...] = ()
+
+
+def mvc_column(muscle: str) -> str:
+    """The column of trials.csv with a muscle's mean rectified EMG in its maximum contraction.
+
+    Parameters
+    ----------
+    muscle : str
+
+    Returns
+    -------
+    str
+        Name of the column; its values are in V.
+    """
+    return f"mvc_{muscle}_V"
+
+
+def rest_column(muscle: str) -> str:
+    """The column of trials.csv with the mean rectified EMG of a silent muscle (optional).
+
+    Parameters
+    ----------
+    muscle : str
+
+    Returns
+    -------
+    str
+        Name of the column; its values are in V.
+    """
+    return f"rest_{muscle}_V"
+
+
+def mean_activation(
+    recording: Recording, rows: IntArray, onset_s: FloatArray
+) -> MeanActivation | None:
+    """Activation over the rest before each onset: what the source's 1 Hz envelope shows there.
+
+    A low-pass of 1 Hz averages about a second, as long as a trial lasts: over the rest before the
+    onset it is the mean of the rectified EMG, which needs no record longer than that. The
+    disturbance and what it evokes are left out. Noise of electrode and amplifier adds to a muscle's
+    own EMG as independent noises do, ``level^2 = muscle^2 + rest^2``; where the level of the silent
+    muscle is known it is taken off.
+
+    Parameters
+    ----------
+    recording : Recording
+        Recording with EMG. Unless the EMG is normalised, the trial table holds its MVC
+        (`mvc_column`). A level at rest (`rest_column`) is optional.
+    rows : (T,) int
+        Rows of the trial table, from 0.
+    onset_s : (trials of the recording,)
+        On each trial's own clock.
+
+    Returns
+    -------
+    MeanActivation or None
+        None where there is no EMG, no MVC, or no trial that rests long enough.
+
+    Raises
+    ------
+    InputError
+        An MVC is not positive, or activation is far above 1 (`numerics.signals.emg.activation`).
+    """
+    mvc = _mvc(recording, rows)
+    if recording.emg is None or mvc is None:
+        return None
+    level = np.array([_before(recording, int(row), onset_s[row]) for row in rows])
+    held = np.isfinite(level).all(axis=1)
+    if not held.any():
+        return None
+    try:
+        alpha = activation(level[held], mvc[held])
+    except InputError as error:
+        raise InputError(f"EMG: {error.problem}", expected=error.expected) from error
+    count = len(alpha)
+    mean, sd = alpha.mean(axis=0), alpha.std(axis=0, ddof=min(count - 1, 1)) / np.sqrt(count)
+    note = f"activation from the EMG before the onset of {count} trials"
+    rest = _table(recording, rows, rest_column)
+    if rest is not None:
+        mean, sd = without_rest(mean, sd, (rest[held] / mvc[held]).mean(axis=0))
+        note += ", noise of the silent muscle taken off"
+    return MeanActivation(mean, sd if count > 1 else None, recording.muscles, (note,))
+
+
+def without_rest(
+    level: FloatArray, sd: FloatArray, rest: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """The muscle's own part of a level, ``sqrt(level^2 - rest^2)``, and its standard error.
+
+    Noise of electrode and amplifier adds to a muscle's EMG as independent noises do.
+
+    Parameters
+    ----------
+    level, sd : (..., m)
+        Level of the EMG and its standard error.
+    rest : (..., m)
+        Level of the silent muscle, in the same unit.
+
+    Returns
+    -------
+    own, own_sd : (..., m)
+    """
+    own = np.sqrt(np.maximum(level**2 - rest**2, 0.0))
+    # d own = level / own d level, which has no end at own = 0: there own^2 is known to level sd
+    return own, level * sd / np.maximum(np.maximum(own, np.sqrt(level * sd)), np.finfo(float).tiny)
+
+
+def _mvc(recording: Recording, rows: IntArray) -> FloatArray | None:
+    """MVC of each trial and muscle (T, m), in the unit of the EMG; None where it is missing."""
+    if recording.emg_unit == "normalised":
+        return np.ones((len(rows), len(recording.muscles)))
+    return _table(recording, rows, mvc_column)
+
+
+def _table(
+    recording: Recording, rows: IntArray, column_of: Callable[[str], str]
+) -> FloatArray | None:
+    """A number of each trial and muscle (T, m); None where one is missing."""
+    columns = [column_of(muscle) for muscle in recording.muscles]
+    if not columns or any(column not in recording.trials for column in columns):
+        return None
+    table = recording.trials[columns].to_numpy(dtype=float)[rows]
+    return table if np.isfinite(table).all() else None
+
+
+def _before(recording: Recording, row: int, onset_s: float) -> FloatArray:
+    """Mean level (m,) before the onset; nan where the rest is too short."""
+    first, last = recording.offsets[row], recording.offsets[row + 1]
+    rest = int(np.searchsorted(recording.time_s[first:last], onset_s, side="right"))
+    emg = np.asarray(recording.emg)[first : first + rest]
+    if rest < LEAST_REST_S * recording.sample_rate_hz:
+        return np.full(emg.shape[1], np.nan)
+    if recording.emg_unit == "normalised":
+        return np.asarray(emg.mean(axis=0))
+    # the electrode's offset taken off, rectified; sums by matrix product: the fastest way to add
+    # long columns
+    average = np.full(rest, 1 / rest)
+    return np.asarray(average @ np.abs(emg - average @ emg))

@@ -1,0 +1,300 @@
+"""EMG amplitude over time and of segments, in parts of the maximum contraction, with its noise.
+
+Ruiz (2011), section 6.1: rectified, fifth-order Butterworth low-pass at 10 Hz; and RMS, whose root
+the source prints around the sum alone: it is ``sqrt(mean x^2)``. The maximum contraction is known
+by its mean rectified EMG (`signals.activation.mvc_column`); for Gaussian EMG
+``rms = mean |x| sqrt(pi / 2)``, so RMS is divided by that much more and both give one activation.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Final, Literal
+
+import numpy as np
+
+from armimpedance.core.arrays import FloatArray, IntArray
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import Recording
+from armimpedance.numerics.signals.causal import advanced, lowpass_delay_s
+from armimpedance.numerics.signals.emg.activation import mvc_column, rest_column, without_rest
+from armimpedance.numerics.signals.emg.amplitude_result import (
+    CUTOFF_HZ,
+    ORDER,
+    EmgAmplitude,
+    SegmentAmplitude,
+)
+from armimpedance.numerics.signals.emg.carrier import (
+    carrier_correlation,
+    lowpass_overlap,
+    mean_overlap,
+    rectified_correlation,
+    relative_sd,
+    squared_correlation,
+)
+from armimpedance.numerics.signals.emg.cleaning import clean_emg
+from armimpedance.numerics.signals.emg.emg import envelope
+from armimpedance.numerics.signals.filters import lowpass
+
+#: Of the envelope that a carrier is divided by, for the noise of segments.
+SLOW_HZ: Final = 2.0
+#: Said of EMG that is normalised already.
+NOISE_UNKNOWN: Final = "EMG normalised already: its noise is not known and counts as none"
+#: rms over mean |x| of Gaussian noise.
+RMS_OVER_RECTIFIED: Final = float(np.sqrt(np.pi / 2))
+#: Activation above this is a maximum that was none; noise of the carrier may pass 1.
+HIGHEST: Final = 2.0
+
+
+@dataclass(frozen=True)
+class _Own:
+    amplitude: FloatArray
+    sd: FloatArray
+
+
+def emg_amplitude(
+    recording: Recording,
+    *,
+    cutoff_hz: float = CUTOFF_HZ,
+    order: int = ORDER,
+    causal: bool = False,
+    align: bool = True,
+    band_hz: tuple[float, float] | None = None,
+) -> EmgAmplitude:
+    """Offset off, checked and cleaned, rectified, Butterworth low-pass, over the maximum.
+
+    Where the table says what the silent muscle reads (`rest_column`), it is taken off in squares.
+    EMG that is normalised already is taken as an amplitude: it is low-passed only, and its noise
+    is not known (0).
+
+    Parameters
+    ----------
+    recording : Recording
+    cutoff_hz, order : float, int
+        Cut-off (Hz) and order of the low-pass.
+    causal : bool
+        Run the low-pass forward only, as a controller would; the amplitude is late by `lag_s`.
+        Default: zero phase.
+    align : bool
+        Move a causal amplitude forward by its lag (at 0 Hz).
+    band_hz : (low, high), optional
+        Band-pass of the raw EMG.
+
+    Returns
+    -------
+    EmgAmplitude
+        Amplitudes of all trials, samples and muscles as part of the maximum, with their sd.
+
+    Raises
+    ------
+    InputError
+        EMG that cannot be used (`signals.emg_checks`), an amplitude far above 1, a trial shorter
+        than a period of the cut-off, or a cut-off beyond half the rate.
+    """
+    rate, offsets = recording.sample_rate_hz, recording.offsets
+    lag = lowpass_delay_s(cutoff_hz, rate, order) if causal else 0.0
+    if recording.emg_unit == "normalised" and recording.emg is not None:
+        if causal:
+            raise InputError("a causal amplitude of normalised EMG", expected="raw EMG in V")
+        return _normalised(recording, recording.emg, cutoff_hz, order)
+    clean = clean_emg(recording, band_hz=band_hz)
+    smooth = _envelopes(recording, clean.emg, cutoff_hz=cutoff_hz, order=order, causal=causal)
+    rho = carrier_correlation(clean.emg, np.vstack(smooth), offsets, rate)
+    overlap = lowpass_overlap(cutoff_hz, rate, order, len(rho), causal=causal)
+    noise = relative_sd(rectified_correlation(rho), overlap)
+    if causal and align:
+        smooth = [advanced(one, lag, rate) for one in smooth]
+    rows = np.repeat(np.arange(recording.n_trials), np.diff(offsets))
+    own, rest_note = _own(recording, np.vstack(smooth), noise, rows)
+    _refuse_above(own.amplitude, recording)
+    phase = _phase_note(lag, align) if causal else "zero phase"
+    note = f"rectified, Butterworth low-pass of order {order} at {cutoff_hz:g} Hz, {phase}"
+    return EmgAmplitude(
+        sample_rate_hz=rate,
+        trials=tuple(str(t) for t in recording.trials["trial"]),
+        muscles=recording.muscles,
+        offsets=offsets,
+        amplitude=own.amplitude,
+        sd=own.sd,
+        relative_noise=noise,
+        cutoff_hz=cutoff_hz,
+        order=order,
+        causal=causal,
+        lag_s=0.0 if align else lag,
+        notes=(*clean.notes, note, *rest_note),
+        warnings=clean.warnings,
+    )
+
+
+def segment_amplitude(
+    recording: Recording,
+    *,
+    kind: Literal["rms", "rectified"] = "rms",
+    segment_s: float | None = None,
+    band_hz: tuple[float, float] | None = None,
+) -> SegmentAmplitude:
+    """RMS or mean rectified EMG of whole trials, or of equal segments of them.
+
+    Parameters
+    ----------
+    recording : Recording
+        Normalised EMG is averaged as it is; its noise is not known (0).
+    kind : {"rms", "rectified"}
+        ``sqrt(mean x^2) / (MVC sqrt(pi / 2))`` or ``mean |x| / MVC``.
+    segment_s : float, optional
+        Default: whole trials. What is left over at the end of a trial is dropped.
+    band_hz : (low, high), optional
+
+    Returns
+    -------
+    SegmentAmplitude
+        Amplitudes of all segments and muscles as part of the maximum, with their sd.
+
+    Raises
+    ------
+    InputError
+        EMG that cannot be used, an unknown kind, a segment longer than a trial, or an amplitude
+        far above 1.
+    """
+    if kind not in ("rms", "rectified"):
+        raise InputError(f"unknown amplitude {kind!r}", expected="rms or rectified")
+    row, first, length = _segments(recording, segment_s)
+    notes: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = (NOISE_UNKNOWN,)
+    if recording.emg_unit == "normalised" and recording.emg is not None:
+        level = np.array(
+            [recording.emg[a : a + n].mean(axis=0) for a, n in zip(first, length, strict=True)]
+        )
+        own = _Own(level, np.zeros_like(level))
+    else:
+        clean = clean_emg(recording, band_hz=band_hz)
+        level = _levels(clean.emg, kind, first, length)
+        noise = _segment_noise(recording, clean.emg, kind, length)
+        own, rest_note = _own(recording, level, noise, row)
+        notes, warnings = (*clean.notes, *rest_note), clean.warnings
+    _refuse_above(own.amplitude, recording)
+    start = (first - recording.offsets[row]) / recording.sample_rate_hz
+    return SegmentAmplitude(
+        muscles=recording.muscles,
+        row=row,
+        start_s=start,
+        end_s=start + length / recording.sample_rate_hz,
+        amplitude=own.amplitude,
+        sd=own.sd,
+        kind=kind,
+        notes=notes,
+        warnings=warnings,
+    )
+
+
+def _levels(emg: FloatArray, kind: str, first: IntArray, length: IntArray) -> FloatArray:
+    """Level of each segment on the scale of the mean rectified EMG, V, (L, m)."""
+    parts = [emg[a : a + n] for a, n in zip(first, length, strict=True)]
+    if kind == "rms":
+        return np.array([np.sqrt((x**2).mean(axis=0)) for x in parts]) / RMS_OVER_RECTIFIED
+    return np.array([np.abs(x).mean(axis=0) for x in parts])
+
+
+def _segments(recording: Recording, segment_s: float | None) -> tuple[IntArray, IntArray, IntArray]:
+    """Row, first sample and length of each segment, (L,) each."""
+    lengths = np.diff(recording.offsets)
+    rows = np.arange(recording.n_trials)
+    if segment_s is None:
+        return rows, np.asarray(recording.offsets[:-1]), lengths
+    wide = round(segment_s * recording.sample_rate_hz)
+    if not 1 < wide <= lengths.min():
+        raise InputError(
+            f"segments of {segment_s:g} s",
+            expected=f"up to {lengths.min() / recording.sample_rate_hz:g} s, the shortest trial",
+        )
+    count = lengths // wide
+    row = np.repeat(rows, count)
+    within = np.concatenate([np.arange(c) for c in count])
+    return row, recording.offsets[row] + wide * within, np.full(len(row), wide)
+
+
+def _segment_noise(
+    recording: Recording, emg: FloatArray, kind: str, length: IntArray
+) -> FloatArray:
+    """Standard error over amplitude of each segment, (L, m)."""
+    rate = recording.sample_rate_hz
+    slow = np.vstack(_envelopes(recording, emg, cutoff_hz=SLOW_HZ))
+    rho = carrier_correlation(emg, slow, recording.offsets, rate)
+    correlation = squared_correlation(rho) if kind == "rms" else rectified_correlation(rho)
+    known = {n: relative_sd(correlation, mean_overlap(n, len(rho))) for n in set(length.tolist())}
+    return np.array([known[n] for n in length.tolist()])
+
+
+def _normalised(
+    recording: Recording, normalised: FloatArray, cutoff_hz: float, order: int
+) -> EmgAmplitude:
+    """The amplitude of EMG that is one already, low-passed."""
+    emg = np.array(normalised)
+    for t in range(recording.n_trials):
+        part = recording.samples_of(t)
+        smooth = lowpass(emg[part], cutoff_hz, recording.sample_rate_hz, order=order, axis=0)
+        emg[part] = np.clip(smooth, 0.0, None)
+    _refuse_above(emg, recording)
+    return EmgAmplitude(
+        sample_rate_hz=recording.sample_rate_hz,
+        trials=tuple(str(t) for t in recording.trials["trial"]),
+        muscles=recording.muscles,
+        offsets=recording.offsets,
+        amplitude=emg,
+        sd=np.zeros_like(emg),
+        relative_noise=np.zeros(emg.shape[1]),
+        cutoff_hz=cutoff_hz,
+        order=order,
+        notes=(f"EMG normalised already: low-pass at {cutoff_hz:g} Hz, zero phase",),
+        warnings=(NOISE_UNKNOWN,),
+    )
+
+
+def _envelopes(recording: Recording, emg: FloatArray, **options: Any) -> list[FloatArray]:
+    """The envelope of each trial, (S, m) each."""
+    made = []
+    for t in range(recording.n_trials):
+        try:
+            one = emg[recording.samples_of(t)]
+            made.append(envelope(one, recording.sample_rate_hz, **options))
+        except InputError as error:
+            number = recording.trials["trial"].iloc[t]
+            raise InputError(f"trial {number}: {error.problem}", expected=error.expected) from error
+    return made
+
+
+def _table(recording: Recording, column_of: Callable[[str], str], rows: IntArray) -> FloatArray:
+    """A level of each muscle in these rows of the trial table, (., m)."""
+    columns = [column_of(muscle) for muscle in recording.muscles]
+    return np.asarray(recording.trials[columns].to_numpy(dtype=np.float64)[rows])
+
+
+def _own(
+    recording: Recording, level: FloatArray, noise: FloatArray, rows: IntArray
+) -> tuple[_Own, tuple[str, ...]]:
+    """The muscles' own part of levels (., m) in V with relative errors, over the maximum."""
+    mvc = _table(recording, mvc_column, rows)
+    level = level / mvc
+    lacking = [m for m in recording.muscles if rest_column(m) not in recording.trials]
+    rest = np.full(1, np.nan) if lacking else _table(recording, rest_column, rows) / mvc
+    if not np.isfinite(rest).all():
+        columns = ", ".join(rest_column(m) for m in lacking or recording.muscles)
+        note = f"noise of the electrodes not taken off: no {columns} in the trial table"
+        return _Own(level, level * noise), (note,)
+    note = "noise of the silent muscle taken off in squares"
+    return _Own(*without_rest(level, level * noise, rest)), (note,)
+
+
+def _refuse_above(amplitude: FloatArray, recording: Recording) -> None:
+    if amplitude.size and amplitude.max() > HIGHEST:
+        sample, m = np.unravel_index(int(amplitude.argmax()), amplitude.shape)
+        raise InputError(
+            f"amplitude {amplitude.max():.1f} of {recording.muscles[int(m)]}",
+            expected="0..1; is the MVC that of this muscle and in the same unit?",
+        )
+
+
+def _phase_note(lag_s: float, align: bool) -> str:
+    late = f"causal, {1e3 * lag_s:.1f} ms late at 0 Hz"
+    return f"{late}, moved forward by as much" if align else late

@@ -1,0 +1,162 @@
+"""Was the muscle silent? A gate on the EMG of a passive test (Venture elbow, section IV-C)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any, ClassVar
+
+import numpy as np
+import pandas as pd
+
+from armimpedance.core.arrays import FloatArray, FrozenRecord
+from armimpedance.core.errors import InputError
+from armimpedance.core.motion import EmgSignals
+from armimpedance.core.records import Recording
+from armimpedance.numerics.signals.emg.activation import mvc_column
+from armimpedance.numerics.signals.emg.emg import envelope
+
+
+@dataclass(frozen=True)
+class EmgLevel(FrozenRecord):
+    """How active the muscles were; T trials, m muscles. As a text it is one sentence.
+
+    Attributes
+    ----------
+    muscles : tuple of m str
+    mean_percent : (T, m)
+        Mean over the trial in % of the maximum.
+    highest_percent : (T, m)
+        The same over the second in which it was highest.
+    limit_percent : float
+        The gate.
+    envelope_hz : float
+        Low-pass of the rectified EMG, the source's: second-order Butterworth forward and backward.
+    window_s : float
+        Seconds of the mean that must stay below the gate.
+    """
+
+    muscles: Annotated[tuple[str, ...], "m"]
+    mean_percent: Annotated[FloatArray, "T m"]
+    highest_percent: Annotated[FloatArray, "T m"]
+    limit_percent: float
+    envelope_hz: ClassVar[float] = 6.0
+    window_s: ClassVar[float] = 1.0
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain texts and numbers, as FIT.json holds them."""
+        return {
+            "muscles": list(self.muscles),
+            "mean_percent": self.mean_percent.tolist(),
+            "highest_percent": self.highest_percent.tolist(),
+            "limit_percent": self.limit_percent,
+        }
+
+    def __str__(self) -> str:
+        shown = ", ".join(
+            f"{muscle} {mean:.1f} %"
+            for muscle, mean in zip(self.muscles, self.mean_percent.mean(axis=0), strict=True)
+        )
+        return f"EMG: {shown} of the maximum, below the gate of {self.limit_percent:g} %"
+
+
+def emg_gate(emg: EmgSignals, trials: pd.DataFrame, *, limit_percent: float = 3.0) -> EmgLevel:
+    """Refuse a test in which a muscle was active over any one second.
+
+    The source reads about 2 % of the maximum as passive, noise of the electrodes included, and its
+    envelopes wave by about a half of that. A gate of 3 % lets such a test pass and refuses a muscle
+    that adds 2 % of its own to an electrode's 2 % (independent noises add as squares: 2.8 %) for
+    any longer than by chance.
+
+    Parameters
+    ----------
+    emg : EmgSignals
+    trials : DataFrame (T rows)
+        Table with the column ``trial``, and with ``mvc_<muscle>_V`` where the EMG is in V.
+    limit_percent : float
+        The gate in % of the maximum.
+
+    Returns
+    -------
+    EmgLevel
+
+    Raises
+    ------
+    InputError
+        A muscle above the gate: which, in which trial, when, how much. No maximum for EMG in V;
+        a trial too short for the envelope; as many trials as there are not.
+    """
+    if not (np.isfinite(limit_percent) and limit_percent > 0):
+        raise InputError(f"gate at {limit_percent} %", expected="a positive number")
+    if len(emg.offsets) != len(trials) + 1:
+        raise InputError(f"EMG of {len(emg.offsets) - 1} trials", expected=f"{len(trials)}")
+    maxima = _maxima(emg, trials)
+    mean, highest = np.zeros((2, len(trials), len(emg.muscles)))
+    for t, number in enumerate(trials["trial"]):
+        raw = emg.signals[emg.offsets[t] : emg.offsets[t + 1]]
+        level = 100 * _envelope(raw, emg.sample_rate_hz, number) / maxima[t]
+        means = _window_means(level, emg.sample_rate_hz)
+        mean[t], highest[t] = level.mean(axis=0), means.max(axis=0)
+        worst = int(highest[t].argmax())
+        if highest[t, worst] > limit_percent:
+            seconds = float(means[:, worst].argmax()) / emg.sample_rate_hz
+            raise InputError(
+                f"trial {number}: {emg.muscles[worst]} at {highest[t, worst]:.1f} % of its "
+                f"maximum from {seconds:.2f} s on for {EmgLevel.window_s:g} s",
+                expected=f"a relaxed muscle, below {limit_percent:g} %",
+            )
+    return EmgLevel(emg.muscles, mean, highest, limit_percent)
+
+
+def recorded_emg(recording: Recording) -> EmgSignals | None:
+    """The EMG of a recording of angle and torque; None where there is none.
+
+    Parameters
+    ----------
+    recording : Recording
+
+    Returns
+    -------
+    EmgSignals or None
+        At the recording's rate and in its unit.
+    """
+    if recording.emg is None:
+        return None
+    return EmgSignals(
+        recording.sample_rate_hz,
+        recording.offsets,
+        recording.emg,
+        recording.muscles,
+        recording.emg_unit,
+    )
+
+
+def _maxima(emg: EmgSignals, trials: pd.DataFrame) -> FloatArray:
+    """Rectified EMG in the maximum contraction, (T, m), in the unit of the signals."""
+    if emg.unit == "normalised":
+        return np.ones((len(trials), len(emg.muscles)))
+    columns = [mvc_column(muscle) for muscle in emg.muscles]
+    for column in columns:
+        if column not in trials:
+            raise InputError(
+                "EMG in V without its maximum", column=column, expected="in the trial table"
+            )
+    maxima = trials[columns].to_numpy(dtype=np.float64)
+    if not (np.isfinite(maxima).all() and (maxima > 0).all()):
+        bad = columns[int(np.argwhere(~(maxima > 0))[0, 1])]
+        raise InputError("a maximum that is not positive", column=bad, expected="V")
+    return maxima
+
+
+def _envelope(raw: FloatArray, rate_hz: float, trial: object) -> FloatArray:
+    """Rectified and smoothed EMG (S, m)."""
+    try:
+        return envelope(raw, rate_hz, cutoff_hz=EmgLevel.envelope_hz)
+    except InputError as error:
+        raise InputError(f"trial {trial}: {error}") from error
+
+
+def _window_means(level: FloatArray, rate_hz: float) -> FloatArray:
+    """Means over `EmgLevel.window_s` from every sample on (., m); over all of a shorter trial."""
+    width = min(max(round(EmgLevel.window_s * rate_hz), 1), len(level))
+    running = np.cumsum(np.vstack([np.zeros(level.shape[1]), level]), axis=0)
+    return np.asarray((running[width:] - running[:-width]) / width)

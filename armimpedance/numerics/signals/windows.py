@@ -1,0 +1,317 @@
+"""Cut equal windows around each onset, as wide as every trial allows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from armimpedance.core.arrays import BoolArray, FloatArray, IntArray, frozen
+from armimpedance.core.conventions import POSITION_UNIT, command_columns
+from armimpedance.core.errors import InputError
+from armimpedance.core.records import Recording, Window
+from armimpedance.numerics.signals.onset import detect_movement
+from armimpedance.numerics.signals.strays import beyond_the_others, gone_astray, lower_quantile
+
+#: State at the onset (position, force, joint angles) is a mean over this much rest before it (s).
+REST_BEFORE_ONSET_S = 0.1
+#: Room before the onset and after the end for smoothing kernels and rest (s).
+MARGIN_S = 0.16
+
+
+@dataclass(frozen=True)
+class Timing:
+    """Onset and end of every trial's disturbance, and where they come from.
+
+    Attributes
+    ----------
+    onset_s, end_s : (T,)
+        On each trial's own clock.
+    notes : tuple of str
+        Says so where times were detected.
+    """
+
+    onset_s: FloatArray
+    end_s: FloatArray
+    notes: tuple[str, ...] = ()
+
+
+class _Table:
+    """Columns of a trial table as arrays: each is looked up once for all groups of trials."""
+
+    def __init__(self, recording: Recording) -> None:
+        self.recording = recording
+        self._held: dict[str, FloatArray] = {}
+
+    def column(self, name: str) -> FloatArray:
+        """Numbers (T,); NaN where there are none."""
+        if name not in self._held:
+            self._held[name] = _column(self.recording, name)
+        return self._held[name]
+
+    @cached_property
+    def trial(self) -> IntArray:
+        """Numbers of the trials (T,)."""
+        return np.asarray(self.recording.trials["trial"].to_numpy(dtype=np.int64))
+
+    @cached_property
+    def flawed(self) -> BoolArray:
+        """As `flawed`."""
+        return flawed(self.recording)
+
+
+def _table_of(recording: Recording, timing: Timing) -> _Table:
+    """The trial table of a recording; it stays with the timing, which belongs to it."""
+    known: _Table | None = getattr(timing, "_table", None)
+    if known is None or known.recording is not recording:
+        known = _Table(recording)
+        object.__setattr__(timing, "_table", known)
+    return known
+
+
+def _column(recording: Recording, name: str) -> FloatArray:
+    if name not in recording.trials:
+        return np.full(recording.n_trials, np.nan)
+    return recording.trials[name].to_numpy(dtype=float, na_value=np.nan)
+
+
+def disturbance_times(recording: Recording) -> Timing:
+    """Onset and end from the trial table; what is missing there is detected from the position.
+
+    Parameters
+    ----------
+    recording : Recording
+        Recording of returning disturbances.
+
+    Returns
+    -------
+    Timing
+        Onset and end of every trial.
+
+    Raises
+    ------
+    InputError
+        If a time has to be detected and cannot be; names the trial. If the hand was pushed while
+        it moved, which has no rest to start from.
+    """
+    if recording.perturbation == "moving":
+        raise InputError(
+            "pushes of a hand that moves", expected="disturbances at rest; `movement` takes these"
+        )
+    onset, end = _column(recording, "onset_s").copy(), _column(recording, "end_s").copy()
+    missing = np.flatnonzero(np.isnan(onset) | np.isnan(end))
+    for row in missing:
+        samples = recording.samples_of(int(row))
+        try:
+            found = detect_movement(recording.position[samples], recording.time_s[samples])
+        except InputError as error:
+            trial = recording.trials["trial"].iloc[int(row)]
+            raise InputError(f"trial {trial}: {error.problem}", expected=error.expected) from error
+        onset[row] = found.onset_s if np.isnan(onset[row]) else onset[row]
+        end[row] = found.end_s if np.isnan(end[row]) else end[row]
+    if not len(missing):
+        return Timing(onset, end)
+    note = f"onset or end detected from the position in {len(missing)} of {len(onset)} trials"
+    return Timing(onset, end, (note,))
+
+
+def _onset_samples(recording: Recording, timing: Timing) -> IntArray:
+    """Number of the onset's sample within each trial: the last one at or before the onset."""
+    start = recording.time_s[recording.offsets[:-1]]
+    return np.floor((timing.onset_s - start) * recording.sample_rate_hz + 1e-6).astype(np.int64)
+
+
+def cut_windows(
+    recording: Recording, rows: ArrayLike | None = None, timing: Timing | None = None
+) -> Window:
+    """Equal windows from 0.16 s before the onset to 0.16 s after the longest disturbance's end.
+
+    Where trials hold less, the window shrinks to what 90 % of them hold; the others are marked
+    unusable, as are single trials in which the hand goes away or moves for far longer than in the
+    others.
+
+    Parameters
+    ----------
+    recording : Recording
+        Recording of returning disturbances.
+    rows : array of int, optional
+        Rows of the trial table, from 0; default all.
+    timing : Timing, optional
+        Timing of all trials of the recording; default: `disturbance_times`.
+
+    Returns
+    -------
+    Window
+
+    Raises
+    ------
+    InputError
+        If no trial holds its own disturbance.
+    """
+    timing = timing or disturbance_times(recording)
+    table = _table_of(recording, timing)
+    rows = np.arange(recording.n_trials) if rows is None else np.asarray(rows)
+    rate, first = recording.sample_rate_hz, _onset_samples(recording, timing)[rows]
+    duration = (timing.end_s - timing.onset_s)[rows]
+    before, after, usable, notes = _extent(table, rows, first, duration)
+    lag = np.arange(-before, after + 1)
+    start = np.where(usable, recording.offsets[rows] + first - before, 0)
+
+    place = _stretches(recording.position, start, len(lag))
+    end = before + np.round(duration * rate).astype(np.int64)
+    astray = gone_astray(place, before, end, usable)
+    if astray.any():
+        notes += (_told(table, rows, astray, "the hand goes away and does not return"),)
+        usable = usable & ~astray
+
+    def gather(samples: FloatArray) -> FloatArray:
+        return cleared(_stretches(samples, start, len(lag)))
+
+    def cleared(cut: FloatArray) -> FloatArray:
+        if not usable.all():
+            cut[~usable] = 0.0
+        return frozen(cut)
+
+    position, force = cleared(place), gather(recording.force)
+    commanded = _commanded(recording)
+    rest = slice(max(0, before + 1 - round(REST_BEFORE_ONSET_S * rate)), before + 1)
+    at_rest = start[:, None] + np.arange(rest.start, rest.stop)
+    return Window(
+        sample_rate_hz=rate,
+        lag_s=lag / rate,
+        position=position,
+        force=force,
+        duration_s=duration,
+        trial=table.trial[rows],
+        usable=usable,
+        position_at_onset=_mean_over_time(position[:, rest]),
+        force_at_onset=_mean_over_time(force[:, rest]),
+        joint_angles_at_onset=_joint_angles(table, rows, at_rest),
+        disturbance=_disturbance(table, rows),
+        notes=timing.notes + notes,
+        commanded=None if commanded is None else gather(commanded),
+    )
+
+
+def _mean_over_time(signals: FloatArray) -> FloatArray:
+    """Means (T, d) of (T, S, d): those of `numpy.mean`, which goes through few axes slowly."""
+    return np.asarray(np.einsum("tsd->td", signals) / signals.shape[1])
+
+
+def _stretches(samples: FloatArray, start: IntArray, length: int) -> FloatArray:
+    """So many samples from each start on, (T, length, d): a copy."""
+    # a window over rows is one piece of memory: no index for each sample is needed
+    windows = np.lib.stride_tricks.sliding_window_view(samples, length, axis=0)
+    return np.ascontiguousarray(windows.transpose(0, 2, 1)[start])
+
+
+def _extent(
+    table: _Table, rows: np.ndarray, first: IntArray, duration_s: FloatArray
+) -> tuple[int, int, np.ndarray, tuple[str, ...]]:
+    """Samples before and after the onset, which trials hold them (T,), and what is left out."""
+    recording = table.recording
+    rate, later = recording.sample_rate_hz, np.diff(recording.offsets)[rows] - 1 - first
+    lasting = beyond_the_others(duration_s)
+    needed = int(np.ceil(float(duration_s[~lasting].max()) * rate - 1e-6))
+    before, after = _common_extent(first, later, needed, rate)
+    long_enough = (first >= before) & (later >= after)
+    errors = table.flawed[rows]
+    if errors.all():
+        raise InputError(
+            f"all {len(errors)} trials are marked as errors",
+            column="is_error",
+            expected="one that is not",
+        )
+    usable = long_enough & ~errors & ~lasting
+    if after < needed or not usable.any():
+        shortest = int(np.argmin(later))
+        trial = table.trial[rows][shortest]
+        raise InputError(
+            f"trial {trial} ends {later[shortest] / rate:.3f} s after its onset",
+            expected=f"at least the disturbance of {needed / rate:.3f} s",
+        )
+    notes = _left_out(long_enough | errors | lasting, "too short around the disturbance")
+    notes += _left_out(~errors, "marked as an error when recorded")
+    if lasting.any():
+        why = _long_movement(recording, rows[lasting], first[lasting], duration_s[lasting])
+        notes += (_told(table, rows, lasting, why),)
+    return before, after, usable, notes
+
+
+def _joint_angles(table: _Table, rows: np.ndarray, at_rest: IntArray) -> FloatArray | None:
+    """Arm posture before the onset: measured along with the samples, or from the trial table."""
+    measured = table.recording.joint_angles
+    if measured is not None:
+        return np.asarray(measured[at_rest].mean(axis=1))
+    columns = [table.column(name)[rows] for name in ("q_shoulder_rad", "q_elbow_rad")]
+    angles = np.column_stack(columns)
+    return angles if np.isfinite(angles).all() else None
+
+
+def _commanded(recording: Recording) -> FloatArray | None:
+    """The commanded motion (N, d), where every axis has its column."""
+    names = command_columns(recording.kind, recording.axes)
+    if not all(name in recording.extra for name in names):
+        return None
+    return np.column_stack([recording.extra[name] for name in names])
+
+
+def _disturbance(table: _Table, rows: np.ndarray) -> IntArray | None:
+    """Number of each trial's disturbance, by its direction in the trial table.
+
+    In space a direction also has its angle above the plane (column ``elevation_deg``).
+    """
+    direction = table.column("direction_deg")[rows]
+    if not np.isfinite(direction).all():
+        return None
+    around = np.round(direction % 360.0, 3) % 360.0
+    above = np.round(np.nan_to_num(table.column("elevation_deg")[rows]), 3)
+    both = np.stack([above, around], axis=1)
+    return np.unique(both, axis=0, return_inverse=True)[1].ravel().astype(np.int64)
+
+
+def _common_extent(
+    before: IntArray, after: IntArray, needed: int, sample_rate_hz: float
+) -> tuple[int, int]:
+    """Samples before and after the onset that 90 % of the trials hold, at most what is wanted."""
+    margin = round(MARGIN_S * sample_rate_hz)
+    return (
+        min(margin, int(lower_quantile(before, 0.1))),
+        min(needed + margin, int(lower_quantile(after, 0.1))),
+    )
+
+
+def flawed(recording: Recording) -> BoolArray:
+    """Trials that the recording system itself marked as errors (column ``is_error``)."""
+    marks = _column(recording, "is_error")
+    return np.asarray(np.nan_to_num(marks) != 0)
+
+
+def _long_movement(
+    recording: Recording, rows: np.ndarray, first: IntArray, duration_s: FloatArray
+) -> str:
+    """What is wrong with trials that last far longer than the others."""
+    onset = recording.offsets[rows] + first
+    end = onset + np.round(duration_s * recording.sample_rate_hz).astype(np.int64)
+    last = recording.offsets[rows + 1] - 1
+    way = recording.position[np.minimum(end, last)] - recording.position[onset]
+    far = float(np.linalg.norm(way, axis=1).max())
+    unit = POSITION_UNIT[recording.kind]
+    return (
+        f"moves for {duration_s.max():.2g} s, far longer than others, and ends {far:.2g} {unit} "
+        "from its start: not a disturbance"
+    )
+
+
+def _told(table: _Table, rows: np.ndarray, out: np.ndarray, why: str) -> str:
+    """Which trials are left out, by their numbers, and why."""
+    numbers = table.trial[rows][out]
+    first = ", ".join(map(str, numbers[:5])) + (", ..." if len(numbers) > 5 else "")
+    return f"{len(numbers)} of {len(out)} trials left out (trial {first}): {why}"
+
+
+def _left_out(kept: np.ndarray, reason: str) -> tuple[str, ...]:
+    missing = int((~kept).sum())
+    return (f"{missing} of {len(kept)} trials left out: {reason}",) if missing else ()

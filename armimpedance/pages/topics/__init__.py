@@ -1,1 +1,0 @@
-"""One file a topic; its record is `TOPIC`."""

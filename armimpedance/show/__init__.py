@@ -1,0 +1,1 @@
+"""What all topics show themselves with: files, text, plots, pages, parts of commands."""

@@ -1,0 +1,178 @@
+"""Where a command's outputs go: checked before any work, so that no result is lost at its end."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+from armimpedance.core.errors import InputError
+from armimpedance.core.method_table import MethodTable
+from armimpedance.core.outputs import check_file_replaceable, check_replaceable
+
+#: Formats of result files, each a file of that folder.
+_ENDINGS: Final[MethodTable[Any]] = MethodTable(
+    "armimpedance.show.files.endings", "ENDING", "ending", default="csv"
+)
+#: Endings of what commands write; the ending decides the format.
+TABLE: Final = tuple(f".{name}" for name, one in _ENDINGS.items() if one.every_table)
+FIT: Final = (".json",)
+FIGURE: Final = (".png", ".svg", ".pdf")
+
+
+@dataclass(frozen=True)
+class Output:
+    """A file that a command is asked to write.
+
+    Attributes
+    ----------
+    option : str
+        Such as ``--out``.
+    path : Path or None
+        None where it was not asked for.
+    endings : tuple of str
+        Endings of the files that can be written.
+    """
+
+    option: str
+    path: Path | None
+    endings: tuple[str, ...]
+
+
+def add_out(
+    parser: argparse._ActionsContainer,
+    what: str,
+    endings: tuple[str, ...],
+    *,
+    required: bool = False,
+    long: bool = False,
+) -> None:
+    """The option ``--out FILE`` for a result; its help names the endings.
+
+    With ``--long``, which `written.write_result` heeds, where the result has a long table.
+    """
+    parser.add_argument(
+        "--out",
+        type=Path,
+        required=required,
+        metavar="FILE",
+        help=f"{what}: {' or '.join(endings)}"
+        if len(endings) < 3
+        else f"{what}: {listed(endings)}",
+    )
+    if long:
+        parser.add_argument(
+            "--long",
+            action="store_true",
+            help="one row a number in --out: its group, name, value, lower and upper 95 %% limit, "
+            "standard error, unit",
+        )
+
+
+def add_figure(parser: argparse._ActionsContainer, what: str) -> None:
+    """The option ``--figure FILE`` for a drawing of the result, with those of its look."""
+    parser.add_argument("--figure", type=Path, metavar="FILE", help=f"{what}: {listed(FIGURE)}")
+    add_look(parser)
+
+
+def add_look(parser: argparse._ActionsContainer) -> None:
+    """The options ``--style`` and ``--caption`` of pictures."""
+    parser.add_argument(
+        "--style",
+        choices=("print", "talk"),
+        default="print",
+        help="of the picture: letters and lines for a column of print (default) or for a slide",
+    )
+    parser.add_argument(
+        "--caption",
+        action="store_true",
+        help="write the caption below the picture, not to a .txt beside it",
+    )
+
+
+def add_replace(parser: argparse._ActionsContainer) -> None:
+    """The option ``--replace``, without which a folder that is there already stays as it is."""
+    parser.add_argument("--replace", action="store_true", help="replace an earlier output")
+
+
+def check_folder(
+    path: Path, known: Iterable[str], *, replace: bool, mark: str = "recording.json"
+) -> None:
+    """Refuse a folder to be written that is there already, before any work.
+
+    Parameters
+    ----------
+    path : Path
+    known : iterable of str
+        The names that an earlier output may hold.
+    replace : bool
+        Whether an earlier output may be replaced; any other folder never is.
+    mark : str
+        The file by which an earlier output is known.
+
+    Raises
+    ------
+    InputError
+        A file of that name, a folder that is no earlier output, or one without leave to replace it.
+    """
+    check_replaceable(path, mark, tuple(known))
+    if path.exists() and not replace and any(path.iterdir()):
+        raise InputError("exists already", file=path, expected="a new folder, or --replace")
+
+
+def listed(endings: tuple[str, ...]) -> str:
+    """The endings as a sentence holds them: ``.csv, .json or .parquet``."""
+    return ", ".join(endings[:-1]) + (" or " if len(endings) > 1 else "") + endings[-1]
+
+
+def check_outputs(*outputs: Output, reads: Iterable[Path | None] = ()) -> None:
+    """Refuse outputs that cannot be written, or that would replace what the command reads.
+
+    Parameters
+    ----------
+    outputs : Output
+    reads : paths
+        Files and folders that the command reads; None is passed over.
+
+    Raises
+    ------
+    InputError
+        An ending that cannot be written, a folder that is not there, a folder for a file, an output
+        that is an input or lies in one, or two outputs in one file. It names the path.
+    """
+    inputs = [path.resolve() for path in reads if path is not None]
+    taken: dict[Path, str] = {}
+    for output in outputs:
+        if output.path is None:
+            continue
+        _check_place(output.path, output.endings)
+        place = output.path.resolve()
+        if place in taken:
+            options = f"{taken[place]} and to {output.option}"
+            raise InputError(f"given to {options}", file=output.path, expected="two files")
+        if any(place == path or path in place.parents for path in inputs):
+            raise InputError(
+                f"{output.option} would replace what is read",
+                file=output.path,
+                expected="another file",
+            )
+        taken[place] = output.option
+        if output.endings == FIGURE and place.with_suffix(".txt") in inputs:
+            raise InputError(
+                f"the caption of {output.option} would replace what is read",
+                file=output.path.with_suffix(".txt"),
+                expected="another file",
+            )
+
+
+def _check_place(path: Path, endings: tuple[str, ...]) -> None:
+    if path.suffix not in endings:
+        what = "not a figure's name" if endings == FIGURE else f"no ending {path.suffix!r} here"
+        raise InputError(what, file=path, expected=f"one that ends in {listed(endings)}")
+    if not path.absolute().parent.is_dir():
+        raise InputError("no such folder", file=path.parent, expected="an existing folder")
+    if path.is_dir():
+        raise InputError("is a folder", file=path, expected="the name of a file")
+    check_file_replaceable(path)

@@ -1,0 +1,215 @@
+"""The columns of recordings and results in words, with units: for descriptions that others read."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Final, Literal
+
+import numpy as np
+
+from armimpedance.core.arrays import FloatArray
+from armimpedance.core.conventions import AXES, force_columns, position_columns
+from armimpedance.core.motion import WRENCH, MarkerRecording, MotionRecording
+from armimpedance.core.records import Recording
+from armimpedance.show.files.written.words import meaning_of
+
+Kind = Literal["POS", "JNTANG", "MISC"]
+
+#: Ending of a column's name -> its unit as BIDS writes it.
+_UNITS: Final = {
+    "_m": "m",
+    "_rad": "rad",
+    "_deg": "deg",
+    "_Nm": "N*m",
+    "_N": "N",
+    "_s": "s",
+    "_V": "V",
+    "_kg": "kg",
+    "_Hz": "Hz",
+}
+_WRENCH_UNITS: Final = ("N", "N", "N", "N*m", "N*m", "N*m")
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column of samples.
+
+    Attributes
+    ----------
+    name, words : str
+    unit : str
+        "n/a" where it has none.
+    values : (N,)
+    kind : {"POS", "JNTANG", "MISC"}
+        Type of a channel in BIDS.
+    component, point : str
+        Axis and tracked point, where there is one.
+    """
+
+    name: str
+    words: str
+    unit: str
+    values: FloatArray
+    kind: Kind = "MISC"
+    component: str = "n/a"
+    point: str = "n/a"
+
+    @property
+    def frame(self) -> str:
+        """Reference frame of a position."""
+        return "lab" if self.kind == "POS" else "n/a"
+
+
+def unit_of_name(name: str) -> str:
+    """The unit that the end of a column's name says, or "n/a"."""
+    return next((unit for end, unit in _UNITS.items() if name.endswith(end)), "n/a")
+
+
+def sample_columns(recording: Any) -> list[Column]:
+    """All columns of samples of a recording, its time first; EMG of another rate is not among them.
+
+    Parameters
+    ----------
+    recording : Recording, MarkerRecording or MotionRecording
+    """
+    time = Column("trial_time", "each trial's own clock", "s", recording.time_s)
+    if isinstance(recording, Recording):
+        return [time, *_of_the_limb(recording)]
+    plates = _plates(recording)
+    if isinstance(recording, MarkerRecording):
+        return [time, *_markers(recording), *plates]
+    return [time, *_coordinates(recording), *plates]
+
+
+def _of_the_limb(recording: Recording) -> list[Column]:
+    hand = recording.kind == "hand"
+    d = recording.axes
+    columns = []
+    for i, name in enumerate(position_columns(recording.kind, d)):
+        words = f"position of the hand, {AXES[i]}" if hand else f"angle of joint {i + 1}"
+        kind: Kind = "POS" if hand else "JNTANG"
+        component, point = (AXES[i], "hand") if hand else ("n/a", f"joint{i + 1}")
+        values = recording.position[:, i]
+        columns.append(Column(name, words, unit_of_name(name), values, kind, component, point))
+    for i, name in enumerate(force_columns(recording.kind, d)):
+        what = f"force, {AXES[i]}," if hand else f"torque of joint {i + 1}"
+        words = f"{what} by the limb on the device"
+        columns.append(Column(name, words, unit_of_name(name), recording.force[:, i]))
+    if recording.joint_angles is not None:
+        for i, name in enumerate(arm_angle_names(recording.joint_angles.shape[1])):
+            values = recording.joint_angles[:, i]
+            words = f"measured angle {i + 1} of the arm"
+            columns.append(Column(name, words, "rad", values, "JNTANG", point=f"joint{i + 1}"))
+    if recording.emg is not None:
+        unit = "V" if recording.emg_unit == "V" else "n/a"
+        told = "" if recording.emg_unit == "V" else ", part of a maximal contraction"
+        for i, muscle in enumerate(recording.muscles):
+            words = f"EMG of {muscle}{told}"
+            columns.append(Column(f"emg_{muscle}", words, unit, recording.emg[:, i]))
+    for name, values in recording.extra.items():
+        columns.append(Column(name, "further column of the recording", unit_of_name(name), values))
+    return columns
+
+
+def arm_angle_names(joints: int) -> tuple[str, ...]:
+    """Columns of the arm's measured posture."""
+    if joints == 2:
+        return ("q_shoulder_rad", "q_elbow_rad")
+    return tuple(f"q_{i}_rad" for i in range(1, joints + 1))
+
+
+def _markers(recording: MarkerRecording) -> list[Column]:
+    return [
+        Column(
+            name=f"{name}_{axis}",
+            words=f"place of marker {name}, {axis}",
+            unit="m",
+            values=recording.positions[:, p, i],
+            kind="POS",
+            component=axis,
+            point=name,
+        )
+        for p, name in enumerate(recording.names)
+        for i, axis in enumerate(AXES)
+    ]
+
+
+def _coordinates(recording: MotionRecording) -> list[Column]:
+    columns = []
+    for i, name in enumerate(recording.skeleton.columns):
+        unit = unit_of_name(name)
+        kind: Kind = "JNTANG" if unit == "rad" else "MISC"
+        words = "coordinate of the skeleton"
+        columns.append(Column(name, words, unit, recording.coordinates[:, i], kind))
+    if recording.torque is not None:
+        for i, name in enumerate(recording.skeleton.coordinates):
+            words = f"generalised force of {name}"
+            columns.append(Column(f"tau_{name}", words, "n/a", recording.torque[:, i]))
+    return columns
+
+
+def _plates(recording: MarkerRecording | MotionRecording) -> list[Column]:
+    if recording.wrenches is None or recording.plate_origins_m is None:
+        return []
+    columns = []
+    for k in range(recording.wrenches.shape[1]):
+        origin = ", ".join(repr(float(v)) for v in recording.plate_origins_m[k])
+        for i, name in enumerate(WRENCH):
+            what = "force" if name.startswith("f") else "moment about its origin"
+            words = f"{what} by plate {k + 1} on the body; origin at {origin} m"
+            values = np.ascontiguousarray(recording.wrenches[:, k, i])
+            columns.append(Column(f"plate{k + 1}_{name}", words, _WRENCH_UNITS[i], values))
+    return columns
+
+
+#: What columns of the trial table mean; others are the laboratory's own.
+_OF_TRIALS: Final = {
+    "trial": "number of the trial",
+    "condition": "condition of the trial",
+    "set": "set of trials",
+    "day": "day of the experiment, counted",
+    "experiment": "experiment",
+    "direction_deg": "direction of the disturbance, counter-clockwise from x",
+    "elevation_deg": "direction of the disturbance, above the x-y plane",
+    "elbow": "whether the upper arm was held from turning about its axis, or free",
+    "onset_s": "onset of the disturbance on the trial's own clock",
+    "end_s": "end of the disturbance on the trial's own clock",
+    "target_activation": "muscle activation that was asked for, part of a maximal contraction",
+    "q_shoulder_rad": "angle of the shoulder",
+    "q_elbow_rad": "angle of the elbow",
+}
+
+
+def trial_column(name: str) -> tuple[str, str]:
+    """What a column of the trial table means, and its unit ("n/a": none)."""
+    return _OF_TRIALS.get(name, "column of the trial table"), unit_of_name(name)
+
+
+def result_column(name: str, level: str = "hand") -> tuple[str, str]:
+    """What a column of results means, and its unit ("n/a": none or not known)."""
+    for beginning, words in _BESIDE.items():
+        if name.startswith(beginning):
+            base = meaning_of(name.removeprefix(beginning), level)
+            return f"{words} of: {base.words}", base.unit or "n/a"
+    told = _TEXTS.get(name)
+    meaning = meaning_of(name, level)
+    return (told, "n/a") if told else (meaning.words, meaning.unit or "n/a")
+
+
+_BESIDE: Final = {
+    "sd_": "standard error",
+    "ci_low_": "lower 95 % limit",
+    "ci_high_": "upper 95 % limit",
+}
+_TEXTS: Final = {
+    "condition": "condition of the trials",
+    "method": "method of the estimate",
+    "level": "where the impedance is: at the hand, the joints or the muscles",
+    "n_trials": "number of trials",
+    "warnings": "what the fit warns of; empty where it does not",
+    "provenance": "what was done, one sentence each",
+    "covariance": "lower triangle of the covariance of M, B, K, row by row",
+    "shared_errors": "errors of M, B, K, row by row, that one cause makes in all rows alike: one "
+    "standard deviation of each cause, part of the covariance",
+    "muscles": "names of the muscles",
+}

@@ -1,0 +1,160 @@
+"""What is shared, what its owner says of it, and the forms there are. Standard library only."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Final
+
+from armimpedance.core.method_table import MethodTable
+
+
+@dataclass(frozen=True)
+class Statement:
+    """What only the owner of the data can say; what was not said stays empty everywhere.
+
+    Attributes
+    ----------
+    name, description, licence, identifier, url : str or None
+        `licence` as an SPDX name or an address, `identifier` such as a DOI.
+    creators, keywords, funding : tuple of str
+    """
+
+    name: str | None = None
+    description: str | None = None
+    creators: tuple[str, ...] = ()
+    licence: str | None = None
+    identifier: str | None = None
+    url: str | None = None
+    keywords: tuple[str, ...] = ()
+    funding: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class ResultTable:
+    """A table of results as its file has it.
+
+    Attributes
+    ----------
+    path : Path
+    columns : tuple of str
+    rows : tuple of mappings
+        Column -> the text of the cell; empty where there is no value.
+    """
+
+    path: Path
+    columns: tuple[str, ...]
+    rows: tuple[Mapping[str, str], ...]
+
+
+@dataclass(frozen=True)
+class Shared:
+    """What is shared.
+
+    Attributes
+    ----------
+    recordings : sequence of (Path, recording)
+    results : sequence of ResultTable
+    statement : Statement
+    person, task : str or None
+        Labels for BIDS; None: made from the recording and its name.
+    version : str
+        Of the toolkit.
+    """
+
+    recordings: Sequence[tuple[Path, Any]] = ()
+    results: Sequence[ResultTable] = ()
+    statement: Statement = field(default_factory=Statement)
+    person: str | None = None
+    task: str | None = None
+    version: str = ""
+
+    @property
+    def paths(self) -> list[Path]:
+        """Where all of it was read."""
+        return [*(path for path, _ in self.recordings), *(table.path for table in self.results)]
+
+
+@dataclass(frozen=True)
+class Form:
+    """A form in which data are shared.
+
+    Attributes
+    ----------
+    what : str
+        For help texts.
+    write : callable
+        Writes to a folder that is there and empty, or to a file; returns sentences on what was
+        left out or is not known.
+    endings : tuple of str
+        Of the file; empty: a folder is written.
+    takes : tuple of str
+        Of "recording" and "results".
+    """
+
+    what: str
+    write: Callable[[Shared, Path], tuple[str, ...]]
+    endings: tuple[str, ...] = ()
+    takes: tuple[str, ...] = ("recording", "results")
+
+    def share(
+        self,
+        recordings: Sequence[tuple[Path, Any]],
+        tables: Sequence[Path],
+        out: Path,
+        *,
+        said: Mapping[str, Any],
+        person: str | None = None,
+        task: str | None = None,
+        version: str = "",
+    ) -> tuple[str, ...]:
+        """Write recordings and tables of results in this form.
+
+        Parameters
+        ----------
+        recordings : sequence of (Path, recording)
+            With the paths that they were read from.
+        tables : sequence of Path
+            RESULTS.csv.
+        out : Path
+            An empty folder, or a file.
+        said : mapping
+            Fields of `Statement`.
+        person, task, version
+            See `Shared`.
+
+        Returns
+        -------
+        tuple of str
+            What was left out or is not known.
+
+        Raises
+        ------
+        InputError
+            A table cannot be read, or what is given has no place in this form.
+        """
+        results = [result_table(path) for path in tables]
+        return self.write(
+            Shared(recordings, results, Statement(**said), person, task, version), out
+        )
+
+
+def result_table(path: Path) -> ResultTable:
+    """A table of results, its cells as they are.
+
+    Raises
+    ------
+    InputError
+    """
+    from armimpedance.show.files.table_row import table_rows
+
+    rows = table_rows(path)
+    columns = tuple(name for name in rows[0].cells if name)
+    return ResultTable(path, columns, tuple(row.cells for row in rows))
+
+
+#: One file in the folder is one form.
+FORMS: Final[MethodTable[Form]] = MethodTable(
+    "armimpedance.show.files.sharing.forms", "FORM", "form", joint="-"
+)

@@ -1,0 +1,68 @@
+"""A FIT.json of any topic: parameters, intervals and checks, as the file holds them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from armimpedance.core.errors import InputError
+from armimpedance.core.findings import Finding
+from armimpedance.core.json_text import read_json
+from armimpedance.show.pages.asked import Asked
+from armimpedance.show.pages.build import page_from, reviewed
+from armimpedance.show.pages.methods_text import methods_of, software
+from armimpedance.show.pages.of_fit import told_by
+from armimpedance.show.pages.page import Page, Section, Table
+from armimpedance.show.pages.topic import Topic
+from armimpedance.show.text import counted, with_half_width
+
+
+def page_of(asked: Asked) -> Page:
+    """The page of a FIT.json."""
+    content = read_json(asked.source, "a FIT.json")
+    try:
+        rows = [_row(one) for one in content["parameters"]]
+        checks = tuple(
+            Finding(str(c["check"]), c["verdict"], str(c["message"]), str(c["smallest"]))
+            for c in content.get("checks", ())
+        )
+        warnings = [str(warning) for warning in content.get("warnings", ())]
+        method = str(content["method"])
+    except (AttributeError, KeyError, TypeError, ValueError) as error:
+        expected = "what a command wrote to --out"
+        raise InputError("not a FIT.json", file=asked.source, expected=expected) from error
+    told = told_by(warnings, checks)
+    heads = ("parameter", "value", "95 %", "unit", "well identified")
+    table = Table("Fitted parameters, ± half the 95 % interval", heads, tuple(rows), "parameters")
+    return page_from(
+        asked,
+        told,
+        title="Fit",
+        lead=f"Method {method}; the file holds no samples, so that nothing is drawn.",
+        count=counted(len(rows), "parameter"),
+        next_step="Give the recording instead of this file to see pictures and residuals.",
+        reader=[Section("Parameters", (table,))],
+        reviewer=reviewed(told),
+        methods=methods_of([f"Fitted with {software()}, method {method}"], findings=told),
+        options=[("method", method)],
+        data={"parameters": pd.DataFrame(rows, columns=list(heads))},
+    )
+
+
+def _row(one: Mapping[str, Any]) -> tuple[str, ...]:
+    joint = f" of joint {one['joint']}" if one.get("joint") is not None else ""
+    low, high = (np.nan if limit is None else float(limit) for limit in one["ci95"])
+    value = np.nan if one["value"] is None else float(one["value"])
+    return (
+        f"{one['name']}{joint}",
+        with_half_width(value, (high - low) / 2),
+        f"{low:.4g} to {high:.4g}",
+        str(one["unit"]),
+        "yes" if one["well_identified"] else "no",
+    )
+
+
+TOPIC = Topic("a FIT.json of any topic, without its recording", page_of)

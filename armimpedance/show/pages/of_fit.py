@@ -1,0 +1,161 @@
+"""The page of a fit: what every topic shares whose result has parameters with names."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import pandas as pd
+
+from armimpedance.core.findings import Finding
+from armimpedance.numerics.regression import FitSummary, NamedParameter
+from armimpedance.show.pages.asked import Asked
+from armimpedance.show.pages.build import page_from, reviewed
+from armimpedance.show.pages.methods_text import methods_of
+from armimpedance.show.pages.page import Block, Page, Section, Table
+from armimpedance.show.text import with_half_width
+
+
+def parameter_table(parameters: Sequence[NamedParameter], caption: str = "") -> Table:
+    """Every parameter with its interval, and whether it is well identified.
+
+    Parameters
+    ----------
+    parameters : sequence of NamedParameter
+    caption : str
+        Without it, what the columns are.
+
+    Returns
+    -------
+    Table
+        Its numbers are the page's data "parameters".
+    """
+    rows = tuple(
+        (
+            one.label,
+            with_half_width(one.value, (one.ci95[1] - one.ci95[0]) / 2),
+            f"{one.ci95[0]:.4g} to {one.ci95[1]:.4g}",
+            one.unit,
+            "yes" if one.well_identified else "no",
+        )
+        for one in parameters
+    )
+    said = caption or (
+        "Fitted parameters, ± half the 95 % interval. Well identified: twice the standard error "
+        "is below 10 % of the value."
+    )
+    heads = ("parameter", "value", "95 %", "unit", "well identified")
+    return Table(said, heads, rows, "parameters")
+
+
+def told_by(warnings: Sequence[str], checks: Sequence[Finding]) -> tuple[Finding, ...]:
+    """The checks, and those warnings that are no check's as findings without a name.
+
+    Parameters
+    ----------
+    warnings : sequence of str
+    checks : sequence of Finding
+
+    Returns
+    -------
+    tuple of Finding
+    """
+    known = {check.sentence for check in checks}
+    return (*checks, *(Finding("", "warning", w) for w in warnings if w not in known))
+
+
+def next_step(parameters: Sequence[NamedParameter]) -> str:
+    """What to do where nothing is wrong: what the widest interval would need.
+
+    Parameters
+    ----------
+    parameters : sequence of NamedParameter
+
+    Returns
+    -------
+    str
+    """
+    loose = [one.label for one in parameters if not one.well_identified]
+    if not loose:
+        return "Every parameter is known to within 10 %: nothing more is needed."
+    named = ", ".join(loose[:5]) + (f" and {len(loose) - 5} more" if len(loose) > 5 else "")
+    are = "is" if len(loose) == 1 else "are"
+    return f"{named} {are} not known to within 10 %: four times as much data halves an interval."
+
+
+def fit_page(
+    asked: Asked,
+    summary: FitSummary,
+    *,
+    title: str,
+    lead: str,
+    pictures: Sequence[Block] = (),
+    sections: Sequence[Section] = (),
+    printed: str = "",
+    methods: Sequence[str] = (),
+    references: Sequence[str] = (),
+    options: Sequence[tuple[str, Any]] = (),
+    frames: dict[str, pd.DataFrame] | None = None,
+    emg: bool = False,
+) -> Page:
+    """One fit as a page.
+
+    Parameters
+    ----------
+    asked : Asked
+    summary : FitSummary
+        Method, parameters, warnings, checks.
+    title, lead : str
+    pictures : sequence of blocks
+        What a reader sees first.
+    sections : sequence of Section
+        What the topic adds for a reviewer.
+    printed : str
+        The command's own text.
+    methods, references : sequence of str
+        Sentences of the methods paragraph, and what they cite.
+    options : sequence of (str, value)
+        What was chosen.
+    frames : dict from str to DataFrame, optional
+        Further data of the page.
+    emg : bool
+        Whether the fit uses the EMG: else checks of the EMG do not matter.
+
+    Returns
+    -------
+    Page
+    """
+    own_names = {check.name for check in summary.checks}
+    of_recording = (
+        check
+        for check in (asked.checks if emg else asked.checks_without_emg)
+        if check.name not in own_names
+    )
+    told = told_by(summary.warnings, (*summary.checks, *of_recording))
+    determined = [Section("What the data determine", (_conditions(summary),))]
+    shown = [Section("Pictures", tuple(pictures))] if pictures else []
+    return page_from(
+        asked,
+        told,
+        title=title,
+        lead=lead,
+        count=f"{len(summary.parameters)} parameters from {summary.n} rows",
+        next_step=next_step(summary.parameters),
+        reader=(*shown, Section("Parameters", (parameter_table(summary.parameters),))),
+        reviewer=(*sections, *determined, *reviewed(told, printed)),
+        methods=methods_of(methods, references, told),
+        options=[("method", summary.method), *options],
+        data={"parameters": summary.to_frame().reset_index(), **(frames or {})},
+    )
+
+
+def _conditions(summary: FitSummary) -> Table:
+    rows = (
+        ("rows of the regression", str(summary.n)),
+        ("rank", str(summary.rank)),
+        ("condition of the columns, scaled", f"{summary.cond_scaled:.3g}"),
+        ("condition of the columns as they are", f"{summary.cond_raw:.3g}"),
+        ("R², which cannot see a wrong model", f"{summary.r2:.4f}"),
+        ("variance accounted for", f"{100 * summary.vaf:.3g} %"),
+    )
+    return Table("The regression: a condition below 30 determines every column.", ("", ""), rows)

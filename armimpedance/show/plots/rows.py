@@ -1,0 +1,178 @@
+"""Rows of a table drawn: an ellipse and elements with 95 % intervals beside each row's name."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from operator import eq, le
+from typing import TYPE_CHECKING, Annotated, Final, Literal
+
+import numpy as np
+
+from armimpedance.core.arrays import BoolArray, FloatArray, FrozenRecord
+from armimpedance.show.plots.style import TWO_COLUMNS_IN, new_figure, unit_text
+from armimpedance.show.plots.surfaces import few_ticks
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+#: Rows closer together than this have no room for their names (inches).
+_LEAST_ROW_IN: Final = 0.155
+_ROW_IN: Final = 0.23
+#: Height of a band of panels beside its rows: ticks, label, letter.
+_BESIDE_IN: Final = 0.75
+_HIGHEST_IN: Final = 8.2
+#: Longer names take the panels' room: they are shortened in the middle.
+_MOST_LETTERS: Final = 26
+
+
+@dataclass(frozen=True)
+class Series(FrozenRecord):
+    """Matrices of all rows under one assumption.
+
+    Attributes
+    ----------
+    label : str
+        For the legend.
+    matrices, half : (n, k, k)
+        Values and half-widths of their 95 % intervals.
+    color : str
+    filled : bool
+        Whether its marks are.
+    faded : (n,) bool or None
+        Rows that are extrapolated: drawn as squares.
+    """
+
+    label: str
+    matrices: Annotated[FloatArray, "n k k"]
+    half: Annotated[FloatArray, "n k k"]
+    color: str
+    filled: bool = True
+    faded: Annotated[BoolArray, "n"] | None = None
+
+
+def row_axes(
+    rows: int, columns: int, bands: int = 1, narrow: int = 0
+) -> tuple[Figure, list[list[Axes]]]:
+    """A figure of `bands` times `columns` panels whose vertical axis are the rows.
+
+    The first `narrow` panels of a band hold ellipses and are narrower.
+    """
+    height = min(bands * (_BESIDE_IN + _ROW_IN * max(rows, 2)) + 0.3, _HIGHEST_IN)
+    figure = new_figure(TWO_COLUMNS_IN, height)
+    ratios = [0.55] * narrow + [1.0] * (columns - narrow)
+    grid = figure.subplots(bands, columns, sharey=True, squeeze=False, width_ratios=ratios)
+    return figure, [list(band) for band in grid]
+
+
+def name_rows(ax: Axes, names: Sequence[str], bands: int = 1) -> None:
+    """Names of the rows from the top down; numbers where they would touch each other."""
+    count = len(names)
+    ax.set_ylim(count - 0.4, -0.6)
+    room = min(_HIGHEST_IN / bands - _BESIDE_IN, _ROW_IN * max(count, 2))
+    if room / count < _LEAST_ROW_IN:
+        ax.set_ylabel("row of the table")
+        ax.set_yticks(range(0, count, -(-count // 10)))
+        ax.set_yticklabels([str(number + 1) for number in range(0, count, -(-count // 10))])
+        return
+    ax.set_yticks(range(count), [_short(name) for name in names], parse_math=False)
+
+
+def _short(name: str) -> str:
+    if len(name) <= _MOST_LETTERS:
+        return name
+    half = (_MOST_LETTERS - 1) // 2
+    return f"{name[:half]}…{name[-half:]}"
+
+
+def draw_elements(
+    axes: Sequence[Axes],
+    series: Sequence[Series],
+    symbol: str,
+    unit: str,
+    *,
+    part: Literal["all", "upper", "diagonal"] = "all",
+) -> None:
+    """Element by element, row by row: a dot with its interval for each series.
+
+    Parameters
+    ----------
+    axes : sequence of Axes
+        One for each element, row by row.
+    series : sequence of Series
+        Drawn a little above one another.
+    symbol, unit : str
+        Such as ``K``, ``N/m``.
+    part : {"all", "upper", "diagonal"}
+        Which elements.
+    """
+    k, count = series[0].matrices.shape[1], len(series[0].matrices)
+    wanted = {"all": lambda *_: True, "upper": le, "diagonal": eq}[part]
+    places = [(i, j) for i in range(k) for j in range(k) if wanted(i, j)]
+    shift = 0.0 if len(series) == 1 else 0.14
+    for ax, (i, j) in zip(axes, places, strict=True):
+        ax.axvline(0.0, color="0.85", linewidth=0.6, zorder=0)
+        for number, one in enumerate(series):
+            at = np.arange(count, dtype=float) + shift * (2 * number - len(series) + 1)
+            _draw_series(ax, at, one, one.matrices[:, i, j], one.half[:, i, j])
+        ax.set_xlabel(f"{symbol}_{i + 1}{j + 1} ({unit_text(unit)})")
+        ax.xaxis.set_major_locator(few_ticks(2))
+        ax.tick_params(axis="y", length=0)
+
+
+def _draw_series(
+    ax: Axes, at: FloatArray, one: Series, value: FloatArray, half: FloatArray
+) -> None:
+    faded = np.zeros(len(at), dtype=bool) if one.faded is None else one.faded
+    small = 2.2 if len(at) > 30 else 3.2
+    for rows, marker, label in ((~faded, "o", one.label), (faded, "s", "extrapolated")):
+        if not rows.any():
+            continue
+        ax.errorbar(
+            value[rows],
+            at[rows],
+            xerr=half[rows],
+            fmt=marker,
+            color=one.color,
+            mfc=one.color if one.filled and marker == "o" else "white",
+            markersize=small,
+            mew=0.8,
+            elinewidth=0.8,
+            label=label,
+        )
+
+
+def draw_ellipses(ax: Axes, series: Sequence[Series], symbol: str) -> None:
+    """The ellipse of each row in its own shape, all to one scale; a cross where there is none."""
+    from matplotlib.collections import EllipseCollection
+
+    # The outline is K_s u, |u| = 1, of the symmetric part: half-axes are its principal values.
+    found = [np.linalg.eigh((m + m.transpose(0, 2, 1)) / 2) for m in (s.matrices for s in series)]
+    # What is extrapolated may be a hundred times larger, and would make all others specks.
+    kept = [np.ones(len(s.matrices), bool) if s.faded is None else ~s.faded for s in series]
+    known = [v[rows] if rows.any() else v for (v, _), rows in zip(found, kept, strict=True)]
+    largest = max(float(np.abs(values).max()) for values in known) or 1.0
+    for one, (values, vectors) in zip(series, found, strict=True):
+        definite = values[:, 0] > 0
+        width, height = 0.94 * values[definite].T / largest
+        at = np.column_stack([np.zeros(len(values)), np.arange(len(values))])
+        ax.add_collection(
+            EllipseCollection(
+                width,
+                height,
+                np.degrees(np.arctan2(vectors[definite, 1, 0], vectors[definite, 0, 0])),
+                units="y",
+                offsets=at[definite],
+                offset_transform=ax.transData,
+                facecolors="none",
+                edgecolors=one.color,
+                linewidths=0.9,
+                linestyles="-" if one.filled else (0, (3, 1.2)),
+            )
+        )
+        ax.plot(*at[~definite].T, "x", color=one.color, markersize=4)
+    ax.set(xlim=(-1, 1), xticks=[])
+    ax.set_xlabel(symbol)
+    ax.spines["bottom"].set_visible(False)
+    ax.tick_params(axis="y", length=0)
