@@ -8,21 +8,18 @@
     ai.plot_ellipses(hand)
 
 Every name is loaded when it is first used, so that ``armimpedance --help`` starts as fast as the
-interpreter. Four topics have a verb and a room of one name: ``ai.elbow``, ``ai.passive``,
-``ai.body`` and ``ai.movement`` are the verbs; what stands in the rooms is imported from them, as in
-``from armimpedance.joint.elbow import ElbowFit``.
+interpreter. What stands in the rooms is imported from them, as in
+``from armimpedance.joint.elbow import JointSamples``.
 """
 
 import ast
-import sys
 from importlib import import_module
 from pathlib import Path
-from types import ModuleType
 
 __version__ = "0.1.0"
 
 # Name -> room, from the stub, which type checkers read too: one list. The rooms' own faces use
-# lazy_loader; here the standard library is enough, and some names must win over rooms.
+# lazy_loader; here the standard library is enough.
 _STUB = ast.parse(Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8"))
 _ROOMS = {
     alias.name: f"{__name__}.{node.module}"
@@ -45,14 +42,3 @@ def __getattr__(name: str) -> object:
 
 def __dir__() -> list[str]:
     return __all__
-
-
-class _Face(ModuleType):
-    """A module whose verbs are not hidden by the rooms of their names, once these are imported."""
-
-    def __setattr__(self, name: str, value: object) -> None:
-        if not (name in __all__ and isinstance(value, ModuleType)):
-            super().__setattr__(name, value)
-
-
-sys.modules[__name__].__class__ = _Face

@@ -1,8 +1,8 @@
 """Passive elbow from markers at 30 frames/s: errors, the source's sds, coverage of intervals.
 
 Run: ``python benchmarks/passive_joint.py [--runs 200]``. Subject 1, test P5 of 700 frames and the
-release test of 1100, markers with 0.5 mm of noise, joint angles by `limb.mocap.joint_motion`; the rest
-angle is known. Exits 1 if something asked for is missed.
+release test of 1100, markers with 0.5 mm of noise, joint angles by `limb.mocap.joint_motion`; the
+rest angle is known. Exits 1 if something asked for is missed.
 """
 
 from __future__ import annotations

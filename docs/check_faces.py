@@ -31,7 +31,7 @@ ERRORS_AT_THE_TOP = {*ERRORS, "PR07", "RT03", "EX01"}
 
 def faces() -> Iterator[tuple[str, str]]:
     """(Room, name) of every name on a face of the analysis, the face of the whole first."""
-    stubs = [ROOT / "armimpedance/__init__.pyi", *sorted(ROOT.glob("armimpedance/*/__init__.pyi"))]
+    stubs = sorted(ROOT.glob("armimpedance/**/__init__.pyi"), key=lambda p: (len(p.parts), p))
     for stub in filter(Path.exists, stubs):
         room = ".".join(stub.parent.relative_to(ROOT).parts)
         for node in ast.walk(ast.parse(stub.read_text())):

@@ -1,7 +1,7 @@
 """Newton and Euler for a tree of segments, in the world's frame, all samples at once.
 
-Own dynamics of the rigs of moving bodies; nothing of the analysis (see `armimpedance.core.skeleton` for
-frames, signs and the order of the coordinates).
+Own dynamics of the rigs of moving bodies; nothing of the analysis (see `armimpedance.core.skeleton`
+for frames, signs and the order of the coordinates).
 """
 
 from __future__ import annotations

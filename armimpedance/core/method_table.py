@@ -50,6 +50,10 @@ class MethodTable(Mapping[str, Entry], Generic[Entry]):
         named = [name.replace("_", self._joint) for name in found]
         return tuple(sorted(named, key=lambda name: name != self.default))
 
+    def _place(self, name: str) -> str:
+        """The module that holds an entry."""
+        return f"{self._package}.{name.replace(self._joint, '_')}"
+
     def __iter__(self) -> Iterator[str]:
         return iter(self.names)
 
@@ -60,7 +64,7 @@ class MethodTable(Mapping[str, Entry], Generic[Entry]):
         if name not in self._loaded:
             if name not in self.names:
                 raise KeyError(name)
-            module = import_module(f"{self._package}.{name.replace(self._joint, '_')}")
+            module = import_module(self._place(name))
             self._loaded[name] = getattr(module, self._record)
         return self._loaded[name]
 
@@ -82,3 +86,29 @@ class MethodTable(Mapping[str, Entry], Generic[Entry]):
     def listed(self) -> str:
         """The names as a help text shows them: ``weighted (default), exact, ...``."""
         return ", ".join(n + (" (default)" if n == self.default else "") for n in self.names)
+
+
+class PlacedTable(MethodTable[Entry]):
+    """A table whose entries stand in many folders: each topic holds its own.
+
+    Parameters
+    ----------
+    places : mapping
+        Name of an entry -> the module that holds it, dotted.
+    record, kind, default : str
+        As of `MethodTable`.
+    """
+
+    def __init__(
+        self, places: Mapping[str, str], record: str, kind: str, default: str = ""
+    ) -> None:
+        super().__init__("", record, kind, default)
+        self._places = places
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """All names; nothing is imported for them."""
+        return tuple(sorted(self._places, key=lambda name: (name != self.default, name)))
+
+    def _place(self, name: str) -> str:
+        return self._places[name]

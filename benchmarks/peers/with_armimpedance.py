@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 from record import Hand, Joint
 
-from armimpedance import analyses
+import armimpedance as ai
 from armimpedance.core.records import Recording
 from armimpedance.hand.still import Options, estimate
 from armimpedance.joint.elbow import JointSamples, estimate_joint, identify_elbow
@@ -80,7 +80,7 @@ def hand_sessions(record: Hand) -> Arrays:
 
 def hand_checked(record: Hand) -> Arrays:
     """As the command does it: every check first, intervals that allow for what it cannot see."""
-    found = analyses.estimate(recording_of(record))
+    found = ai.estimate(recording_of(record))
     return np.stack([e.parameters for e in found]), np.stack([_half(e.interval()) for e in found])
 
 

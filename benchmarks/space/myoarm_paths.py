@@ -1,11 +1,12 @@
 """Make the paths of the arm "myoarm7": polynomials fitted to MyoSuite's moment arms.
 
-    python benchmarks/space/myoarm_paths.py armimpedance/limb/arm/muscles/myoarm.csv      # extra "plant"
+    python benchmarks/space/myoarm_paths.py armimpedance/limb/arm/muscles/myoarm.csv  # extra
+    "plant"
 
 MyoSuite's arm (package `myo-sim`, Apache 2.0, from the MoBL arm of Saul et al. 2015 and Holzbaur et
 al. 2005) is asked for the moment arms of 32 muscles at 3,000 postures in front of the body; lengths
 of the third order are fitted to them, and 1,000 other postures say how far their arms are off.
-Angles are those of `armimpedance.limb.arm.SpatialArm`: the model's plane of elevation is a quarter turn
+Angles are those of `limb.arm.SpatialArm`: the model's plane of elevation is a quarter turn
 and our turn, and its rotation of the humerus is our turn and our axial angle.
 """
 

@@ -26,14 +26,15 @@ KINDS = {
 
 def names_of(room: str) -> list[str]:
     """The names on the face of a room; "" is the face of the whole."""
-    tree = ast.parse((PACKAGE / room / "__init__.pyi").read_text())
+    tree = ast.parse(PACKAGE.joinpath(*room.split("."), "__init__.pyi").read_text())
     imports = (node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom))
     return sorted(alias.name for node in imports for alias in node.names)
 
 
 def rooms() -> list[str]:
     """The rooms that have a face."""
-    return sorted(stub.parent.name for stub in PACKAGE.glob("*/__init__.pyi"))
+    stubs = PACKAGE.glob("*/**/__init__.pyi")
+    return sorted(".".join(stub.parent.relative_to(PACKAGE).parts) for stub in stubs)
 
 
 def api_pages() -> dict[str, str]:
@@ -73,8 +74,8 @@ def _kind(name: str) -> str:
     thing = getattr(armimpedance, name)
     if inspect.isclass(thing):
         return "errors" if issubclass(thing, Exception) else "types"
-    room = thing.__module__.split(".")[1]
-    return {"analyses": "verbs", "plots": "plots"}.get(room, "files")
+    last = thing.__module__.split(".")[-1]
+    return "verbs" if "verb" in last else "plots" if "plot" in thing.__name__ else "files"
 
 
 def _room(room: str) -> str:

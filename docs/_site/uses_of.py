@@ -52,8 +52,8 @@ def _uses(place: str, whole: bool) -> dict[tuple[str, str], Use]:
         if "armimpedance." not in text:
             continue
         lines, tree = text.splitlines(), ast.parse(text)
-        own = file.relative_to(ROOT / place).parts[0] if place == "armimpedance" else None
-        imported = {key: local for key, local in _imported(tree) if key[0] != own}
+        own = ".".join(file.relative_to(ROOT / place).parts) if place == "armimpedance" else ""
+        imported = {k: local for k, local in _imported(tree) if not own.startswith(f"{k[0]}.")}
         for title, node, last in _pieces(tree, place, whole) if imported else ():
             parts = (part for part in ast.walk(node) if isinstance(part, ast.Name))
             names = {part.id for part in parts if part.lineno <= last}
@@ -71,7 +71,8 @@ def _imported(tree: ast.Module) -> Iterator[tuple[tuple[str, str], str]]:
     for node in ast.walk(tree):
         parts = (node.module or "").split(".") if isinstance(node, ast.ImportFrom) else []
         if isinstance(node, ast.ImportFrom) and parts[:1] == ["armimpedance"] and parts[1:]:
-            yield from (((parts[1], part.name), part.asname or part.name) for part in node.names)
+            rooms = (".".join(parts[1:k]) for k in range(2, len(parts) + 1))
+            yield from (((r, p.name), p.asname or p.name) for r in rooms for p in node.names)
 
 
 def _pieces(tree: ast.Module, place: str, whole: bool) -> Iterator[tuple[str, ast.stmt, int]]:

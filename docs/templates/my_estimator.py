@@ -1,7 +1,8 @@
 """Method `my_estimator`: say here what it does to the samples, and when it is right.
 
-Copy this file to ``armimpedance/hand/still/methods/<name>.py``. It holds the simplest estimator that
-is right: least squares of the force on the motion, each counted from where it was at the onset.
+Copy this file to ``armimpedance/hand/still/methods/<name>.py``. It holds the simplest estimator
+that is right: least squares of the force on the motion, each counted from where it was at the
+onset.
 """
 
 from __future__ import annotations

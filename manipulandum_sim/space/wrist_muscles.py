@@ -94,7 +94,7 @@ class WristMuscles(Muscles):
 
 def _terms() -> Iterator[dict[str, str]]:
     """The rows of the package's table."""
-    place = files("armimpedance") / "arm" / "muscles" / "myoarm.csv"
+    place = files("armimpedance") / "limb" / "arm" / "muscles" / "myoarm.csv"
     with place.open(encoding="utf-8") as stream:
         yield from csv.DictReader(line for line in stream if not line.startswith("#"))
 

@@ -23,7 +23,7 @@ from armimpedance.show.command.parser import OneLineParser, add_commands
 from armimpedance.show.command.screen import safe_screen
 from armimpedance.show.command.stopping import Asked, stopped_in_order
 
-#: Command -> its line in the overview; the module armimpedance.app.cli.<name> holds the rest.
+#: Command -> its line in the overview; the module that `PLACES` names holds the rest.
 COMMANDS = {
     "new": "an example folder for a laboratory like yours: data, script, notebook",
     "demo": "the whole study on a simulated subject: recordings, estimates, models, figures",
@@ -55,6 +55,40 @@ COMMANDS = {
     "simulate-study": "many simulated sessions: coverage, power, methods against each other",
     "benchmark": "tasks with sealed truths, submissions in any language, one table of scores",
     "figures": "draw the sources' figures from simulated subjects",
+}
+
+#: Command -> its module: in the folder of its topic, here if it spans the topics.
+PLACES = {
+    "new": "armimpedance.lab.new",
+    "demo": "armimpedance.lab.demo",
+    "plan": "armimpedance.app.cli.plan",
+    "simulate": "armimpedance.lab.simulate",
+    "exam": "armimpedance.app.cli.exam",
+    "inspect": "armimpedance.app.cli.inspect",
+    "estimate": "armimpedance.hand.still.show.command",
+    "map": "armimpedance.hand.levels.show.command",
+    "fit": "armimpedance.muscles.show.command",
+    "predict": "armimpedance.muscles.show.predict_command",
+    "live": "armimpedance.muscles.live.show.command",
+    "reflex": "armimpedance.hand.still.show.reflex_command",
+    "compare": "armimpedance.hand.comparison.show.command",
+    "passive": "armimpedance.joint.relaxed.show.command",
+    "body": "armimpedance.joint.body.show.command",
+    "elbow": "armimpedance.joint.elbow.show.command",
+    "movement": "armimpedance.hand.reaching.show.command",
+    "random": "armimpedance.hand.random.show.command",
+    "therapy": "armimpedance.joint.therapy.show.commands",
+    "discriminate": "armimpedance.app.cli.discriminate",
+    "report": "armimpedance.app.cli.report",
+    "trials": "armimpedance.hand.still.show.trials_command",
+    "explore": "armimpedance.muscles.show.explore_command",
+    "convert": "armimpedance.app.cli.convert",
+    "map-columns": "armimpedance.app.cli.map_columns",
+    "share": "armimpedance.app.cli.share",
+    "study": "armimpedance.app.cli.study",
+    "simulate-study": "armimpedance.lab.simulate_study",
+    "benchmark": "armimpedance.lab.benchmark_command",
+    "figures": "armimpedance.lab.figures",
 }
 
 OVERVIEW = """\
@@ -102,7 +136,7 @@ def make_parser(argv: Sequence[str]) -> argparse.ArgumentParser:
     plain = argparse.RawDescriptionHelpFormatter
     parser = OneLineParser(prog="armimpedance", description=OVERVIEW, formatter_class=plain)
     parser.add_argument("--version", action="version", version=f"armimpedance {__version__}")
-    add_commands(parser, COMMANDS, "armimpedance.app.cli", "COMMAND", argv)
+    add_commands(parser, COMMANDS, PLACES, "COMMAND", argv)
     return parser
 
 

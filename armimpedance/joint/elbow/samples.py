@@ -167,7 +167,8 @@ def from_recording(
 
 
 def _expected_inertia(recording: Recording) -> float | None:
-    """Of forearm and hand about the elbow, after D. A. Winter's table (see `limb.arm.anthropometry`).
+    """Of forearm and hand about the elbow, after D. A. Winter's table (see
+    `limb.arm.anthropometry`).
 
     The joint is an elbow where its angle stands in the table of trials, or the length of forearm
     and hand was told; the body's mass has to be known as well.

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import argparse
 
-#: Step -> its line in the overview; the module armimpedance.lab.benchmark_command.<name> holds the rest.
+#: Step -> its line in the overview; the module of this folder that bears its name holds the rest.
 STEPS = {
     "make": "write the tasks: records, the truth of the public half, hashes of the sealed one",
     "score": "score one submission: errors, intervals, what is silently wrong",

@@ -76,7 +76,8 @@ def change_sums(
 def changes(
     first: FloatArray, second: FloatArray, quantities: tuple[Quantity, ...]
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """The change, its 95 % limits and the true one, each (n, Q), as `hand.comparison.changes` has them.
+    """The change, its 95 % limits and the true one, each (n, Q), as `hand.comparison.changes` has
+    them.
 
     Ratios as logarithms. Sizes and elements: variances add, degrees of freedom after Welch and
     Satterthwaite. Shapes and axes have limits of their own, which are combined after Zou and

@@ -23,8 +23,8 @@ from armimpedance.limb.arm.polynomial_paths import PolynomialPaths, constant_pat
 from armimpedance.limb.arm.rods import LOCKED_WRIST
 from armimpedance.limb.arm.table_paths_csv import read_moment_arm_table
 
-#: Shoulder and elbow (m) of the muscles in the order of `core.conventions.MUSCLES`: Selen, Franklin and
-#: Wolpert 2009 (J Neurosci 29:12606-12616, PMC2784227), Table 1, without signs.
+#: Shoulder and elbow (m) of the muscles in the order of `core.conventions.MUSCLES`: Selen,
+#: Franklin and Wolpert 2009 (J Neurosci 29:12606-12616, PMC2784227), Table 1, without signs.
 PLANAR6_ARMS_M: Final = (
     (0.0536, 0.0),
     (0.0536, 0.0),

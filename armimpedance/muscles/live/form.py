@@ -1,8 +1,8 @@
 """What of a muscle model a live update needs, for any number of joints and muscles.
 
 ``K_j = K_p + sum_i [f_i(alpha_i) g_i g_i^T + (f_i(alpha_i) - f_i(0)) d2L_i / kappa]``, as in
-`muscles.models.combined.equations`, but with every array laid out for one sample at a time. Symmetric
-matrices are packed: the elements on and above the diagonal, row by row.
+`muscles.models.combined.equations`, but with every array laid out for one sample at a time.
+Symmetric matrices are packed: the elements on and above the diagonal, row by row.
 """
 
 from __future__ import annotations

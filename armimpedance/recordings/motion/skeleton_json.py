@@ -1,7 +1,7 @@
 """`skeleton.json`: segments, hinges and marker sites of one subject.
 
 ``{"format": "armimpedance-skeleton", "version": 1, "segments": [...], "markers": [...],
-"floating": true}``, the fields of `armimpedance.core.skeleton.Skeleton`. What a segment may leave out:
+"floating": true}``, the fields of `core.skeleton.Skeleton`. What a segment may leave out:
 hinges, mass, centre of mass and inertia (none, 0); a skeleton: markers (none), floating (true).
 """
 

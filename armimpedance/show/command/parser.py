@@ -24,19 +24,20 @@ class OneLineParser(argparse.ArgumentParser):
 def add_commands(
     parser: argparse.ArgumentParser,
     lines: Mapping[str, str],
-    package: str,
+    places: str | Mapping[str, str],
     metavar: str,
     argv: Sequence[str] | None = None,
 ) -> None:
-    """Add a subcommand for each module of a package.
+    """Add a subcommand for each line.
 
     Parameters
     ----------
     parser : ArgumentParser
     lines : mapping
-        Name of a module of `package` -> its line in the overview.
-    package : str
-        Each module has `configure`, `run` and a docstring, which is the subcommand's help.
+        Name of a subcommand -> its line in the overview.
+    places : str or mapping
+        The package whose modules bear these names, or name -> module. Each module has `configure`,
+        `run` and a docstring, which is the subcommand's help.
     metavar : str
         Name of the subcommands in the help.
     argv : sequence of str, optional
@@ -49,7 +50,8 @@ def add_commands(
         if argv is not None and name != chosen:
             commands.add_parser(name, help=line)
             continue
-        module = import_module(f"{package}.{name.replace('-', '_')}")
+        own = f"{places}.{name.replace('-', '_')}"
+        module = import_module(own if isinstance(places, str) else places[name])
         sub = commands.add_parser(
             name, help=line, description=module.__doc__, formatter_class=plain
         )

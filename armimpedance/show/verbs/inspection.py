@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Collection, Sequence
 from dataclasses import replace
+from importlib import import_module
 from typing import Any, Final, Literal
 
 import numpy as np
@@ -15,9 +16,6 @@ from armimpedance.core.errors import ArmImpedanceError
 from armimpedance.core.findings import Finding
 from armimpedance.core.motion import MarkerRecording, MotionRecording
 from armimpedance.core.records import Recording, Window, trial_slices
-from armimpedance.hand.reaching import check_pushes
-from armimpedance.hand.still import Options, check_response
-from armimpedance.joint.body import check_body
 from armimpedance.numerics.criticism import check_copies, refuse_stops
 from armimpedance.numerics.signals import (
     check_emg,
@@ -30,6 +28,14 @@ from armimpedance.recordings import AnyRecording
 from armimpedance.show.text import describe, moves_a_robot
 from armimpedance.show.verbs.inspected import Fact, Inspection
 from armimpedance.show.verbs.sources import PathLike, read
+
+#: What only a topic can judge -> the face that it stands on; loaded when a recording asks for it.
+OF_TOPICS: Final = {
+    "check_response": "armimpedance.hand.still",
+    "Options": "armimpedance.hand.still",
+    "check_pushes": "armimpedance.hand.reaching",
+    "check_body": "armimpedance.joint.body",
+}
 
 #: Checks that fail where nothing pushed the joint and let it return.
 OF_DISTURBANCE: Final = ("disturbance", "returns to start", "force sign")
@@ -109,6 +115,11 @@ def inspect(
     if title is None:
         title = os.fspath(recording) if isinstance(recording, str | os.PathLike) else "A recording"
     return Inspection(describe(opened, title), tuple(_findings(opened)), tuple(_facts(opened)))
+
+
+def _of_topic(name: str) -> Any:
+    """A check that a topic makes, from its face."""
+    return getattr(import_module(OF_TOPICS[name]), name)
 
 
 def _facts(recording: AnyRecording) -> list[Fact]:
@@ -235,7 +246,8 @@ def _checks(recording: Recording) -> list[Finding]:
         moving = _moving_axes(replace(recording, perturbation="stochastic"))
         return [*check_recording(moving), Finding("torque", "ok", text)]
     if recording.perturbation == "moving":
-        return [*check_recording(recording), check_copies(recording), *check_pushes(recording)]
+        pushes = _of_topic("check_pushes")(recording)
+        return [*check_recording(recording), check_copies(recording), *pushes]
     checks = _disturbed_checks(recording)
     if recording.kind != "joint" or "onset_s" in recording.trials:
         return checks
@@ -274,7 +286,7 @@ def _driven_checks(recording: Recording) -> list[Finding]:
             "`random` takes a hand and `elbow` a joint that is moved so"
         )
         found.append(Finding("imposed", "warning", text))
-    low, high = Options().band_hz
+    low, high = _of_topic("Options")().band_hz
     shared = []
     for row in range(min(recording.n_trials, MOST_COHERENT)):
         at = recording.samples_of(row)
@@ -308,7 +320,7 @@ def _response(recording: Recording, window: Window | None) -> tuple[Finding, ...
     """Copies of trials, and what the limb's response says."""
     try:
         fitted = _spread(recording)
-        found = (check_copies(recording, window), *check_response(fitted))
+        found = (check_copies(recording, window), *_of_topic("check_response")(fitted))
     except ArmImpedanceError as error:
         return (Finding("response", "warning", f"cannot be judged: {error}"),)
     return found if fitted is recording else (*found, _part(recording, fitted))
@@ -413,7 +425,7 @@ def _plate_checks(recording: MotionRecording) -> list[Finding]:
     if recording.wrenches is None:
         return [_unknown("contact forces (`body` needs plates, or a robot's torque)")]
     try:
-        check_body(recording)
+        _of_topic("check_body")(recording)
     except ArmImpedanceError as error:
         return [Finding("", "unusable", str(error))]
     text = "the plates bear the body's weight, and their moments fit its place"

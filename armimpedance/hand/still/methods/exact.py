@@ -1,8 +1,8 @@
 """Method `exact`: one linear operator on position and force alike.
 
 Smoothing with a spline kernel, its derivatives on the kernel, offset and ramp projected out of
-both sides per trial (`numerics.signals.response`), least squares. Right for any motion left at the end of
-the disturbance and any virtual position that drifts at constant velocity.
+both sides per trial (`numerics.signals.response`), least squares. Right for any motion left at the
+end of the disturbance and any virtual position that drifts at constant velocity.
 """
 
 from __future__ import annotations

@@ -3,8 +3,8 @@
     K = k0 + kF s_F + kE s_E,   B = b0 + bF s_F + bE s_E
 
 Amplitudes are estimates too, and least squares, which the source uses, flattens slopes by what
-their errors explain. Here their errors are accounted for (`numerics.regression.errors_in_regressors`);
-plain least squares stands beside it.
+their errors explain. Here their errors are accounted for
+(`numerics.regression.errors_in_regressors`); plain least squares stands beside it.
 """
 
 from __future__ import annotations

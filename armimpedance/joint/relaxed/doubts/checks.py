@@ -27,7 +27,8 @@ if TYPE_CHECKING:
 _LEVEL: Final = 0.002
 
 #: Sd of a forearm's mass with the hand about a table, as a fraction: that of the three rows of
-#: `limb.arm.anthropometry` about their mean (Winter .0220, de Leva .0223 and .0194 of the body's mass).
+#: `limb.arm.anthropometry` about their mean (Winter .0220, de Leva .0223 and .0194 of the body's
+#: mass).
 TABLE_MASS_SD: Final = 0.075
 
 

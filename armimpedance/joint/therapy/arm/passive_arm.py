@@ -184,7 +184,7 @@ class PassiveArm(FrozenRecord):
     >>> pipe = ArmSegment("pipe", "upper_arm", mass_kg=1.2, com_m=0.15)
     >>> PassiveArm("mock-up", "ARMin", 0.30, (pipe,), mass_sd=0.0).elastic_of("elevation")
     Traceback (most recent call last):
-    armimpedance.core.errors.InputError: subject mock-up: no passive calibration of axis elevation...
+    armimpedance.core.errors.InputError: subject mock-up: no passive calibration of axis ele...
     """
 
     subject: str

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import argparse
 
-#: Step -> its line in the overview; the module armimpedance.joint.therapy.show.commands.<name> holds the rest.
+#: Step -> its line in the overview; the module of this folder that bears its name holds the rest.
 STEPS = {
     "robot": "the robot's friction, cables and spring, from sweeps and holds",
     "arm": "what a relaxed arm needs in the robot: weight, inertia, stiffness",
