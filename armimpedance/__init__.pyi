@@ -1,5 +1,6 @@
 __version__: str
 
+from .app.inspection import inspect as inspect
 from .app.report.write import write_report as write_report
 from .app.study import discriminate as discriminate
 from .core.errors import (
@@ -79,6 +80,7 @@ from .muscles.models import (
     JointPrediction as JointPrediction,
     MuscleModel as MuscleModel,
     PostureModel as PostureModel,
+    read_model as read_model,
 )
 from .muscles.show import (
     at_hand as at_hand,
@@ -88,10 +90,9 @@ from .muscles.show import (
     plot_predicted_against_measured as plot_predicted_against_measured,
     predict as predict,
     read_joint_rows as read_joint_rows,
-    read_model as read_model,
 )
 from .numerics.regression import NamedParameter as NamedParameter, Parameters as Parameters
 from .recordings import write_recording as write_recording
 from .show.plots import save as save
-from .show.verbs.inspection import Inspection as Inspection, inspect as inspect
+from .show.verbs.inspected import Inspection as Inspection
 from .show.verbs.sources import read as read

@@ -77,6 +77,11 @@ class Finding:
         return f"{MARKS[self.verdict]}  {self.sentence}{seen}"
 
 
+def missing(what: str) -> Finding:
+    """A finding that something is not known, which a later analysis may ask for."""
+    return Finding("", "missing", f"not known: {what}")
+
+
 def warnings_of(findings: Iterable[Finding]) -> tuple[str, ...]:
     """The sentences of what is violated or cannot be told: the warnings of a result.
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from functools import cached_property
 from importlib import import_module
+from pathlib import Path
 from pkgutil import iter_modules
 from typing import Generic, TypeVar
 
@@ -88,22 +89,34 @@ class MethodTable(Mapping[str, Entry], Generic[Entry]):
         return ", ".join(n + (" (default)" if n == self.default else "") for n in self.names)
 
 
-class PlacedTable(MethodTable[Entry]):
+class FoundTable(MethodTable[Entry]):
     """A table whose entries stand in many folders: each topic holds its own.
 
     Parameters
     ----------
-    places : mapping
-        Name of an entry -> the module that holds it, dotted.
+    package : str
+        The package that is looked through, with all its folders.
+    ending : str
+        How the names of the modules end: ``elbow_page`` is the entry ``elbow`` of "_page".
     record, kind, default : str
         As of `MethodTable`.
     """
 
     def __init__(
-        self, places: Mapping[str, str], record: str, kind: str, default: str = ""
+        self, package: str, ending: str, record: str, kind: str, default: str = ""
     ) -> None:
-        super().__init__("", record, kind, default)
-        self._places = places
+        super().__init__(package, record, kind, default)
+        self._ending = ending
+
+    @cached_property
+    def _places(self) -> dict[str, str]:
+        """Name of an entry -> the module that holds it, dotted."""
+        root = Path(str(import_module(self._package).__file__)).parent
+        found = {}
+        for path in root.rglob(f"*{self._ending}.py"):
+            parts = path.relative_to(root).with_suffix("").parts
+            found[path.stem.removesuffix(self._ending)] = ".".join((self._package, *parts))
+        return found
 
     @cached_property
     def names(self) -> tuple[str, ...]:

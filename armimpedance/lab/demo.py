@@ -134,7 +134,8 @@ def _draw(
 def _write_models(models: Sequence[DemoModel], text: str, out: Path) -> list[str]:
     """The models, what is said of them, and the arm to play with."""
     from armimpedance.core.outputs import staged_file
-    from armimpedance.muscles.show import write_explore, write_model
+    from armimpedance.muscles.models import write_model
+    from armimpedance.muscles.show import write_explore
 
     lines, written = [], []
     for made in models:

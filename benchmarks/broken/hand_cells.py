@@ -14,12 +14,12 @@ from broken.cell import Answer, Cell, Made, Rig, damaged, on_record, said, seed_
 from broken.hand_plant import Hand
 from scipy.stats import t as student
 
+from armimpedance.app.inspection import inspect
 from armimpedance.core.conventions import element_names, parameter_names
 from armimpedance.core.records import ImpedanceEstimate
 from armimpedance.hand.comparison.show import compare
 from armimpedance.hand.levels.show import to_joint
 from armimpedance.hand.still.show import estimate, reflex
-from armimpedance.show.verbs.inspection import inspect
 from manipulandum_sim.hand import Reflex, Servo, simulate_condition
 
 UNITS = ("units", "plausible")

@@ -121,7 +121,7 @@ def _results(name: str) -> Door:
 
 
 def _model(folder: Path) -> None:
-    from armimpedance.muscles.show import write_model
+    from armimpedance.muscles.models import write_model
 
     recording, _ = simulate("postures", seed=1, sets=1, noise="none")
     write_model(ai.fit_posture(ai.to_joint(ai.estimate(recording))), folder / "m.json")

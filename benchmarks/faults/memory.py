@@ -38,7 +38,7 @@ import resource, sys, time
 import matplotlib, pandas, pyarrow.parquet, scipy.interpolate, scipy.linalg, scipy.signal
 import scipy.special, scipy.stats
 from armimpedance.hand.still.show import estimate
-from armimpedance.show.verbs.inspection import inspect
+from armimpedance.app.inspection import inspect
 from armimpedance.show.verbs.sources import read
 # the first of anything loads what it needs
 small = sys.argv[2]

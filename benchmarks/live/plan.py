@@ -25,7 +25,7 @@ import numpy as np
 
 from armimpedance.core.errors import EstimationError
 from armimpedance.core.records import Recording, Subject
-from armimpedance.hand.levels.show import arm_of_whose
+from armimpedance.hand.levels import arm_of_whose
 from armimpedance.limb.arm import MuscularArm, arm_named
 from armimpedance.muscles.live import (
     CalibrationPlan,

@@ -30,7 +30,7 @@ import numpy as np
 
 import armimpedance as ai
 from armimpedance.core.errors import InputError
-from armimpedance.hand.levels.show import arm_of_whose
+from armimpedance.hand.levels import arm_of_whose
 from armimpedance.muscles.models import MuscleModel, at_hand, matrix
 from armimpedance.muscles.show import free_hand_rows
 from manipulandum_sim.hand import find_subject

@@ -40,9 +40,6 @@ HEAVY = {
     "cvxpy": r"^(joint/body|joint/relaxed|hand/levels|muscles|numerics/regression)/",
 }
 
-#: What a topic knows may not depend on how it is shown; these do still.
-NOT_YET = {"armimpedance.muscles.live.inputs"}
-
 
 @cache
 def _modules(package: str) -> list[Path]:
@@ -208,7 +205,7 @@ def test_what_a_topic_knows_does_not_depend_on_how_it_is_shown():
         if here.split(".")[1:2] in (["hand"], ["joint"], ["muscles"]) and ".show" not in here:
             named = [module for module, _ in _imports(path)]
             shown = [m for m in named if re.search(r"\.(hand|joint|muscles)\..*show", m)]
-            assert not shown or here in NOT_YET, f"{here} imports {shown}"
+            assert not shown, f"{here} imports {shown}"
 
 
 def test_every_name_on_a_face_is_there_and_no_module_hides_it():

@@ -17,6 +17,8 @@ import pyarrow as pa
 import pytest
 from scipy.signal import cont2discrete, lfilter
 
+from armimpedance.app import inspection
+from armimpedance.app.inspection import inspect
 from armimpedance.core.arrays import lengths
 from armimpedance.core.records import Recording
 from armimpedance.hand.still import stochastic
@@ -26,8 +28,8 @@ from armimpedance.hand.still.show import estimate
 from armimpedance.numerics.signals import multiple_coherence, spectra
 from armimpedance.recordings import write_recording
 from armimpedance.recordings.tables import sample_clock
-from armimpedance.show.verbs import inspection
-from armimpedance.show.verbs.inspection import inspect
+from armimpedance.show.verbs import spread
+from armimpedance.show.verbs.checks import TopicChecks
 from armimpedance.show.verbs.sources import read
 
 #: Bytes of time, position and force of one sample.
@@ -182,8 +184,8 @@ def test_inspect_takes_a_few_times_the_recordings_own_arrays():
 def test_the_peak_of_an_estimate_is_that_of_the_reading(tmp_path, monkeypatch):
     """Of a large recording: the checks before the fit take a part of it, the fit one condition."""
     # a part as small as 4000 trials are of 27000
-    monkeypatch.setattr(inspection, "MOST_CHECKED", 40)
-    monkeypatch.setattr(inspection, "OF_THE_LARGEST", 8)
+    monkeypatch.setattr(spread, "MOST_CHECKED", 40)
+    monkeypatch.setattr(spread, "OF_THE_LARGEST", 8)
     write_recording(_returning(17, 16), tmp_path / "session")
     reading = _peak(lambda: read(tmp_path / "session"))
     assert _peak(lambda: estimate(tmp_path / "session")) < 1.05 * reading
@@ -191,13 +193,13 @@ def test_the_peak_of_an_estimate_is_that_of_the_reading(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize(("conditions", "trials"), [(1, 4400), (40, 110), (550, 8)])
 def test_inspect_of_many_trials_fits_4000_of_them_and_says_so(conditions, trials, monkeypatch):
-    fitted, judge = [], inspection.check_response
+    fitted, judge = [], inspection.OF_ALL_TOPICS.response
 
     def judged(part):
         fitted.append(part)
         return judge(part)
 
-    monkeypatch.setattr(inspection, "check_response", judged)
+    monkeypatch.setattr(inspection, "OF_ALL_TOPICS", TopicChecks(response=judged))
     found = inspect(_returning(conditions, trials, samples=160, rate=200.0)).checks
     (part,) = fitted
     each = part.trials.groupby("condition").size()
@@ -215,7 +217,8 @@ def test_inspect_of_many_trials_fits_4000_of_them_and_says_so(conditions, trials
 def test_inspect_of_4000_trials_fits_all(monkeypatch):
     recording = _returning(4, 1000, samples=160, rate=200.0)
     fitted = []
-    monkeypatch.setattr(inspection, "check_response", lambda part: fitted.append(part) or ())
+    judge = TopicChecks(response=lambda part: fitted.append(part) or ())
+    monkeypatch.setattr(inspection, "OF_ALL_TOPICS", judge)
     assert "part" not in [one.name for one in inspect(recording).checks]
     assert fitted == [recording]
 

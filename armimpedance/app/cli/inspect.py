@@ -49,13 +49,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Print contents, checks and a verdict."""
+    from armimpedance.app.inspection import inspect
     from armimpedance.core.errors import InputError
     from armimpedance.core.records import Recording
     from armimpedance.hand.still.show import plot_quality
     from armimpedance.recordings import read_skeleton
     from armimpedance.show.command.figure import draw_picture
     from armimpedance.show.files import write_content
-    from armimpedance.show.verbs.inspection import inspect
     from armimpedance.show.verbs.sources import read
 
     path = arguments.skeleton

@@ -10,6 +10,7 @@ import os
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
+from typing import Final
 
 from armimpedance.core.errors import ArmImpedanceError, shortened, shown
 from armimpedance.show.command.failures import (
@@ -23,73 +24,130 @@ from armimpedance.show.command.parser import OneLineParser, add_commands
 from armimpedance.show.command.screen import safe_screen
 from armimpedance.show.command.stopping import Asked, stopped_in_order
 
-#: Command -> its line in the overview; the module that `PLACES` names holds the rest.
-COMMANDS = {
-    "new": "an example folder for a laboratory like yours: data, script, notebook",
-    "demo": "the whole study on a simulated subject: recordings, estimates, models, figures",
-    "plan": "before the experiment: trials needed, the best disturbance",
-    "simulate": "write a simulated experiment and its truth",
-    "exam": "look at a Kinarm exam: protocols, blocks, conditions, events, what to type next",
-    "inspect": "say what a recording holds and whether it can be used",
-    "estimate": "inertia, viscosity and stiffness with 95 %% intervals",
-    "map": "from the hand to the joints, from the joints to the muscles",
-    "fit": "models over posture and muscle activation, from joint-level results",
-    "predict": "joint or hand impedance where nobody measured, from a fitted model",
-    "live": "stiffness of the hand from posture and muscle activity, sample by sample",
-    "reflex": "is the stiffness the limb's own, or does a reflex stand in it?",
-    "compare": "what differs between groups of trials, and whether chance could do it",
-    "passive": "stiffness, viscosity and friction of relaxed joints (motion capture or torque)",
-    "body": "masses and inertias of a moving body from contact forces; a robot's from its torques",
-    "elbow": "one joint under a random perturbation: I, B, K, over time, over EMG",
-    "movement": "inertia, viscosity and stiffness of the hand while it reaches",
-    "random": "a hand, wrist or ankle under random perturbations in 2 or 3 axes: M, B, K, reflex",
-    "therapy": "how much of a movement with a therapy robot is the patient's own",
-    "discriminate": "can one number tell two groups of people apart?",
-    "report": "one page to show: verdict, pictures, intervals, checks, methods paragraph",
-    "trials": "look at every trial in a page, leave some out",
-    "explore": "an arm to play with: drag the hand, stiffness and viscosity follow",
-    "convert": "turn a lab's files into a recording",
-    "map-columns": "propose what the columns of a table of any layout mean",
-    "share": "recordings and results as BIDS, JSON-LD or a datasheet, for a data repository",
-    "study": "a folder of people to one table and one report; repeats only what changed",
-    "simulate-study": "many simulated sessions: coverage, power, methods against each other",
-    "benchmark": "tasks with sealed truths, submissions in any language, one table of scores",
-    "figures": "draw the sources' figures from simulated subjects",
-}
-
-#: Command -> its module: in the folder of its topic, here if it spans the topics.
-PLACES = {
-    "new": "armimpedance.lab.new",
-    "demo": "armimpedance.lab.demo",
-    "plan": "armimpedance.app.cli.plan",
-    "simulate": "armimpedance.lab.simulate",
-    "exam": "armimpedance.app.cli.exam",
-    "inspect": "armimpedance.app.cli.inspect",
-    "estimate": "armimpedance.hand.still.show.command",
-    "map": "armimpedance.hand.levels.show.command",
-    "fit": "armimpedance.muscles.show.command",
-    "predict": "armimpedance.muscles.show.predict_command",
-    "live": "armimpedance.muscles.live.show.command",
-    "reflex": "armimpedance.hand.still.show.reflex_command",
-    "compare": "armimpedance.hand.comparison.show.command",
-    "passive": "armimpedance.joint.relaxed.show.command",
-    "body": "armimpedance.joint.body.show.command",
-    "elbow": "armimpedance.joint.elbow.show.command",
-    "movement": "armimpedance.hand.reaching.show.command",
-    "random": "armimpedance.hand.random.show.command",
-    "therapy": "armimpedance.joint.therapy.show.commands",
-    "discriminate": "armimpedance.app.cli.discriminate",
-    "report": "armimpedance.app.cli.report",
-    "trials": "armimpedance.hand.still.show.trials_command",
-    "explore": "armimpedance.muscles.show.explore_command",
-    "convert": "armimpedance.app.cli.convert",
-    "map-columns": "armimpedance.app.cli.map_columns",
-    "share": "armimpedance.app.cli.share",
-    "study": "armimpedance.app.cli.study",
-    "simulate-study": "armimpedance.lab.simulate_study",
-    "benchmark": "armimpedance.lab.benchmark_command",
-    "figures": "armimpedance.lab.figures",
-}
+#: Command, its module in the package, its line in the overview. A command of one topic stands in
+#: the folder of its topic, one that spans the topics here.
+_TABLE: Final = (
+    ("new", "lab.new", "an example folder for a laboratory like yours: data, script, notebook"),
+    (
+        "demo",
+        "lab.demo",
+        "the whole study on a simulated subject: recordings, estimates, models, figures",
+    ),
+    ("plan", "app.cli.plan", "before the experiment: trials needed, the best disturbance"),
+    ("simulate", "lab.simulate", "write a simulated experiment and its truth"),
+    (
+        "exam",
+        "app.cli.exam",
+        "look at a Kinarm exam: protocols, blocks, conditions, events, what to type next",
+    ),
+    ("inspect", "app.cli.inspect", "say what a recording holds and whether it can be used"),
+    (
+        "estimate",
+        "hand.still.show.command",
+        "inertia, viscosity and stiffness with 95 %% intervals",
+    ),
+    (
+        "map",
+        "hand.levels.show.command",
+        "from the hand to the joints, from the joints to the muscles",
+    ),
+    (
+        "fit",
+        "muscles.show.command",
+        "models over posture and muscle activation, from joint-level results",
+    ),
+    (
+        "predict",
+        "muscles.show.predict_command",
+        "joint or hand impedance where nobody measured, from a fitted model",
+    ),
+    (
+        "live",
+        "muscles.live.show.command",
+        "stiffness of the hand from posture and muscle activity, sample by sample",
+    ),
+    (
+        "reflex",
+        "hand.still.show.reflex_command",
+        "is the stiffness the limb's own, or does a reflex stand in it?",
+    ),
+    (
+        "compare",
+        "hand.comparison.show.command",
+        "what differs between groups of trials, and whether chance could do it",
+    ),
+    (
+        "passive",
+        "joint.relaxed.show.command",
+        "stiffness, viscosity and friction of relaxed joints (motion capture or torque)",
+    ),
+    (
+        "body",
+        "joint.body.show.command",
+        "masses and inertias of a moving body from contact forces; a robot's from its torques",
+    ),
+    (
+        "elbow",
+        "joint.elbow.show.command",
+        "one joint under a random perturbation: I, B, K, over time, over EMG",
+    ),
+    (
+        "movement",
+        "hand.reaching.show.command",
+        "inertia, viscosity and stiffness of the hand while it reaches",
+    ),
+    (
+        "random",
+        "hand.random.show.command",
+        "a hand, wrist or ankle under random perturbations in 2 or 3 axes: M, B, K, reflex",
+    ),
+    (
+        "therapy",
+        "joint.therapy.show.commands",
+        "how much of a movement with a therapy robot is the patient's own",
+    ),
+    ("discriminate", "app.cli.discriminate", "can one number tell two groups of people apart?"),
+    (
+        "report",
+        "app.cli.report",
+        "one page to show: verdict, pictures, intervals, checks, methods paragraph",
+    ),
+    ("trials", "hand.still.show.trials_command", "look at every trial in a page, leave some out"),
+    (
+        "explore",
+        "muscles.show.explore_command",
+        "an arm to play with: drag the hand, stiffness and viscosity follow",
+    ),
+    ("convert", "app.cli.convert", "turn a lab's files into a recording"),
+    (
+        "map-columns",
+        "app.cli.map_columns",
+        "propose what the columns of a table of any layout mean",
+    ),
+    (
+        "share",
+        "app.cli.share",
+        "recordings and results as BIDS, JSON-LD or a datasheet, for a data repository",
+    ),
+    (
+        "study",
+        "app.cli.study",
+        "a folder of people to one table and one report; repeats only what changed",
+    ),
+    (
+        "simulate-study",
+        "lab.simulate_study",
+        "many simulated sessions: coverage, power, methods against each other",
+    ),
+    (
+        "benchmark",
+        "lab.benchmark_command",
+        "tasks with sealed truths, submissions in any language, one table of scores",
+    ),
+    ("figures", "lab.figures", "draw the sources' figures from simulated subjects"),
+)
+COMMANDS: Final = {name: line for name, _, line in _TABLE}
+PLACES: Final = {name: f"armimpedance.{place}" for name, place, _ in _TABLE}
 
 OVERVIEW = """\
 Inertia, viscosity and stiffness of the human arm from small disturbances.

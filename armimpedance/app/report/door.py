@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
+from armimpedance.app.inspection import inspect
 from armimpedance.core.errors import ArmImpedanceError, InputError
 from armimpedance.core.json_text import read_json
 from armimpedance.core.records import Recording
@@ -26,7 +27,7 @@ from armimpedance.show.pages import (
     reviewed,
     software,
 )
-from armimpedance.show.verbs.inspection import Inspection, inspect
+from armimpedance.show.verbs.inspected import Inspection
 from armimpedance.show.verbs.sources import naming, without_trials
 
 #: More than the names of any table of results take, bytes.

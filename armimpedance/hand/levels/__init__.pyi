@@ -4,3 +4,9 @@ from .posture import arm_posture_for as arm_posture_for, kinematic_arm as kinema
 from .redundant import feasible_joint_stiffness as feasible_joint_stiffness
 from .symmetry import antisymmetric_part as antisymmetric_part, symmetric_part as symmetric_part
 from .tension import tensions_for as tensions_for
+from .whose import (
+    Elbow as Elbow,
+    Whose as Whose,
+    arm_of_whose as arm_of_whose,
+    moving_joints as moving_joints,
+)

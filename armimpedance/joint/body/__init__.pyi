@@ -2,7 +2,7 @@ from .base_parameters import (
     base_parameters as base_parameters,
     essential_base_parameters as essential_base_parameters,
 )
-from .checks import check_body as check_body
+from .checks import check_plates as check_plates
 from .equations import BodyEquations as BodyEquations, body_equations as body_equations
 from .estimate import fit_base as fit_base
 from .exciting import (

@@ -7,7 +7,8 @@ from typing import Final
 import numpy as np
 
 from armimpedance.core.arrays import FloatArray
-from armimpedance.core.errors import InputError
+from armimpedance.core.errors import ArmImpedanceError, InputError
+from armimpedance.core.findings import Finding, missing
 from armimpedance.core.motion import MotionRecording
 from armimpedance.core.skeleton import GRAVITY_M_S2
 
@@ -53,6 +54,28 @@ def check_body(recording: MotionRecording, *, weight_tolerance: float = WEIGHT_T
     from armimpedance.joint.body.contacts import about_world_origin
 
     _check_moments(recording, about_world_origin(recording.wrenches, recording.plate_origins_m))
+
+
+def check_plates(recording: MotionRecording) -> list[Finding]:
+    """What `inspect` says of the contact forces.
+
+    Parameters
+    ----------
+    recording : MotionRecording
+
+    Returns
+    -------
+    list of Finding
+        One, of `check_body`; or that there are no contact forces.
+    """
+    if recording.wrenches is None:
+        return [missing("contact forces (`body` needs plates, or a robot's torque)")]
+    try:
+        check_body(recording)
+    except ArmImpedanceError as error:
+        return [Finding("", "unusable", str(error))]
+    text = "the plates bear the body's weight, and their moments fit its place"
+    return [Finding("", "ok", text)]
 
 
 def known_mass_kg(recording: MotionRecording) -> float | None:

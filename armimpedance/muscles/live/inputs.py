@@ -11,12 +11,11 @@ from numpy.typing import ArrayLike
 
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import InputError
-from armimpedance.hand.levels.show import arm_of_whose, moving_joints
+from armimpedance.hand.levels import arm_of_whose, moving_joints
 from armimpedance.limb.arm import Arm
 from armimpedance.muscles.live.emg_levels import EmgLevels
 from armimpedance.muscles.live.form import StiffnessForm, form_of
-from armimpedance.muscles.models import MuscleModel
-from armimpedance.muscles.show.model_json import read_model
+from armimpedance.muscles.models import MuscleModel, read_model
 from armimpedance.show.verbs.sources import read_recording
 
 Elbow = Literal["held", "free"]

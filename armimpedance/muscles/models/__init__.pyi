@@ -15,6 +15,7 @@ from .fitted_model import FittedModel as FittedModel
 from .from_estimates import joint_rows as joint_rows
 from .from_hand import rows_of_hand as rows_of_hand
 from .hand_rows import HandRows as HandRows
+from .model_json import read_model as read_model, write_model as write_model
 from .model_kinds import MODEL_KINDS as MODEL_KINDS, kind_of as kind_of
 from .packed import (
     congruence as congruence,

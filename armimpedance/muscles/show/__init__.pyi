@@ -1,7 +1,6 @@
 from .explore.write import write_explore as write_explore
 from .fields import Predicted as Predicted
 from .maps_plot import plot_map as plot_map
-from .model_json import read_model as read_model, write_model as write_model
 from .plot import (
     PARAMETERS as PARAMETERS,
     activation_surfaces as activation_surfaces,

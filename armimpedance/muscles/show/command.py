@@ -111,8 +111,7 @@ def _add_muscles(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Read the rows, fit, write the model, print how well it fits."""
-    from armimpedance.muscles.models import JointRows, kind_of
-    from armimpedance.muscles.show.model_json import write_model
+    from armimpedance.muscles.models import JointRows, kind_of, write_model
     from armimpedance.muscles.show.predictions_plot import plot_model_fit
     from armimpedance.muscles.show.predictions_verb import predict
     from armimpedance.muscles.show.text import model_text

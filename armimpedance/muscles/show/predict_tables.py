@@ -72,8 +72,7 @@ def moment_arm_rows(args: argparse.Namespace) -> tuple[list[dict[str, Any]], int
 def _moment_arms(source: Path, q: FloatArray) -> tuple[tuple[str, ...], FloatArray, FloatArray]:
     """Muscles, ``dL/dq`` (P, m, 2), and the range (2, 2) of each angle that it holds for, rad."""
     from armimpedance.limb.arm import arm_named
-    from armimpedance.muscles.models import MuscleModel
-    from armimpedance.muscles.show.model_json import read_model
+    from armimpedance.muscles.models import MuscleModel, read_model
 
     def checked(joints: int) -> None:
         if q.shape[1] != joints:
@@ -111,8 +110,7 @@ def muscle_rows(args: argparse.Namespace) -> list[dict[str, Any]]:
     InputError
         A file cannot be read, or the model has no single muscles.
     """
-    from armimpedance.muscles.models import ActivationModel, MuscleModel
-    from armimpedance.muscles.show.model_json import read_model
+    from armimpedance.muscles.models import ActivationModel, MuscleModel, read_model
     from armimpedance.muscles.show.prediction_csv import read_activations
 
     model = read_model(args.model)

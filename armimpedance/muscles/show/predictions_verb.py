@@ -11,15 +11,15 @@ from numpy.typing import ArrayLike
 
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import InputError
-from armimpedance.hand.levels.show import Elbow, Whose, arm_of_whose, moving_joints
+from armimpedance.hand.levels import Elbow, Whose, arm_of_whose, moving_joints
 from armimpedance.muscles.models import (
     FittedModel,
     HandPrediction,
     JointPrediction,
     at_hand as predicted_at_hand,
     kind_of,
+    read_model,
 )
-from armimpedance.muscles.show.model_json import read_model
 from armimpedance.muscles.show.prediction_csv import joined, read_activations, read_postures
 from armimpedance.show.verbs.sources import PathLike
 

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from armimpedance.app.inspection import inspect
 from armimpedance.core.errors import InputError
 from armimpedance.hand.comparison.show import compare
 from armimpedance.hand.planning.show import plan
-from armimpedance.hand.still.show import estimate, estimate_all, reflex
-from armimpedance.show.verbs.inspection import checked, inspect
+from armimpedance.hand.still.show import checked_response, estimate, estimate_all, reflex
 from manipulandum_sim.elbow import simulate_elbow
 from manipulandum_sim.hand import simulate
 
@@ -87,10 +87,10 @@ def test_a_device_that_imposes_the_torque_is_named():
 
 
 def test_many_trials_are_checked_by_a_sample(hand, monkeypatch):
-    monkeypatch.setattr("armimpedance.show.verbs.inspection.MOST_CHECKED", 16)
-    assert checked(hand, disturbed=True) == ()
+    monkeypatch.setattr("armimpedance.show.verbs.spread.MOST_CHECKED", 16)
+    assert checked_response(hand) == ()
     with pytest.raises(InputError, match="force sign"):
-        checked(replace(hand, force=-hand.force), disturbed=True)
+        checked_response(replace(hand, force=-hand.force))
 
 
 def test_conditions_of_one_direction_can_be_one_group(hand):

@@ -8,10 +8,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from armimpedance.app.inspection import inspect
 from armimpedance.core.errors import InputError
 from armimpedance.core.records import Recording, Subject
 from armimpedance.recordings import write_recording
-from armimpedance.show.verbs.inspection import inspect
 from armimpedance.show.verbs.sources import read, read_recording
 from manipulandum_sim.body import simulate_body
 from manipulandum_sim.hand import simulate

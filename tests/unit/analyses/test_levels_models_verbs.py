@@ -13,7 +13,7 @@ from armimpedance.core.records import Subject
 from armimpedance.hand.levels.show import to_hand, to_joint, to_muscle
 from armimpedance.hand.show import Estimates
 from armimpedance.hand.still.show import estimate
-from armimpedance.muscles.models import MODEL_KINDS, JointRows, fit_posture_model
+from armimpedance.muscles.models import MODEL_KINDS, JointRows, fit_posture_model, write_model
 from armimpedance.muscles.show import (
     at_hand,
     fit_activation,
@@ -21,7 +21,6 @@ from armimpedance.muscles.show import (
     fit_muscles,
     fit_posture,
     predict,
-    write_model,
 )
 from armimpedance.recordings.tables.folder import write_folder
 from manipulandum_sim.hand import simulate

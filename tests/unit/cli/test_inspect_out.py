@@ -9,8 +9,8 @@ from dataclasses import replace
 import pytest
 
 from armimpedance.__main__ import main
+from armimpedance.app.inspection import inspect
 from armimpedance.recordings.tables.folder import write_folder
-from armimpedance.show.verbs.inspection import inspect
 from armimpedance.show.verbs.sources import read
 from manipulandum_sim.hand import simulate
 

@@ -17,12 +17,12 @@ from armimpedance.muscles.models import (
     at_hand as to_hand,
     fit_activation_model,
     fit_posture_model,
+    write_model,
 )
 from armimpedance.muscles.models.combined.equations import MuscleEquations
 from armimpedance.muscles.models.combined.fit import fit_muscle_model
 from armimpedance.muscles.models.combined.lengths import corrected_lengths
 from armimpedance.muscles.models.packed import elements, matrix, order_of, triple, unpacked
-from armimpedance.muscles.show import write_model
 
 BOX = np.array([[-0.4, 0.9], [0.5, 1.4], [0.8, 1.8]])
 HIGHEST = 0.4

@@ -13,8 +13,8 @@ from armimpedance.core.errors import InputError
 from armimpedance.core.records import ImpedanceEstimate, Quality, Subject
 from armimpedance.hand.levels import kinematic_arm
 from armimpedance.hand.show import write_results
-from armimpedance.muscles.models import JointRows, fit_posture_model, matrix
-from armimpedance.muscles.show import write_explore, write_model
+from armimpedance.muscles.models import JointRows, fit_posture_model, matrix, write_model
+from armimpedance.muscles.show import write_explore
 from armimpedance.muscles.show.explore.whose_arm import lengths_of
 
 SUBJECT = Subject(id="X", upper_arm_m=0.31, forearm_hand_m=0.33)

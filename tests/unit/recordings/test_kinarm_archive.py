@@ -14,6 +14,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from armimpedance.app.inspection import inspect
 from armimpedance.core.errors import InputError
 from armimpedance.hand.still.show import estimate
 from armimpedance.recordings.kinarm import packing
@@ -22,7 +23,6 @@ from armimpedance.recordings.kinarm.others import grouped
 from armimpedance.recordings.kinarm.trials import Choice
 from armimpedance.recordings.opening import open_recording
 from armimpedance.recordings.reading import ReadOptions
-from armimpedance.show.verbs.inspection import inspect
 
 TIMED = Choice(onset_event="PERT_ON", end_event="PERT_OFF")
 

@@ -11,7 +11,7 @@ import pytest
 import armimpedance as ai
 from armimpedance.core.errors import InputError, NotIdentifiableError
 from armimpedance.core.records import Recording
-from armimpedance.hand.levels.show import arm_of_whose
+from armimpedance.hand.levels import arm_of_whose
 from armimpedance.hand.still import check_response
 from armimpedance.limb.arm import HELD, SpatialArm, arm_named, arm_of, hand_rod
 from armimpedance.muscles.models import at_hand, matrix

@@ -25,7 +25,7 @@ from armimpedance.hand.comparison.subjects import compare_subjects
 from armimpedance.hand.show.opened import ForceBy, Progress
 from armimpedance.hand.show.results_csv import read_results
 from armimpedance.hand.still import METHODS, Options
-from armimpedance.show.verbs.inspection import checked
+from armimpedance.hand.still.show import checked_response
 from armimpedance.show.verbs.named import as_columns
 from armimpedance.show.verbs.sources import PathLike, naming, read_recording
 
@@ -265,7 +265,7 @@ class _Reading:
                     column="perturbation",
                     expected="no method, or disturbances that return",
                 )
-            marks = checked(recording, self.despite, disturbed=True, by=by)
+            marks = checked_response(recording, self.despite, by=by)
             self.marks.extend(f"{name}: {mark}" for mark in marks)
             options = Options() if self.method is None else Options(method=self.method)
             keys: dict[str, Any] = {"recording": name, "subject": recording.subject.id}

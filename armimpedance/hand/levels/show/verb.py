@@ -8,45 +8,27 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from math import radians
 from pathlib import Path
-from typing import Final, Literal, TypeVar, cast
-
-import numpy as np
+from typing import Final, Literal, TypeVar
 
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import ArmImpedanceError, InputError
-from armimpedance.core.records import ArmPosture, ImpedanceEstimate, Recording, Subject
+from armimpedance.core.records import ArmPosture, ImpedanceEstimate, Subject
 from armimpedance.hand.levels.arm_errors import with_arm_errors
 from armimpedance.hand.levels.joint import to_hand as to_hand_once, to_joint as to_joint_once
 from armimpedance.hand.levels.muscle_map import MuscleEstimate, to_muscle as to_muscle_once
-from armimpedance.hand.levels.posture import arm_posture_for, kinematic_arm
+from armimpedance.hand.levels.posture import arm_posture_for
 from armimpedance.hand.levels.show.muscle_estimates import MuscleEstimates
-from armimpedance.hand.levels.spatial_posture import is_in_space, spatial_arm, spatial_posture_for
+from armimpedance.hand.levels.spatial_posture import is_in_space, spatial_posture_for
+from armimpedance.hand.levels.whose import Elbow, Whose, Wrist, elbow_and_wrist_of
 from armimpedance.hand.show.estimates import Estimates
 from armimpedance.hand.show.quantities import condition_of
 from armimpedance.hand.show.results_csv import read_results
-from armimpedance.hand.still import WRIST, elbow_told, is_wrist_free
-from armimpedance.limb.arm import (
-    HELD,
-    IN_SPACE,
-    LOCKED_WRIST,
-    Arm,
-    MuscularArm,
-    arm_named,
-    joints_that_move,
-)
+from armimpedance.limb.arm import HELD, LOCKED_WRIST, MuscularArm, arm_named
 from armimpedance.recordings import read_subject
-from armimpedance.show.verbs.sources import PathLike, naming, read_recording
+from armimpedance.show.verbs.sources import PathLike, naming
 
 #: Estimates, or the path of a RESULTS.csv.
 Results = Sequence[ImpedanceEstimate] | PathLike
-#: Whose arm it is: a recording, its path, or the subject alone.
-Whose = Recording | Subject | PathLike
-#: Shoulder and elbow.
-PLANAR: Final = (0, 1)
-#: Whether the upper arm was kept from turning about its own axis.
-Elbow = Literal["held", "free"]
-#: Whether forearm and hand were kept from turning.
-Wrist = Literal["locked", "free"]
 Made = TypeVar("Made")
 
 _UPRIGHT: Final = (
@@ -111,7 +93,7 @@ def to_joint(
     """
     who = replace(_who(estimates, recording), elbow=elbow, swivel_deg=swivel_deg)
     if any(is_in_space(row) for row in _rows(estimates)):
-        told, wrist = _told_of(recording)
+        told, wrist = elbow_and_wrist_of(recording)
         who = replace(who, elbow=elbow or told, wrist=wrist)
 
     def mapped(row: ImpedanceEstimate) -> ImpedanceEstimate:
@@ -243,62 +225,6 @@ def to_muscle(
     return MuscleEstimates(tuple(_each(estimates, mapped)))
 
 
-def arm_of_whose(whose: Whose, joints: int = 2) -> Arm:
-    """The arm of a recording, of the one at a path, or of a subject, with its gravity.
-
-    Parameters
-    ----------
-    whose : Recording, Subject or path
-    joints : int
-        Two links in a plane; the four joints of an arm in space, or seven with a free wrist.
-
-    Returns
-    -------
-    Arm
-
-    Raises
-    ------
-    InputError
-        The recording cannot be read, its subject has neither lengths nor height, gravity acts in
-        other axes, or nobody knows arms of so many joints.
-    """
-    who = _who((), whose)
-    if joints in IN_SPACE:
-        # one posture at a time, and no dynamics beside the weight
-        return cast(Arm, spatial_arm(who.subject, who.gravity_m_s2, joints))
-    if joints != len(PLANAR):
-        expected = "2, 4 or 7; in Python an arm of your own"
-        raise InputError(f"a model of {joints} joints", expected=expected)
-    return kinematic_arm(who.subject, who.gravity_m_s2)
-
-
-def moving_joints(joints: int, recording: Whose, elbow: Elbow | None) -> tuple[int, ...]:
-    """The joints that move: without the upper arm's turning about its own axis where it is held.
-
-    Parameters
-    ----------
-    joints : int
-    recording : Recording, Subject or path
-    elbow : {"held", "free"} or None
-        None: what the recording's trials say, else free.
-
-    Returns
-    -------
-    tuple of int
-
-    Raises
-    ------
-    InputError
-        The elbow of a planar arm is asked about.
-    """
-    if joints not in IN_SPACE:
-        if elbow is not None:
-            raise InputError(f"the elbow of an arm of {joints} joints", expected="it in space only")
-        return tuple(range(joints))
-    told, wrist = _told_of(recording)
-    return joints_that_move(joints, elbow or told or "free", wrist)
-
-
 @dataclass(frozen=True)
 class _Who:
     """Whose arm it is, as far as that is known, and how gravity acts on it."""
@@ -344,17 +270,6 @@ def _posture(row: ImpedanceEstimate, who: _Who) -> tuple[ArmPosture, FloatArray,
         )
     posture, source = arm_posture_for(row, who.subject, gravity_m_s2=who.gravity_m_s2)
     return posture, posture.joint_angles, f"{source}; {_plane(who.gravity_m_s2)}"
-
-
-def _told_of(recording: Whose | None) -> tuple[Elbow | None, Wrist | None]:
-    """What the trials of a recording say of elbow and wrist: kept only where throughout."""
-    if recording is None or isinstance(recording, Subject):
-        return None, None
-    found = recording if isinstance(recording, Recording) else read_recording(recording)
-    rows = np.arange(len(found.trials))
-    if WRIST not in found.trials:
-        return elbow_told(found, rows), None
-    return elbow_told(found, rows), "free" if is_wrist_free(found, rows) else "locked"
 
 
 def _plane(gravity_m_s2: tuple[float, ...] | None) -> str:

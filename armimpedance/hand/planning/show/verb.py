@@ -20,7 +20,7 @@ from armimpedance.hand.planning.setting import PlannedArm, Setting
 from armimpedance.hand.planning.wish import Wish
 from armimpedance.hand.show.quantities import condition_of
 from armimpedance.hand.show.results_csv import read_results
-from armimpedance.show.verbs.inspection import checked
+from armimpedance.hand.still.show import checked_response
 from armimpedance.show.verbs.sources import PathLike, naming, of_condition, read_recording
 
 Progress = Callable[[int, int], None]
@@ -151,7 +151,7 @@ def _pilot(
         known = condition in (None, *recording.trials["condition"].astype(str))
         marks: tuple[str, ...] = ()
         if known and recording.perturbation == "returning":
-            marks = checked(of_condition(recording, condition), despite, disturbed=True)
+            marks = checked_response(of_condition(recording, condition), despite)
         found = pilot_of(recording, condition)
         return found, (*marks, *found.warnings)
 

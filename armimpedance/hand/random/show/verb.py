@@ -12,7 +12,7 @@ from armimpedance.hand.random.result import RandomFit
 from armimpedance.hand.show.estimates import Estimates
 from armimpedance.hand.show.opened import ForceBy, Progress, opened
 from armimpedance.show.files import Content
-from armimpedance.show.verbs.inspection import checked
+from armimpedance.show.verbs.gate import checked
 from armimpedance.show.verbs.sources import PathLike
 
 

@@ -5,10 +5,12 @@ from __future__ import annotations
 import os
 from collections.abc import Collection, Sequence
 from functools import partial
+from typing import Final
 
 from armimpedance.core.conventions import Level
 from armimpedance.core.errors import InputError
 from armimpedance.core.records import ImpedanceEstimate, Recording
+from armimpedance.hand.reaching.check import check_pushes
 from armimpedance.hand.reaching.identify import identify_movement
 from armimpedance.hand.reaching.identify_course import identify_course
 from armimpedance.hand.reaching.plan import MovementPlan, plan_movement as plan_pushes
@@ -16,8 +18,12 @@ from armimpedance.hand.reaching.table import METHODS
 from armimpedance.hand.show.estimates import Estimates
 from armimpedance.hand.show.opened import ForceBy, Progress
 from armimpedance.hand.show.results_csv import read_results
-from armimpedance.show.verbs.inspection import checked
+from armimpedance.show.verbs.checks import TopicChecks
+from armimpedance.show.verbs.gate import checked
 from armimpedance.show.verbs.sources import PathLike, naming, read_recording
+
+#: What only this topic can judge.
+CHECKS: Final = TopicChecks(pushes=check_pushes)
 
 
 def movement(
@@ -94,7 +100,7 @@ def movement(
     find = identify_course if course else partial(identify_movement, method=method)
     with naming(recording):
         read = read_recording(recording, force_by=force_by)
-        marks = checked(read, despite)
+        marks = checked(read, despite, CHECKS)
         made = find(
             read,
             level=level,
@@ -158,7 +164,7 @@ def plan_movement(
     """
     with naming(pilot):
         read = read_recording(pilot, force_by=force_by)
-        checked(read, despite)
+        checked(read, despite, CHECKS)
         return plan_pushes(
             read,
             k_percent=k_percent,

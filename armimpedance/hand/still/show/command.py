@@ -171,9 +171,11 @@ def _checks(arguments: argparse.Namespace) -> tuple[Finding, ...]:
     out, paths = arguments.out, arguments.recordings
     if out is None or out.suffix not in WITH_CHECKS or len(paths) > 1:
         return ()
-    from armimpedance.show.verbs.inspection import inspect
+    from armimpedance.hand.still.show.gate import CHECKS
+    from armimpedance.show.verbs.checks import findings_of
+    from armimpedance.show.verbs.sources import read
 
-    return inspect(paths[0], force_by=arguments.force_by).checks
+    return tuple(findings_of(read(paths[0], force_by=arguments.force_by), CHECKS))
 
 
 def _of_recording(

@@ -14,10 +14,10 @@ from armimpedance.core.records import Recording
 from armimpedance.hand.show.opened import ForceBy, Progress, opened
 from armimpedance.hand.still.reflex.guard import reflex_guard
 from armimpedance.hand.still.reflex.verdict import ReflexVerdict
+from armimpedance.hand.still.show.gate import checked_response
 from armimpedance.hand.still.show.reflex_text import headline, verdict_rows
 from armimpedance.show.files import Content, table_content
 from armimpedance.show.text import html_table
-from armimpedance.show.verbs.inspection import checked
 from armimpedance.show.verbs.named import position_of
 from armimpedance.show.verbs.sources import PathLike
 from armimpedance.show.verbs.written import WrittenResult
@@ -79,7 +79,7 @@ def reflex(
     with opened(recording, by, seed, force_by) as (read, columns):
         marks: tuple[str, ...] = ()
         if read.perturbation != "stochastic":
-            marks = checked(read, despite, disturbed=True, by=columns)
+            marks = checked_response(read, despite, by=columns)
         # what this verb itself judges, group by group
         marks = tuple(mark for mark in marks if not mark.startswith("reflex"))
         made = reflex_guard(read, by=columns, delay_s=delay_s, seed=seed, progress=progress)

@@ -31,7 +31,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Write the page."""
-    from armimpedance.hand.still.show.choice_page import write_choice
+    from armimpedance.hand.still.show.trial_choice import write_choice
     from armimpedance.show.files import read_left_out
     from armimpedance.show.verbs.sources import naming, read_recording
 

@@ -15,9 +15,10 @@ from armimpedance.hand.still.doubts.allowance import allowing
 from armimpedance.hand.still.estimation import Options, estimate as estimate_groups, groups_of
 from armimpedance.hand.still.result import ClusteredKind
 from armimpedance.hand.still.show.compared_methods import ComparedMethods
+from armimpedance.hand.still.show.gate import checked_response
 from armimpedance.hand.still.side_by_side import side_by_side
 from armimpedance.hand.still.table import METHODS
-from armimpedance.show.verbs.inspection import check_handle, checked
+from armimpedance.show.verbs.checks import check_handle
 from armimpedance.show.verbs.sources import (
     LeftOut,
     PathLike,
@@ -213,7 +214,7 @@ def _marks(
     recording: Recording, despite: str | Collection[str], by: Sequence[str]
 ) -> tuple[str, ...]:
     """What every estimate is marked with: checks that warn or were overruled, an unknown handle."""
-    found = checked(recording, despite, disturbed=True, by=by)
+    found = checked_response(recording, despite, by=by)
     return (*found, *(one.sentence for one in check_handle(recording)))
 
 

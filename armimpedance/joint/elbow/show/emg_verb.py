@@ -19,7 +19,7 @@ from armimpedance.joint.elbow.samples import from_recording
 from armimpedance.joint.elbow.stationary.identify import identify_elbow
 from armimpedance.numerics.criticism import check_joint_size
 from armimpedance.numerics.signals import segment_amplitude
-from armimpedance.show.verbs.inspection import checked
+from armimpedance.show.verbs.gate import checked
 from armimpedance.show.verbs.sources import PathLike, naming, read_recording
 
 Progress = Callable[[int, int], None]

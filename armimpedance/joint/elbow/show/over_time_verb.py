@@ -21,7 +21,7 @@ from armimpedance.joint.elbow.varying.identify import identify_varying
 from armimpedance.joint.elbow.varying.table import VARYING_METHODS
 from armimpedance.joint.elbow.varying_result import VaryingImpedance
 from armimpedance.numerics.signals import CUTOFF_HZ, emg_amplitude
-from armimpedance.show.verbs.inspection import checked
+from armimpedance.show.verbs.gate import checked
 from armimpedance.show.verbs.sources import PathLike, naming, read_recording
 
 Progress = Callable[[int, int], None]

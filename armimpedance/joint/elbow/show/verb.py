@@ -13,7 +13,7 @@ from armimpedance.core.records import Recording
 from armimpedance.joint.elbow.result import ElbowFit
 from armimpedance.joint.elbow.samples import from_recording
 from armimpedance.joint.elbow.stationary.identify import identify_elbow
-from armimpedance.show.verbs.inspection import checked
+from armimpedance.show.verbs.gate import checked
 from armimpedance.show.verbs.sources import PathLike, naming, read_recording
 
 Progress = Callable[[int, int], None]

@@ -12,6 +12,7 @@ from armimpedance.core.findings import Finding
 from armimpedance.core.motion import EmgSignals, MarkerRecording, MotionRecording
 from armimpedance.core.records import Recording
 from armimpedance.core.skeleton import Skeleton
+from armimpedance.joint.body import check_plates
 from armimpedance.joint.relaxed.fits import PassiveFits
 from armimpedance.joint.relaxed.from_motion import from_motion
 from armimpedance.joint.relaxed.from_recording import from_joint_recording
@@ -22,7 +23,8 @@ from armimpedance.joint.relaxed.terms import RestAngle
 from armimpedance.limb.mocap import motion_of
 from armimpedance.numerics.criticism import check_joint_size
 from armimpedance.numerics.signals import EmgLevel, emg_gate, recorded_emg
-from armimpedance.show.verbs.inspection import checked
+from armimpedance.show.verbs.checks import TopicChecks
+from armimpedance.show.verbs.gate import checked
 from armimpedance.show.verbs.sources import PathLike, naming, read
 
 if TYPE_CHECKING:
@@ -134,7 +136,7 @@ def passive(
     given = read(recording)
     with naming(recording):
         samples, emg, notes = _samples(given, options)
-        marks = checked(given, despite)
+        marks = checked(given, despite, TopicChecks(plates=check_plates))
         told = _mass_sd(given, mass_sd_percent)
         fits = identify_passive(
             samples,

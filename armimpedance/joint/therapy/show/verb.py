@@ -34,7 +34,7 @@ from armimpedance.joint.therapy.show.inputs import (
     robot_of,
 )
 from armimpedance.show.text import moves_a_robot
-from armimpedance.show.verbs.inspection import checked
+from armimpedance.show.verbs.gate import checked
 from armimpedance.show.verbs.sources import PathLike, naming, of_condition, read_recording
 
 Progress = Callable[[int, int], None]

@@ -12,11 +12,10 @@ from armimpedance.core.errors import InputError
 from armimpedance.core.json_text import read_json
 from armimpedance.core.records import ImpedanceEstimate, Subject
 from armimpedance.hand.show import Estimates, read_results
-from armimpedance.muscles.models import FittedModel
+from armimpedance.muscles.models import FittedModel, read_model
 from armimpedance.muscles.show.explore.measured import measured_data
 from armimpedance.muscles.show.explore.models import model_data
 from armimpedance.muscles.show.explore.whose_arm import Owner, owner_of
-from armimpedance.muscles.show.model_json import read_model
 from armimpedance.show.pages import write_html
 
 PathLike = str | os.PathLike[str]

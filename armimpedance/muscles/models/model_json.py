@@ -10,7 +10,8 @@ from typing import Any, Final
 
 from armimpedance.core.errors import InputError
 from armimpedance.core.json_text import finite, read_json
-from armimpedance.muscles.models import MODEL_KINDS, FittedModel, kind_of
+from armimpedance.muscles.models.fitted_model import FittedModel
+from armimpedance.muscles.models.model_kinds import MODEL_KINDS, kind_of
 from armimpedance.show.files import write_json
 
 FORMAT: Final = "armimpedance-model"
@@ -62,7 +63,7 @@ def read_model(path: str | Path) -> FittedModel:
     --------
     >>> from pathlib import Path
     >>> from tempfile import TemporaryDirectory
-    >>> from armimpedance.muscles.show import read_model, write_model
+    >>> from armimpedance.muscles.models import read_model, write_model
     >>> from armimpedance.muscles.models import JointRows, fit_posture_model
     >>> K = [[[15.0, 6.0], [6.0, 16.0]], [[16.0, 6.0], [6.0, 15.0]]]
     >>> model = fit_posture_model(JointRows([[0.5, 1.2], [1.1, 1.7]], K, K), order=0)

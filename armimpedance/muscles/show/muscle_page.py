@@ -6,8 +6,7 @@ from typing import Final
 
 import numpy as np
 
-from armimpedance.muscles.models import FittedModel, kind_of
-from armimpedance.muscles.show.model_json import read_model
+from armimpedance.muscles.models import FittedModel, kind_of, read_model
 from armimpedance.muscles.show.predictions_plot import plot_predictions
 from armimpedance.show.pages import (
     TSUJI,

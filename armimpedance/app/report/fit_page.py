@@ -11,12 +11,18 @@ import pandas as pd
 from armimpedance.core.errors import InputError
 from armimpedance.core.findings import Finding
 from armimpedance.core.json_text import read_json
-from armimpedance.show.pages.asked import Asked
-from armimpedance.show.pages.build import page_from, reviewed
-from armimpedance.show.pages.methods_text import methods_of, software
-from armimpedance.show.pages.of_fit import told_by
-from armimpedance.show.pages.page import Page, Section, Table
-from armimpedance.show.pages.topic import Topic
+from armimpedance.show.pages import (
+    Asked,
+    Page,
+    Section,
+    Table,
+    Topic,
+    methods_of,
+    page_from,
+    reviewed,
+    software,
+    told_by,
+)
 from armimpedance.show.text import counted, with_half_width
 
 

@@ -1,0 +1,60 @@
+"""The gate of analyses that fit a limb pushed and brought back, or driven at random."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from typing import Final
+
+from armimpedance.core.records import Recording
+from armimpedance.hand.still.checks import check_driven, check_response
+from armimpedance.show.verbs.checks import TopicChecks, disturbed_checks
+from armimpedance.show.verbs.gate import in_groups, marks_of
+from armimpedance.show.verbs.spread import spread
+
+#: What only this topic can judge.
+CHECKS: Final = TopicChecks(response=check_response)
+
+
+def checked_response(
+    recording: Recording,
+    despite: str | Collection[str] = (),
+    *,
+    by: Sequence[str] = ("condition",),
+) -> tuple[str, ...]:
+    """Check a recording before its force is fitted on its motion; without any push it is refused.
+
+    Parameters
+    ----------
+    recording : Recording
+        Of more than 4000 trials as many are checked, spread over all.
+    despite : str or collection of str
+        Names of checks whose STOP is overruled.
+    by : sequence of str
+        Columns whose groups are fitted: each must show all directions, not each condition.
+
+    Returns
+    -------
+    tuple of str
+        What each result is to be marked with: the checks that were overruled, and assumptions of
+        the fit that the data contradict.
+
+    Raises
+    ------
+    InputError
+        A check says STOP and is not named in `despite`; or `despite` names no check.
+
+    Examples
+    --------
+    >>> from manipulandum_sim.hand import simulate
+    >>> recording, _ = simulate("cocontraction", seed=1, sets=1, conditions=["cocontraction_10"])
+    >>> checked_response(recording)
+    ()
+    """
+    recording = spread(in_groups(recording, by))
+    found = [
+        *recording.findings,
+        *disturbed_checks(recording, CHECKS),
+        *check_driven(recording),
+    ]
+    # Groups need not be conditions: a fit says itself which of its own lacks a direction.
+    return marks_of([one for one in found if one.name != "directions"], despite)
