@@ -52,10 +52,9 @@ from functools import partial
 from typing import Any
 
 import pytest
-from mutation.mutants import Mutant, mutants_of
+from mutation.mutants import ROOMS, Mutant, mutants_of, room_of
 from mutation.reached import QUIET, Tests, measure
 
-ROOMS = ("regression", "signals", "impedance", "levels", "ellipses", "elbow")
 PARTS = ("armimpedance", "manipulandum_sim", "figures", "tests", "pyproject.toml")
 # Tests that are slow and look at other rooms; without them the score can only be lower.
 LEFT_OUT = ("figures/", "manipulandum_sim/", "therapy", "contribution", "demo", "body", "mocap/")
@@ -168,7 +167,8 @@ def all_tests(root: Path, workers: int, kept: Path | None) -> Tests:
     files = [f for f in files if not any(part in f for part in LEFT_OUT)]
     outs = [root.parent / f"map{k}.json" for k in range(workers)]
     works = [
-        (root, partial(measure, root, outs[k], files[k::workers], ROOMS)) for k in range(workers)
+        (root, partial(measure, root, outs[k], files[k::workers], tuple(ROOMS.values())))
+        for k in range(workers)
     ]
     with ProcessPoolExecutor(workers, multiprocessing.get_context("fork")) as pool:
         list(pool.map(in_child, *zip(*works, strict=True)))
@@ -183,7 +183,8 @@ def all_tests(root: Path, workers: int, kept: Path | None) -> Tests:
 
 def sample_of(root: Path, number: int, seed: int, only: str | None) -> list[Mutant]:
     """The mutants of the lowest ranks, without those that are listed as equivalent."""
-    files = sorted(f for room in ROOMS for f in (root / "armimpedance" / room).rglob("*.py"))
+    inside = (f for room in ROOMS.values() for f in (root / "armimpedance" / room).rglob("*.py"))
+    files = sorted(f for f in inside if "show" not in f.parts)  # forms are not estimators
     drawn = sorted((m for f in files for m in mutants_of(root, f, seed)), key=lambda m: m.rank)
     listed = json.loads((HERE / "mutation" / "equivalents.json").read_text())
     equivalent = {tuple(e[k] for k in ("function", "text", "before", "after")) for e in listed}
@@ -193,7 +194,7 @@ def sample_of(root: Path, number: int, seed: int, only: str | None) -> list[Muta
         f"{len(drawn)} places, {len(sample)} drawn, {len(sample) - len(kept)} equivalent",
         flush=True,
     )
-    return [m for m in kept if only in (None, m.file.split("/")[1])]
+    return [m for m in kept if only in (None, room_of(m.file))]
 
 
 def report(mutants: list[Mutant]) -> float:
@@ -214,7 +215,9 @@ def main() -> int:
     parser.add_argument("--root", type=Path, default=HERE.parent, help="the checkout")
     parser.add_argument("--sample", type=int, default=SAMPLE, help="number of mutants")
     parser.add_argument("--seed", type=int, default=SEED)
-    parser.add_argument("--only", choices=ROOMS, help="only those mutants that lie in this room")
+    parser.add_argument(
+        "--only", choices=tuple(ROOMS), help="only those mutants that lie in this room"
+    )
     parser.add_argument("--workers", type=int, default=1, help="processes")
     parser.add_argument("--budget", type=float, default=BUDGET, help="seconds of tests per mutant")
     parser.add_argument("--map", type=Path, help="JSON that keeps which test reaches which line")

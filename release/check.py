@@ -32,7 +32,7 @@ NEEDED = (
     "armimpedance_figures/__init__.py",
 )
 #: Tests that are quick and go through files, estimates, mapping and models.
-SHIPPED = ("tests/unit/ellipses", "tests/unit/levels")
+SHIPPED = ("tests/unit/hand/ellipses", "tests/unit/hand/levels")
 
 
 def main() -> None:

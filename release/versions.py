@@ -1,7 +1,7 @@
 """Run the tests against the oldest versions that `pyproject.toml` allows, or the newest there are.
 
     python release/versions.py OUT --python python3.13 --resolution highest
-    python release/versions.py OUT tests/unit/levels --resolution lowest-direct
+    python release/versions.py OUT tests/unit/hand/levels --resolution lowest-direct
 
 An environment of its own, the wheel, and the tests in a folder without the package's source.
 """

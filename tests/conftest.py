@@ -29,7 +29,7 @@ settings.load_profile("armimpedance")
 #: Modules that look at the same simulated sessions: one process makes each session once.
 _TOGETHER = {
     "tests/recovery/test_therapy_recovery.py": "therapy sessions",
-    "tests/unit/cli/test_therapy_commands.py": "therapy sessions",
+    "tests/unit/app/cli/test_therapy_commands.py": "therapy sessions",
     "tests/unit/manipulandum_sim/test_therapy_session_runs.py": "therapy sessions",
 }
 

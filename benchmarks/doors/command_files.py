@@ -20,7 +20,7 @@ from manipulandum_sim.body import simulate_body
 from manipulandum_sim.hand import simulate
 from manipulandum_sim.passive import simulate_passive
 
-sys.path.append(str(Path(__file__).resolve().parents[2] / "tests" / "unit" / "cli"))
+sys.path.append(str(Path(__file__).resolve().parents[2] / "tests" / "unit" / "app" / "cli"))
 
 import therapy_bench
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import coverage
 import pytest
-from mutation.mutants import Mutant
+from mutation.mutants import ROOMS, Mutant, room_of
 
 QUIET = ["-q", "-p", "no:cacheprovider", "-o", "addopts="]
 
@@ -118,9 +118,9 @@ class Tests:
                 taken.append(test)
                 total += seconds
                 ready |= {*self.needs[test]}
-        room = f"/{mutant.file.split('/')[1]}"
+        room = f"/{ROOMS[room_of(mutant.file)]}"
         price: Counter[str] = Counter()
         for test in taken:
             price[test.split("::")[0]] += self.cost(test, set())
-        modules = sorted(price, key=lambda m: (room not in m and room[1:] not in m, price[m]))
+        modules = sorted(price, key=lambda m: (room not in m, price[m]))
         return [t for m in modules for t in taken if t.split("::")[0] == m], total

@@ -1,4 +1,4 @@
-"""What every estimator has to show. Copy to ``tests/unit/impedance/test_<name>.py``, rename METHOD.
+"""What every estimator has to show: copy to ``tests/unit/hand/still/``, rename METHOD.
 
 `limb` is a linear limb with known M, B, K (``tests/conftest.py``); it shares no code with us.
 """

@@ -10,7 +10,7 @@ from armimpedance.core.errors import InputError
 from armimpedance.core.records import Subject
 from armimpedance.limb.arm.anthropometry import DE_LEVA, WINTER, arm_of, arm_ratios, two_link_arm
 
-PUBLISHED = Path(__file__).parents[2] / "reference_data" / "arm_segments.csv"
+PUBLISHED = Path(__file__).parents[3] / "reference_data" / "arm_segments.csv"
 
 
 @pytest.mark.parametrize(

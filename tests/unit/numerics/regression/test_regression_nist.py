@@ -10,7 +10,7 @@ from refine import refine
 from armimpedance.numerics.regression.factors import trial_factors
 from armimpedance.numerics.regression.solve import fit
 
-FILE = Path(__file__).resolve().parents[2] / "reference_data" / "nist_strd_linear.json"
+FILE = Path(__file__).resolve().parents[3] / "reference_data" / "nist_strd_linear.json"
 DATA = json.loads(FILE.read_text())
 
 #: Asked for: 9 digits; less where data in double precision do not hold more.

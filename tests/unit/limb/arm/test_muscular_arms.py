@@ -11,7 +11,7 @@ from armimpedance.core.errors import InputError
 from armimpedance.limb.arm.muscular_arms import ARMS, arm_named, with_muscles
 from armimpedance.limb.arm.two_link import TwoLinkArm
 
-ARM26 = Path(__file__).resolve().parents[2] / "reference_data" / "arm26_moment_arms.csv"
+ARM26 = Path(__file__).resolve().parents[3] / "reference_data" / "arm26_moment_arms.csv"
 
 
 COUNTS = {"planar6": 6, "arm26": 6, "myoarm4": 30, "myoarm7": 32}

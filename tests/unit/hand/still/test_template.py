@@ -5,7 +5,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[3]
+ROOT = Path(__file__).resolve().parents[4]
 #: A folder of methods beside the toolkit's, and the tests with the toolkit's fixtures.
 RUN = """
 import sys, pytest

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scipy.signal import cont2discrete
 
-FOLDER = Path(__file__).parents[3] / "benchmarks" / "peers"
+FOLDER = Path(__file__).parents[4] / "benchmarks" / "peers"
 
 
 @pytest.fixture
