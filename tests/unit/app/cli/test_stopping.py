@@ -37,16 +37,21 @@ sys.exit(main(["explore"]))
 """
 
 
-def at_work(out: Path, work: str = "time.sleep(60)", **options) -> subprocess.Popen:
-    """A process that is writing a file."""
+def at_work(
+    out: Path, work: str = "time.sleep(60)", hangs_up=signal.SIG_DFL, **options
+) -> subprocess.Popen:
+    """A process that is writing a file; `hangs_up` is what it does when its terminal goes away."""
     call = [sys.executable, "-c", AT_WORK.format(work=work), str(out)]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    # who starts the tests in the background has them ignore Ctrl-C, and so would this process
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    # who starts the tests in the background, or after nohup, has them ignore these signals, and so
+    # would this process
+    wanted = {signal.SIGINT: signal.default_int_handler, signal.SIGHUP: hangs_up}
+    before = {number: signal.signal(number, handler) for number, handler in wanted.items()}
     try:
         process = subprocess.Popen(call, **pipes, **options)
     finally:
-        signal.signal(signal.SIGINT, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
     assert process.stdout is not None
     assert process.stdout.readline() == "at work\n"
     return process
@@ -72,11 +77,7 @@ def test_a_signal_to_end_is_one_line_and_leaves_nothing_half_written(tmp_path, n
 
 def test_a_signal_that_is_ignored_stays_ignored(tmp_path):
     # As after nohup.
-    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
-    try:
-        process = at_work(tmp_path / "r.csv", "time.sleep(0.5)")
-    finally:
-        signal.signal(signal.SIGHUP, before)
+    process = at_work(tmp_path / "r.csv", "time.sleep(0.5)", hangs_up=signal.SIG_IGN)
     process.send_signal(signal.SIGHUP)
     process.communicate(timeout=20)
     assert process.returncode == 0
