@@ -8,11 +8,12 @@ BILL := .venv-bill
 PACK := .venv-package
 DOCS_VENV := .venv-site
 
-.PHONY: setup demo test test-browser test-office test-versions lint types docs site package bill figures benchmarks clean help
+.PHONY: setup demo test check test-browser test-office test-versions lint types docs site package bill figures benchmarks clean help
 
 help:
 	@echo "make demo        set up, then run the whole study on a simulated subject -> $(OUT)/demo"
 	@echo "make test        set up, then run the tests"
+	@echo "make check       lint, types and the touched tests, under a minute (SINCE=revision)"
 	@echo "make test-browser  the pages in a real browser (Chromium, installed where it is missing)"
 	@echo "make test-office  workbooks in LibreOffice, MATLAB files in Octave (installed where missing)"
 	@echo "make figures     the source's figures from simulated subjects -> $(OUT)/figures"
@@ -37,6 +38,10 @@ demo: setup
 
 test: setup
 	$(BIN)/python -m pytest -q -n 2
+
+# Under a minute: lint, types (the first run fills a cache), and the tests of what is not committed.
+check: lint types
+	$(BIN)/python tests/touched.py $(if $(SINCE),--since $(SINCE))
 
 test-browser: setup
 	$(BIN)/python tests/browser/set_up.py
