@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import Literal
 
 from armimpedance.app.report.door import report_page
 from armimpedance.core.errors import InputError
 from armimpedance.core.inputs import unchanged
+from armimpedance.core.progress import Progress
 from armimpedance.recordings import AnyRecording
 from armimpedance.show.pages import Asked, Page, write_page
 
@@ -31,7 +32,7 @@ def write_report(
     robot: PathLike | None = None,
     arm: PathLike | None = None,
     command: str = "",
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> Page:
     """Analyse a session, or take results, and write one HTML file that needs no network.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -10,12 +10,11 @@ import numpy as np
 
 from armimpedance.core.arrays import IntArray
 from armimpedance.core.errors import ArmImpedanceError, InputError, NotIdentifiableError
+from armimpedance.core.progress import Progress
 from armimpedance.core.records import ImpedanceEstimate, Recording, Window
 from armimpedance.hand.still import METHODS, Group, Options, estimate, estimate_window, groups_of
 from armimpedance.numerics.regression import TrialEquations
 from armimpedance.numerics.signals import cut_windows, disturbance_times
-
-Progress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True, eq=False)

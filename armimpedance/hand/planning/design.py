@@ -8,7 +8,6 @@ covariance, with its exact gradient, by sequential quadratic programming from se
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, Any, Final
@@ -17,6 +16,7 @@ import numpy as np
 
 from armimpedance.core.arrays import FloatArray, FrozenRecord
 from armimpedance.core.errors import EstimationError, InputError
+from armimpedance.core.progress import Progress
 from armimpedance.hand.planning.motion import equation_rows, modal_motion
 from armimpedance.hand.planning.profile import (
     Profile,
@@ -101,7 +101,7 @@ def design(
     starts: int = 12,
     seed: int = 0,
     name: str = "designed",
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> Design:
     """Optimise; the same arguments give the same profile.
 

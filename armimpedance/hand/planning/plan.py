@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from armimpedance.core.arrays import FrozenRecord
 from armimpedance.core.errors import InputError
+from armimpedance.core.progress import Progress
 from armimpedance.hand.planning.candidate import Candidate, judge, judge_pilot
 from armimpedance.hand.planning.design import Limits
 from armimpedance.hand.planning.obstacle import best_of, obstacle
@@ -142,7 +143,7 @@ def make_plan(
     *,
     delay_s: float = 0.055,
     pilot: Pilot | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> Plan:
     """Judge profiles, and a pilot's own where there is one.
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final
 
 import numpy as np
 
 from armimpedance.core.errors import InputError
+from armimpedance.core.progress import Progress
 from armimpedance.hand.planning.design import Goal, Limits, design
 from armimpedance.hand.planning.profile import Profile, Shape
 from armimpedance.hand.planning.setting import Setting
@@ -33,7 +34,7 @@ def proposed_profiles(
     reduce: bool = True,
     designed: bool = False,
     reflex_delay_s: float | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> list[Profile]:
     """The disturbances that a plan compares.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, Final
@@ -12,6 +12,7 @@ import numpy as np
 from armimpedance.core.arrays import FloatArray, IntArray
 from armimpedance.core.errors import InputError, NotIdentifiableError
 from armimpedance.core.estimates import ImpedanceEstimate, Quality
+from armimpedance.core.progress import Progress
 from armimpedance.core.records import Recording
 from armimpedance.hand.random.commands import Commands, check_follows, commands_of
 from armimpedance.hand.random.departures import Averaged, averaged
@@ -25,8 +26,6 @@ from armimpedance.hand.random.misfit import misfit_of
 from armimpedance.hand.random.response import response_matrix
 from armimpedance.hand.random.result import RandomFit, ReflexPart
 from armimpedance.hand.still import elbow_told, groups_of, is_wrist_free
-
-Progress = Callable[[int, int], None]
 
 METHOD: Final = "refined instruments"
 #: The noise's spectrum and the answer are found in turns, so often.

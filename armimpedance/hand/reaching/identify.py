@@ -9,9 +9,10 @@ import numpy as np
 from armimpedance.core.conventions import Level
 from armimpedance.core.errors import EstimationError, InputError
 from armimpedance.core.estimates import ImpedanceEstimate
+from armimpedance.core.progress import Progress
 from armimpedance.core.records import Recording
 from armimpedance.hand.reaching.fitted import Method, PhaseFit, to_estimate
-from armimpedance.hand.reaching.session import Progress, Session, session_of
+from armimpedance.hand.reaching.session import Session, session_of
 from armimpedance.hand.reaching.table import METHODS
 
 

@@ -12,6 +12,7 @@ from armimpedance.core.arrays import FloatArray, IntArray
 from armimpedance.core.conventions import Level
 from armimpedance.core.errors import InputError
 from armimpedance.core.estimates import ImpedanceEstimate
+from armimpedance.core.progress import Progress
 from armimpedance.core.records import Recording
 from armimpedance.hand.reaching.course import Courses, channel
 from armimpedance.hand.reaching.doubts import Doubted, doubts_of
@@ -21,7 +22,7 @@ from armimpedance.hand.reaching.hand_level import INSTANT, Where, at_level
 from armimpedance.hand.reaching.identify import check_inertia
 from armimpedance.hand.reaching.methods.latent import explained_by
 from armimpedance.hand.reaching.over_reach import course_over
-from armimpedance.hand.reaching.session import Progress, session_of
+from armimpedance.hand.reaching.session import session_of
 from armimpedance.hand.reaching.solve import Evidence, Known, evidence_of, solve
 from armimpedance.hand.reaching.windows import PhaseWindows
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -11,6 +11,7 @@ import numpy as np
 from armimpedance.core.arrays import IntArray
 from armimpedance.core.errors import InputError
 from armimpedance.core.estimates import ImpedanceEstimate
+from armimpedance.core.progress import Progress
 from armimpedance.core.records import Recording
 from armimpedance.hand.reaching.arm import geometry_of
 from armimpedance.hand.reaching.course import Courses, courses_of
@@ -19,8 +20,6 @@ from armimpedance.hand.reaching.labels import check_labels
 from armimpedance.hand.reaching.pushes import Pushes, pushes_of
 from armimpedance.hand.reaching.solve import Known
 from armimpedance.hand.reaching.windows import PhaseWindows, windows_of
-
-Progress = Callable[[int, int], None]
 
 
 class Phase(NamedTuple):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Literal
 
@@ -11,9 +11,6 @@ from armimpedance.core.records import Recording
 from armimpedance.hand.show.result_row import check_group_columns
 from armimpedance.show.verbs.named import as_columns
 from armimpedance.show.verbs.sources import PathLike, naming, read_recording
-
-Progress = Callable[[int, int], None]
-
 
 ForceBy = Literal["limb", "device"]
 

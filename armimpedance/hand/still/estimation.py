@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import ArmImpedanceError, InputError, NotIdentifiableError
+from armimpedance.core.progress import Progress
 from armimpedance.core.records import ImpedanceEstimate, Recording, Window
 from armimpedance.hand.still.parallel import in_order
 from armimpedance.hand.still.prepared import Prepared
@@ -58,7 +59,7 @@ def estimate(
     *,
     by: Sequence[str] = DEFAULT_BY,
     options: Options = Options(),  # noqa: B008 - frozen
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
     workers: int = 1,
 ) -> list[ImpedanceEstimate]:
     """Hand (or joint) inertia, viscosity and stiffness of every group of trials.

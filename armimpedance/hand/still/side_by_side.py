@@ -12,7 +12,7 @@ then an assumption that only one of them makes does not hold.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import Any
@@ -22,6 +22,7 @@ import numpy as np
 from armimpedance.core.arrays import FloatArray, IntArray
 from armimpedance.core.conventions import MATRICES, Kind, group_name
 from armimpedance.core.errors import ArmImpedanceError, InputError
+from armimpedance.core.progress import Progress
 from armimpedance.core.records import ImpedanceEstimate, Recording, Window
 from armimpedance.hand.still.estimation import (
     DEFAULT_BY,
@@ -133,7 +134,7 @@ def side_by_side(
     *,
     by: Sequence[str] = DEFAULT_BY,
     options: Options = Options(),  # noqa: B008 - frozen
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
     workers: int = 1,
 ) -> list[SideBySide]:
     """Every method of `METHODS` on every group of trials.

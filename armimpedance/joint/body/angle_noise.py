@@ -22,11 +22,10 @@ import numpy as np
 from armimpedance.core.arrays import FloatArray, FrozenRecord
 from armimpedance.core.findings import Finding
 from armimpedance.core.motion import MotionRecording
+from armimpedance.core.progress import Progress
 from armimpedance.core.skeleton import Skeleton
 from armimpedance.joint.body.rows import RowChoice
 from armimpedance.numerics.signals import lowpass, smoothed_derivatives
-
-Progress = Callable[[int, int], None]
 
 #: Above this many times the cut-off there is noise only.
 _ABOVE: Final = 2.5

@@ -7,7 +7,6 @@ validated without the samples.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Annotated
 
@@ -17,6 +16,7 @@ from numpy.typing import ArrayLike
 from armimpedance.core.arrays import FloatArray, FrozenRecord, IntArray
 from armimpedance.core.errors import InputError
 from armimpedance.core.motion import MotionRecording
+from armimpedance.core.progress import Progress
 from armimpedance.joint.body.rows import RowChoice, each_trial
 from armimpedance.joint.body.validation import BodyValidation
 from armimpedance.numerics.regression import TrialFactors
@@ -96,7 +96,7 @@ class BodyEquations(FrozenRecord):
 def body_equations(
     recording: MotionRecording,
     choice: RowChoice,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> BodyEquations:
     """Reduce a recording to its triangles, one trial after another.
 

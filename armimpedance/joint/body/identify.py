@@ -16,10 +16,10 @@ from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import EstimationError, InputError, NotIdentifiableError
 from armimpedance.core.findings import warnings_of
 from armimpedance.core.motion import MotionRecording
+from armimpedance.core.progress import Progress
 from armimpedance.core.skeleton import Skeleton
 from armimpedance.joint.body.angle_noise import (
     NoiseShift,
-    Progress,
     can_tell_noise,
     no_noise_finding,
     noise_shift,

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from armimpedance.core.errors import ArmImpedanceError, EstimationError, InputError
+from armimpedance.core.progress import Progress
 from armimpedance.joint.relaxed.doubts.checks import doubts
 from armimpedance.joint.relaxed.equations import check_excitation
 from armimpedance.joint.relaxed.fits import PassiveFits
@@ -19,8 +20,6 @@ from armimpedance.joint.relaxed.result import CrossValidation, PassiveFit
 from armimpedance.joint.relaxed.samples import PassiveSamples
 from armimpedance.joint.relaxed.terms import RestAngle, Terms
 from armimpedance.numerics.regression import Fit, Parameters
-
-Progress = Callable[[int, int], None]
 
 
 def identify_passive(

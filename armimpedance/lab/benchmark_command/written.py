@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+from armimpedance.core.progress import Progress
 from armimpedance.core.workers import crew
 from armimpedance.lab.benchmark import (
     Key,
@@ -51,7 +51,7 @@ class Wanted:
         return public if self.key is None else public | sealed
 
 
-def write_benchmark(wanted: Wanted, top: Path, progress: Callable[[int, int], None]) -> list[Known]:
+def write_benchmark(wanted: Wanted, top: Path, progress: Progress) -> list[Known]:
     """Write everything into an empty folder; the truth of both halves."""
     calls = [(t, r, k) for t in wanted.tasks for r, k in wanted.records.items()]
     truths: dict[str, list[Known]] = {task: [] for task in wanted.tasks}

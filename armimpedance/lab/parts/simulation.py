@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Literal, Protocol
 
 from armimpedance.core.method_table import MethodTable
+from armimpedance.core.progress import Progress
 from armimpedance.lab.parts.lab_form import FORMS, form_for
 from armimpedance.show.command.checks import check_seed
 from armimpedance.show.command.outputs import add_replace, check_folder
@@ -57,7 +58,7 @@ class Simulated:
 
 
 #: What a rig is told of its own name, the options and the progress, and what it gives.
-Simulate = Callable[[Any, argparse.Namespace, Callable[[int, int], None]], Simulated]
+Simulate = Callable[[Any, argparse.Namespace, Progress], Simulated]
 
 
 @dataclass(frozen=True)

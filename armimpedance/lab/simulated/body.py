@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
 from typing import Final
 
+from armimpedance.core.progress import Progress
 from armimpedance.lab.parts.simulation import MARKER_NOISE_M, Rig, Simulated
 
 #: Level of noise -> noise of angles (rad), forces (N) and moments (N m).
@@ -16,9 +16,7 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--markers", action="store_true", help="35 markers, not joint angles")
 
 
-def _simulate(
-    _name: str, arguments: argparse.Namespace, _progress: Callable[[int, int], None]
-) -> Simulated:
+def _simulate(_name: str, arguments: argparse.Namespace, _progress: Progress) -> Simulated:
     from manipulandum_sim.body import simulate_body
     from manipulandum_sim.studio import Studio
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
 from typing import Any, Final
 
+from armimpedance.core.progress import Progress
 from armimpedance.lab.parts.simulation import Rig, Simulated, given
 
 
@@ -24,9 +24,7 @@ def _add_varying(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--frequency-hz", type=float, metavar="HZ", help="of the stiffness (0.7)")
 
 
-def _simulate(
-    name: str, arguments: argparse.Namespace, progress: Callable[[int, int], None]
-) -> Simulated:
+def _simulate(name: str, arguments: argparse.Namespace, progress: Progress) -> Simulated:
     from manipulandum_sim.elbow import simulate_elbow
 
     test: Any = name.removeprefix("elbow-") if name != "elbow" else "posture"

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Final
 
 from armimpedance.core.errors import InputError
+from armimpedance.core.progress import Progress
 from armimpedance.lab.parts.simulation import Rig, Simulated
 
 if TYPE_CHECKING:
@@ -36,9 +36,7 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def _simulate(
-    name: str, arguments: argparse.Namespace, progress: Callable[[int, int], None]
-) -> Simulated:
+def _simulate(name: str, arguments: argparse.Namespace, progress: Progress) -> Simulated:
     from manipulandum_sim.hand import Reflex, simulate
 
     recording, truth = simulate(

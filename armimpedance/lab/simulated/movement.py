@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
 from typing import Final
 
+from armimpedance.core.progress import Progress
 from armimpedance.lab.parts.simulation import Rig, Simulated
 
 
@@ -29,9 +29,7 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def _simulate(
-    name: str, arguments: argparse.Namespace, progress: Callable[[int, int], None]
-) -> Simulated:
+def _simulate(name: str, arguments: argparse.Namespace, progress: Progress) -> Simulated:
     del name  # one rig only
     from manipulandum_sim.hand import Reflex
     from manipulandum_sim.movement import simulate_movement

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
 from typing import Any, Final
 
+from armimpedance.core.progress import Progress
 from armimpedance.lab.parts.simulation import MARKER_NOISE_M, Rig, Simulated
 
 
-def _simulate(
-    name: Any, arguments: argparse.Namespace, progress: Callable[[int, int], None]
-) -> Simulated:
+def _simulate(name: Any, arguments: argparse.Namespace, progress: Progress) -> Simulated:
     from manipulandum_sim.passive import simulate_passive
 
     recording, truth = simulate_passive(

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
 from typing import Any, Final
 
+from armimpedance.core.progress import Progress
 from armimpedance.lab.parts.simulation import Rig, Simulated, given
 
 
@@ -55,9 +55,7 @@ def _session(arguments: argparse.Namespace) -> dict[str, Any]:
     }
 
 
-def _simulate(
-    name: str, arguments: argparse.Namespace, progress: Callable[[int, int], None]
-) -> Simulated:
+def _simulate(name: str, arguments: argparse.Namespace, progress: Progress) -> Simulated:
     del name, progress  # one rig only, all trials at once
     from manipulandum_sim.random_hand import simulate_random
 
@@ -73,9 +71,7 @@ def _simulate(
     return Simulated(recording, truth)
 
 
-def _simulate_joint(
-    name: str, arguments: argparse.Namespace, progress: Callable[[int, int], None]
-) -> Simulated:
+def _simulate_joint(name: str, arguments: argparse.Namespace, progress: Progress) -> Simulated:
     del progress
     from manipulandum_sim.random_hand import simulate_random_joint
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from armimpedance.core.progress import Progress
 from armimpedance.lab.parts.simulation import MOMENT_ARMS_FILE, Rig, Simulated, given
 
 if TYPE_CHECKING:
@@ -55,9 +55,7 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--control", choices=("position", "force"), help="by the robot")
 
 
-def _simulate(
-    name: str, arguments: argparse.Namespace, progress: Callable[[int, int], None]
-) -> Simulated:
+def _simulate(name: str, arguments: argparse.Namespace, progress: Progress) -> Simulated:
     del name  # one rig only
     from manipulandum_sim.space import simulate_space, write_moment_arms
 

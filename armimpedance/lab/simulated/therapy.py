@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Final
 
+from armimpedance.core.progress import Progress
 from armimpedance.lab.parts.simulation import DRAWINGS_FILE, Rig, Simulated, given
 
 if TYPE_CHECKING:
@@ -29,9 +29,7 @@ def _add_validation(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--mismatched", action="store_true", help=help_text)
 
 
-def _simulate(
-    name: str, arguments: argparse.Namespace, progress: Callable[[int, int], None]
-) -> Simulated:
+def _simulate(name: str, arguments: argparse.Namespace, progress: Progress) -> Simulated:
     from armimpedance.joint.therapy.show import write_robot
     from manipulandum_sim.therapy import therapy_device
 

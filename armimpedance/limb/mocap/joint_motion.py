@@ -11,10 +11,11 @@ import numpy as np
 from armimpedance.core.arrays import BoolArray, FloatArray, FrozenRecord, IntArray
 from armimpedance.core.errors import EstimationError, InputError
 from armimpedance.core.motion import MarkerRecording, MotionRecording
+from armimpedance.core.progress import Progress
 from armimpedance.core.skeleton import Skeleton
 from armimpedance.limb.mocap.gaps import BRIDGE_M, bridge, short_frames
 from armimpedance.limb.mocap.kinematics import MarkerTree, marker_places, marker_tree
-from armimpedance.limb.mocap.posture import Postures, Progress, fit_postures
+from armimpedance.limb.mocap.posture import Postures, fit_postures
 from armimpedance.limb.mocap.track import track_postures
 
 #: A root that leans further than this from upright loses its heading (its turns are about z, y, x).

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from armimpedance.core.errors import InputError
 from armimpedance.core.motion import MarkerRecording, MotionRecording
+from armimpedance.core.progress import Progress
 from armimpedance.limb.mocap.joint_motion import joint_motion
-from armimpedance.limb.mocap.posture import Progress
 
 #: Longest loss of a marker that is bridged where nothing else is said, s.
 _USUAL_GAP_S = 0.2

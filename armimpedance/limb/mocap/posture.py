@@ -10,16 +10,14 @@ direction that moves markers by a few times w, and the natural posture still hol
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, fields
 from typing import Final
 
 import numpy as np
 
 from armimpedance.core.arrays import BoolArray, FloatArray, IntArray
+from armimpedance.core.progress import Progress
 from armimpedance.limb.mocap.kinematics import MarkerTree, marker_jacobian, marker_places
-
-Progress = Callable[[int, int], None]
 
 #: w: a direction that moves the markers by less than this is left to the natural posture, m/rad.
 PULL_M: Final = 3e-3

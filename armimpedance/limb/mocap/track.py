@@ -12,8 +12,9 @@ from typing import Final
 import numpy as np
 
 from armimpedance.core.arrays import BoolArray, FloatArray, IntArray
+from armimpedance.core.progress import Progress
 from armimpedance.limb.mocap.kinematics import MarkerTree, marker_places
-from armimpedance.limb.mocap.posture import Postures, Progress, fit_postures
+from armimpedance.limb.mocap.posture import Postures, fit_postures
 from armimpedance.limb.mocap.registration import rigid_motion, root_coordinates
 
 #: Time between two postures of the chain: a fast arm turns by less than 1.5 rad in it.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Final, cast
 
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from armimpedance.core.errors import InputError
+from armimpedance.core.progress import Progress
 from armimpedance.core.records import ImpedanceEstimate
 from armimpedance.hand.levels import Whose, arm_of_whose, moving_joints
 from armimpedance.hand.show import read_results
@@ -29,7 +30,6 @@ from armimpedance.muscles.models import (
 from armimpedance.muscles.show.rows_csv import read_joint_rows
 from armimpedance.show.verbs.sources import PathLike, naming, read_recording
 
-Progress = Callable[[int, int], None]
 #: Rows of the joint level: a path or several of RESULTS.csv, estimates, or the rows themselves;
 #: for muscles also those of a hand whose joints are all free.
 Rows = JointRows | HandRows | PathLike | Sequence[PathLike] | Sequence[ImpedanceEstimate]

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
+
+from armimpedance.core.progress import Progress
 
 DELAY_S = 1.0
 
 
 @contextmanager
-def bar(title: str) -> Iterator[Callable[[int, int], None]]:
+def bar(title: str) -> Iterator[Progress]:
     """A bar fed by ``progress(done, all)``; it shows after a second, and only on a terminal."""
     from tqdm import tqdm
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import platform
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from hashlib import file_digest
 from importlib.metadata import version
@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, Final, Literal
 
 from armimpedance.core.findings import Finding
+from armimpedance.core.progress import Progress
 from armimpedance.core.records import Recording
 from armimpedance.recordings import AnyRecording
 from armimpedance.show.verbs.sources import read
@@ -71,7 +72,7 @@ class Asked:
     opened: AnyRecording | None = None
     whole: Recording | None = None
     checks: tuple[Finding, ...] = ()
-    progress: Callable[[int, int], None] | None = None
+    progress: Progress | None = None
 
     @property
     def source(self) -> Path:

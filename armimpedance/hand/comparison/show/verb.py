@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -11,6 +11,7 @@ from typing import Any
 from armimpedance.core.errors import InputError
 from armimpedance.core.findings import warnings_of
 from armimpedance.core.inputs import distinct_names
+from armimpedance.core.progress import Progress
 from armimpedance.core.records import ImpedanceEstimate, Recording
 from armimpedance.hand.comparison.compare import compare as compare_groups
 from armimpedance.hand.comparison.groups import (
@@ -22,7 +23,7 @@ from armimpedance.hand.comparison.groups import (
 from armimpedance.hand.comparison.inertia import check_inertia
 from armimpedance.hand.comparison.show.compared import Comparison
 from armimpedance.hand.comparison.subjects import compare_subjects
-from armimpedance.hand.show.opened import ForceBy, Progress
+from armimpedance.hand.show.opened import ForceBy
 from armimpedance.hand.show.results_csv import read_results
 from armimpedance.hand.still import METHODS, Options
 from armimpedance.hand.still.show import checked_response
@@ -235,7 +236,7 @@ class _Reading:
     method: str | None
     force_by: ForceBy | None
     despite: str | Collection[str]
-    progress: Callable[[int, int], None] | None
+    progress: Progress | None
     marks: list[str] = field(default_factory=list)
 
     def of_recordings(self, named: Sequence[tuple[str, Any]]) -> Subjects:

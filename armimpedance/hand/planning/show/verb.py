@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 from dataclasses import replace
 from math import radians
 from pathlib import Path
 from typing import Any, Final, Literal
 
 from armimpedance.core.errors import InputError
+from armimpedance.core.progress import Progress
 from armimpedance.core.records import Recording
 from armimpedance.hand.planning.design import Limits
 from armimpedance.hand.planning.noise_level import noise_named
@@ -23,7 +24,6 @@ from armimpedance.hand.show.results_csv import read_results
 from armimpedance.hand.still.show import checked_response
 from armimpedance.show.verbs.sources import PathLike, naming, of_condition, read_recording
 
-Progress = Callable[[int, int], None]
 #: K within so many per cent, where no wish is given.
 DEFAULT_K_PERCENT: Final = 10.0
 

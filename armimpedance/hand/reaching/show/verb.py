@@ -9,6 +9,7 @@ from typing import Final
 
 from armimpedance.core.conventions import Level
 from armimpedance.core.errors import InputError
+from armimpedance.core.progress import Progress
 from armimpedance.core.records import ImpedanceEstimate, Recording
 from armimpedance.hand.reaching.check import check_pushes
 from armimpedance.hand.reaching.identify import identify_movement
@@ -16,7 +17,7 @@ from armimpedance.hand.reaching.identify_course import identify_course
 from armimpedance.hand.reaching.plan import MovementPlan, plan_movement as plan_pushes
 from armimpedance.hand.reaching.table import METHODS
 from armimpedance.hand.show.estimates import Estimates
-from armimpedance.hand.show.opened import ForceBy, Progress
+from armimpedance.hand.show.opened import ForceBy
 from armimpedance.hand.show.results_csv import read_results
 from armimpedance.show.verbs.checks import TopicChecks
 from armimpedance.show.verbs.gate import checked

@@ -9,7 +9,7 @@ before a reflex can answer (`reflex_ends`).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,7 @@ import numpy as np
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.conventions import Kind
 from armimpedance.core.errors import ArmImpedanceError, InputError
+from armimpedance.core.progress import Progress
 from armimpedance.core.records import Recording, Window
 from armimpedance.hand.still.estimation import DEFAULT_BY, error_in_group, groups_of
 from armimpedance.hand.still.identifiable import require_identifiable
@@ -55,7 +56,7 @@ def reflex_guard(
     delay_s: float | None = None,
     seed: int = 0,
     ends: bool = True,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> list[ReflexVerdict]:
     """A verdict on every group of trials.
 

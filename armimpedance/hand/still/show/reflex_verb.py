@@ -10,8 +10,9 @@ import numpy as np
 
 from armimpedance.core.arrays import FrozenRecord
 from armimpedance.core.conventions import group_name
+from armimpedance.core.progress import Progress
 from armimpedance.core.records import Recording
-from armimpedance.hand.show.opened import ForceBy, Progress, opened
+from armimpedance.hand.show.opened import ForceBy, opened
 from armimpedance.hand.still.reflex.guard import reflex_guard
 from armimpedance.hand.still.reflex.verdict import ReflexVerdict
 from armimpedance.hand.still.show.gate import checked_response

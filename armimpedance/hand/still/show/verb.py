@@ -8,9 +8,10 @@ from typing import Any, Final
 
 from armimpedance.core.conventions import group_name
 from armimpedance.core.errors import InputError
+from armimpedance.core.progress import Progress
 from armimpedance.core.records import ImpedanceEstimate, Recording
 from armimpedance.hand.show.estimates import Estimates
-from armimpedance.hand.show.opened import ForceBy, Progress, opened
+from armimpedance.hand.show.opened import ForceBy, opened
 from armimpedance.hand.still.doubts.allowance import allowing
 from armimpedance.hand.still.estimation import Options, estimate as estimate_groups, groups_of
 from armimpedance.hand.still.result import ClusteredKind

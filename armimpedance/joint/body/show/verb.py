@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Literal
 
 from armimpedance.core.errors import InputError
 from armimpedance.core.motion import MarkerRecording, MotionRecording
+from armimpedance.core.progress import Progress
 from armimpedance.core.records import Recording
 from armimpedance.core.skeleton import Skeleton
 from armimpedance.joint.body.identify import identify_body
@@ -33,7 +34,7 @@ def body(
     noise_draws: int | None = None,
     what_shows: bool = False,
     longest_gap_s: float | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> BodyFit:
     """Fit the combinations of masses, first moments and inertias that motion can show.
 
@@ -127,7 +128,7 @@ def body(
 def _motion(
     source: MotionRecording | MarkerRecording | PathLike,
     longest_gap_s: float | None,
-    progress: Callable[[int, int], None] | None,
+    progress: Progress | None,
 ) -> tuple[MotionRecording, tuple[str, ...]]:
     """The joint motion and notes on it; markers without force plates are refused."""
     recording = read(source)

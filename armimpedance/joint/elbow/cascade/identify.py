@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from itertools import count
 from typing import Any, Final, Literal
@@ -12,6 +11,7 @@ import numpy as np
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import InputError
 from armimpedance.core.findings import Finding, warnings_of
+from armimpedance.core.progress import Progress
 from armimpedance.joint.elbow.cascade.method import CascadeMethod, Courses
 from armimpedance.joint.elbow.cascade.refined import Refined, refined
 from armimpedance.joint.elbow.cascade.rounds import in_rounds
@@ -51,7 +51,7 @@ def identify_cascade(
     variable: FloatArray | None = None,
     every_s: float | None = None,
     cutoff_hz: float | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> VaryingImpedance:
     """``tau = I x'' + B x' + K x + G r + offset``, r the late, low-passed velocity.
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from typing import Any, Final, Literal
 
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import EstimationError, InputError, NotIdentifiableError
 from armimpedance.core.findings import Finding
+from armimpedance.core.progress import Progress
 from armimpedance.core.records import Recording
 from armimpedance.joint.elbow.emg.crosstalk import Crosstalk
 from armimpedance.joint.elbow.emg.imcj import ImcjCalibration, calibrate_imcj, imcj as index_of
@@ -21,8 +22,6 @@ from armimpedance.numerics.criticism import check_joint_size
 from armimpedance.numerics.signals import segment_amplitude
 from armimpedance.show.verbs.gate import checked
 from armimpedance.show.verbs.sources import PathLike, naming, read_recording
-
-Progress = Callable[[int, int], None]
 
 _Action = Literal["flexor", "extensor"]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 from dataclasses import replace
 from typing import Any
 
@@ -11,6 +11,7 @@ import numpy as np
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import InputError
 from armimpedance.core.findings import Finding, warnings_of
+from armimpedance.core.progress import Progress
 from armimpedance.core.records import Recording
 from armimpedance.joint.elbow.cascade.identify import identify_cascade
 from armimpedance.joint.elbow.cascade.table import CASCADE_METHODS
@@ -23,8 +24,6 @@ from armimpedance.joint.elbow.varying_result import VaryingImpedance
 from armimpedance.numerics.signals import CUTOFF_HZ, emg_amplitude
 from armimpedance.show.verbs.gate import checked
 from armimpedance.show.verbs.sources import PathLike, naming, read_recording
-
-Progress = Callable[[int, int], None]
 
 
 def elbow_over_time(

@@ -13,6 +13,7 @@ import numpy as np
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import EstimationError, InputError
 from armimpedance.core.findings import warnings_of
+from armimpedance.core.progress import Progress
 from armimpedance.joint.elbow.result import NAMES, UNITS
 from armimpedance.joint.elbow.samples import COMMANDED, JointSamples
 from armimpedance.joint.elbow.varying.at_rest import at_rest
@@ -44,7 +45,7 @@ def identify_varying(
     window_s: float | None = None,
     cutoff_hz: float | None = None,
     every_s: float | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> VaryingImpedance:
     """``tau = I theta'' + B(t) theta' + K(t) theta``, I constant.
 
@@ -114,7 +115,7 @@ def _with_rivals(
     return begun, course
 
 
-def _ticks(progress: Callable[[int, int], None] | None) -> Callable[[], None]:
+def _ticks(progress: Progress | None) -> Callable[[], None]:
     """What tells of one step more; the last one is told at the end."""
     done = count(1)
 

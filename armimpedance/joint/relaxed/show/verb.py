@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
 from armimpedance.core.errors import InputError
 from armimpedance.core.findings import Finding
 from armimpedance.core.motion import EmgSignals, MarkerRecording, MotionRecording
+from armimpedance.core.progress import Progress
 from armimpedance.core.records import Recording
 from armimpedance.core.skeleton import Skeleton
 from armimpedance.joint.body import check_plates
@@ -42,7 +43,7 @@ class _Options:
     emg_gate_percent: float | None
     torque_sign: Literal[1, -1] | None
     longest_gap_s: float | None
-    progress: Callable[[int, int], None] | None
+    progress: Progress | None
 
 
 def passive(
@@ -60,7 +61,7 @@ def passive(
     longest_gap_s: float | None = None,
     validate: Recording | MarkerRecording | MotionRecording | PathLike | None = None,
     despite: str | Collection[str] = (),
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> PassiveFits:
     """Fit ``k (q - q_r) + h qd + f sign(qd) [+ K (q - q_r)^2]`` to the passive torque of joints.
 

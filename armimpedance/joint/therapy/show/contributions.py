@@ -11,6 +11,7 @@ from typing import Any, Final, overload
 
 from armimpedance.core.arrays import FrozenRecord
 from armimpedance.core.errors import InputError
+from armimpedance.core.progress import Progress
 from armimpedance.core.records import Recording
 from armimpedance.joint.therapy.arm.passive_arm import PassiveArm
 from armimpedance.joint.therapy.arm.torques import MovementTorques
@@ -88,7 +89,7 @@ class Contributions(WrittenResult, FrozenRecord, Sequence[Contribution]):
         """(3) of every sample, for each movement."""
         return tuple(sample_contribution(m, self.robot, self.arm) for m in self.movements)
 
-    def replay(self, progress: Callable[[int, int], None] | None = None) -> LiveReport:
+    def replay(self, progress: Progress | None = None) -> LiveReport:
         """Run the recording through the live form, one sample at a time.
 
         Parameters
@@ -163,7 +164,7 @@ class Contributions(WrittenResult, FrozenRecord, Sequence[Contribution]):
         return f"{html_table([head, *rows])}<ul>{remarks}</ul>"
 
 
-def stepper(progress: Callable[[int, int], None] | None, total: int) -> Callable[[], None]:
+def stepper(progress: Progress | None, total: int) -> Callable[[], None]:
     """A function that counts its calls and tells how many of the total are done."""
     done = 0
 

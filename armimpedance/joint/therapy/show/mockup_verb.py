@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
+from armimpedance.core.progress import Progress
 from armimpedance.core.records import Recording
 from armimpedance.joint.therapy.arm.mockup import MockupCheck, check_mockup as check_pipes, pipes
 from armimpedance.joint.therapy.show.contributions import stepper
 from armimpedance.joint.therapy.show.inputs import Robot, identified_robot
 from armimpedance.show.verbs.sources import PathLike, naming, of_condition, read_recording
 
-Progress = Callable[[int, int], None]
 Pipe = tuple[float, float, float]
 
 

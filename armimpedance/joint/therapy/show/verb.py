@@ -6,11 +6,12 @@ movement says how much of it is the person's own.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 from dataclasses import replace
 
 import numpy as np
 
+from armimpedance.core.progress import Progress
 from armimpedance.core.records import Recording
 from armimpedance.joint.therapy.arm.calibrate import identify_arm
 from armimpedance.joint.therapy.arm.calibration import ArmCalibration
@@ -36,8 +37,6 @@ from armimpedance.joint.therapy.show.inputs import (
 from armimpedance.show.text import moves_a_robot
 from armimpedance.show.verbs.gate import checked
 from armimpedance.show.verbs.sources import PathLike, naming, of_condition, read_recording
-
-Progress = Callable[[int, int], None]
 
 
 def calibrate_robot(

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import EstimationError, InputError
+from armimpedance.core.progress import Progress, Steps
 from armimpedance.limb.arm import MuscularArm, arm_named
 from armimpedance.muscles.models.activation.bernstein import increments, to_powers
 from armimpedance.muscles.models.activation.checks import check_rows
@@ -25,7 +26,6 @@ from armimpedance.muscles.models.activation.quality import activation_quality
 from armimpedance.muscles.models.activation.rank import activation_rank
 from armimpedance.muscles.models.activation.result import activation_result
 from armimpedance.muscles.models.activation.table import ACTIVATION_MODELS, ActivationMethod
-from armimpedance.muscles.models.progress import Progress, Steps
 from armimpedance.muscles.models.quality import ElementQuality
 from armimpedance.muscles.models.rows import JointRows
 from armimpedance.muscles.models.shared_errors import spread_of

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import InputError, NotIdentifiableError
+from armimpedance.core.progress import Progress, Steps
 from armimpedance.limb.arm import MuscularArm, arm_named
 from armimpedance.muscles.models.activation.checks import check_activation, unpredicted
 from armimpedance.muscles.models.combined.equations import EvaluatedEquations, MuscleEquations
@@ -18,7 +19,6 @@ from armimpedance.muscles.models.combined.model import MuscleModel
 from armimpedance.muscles.models.combined.quality import muscle_quality, muscle_summary, shuffles
 from armimpedance.muscles.models.combined.solver import Measured, Posterior, Prior, solve_posterior
 from armimpedance.muscles.models.hand_rows import HandRows
-from armimpedance.muscles.models.progress import Progress, Steps
 from armimpedance.muscles.models.quality import ElementQuality
 from armimpedance.muscles.models.region import Region
 from armimpedance.muscles.models.rows import JointRows

@@ -8,10 +8,10 @@ import numpy as np
 
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import EstimationError
+from armimpedance.core.progress import Steps
 from armimpedance.muscles.models.combined.equations import EvaluatedEquations, MuscleEquations
 from armimpedance.muscles.models.combined.solver import Measured, Posterior, Prior, minimised
 from armimpedance.muscles.models.packed import order_of
-from armimpedance.muscles.models.progress import Steps
 from armimpedance.muscles.models.quality import (
     ElementQuality,
     correlation,

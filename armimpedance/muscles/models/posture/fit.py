@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import InputError
+from armimpedance.core.progress import Progress
 from armimpedance.muscles.models.activation.checks import plausible_size
 from armimpedance.muscles.models.angle_scaling import AngleScaling, require_spread, stated_scaling
 from armimpedance.muscles.models.posture.data import PostureData, posture_data
@@ -19,7 +20,6 @@ from armimpedance.muscles.models.posture.model import PostureModel, posture_poly
 from armimpedance.muscles.models.posture.quality import posture_quality, posture_summary
 from armimpedance.muscles.models.posture.table import POSTURE_MODELS, default_model
 from armimpedance.muscles.models.posture.terms import checked_order
-from armimpedance.muscles.models.progress import Progress
 from armimpedance.muscles.models.region import Region
 from armimpedance.muscles.models.rows import JointRows
 from armimpedance.muscles.models.shared_errors import main_errors

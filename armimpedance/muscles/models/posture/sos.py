@@ -21,13 +21,13 @@ import numpy as np
 
 from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import InputError
+from armimpedance.core.progress import Progress, Steps
 from armimpedance.muscles.models.posture.data import PostureData
 from armimpedance.muscles.models.posture.fitted import FittedMatrix
 from armimpedance.muscles.models.posture.program import GramProgram, GramSolution
 from armimpedance.muscles.models.posture.rank import checked_rank
 from armimpedance.muscles.models.posture.tangent import Tangent, tangent
 from armimpedance.muscles.models.posture.terms import exponents, term_names
-from armimpedance.muscles.models.progress import Progress, Steps
 from armimpedance.muscles.models.quality import correlation
 from armimpedance.numerics.regression import Conditioning
 

@@ -11,9 +11,9 @@ from armimpedance.core.method_table import MethodTable
 if TYPE_CHECKING:
     import numpy as np
 
+    from armimpedance.core.progress import Progress
     from armimpedance.muscles.models.posture.data import PostureData
     from armimpedance.muscles.models.posture.fitted import FittedMatrix
-    from armimpedance.muscles.models.progress import Progress
 
     FitMatrix = Callable[[PostureData, int, np.random.Generator, Progress, bool], FittedMatrix]
 
