@@ -12,9 +12,8 @@ from __future__ import annotations
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-Complex = NDArray[np.complex128]
+from armimpedance.joint.elbow.stationary.band import Complex
 
 #: Lines on each side that the local fit rests on.
 SIDE: Final = 10
