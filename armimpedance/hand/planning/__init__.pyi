@@ -7,4 +7,4 @@ from .precision import precision as precision
 from .profile import Profile as Profile
 from .servo import Servo as Servo
 from .setting import PlannedArm as PlannedArm, Setting as Setting
-from .shape_table import SHAPES as SHAPES
+from .shapes import SHAPES as SHAPES

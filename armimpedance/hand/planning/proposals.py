@@ -13,7 +13,7 @@ from armimpedance.core.progress import Progress
 from armimpedance.hand.planning.design import Goal, Limits, design
 from armimpedance.hand.planning.profile import Profile, Shape
 from armimpedance.hand.planning.setting import Setting
-from armimpedance.hand.planning.shape_table import SHAPES
+from armimpedance.hand.planning.shapes import SHAPES
 
 #: Durations (s) that are compared where none is asked for.
 DURATIONS_S: Final = (0.15, 0.2, 0.3)

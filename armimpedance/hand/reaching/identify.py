@@ -12,8 +12,8 @@ from armimpedance.core.estimates import ImpedanceEstimate
 from armimpedance.core.progress import Progress
 from armimpedance.core.records import Recording
 from armimpedance.hand.reaching.fitted import Method, PhaseFit, to_estimate
+from armimpedance.hand.reaching.methods import METHODS
 from armimpedance.hand.reaching.session import Session, session_of
-from armimpedance.hand.reaching.table import METHODS
 
 
 def identify_movement(

@@ -21,12 +21,12 @@ from .estimation import (
     estimate_window as estimate_window,
     groups_of as groups_of,
 )
+from .methods import METHODS as METHODS
 from .parallel import in_order as in_order
 from .reflex.guard import guard_window as guard_window, reflex_guard as reflex_guard
 from .reflex.verdict import ReflexVerdict as ReflexVerdict
 from .result import Group as Group
 from .side_by_side import side_by_side as side_by_side
-from .table import METHODS as METHODS
 from .weighing.modal import modal_equation as modal_equation
 from .weighing.noise import (
     force_covariance as force_covariance,

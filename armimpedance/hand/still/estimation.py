@@ -12,12 +12,12 @@ from armimpedance.core.arrays import FloatArray
 from armimpedance.core.errors import ArmImpedanceError, InputError, NotIdentifiableError
 from armimpedance.core.progress import Progress
 from armimpedance.core.records import ImpedanceEstimate, Recording, Window
+from armimpedance.hand.still.methods import METHODS
 from armimpedance.hand.still.parallel import in_order
 from armimpedance.hand.still.prepared import Prepared
 from armimpedance.hand.still.regressors import BLOCKS_OF_ONE_TRIAL
 from armimpedance.hand.still.result import ClusteredKind, Group, to_estimate
 from armimpedance.hand.still.stochastic import DEFAULT_BAND_HZ, estimate_stochastic
-from armimpedance.hand.still.table import METHODS
 from armimpedance.hand.still.weighing.weighted_fit import FEWEST_TRIALS
 from armimpedance.numerics.signals import cut_windows, disturbance_times
 

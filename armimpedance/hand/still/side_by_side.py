@@ -31,10 +31,10 @@ from armimpedance.hand.still.estimation import (
     estimate_window,
     groups_of,
 )
+from armimpedance.hand.still.methods import METHODS
 from armimpedance.hand.still.parallel import in_order
 from armimpedance.hand.still.prepared import Prepared
 from armimpedance.hand.still.result import Group
-from armimpedance.hand.still.table import METHODS
 from armimpedance.numerics.regression import leave_one_out_shift, solve_total
 from armimpedance.numerics.signals import cut_windows, disturbance_times
 

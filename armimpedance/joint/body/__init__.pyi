@@ -11,7 +11,7 @@ from .exciting import (
     motion_conditions as motion_conditions,
 )
 from .identify import identify_body as identify_body
-from .method import METHODS as METHODS
+from .methods import METHODS as METHODS
 from .parameters import inertial_parameters as inertial_parameters
 from .result import BodyFit as BodyFit
 from .rows import RowChoice as RowChoice, each_trial as each_trial

@@ -38,7 +38,7 @@ from armimpedance.joint.body.exciting import (
     motion_conditions,
     scaled_condition,
 )
-from armimpedance.joint.body.method import METHODS, Method
+from armimpedance.joint.body.methods import METHODS, Method
 from armimpedance.joint.body.plates import plates_findings, weight_finding
 from armimpedance.joint.body.result import BodyFit
 from armimpedance.joint.body.rows import RowChoice

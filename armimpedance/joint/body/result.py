@@ -18,7 +18,7 @@ from armimpedance.core.skeleton import Skeleton
 from armimpedance.joint.body.angle_noise import NoiseShift
 from armimpedance.joint.body.base_parameters import BaseParameters
 from armimpedance.joint.body.exciting import MotionChoice
-from armimpedance.joint.body.method import METHODS
+from armimpedance.joint.body.methods import METHODS
 from armimpedance.joint.body.parameters import segment_parameters, with_inertial_parameters
 from armimpedance.joint.body.rows import RowChoice
 from armimpedance.joint.body.validation import BodyValidation

@@ -1,5 +1,5 @@
 from .cascade.identify import identify_cascade as identify_cascade
-from .cascade.table import CASCADE_METHODS as CASCADE_METHODS
+from .cascade.methods import CASCADE_METHODS as CASCADE_METHODS
 from .emg.imcj import calibrate_imcj as calibrate_imcj, imcj as imcj
 from .emg.law import fit_emg_law_of as fit_emg_law_of, fit_law as fit_law
 from .emg.law_result import EmgLaw as EmgLaw, LinearLaw as LinearLaw
@@ -10,7 +10,7 @@ from .stationary.identify import (
     identify_elbow as identify_elbow,
     least_squares_arx as least_squares_arx,
 )
-from .stationary.table import METHODS as METHODS
+from .stationary.methods import METHODS as METHODS
 from .varying.identify import identify_varying as identify_varying
-from .varying.table import VARYING_METHODS as VARYING_METHODS
+from .varying.methods import VARYING_METHODS as VARYING_METHODS
 from .varying_result import VaryingImpedance as VaryingImpedance

@@ -13,7 +13,7 @@ from armimpedance.joint.relaxed.doubts.checks import doubts
 from armimpedance.joint.relaxed.equations import check_excitation
 from armimpedance.joint.relaxed.fits import PassiveFits
 from armimpedance.joint.relaxed.linear import TwoFits
-from armimpedance.joint.relaxed.method import METHODS
+from armimpedance.joint.relaxed.methods import METHODS
 from armimpedance.joint.relaxed.notes import joint_notes
 from armimpedance.joint.relaxed.rest_angle import rest_angle_note
 from armimpedance.joint.relaxed.result import CrossValidation, PassiveFit

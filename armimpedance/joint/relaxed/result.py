@@ -13,7 +13,7 @@ from armimpedance.core.errors import InputError
 from armimpedance.core.findings import Finding, warnings_of
 from armimpedance.joint.relaxed.doubts.checks import TABLE_MASS_SD, mass_finding
 from armimpedance.joint.relaxed.equations import Equations
-from armimpedance.joint.relaxed.method import METHODS
+from armimpedance.joint.relaxed.methods import METHODS
 from armimpedance.joint.relaxed.samples import PassiveSamples
 from armimpedance.joint.relaxed.terms import Terms
 from armimpedance.numerics.regression import Fit, FitSummary, NamedParameter, Parameters, Validation

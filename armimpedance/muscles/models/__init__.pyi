@@ -1,7 +1,7 @@
 from .activation.elements import element_fits as element_fits
 from .activation.fit import fit_activation_model as fit_activation_model
 from .activation.model import ActivationModel as ActivationModel
-from .activation.table import ACTIVATION_MODELS as ACTIVATION_MODELS
+from .activation.models import ACTIVATION_MODELS as ACTIVATION_MODELS
 from .angle_scaling import AngleScaling as AngleScaling, angle_columns as angle_columns
 from .at_hand import (
     HandPrediction as HandPrediction,
@@ -15,8 +15,8 @@ from .fitted_model import FittedModel as FittedModel
 from .from_estimates import joint_rows as joint_rows
 from .from_hand import rows_of_hand as rows_of_hand
 from .hand_rows import HandRows as HandRows
+from .kinds import MODEL_KINDS as MODEL_KINDS, kind_of as kind_of
 from .model_json import read_model as read_model, write_model as write_model
-from .model_kinds import MODEL_KINDS as MODEL_KINDS, kind_of as kind_of
 from .packed import (
     congruence as congruence,
     elements as elements,
@@ -27,8 +27,8 @@ from .packed import (
 )
 from .posture.fit import fit_posture_model as fit_posture_model
 from .posture.model import PostureModel as PostureModel
+from .posture.models import POSTURE_MODELS as POSTURE_MODELS
 from .posture.program import GramProgram as GramProgram
-from .posture.table import POSTURE_MODELS as POSTURE_MODELS
 from .prediction import JointPrediction as JointPrediction, Predicted as Predicted
 from .quality import ElementQuality as ElementQuality, correlation as correlation
 from .region import Region as Region

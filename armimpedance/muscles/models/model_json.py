@@ -11,7 +11,7 @@ from typing import Any, Final
 from armimpedance.core.errors import InputError
 from armimpedance.core.json_text import finite, read_json
 from armimpedance.muscles.models.fitted_model import FittedModel
-from armimpedance.muscles.models.model_kinds import MODEL_KINDS, kind_of
+from armimpedance.muscles.models.kinds import MODEL_KINDS, kind_of
 from armimpedance.show.files import write_json
 
 FORMAT: Final = "armimpedance-model"

@@ -10,8 +10,8 @@ from typing import Any, Final
 
 from armimpedance.core.errors import InputError
 from armimpedance.core.outputs import staged_file
+from armimpedance.show.files.endings import ENDINGS, Ending
 from armimpedance.show.files.written.content import About, Cells, Content, Quantity
-from armimpedance.show.files.written.ending import ENDINGS, Ending
 from armimpedance.show.files.written.long import quantities_of
 from armimpedance.show.files.written.methods import methods_paragraph, software
 

@@ -12,7 +12,7 @@ from armimpedance.core.motion import EmgSignals
 from armimpedance.hand.comparison.discrimination import Group, discriminate_groups
 from armimpedance.hand.comparison.show.discrimination_plot import plot_discrimination
 from armimpedance.joint.body.rows import each_trial
-from armimpedance.joint.relaxed.method import METHODS
+from armimpedance.joint.relaxed.methods import METHODS
 from armimpedance.joint.relaxed.show.plot import plot_emg_level
 from armimpedance.numerics.regression import NamedParameter
 from armimpedance.numerics.signals.emg.silence import EmgLevel

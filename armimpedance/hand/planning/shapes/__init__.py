@@ -1,4 +1,14 @@
-"""The shapes of disturbances: one file a shape, each with its record `SHAPE`.
+"""The table of the shapes of disturbances; the entries lie in the folder `shapes`."""
 
-The simulator has shapes of its own under the same names; a test compares them.
-"""
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from armimpedance.core.method_table import MethodTable
+
+if TYPE_CHECKING:
+    from armimpedance.hand.planning.profile import Shape
+
+SHAPES: Final[MethodTable[Shape]] = MethodTable(
+    "armimpedance.hand.planning.shapes", "SHAPE", "shape"
+)

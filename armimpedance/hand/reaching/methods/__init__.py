@@ -1,1 +1,14 @@
-"""Estimators of a moving hand's impedance, one file each."""
+"""The table of estimators of a moving hand: one file each in `methods`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from armimpedance.core.method_table import MethodTable
+
+if TYPE_CHECKING:
+    from armimpedance.hand.reaching.fitted import Method
+
+METHODS: Final[MethodTable[Method]] = MethodTable(
+    "armimpedance.hand.reaching.methods", "METHOD", "method", default="latent"
+)

@@ -23,7 +23,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from armimpedance.hand.reaching.table import METHODS
+from armimpedance.hand.reaching.methods import METHODS
 from armimpedance.hand.show.options import add_force_by
 from armimpedance.show.command.despite import add_despite
 from armimpedance.show.command.outputs import (

@@ -7,7 +7,7 @@ from typing import Final
 
 from armimpedance.core.conventions import Level
 from armimpedance.core.records import ImpedanceEstimate
-from armimpedance.hand.reaching.table import METHODS
+from armimpedance.hand.reaching.methods import METHODS
 from armimpedance.show.pages import software
 
 NAGAR: Final = (

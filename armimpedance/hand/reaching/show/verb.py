@@ -14,8 +14,8 @@ from armimpedance.core.records import ImpedanceEstimate, Recording
 from armimpedance.hand.reaching.check import check_pushes
 from armimpedance.hand.reaching.identify import identify_movement
 from armimpedance.hand.reaching.identify_course import identify_course
+from armimpedance.hand.reaching.methods import METHODS
 from armimpedance.hand.reaching.plan import MovementPlan, plan_movement as plan_pushes
-from armimpedance.hand.reaching.table import METHODS
 from armimpedance.hand.show.estimates import Estimates
 from armimpedance.hand.show.opened import ForceBy
 from armimpedance.hand.show.results_csv import read_results

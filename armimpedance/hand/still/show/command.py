@@ -26,7 +26,7 @@ from armimpedance.core.conventions import group_name
 from armimpedance.core.errors import InputError
 from armimpedance.core.inputs import Inputs, distinct_names, inputs_now
 from armimpedance.hand.show.options import add_by, add_force_by
-from armimpedance.hand.still.table import METHODS
+from armimpedance.hand.still.methods import METHODS
 from armimpedance.show.command.despite import add_despite
 from armimpedance.show.command.outputs import (
     FIGURE,

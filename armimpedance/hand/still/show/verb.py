@@ -14,11 +14,11 @@ from armimpedance.hand.show.estimates import Estimates
 from armimpedance.hand.show.opened import ForceBy, opened
 from armimpedance.hand.still.doubts.allowance import allowing
 from armimpedance.hand.still.estimation import Options, estimate as estimate_groups, groups_of
+from armimpedance.hand.still.methods import METHODS
 from armimpedance.hand.still.result import ClusteredKind
 from armimpedance.hand.still.show.compared_methods import ComparedMethods
 from armimpedance.hand.still.show.gate import checked_response
 from armimpedance.hand.still.side_by_side import side_by_side
-from armimpedance.hand.still.table import METHODS
 from armimpedance.show.verbs.checks import check_handle
 from armimpedance.show.verbs.sources import (
     LeftOut,

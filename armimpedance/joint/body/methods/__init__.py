@@ -1,1 +1,40 @@
-"""The ways to base parameters, one file each; its record `METHOD` is the entry."""
+"""What a way to base parameters is, and the table of those that there are."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final, Literal
+
+from armimpedance.core.method_table import MethodTable
+
+if TYPE_CHECKING:
+    from armimpedance.joint.body.solution import Solution, WeightedSolution
+
+
+@dataclass(frozen=True)
+class Method:
+    """A way to base parameters.
+
+    Attributes
+    ----------
+    label : str
+        What FIT.json calls it, after ``body_``.
+    assumes : str
+        What must hold for the estimate to be right, in one sentence.
+    weighting : {"none", "levels"}
+        How the least squares weight the rows. Where rows are weighted, the bias from noise of the
+        angles is taken off too.
+    improve : function, optional
+        What is made of the least-squares solution; None: it stands.
+    """
+
+    label: str
+    assumes: str
+    weighting: Literal["none", "levels"]
+    improve: Callable[[WeightedSolution], Solution] | None = None
+
+
+METHODS: Final = MethodTable[Method](
+    "armimpedance.joint.body.methods", "METHOD", "method", default="weighted"
+)

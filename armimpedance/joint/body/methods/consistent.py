@@ -5,7 +5,7 @@ The prior only chooses among what the motion cannot show.
 
 from __future__ import annotations
 
-from armimpedance.joint.body.method import Method
+from armimpedance.joint.body.methods import Method
 from armimpedance.joint.body.solution import consistent_solution
 
 METHOD = Method(

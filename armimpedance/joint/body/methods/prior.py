@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from armimpedance.joint.body.method import Method
+from armimpedance.joint.body.methods import Method
 from armimpedance.joint.body.solution import prior_solution
 
 METHOD = Method(

@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from armimpedance.joint.body.method import Method
+from armimpedance.joint.body.methods import Method
 
 METHOD = Method("weighted", "each row of the wrench has a level of noise of its own", "levels")

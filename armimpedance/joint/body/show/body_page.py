@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from armimpedance.core.errors import InputError
 from armimpedance.core.records import Recording
-from armimpedance.joint.body.method import METHODS
+from armimpedance.joint.body.methods import METHODS
 from armimpedance.joint.body.show.plot import body_figure
 from armimpedance.joint.body.show.text import body_text
 from armimpedance.joint.body.show.verb import body

@@ -34,7 +34,7 @@ from armimpedance.show.command.written import check_long, write_result
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
-    from armimpedance.joint.body.method import METHODS
+    from armimpedance.joint.body.methods import METHODS
 
     parser.add_argument("recording", metavar="RECORDING", type=Path)
     add_out(

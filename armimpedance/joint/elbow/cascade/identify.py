@@ -13,11 +13,11 @@ from armimpedance.core.errors import InputError
 from armimpedance.core.findings import Finding, warnings_of
 from armimpedance.core.progress import Progress
 from armimpedance.joint.elbow.cascade.method import CascadeMethod, Courses
+from armimpedance.joint.elbow.cascade.methods import CASCADE_METHODS
 from armimpedance.joint.elbow.cascade.refined import Refined, refined
 from armimpedance.joint.elbow.cascade.rounds import in_rounds
 from armimpedance.joint.elbow.cascade.rows import CascadeRows, block_means, cascade_rows
 from armimpedance.joint.elbow.cascade.search import LIMITS, Searched, searched
-from armimpedance.joint.elbow.cascade.table import CASCADE_METHODS
 from armimpedance.joint.elbow.cascade.task import Task, beginning, task_in_time, task_over
 from armimpedance.joint.elbow.result import NAMES, UNITS
 from armimpedance.joint.elbow.samples import JointSamples

@@ -44,7 +44,7 @@ from armimpedance.show.command.written import check_long, write_result
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
-    from armimpedance.joint.elbow.stationary.table import METHODS
+    from armimpedance.joint.elbow.stationary.methods import METHODS
 
     parser.add_argument("recording", metavar="RECORDING", type=Path)
     add_out(
@@ -85,8 +85,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def _configure_course_and_law(parser: argparse.ArgumentParser) -> None:
-    from armimpedance.joint.elbow.cascade.table import CASCADE_METHODS
-    from armimpedance.joint.elbow.varying.table import VARYING_METHODS
+    from armimpedance.joint.elbow.cascade.methods import CASCADE_METHODS
+    from armimpedance.joint.elbow.varying.methods import VARYING_METHODS
 
     parser.add_argument(
         "--time-varying",

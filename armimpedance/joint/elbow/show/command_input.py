@@ -37,9 +37,9 @@ def analysis_of(arguments: argparse.Namespace) -> str:
     InputError
         Two of them, an unknown method, or an option that has no effect on this one.
     """
-    from armimpedance.joint.elbow.cascade.table import CASCADE_METHODS
-    from armimpedance.joint.elbow.stationary.table import METHODS
-    from armimpedance.joint.elbow.varying.table import VARYING_METHODS
+    from armimpedance.joint.elbow.cascade.methods import CASCADE_METHODS
+    from armimpedance.joint.elbow.stationary.methods import METHODS
+    from armimpedance.joint.elbow.varying.methods import VARYING_METHODS
 
     course = arguments.time_varying
     if course is not None and arguments.emg_law:

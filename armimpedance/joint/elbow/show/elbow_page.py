@@ -6,7 +6,7 @@ from armimpedance.joint.elbow.samples import from_recording
 from armimpedance.joint.elbow.show.plot import plot_frequency_response
 from armimpedance.joint.elbow.show.text import elbow_text
 from armimpedance.joint.elbow.show.verb import elbow
-from armimpedance.joint.elbow.stationary.table import METHODS
+from armimpedance.joint.elbow.stationary.methods import METHODS
 from armimpedance.numerics.regression import NamedParameter
 from armimpedance.show.pages import (
     RUIZ,

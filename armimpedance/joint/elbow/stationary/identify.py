@@ -18,8 +18,8 @@ from armimpedance.joint.elbow.stationary.band import band_of
 from armimpedance.joint.elbow.stationary.diagnosis import diagnosed
 from armimpedance.joint.elbow.stationary.discrete import Structure
 from armimpedance.joint.elbow.stationary.lagged import solve_structure
+from armimpedance.joint.elbow.stationary.methods import METHODS
 from armimpedance.joint.elbow.stationary.preparation import Cutoff, Decimation, prepare
-from armimpedance.joint.elbow.stationary.table import METHODS
 from armimpedance.joint.elbow.stationary.weights import weighed_band
 from armimpedance.numerics.criticism import check_joint_size
 from armimpedance.numerics.regression import Parameters

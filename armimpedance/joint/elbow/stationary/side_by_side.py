@@ -29,8 +29,8 @@ from armimpedance.joint.elbow.result import NAMES
 from armimpedance.joint.elbow.stationary.band import Band
 from armimpedance.joint.elbow.stationary.estimate import Estimate
 from armimpedance.joint.elbow.stationary.method import Method
+from armimpedance.joint.elbow.stationary.methods import METHODS
 from armimpedance.joint.elbow.stationary.preparation import Prepared
-from armimpedance.joint.elbow.stationary.table import METHODS
 from armimpedance.numerics.regression import t_factor
 
 #: Chance alone finds a difference in I, B or K this often.

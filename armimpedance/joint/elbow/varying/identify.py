@@ -21,8 +21,8 @@ from armimpedance.joint.elbow.varying.beginning import Beginning, begin
 from armimpedance.joint.elbow.varying.data import VaryingData, decimated_amplitudes, varying_data
 from armimpedance.joint.elbow.varying.estimated import EstimatedCourse
 from armimpedance.joint.elbow.varying.method import VaryingMethod, VaryingOptions
+from armimpedance.joint.elbow.varying.methods import VARYING_METHODS
 from armimpedance.joint.elbow.varying.rivals import beside_rivals
-from armimpedance.joint.elbow.varying.table import VARYING_METHODS
 from armimpedance.joint.elbow.varying_result import VaryingImpedance
 from armimpedance.numerics.criticism import check_joint_size
 from armimpedance.numerics.regression import Parameters, t_factor

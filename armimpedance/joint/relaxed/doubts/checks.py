@@ -16,7 +16,7 @@ from scipy.special import chdtrc, fdtrc
 from armimpedance.core.errors import ArmImpedanceError
 from armimpedance.core.findings import Finding
 from armimpedance.joint.relaxed.doubts.rivals import cause_findings
-from armimpedance.joint.relaxed.method import METHODS
+from armimpedance.joint.relaxed.methods import METHODS
 from armimpedance.joint.relaxed.samples import PassiveSamples
 from armimpedance.joint.relaxed.terms import Terms
 

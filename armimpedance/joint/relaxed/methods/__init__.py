@@ -1,1 +1,41 @@
-"""The estimators of passive joints, one file each; its record `METHOD` is the entry."""
+"""What an estimator of passive joints is, and the table of those that there are."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+from armimpedance.core.method_table import MethodTable
+
+if TYPE_CHECKING:
+    from armimpedance.joint.relaxed.equations import Equations
+    from armimpedance.joint.relaxed.linear import TwoFits
+    from armimpedance.joint.relaxed.samples import PassiveSamples
+    from armimpedance.joint.relaxed.terms import Terms
+
+
+@dataclass(frozen=True)
+class Method:
+    """An estimator.
+
+    Attributes
+    ----------
+    assumes : str
+        What must hold for the estimate to be right, in one sentence.
+    reference : str
+    equations : function
+        The torque equations of a single joint that its validation uses.
+    solve : function
+        The estimate of a single joint.
+    """
+
+    assumes: str
+    reference: str
+    equations: Callable[[PassiveSamples, Terms], Equations]
+    solve: Callable[[PassiveSamples, Terms], TwoFits]
+
+
+METHODS: Final = MethodTable[Method](
+    "armimpedance.joint.relaxed.methods", "METHOD", "method", default="output-error", joint="-"
+)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from armimpedance.joint.relaxed.equations import plain_equations
 from armimpedance.joint.relaxed.linear import solver
-from armimpedance.joint.relaxed.method import Method
+from armimpedance.joint.relaxed.methods import Method
 
 METHOD = Method(
     "the smoothed motion is exact, its ends and its reversals included",

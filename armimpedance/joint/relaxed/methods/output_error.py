@@ -9,7 +9,7 @@ from __future__ import annotations
 from armimpedance.joint.relaxed.equations import parallel_equations
 from armimpedance.joint.relaxed.joint_spline import solve_joint_spline
 from armimpedance.joint.relaxed.linear import TwoFits
-from armimpedance.joint.relaxed.method import Method
+from armimpedance.joint.relaxed.methods import Method
 from armimpedance.joint.relaxed.samples import PassiveSamples
 from armimpedance.joint.relaxed.swing_fit import solve_swing
 from armimpedance.joint.relaxed.terms import Terms

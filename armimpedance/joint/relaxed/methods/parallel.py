@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from armimpedance.joint.relaxed.equations import parallel_equations
 from armimpedance.joint.relaxed.linear import solver
-from armimpedance.joint.relaxed.method import Method
+from armimpedance.joint.relaxed.methods import Method
 
 METHOD = Method(
     "noise of the smoothed velocity is small against the swing",

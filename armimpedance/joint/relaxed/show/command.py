@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
-    from armimpedance.joint.relaxed.method import METHODS
+    from armimpedance.joint.relaxed.methods import METHODS
 
     parser.add_argument("recording", metavar="RECORDING", type=Path)
     add_out(

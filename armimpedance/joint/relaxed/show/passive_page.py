@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from armimpedance.joint.relaxed.method import METHODS
+from armimpedance.joint.relaxed.methods import METHODS
 from armimpedance.joint.relaxed.show.plot import plot_passive_fits
 from armimpedance.joint.relaxed.show.text import passive_text
 from armimpedance.joint.relaxed.show.verb import passive

@@ -22,10 +22,10 @@ from armimpedance.muscles.models.activation.equations import (
 )
 from armimpedance.muscles.models.activation.misfit import misfit_of
 from armimpedance.muscles.models.activation.model import ActivationModel
+from armimpedance.muscles.models.activation.models import ACTIVATION_MODELS, ActivationMethod
 from armimpedance.muscles.models.activation.quality import activation_quality
 from armimpedance.muscles.models.activation.rank import activation_rank
 from armimpedance.muscles.models.activation.result import activation_result
-from armimpedance.muscles.models.activation.table import ACTIVATION_MODELS, ActivationMethod
 from armimpedance.muscles.models.quality import ElementQuality
 from armimpedance.muscles.models.rows import JointRows
 from armimpedance.muscles.models.shared_errors import spread_of

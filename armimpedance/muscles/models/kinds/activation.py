@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from armimpedance.muscles.models.activation.fit import fit_activation_model
 from armimpedance.muscles.models.activation.model import ActivationModel
-from armimpedance.muscles.models.model_kinds import ModelKind
+from armimpedance.muscles.models.kinds import ModelKind
 
 MODEL = ModelKind(
     name="activation",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from armimpedance.muscles.models.model_kinds import ModelKind
+from armimpedance.muscles.models.kinds import ModelKind
 from armimpedance.muscles.models.posture.fit import fit_posture_model
 from armimpedance.muscles.models.posture.model import PostureModel
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from armimpedance.muscles.models.combined.fit import fit_muscle_model
 from armimpedance.muscles.models.combined.model import MuscleModel
-from armimpedance.muscles.models.model_kinds import ModelKind
+from armimpedance.muscles.models.kinds import ModelKind
 
 MODEL = ModelKind(
     name="muscles",

@@ -17,8 +17,8 @@ from armimpedance.muscles.models.posture.data import PostureData, posture_data
 from armimpedance.muscles.models.posture.fitted import FittedMatrix
 from armimpedance.muscles.models.posture.misfit import judged_fit
 from armimpedance.muscles.models.posture.model import PostureModel, posture_polynomial
+from armimpedance.muscles.models.posture.models import POSTURE_MODELS, default_model
 from armimpedance.muscles.models.posture.quality import posture_quality, posture_summary
-from armimpedance.muscles.models.posture.table import POSTURE_MODELS, default_model
 from armimpedance.muscles.models.posture.terms import checked_order
 from armimpedance.muscles.models.region import Region
 from armimpedance.muscles.models.rows import JointRows

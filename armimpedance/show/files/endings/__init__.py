@@ -1,5 +1,48 @@
-"""Formats of result files, one file each with its record ENDING; nothing else lies here.
+"""Formats of result files: which ending is which. Standard library only."""
 
-The file's name is the ending: ``xlsx.py`` writes ``.xlsx``. Nothing heavy is imported at the top,
-because help texts list the endings.
-"""
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from armimpedance.core.method_table import MethodTable
+from armimpedance.show.files.written.content import Content
+
+
+@dataclass(frozen=True)
+class Ending:
+    """One format of result files; its ending is the name of its file in `endings`.
+
+    Attributes
+    ----------
+    what : str
+        What such a file is, for help texts.
+    write : function (content, path)
+        Writes the whole file. The path is a temporary one, beside the final one and with its
+        ending; it is renamed when the function returns.
+    every_table : bool
+        Whether any table of results can be written so. A command that offers an ending of few
+        results names it beside the others.
+    long : bool
+        Whether the long table may stand in place of the wide one.
+    about : bool
+        Whether it has a place for methods, checks and options.
+    most_rows : float
+        Rows beyond which a table is refused: all of them are held in memory at once. inf where
+        they are written one after another, or where the format says its own limit.
+    """
+
+    what: str
+    write: Callable[[Content, Path], None]
+    every_table: bool = True
+    long: bool = False
+    about: bool = False
+    most_rows: float = 400_000
+
+
+#: ``csv`` -> how a .csv is written.
+ENDINGS: Final[MethodTable[Ending]] = MethodTable(
+    "armimpedance.show.files.endings", "ENDING", "ending", default="csv"
+)

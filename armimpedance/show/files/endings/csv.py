@@ -9,8 +9,8 @@ from math import inf
 from pathlib import Path
 from typing import Any
 
+from armimpedance.show.files.endings import Ending
 from armimpedance.show.files.written.content import Content
-from armimpedance.show.files.written.ending import Ending
 from armimpedance.show.files.written.formula import guarded
 
 

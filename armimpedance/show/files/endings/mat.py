@@ -10,9 +10,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, Final
 
+from armimpedance.show.files.endings import Ending
 from armimpedance.show.files.sentences import of_one_cell
 from armimpedance.show.files.written.content import Cells, Content
-from armimpedance.show.files.written.ending import Ending
 
 #: The first 116 bytes of the file are free text, where SciPy puts the time.
 _HEADER: Final = "MATLAB 5.0 MAT-file, written by armimpedance"

@@ -6,8 +6,8 @@ from math import inf
 from pathlib import Path
 
 from armimpedance.core.extras import needed
+from armimpedance.show.files.endings import Ending
 from armimpedance.show.files.written.content import Content
-from armimpedance.show.files.written.ending import Ending
 
 
 def write(content: Content, path: Path) -> None:

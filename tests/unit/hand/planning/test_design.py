@@ -17,7 +17,7 @@ from armimpedance.hand.planning.precision import precision
 from armimpedance.hand.planning.profile import Profile
 from armimpedance.hand.planning.servo import Servo
 from armimpedance.hand.planning.setting import Setting
-from armimpedance.hand.planning.shape_table import SHAPES
+from armimpedance.hand.planning.shapes import SHAPES
 
 
 @pytest.mark.parametrize(

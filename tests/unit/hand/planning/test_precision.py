@@ -20,7 +20,7 @@ from armimpedance.hand.planning.precision import fewest_trials, precision, refle
 from armimpedance.hand.planning.profile import Profile
 from armimpedance.hand.planning.servo import Servo, follow
 from armimpedance.hand.planning.setting import PlannedArm, Setting, relaxed_arm, unit_directions
-from armimpedance.hand.planning.shape_table import SHAPES
+from armimpedance.hand.planning.shapes import SHAPES
 from armimpedance.hand.still.bound import bound
 from armimpedance.hand.still.weighing.modal import ModalEquation
 from manipulandum_sim.hand import noise as simulated_noise

@@ -12,7 +12,7 @@ from armimpedance.hand.planning.profile_csv import (
     shipped_profile,
     write_profile,
 )
-from armimpedance.hand.planning.shape_table import SHAPES
+from armimpedance.hand.planning.shapes import SHAPES
 from manipulandum_sim.hand.disturbances import DISTURBANCES
 
 T, AMPLITUDE = 0.3, 0.005

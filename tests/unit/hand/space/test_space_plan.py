@@ -9,7 +9,7 @@ import numpy as np
 
 from armimpedance.hand.planning import PlannedMotion, Profile, Servo, pilot_of, precision
 from armimpedance.hand.planning.pilot import Pilot
-from armimpedance.hand.planning.shape_table import SHAPES
+from armimpedance.hand.planning.shapes import SHAPES
 from armimpedance.hand.still import estimate
 from armimpedance.hand.still.bound import bound
 from armimpedance.hand.still.weighing.modal import ModalEquation

@@ -8,9 +8,9 @@ import pytest
 
 from armimpedance.core.errors import InputError, NotIdentifiableError
 from armimpedance.hand.still.estimation import Options, estimate
+from armimpedance.hand.still.methods import METHODS
 from armimpedance.hand.still.show.methods_table import methods_table
 from armimpedance.hand.still.side_by_side import side_by_side
-from armimpedance.hand.still.table import METHODS
 
 
 @pytest.fixture(scope="module")

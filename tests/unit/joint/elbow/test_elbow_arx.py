@@ -12,9 +12,9 @@ from armimpedance.joint.elbow.snr import spectra_of
 from armimpedance.joint.elbow.stationary.band import band_of
 from armimpedance.joint.elbow.stationary.identify import estimate_joint, identify_elbow
 from armimpedance.joint.elbow.stationary.lagged import solve_structure
+from armimpedance.joint.elbow.stationary.methods import METHODS
 from armimpedance.joint.elbow.stationary.noise_bias import predicted_bias
 from armimpedance.joint.elbow.stationary.preparation import prepare
-from armimpedance.joint.elbow.stationary.table import METHODS
 from armimpedance.joint.elbow.stationary.whiteness import ljung_box
 from armimpedance.numerics.regression import t_factor
 from manipulandum_sim.elbow.bench import simulate_bench

@@ -11,8 +11,8 @@ from armimpedance.joint.elbow.samples import JointSamples
 from armimpedance.joint.elbow.snr import channel_spectrum, spectra_of
 from armimpedance.joint.elbow.stationary import preparation
 from armimpedance.joint.elbow.stationary.identify import identify_elbow
+from armimpedance.joint.elbow.stationary.methods import METHODS
 from armimpedance.joint.elbow.stationary.preparation import without_ramp
-from armimpedance.joint.elbow.stationary.table import METHODS
 from manipulandum_sim.elbow.bench import simulate_bench
 
 JOINT = (0.07, 0.6, 20.0)

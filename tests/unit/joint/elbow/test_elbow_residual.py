@@ -9,9 +9,9 @@ from armimpedance.joint.elbow.snr import spectra_of
 from armimpedance.joint.elbow.stationary.band import band_of
 from armimpedance.joint.elbow.stationary.identify import identify_elbow
 from armimpedance.joint.elbow.stationary.instruments import refined
+from armimpedance.joint.elbow.stationary.methods import METHODS
 from armimpedance.joint.elbow.stationary.preparation import prepare
 from armimpedance.joint.elbow.stationary.rows import Solved
-from armimpedance.joint.elbow.stationary.table import METHODS
 from armimpedance.joint.elbow.stationary.weights import LINES, RATIO, hats, knots_of, weighed_band
 from armimpedance.numerics.regression import Parameters, t_factor
 from manipulandum_sim.elbow.bench import simulate_bench

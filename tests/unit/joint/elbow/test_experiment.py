@@ -17,8 +17,8 @@ from armimpedance.joint.elbow.samples import from_recording
 from armimpedance.joint.elbow.snr import spectra_of
 from armimpedance.joint.elbow.stationary.band import source_of
 from armimpedance.joint.elbow.stationary.identify import identify_elbow
+from armimpedance.joint.elbow.stationary.methods import METHODS
 from armimpedance.joint.elbow.stationary.preparation import prepare
-from armimpedance.joint.elbow.stationary.table import METHODS
 from armimpedance.numerics.regression import Parameters
 from manipulandum_sim.elbow import simulate_bench, simulate_servo
 

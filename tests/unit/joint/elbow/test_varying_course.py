@@ -13,9 +13,9 @@ from armimpedance.joint.elbow.samples import COMMANDED, JointSamples, from_recor
 from armimpedance.joint.elbow.varying.data import varying_data
 from armimpedance.joint.elbow.varying.equation import linearise, start
 from armimpedance.joint.elbow.varying.identify import identify_varying
+from armimpedance.joint.elbow.varying.methods import VARYING_METHODS
 from armimpedance.joint.elbow.varying.smoother import START_INTENSITY, settle, smooth
 from armimpedance.joint.elbow.varying.smoother_model import Levels, smoother_model
-from armimpedance.joint.elbow.varying.table import VARYING_METHODS
 from manipulandum_sim.elbow.bench import simulate_bench
 
 INERTIA, B0, K0 = 0.07, 0.6, 20.0

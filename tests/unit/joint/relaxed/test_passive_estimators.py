@@ -11,7 +11,7 @@ import pytest
 from armimpedance.joint.relaxed.from_motion import from_motion
 from armimpedance.joint.relaxed.identify import identify_passive
 from armimpedance.joint.relaxed.linear import number_of_cosines
-from armimpedance.joint.relaxed.method import METHODS
+from armimpedance.joint.relaxed.methods import METHODS
 from armimpedance.joint.relaxed.notes import limit_cycle_rad
 from armimpedance.joint.relaxed.result import summary_of
 from armimpedance.joint.relaxed.samples import PassiveSamples

@@ -14,7 +14,7 @@ from armimpedance.limb.arm.muscular_arms import arm_named
 from armimpedance.muscles.models.activation.design import muscle_patterns
 from armimpedance.muscles.models.activation.fit import fit_activation_model
 from armimpedance.muscles.models.activation.model import ActivationModel
-from armimpedance.muscles.models.activation.table import ACTIVATION_MODELS
+from armimpedance.muscles.models.activation.models import ACTIVATION_MODELS
 from armimpedance.muscles.models.packed import matrix, triple
 from armimpedance.muscles.models.rows import JointRows
 

@@ -11,7 +11,7 @@ import pytest
 from armimpedance.core.errors import InputError, RecordError
 from armimpedance.muscles.models.posture.fit import fit_posture_model
 from armimpedance.muscles.models.posture.model import PostureModel
-from armimpedance.muscles.models.posture.table import POSTURE_MODELS
+from armimpedance.muscles.models.posture.models import POSTURE_MODELS
 from armimpedance.muscles.models.rows import JointRows
 
 LOW, HIGH = np.array([0.3, 0.8]), np.array([1.6, 2.2])

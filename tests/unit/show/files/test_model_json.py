@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from armimpedance.core.errors import InputError
+from armimpedance.muscles.models.kinds import kind_of
 from armimpedance.muscles.models.model_json import CHECKSUM, read_model, write_model
-from armimpedance.muscles.models.model_kinds import kind_of
 from armimpedance.muscles.models.posture.fit import fit_posture_model
 from armimpedance.muscles.models.rows import JointRows
 from armimpedance.numerics.regression import FitSummary, NamedParameter

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from armimpedance.muscles.models.activation.table import ActivationMethod
+from armimpedance.muscles.models.activation.models import ActivationMethod
 
 MODEL = ActivationMethod(
     "bernstein",

@@ -15,8 +15,8 @@ from armimpedance.core.errors import InputError
 from armimpedance.core.progress import Progress
 from armimpedance.muscles.models.posture.data import PostureData, element_names
 from armimpedance.muscles.models.posture.fitted import FittedMatrix
+from armimpedance.muscles.models.posture.models import PostureMethod
 from armimpedance.muscles.models.posture.rank import checked_rank
-from armimpedance.muscles.models.posture.table import PostureMethod
 from armimpedance.muscles.models.posture.terms import exponents, monomials, term_names
 from armimpedance.muscles.models.quality import correlations
 

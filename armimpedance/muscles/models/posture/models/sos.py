@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from armimpedance.muscles.models.posture.models import PostureMethod
 from armimpedance.muscles.models.posture.sos import sos_fit
-from armimpedance.muscles.models.posture.table import PostureMethod
 
 MODEL = PostureMethod(
     "sos",
